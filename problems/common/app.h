@@ -1,0 +1,33 @@
+// What every executable shares: flags, exit codes, messages. Exit codes: 0 done, 2 bad input or
+// usage, 3 ran but no usable result, 1 a defect of the program.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace trueline {
+
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitDefect = 1;
+inline constexpr int kExitBadInput = 2;
+inline constexpr int kExitNoResult = 3;
+
+// The program's version, as stated in every result.
+std::string Version();
+
+// Runs `body` and turns InputError into one message on standard error and exit code 2, any other
+// exception into exit code 1.
+int RunGuarded(const std::string& program, const std::function<int()>& body);
+
+// A warning on standard error, unless quiet.
+void Warn(const std::string& message, bool quiet);
+
+// Splits "a,b,c"; empty parts are left out.
+std::vector<std::string> SplitList(const std::string& text, char separator = ',');
+
+// A file that ships with the program (config/..., report/...): looked for beside the installed
+// program, then in the source tree. Throws InputError when it is in neither.
+std::string FindShared(const std::string& relative_path);
+
+}  // namespace trueline

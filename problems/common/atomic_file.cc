@@ -1,0 +1,45 @@
+#include "problems/common/atomic_file.h"
+
+#include <unistd.h>
+
+#include <system_error>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+
+AtomicFile::AtomicFile(const std::filesystem::path& path)
+    : path_(path), temporary_(fmt::format("{}.tmp.{}", path.string(), ::getpid())) {
+  std::error_code error;
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
+  stream_.open(temporary_, std::ios::binary | std::ios::trunc);
+  if (!stream_) {
+    throw ErrorAt(path.string(), 0,
+                  "cannot be written; check that the folder exists, is writable and has space");
+  }
+}
+
+AtomicFile::~AtomicFile() {
+  if (committed_) return;
+  stream_.close();
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void AtomicFile::Commit() {
+  stream_.close();
+  std::error_code error;
+  if (!stream_.fail()) std::filesystem::rename(temporary_, path_, error);
+  if (stream_.fail() || error) {
+    throw ErrorAt(path_.string(), 0, "could not be written to the end; is the disk full?");
+  }
+  committed_ = true;
+}
+
+void WriteFileAtomically(const std::filesystem::path& path, const std::string& content) {
+  AtomicFile file(path);
+  file.stream() << content;
+  file.Commit();
+}
+
+}  // namespace trueline

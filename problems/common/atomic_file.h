@@ -1,0 +1,31 @@
+// Output files that are whole or not there: written under a temporary name, then renamed.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace trueline {
+
+class AtomicFile {
+ public:
+  // Makes the parent folder where it is missing. Throws InputError when it can't be written.
+  explicit AtomicFile(const std::filesystem::path& path);
+  ~AtomicFile();  // Without Commit() the temporary file is removed and the old one stays.
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  std::ostream& stream() { return stream_; }
+  void Commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  std::ofstream stream_;
+  bool committed_ = false;
+};
+
+// The common case: the whole content at once.
+void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
+
+}  // namespace trueline

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <functional>
+
+namespace trueline {
+
+// Calls body(0) ... body(count - 1) on `threads` threads (0: all cores). Results must be stored by
+// index, so that they do not depend on the number of threads. The first exception is rethrown.
+void ParallelFor(int count, int threads, const std::function<void(int)>& body);
+
+}  // namespace trueline

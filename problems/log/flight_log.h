@@ -1,0 +1,92 @@
+// One flight in memory: what a native log holds (SI units, NED earth E, FRD body B).
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/common/time.h"
+
+namespace trueline {
+
+// Every stream keeps its own rate; stamps are strictly increasing within a stream.
+struct ImuSample {
+  TimeNs t;
+  Eigen::Vector3d accel;  // m/s^2, specific force in the IMU frame I; level and at rest z is -9.81
+  Eigen::Vector3d gyro;   // rad/s, in I
+};
+
+struct AttitudeSample {
+  TimeNs t;
+  Eigen::Quaterniond q_Ep_I;  // takes a vector in I to the AHRS's own earth frame E'
+};
+
+struct Fix {
+  TimeNs t;
+  Eigen::Vector3d p_E;  // m
+  double sigma;         // m, the detector's own 1-sigma figure for each axis
+  int gate;             // id of the gate seen
+};
+
+// Pose of a frame in E: mocap gives that of B, a pose sensor that of its own frame P.
+struct PoseSample {
+  TimeNs t;
+  Eigen::Vector3d p_E;     // m
+  Eigen::Quaterniond q_E;  // takes a vector in the sensor's frame to E
+};
+
+struct ChannelsSample {
+  TimeNs t;
+  std::vector<double> values;  // rotor speeds in rad/s, or motor commands in [0, 1]
+};
+
+struct ScalarSample {
+  TimeNs t;
+  double value;  // V for battery, m for range
+};
+
+struct Gate {
+  int id;
+  Eigen::Vector3d position;  // m, in E
+  double yaw;                // rad, flight direction through the gate
+};
+
+struct Rotor {
+  Eigen::Vector3d position;  // m, in B
+  Eigen::Vector3d axis;      // unit vector of thrust, in B
+  int spin;                  // +1 clockwise seen from above
+  double k_f;                // N s^2
+  double k_m;                // N m s^2
+};
+
+struct Vehicle {
+  std::optional<double> mass;  // kg
+  std::vector<Rotor> rotors;
+};
+
+struct FlightLog {
+  std::string name;
+  double gravity = 9.81;  // m/s^2
+  std::vector<Gate> gates;
+  std::optional<Vehicle> vehicle;
+  std::map<std::string, std::string> source;  // dataset, file, sha256: what an importer read
+
+  std::vector<ImuSample> imu;
+  std::vector<AttitudeSample> attitude;
+  std::vector<Fix> fixes;
+  std::vector<PoseSample> pose;
+  std::vector<PoseSample> mocap;
+  std::vector<ChannelsSample> rotors;
+  std::vector<ChannelsSample> motors;
+  std::vector<ScalarSample> battery;
+  std::vector<ScalarSample> range;
+
+  // Filled by the reader, ignored by the writer.
+  std::string directory;
+  std::map<std::string, std::string> sha256;  // by file name
+  std::vector<std::string> warnings;          // what was treated, and how
+};
+
+}  // namespace trueline

@@ -1,0 +1,19 @@
+// Reader and writer of the native log: a directory with log.yaml and one CSV file a stream.
+#pragma once
+
+#include <filesystem>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Throws InputError naming file, line and remedy for: a missing or empty required stream, missing
+// or unsorted stamps, NaN, an unknown unit or key. Treated with a warning in `warnings`: a last
+// line that is cut off (dropped), unknown columns (ignored), gaps and saturation in the IMU
+// (reported; the integrator treats gaps).
+FlightLog ReadNativeLog(const std::filesystem::path& directory);
+
+// Each file is written under a temporary name and renamed; streams that are empty are not written.
+void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);
+
+}  // namespace trueline

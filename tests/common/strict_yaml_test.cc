@@ -1,0 +1,48 @@
+#include "problems/common/strict_yaml.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::HasSubstr;
+
+YamlMap Parse(const std::string& text) { return YamlMap(YAML::Load(text), "test.yaml", ""); }
+
+std::string ErrorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(StrictYaml, ReadsRequiredAndOptionalValues) {
+  const YamlMap map = Parse("{speed: 1.8, list: [1, 2, 3]}");
+  EXPECT_EQ(map.Get<double>("speed"), 1.8);
+  EXPECT_EQ(map.Get<double>("noise", 0.5), 0.5);
+  EXPECT_EQ(map.GetVector3("list"), Eigen::Vector3d(1, 2, 3));
+  map.Finish();
+}
+
+TEST(StrictYaml, NamesFileLineAndKeyOfAnUnknownKey) {
+  const YamlMap map = Parse("speed: 1.8\nsped: 2.0\n");
+  map.Get<double>("speed");
+  const std::string error = ErrorOf([&] { map.Finish(); });
+  EXPECT_THAT(error, HasSubstr("test.yaml:2"));
+  EXPECT_THAT(error, HasSubstr("sped"));
+  EXPECT_THAT(error, HasSubstr("known here: speed"));
+}
+
+TEST(StrictYaml, NamesMissingKeysAndWrongKinds) {
+  const YamlMap map = Parse("imu:\n  rate: fast\n");
+  EXPECT_THAT(ErrorOf([&] { map.Get<double>("speed"); }), HasSubstr("'speed' is missing"));
+  const YamlMap imu = map.Child("imu");
+  EXPECT_THAT(ErrorOf([&] { imu.Get<double>("rate"); }), HasSubstr("test.yaml:2: 'imu.rate'"));
+}
+
+}  // namespace
+}  // namespace trueline
