@@ -6,7 +6,7 @@ namespace trueline {
 
 MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
                          double max_block)
-    : start_(start), times_(std::move(times)), gravity_(track.gravity()) {
+    : start_(start), times_(std::move(times)) {
   TimeNs from = start;
   for (const TimeNs time : times_) {
     const double span = SecondsBetween(from, time);

@@ -15,22 +15,20 @@ class MotionChain {
   MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
               double max_block = 0.03);
 
-  // States in E at the chosen times, starting from `start_E`. Any scalar; no logged datum is
-  // integrated again.
-  template <typename T>
-  void Evaluate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start_E,
-                std::vector<MotionState<T>>* states_E) const {
-    const ImuDrivenModel<T> model(parameters, gravity_);
+  // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
+  // the velocity in E' as well. Any scalar; no logged datum is integrated again.
+  template <typename T, typename Visitor>
+  void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E,
+                 Visitor&& visit) const {
     const BlockModel<T> block_model(model);
     const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
     MotionState<T> state;  // in E', relative to the start's position
     state.v = model.R_Ep_E() * start_E.v;
-    states_E->resize(times_.size());
     std::size_t block = 0;
     for (std::size_t i = 0; i < times_.size(); ++i) {
       for (; block < block_ends_[i]; ++block) Propagate(block_model, blocks_[block], &state);
-      (*states_E)[i].p = start_E.p + R_E_Ep * state.p;
-      (*states_E)[i].v = R_E_Ep * state.v;
+      const MotionState<T> state_E{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v};
+      visit(i, state_E, state.v);
     }
   }
 
@@ -43,7 +41,6 @@ class MotionChain {
   std::vector<TimeNs> times_;
   std::vector<MotionBlock> blocks_;
   std::vector<std::size_t> block_ends_;  // by time: how many blocks lie before it
-  double gravity_;
 };
 
 }  // namespace trueline

@@ -1,0 +1,73 @@
+// Covariance of a window's solution by the Gauss-Newton Hessian at the optimum.
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+
+#include "problems/vgd/window_problem.h"
+
+namespace trueline {
+namespace {
+
+Eigen::SparseMatrix<double> ToEigen(const ceres::CRSMatrix& crs) {
+  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const RowMajor> view(crs.num_rows, crs.num_cols,
+                                        static_cast<int>(crs.values.size()), crs.rows.data(),
+                                        crs.cols.data(), crs.values.data());
+  return view;
+}
+
+// H^-1 G for a positive definite H; where H is singular, its pseudo-inverse by eigenvalues, so
+// that an open direction gives zero change instead of infinity (the prior, which is part of H,
+// holds every parameter; what can be open is only a state that no fix ever touched).
+Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::MatrixXd& G) {
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(H);
+  if (ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > 0.0) return ldlt.solve(G);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(H)};
+  const double floor = 1e-13 * eigen.eigenvalues().maxCoeff();
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [floor](double value) { return value > floor ? 1.0 / value : 0.0; });
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * G;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>
+WindowProblem::Covariance() {
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks.push_back(x_.body.data());
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    options.parameter_blocks.push_back(x_.ahrs[s].data());
+    options.parameter_blocks.push_back(x_.states[s].data());
+  }
+  ceres::CRSMatrix crs;
+  problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
+  const Eigen::SparseMatrix<double> J = ToEigen(crs);
+  const Eigen::SparseMatrix<double> H = J.transpose() * J;
+
+  // What is asked for, as linear functions of the unknowns: parameters and the final state.
+  constexpr int kAsked = kParameters + 6;
+  const int last = static_cast<int>(H.cols()) - kAhrsSize - kStateSize;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
+  for (int i = 0; i < 3; ++i) {
+    G(i, i) = 1.0;             // K_x, K_y, b_az
+    G(last + i, 3 + i) = 1.0;  // Phi_E_Ep at the end
+  }
+  for (int i = 3; i < kBodySize; ++i) G(i, 3 + i) = 1.0;  // Phi_I_B, b_ax, b_ay
+  const StateNode& end = *segments_.back()->end_node();
+  G.block(0, kParameters, kBodySize, 6) = end.d_body.transpose();
+  G.block(last, kParameters, kAhrsSize, 6) = end.d_ahrs.transpose();
+  G.block(last + kAhrsSize, kParameters, kStateSize, 6) = end.d_state.transpose();
+  return G.transpose() * SolveHessian(H, G);
+}
+
+Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::PriorVariance() const {
+  Eigen::Matrix<double, kParameters, 1> variance = Eigen::Matrix<double, kParameters, 1>::Ones();
+  if (segments_.size() > 1) {
+    const double seconds = SecondsBetween(segments_.front()->start(), segments_.back()->start());
+    const Eigen::Vector3d walk(options_.process.tilt, options_.process.tilt,
+                               options_.process.heading);
+    variance.segment<3>(3) += walk.cwiseQuotient(scaling_.ahrs_sigma).cwiseAbs2() * seconds;
+  }
+  return variance;
+}
+
+}  // namespace trueline
