@@ -9,7 +9,7 @@ namespace trueline {
 
 template <int kNodeSize, int kSize>
 class NodeResidual
-    : public ceres::SizedCostFunction<kSize, kBodySize, kAhrsSize, kStateSize> {
+    : public ceres::SizedCostFunction<kSize, kThetaSize, kDriftSize, kStateSize> {
  public:
   using Vector = Eigen::Matrix<double, kSize, 1>;
 
@@ -22,8 +22,8 @@ class NodeResidual
     Eigen::Map<Vector> r(residuals);
     r = weight_.cwiseProduct(node_->value.template head<kSize>() - measured_);
     if (jacobians != nullptr) {
-      Write<kBodySize>(node_->d_body, jacobians[0]);
-      Write<kAhrsSize>(node_->d_ahrs, jacobians[1]);
+      Write<kThetaSize>(node_->d_theta, jacobians[0]);
+      Write<kDriftSize>(node_->d_drift(), jacobians[1]);
       Write<kStateSize>(node_->d_state, jacobians[2]);
     }
     return r.allFinite();

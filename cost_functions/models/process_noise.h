@@ -1,23 +1,30 @@
-// What the IMU-driven model leaves out, as Wiener processes: unmodelled acceleration as white noise
-// (velocity walks), and the AHRS error as a slow walk that tilts gravity into the horizontal.
+// What the IMU-driven model leaves out: unmodelled acceleration as white noise (velocity walks: a
+// Wiener process), and the drift of the AHRS error around its constant part as a Gauss-Markov
+// process, which tilts gravity into the horizontal. A long memory makes the drift a Wiener process.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 namespace trueline {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// Strengths as one-sided root spectral densities.
 struct ProcessNoise {
   double acceleration = 0.0;  // m/s^2/sqrt(Hz), for each axis
-  double tilt = 0.0;          // rad/sqrt(s), for phi and theta of E' against E
-  double heading = 0.0;       // rad/sqrt(s), for psi
+  double tilt = 0.0;          // rad, stationary sigma of the drift of phi and theta of E'
+  double heading = 0.0;       // rad, the same of psi
+  double memory = 1.0;        // s, time in which the drift falls to 1/e
+
+  bool Any() const { return acceleration > 0.0 || tilt > 0.0 || heading > 0.0; }
+  // Share of the drift that is left after `seconds`.
+  double Decay(double seconds) const { return std::exp(-seconds / memory); }
+  Eigen::Vector3d DriftSigma() const { return {tilt, tilt, heading}; }
 };
 
-// Covariance of (p_E, v_E, Phi_E_Ep) after `seconds`, starting from zero. Exact for near-level
-// specific force (0, 0, -g): dp = v, dv = M Phi + noise, dPhi = noise, M Phi = g (-theta, phi, 0).
-// Units m, m/s, rad.
+// Covariance of (p_E, v_E, drift) after `seconds`, starting from zero: dp = v, dv = M drift +
+// noise, M drift = g (-theta, phi, 0), which is exact for a near-level specific force (0, 0, -g).
+// The drift walks at the rate that keeps its stationary sigma. Units m, m/s, rad.
 inline Matrix9d ProcessCovariance(const ProcessNoise& noise, double seconds, double gravity) {
   const double t = seconds, t2 = t * t, t3 = t2 * t;
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
@@ -25,9 +32,9 @@ inline Matrix9d ProcessCovariance(const ProcessNoise& noise, double seconds, dou
   M(0, 1) = -gravity;
   M(1, 0) = gravity;
   const double q_a = noise.acceleration * noise.acceleration;
-  const Eigen::Matrix3d Q = Eigen::Vector3d(noise.tilt * noise.tilt, noise.tilt * noise.tilt,
-                                            noise.heading * noise.heading)
-                                .asDiagonal();
+  const double alpha = noise.Decay(t);
+  const Eigen::Matrix3d Q =
+      ((1.0 - alpha * alpha) / t * noise.DriftSigma().cwiseAbs2()).asDiagonal();
   const Eigen::Matrix3d MQ = M * Q, MQM = MQ * M.transpose();
   Matrix9d cov;
   cov.block<3, 3>(0, 0) = I * (q_a * t3 / 3.0) + MQM * (t3 * t2 / 20.0);

@@ -42,22 +42,18 @@ std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::st
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
                                        const std::vector<std::string>& units,
                                        const Eigen::VectorXd& prior_sigma,
-                                       const Eigen::VectorXd& prior_variance,
                                        const Eigen::MatrixXd& cov) {
   Identifiability result;
   for (int i = 0; i < cov.rows(); ++i) {
-    result.status.push_back(StatusOf(std::sqrt(cov(i, i) / prior_variance[i])));
+    result.status.push_back(StatusOf(std::sqrt(cov(i, i))));
   }
-  // In units in which the prior is the identity, the data's information is inv(posterior) - I.
-  const Eigen::VectorXd scale = prior_variance.cwiseSqrt();
-  const Eigen::MatrixXd posterior =
-      scale.cwiseInverse().asDiagonal() * cov * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(posterior);
-  for (int i = static_cast<int>(posterior.rows()) - 1; i >= 0; --i) {
+  // The prior is the identity in these units, so the data's own information is inv(cov) - I.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(cov);
+  for (int i = static_cast<int>(cov.rows()) - 1; i >= 0; --i) {
     const double information = 1.0 / std::max(eigen.eigenvalues()[i], 1e-300) - 1.0;
     if (information > kOpenInformation) break;  // eigenvalues fall from here on
-    result.combinations.push_back(Describe(eigen.eigenvectors().col(i).cwiseProduct(scale), names,
-                                           units, prior_sigma));
+    result.combinations.push_back(
+        Describe(eigen.eigenvectors().col(i), names, units, prior_sigma));
   }
   return result;
 }

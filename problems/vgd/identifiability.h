@@ -12,8 +12,8 @@ struct Identifiability {
   std::vector<std::string> combinations;  // what is not shown, in words with numbers
 };
 
-// cov: covariance of the parameters in units of their prior sigma; prior_variance in those units;
-// prior_sigma takes the units back to physical ones. The data's own information is what the
+// cov: covariance of the parameters in units of their prior sigma, which prior_sigma takes back to
+// physical ones. The data's own information is what the
 // posterior has over the prior. A parameter whose sigma fell
 //   to half the prior's or less is identified, to 90 % or less weak, else unobservable.
 // Directions (eigenvectors of the data's information) in which the data know less than the prior
@@ -21,7 +21,6 @@ struct Identifiability {
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
                                        const std::vector<std::string>& units,
                                        const Eigen::VectorXd& prior_sigma,
-                                       const Eigen::VectorXd& prior_variance,
                                        const Eigen::MatrixXd& cov);
 
 }  // namespace trueline

@@ -8,24 +8,16 @@
 namespace trueline {
 namespace {
 
-// Derivatives are taken to what the integration depends on: the first six of body, ahrs, and the
-// start's velocity. The start's position adds through, and the accelerometer's own biases b_ax and
-// b_ay act on no motion; both derivatives are known.
-constexpr int kInertial = 6;
-constexpr int kSeeds = kInertial + kAhrsSize + 3;
+// Derivatives are taken to what the integration depends on: the nine of eq. 16 and the start's
+// velocity. The start's position adds through, and the accelerometer's own biases b_ax and b_ay
+// act on no motion; both derivatives are known.
+constexpr int kNine = 9;
+constexpr int kSeeds = kNine + 3;
 using Jet = ceres::Jet<double, kSeeds>;
-
-template <typename T>
-ImuDrivenParameters<T> ParametersFrom(const T* body, const T* ahrs) {
-  const T theta[9] = {body[0], body[1], body[2], ahrs[0], ahrs[1],
-                      ahrs[2], body[3], body[4], body[5]};
-  return ImuDrivenParameters<T>::FromArray(theta);
-}
 
 template <int kSize>
 void SplitDerivatives(const Eigen::Matrix<double, kSize, kSeeds>& d, SegmentNode<kSize>* node) {
-  node->d_body.template leftCols<kInertial>() = d.template leftCols<kInertial>();
-  node->d_ahrs = d.template middleCols<kAhrsSize>(kInertial);
+  node->d_theta.template leftCols<kNine>() = d.template leftCols<kNine>();
   node->d_state.template rightCols<3>() = d.template rightCols<3>();
 }
 
@@ -69,18 +61,12 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const Drive& drive, const 
 }  // namespace
 
 ParameterScaling::ParameterScaling(const VgdOptions& options) {
-  const auto& p = options.priors;
-  constexpr int kFromTheta[kInertial] = {0, 1, 2, 6, 7, 8};
-  for (int i = 0; i < kInertial; ++i) {
-    body_mean[i] = p[kFromTheta[i]].mean;
-    body_sigma[i] = p[kFromTheta[i]].sigma;
+  for (int i = 0; i < kNine; ++i) {
+    mean[i] = options.priors[i].mean;
+    sigma[i] = options.priors[i].sigma;
   }
-  body_mean.tail<2>().setZero();
-  body_sigma.tail<2>().setConstant(options.drag_measurement.bias_sigma);
-  for (int i = 0; i < kAhrsSize; ++i) {
-    ahrs_mean[i] = p[3 + i].mean;
-    ahrs_sigma[i] = p[3 + i].sigma;
-  }
+  mean.tail<2>().setZero();
+  sigma.tail<2>().setConstant(options.drag_measurement.bias_sigma);
 }
 
 Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
@@ -92,8 +78,8 @@ Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> time
       states_(chain_.times().size()) {
   for (const TimeNs t : force_times) {
     forces_.push_back({IndexOf(t), track.steps()[track.StepAt(t)].drive, ForceNode()});
-    forces_.back().node.d_body.rightCols<2>() =
-        Eigen::Vector2d(scaling.body_sigma.tail<2>()).asDiagonal();
+    forces_.back().node.d_theta.rightCols<2>() =
+        Eigen::Vector2d(scaling.sigma.tail<2>()).asDiagonal();
   }
 }
 
@@ -127,35 +113,30 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   chain_.Integrate(model, start, visit);
 }
 
-void Segment::Evaluate(const double* body, const double* ahrs, const double* state,
+void Segment::Evaluate(const double* theta, const double* drift, const double* state,
                        bool derivatives) {
-  const ParameterScaling& scaling = *scaling_;
-  const Eigen::Map<const Eigen::Matrix<double, kBodySize, 1>> body_scaled(body);
-  const Eigen::Map<const Eigen::Vector3d> ahrs_scaled(ahrs);
-  const Eigen::Matrix<double, kBodySize, 1> b =
-      scaling.body_mean + scaling.body_sigma.cwiseProduct(body_scaled);
-  const Eigen::Vector3d a = scaling.ahrs_mean + scaling.ahrs_sigma.cwiseProduct(ahrs_scaled);
+  using Vector = Eigen::Matrix<double, kThetaSize, 1>;
+  Vector scaled = Eigen::Map<const Vector>(theta);
+  scaled.segment<kDriftSize>(kAhrsInTheta) += Eigen::Map<const Eigen::Vector3d>(drift);
+  const Vector x = scaling_->mean + scaling_->sigma.cwiseProduct(scaled);
+  const double* b_a = x.data() + kNine;
   if (!derivatives) {
     const MotionState<double> start{Eigen::Map<const Eigen::Vector3d>(state),
                                     Eigen::Map<const Eigen::Vector3d>(state + 3)};
-    Integrate(ParametersFrom<double>(b.data(), a.data()), start, b.data() + kInertial);
+    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, b_a);
     return;
   }
-  Jet body_jets[kInertial], ahrs_jets[kAhrsSize];
-  for (int i = 0; i < kInertial; ++i) {
-    body_jets[i] = Jet(b[i]);
-    body_jets[i].v[i] = scaling.body_sigma[i];
-  }
-  for (int i = 0; i < kAhrsSize; ++i) {
-    ahrs_jets[i] = Jet(a[i]);
-    ahrs_jets[i].v[kInertial + i] = scaling.ahrs_sigma[i];
+  Jet jets[kNine];
+  for (int i = 0; i < kNine; ++i) {
+    jets[i] = Jet(x[i]);
+    jets[i].v[i] = scaling_->sigma[i];
   }
   MotionState<Jet> start;
   for (int i = 0; i < 3; ++i) {
     start.p[i] = Jet(state[i]);
-    start.v[i] = Jet(state[3 + i], kInertial + kAhrsSize + i);
+    start.v[i] = Jet(state[3 + i], kNine + i);
   }
-  Integrate(ParametersFrom<Jet>(body_jets, ahrs_jets), start, b.data() + kInertial);
+  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, b_a);
 }
 
 }  // namespace trueline

@@ -11,10 +11,12 @@ namespace trueline {
 
 // Means and sigmas that take the scaled unknowns to parameters: parameter = mean + sigma * scaled.
 struct ParameterScaling {
-  Eigen::Matrix<double, kBodySize, 1> body_mean, body_sigma;
-  Eigen::Vector3d ahrs_mean, ahrs_sigma;
+  Eigen::Matrix<double, kThetaSize, 1> mean, sigma;
 
   explicit ParameterScaling(const VgdOptions& options);
+
+  // rad for each unit of a drift block.
+  Eigen::Vector3d DriftUnit() const { return sigma.segment<kDriftSize>(kAhrsInTheta); }
 };
 
 // The accelerometer's x and y, averaged over a short interval around t.
@@ -31,9 +33,9 @@ class Segment {
           const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
           double max_block);
 
-  // Integrates from the given scaled parameters (sizes kBodySize, kAhrsSize, kStateSize) and
+  // Integrates from the given scaled parameters (sizes kThetaSize, kDriftSize, kStateSize) and
   // fills all nodes; their derivatives only where asked for.
-  void Evaluate(const double* body, const double* ahrs, const double* state, bool derivatives);
+  void Evaluate(const double* theta, const double* drift, const double* state, bool derivatives);
 
   const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
   const ForceNode* ForceAt(TimeNs t) const;

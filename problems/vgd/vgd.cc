@@ -26,10 +26,12 @@ std::vector<std::string> ParameterUnits(bool with_forces) {
 }
 
 // First pass (index) of the window that ends with pass `tau` (from 1): gamma passes, fewer where
-// the flight begins or the IMU has a gap.
-int FirstPassOf(const FlightData& flight, int tau, int gamma) {
+// the flight begins or the IMU has a gap, more where they hold too few fixes.
+int FirstPassOf(const FlightData& flight, const VgdOptions& options, int tau) {
   int first = tau - 1;
-  while (first > 0 && tau - first < gamma &&
+  const auto fixes = [&] { return flight.passes[tau - 1].last - flight.passes[first].first + 1; };
+  while (first > 0 &&
+         (tau - first < options.gamma || static_cast<int>(fixes()) < options.min_window_fixes) &&
          flight.track.Covers(flight.passes[first - 1].begin, flight.passes[tau - 1].end)) {
     --first;
   }
@@ -106,7 +108,6 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
   const Identifiability identifiability =
       AnalyseIdentifiability(names, units, sigma_prior.head(count),
-                             problem->PriorVariance().head(count),
                              cov_all.topLeftCorner(count, count));
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
@@ -180,7 +181,7 @@ Theta PriorMeans(const VgdOptions& options) {
 
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start) {
-  const int first = FirstPassOf(flight, tau, options.gamma);
+  const int first = FirstPassOf(flight, options, tau);
   const Pass& from = flight.passes[first];
   const Pass& to = flight.passes[tau - 1];
   const WindowData data = DataOf(flight, options, first, tau);

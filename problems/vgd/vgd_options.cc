@@ -66,9 +66,9 @@ void ReadPriors(const YamlMap& map, std::array<ParameterPrior, 9>* priors) {
 
 void ReadProcess(const YamlMap& map, ProcessNoise* process) {
   Read(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
-  process->tilt = kDegree * map.Get<double>("tilt_deg_per_sqrt_s", process->tilt / kDegree);
-  process->heading =
-      kDegree * map.Get<double>("heading_deg_per_sqrt_s", process->heading / kDegree);
+  process->tilt = kDegree * map.Get<double>("tilt_deg", process->tilt / kDegree);
+  process->heading = kDegree * map.Get<double>("heading_deg", process->heading / kDegree);
+  ReadPositive(map, "memory_s", &process->memory);
   map.Finish();
 }
 
@@ -96,6 +96,7 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   VgdOptions options;
   Read(map, "gamma", &options.gamma);
   if (options.gamma < 1) map.Fail("gamma", "must be 1 or more");
+  Read(map, "min_window_fixes", &options.min_window_fixes);
   ReadPriors(map.ChildOrEmpty("priors"), &options.priors);
   Read(map, "loss", kLosses, &options.loss);
   ReadPositive(map, "loss_scale_sigmas", &options.loss_scale);
@@ -117,6 +118,7 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
 YAML::Node ToYaml(const VgdOptions& options) {
   YAML::Node node;
   node["gamma"] = options.gamma;
+  node["min_window_fixes"] = options.min_window_fixes;
   for (int i = 0; i < 9; ++i) {
     const ParameterPrior& prior = options.priors[i];
     YAML::Node entry;
@@ -131,8 +133,9 @@ YAML::Node ToYaml(const VgdOptions& options) {
   node["loss_scale_sigmas"] = options.loss_scale;
   node["whiten"] = options.whiten;
   node["process"]["acceleration_mps2_per_sqrt_hz"] = options.process.acceleration;
-  node["process"]["tilt_deg_per_sqrt_s"] = options.process.tilt / kDegree;
-  node["process"]["heading_deg_per_sqrt_s"] = options.process.heading / kDegree;
+  node["process"]["tilt_deg"] = options.process.tilt / kDegree;
+  node["process"]["heading_deg"] = options.process.heading / kDegree;
+  node["process"]["memory_s"] = options.process.memory;
   node["knot_interval_s"] = options.knot_interval;
   node["drag_measurement"]["enabled"] = options.drag_measurement.enabled;
   node["drag_measurement"]["interval_s"] = options.drag_measurement.interval;

@@ -29,7 +29,7 @@ struct DragMeasurementOptions {
   double interval = 0.05;   // s, over which the accelerometer is averaged
   // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
   // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
-  double sigma = 0.1;
+  double sigma = 0.2;
   double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
 };
 
@@ -37,6 +37,8 @@ inline constexpr double kDegree = 0.017453292519943295;  // rad
 
 struct VgdOptions {
   int gamma = 3;  // passes in the window
+  // Windows reach further back until they hold this many fixes.
+  int min_window_fixes = 8;
 
   // In the order of eq. 16. Mean and sigma from the ranges of Table 2 (their middle and half
   // width: weak), bounds at twice those ranges.
@@ -58,7 +60,9 @@ struct VgdOptions {
 
   // What the model lacks. With all of it zero the trajectory is one rigid integration over the
   // window, as in the paper; else it may bend at knots, as much as this noise allows.
-  ProcessNoise process{.acceleration = 0.2, .tilt = 1.0 * kDegree, .heading = 0.2 * kDegree};
+  // A complementary filter's tilt error follows manoeuvres with its own time constant.
+  ProcessNoise process{
+      .acceleration = 0.05, .tilt = 1.5 * kDegree, .heading = 0.5 * kDegree, .memory = 1.0};
   double knot_interval = 0.5;  // s
 
   DragMeasurementOptions drag_measurement;

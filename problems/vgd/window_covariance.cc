@@ -33,9 +33,10 @@ Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::
 Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>
 WindowProblem::Covariance() {
   ceres::Problem::EvaluateOptions options;
-  options.parameter_blocks.push_back(x_.body.data());
+  const bool drifts = options_.process.Any();
+  options.parameter_blocks.push_back(x_.theta.data());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    options.parameter_blocks.push_back(x_.ahrs[s].data());
+    if (drifts) options.parameter_blocks.push_back(x_.drift[s].data());
     options.parameter_blocks.push_back(x_.states[s].data());
   }
   ceres::CRSMatrix crs;
@@ -43,31 +44,18 @@ WindowProblem::Covariance() {
   const Eigen::SparseMatrix<double> J = ToEigen(crs);
   const Eigen::SparseMatrix<double> H = J.transpose() * J;
 
-  // What is asked for, as linear functions of the unknowns: parameters and the final state.
+  // What is asked for, as linear functions of the unknowns: theta and the final state.
   constexpr int kAsked = kParameters + 6;
-  const int last = static_cast<int>(H.cols()) - kAhrsSize - kStateSize;
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
-  for (int i = 0; i < 3; ++i) {
-    G(i, i) = 1.0;             // K_x, K_y, b_az
-    G(last + i, 3 + i) = 1.0;  // Phi_E_Ep at the end
-  }
-  for (int i = 3; i < kBodySize; ++i) G(i, 3 + i) = 1.0;  // Phi_I_B, b_ax, b_ay
+  const int last_state = static_cast<int>(H.cols()) - kStateSize;
   const StateNode& end = *segments_.back()->end_node();
-  G.block(0, kParameters, kBodySize, 6) = end.d_body.transpose();
-  G.block(last, kParameters, kAhrsSize, 6) = end.d_ahrs.transpose();
-  G.block(last + kAhrsSize, kParameters, kStateSize, 6) = end.d_state.transpose();
-  return G.transpose() * SolveHessian(H, G);
-}
-
-Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::PriorVariance() const {
-  Eigen::Matrix<double, kParameters, 1> variance = Eigen::Matrix<double, kParameters, 1>::Ones();
-  if (segments_.size() > 1) {
-    const double seconds = SecondsBetween(segments_.front()->start(), segments_.back()->start());
-    const Eigen::Vector3d walk(options_.process.tilt, options_.process.tilt,
-                               options_.process.heading);
-    variance.segment<3>(3) += walk.cwiseQuotient(scaling_.ahrs_sigma).cwiseAbs2() * seconds;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
+  G.topLeftCorner<kThetaSize, kThetaSize>().setIdentity();
+  G.block<kThetaSize, 6>(0, kParameters) = end.d_theta.transpose();
+  if (drifts) {
+    G.block<kDriftSize, 6>(last_state - kDriftSize, kParameters) = end.d_drift().transpose();
   }
-  return variance;
+  G.block<kStateSize, 6>(last_state, kParameters) = end.d_state.transpose();
+  return G.transpose() * SolveHessian(H, G);
 }
 
 }  // namespace trueline

@@ -3,7 +3,6 @@
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +13,6 @@
 
 namespace trueline {
 namespace {
-
-bool HasProcessNoise(const ProcessNoise& noise) {
-  return noise.acceleration > 0.0 || noise.tilt > 0.0 || noise.heading > 0.0;
-}
 
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
@@ -65,7 +60,7 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
 
 void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& data) {
   const double span = SecondsBetween(data.begin, data.end);
-  const int count = HasProcessNoise(options_.process)
+  const int count = options_.process.Any()
                         ? std::max(1, static_cast<int>(std::ceil(span / options_.knot_interval)))
                         : 1;
   std::size_t fix = 0, force = 0;
@@ -85,12 +80,12 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
     segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
                                                   scaling_, options_.max_block));
   }
-  x_.body.setZero();
-  x_.ahrs.assign(count, Eigen::Vector3d::Zero());
+  x_.theta.setZero();
+  x_.drift.assign(count, Eigen::Vector3d::Zero());
   x_.states.assign(count, Eigen::Matrix<double, 6, 1>::Zero());
-  problem_.AddParameterBlock(x_.body.data(), kBodySize);
+  problem_.AddParameterBlock(x_.theta.data(), kThetaSize);
   for (int s = 0; s < count; ++s) {
-    problem_.AddParameterBlock(x_.ahrs[s].data(), kAhrsSize);
+    problem_.AddParameterBlock(x_.drift[s].data(), kDriftSize);
     problem_.AddParameterBlock(x_.states[s].data(), kStateSize);
   }
 }
@@ -107,7 +102,7 @@ void WindowProblem::AddFixes(const WindowData& data) {
     const std::size_t s = SegmentOf(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
     problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-                              MakeLoss(options_), x_.body.data(), x_.ahrs[s].data(),
+                              MakeLoss(options_), x_.theta.data(), x_.drift[s].data(),
                               x_.states[s].data());
   }
 }
@@ -118,7 +113,7 @@ void WindowProblem::AddForces(const WindowData& data) {
     const std::size_t s = SegmentOf(force.t);
     force_blocks_.push_back(problem_.AddResidualBlock(
         new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
-        new ceres::HuberLoss(2.5), x_.body.data(), x_.ahrs[s].data(), x_.states[s].data()));
+        new ceres::HuberLoss(2.5), x_.theta.data(), x_.drift[s].data(), x_.states[s].data()));
   }
 }
 
@@ -126,49 +121,48 @@ void WindowProblem::AddContinuity(double gravity) {
   for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
     problem_.AddResidualBlock(
-        new ContinuityResidual(segments_[s]->end_node(), scaling_.ahrs_sigma,
+        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(), options_.process.Decay(seconds),
                                SqrtInformation(options_.process, seconds, gravity)),
-        nullptr, x_.body.data(), x_.ahrs[s].data(), x_.states[s].data(), x_.ahrs[s + 1].data(),
+        nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
         x_.states[s + 1].data());
   }
 }
 
 void WindowProblem::AddPriors() {
   problem_.AddResidualBlock(
-      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kBodySize, kBodySize),
-                             Eigen::VectorXd::Zero(kBodySize)),
-      nullptr, x_.body.data());
+      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kThetaSize, kThetaSize),
+                             Eigen::VectorXd::Zero(kThetaSize)),
+      nullptr, x_.theta.data());
+  if (!options_.process.Any()) {
+    problem_.SetParameterBlockConstant(x_.drift.front().data());
+    return;
+  }
+  const Eigen::Vector3d sigma = options_.process.DriftSigma().cwiseMax(1e-5);
   problem_.AddResidualBlock(
-      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kAhrsSize, kAhrsSize),
-                             Eigen::VectorXd::Zero(kAhrsSize)),
-      nullptr, x_.ahrs.front().data());
+      new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
+                             Eigen::VectorXd::Zero(kDriftSize)),
+      nullptr, x_.drift.front().data());
 }
 
 void WindowProblem::SetBounds() {
-  const auto set = [this](double* block, int index, const ParameterPrior& prior) {
-    problem_.SetParameterLowerBound(block, index, (prior.lower - prior.mean) / prior.sigma);
-    problem_.SetParameterUpperBound(block, index, (prior.upper - prior.mean) / prior.sigma);
-  };
-  for (int i = 0; i < 3; ++i) {
-    set(x_.body.data(), i, options_.priors[i]);
-    set(x_.body.data(), 3 + i, options_.priors[6 + i]);
-    for (Eigen::Vector3d& ahrs : x_.ahrs) set(ahrs.data(), i, options_.priors[3 + i]);
+  for (int i = 0; i < 9; ++i) {
+    const ParameterPrior& prior = options_.priors[i];
+    const double lower = (prior.lower - prior.mean) / prior.sigma;
+    const double upper = (prior.upper - prior.mean) / prior.sigma;
+    problem_.SetParameterLowerBound(x_.theta.data(), i, lower);
+    problem_.SetParameterUpperBound(x_.theta.data(), i, upper);
   }
 }
 
 void WindowProblem::SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state) {
-  constexpr int kFromTheta[6] = {0, 1, 2, 6, 7, 8};
-  x_.body.setZero();
-  for (int i = 0; i < 6; ++i) {
-    x_.body[i] = (theta[kFromTheta[i]] - scaling_.body_mean[i]) / scaling_.body_sigma[i];
-  }
-  const Eigen::Vector3d ahrs =
-      (theta.segment<3>(3) - scaling_.ahrs_mean).cwiseQuotient(scaling_.ahrs_sigma);
+  x_.theta.setZero();
+  x_.theta.head<9>() =
+      (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
   Eigen::Matrix<double, 6, 1> x = state;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    x_.ahrs[s] = ahrs;
+    x_.drift[s].setZero();
     x_.states[s] = x;
-    segments_[s]->Evaluate(x_.body.data(), ahrs.data(), x.data(), false);
+    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x.data(), false);
     x = segments_[s]->end_node()->value;
   }
 }
@@ -179,7 +173,7 @@ void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evalu
 
 void WindowProblem::Refresh(bool derivatives) {
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    segments_[s]->Evaluate(x_.body.data(), x_.ahrs[s].data(), x_.states[s].data(), derivatives);
+    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
   }
 }
 
@@ -204,12 +198,7 @@ ceres::Solver::Summary WindowProblem::Solve() {
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters() const {
-  const Eigen::Matrix<double, kBodySize, 1> body =
-      scaling_.body_mean + scaling_.body_sigma.cwiseProduct(x_.body);
-  Eigen::Matrix<double, kParameters, 1> parameters;
-  parameters << body.head<3>(),
-      scaling_.ahrs_mean + scaling_.ahrs_sigma.cwiseProduct(x_.ahrs.back()), body.tail<5>();
-  return parameters;
+  return scaling_.mean + scaling_.sigma.cwiseProduct(x_.theta);
 }
 
 Eigen::Vector3d WindowProblem::PositionAt(TimeNs t) const {

@@ -37,9 +37,8 @@ class WindowProblem : private ceres::EvaluationCallback {
 
   ceres::Solver::Summary Solve();
 
-  // The solution in physical units: the nine of eq. 16 with the AHRS error at the window's end,
-  // then b_ax and b_ay.
-  static constexpr int kParameters = 11;
+  // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
+  static constexpr int kParameters = kThetaSize;
   Eigen::Matrix<double, kParameters, 1> Parameters() const;
   // Whether b_ax, b_ay are part of the problem.
   bool HasForces() const { return !force_blocks_.empty(); }
@@ -47,8 +46,6 @@ class WindowProblem : private ceres::EvaluationCallback {
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
   // Hessian; finite also where the data leave directions open (the prior holds them).
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
-  // Prior variance of each parameter in those units, Wiener growth of the AHRS error included.
-  Eigen::Matrix<double, kParameters, 1> PriorVariance() const;
 
   // State at the window's end, in E: the prediction.
   Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
@@ -63,9 +60,9 @@ class WindowProblem : private ceres::EvaluationCallback {
 
  private:
   struct Unknowns {
-    Eigen::Matrix<double, kBodySize, 1> body;
-    std::vector<Eigen::Vector3d> ahrs;                 // by segment
-    std::vector<Eigen::Matrix<double, 6, 1>> states;   // by segment
+    Eigen::Matrix<double, kThetaSize, 1> theta;
+    std::vector<Eigen::Vector3d> drift;               // by segment
+    std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
   };
 
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
