@@ -19,7 +19,7 @@
 //     yaw, unit} fixes:    {position: {columns: [19, 20, {constant: -1.5}]}, sigma: {constant:
 //     0.15},
 //                gate: {column: 36}, new_where: [19, 20, 50], time: {column: 50, unit: ms}}
-//     mocap:    {position: {columns: [px, py, pz], unit: m}, quaternion: {...}}
+//     mocap:    {position: {columns: [px, py, pz], unit: m, earth: ENU}, quaternion: {...}}
 //     pose:     like mocap, of the pose sensor
 //     rotors:   {columns: [m1, m2, m3, m4], unit: rpm}
 //     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}

@@ -71,22 +71,27 @@ AttitudeMap ReadAttitude(const YamlMap& map, const SourceAxes& axes, const Input
   return {ReadStream(map, inputs), AttitudeSource(map, axes)};
 }
 
-ArraySource ReadPosition(const YamlMap& map) {
+// A position may have an `earth` of its own beside the attitude's.
+ArraySource ReadPosition(const YamlMap& map, const SourceAxes& axes, Eigen::Matrix3d* to_native) {
   const YamlMap position = map.Child("position");
+  *to_native = ReadAxes(position, ReadAxes(map, axes)).earth;
   ArraySource source(position, Dimension::kLength, 3);
   position.Finish();
   return source;
 }
 
 FixMap ReadFixes(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  return {ReadStream(map, inputs), ReadPosition(map), ReadAxes(map, axes).earth,
-          ScalarSource(map.Child("sigma"), Dimension::kLength),
-          map.Has("gate") ? ScalarSource(map.Child("gate"), Dimension::kNone) : ScalarSource(0.0)};
+  FixMap fixes{ReadStream(map, inputs), {}, {}, {}, ScalarSource(0.0)};
+  fixes.position = ReadPosition(map, axes, &fixes.axes);
+  fixes.sigma = ScalarSource(map.Child("sigma"), Dimension::kLength);
+  if (map.Has("gate")) fixes.gate = ScalarSource(map.Child("gate"), Dimension::kNone);
+  return fixes;
 }
 
 PoseMap ReadPose(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  return {ReadStream(map, inputs), ReadPosition(map), ReadAxes(map, axes).earth,
-          AttitudeSource(map, axes)};
+  PoseMap pose{ReadStream(map, inputs), {}, {}, AttitudeSource(map, axes)};
+  pose.position = ReadPosition(map, axes, &pose.axes);
+  return pose;
 }
 
 }  // namespace
