@@ -8,9 +8,9 @@ namespace trueline::simulation {
 
 // Where the path wants the drone to be. Frame E (NED), m, m/s, m/s^2, rad, rad/s.
 struct PathPoint {
-  Eigen::Vector3d p_E;
-  Eigen::Vector3d v_E;
-  Eigen::Vector3d a_E;  // along and across; smoothed where curvature jumps
+  Eigen::Vector3d p_E = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_E = Eigen::Vector3d::Zero();
+  Eigen::Vector3d a_E = Eigen::Vector3d::Zero();  // smoothed where curvature jumps
   double speed = 0.0;
   double heading = 0.0;  // of the tangent, continuous along the table
   double heading_rate = 0.0;
