@@ -91,7 +91,7 @@ RotorArray Autopilot::Command(double dt, const BodyState& state, const BodyRate&
   MeasureDisturbance(dt, state, now);
   const Quaterniond q_E_B = state.Attitude();
   const Vector3d thrust_E = WantedThrust(state, position, ahead);
-  const Vector3d rate = WantedRate(q_E_B, AttitudeFor(thrust_E, ahead.heading), ahead);
+  const Vector3d rate = WantedRate(q_E_B, AttitudeFor(thrust_E, position.heading), ahead);
   const Vector3d dw_B = config_.rate_gain.cwiseProduct(rate - state.w_B) - unmodelled_dw_B_;
   Eigen::Vector4d wrench;
   wrench[0] = -vehicle_.mass * thrust_E.dot(q_E_B * Vector3d::UnitZ());

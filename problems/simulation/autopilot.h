@@ -15,7 +15,8 @@ class Autopilot {
   Autopilot(const VehicleConfig& vehicle, const AutopilotConfig& config, double gravity);
 
   // Wanted rotor speeds (rad/s), for a state with its rate of change `now`, where the path wants
-  // `position` and, ahead by the attitude's lag, acceleration and heading of `ahead`.
+  // place, speed and heading of `position` and, ahead by the attitude's lag, the accelerations of
+  // `ahead`.
   RotorArray Command(double dt, const BodyState& state, const BodyRate& now,
                      const PathPoint& position, const PathPoint& ahead);
   // Attitude and rotor speeds for steady flight at the start.
