@@ -41,7 +41,7 @@ def _parameters(result):
         blocks += [
             "<h3>By window</h3>",
             paragraph("Bars are 95 % intervals. Filled: identified; hollow circle: weak; triangle: "
-                      "at a bound; cross: unobservable, drawn without its interval.", "note"),
+                      "at a bound, and cross: unobservable, both without an interval.", "note"),
             embed(plots_parameters.parameters_by_window(result), "plot-parameters")]
     return blocks
 
@@ -75,9 +75,9 @@ def _residuals(result):
     residuals = plots_residuals.whitened(result)
     if residuals.empty:
         return [paragraph("No fix was fitted.")]
-    note = ("Fix minus fitted position, divided by the fix's own sigma; each fix once, from the "
-            "first window that holds it. If the assumed noise is right, 95 % lie between the "
-            "dashed lines and the histogram follows the curve.")
+    note = ("Residuals of the fixes against the fitted path, divided by each fix's own sigma; each "
+            "fix once, from the first window that holds it. If the assumed noise is right, 95 % "
+            "lie between the dashed lines and the histogram follows the curve.")
     return [paragraph(note, "note"), residual_table(residuals),
             embed(plots_residuals.over_time(residuals), "plot-residuals"),
             embed(plots_residuals.histogram(residuals), "plot-histogram")]

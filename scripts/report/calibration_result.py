@@ -14,7 +14,7 @@ TABLES = {  # name: (columns of numbers, columns of text)
     "arcs": (RUN + ["t_start", "t_end", "final_point_error", "predicted_sigma", "iterations",
                     "solve_time", "inside_95", "x_predicted", "y_predicted", "x_truth", "y_truth",
                     "cov_xx", "cov_xy", "cov_yy"], ["estimator", "truth"]),
-    "trajectory": (["t", "tau", "x", "y", "z", "vx", "vy", "vz"], ["estimator", "kind"]),
+    "trajectory": (["t", "tau", "x", "y"], ["estimator", "kind"]),
     "windows": (RUN + ["t_start", "t_end", "value", "sigma"],
                 ["estimator", "parameter", "unit", "status"]),
     "residuals": (RUN + ["t", "gate", "r_x", "r_y", "r_z", "sigma", "weight"], ["estimator"]),

@@ -10,7 +10,7 @@ NAMES = {"vgd": "VGD", "vgd_kinematic": "VGD, kinematic", "ekf": "EKF", "smoothe
 INK, MUTED, GRID = "#1b2430", "#627084", "#e9edf2"
 FIXES, TRUTH, BAD = "#f59e0b", "#8a94a3", "#c0312b"
 FONT = 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif'
-CONFIG = ('{"responsive": true, "displaylogo": false, "scrollZoom": true, '
+CONFIG = ('{"responsive": true, "displaylogo": false, '
           '"modeBarButtonsToRemove": ["lasso2d", "select2d"]}')
 
 
@@ -38,9 +38,9 @@ def style(figure, height, **layout):
         plot_bgcolor="#fff", hoverlabel=dict(font=dict(family=FONT, size=12)),
         legend=dict(orientation="h", x=0, y=1.0, xanchor="left", yanchor="bottom"))
     figure.update_xaxes(gridcolor=GRID, zeroline=False, linecolor="#c6cfda", showline=True,
-                        title_standoff=8)
+                        title_standoff=8, title_font=dict(size=13))
     figure.update_yaxes(gridcolor=GRID, zeroline=False, linecolor="#c6cfda", showline=True,
-                        title_standoff=8)
+                        title_standoff=8, title_font=dict(size=13))
     figure.update_layout(**layout)
     return figure
 

@@ -27,8 +27,8 @@ def errors_by_arc(result):
             name="Outside its 95 % ellipse", hoverinfo="skip",
             marker=dict(color=charts.BAD, size=14, symbol="circle-open", line=dict(width=2))))
     charts.style(figure, 360)
-    figure.update_xaxes(title="Arc (tau)")
-    figure.update_yaxes(title="Final-point error [m]", rangemode="tozero")
+    figure.update_xaxes(title_text="Arc (tau)")
+    figure.update_yaxes(title_text="Final-point error [m]", rangemode="tozero")
     return figure
 
 
@@ -57,9 +57,9 @@ def against_gamma(result):
         iterated = rows[rows.iterations > 0]  # a filter has none
         _add_distribution(figure, estimator, iterated, "iterations", 2, shift, "iterations")
     charts.style(figure, 380)
-    figure.update_xaxes(title="Window length gamma [passes]", dtick=1)
-    figure.update_yaxes(title="Final-point error [m]", rangemode="tozero", col=1)
-    figure.update_yaxes(title="Iterations", rangemode="tozero", col=2)
+    figure.update_xaxes(title_text="Window length gamma [passes]", dtick=1)
+    figure.update_yaxes(title_text="Final-point error [m]", rangemode="tozero", col=1)
+    figure.update_yaxes(title_text="Iterations", rangemode="tozero", col=2)
     return figure
 
 

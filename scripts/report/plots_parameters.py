@@ -8,6 +8,7 @@ import charts
 COLUMNS, ROW_HEIGHT = 3, 210
 SYMBOLS = {"identified": "circle", "weak": "circle-open", "unobservable": "x-thin-open",
            "at_bound": "triangle-up-open"}
+WITHOUT_INTERVAL = ["unobservable", "at_bound"]  # their sigma is not one of an estimate
 
 
 def parameters_by_window(result):
@@ -29,13 +30,13 @@ def parameters_by_window(result):
                  legend=dict(orientation="h", x=0, y=1 + 32 / (ROW_HEIGHT * rows),
                              xanchor="left", yanchor="bottom"))
     figure.update_annotations(font=dict(size=13, color=charts.INK))
-    figure.update_xaxes(title="End of window [s]", row=rows)
+    figure.update_xaxes(title_text="End of window [s]", row=rows)
     return figure
 
 
 def _history(estimator, history, in_legend):
     history = history.sort_values("t_end")
-    shown = np.where(history.status == "unobservable", np.nan, 1.96 * history.sigma)
+    shown = np.where(history.status.isin(WITHOUT_INTERVAL), np.nan, 1.96 * history.sigma)
     return go.Scatter(
         x=charts.rounded(history.t_end), y=charts.rounded(history.value, 6),
         error_y=dict(type="data", array=charts.rounded(shown, 6), thickness=1, width=2),

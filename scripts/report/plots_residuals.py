@@ -38,8 +38,8 @@ def over_time(residuals):
     for level in (-1.96, 1.96):
         figure.add_hline(y=level, line=dict(color=charts.MUTED, dash="dash", width=1))
     charts.style(figure, 340)
-    figure.update_xaxes(title="Time [s]")
-    figure.update_yaxes(title="Residual / sigma", zeroline=True, zerolinecolor="#c6cfda")
+    figure.update_xaxes(title_text="Time [s]")
+    figure.update_yaxes(title_text="Residual / sigma", zeroline=True, zerolinecolor="#c6cfda")
     return figure
 
 
@@ -63,8 +63,8 @@ def histogram(residuals):
     figure.add_trace(charts.lines(charts.rounded(normal_x), charts.rounded(normal, 4),
                                   "Standard normal (assumed)", charts.INK, hoverinfo="skip"))
     charts.style(figure, 340, barmode="overlay", bargap=0)
-    figure.update_xaxes(title="Residual / sigma")
-    figure.update_yaxes(title="Density", rangemode="tozero")
+    figure.update_xaxes(title_text="Residual / sigma")
+    figure.update_yaxes(title_text="Density", rangemode="tozero")
     return figure
 
 

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 import charts
 
 # Points drawn at most, so that a page of an hour's flight stays small.
-PATH_POINTS, MOCAP_POINTS, FIX_POINTS = 12000, 5000, 5000
+PATH_POINTS, MOCAP_POINTS, FIX_POINTS = 12000, 4000, 4000
 GATE_WIDTH = 1.0      # m, as drawn
 MOCAP_GAP = 0.5       # s, longer gaps are not bridged by a line
 CHI2_95 = 5.991       # 95 % quantile of chi-squared with two degrees of freedom
@@ -40,8 +40,8 @@ def track(result, log):
     _add_gates(figure, log)
     charts.style(figure, 640, margin=dict(l=64, r=16, t=16, b=48),
                  legend=dict(orientation="v", x=1.01, y=1, xanchor="left", yanchor="top"))
-    figure.update_xaxes(title="y, east [m]", constrain="domain")
-    figure.update_yaxes(title="x, north [m]", scaleanchor="x", scaleratio=1, constrain="domain")
+    figure.update_xaxes(title_text="y, east [m]", constrain="domain")
+    figure.update_yaxes(title_text="x, north [m]", scaleanchor="x", scaleratio=1, constrain="domain")
     return figure
 
 
@@ -75,7 +75,7 @@ def _add_paths(figure, result, estimator, shown, limit):
         if group.empty:
             continue
         per_point = limit / len(group)
-        pieces = [charts.decimate(piece, max(12, int(per_point * len(piece))))
+        pieces = [charts.decimate(piece, max(8, int(per_point * len(piece))))
                   for _, piece in group.groupby("tau")]
         path = charts.in_pieces(pieces, ["t", "tau", "x", "y"])
         figure.add_trace(charts.lines(
@@ -91,7 +91,7 @@ def _add_final_points(figure, result, estimator, shown):
     if arcs.empty:
         return
     colour, name = charts.colour(estimator), charts.label(estimator)
-    outlines = [ellipse_95(row) for row in arcs.itertuples()]
+    outlines = [ellipse_95(row, 33 if len(arcs) <= 100 else 17) for row in arcs.itertuples()]
     x = np.concatenate([[*x, np.nan] for x, _ in outlines])
     y = np.concatenate([[*y, np.nan] for _, y in outlines])
     figure.add_trace(charts.lines(charts.rounded(y), charts.rounded(x), f"{name}, 95 % ellipses",
@@ -126,7 +126,7 @@ def _add_gates(figure, log):
         across = 0.5 * GATE_WIDTH * np.array([-math.sin(yaw), math.cos(yaw)])
         x += [north - across[0], north, north + across[0], None]
         y += [east - across[1], east, east + across[1], None]
-        text += ["", f"gate {html.escape(str(gate['id']))}", "", ""]
+        text += ["", f"gate {html.escape(str(gate['id']))}<br> ", "", ""]
     figure.add_trace(go.Scatter(
         x=y, y=x, text=text, mode="lines+text", name="Gates (drawn 1 m wide)",
         textposition="top center", textfont=dict(size=12, color=charts.MUTED),

@@ -43,8 +43,9 @@ def number(value, digits=3, unit=""):
     value = as_number(value)
     if not math.isfinite(value):
         return "–"
-    text = f"{value:.{digits}g}" if value == 0 or 1e-3 <= abs(value) < 1e5 else f"{value:.2e}"
-    return f"{text} {unit}".strip().replace("-", "−", 1) if value < 0 else f"{text} {unit}".strip()
+    plain = value == 0 or 1e-3 <= abs(value) < 1e5
+    text = f"{value:.{digits}g}" if plain else f"{value:.2e}"
+    return f"{text.replace('-', '−')} {unit}".strip()
 
 
 def with_sigma(value, sigma):

@@ -53,7 +53,8 @@ class PageInBrowser(unittest.TestCase):
     def traces(self, plot):
         """Name -> number of points of each trace (a name may come twice in subplots)."""
         return self.browser.run(
-            "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])", plot)
+            "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])",
+            plot)
 
     def text(self, selector):
         return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
@@ -198,6 +199,13 @@ class Rendering(unittest.TestCase):
         outcome = render(result, log, self.root / "report.html")
         self.assertEqual(outcome.returncode, 2)
         self.assertIn("residuals.csv:5: 'wide' in column 'sigma'", outcome.stderr)
+
+    def test_a_last_line_that_is_cut_off_is_left_out(self):
+        log, result = synthetic.write_all(self.root, rate=8)
+        with open(log / "fixes.csv", "a") as file:
+            file.write("99.5,1.0,-")
+        outcome = render(result, log, self.root / "report.html")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
 
     def test_an_unusable_flight_has_a_page_without_tables(self):
         log, result = synthetic.write_all(self.root, rate=8)

@@ -12,7 +12,8 @@ STRAIGHT, RADIUS, SPEED = 3.0, 1.5, 1.8          # m, m, m/s
 PASS_TIME, ARC_TIME = STRAIGHT / SPEED, math.pi * RADIUS / SPEED
 PARAMETERS = {"K_x": (-0.55, 0.04, "1/s", "identified"), "K_y": (-0.50, 0.09, "1/s", "identified"),
               "b_az": (0.12, 0.03, "m/s^2", "weak"), "phi_E_Ep": (0.02, 0.004, "rad", "identified"),
-              "psi_I_B": (0.3, 5.0, "rad", "unobservable"), "phi_I_B": (0.2, 0.01, "rad", "at_bound")}
+              "psi_I_B": (0.3, 5.0, "rad", "unobservable"),
+              "phi_I_B": (0.2, 0.01, "rad", "at_bound")}
 HOSTILE = "<script>window.hacked = 1</script><b>&amp;"
 
 
