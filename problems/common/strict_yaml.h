@@ -25,7 +25,7 @@ class YamlMap {
  public:
   static YamlMap FromFile(const std::filesystem::path& path);
   // `file` and `key_path` are for messages only.
-  YamlMap(YAML::Node node, std::string file, std::string key_path);
+  YamlMap(const YAML::Node& node, std::string file, std::string key_path);
 
   bool Has(const std::string& key) const;
   int LineOf(const std::string& key) const;
