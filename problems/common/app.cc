@@ -12,7 +12,7 @@
 
 #include "problems/common/error.h"
 
-namespace gflags {
+namespace google {
 extern void (*gflags_exitfunc)(int);  // gflags' own hook; it would leave with 1 on a wrong flag
 }
 
@@ -50,7 +50,7 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
 
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
            const std::function<int()>& body) {
-  gflags::gflags_exitfunc = [](int code) { std::exit(code == 0 ? kExitDone : kExitBadInput); };
+  google::gflags_exitfunc = [](int code) { std::exit(code == 0 ? kExitDone : kExitBadInput); };
   gflags::SetUsageMessage(usage);
   gflags::SetVersionString(Version());
   google::InitGoogleLogging((*argv)[0]);
