@@ -83,7 +83,8 @@ Verdict Judge(const EstimatorRun& run) {
 }
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
-  const FlightData flight(log, options.vgd);
+  const FlightData flight(log, options.vgd.drive, options.vgd.passes,
+                          options.vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
   std::vector<int> gammas = options.gamma_sweep;

@@ -109,6 +109,7 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   ReadPositive(map, "tolerance", &options.tolerance);
   ReadPositive(map, "max_block_s", &options.max_block);
   ReadPositive(map, "pass_gap_s", &options.passes.pass_gap);
+  ReadPositive(map, "max_arc_s", &options.passes.max_arc);
   Read(map, "min_fixes", &options.passes.min_fixes);
   ReadDrive(map.ChildOrEmpty("drive"), &options.drive);
   map.Finish();
@@ -146,6 +147,7 @@ YAML::Node ToYaml(const VgdOptions& options) {
   node["tolerance"] = options.tolerance;
   node["max_block_s"] = options.max_block;
   node["pass_gap_s"] = options.passes.pass_gap;
+  node["max_arc_s"] = options.passes.max_arc;
   node["min_fixes"] = options.passes.min_fixes;
   node["drive"]["thrust"] = NameOf(kThrusts, options.drive.thrust);
   node["drive"]["attitude"] = NameOf(kAttitudes, options.drive.attitude);

@@ -154,16 +154,20 @@ void WindowProblem::SetBounds() {
   }
 }
 
-void WindowProblem::SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state) {
+void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
   x_.theta.head<9>() =
       (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
-  Eigen::Matrix<double, 6, 1> x = state;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
-    x_.states[s] = x;
-    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x.data(), false);
-    x = segments_[s]->end_node()->value;
+    if (s == 0 || segments_[s]->start() <= path.end()) {
+      const LineFit guess = path.At(segments_[s]->start());
+      x_.states[s] << guess.p, guess.v;
+    } else {
+      Segment& before = *segments_[s - 1];
+      before.Evaluate(x_.theta.data(), x_.drift[s - 1].data(), x_.states[s - 1].data(), false);
+      x_.states[s] = before.end_node()->value;
+    }
   }
 }
 

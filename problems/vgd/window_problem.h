@@ -7,8 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "problems/vgd/force_samples.h"
 #include "problems/vgd/segment.h"
+#include "problems/window/force_samples.h"
+#include "problems/window/rough_path.h"
 
 namespace trueline {
 
@@ -31,9 +32,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   WindowProblem(const WindowProblem&) = delete;
   WindowProblem& operator=(const WindowProblem&) = delete;
 
-  // Sets all unknowns: parameters to theta, states by integration from a line through the fixes
-  // of the first pass.
-  void SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state);
+  // Sets all unknowns: parameters to theta, states to the rough path; beyond its end, by
+  // integration.
+  void SetStart(const Theta& theta, const RoughPath& path);
 
   ceres::Solver::Summary Solve();
 
