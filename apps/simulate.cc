@@ -1,4 +1,6 @@
 // trueline-simulate: a flight round a course of gates, as a native log with its truth beside it.
+#include "problems/simulation/simulate.h"
+
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -6,7 +8,6 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/log/native_log.h"
-#include "problems/simulation/simulate.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 
@@ -38,17 +39,20 @@ void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
   constexpr double kDegree = M_PI / 180.0;
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
   const auto row = [&](const char* name, std::size_t count) {
-    if (count > 0) fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
+    if (count > 0)
+      fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
   };
   row("imu", log.imu.size());
   row("attitude", log.attitude.size());
   row("fixes", log.fixes.size());
   row("mocap", log.mocap.size());
   row("rotors", log.rotors.size());
+  row("motors", log.motors.size());
   row("range", log.range.size());
   fmt::print("\n{:<22} {:>10.2f}\n", "laps", truth.laps);
   fmt::print("{:<22} {:>10}\n", "passes", truth.passes);
-  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean, truth.speed_max);
+  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean,
+             truth.speed_max);
   fmt::print("{:<22} {:>10.3f} (largest {:.3f})\n", "off the course [m]", truth.path_error_rms,
              truth.path_error_max);
   fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "AHRS tilt error [deg]",

@@ -167,9 +167,8 @@ ImuConfig ReadImu(const YamlMap& map) {
 
 AhrsConfig ReadAhrs(const YamlMap& map) {
   AhrsConfig ahrs;
-  const std::string kind =
-      map.GetChoice("kind", {"complementary_filter", "drifting_error", "constant_error"},
-                    "complementary_filter");
+  const std::string kind = map.GetChoice(
+      "kind", {"complementary_filter", "drifting_error", "constant_error"}, "complementary_filter");
   ReadNotNegative(map, "rate", &ahrs.rate);
   if (kind == "complementary_filter") {
     ReadPositive(map, "tilt_gain", &ahrs.tilt_gain);
@@ -260,8 +259,8 @@ void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
   const std::vector<std::string> known = TunableNames(*config);
   for (const std::string& key : map.Keys()) {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      map.Fail(key, fmt::format("can't be drawn at random; use one of: {}",
-                                fmt::join(known, ", ")));
+      map.Fail(key,
+               fmt::format("can't be drawn at random; use one of: {}", fmt::join(known, ", ")));
     }
     const auto range = map.Get<std::vector<double>>(key);
     if (range.size() != 2 || range[1] < range[0]) map.Fail(key, "needs a range [low, high]");

@@ -35,16 +35,19 @@ class Flight {
     const Motion motion{t, dt, state_.Attitude(), now.rate.v_E, state_.w_B, now.rate.w_B};
     *reading = imu_.Sample(motion, now.f_B, state_.rotors);
     const Quaterniond q_Ep_I = ahrs_.Update(motion, *reading);
-    *truth = {t,       state_.p_E,     state_.v_E,    state_.Attitude(), state_.w_B, now.rate.w_B,
-              now.f_B, now.rate.v_E, state_.rotors, now.thrust,        q_Ep_I};
-    Advance(t, dt, now);
+    const RotorArray command = Command(t, dt, now);
+    *truth = {t,       state_.p_E,   state_.v_E,    state_.Attitude(), state_.w_B, now.rate.w_B,
+              now.f_B, now.rate.v_E, state_.rotors, command,           now.thrust, q_Ep_I};
+    state_ = airframe_.Step(t, dt, state_, command, turbulence_.value());
+    turbulence_.Advance(dt);
+    s_ += dt * path_.At(s_).speed;
   }
 
   double distance_flown() const { return s_; }
   double PathError() const { return path_.DistanceTo(state_.p_E, s_, 1.0); }
 
  private:
-  void Advance(double t, double dt, const BodyRate& now) {
+  RotorArray Command(double t, double dt, const BodyRate& now) {
     const PathPoint wanted = path_.At(s_);
     const PathPoint ahead = path_.At(s_ + wanted.speed * config_.autopilot.lead);
     if (!((wanted.p_E - state_.p_E).norm() < kLost)) {
@@ -52,10 +55,7 @@ class Flight {
           "the drone left the course at {:.1f} s; lower the speed, the effects or the turbulence",
           t));
     }
-    const RotorArray command = autopilot_.Command(dt, state_, now, wanted, ahead);
-    state_ = airframe_.Step(t, dt, state_, command, turbulence_.value());
-    turbulence_.Advance(dt);
-    s_ += dt * wanted.speed;
+    return autopilot_.Command(dt, state_, now, wanted, ahead);
   }
 
   const SimulationConfig& config_;
@@ -103,16 +103,21 @@ void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint
   }
 }
 
+// Measured speeds, and the commands as a share of the greatest speed.
 void LogRotors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
                FlightLog* log) {
   if (config.rotors.rate <= 0.0) return;
   log->vehicle = Vehicle{config.vehicle.mass, config.vehicle.rotors};
   Random random(seed, "rotors");
   for (const double t : StreamTimes(config.rotors.rate, config.duration)) {
-    const RotorArray& speeds = truth.Nearest(t).rotors;
-    ChannelsSample sample{FromSeconds(t), {}};
-    for (const double w : speeds) sample.values.push_back(w + config.rotors.sigma * random.Normal());
-    log->rotors.push_back(sample);
+    const TruthSample& now = truth.Nearest(t);
+    ChannelsSample speeds{FromSeconds(t), {}}, commands{FromSeconds(t), {}};
+    for (const double w : now.rotors)
+      speeds.values.push_back(w + config.rotors.sigma * random.Normal());
+    for (const double w : now.command)
+      commands.values.push_back(w / config.vehicle.max_rotor_speed);
+    log->rotors.push_back(speeds);
+    log->motors.push_back(commands);
   }
 }
 
@@ -133,10 +138,12 @@ void LogRange(const SimulationConfig& config, const Trajectory& truth, std::uint
 void DescribeAhrs(SimulationTruth* truth) {
   const Quaterniond q_B_I = FrameChange(truth->config.imu.misalignment);
   Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
+  const TruthSample& first = truth->trajectory.front();
+  const Vector3d origin = EulerOf(first.q_Ep_I * (first.q_E_B * q_B_I).conjugate());
   double tilt_squares = 0.0;
   for (const TruthSample& sample : truth->trajectory) {
     const Quaterniond q_Ep_E = sample.q_Ep_I * (sample.q_E_B * q_B_I).conjugate();
-    const Vector3d angles = EulerOf(q_Ep_E);
+    const Vector3d angles = EulerOf(q_Ep_E) - origin;  // so that squares don't cancel
     const double tilt = std::acos(std::min(1.0, (q_Ep_E * Vector3d::UnitZ()).z()));
     sum += angles;
     squares += angles.cwiseAbs2();
@@ -144,9 +151,9 @@ void DescribeAhrs(SimulationTruth* truth) {
     truth->tilt_error_max = std::max(truth->tilt_error_max, tilt);
   }
   const auto count = static_cast<double>(truth->trajectory.size());
-  truth->ahrs_error_mean = sum / count;
-  truth->ahrs_error_sigma =
-      (squares / count - truth->ahrs_error_mean.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  const Vector3d mean = sum / count;
+  truth->ahrs_error_mean = origin + mean;
+  truth->ahrs_error_sigma = (squares / count - mean.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
   truth->tilt_error_rms = std::sqrt(tilt_squares / count);
 }
 

@@ -17,14 +17,14 @@ struct SimulationTruth {
 
   Eigen::Vector3d ahrs_error_mean = Eigen::Vector3d::Zero();   // rad, angles Phi_E^E' over the log
   Eigen::Vector3d ahrs_error_sigma = Eigen::Vector3d::Zero();  // rad, their spread over the log
-  double tilt_error_rms = 0.0;   // rad, angle between the z axes of E and E'
-  double tilt_error_max = 0.0;   // rad
-  double path_error_rms = 0.0;   // m, from the course
-  double path_error_max = 0.0;   // m
-  double speed_mean = 0.0;       // m/s
-  double speed_max = 0.0;        // m/s
-  double laps = 0.0;             // flown within the log
-  int passes = 0;                // times that a gate came into view
+  double tilt_error_rms = 0.0;  // rad, angle between the z axes of E and E'
+  double tilt_error_max = 0.0;  // rad
+  double path_error_rms = 0.0;  // m, from the course
+  double path_error_max = 0.0;  // m
+  double speed_mean = 0.0;      // m/s
+  double speed_max = 0.0;       // m/s
+  double laps = 0.0;            // flown within the log
+  int passes = 0;               // times that a gate came into view
 };
 
 // Flies `config` with noise drawn from `seed`; the same pair gives the same bytes. `truth` may be
