@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
@@ -59,6 +63,16 @@ void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
              truth.tilt_error_rms / kDegree, truth.tilt_error_max / kDegree);
 }
 
+// A line on the terminal once the flight takes over two seconds.
+SimulationProgress ShowProgress(double duration) {
+  if (FLAGS_quiet || isatty(STDERR_FILENO) == 0) return {};
+  const auto start = std::chrono::steady_clock::now();
+  return [start, duration](double t) {
+    if (std::chrono::steady_clock::now() - start < std::chrono::seconds(2)) return;
+    fmt::print(stderr, "\rflown {:.0f} of {:.0f} s ", t, duration);
+  };
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw InputError("--config and --out are needed; see trueline-simulate --help");
@@ -68,7 +82,7 @@ int Run() {
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
   SimulationTruth truth;
-  const FlightLog log = Simulate(config, FLAGS_seed, &truth);
+  const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));
   WriteNativeLog(log, FLAGS_out);
   WriteFileAtomically(TruthPath(FLAGS_out), TruthYaml(truth, FLAGS_config));
   if (!FLAGS_quiet) PrintTable(log, truth);

@@ -8,6 +8,8 @@
 #include "problems/simulation/autopilot.h"
 #include "problems/simulation/course.h"
 #include "problems/simulation/gate_camera.h"
+#include "problems/simulation/streams.h"
+#include "problems/simulation/summary.h"
 
 namespace trueline {
 namespace simulation {
@@ -69,107 +71,11 @@ class Flight {
   double s_ = 0.0;  // m, arc length that the path is at
 };
 
-// What the flight's loop notes of how well the course was flown.
-struct PathErrors {
-  double squares = 0.0, largest = 0.0;
-  int count = 0;
-
-  void Note(double error) {
-    squares += error * error;
-    largest = std::max(largest, error);
-    ++count;
-  }
-};
-
-void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
-                 FlightLog* log) {
-  double latency = 0.0;
-  Apply(stages.attitude_latency, &latency);
-  const double rate = config.ahrs.rate > 0.0 ? config.ahrs.rate : config.imu.rate;
-  for (const double t : StreamTimes(rate, config.duration)) {
-    log->attitude.push_back({FromSeconds(t), truth.At(t - latency).q_Ep_I});
-  }
-}
-
-void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.mocap.rate <= 0.0) return;
-  Random random(seed, "mocap");
-  for (const double t : StreamTimes(config.mocap.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const Vector3d shift = config.mocap.position_sigma * random.NormalVector3();
-    const Vector3d turn = config.mocap.attitude_sigma * random.NormalVector3();
-    log->mocap.push_back({FromSeconds(t), pose.p_E + shift, pose.q_E_B * RotationByVector(turn)});
-  }
-}
-
-// Measured speeds, and the commands as a share of the greatest speed.
-void LogRotors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-               FlightLog* log) {
-  if (config.rotors.rate <= 0.0) return;
-  log->vehicle = Vehicle{config.vehicle.mass, config.vehicle.rotors};
-  Random random(seed, "rotors");
-  for (const double t : StreamTimes(config.rotors.rate, config.duration)) {
-    const TruthSample& now = truth.Nearest(t);
-    ChannelsSample speeds{FromSeconds(t), {}}, commands{FromSeconds(t), {}};
-    for (const double w : now.rotors)
-      speeds.values.push_back(w + config.rotors.sigma * random.Normal());
-    for (const double w : now.command)
-      commands.values.push_back(w / config.vehicle.max_rotor_speed);
-    log->rotors.push_back(speeds);
-    log->motors.push_back(commands);
-  }
-}
-
-// Distance to the floor along B's z axis.
-void LogRange(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.range.rate <= 0.0) return;
-  Random random(seed, "range");
-  for (const double t : StreamTimes(config.range.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const double slant = (pose.q_E_B * Vector3d::UnitZ()).z();
-    const double noise = config.range.sigma * random.Normal();
-    log->range.push_back({FromSeconds(t), -pose.p_E.z() / std::max(slant, 0.1) + noise});
-  }
-}
-
-// Angles of eq. 14's R_Ep_E over the log: their mean and spread, and the tilt they make.
-void DescribeAhrs(SimulationTruth* truth) {
-  const Quaterniond q_B_I = FrameChange(truth->config.imu.misalignment);
-  Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
-  const TruthSample& first = truth->trajectory.front();
-  const Vector3d origin = EulerOf(first.q_Ep_I * (first.q_E_B * q_B_I).conjugate());
-  double tilt_squares = 0.0;
-  for (const TruthSample& sample : truth->trajectory) {
-    const Quaterniond q_Ep_E = sample.q_Ep_I * (sample.q_E_B * q_B_I).conjugate();
-    const Vector3d angles = EulerOf(q_Ep_E) - origin;  // so that squares don't cancel
-    const double tilt = std::acos(std::min(1.0, (q_Ep_E * Vector3d::UnitZ()).z()));
-    sum += angles;
-    squares += angles.cwiseAbs2();
-    tilt_squares += tilt * tilt;
-    truth->tilt_error_max = std::max(truth->tilt_error_max, tilt);
-  }
-  const auto count = static_cast<double>(truth->trajectory.size());
-  const Vector3d mean = sum / count;
-  truth->ahrs_error_mean = origin + mean;
-  truth->ahrs_error_sigma = (squares / count - mean.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
-  truth->tilt_error_rms = std::sqrt(tilt_squares / count);
-}
-
-void DescribeFlight(const PathErrors& errors, SimulationTruth* truth) {
-  for (const TruthSample& sample : truth->trajectory) {
-    truth->speed_mean += sample.v_E.norm() / static_cast<double>(truth->trajectory.size());
-    truth->speed_max = std::max(truth->speed_max, sample.v_E.norm());
-  }
-  truth->path_error_rms = std::sqrt(errors.squares / std::max(1, errors.count));
-  truth->path_error_max = errors.largest;
-}
-
 }  // namespace
 }  // namespace simulation
 
-FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, SimulationTruth* truth) {
+FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, SimulationTruth* truth,
+                   const SimulationProgress& progress) {
   using namespace simulation;  // NOLINT(google-build-using-namespace): its own internals
   const Course course = BuildCourse(config.course);
   const Stages stages = HangEffects(config.effects, config.gravity);
@@ -190,6 +96,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
     TruthSample sample;
     ImuReading reading;
     if (k == 0) s_start = flight.distance_flown();
+    if (progress && k % 4096 == 0) progress(k / rate);
     if (k >= 0 && k % 32 == 0) errors.Note(flight.PathError());
     flight.Step(k / rate, 1.0 / rate, &sample, &reading);
     trajectory.Add(sample);

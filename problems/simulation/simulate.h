@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "problems/log/flight_log.h"
 #include "problems/simulation/config.h"
@@ -27,9 +28,12 @@ struct SimulationTruth {
   int passes = 0;               // times that a gate came into view
 };
 
+// Called now and then with the time (s) flown so far.
+using SimulationProgress = std::function<void(double)>;
+
 // Flies `config` with noise drawn from `seed`; the same pair gives the same bytes. `truth` may be
 // null. Throws InputError when the drone can't fly the course (it gets lost).
 FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed,
-                   SimulationTruth* truth = nullptr);
+                   SimulationTruth* truth = nullptr, const SimulationProgress& progress = {});
 
 }  // namespace trueline
