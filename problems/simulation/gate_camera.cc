@@ -59,7 +59,8 @@ std::vector<GateView> GateCamera::Views(const Trajectory& truth) const {
     if (sample.t < 0.0) continue;
     const int gate = VisibleGate(sample);
     if (gate < 0) continue;
-    if (!views.empty() && views.back().gate == gate && sample.t - views.back().end < kShortestView) {
+    if (!views.empty() && views.back().gate == gate &&
+        sample.t - views.back().end < kShortestView) {
       views.back().end = sample.t;
     } else {
       views.push_back({gate, sample.t, sample.t});

@@ -66,8 +66,7 @@ void Path::FillDerivatives() {
     table_[i].v_E = table_[i].speed * chord.normalized();
     const double heading = std::atan2(chord.y(), chord.x());
     table_[i].heading =
-        i == 0 ? heading
-               : table_[i - 1].heading + WrapAngle(heading - table_[i - 1].heading);
+        i == 0 ? heading : table_[i - 1].heading + WrapAngle(heading - table_[i - 1].heading);
   }
   for (int i = 0; i < count; ++i) {
     const PathPoint& before = table_[Wrap(i - 1)];
