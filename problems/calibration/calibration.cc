@@ -42,11 +42,6 @@ void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
 
 }  // namespace
 
-const std::vector<std::string>& KnownEstimators() {
-  static const std::vector<std::string> names = {"vgd"};
-  return names;
-}
-
 ArcSummary SummariseArcs(const EstimatorRun& run) {
   const bool mocap = std::any_of(run.windows.begin(), run.windows.end(), [](const auto& w) {
     return w.arc && w.arc->truth_source == "mocap";
@@ -83,23 +78,21 @@ Verdict Judge(const EstimatorRun& run) {
 }
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
-  const FlightData flight(log, options.vgd.drive, options.vgd.passes,
-                          options.vgd.drag_measurement);
+  const VgdOptions& vgd = options.methods.vgd;
+  const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
   std::vector<int> gammas = options.gamma_sweep;
-  if (std::find(gammas.begin(), gammas.end(), options.vgd.gamma) == gammas.end()) {
-    gammas.push_back(options.vgd.gamma);
+  if (std::find(gammas.begin(), gammas.end(), vgd.gamma) == gammas.end()) {
+    gammas.push_back(vgd.gamma);
   }
   std::sort(gammas.begin(), gammas.end());
   for (const std::string& estimator : options.estimators) {
     for (const int gamma : gammas) {
-      VgdOptions vgd = options.vgd;
-      vgd.gamma = gamma;
-      if (estimator == options.estimators.front() && gamma == options.vgd.gamma) {
+      if (estimator == options.estimators.front() && gamma == vgd.gamma) {
         calibration.reported = calibration.runs.size();
       }
-      calibration.runs.push_back(RunVgd(flight, vgd));
+      calibration.runs.push_back(RunEstimator(estimator, flight, options.methods, gamma));
     }
   }
   const EstimatorRun& reported = calibration.Reported();
