@@ -116,8 +116,9 @@ PathPoint Path::At(double s) const {
 double Path::DistanceTo(const Eigen::Vector3d& p_E, double s, double reach) const {
   const double ds = length_ / static_cast<double>(table_.size());
   double nearest = (At(s).p_E - p_E).norm();
-  for (double offset = -reach; offset <= reach; offset += ds) {
-    nearest = std::min(nearest, (At(s + offset).p_E - p_E).norm());
+  const int steps = static_cast<int>(reach / ds);
+  for (int i = -steps; i <= steps; ++i) {
+    nearest = std::min(nearest, (At(s + i * ds).p_E - p_E).norm());
   }
   return nearest;
 }
