@@ -32,7 +32,7 @@ struct ArcTruth {
 
 struct TruthOptions {
   // Mocap is interpolated between samples at most this far apart; a longer outage gives no truth. s
-  double max_mocap_gap = 0.1;
+  double max_mocap_gap = 0.12;
   int fixes = 5;  // how many fixes of the next pass stand in for mocap
 };
 
