@@ -2,6 +2,7 @@
 // the mapping `ekf` and carry the units.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 
 #include "problems/common/strict_yaml.h"
@@ -19,6 +20,8 @@ struct ImuNoise {
   double gyro = 0.001;        // rad/s/sqrt(Hz)
   double accel_walk = 0.002;  // m/s^3/sqrt(Hz), of the Wiener process b_a
   double gyro_walk = 1e-4;    // rad/s^2/sqrt(Hz), of the Wiener process b_g
+  // rad/s/sqrt(Hz), what GyroScatter found on the log; the larger of this and `gyro` counts.
+  Eigen::Vector3d gyro_scatter = Eigen::Vector3d::Zero();
 };
 
 // What is known at the start, as sigmas for each axis. Biases: the uniform ranges of Table 2 of
@@ -48,6 +51,7 @@ struct EkfOptions {
   CovarianceForm covariance = CovarianceForm::kSparse;
 
   ImuNoise noise;
+  bool gyro_from_log = true;  // whether gyro_scatter is measured on the log, or stays zero
   EkfStart start;
 
   // The paper's tuning: P0 = 10 I, R = 2.5^2 m^2 for every fix, and Q added at every IMU sample.
