@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "problems/common/random.h"
+#include "problems/vgd/drift_strength.h"
 #include "problems/vgd/identifiability.h"
+#include "problems/vgd/window_data.h"
 #include "problems/window/rough_path.h"
 
 namespace trueline {
@@ -24,38 +26,6 @@ std::vector<std::string> ParameterUnits(bool with_forces) {
   std::vector<std::string> units(kImuDrivenUnits.begin(), kImuDrivenUnits.end());
   if (with_forces) units.insert(units.end(), {"m/s^2", "m/s^2"});
   return units;
-}
-
-// First pass (index) of the window that ends with pass `tau` (from 1): gamma passes, fewer where
-// the flight begins or has a gap, more where they hold too few fixes.
-int FirstPassOf(const FlightData& flight, const VgdOptions& options, int tau) {
-  int first = tau - 1;
-  const auto fixes = [&] { return flight.passes[tau - 1].last - flight.passes[first].first + 1; };
-  while (first > 0 &&
-         (tau - first < options.gamma || static_cast<int>(fixes()) < options.min_window_fixes) &&
-         flight.HasArc(first)) {
-    --first;
-  }
-  return first;
-}
-
-
-WindowData DataOf(const FlightData& flight, const VgdOptions& options, int first, int tau) {
-  const Pass& from = flight.passes[first];
-  const Pass& to = flight.passes[tau - 1];
-  WindowData data;
-  data.begin = from.begin;
-  data.end = flight.HasArc(tau) ? flight.passes[tau].begin : to.end;
-  data.fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
-  data.force_sigma = flight.forces.sigma;
-  if (options.drag_measurement.enabled) {
-    const auto& samples = flight.forces.samples;
-    const auto before = [](const ForceSample& s, TimeNs t) { return s.t < t; };
-    const auto begin = std::lower_bound(samples.begin(), samples.end(), data.begin, before);
-    const auto end = std::lower_bound(begin, samples.end(), data.end, before);
-    data.forces = std::span(samples).subspan(begin - samples.begin(), end - begin);
-  }
-  return data;
 }
 
 double RobustWeight(const VgdOptions& options, const Eigen::Vector3d& whitened) {
@@ -145,7 +115,7 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
                            const Theta& start) {
   const int first = FirstPassOf(flight, options, tau);
   const Pass& to = flight.passes[tau - 1];
-  const WindowData data = DataOf(flight, options, first, tau);
+  const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
   problem.SetStart(start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
   const ceres::Solver::Summary summary = problem.Solve();
@@ -169,9 +139,15 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
   EstimatorRun run{"vgd", options.gamma, {}, flight.warnings};
+  VgdOptions adapted = options;
+  DriftStrength drift(options);
   Theta start = PriorMeans(options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    run.windows.push_back(SolveWindow(flight, options, tau, start));
+    if (options.adapt_drift && options.process.tilt > 0.0) {
+      drift.Learn(flight, tau, start);
+      adapted.process.tilt = drift.Tilt();
+    }
+    run.windows.push_back(SolveWindow(flight, adapted, tau, start));
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) {

@@ -54,6 +54,7 @@ struct VgdOptions {
   // A complementary filter's tilt error follows manoeuvres with its own time constant.
   ProcessNoise process{
       .acceleration = 0.05, .tilt = 1.5 * kDegree, .heading = 0.5 * kDegree, .memory = 1.0};
+  bool adapt_drift = true;     // learn the tilt's sigma from the flight, starting at process.tilt
   double knot_interval = 0.5;  // s
 
   DragMeasurementOptions drag_measurement;

@@ -120,9 +120,11 @@ void WindowProblem::AddForces(const WindowData& data) {
 void WindowProblem::AddContinuity(double gravity) {
   for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
+    const Matrix9d sqrt_information = SqrtInformation(options_.process, seconds, gravity);
+    log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
     problem_.AddResidualBlock(
-        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(), options_.process.Decay(seconds),
-                               SqrtInformation(options_.process, seconds, gravity)),
+        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
+                               options_.process.Decay(seconds), sqrt_information),
         nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
         x_.states[s + 1].data());
   }
@@ -138,6 +140,7 @@ void WindowProblem::AddPriors() {
     return;
   }
   const Eigen::Vector3d sigma = options_.process.DriftSigma().cwiseMax(1e-5);
+  log_weights_ -= sigma.array().log().sum();
   problem_.AddResidualBlock(
       new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
                              Eigen::VectorXd::Zero(kDriftSize)),

@@ -3,6 +3,8 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/SparseCore>
+
 #include <memory>
 #include <span>
 #include <vector>
@@ -17,6 +19,7 @@ struct WindowData {
   TimeNs begin;                       // of the first fix
   TimeNs end;                         // of the predicted arc (or of the last fix where none follows)
   std::span<const Fix> fixes;         // within [begin, end]
+  std::span<const Pass> passes;
   std::span<const ForceSample> forces;
   double force_sigma;                 // m/s^2
 };
@@ -48,6 +51,10 @@ class WindowProblem : private ceres::EvaluationCallback {
   // Hessian; finite also where the data leave directions open (the prior holds them).
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
 
+  // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
+  // at the present unknowns (the optimum), up to a constant that no option of `process` changes.
+  double LogEvidence();
+
   // State at the window's end, in E: the prediction.
   Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
 
@@ -74,6 +81,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddPriors();
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
+  Eigen::SparseMatrix<double> Hessian();
 
   VgdOptions options_;
   ParameterScaling scaling_;
@@ -81,6 +89,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   Unknowns x_;
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
+  double log_weights_ = 0.0;  // sum of log det of what whitens processes and the drift's prior
 };
 
 }  // namespace trueline

@@ -71,12 +71,12 @@ inline std::vector<bool> FreshMocap(const FlightLog& log, TimeNs from, std::size
   std::vector<bool> fresh(count, true);
   for (std::size_t k = 1; k < log.mocap.size(); ++k) {
     if (SecondsBetween(log.mocap[k - 1].t, log.mocap[k].t) < 0.15) continue;
+    const auto limit = static_cast<double>(count);
     const double first = SecondsBetween(from, log.mocap[k - 1].t) / kStep - 60.0;
     const double last = SecondsBetween(from, log.mocap[k].t) / kStep + 60.0;
-    for (double i = std::max(first, 0.0); i < std::min(last, static_cast<double>(count));
-         i += 1.0) {
-      fresh[static_cast<std::size_t>(i)] = false;
-    }
+    const auto begin = static_cast<std::ptrdiff_t>(std::clamp(first, 0.0, limit));
+    const auto end = static_cast<std::ptrdiff_t>(std::clamp(last, 0.0, limit));
+    std::fill(fresh.begin() + begin, fresh.begin() + end, false);
   }
   for (std::size_t i = 0; i < std::min<std::size_t>(60, count); ++i) {
     fresh[i] = fresh[count - 1 - i] = false;
