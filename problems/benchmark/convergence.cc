@@ -1,5 +1,6 @@
 #include "problems/benchmark/convergence.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -32,7 +33,7 @@ std::vector<TimedError> ParameterErrors(const EstimatorRun& run, const std::stri
 std::map<std::string, double> TrueParameters(const SimulationTruth& truth) {
   const SimulationConfig& config = truth.config;
   std::map<std::string, double> parameters;
-  const auto add = [&](const std::vector<std::string>& names, const Eigen::Vector3d& values) {
+  const auto add = [&](const std::array<const char*, 3>& names, const Eigen::Vector3d& values) {
     for (int i = 0; i < 3; ++i) parameters[names[i]] = values[i];
   };
   add({"K_x", "K_y", "K_z"}, config.vehicle.drag);

@@ -93,6 +93,7 @@ EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas
     map.Fail("name", error.what());
   }
   estimator.label = ReadName(map, "label", estimator.name);
+  if (map.Has("config")) estimator.file = ReadPath(map, "config");
   estimator.options = ReadOptions(map);
   estimator.gammas = ReadGammas(map, gammas);
   estimator.line = map.LineOf("name");

@@ -14,7 +14,11 @@
 //        fixes: {sigma_factor: 0.2}}                            # of fixes_from_mocap
 //   seeds: {first: 1, count: 100}
 //   estimators:
-//     - {name: vgd, label: VGD, options: {...}, gammas: [3]}    # options as in config/calibrate/
+//     - name: vgd
+//       label: VGD as published
+//       config: ../calibrate/paper.yaml                         # options, as trueline-calibrate
+//       options: {priors: {...}}                                # takes, and on top of these some
+//       gammas: [3]                                             # instead of the ones below
 //   gammas: [1, 2, 3, 4, 5]
 //   sweep:
 //     {name: sigma factor, unit: "1", keys: [simulation.detector.sigma_factor, fixes.sigma_factor],
@@ -55,7 +59,8 @@ struct FlightSource {
 struct EstimatorSource {
   std::string name;
   std::string label;
-  YAML::Node options;
+  std::filesystem::path file;  // of options; empty: none
+  YAML::Node options;          // on top of those of the file and of the flight
   std::vector<int> gammas;
   int line = 0;
 };

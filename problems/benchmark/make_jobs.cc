@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "problems/benchmark/job.h"
@@ -64,8 +65,7 @@ ForeignLog ReadForeign(const FlightSource& source, const SweepPoint& point,
   for (const Setting& setting : Under("fixes.", point.settings)) settings.push_back(setting);
   if (settings.empty()) return log;
   if (!log.map.fixes_from_mocap) {
-    if (source.settings.empty()) return log;  // the sweep is meant for others
-    throw ErrorAt(experiment.file, source.settings.front().line,
+    throw ErrorAt(experiment.file, settings.front().line,
                   "the map samples no fixes from mocap, so 'fixes' can't change them");
   }
   const YAML::Node node = YAML::LoadFile(source.file.string())["fixes_from_mocap"];
@@ -78,6 +78,7 @@ ForeignLog ReadForeign(const FlightSource& source, const SweepPoint& point,
 YAML::Node OptionsNode(const EstimatorSource& estimator, const FlightSource& flight,
                        const SweepPoint& point) {
   YAML::Node node = Merge(flight.options, estimator.options);
+  if (!estimator.file.empty()) node = Merge(YAML::LoadFile(estimator.file.string()), node);
   for (const Setting& setting : Under("options.", point.settings)) {
     node = WithSetting(node, setting.path, setting.value);
   }
@@ -86,7 +87,9 @@ YAML::Node OptionsNode(const EstimatorSource& estimator, const FlightSource& fli
 
 JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource& flight,
                            const SweepPoint& point, const Experiment& experiment) {
-  // Nodes keep the lines of the experiment, where all of them come from.
+  // The file alone first, so that its own errors are named as such. All other nodes come from the
+  // experiment and keep its lines.
+  if (!estimator.file.empty()) ReadEstimatorOptions(YamlMap::FromFile(estimator.file));
   const YamlMap options(OptionsNode(estimator, flight, point), experiment.file, "options");
   return {estimator.name, estimator.label, ReadEstimatorOptions(options), estimator.gammas};
 }
@@ -168,6 +171,20 @@ JobFlight ReadFlightOf(const FlightSource& source, const SweepPoint& point,
   return source.file;
 }
 
+// A sweep that changes nothing of a flight would show a level line for it.
+void RequireTouched(const Experiment& experiment, const FlightSource& source,
+                    const SweepPoint& point) {
+  if (experiment.sweep.points.empty() || !Under("options.", point.settings).empty()) return;
+  const bool simulated = source.kind == FlightKind::kSimulation;
+  if (simulated && !Under("simulation.", point.settings).empty()) return;
+  const bool foreign = source.kind == FlightKind::kForeignLog;
+  if (foreign && !Under("fixes.", point.settings).empty()) return;
+  throw ErrorAt(experiment.file, source.line,
+                fmt::format("the sweep changes nothing of '{}'; leave it out, or add a key under "
+                            "simulation. (simulations), fixes. (foreign logs) or options.",
+                            source.name));
+}
+
 void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep_index,
              const std::string& program, std::vector<Job>* jobs) {
   const SweepPoint none{std::numeric_limits<double>::quiet_NaN(), {}};
@@ -183,6 +200,7 @@ void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep
   for (const EstimatorSource& estimator : experiment.estimators) {
     job.estimators.push_back(ReadEstimator(estimator, source, point, experiment));
   }
+  RequireTouched(experiment, source, point);
   const JobFlight flight = ReadFlightOf(source, point, experiment);
   const std::string description = program + DescriptionOf(job, source, point, experiment);
   const int seeds = DrawsNumbers(flight) ? experiment.seeds : 1;

@@ -5,6 +5,7 @@
 #include "problems/benchmark/convergence.h"
 #include "problems/benchmark/job.h"
 #include "problems/log/native_log.h"
+#include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/vgd.h"
 
