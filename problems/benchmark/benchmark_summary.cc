@@ -54,6 +54,11 @@ std::vector<double> CountArcs(const std::vector<const ArcRow*>& arcs, GroupSumma
   return errors;
 }
 
+double RootMeanSquare(std::vector<double> values) {
+  for (double& value : values) value *= value;
+  return std::sqrt(Mean(values));
+}
+
 GroupSummary SummariseGroup(const Group<ArcRow>& rows) {
   const ArcRow& first = *rows.flights.front().front();
   GroupSummary group;
@@ -76,8 +81,8 @@ GroupSummary SummariseGroup(const Group<ArcRow>& rows) {
       BootstrapInterval(errors, [](const std::vector<double>& v) { return Quantile(v, 0.5); });
   group.iterations_mean = Mean(iterations);
   group.iterations_max = static_cast<int>(*std::max_element(iterations.begin(), iterations.end()));
-  group.bound_mean = Mean(bounds);
-  group.bound_median = Quantile(bounds, 0.5);
+  group.rms = RootMeanSquare(pooled);
+  group.bound_rms = RootMeanSquare(bounds);
   return group;
 }
 

@@ -19,11 +19,12 @@ struct GroupSummary {
   int flights = 0;
   int diverged = 0;    // arcs whose error is not a finite number; not part of the figures below
   ErrorSummary error;  // final-point error, m
+  double rms = 0.0;    // of it, m
   std::optional<Interval> mean_interval, median_interval;  // 95 %, bootstrap over flights
   int inside_95 = 0;                                       // arcs inside their 95 % ellipse
   double iterations_mean = 0.0;
   int iterations_max = 0;
-  double bound_mean = 0.0, bound_median = 0.0;  // m; NaN: not asked for
+  double bound_rms = 0.0;  // m, to be held against rms; NaN: not asked for
 };
 
 struct ConvergenceSummary {

@@ -84,6 +84,11 @@ FlightSource ReadLog(const YamlMap& map) {
   return flight;
 }
 
+// A filter gives the same for every gamma: once is enough, beside the paper's 3 where it is there.
+int GammaOfFilter(const std::vector<int>& gammas) {
+  return std::find(gammas.begin(), gammas.end(), 3) != gammas.end() ? 3 : gammas.front();
+}
+
 EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas) {
   EstimatorSource estimator;
   estimator.name = map.Get<std::string>("name");
@@ -96,6 +101,7 @@ EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas
   if (map.Has("config")) estimator.file = ReadPath(map, "config");
   estimator.options = ReadOptions(map);
   estimator.gammas = ReadGammas(map, gammas);
+  if (!HasWindows(estimator.name)) estimator.gammas = {GammaOfFilter(estimator.gammas)};
   estimator.line = map.LineOf("name");
   map.Finish();
   return estimator;
@@ -165,6 +171,15 @@ void ReadConvergence(const YamlMap& map, Experiment* experiment) {
   }
 }
 
+void ReadBound(const YamlMap& map, Experiment* experiment) {
+  experiment->bound = map.Get<std::string>("bound", "");
+  if (experiment->bound.empty()) return;
+  for (const EstimatorSource& estimator : experiment->estimators) {
+    if (estimator.label == experiment->bound && estimator.name == "vgd") return;
+  }
+  map.Fail("bound", "must be the label of an estimator 'vgd', whose model gives the bound");
+}
+
 void RequireUniqueNames(const YamlMap& map, const Experiment& experiment) {
   std::set<std::string> labels, flights;
   for (const EstimatorSource& estimator : experiment.estimators) {
@@ -205,7 +220,7 @@ Experiment ReadExperiment(const std::filesystem::path& file) {
   starts.Finish();
   ReadConvergence(map.ChildOrEmpty("convergence"), &experiment);
   experiment.trajectories = map.Get<bool>("trajectories", false);
-  experiment.bound = map.Get<bool>("bound", false);
+  ReadBound(map, &experiment);
   map.Finish();
   RequireUniqueNames(map, experiment);
   return experiment;

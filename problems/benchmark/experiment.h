@@ -28,7 +28,7 @@
 //   starts: {count: 20}                  # study of random starts (Table 2) of every VGD window
 //   convergence: {b_az: 0.1, final_point_error: 1.0}   # tolerances, SI
 //   trajectories: true                   # of the first job, for plots
-//   bound: true                          # Cramer-Rao bound of each arc
+//   bound: VGD                           # Cramer-Rao bound of each arc, by the model of that label
 #pragma once
 
 #include <cstdint>
@@ -88,7 +88,7 @@ struct Experiment {
   int starts = 0;
   std::map<std::string, double> convergence;  // tolerance by quantity
   bool trajectories = false;
-  bool bound = false;
+  std::string bound;  // label whose model gives the bound; empty: none
   YAML::Node config;  // the file as it is, for provenance
 };
 

@@ -43,7 +43,7 @@ struct Job {
   int starts = 0;
   std::map<std::string, double> convergence;
   bool paths = false;
-  bool bound = false;
+  std::string bound;  // label whose model gives the bound; empty: none
   std::string key;  // checksum of all of this, of the files read and of the program
 };
 

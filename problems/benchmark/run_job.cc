@@ -4,6 +4,7 @@
 
 #include "problems/benchmark/convergence.h"
 #include "problems/benchmark/job.h"
+#include "problems/bound/final_point_bound.h"
 #include "problems/log/native_log.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
@@ -114,6 +115,34 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, const Fl
   }
 }
 
+// Truth of eq. 16, where it is known.
+std::optional<Theta> TrueTheta(const std::map<std::string, double>& truth) {
+  if (truth.empty()) return std::nullopt;
+  Theta theta;
+  for (int i = 0; i < 9; ++i) theta[i] = truth.at(kImuDrivenNames[i]);
+  return theta;
+}
+
+// Gives every arc the bound for its gamma and tau: one for all labels, since it is that of the
+// flight and its noise.
+void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
+  const auto source = std::find_if(job.estimators.begin(), job.estimators.end(),
+                                   [&](const JobEstimator& e) { return e.label == job.bound; });
+  VgdOptions vgd = source->options.vgd;
+  const FlightData flight(flown.log, vgd.drive, vgd.passes, vgd.drag_measurement);
+  const std::optional<Theta> theta = TrueTheta(flown.truth);
+  std::map<std::pair<int, int>, double> bounds;  // by gamma and tau
+  for (ArcRow& row : result->arcs) {
+    if (row.tau > static_cast<int>(flight.passes.size()) || !flight.HasArc(row.tau)) continue;
+    const auto [place, is_new] = bounds.try_emplace({row.gamma, row.tau}, kNoNumber);
+    if (is_new) {
+      vgd.gamma = row.gamma;
+      place->second = LeastFinalPointError(FinalPointBound(flight, vgd, row.tau, theta));
+    }
+    row.bound = place->second;
+  }
+}
+
 }  // namespace
 
 JobResult RunJob(const Job& job) {
@@ -127,6 +156,7 @@ JobResult RunJob(const Job& job) {
       RunGamma(job, estimator, gamma, flight, flown.truth, &result);
     }
   }
+  if (!job.bound.empty()) AddBounds(job, flown, &result);
   return result;
 }
 

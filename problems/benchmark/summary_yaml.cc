@@ -46,6 +46,7 @@ YAML::Node GroupNode(const GroupSummary& g) {
   Put(&error, "median", g.error.median);
   Put(&error, "median_interval95", g.median_interval);
   Put(&error, "p95", g.error.p95);
+  Put(&error, "rms", g.rms);
   error["unit"] = "m";
   error.SetStyle(YAML::EmitterStyle::Flow);
   node["final_point_error"] = error;
@@ -54,14 +55,7 @@ YAML::Node GroupNode(const GroupSummary& g) {
   node["iterations"]["mean"] = Rounded(g.iterations_mean);
   node["iterations"]["max"] = g.iterations_max;
   node["iterations"].SetStyle(YAML::EmitterStyle::Flow);
-  if (!std::isnan(g.bound_mean)) {
-    YAML::Node bound;
-    Put(&bound, "mean", g.bound_mean);
-    Put(&bound, "median", g.bound_median);
-    bound["unit"] = "m";
-    bound.SetStyle(YAML::EmitterStyle::Flow);
-    node["bound"] = bound;
-  }
+  Put(&node, "bound_rms_m", g.bound_rms);
   return node;
 }
 

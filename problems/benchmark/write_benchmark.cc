@@ -101,12 +101,12 @@ void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int t
 std::string BenchmarkTable(const Experiment& experiment, const BenchmarkRun& run) {
   std::string text = fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log",
                                  "label", "gamma", experiment.sweep.name.empty() ? "" : "sweep",
-                                 "arcs", "mean [m]", "median", "p95", "in 95", "iter.", "bound");
+                                 "arcs", "mean [m]", "median", "rms", "in 95", "iter.", "bound");
   for (const GroupSummary& g : SummariseGroups(run.outcomes)) {
     text += fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>8}{:>9.3f}{:>9.3f}{:>9.3f}{:>7}{:>9.1f}{:>9}\n",
                         g.log, g.label, g.gamma, Number(g.x), g.error.count, g.error.mean,
-                        g.error.median, g.error.p95, Share(g.inside_95, g.error.count + g.diverged),
-                        g.iterations_mean, Number(g.bound_median, "{:.3f}"));
+                        g.error.median, g.rms, Share(g.inside_95, g.error.count + g.diverged),
+                        g.iterations_mean, Number(g.bound_rms, "{:.3f}"));
   }
   const auto times = SummariseConvergence(run.outcomes);
   if (times.empty()) return text;

@@ -7,6 +7,7 @@
 
 #include "problems/common/random.h"
 #include "problems/vgd/drift_strength.h"
+#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/identifiability.h"
 #include "problems/vgd/window_data.h"
 #include "problems/window/rough_path.h"
@@ -28,28 +29,14 @@ std::vector<std::string> ParameterUnits(bool with_forces) {
   return units;
 }
 
-double RobustWeight(const VgdOptions& options, const Eigen::Vector3d& whitened) {
-  const double norm = whitened.norm(), scale = options.loss_scale;
-  switch (options.loss) {
-    case FixLoss::kHuber:
-      return norm > scale ? scale / norm : 1.0;
-    case FixLoss::kCauchy:
-      return 1.0 / (1.0 + norm * norm / (scale * scale));
-    case FixLoss::kNorm:
-      return 1.0 / std::max(norm, 1e-3);
-    case FixLoss::kNone:
-      break;
-  }
-  return 1.0;
-}
-
 void StoreMisfits(const WindowProblem& problem, const WindowData& data, const VgdOptions& options,
                   WindowEstimate* estimate) {
   for (const Fix& fix : data.fixes) {
     const Eigen::Vector3d error = problem.PositionAt(fix.t) - fix.p_E;
     const double sigma = options.whiten ? fix.sigma : 1.0;
     estimate->misfits.push_back(
-        {fix.t, fix.gate, error, fix.sigma, RobustWeight(options, error / sigma)});
+        {fix.t, fix.gate, error, fix.sigma,
+         RobustWeight(options.loss, options.loss_scale, (error / sigma).norm())});
   }
 }
 
@@ -73,9 +60,8 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
   for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
   sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
-  const Identifiability identifiability =
-      AnalyseIdentifiability(names, units, sigma_prior.head(count),
-                             cov_all.topLeftCorner(count, count));
+  const Identifiability identifiability = AnalyseIdentifiability(
+      names, units, sigma_prior.head(count), cov_all.topLeftCorner(count, count));
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
@@ -113,11 +99,12 @@ Theta PriorMeans(const VgdOptions& options) {
 
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start) {
-  const int first = FirstPassOf(flight, options, tau);
+  const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
   const Pass& to = flight.passes[tau - 1];
   const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
-  problem.SetStart(start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
+  problem.SetStart(
+      start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
   const ceres::Solver::Summary summary = problem.Solve();
 
   WindowEstimate estimate;
@@ -151,11 +138,7 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) {
-      run.warnings.push_back(fmt::format(
-          "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
-          "a gap in it",
-          tau, SecondsBetween(flight.track.begin(), flight.passes[tau - 1].end),
-          flight.pass_options.max_arc));
+      run.warnings.push_back(flight.NoArcReason(tau));
     }
   }
   return run;

@@ -9,7 +9,7 @@
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/fix_residual.h"
-#include "cost_functions/norm_loss.h"
+#include "problems/vgd/fix_loss.h"
 
 namespace trueline {
 namespace {
@@ -18,21 +18,6 @@ ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
   options.evaluation_callback = callback;
   return options;
-}
-
-// One instance serves one residual block, which owns it.
-ceres::LossFunction* MakeLoss(const VgdOptions& options) {
-  switch (options.loss) {
-    case FixLoss::kHuber:
-      return new ceres::HuberLoss(options.loss_scale);
-    case FixLoss::kCauchy:
-      return new ceres::CauchyLoss(options.loss_scale);
-    case FixLoss::kNorm:
-      return new NormLoss();
-    case FixLoss::kNone:
-      break;
-  }
-  return nullptr;
 }
 
 // A floor far below anything that matters keeps the covariance regular where one of the processes
@@ -102,8 +87,8 @@ void WindowProblem::AddFixes(const WindowData& data) {
     const std::size_t s = SegmentOf(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
     problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-                              MakeLoss(options_), x_.theta.data(), x_.drift[s].data(),
-                              x_.states[s].data());
+                              MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(),
+                              x_.drift[s].data(), x_.states[s].data());
   }
 }
 
@@ -159,8 +144,7 @@ void WindowProblem::SetBounds() {
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
-  x_.theta.head<9>() =
-      (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  x_.theta.head<9>() = (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
     if (s == 0 || segments_[s]->start() <= path.end()) {
@@ -202,6 +186,14 @@ ceres::Solver::Summary WindowProblem::Solve() {
   ceres::Solve(options, &problem_, &summary);
   Refresh(true);
   return summary;
+}
+
+void WindowProblem::HoldParameters(bool hold) {
+  if (hold) {
+    problem_.SetParameterBlockConstant(x_.theta.data());
+  } else {
+    problem_.SetParameterBlockVariable(x_.theta.data());
+  }
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters() const {

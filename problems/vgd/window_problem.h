@@ -21,7 +21,7 @@ struct WindowData {
   std::span<const Fix> fixes;         // within [begin, end]
   std::span<const Pass> passes;
   std::span<const ForceSample> forces;
-  double force_sigma;                 // m/s^2
+  double force_sigma;  // m/s^2
 };
 
 // Where a solve starts: the nine of eq. 16 in their own units.
@@ -40,6 +40,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   void SetStart(const Theta& theta, const RoughPath& path);
 
   ceres::Solver::Summary Solve();
+
+  // Keeps the shared parameters where SetStart put them, or lets them go again.
+  void HoldParameters(bool hold);
 
   // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
   static constexpr int kParameters = kThetaSize;

@@ -121,18 +121,18 @@ def group_table(result):
     swept, sweep = result.has_sweep, result.summary.get("sweep") or {}
     rows = []
     for g in groups:
-        error, bound = g["final_point_error"], g.get("bound") or {}
+        error = g["final_point_error"]
         rows.append([escape(g["log"]), escape(g["label"]), str(g["gamma"])] +
                     ([number(g.get("sweep"))] if swept else []) +
                     [str(g["flights"]), str(g["arcs"]),
                      escape(number(error.get("mean")) + interval(error.get("mean_interval95"))),
                      escape(number(error.get("median")) + interval(error.get("median_interval95"))),
                      number(error.get("p95")), percent(g.get("inside_95_ellipse")),
-                     number(bound.get("median")), number(g["iterations"]["mean"]),
+                     number(error.get("rms")), number(g.get("bound_rms_m")), number(g["iterations"]["mean"]),
                      str(g["iterations"]["max"])])
     columns = [("Log", False), ("Label", False), ("gamma", True)] + (
         [(f"{sweep.get('name', 'sweep')} [{sweep.get('unit', '1')}]", True)] if swept else []) + [
         ("Flights", True), ("Arcs", True), ("Mean [m]", True), ("Median [m]", True),
-        ("95 % below [m]", True), ("In 95 % ellipse", True), ("Bound, median [m]", True),
+        ("95 % below [m]", True), ("In 95 % ellipse", True), ("RMS [m]", True), ("Bound of RMS [m]", True),
         ("Iterations, mean", True), ("most", True)]
     return [table(columns, rows)]
