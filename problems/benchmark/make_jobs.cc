@@ -28,12 +28,11 @@ std::vector<Setting> Under(const std::string& root, const std::vector<Setting>& 
 // Lays settings over a file's content and reads the result; an error that they cause is put down
 // to the experiment's line.
 template <class Read>
-auto ReadWith(const std::vector<Setting>& settings, YAML::Node node, const std::string& file,
+auto ReadWith(const std::vector<Setting>& settings, const YAML::Node& node, const std::string& file,
               const Experiment& experiment, const Read& read) {
   if (settings.empty()) return read(YamlMap(node, file, ""));
-  for (const Setting& setting : settings) node = WithSetting(node, setting.path, setting.value);
   try {
-    return read(YamlMap(node, file, ""));
+    return read(YamlMap(WithSettings(node, settings), file, ""));
   } catch (const InputError& error) {
     int line = settings.front().line;
     std::string paths;
@@ -77,12 +76,10 @@ ForeignLog ReadForeign(const FlightSource& source, const SweepPoint& point,
 
 YAML::Node OptionsNode(const EstimatorSource& estimator, const FlightSource& flight,
                        const SweepPoint& point) {
-  YAML::Node node = Merge(flight.options, estimator.options);
-  if (!estimator.file.empty()) node = Merge(YAML::LoadFile(estimator.file.string()), node);
-  for (const Setting& setting : Under("options.", point.settings)) {
-    node = WithSetting(node, setting.path, setting.value);
-  }
-  return node;
+  const YAML::Node file =
+      estimator.file.empty() ? YAML::Node() : YAML::LoadFile(estimator.file.string());
+  const YAML::Node own = Merge(Merge(file, flight.options), estimator.options);
+  return WithSettings(own, Under("options.", point.settings));
 }
 
 JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource& flight,

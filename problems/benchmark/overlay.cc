@@ -42,6 +42,15 @@ YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YA
   return copy;
 }
 
+YAML::Node WithSettings(const YAML::Node& base, const std::vector<Setting>& settings) {
+  YAML::Node node;
+  node.reset(base);  // `=` would change the node that another name still holds
+  for (const Setting& setting : settings) {
+    node.reset(WithSetting(node, setting.path, setting.value));
+  }
+  return node;
+}
+
 std::vector<Setting> ReadSettings(const YamlMap& map) {
   std::vector<Setting> settings;
   for (const std::string& key : map.Keys()) {

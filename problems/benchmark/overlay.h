@@ -25,6 +25,9 @@ YAML::Node Merge(const YAML::Node& base, const YAML::Node& over);
 // A copy of `base` with the value at `path` replaced; mappings on the way are made where missing.
 YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YAML::Node& value);
 
+// All of `settings` in their order.
+YAML::Node WithSettings(const YAML::Node& base, const std::vector<Setting>& settings);
+
 // The entries of a mapping from key paths to values, in its order.
 std::vector<Setting> ReadSettings(const YamlMap& map);
 

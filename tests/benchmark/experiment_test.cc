@@ -115,6 +115,23 @@ TEST(Experiment, OptionsOfAFlightHoldForAllEstimatorsUnlessTheySayOtherwise) {
   EXPECT_EQ(estimators[1].options.vgd.max_iterations, 4);
 }
 
+TEST(Experiment, OptionsOfOneEstimatorAndSweepPointDoNotLeakIntoAnother) {
+  const std::vector<Job> jobs =
+      Jobs(Hippodrome() + "estimators:\n  - {name: vgd, label: a}\n  - {name: vgd, label: b, config: " +
+           (SourceFolder() / "config/calibrate/rigid.yaml").string() +
+           ", options: {max_iterations: 4}}\n  - {name: vgd, label: c}\n"
+           "sweep: {name: t, keys: [options.tolerance, simulation.vehicle.mass], values: [0.1, 0.2]}\n");
+  ASSERT_EQ(jobs.size(), 2U);
+  for (const Job& job : jobs) {
+    for (const JobEstimator& estimator : job.estimators) {
+      const bool rigid = estimator.label == "b";
+      EXPECT_EQ(estimator.options.vgd.process.tilt == 0.0, rigid) << estimator.label << job.x;
+      EXPECT_EQ(estimator.options.vgd.max_iterations == 4, rigid) << estimator.label << job.x;
+      EXPECT_EQ(estimator.options.vgd.tolerance, job.x);
+    }
+  }
+}
+
 TEST(Experiment, KeysOfJobsDifferWhereAnythingDiffers) {
   const std::string seeds = "seeds: {first: 1, count: 2}\n";
   const auto a = Jobs(Hippodrome() + kVgd + seeds);
