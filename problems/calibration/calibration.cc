@@ -30,7 +30,7 @@ constexpr double kChance = 0.01;
 void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   const ArcSummary arcs = SummariseArcs(run);
   if (arcs.error.count == 0) {
-    verdict->reasons.push_back(
+    verdict->reasons.emplace_back(
         "no arc to check the prediction on: the log holds a single pass, or no truth at the arcs' "
         "ends");
   } else if (BinomialCdf(arcs.inside_95, arcs.error.count, 0.95) < kChance) {
@@ -66,7 +66,7 @@ Verdict Judge(const EstimatorRun& run) {
              "straights and turns at racing speed"}};
   }
   Verdict verdict{"usable", {}};
-  if (!last.converged) verdict.reasons.push_back("the last window's solve did not converge");
+  if (!last.converged) verdict.reasons.emplace_back("the last window's solve did not converge");
   if (const auto names = NamesWithStatus(last, "at_bound"); !names.empty()) {
     verdict.reasons.push_back(fmt::format(
         "{} ended at the bound of what is plausible; the model or the log's frames may be wrong",

@@ -62,7 +62,7 @@ struct VgdOptions {
   VgdSolver solver = VgdSolver::kTrustRegion;
   int max_iterations = 50;
   double tolerance = 1e-4;  // eq. 36: relative change of the cost
-  double max_block = 0.03;  // s, length of a preintegrated block
+  double max_block = 0.05;  // s, length of a preintegrated block
 
   PassOptions passes;
   DriveOptions drive;

@@ -158,14 +158,18 @@ void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   }
 }
 
-void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (new_evaluation_point || evaluate_jacobians) Refresh(evaluate_jacobians);
+void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_evaluation_point*/) {
+  Refresh(evaluate_jacobians);
 }
 
+// Ceres asks more than once for the same point (with bounds, it announces it as new each time).
 void WindowProblem::Refresh(bool derivatives) {
+  if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
   }
+  integrated_ = x_;
+  has_derivatives_ = derivatives;
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {

@@ -74,6 +74,8 @@ class WindowProblem : private ceres::EvaluationCallback {
     Eigen::Matrix<double, kThetaSize, 1> theta;
     std::vector<Eigen::Vector3d> drift;               // by segment
     std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
+
+    bool operator==(const Unknowns&) const = default;
   };
 
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
@@ -90,6 +92,8 @@ class WindowProblem : private ceres::EvaluationCallback {
   ParameterScaling scaling_;
   std::vector<std::unique_ptr<Segment>> segments_;
   Unknowns x_;
+  Unknowns integrated_;             // where the nodes stand
+  bool has_derivatives_ = false;    // whether they hold derivatives there
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
   double log_weights_ = 0.0;  // sum of log det of what whitens processes and the drift's prior
