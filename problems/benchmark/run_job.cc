@@ -18,18 +18,20 @@ constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 struct JobLog {
   FlightLog log;
   std::map<std::string, double> truth;  // parameters, of a simulated flight
+  SimulationTruth flight_truth;         // of a simulated flight, without its trajectory
 };
 
 JobLog MakeLog(const Job& job) {
   if (const auto* config = std::get_if<SimulationConfig>(&job.flight)) {
     SimulationTruth truth;
     FlightLog log = Simulate(*config, job.seed, &truth);
-    return {std::move(log), TrueParameters(truth)};
+    truth.trajectory = {};
+    return {std::move(log), TrueParameters(truth), truth};
   }
   if (const auto* foreign = std::get_if<ForeignLog>(&job.flight)) {
-    return {ConvertLog(foreign->map, foreign->files, foreign->options), {}};
+    return {ConvertLog(foreign->map, foreign->files, foreign->options), {}, {}};
   }
-  return {ReadNativeLog(std::get<std::filesystem::path>(job.flight)), {}};
+  return {ReadNativeLog(std::get<std::filesystem::path>(job.flight)), {}, {}};
 }
 
 ArcRow RowOf(const WindowEstimate& window, const std::string& label, const EstimatorRun& run,
@@ -123,12 +125,24 @@ std::optional<Theta> TrueTheta(const std::map<std::string, double>& truth) {
   return theta;
 }
 
+// The model's noise as it was on a simulated flight, in the place of what the estimator assumes:
+// turbulence as white noise of the same strength at low frequency, and the spread of the AHRS's
+// error. A real flight's is not known.
+void UseTrueNoise(const Job& job, const SimulationTruth& truth, VgdOptions* vgd) {
+  if (!std::holds_alternative<SimulationConfig>(job.flight)) return;
+  const simulation::TurbulenceConfig& air = truth.config.turbulence;
+  vgd->process.acceleration = air.sigma.head<2>().maxCoeff() * std::sqrt(2.0 * air.memory);
+  vgd->process.tilt = truth.ahrs_error_sigma.head<2>().norm() / std::sqrt(2.0);
+  vgd->process.heading = truth.ahrs_error_sigma.z();
+}
+
 // Gives every arc the bound for its gamma and tau: one for all labels, since it is that of the
 // flight and its noise.
 void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
   const auto source = std::find_if(job.estimators.begin(), job.estimators.end(),
                                    [&](const JobEstimator& e) { return e.label == job.bound; });
   VgdOptions vgd = source->options.vgd;
+  UseTrueNoise(job, flown.flight_truth, &vgd);
   const FlightData flight(flown.log, vgd.drive, vgd.passes, vgd.drag_measurement);
   const std::optional<Theta> theta = TrueTheta(flown.truth);
   std::map<std::pair<int, int>, double> bounds;  // by gamma and tau

@@ -9,7 +9,7 @@
 namespace trueline::testing_benchmark {
 namespace {
 
-class Shipped : public ::testing::TestWithParam<std::string> {};
+class ShippedSlow : public ::testing::TestWithParam<std::string> {};
 
 bool UseMeasuredFlights() {
   const fs::path fallback = SourceFolder() / "../shared/data";
@@ -17,7 +17,7 @@ bool UseMeasuredFlights() {
   return fs::is_directory(fs::path(std::getenv("TRUELINE_DATA")) / "nanobench");
 }
 
-TEST_P(Shipped, GivesArcsOfEveryEstimatorOnEveryFlight) {
+TEST_P(ShippedSlow, GivesArcsOfEveryEstimatorOnEveryFlight) {
   const fs::path file = SourceFolder() / "config/experiments" / (GetParam() + ".yaml");
   const bool needs_data = ReadText(file).find("TRUELINE_DATA}") != std::string::npos;
   if (needs_data && !UseMeasuredFlights()) GTEST_SKIP() << "no measured flights: set TRUELINE_DATA";
@@ -47,8 +47,8 @@ std::vector<std::string> ExperimentNames() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Experiments, Shipped, ::testing::ValuesIn(ExperimentNames()),
-                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Experiments, ShippedSlow, ::testing::ValuesIn(ExperimentNames()),
+                         [](const auto& shipped) { return shipped.param; });
 
 }  // namespace
 }  // namespace trueline::testing_benchmark
