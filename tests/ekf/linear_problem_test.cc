@@ -30,8 +30,8 @@ Batch SolveBatch(const FlightLog& log, const FlightData& flight, int tau) {
       const TimeNs from = std::max(log.imu[i].t, t0), to = std::min(log.imu[i + 1].t, t);
       if (to <= from) continue;
       const double dt = SecondsBetween(from, to);
-      const Eigen::Vector3d a = 0.5 * (log.imu[i].accel + log.imu[i + 1].accel) +
-                                Eigen::Vector3d(0.0, 0.0, log.gravity);
+      const Eigen::Vector3d a =
+          0.5 * (log.imu[i].accel + log.imu[i + 1].accel) + Eigen::Vector3d(0.0, 0.0, log.gravity);
       p += v * dt + 0.5 * dt * dt * a;
       v += a * dt;
     }
