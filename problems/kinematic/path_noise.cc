@@ -8,14 +8,14 @@ namespace trueline {
 
 Eigen::MatrixXd PathDeviations(const std::vector<KinematicNode>& nodes, const ImuNoise& noise,
                                double gravity) {
-  const int count = static_cast<int>(nodes.size());
+  const auto count = static_cast<Eigen::Index>(nodes.size());
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(6 * count, 6 * count);
   const Eigen::Vector3d g(0.0, 0.0, gravity);
   const double sigma_gyro = std::sqrt(noise.GyroSpectrum().mean());
-  for (int k = 0; k + 1 < count; ++k) {
+  for (Eigen::Index k = 0; k + 1 < count; ++k) {
     const double root = std::sqrt(nodes[k + 1].elapsed - nodes[k].elapsed);
     const auto& from = nodes[k].value;
-    for (int i = k + 1; i < count; ++i) {
+    for (Eigen::Index i = k + 1; i < count; ++i) {
       const double t = nodes[i].elapsed - nodes[k].elapsed;
       const auto& to = nodes[i].value;
       const Eigen::Vector3d V = to.tail<3>() - from.tail<3>() - g * t;
