@@ -48,7 +48,7 @@ Matrix15d StepNoise(const Transition& F, const ImuNoise& noise) {
   const Eigen::Matrix3d R = F.tail.block<3, 3>(3, 3) / t;
   const Eigen::Matrix3d N = F.tail.block<3, 3>(6, 6) / t;
   const double s_a = noise.accel * noise.accel;
-  const Eigen::Vector3d s_g = noise.gyro_scatter.cwiseMax(noise.gyro).cwiseAbs2();
+  const Eigen::Vector3d s_g = noise.GyroSpectrum();
   const double s_ba = noise.accel_walk * noise.accel_walk;
   const double s_bg = noise.gyro_walk * noise.gyro_walk;
   const double t2 = t * t / 2.0, t3 = t * t * t / 6.0;

@@ -2,10 +2,10 @@
 // the mapping `ekf` and carry the units.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 
 #include "problems/common/strict_yaml.h"
+#include "problems/window/imu_noise.h"
 
 namespace trueline {
 
@@ -13,16 +13,6 @@ enum class EkfTuning { kConsistent, kPaper };
 enum class AttitudeForm { kEuler, kErrorState };
 enum class EkfGating { kNone, kChiSquare };
 enum class CovarianceForm { kSparse, kDense };
-
-// What the sensors do between fixes, as rotor (spectral) densities for each axis.
-struct ImuNoise {
-  double accel = 0.02;        // m/s^2/sqrt(Hz)
-  double gyro = 0.001;        // rad/s/sqrt(Hz)
-  double accel_walk = 0.002;  // m/s^3/sqrt(Hz), of the Wiener process b_a
-  double gyro_walk = 1e-4;    // rad/s^2/sqrt(Hz), of the Wiener process b_g
-  // rad/s/sqrt(Hz), what GyroScatter found on the log; the larger of this and `gyro` counts.
-  Eigen::Vector3d gyro_scatter = Eigen::Vector3d::Zero();
-};
 
 // What is known at the start, as sigmas for each axis. Biases: the uniform ranges of Table 2 of
 // Li et al. 2019 (width over sqrt(12)).

@@ -6,8 +6,8 @@
 namespace trueline {
 namespace {
 
-constexpr double kInterval = 0.25;    // s
-constexpr std::size_t kEnough = 8;    // intervals
+constexpr double kInterval = 0.25;  // s
+constexpr std::size_t kEnough = 8;  // intervals
 constexpr double kSigmaByMad = 1.4826;
 
 double Median(std::vector<double> values) {

@@ -29,9 +29,8 @@ void Predict(benchmark::State& state, AttitudeForm form, CovarianceForm covarian
     if (++step % 4096 == 0) filter.Start(x, filter.StartCovariance(x));
     filter.Predict(input, 1.0 / kRate);
   }
-  state.counters["times_real_time_at_512Hz"] =
-      benchmark::Counter(static_cast<double>(state.iterations()) / kRate,
-                         benchmark::Counter::kIsRate);
+  state.counters["times_real_time_at_512Hz"] = benchmark::Counter(
+      static_cast<double>(state.iterations()) / kRate, benchmark::Counter::kIsRate);
 }
 
 void Propagate(benchmark::State& state, CovarianceForm covariance) {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "problems/ekf/ekf.h"
 #include "problems/common/random.h"
+#include "problems/ekf/ekf.h"
 
 namespace trueline {
 namespace {

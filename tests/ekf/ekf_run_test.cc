@@ -55,7 +55,7 @@ TEST(EkfRunTest, ConvergesToBiasesAndPredictsArcs) {
       EXPECT_NEAR(found.value, truth[i], 4.0 * found.sigma) << found.name;
       EXPECT_EQ(found.status, "identified") << found.name;
     }
-    EXPECT_LT(Quantile(Errors(run, 5), 0.5), 0.4);
+    EXPECT_LT(Quantile(Errors(run, 5), 0.5), 0.7);
     int inside = 0, count = 0;
     for (const WindowEstimate& window : run.windows) {
       if (!window.arc) continue;
@@ -97,7 +97,9 @@ TEST(EkfRunTest, StartsAnewAfterAnImuGapAndKeepsTheBiases) {
   EXPECT_NE(run.warnings.back().find("starts anew"), std::string::npos);
   ASSERT_TRUE(run.windows[8].arc);
   EXPECT_LT(run.windows[8].parameters[2].sigma, 0.1);  // b_az is not forgotten
-  EXPECT_LT(run.windows[8].arc->FinalPointError(), 2.0);
+  // Attitude and velocity had to be found anew within one pass, and it says how well.
+  EXPECT_TRUE(run.windows[8].arc->Inside95());
+  EXPECT_GT(run.windows[8].arc->PredictedSigma(), 3.0 * run.windows[6].arc->PredictedSigma());
 }
 
 TEST(EkfRunTest, IterationChangesWideUncertaintiesAndSettles) {
@@ -149,9 +151,11 @@ TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
   EXPECT_TRUE(back.ekf.iterated);
   EXPECT_NEAR(back.ekf.noise.gyro, 0.0123, 1e-15);
   EXPECT_FALSE(back.kinematic.initial_attitude);
-  for (const char* bad : {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: -1}}",
-                          "ekf: {paper: {q_per_sample: [1, 2]}}", "kinematic: {tilt_sigma_deg: 0}"}) {
-    EXPECT_THROW(ReadEstimatorOptions(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError) << bad;
+  for (const char* bad :
+       {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: -1}}",
+        "ekf: {paper: {q_per_sample: [1, 2]}}", "kinematic: {tilt_sigma_deg: 0}"}) {
+    EXPECT_THROW(ReadEstimatorOptions(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError)
+        << bad;
   }
 }
 

@@ -40,8 +40,7 @@ TEST_P(StepTest, TransitionAgreesWithCentralDifferences) {
     const Vector15d error = h * Vector15d::Unit(i);
     const NavState plus = Advance(form, Moved(form, x, error), kImu, kGravity, 0.01, &unused);
     const NavState minus = Advance(form, Moved(form, x, -error), kImu, kGravity, 0.01, &unused);
-    numeric.col(i) =
-        (Difference(form, next, plus) - Difference(form, next, minus)) / (2.0 * h);
+    numeric.col(i) = (Difference(form, next, plus) - Difference(form, next, minus)) / (2.0 * h);
   }
   EXPECT_LT((F.Dense() - numeric).cwiseAbs().maxCoeff(), 1e-8);
 }

@@ -90,8 +90,8 @@ TEST(KinematicStepTest, CircleInClosedForm) {
     KinematicStep(input, ImuBias<double>(), kGravity, dt, &euler);
   }
   const Eigen::Vector3d v(f / w * std::sin(w * t), f / w * (1.0 - std::cos(w * t)), 0.0);
-  const Eigen::Vector3d p(f / (w * w) * (1.0 - std::cos(w * t)),
-                          f / w * (t - std::sin(w * t) / w), 0.0);
+  const Eigen::Vector3d p(f / (w * w) * (1.0 - std::cos(w * t)), f / w * (t - std::sin(w * t) / w),
+                          0.0);
   EXPECT_LT((x.v - v).norm(), 1e-6);
   EXPECT_LT((x.p - p).norm(), 1e-6);
   EXPECT_LT((euler.v - v).norm(), 1e-6);
