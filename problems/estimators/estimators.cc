@@ -45,6 +45,7 @@ void CheckEstimator(const std::string& name) {
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma) {
   CheckEstimator(name);
+  if (flight.passes.empty()) return {name, gamma, {}, flight.warnings};
   return Runners().at(name)(flight, options, gamma);
 }
 

@@ -21,7 +21,7 @@ const std::vector<std::string>& KnownEstimators();
 // Throws InputError for an unknown name, listing the known ones.
 void CheckEstimator(const std::string& name);
 
-// Runs `name` over the flight with windows of `gamma` passes.
+// Runs `name` over the flight with windows of `gamma` passes; no windows where it has no passes.
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma);
 

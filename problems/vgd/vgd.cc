@@ -65,6 +65,27 @@ void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pas
   }
 }
 
+// A status tells what this flight shows, also where an earlier one (--model) has made the prior
+// tight: it is judged against the ranges of Table 2, or the prior's where that is wider.
+Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
+  const VgdOptions table_2;
+  Eigen::VectorXd sigma = prior_sigma;
+  for (int i = 0; i < 9; ++i) sigma[i] = std::max(sigma[i], table_2.priors[i].sigma);
+  return sigma;
+}
+
+// cov: in units of prior_sigma. The covariance that the same data give with the reference as prior,
+// in units of the reference: both hold the data's information, inv(cov) - I.
+Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd& prior_sigma,
+                               const Eigen::VectorXd& reference) {
+  if (reference == prior_sigma) return cov;
+  const auto I = Eigen::MatrixXd::Identity(cov.rows(), cov.cols());
+  const Eigen::VectorXd scale = reference.cwiseQuotient(prior_sigma);
+  const Eigen::MatrixXd information =
+      scale.asDiagonal() * (Eigen::MatrixXd(cov.inverse()) - I) * scale.asDiagonal();
+  return (information + I).inverse();
+}
+
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
   const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
@@ -73,16 +94,18 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
   for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
   sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
+  const Eigen::VectorXd prior = sigma_prior.head(count), reference = ReferenceSigma(prior);
   const Identifiability identifiability =
-      AnalyseIdentifiability(names, units, sigma_prior.head(count),
-                             cov_all.topLeftCorner(count, count));
+      AnalyseIdentifiability(names, units, reference,
+                             UnderReference(cov_all.topLeftCorner(count, count), prior, reference));
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
     if (i < 9) {
-      const ParameterPrior& prior = options.priors[i];
-      const double margin = 1e-6 * prior.sigma;
-      if (value[i] < prior.lower + margin || value[i] > prior.upper - margin) status = "at_bound";
+      const double margin = 1e-6 * prior[i];
+      const bool inside = value[i] > options.priors[i].lower + margin &&
+                          value[i] < options.priors[i].upper - margin;
+      if (!inside) status = "at_bound";
     }
     const double sigma = sigma_prior[i] * std::sqrt(cov_all(i, i));
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
@@ -117,7 +140,8 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
   const Pass& to = flight.passes[tau - 1];
   const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
-  problem.SetStart(start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
+  problem.SetStart(
+      start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
   const ceres::Solver::Summary summary = problem.Solve();
 
   WindowEstimate estimate;
@@ -151,11 +175,12 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) {
-      run.warnings.push_back(fmt::format(
-          "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
-          "a gap in it",
-          tau, SecondsBetween(flight.track.begin(), flight.passes[tau - 1].end),
-          flight.pass_options.max_arc));
+      run.warnings.push_back(
+          fmt::format("the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, "
+                      "or the IMU has "
+                      "a gap in it",
+                      tau, SecondsBetween(flight.track.begin(), flight.passes[tau - 1].end),
+                      flight.pass_options.max_arc));
     }
   }
   return run;
@@ -169,7 +194,8 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
     Theta start;
     for (int i = 0; i < 9; ++i) {
       const ParameterPrior& prior = options.priors[i];
-      start[i] = prior.mean + prior.sigma * random.Uniform(-1.0, 1.0);
+      const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
+      start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);
     }
     estimates.push_back(SolveWindow(flight, options, tau, start));
   }

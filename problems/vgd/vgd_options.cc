@@ -43,6 +43,16 @@ void ReadPositive(const YamlMap& map, const std::string& key, double* value) {
   if (!(*value > 0.0)) map.Fail(key, "must be above zero");
 }
 
+void ReadNotNegative(const YamlMap& map, const std::string& key, double unit, double* value) {
+  *value = unit * map.Get<double>(key, *value / unit);
+  if (!(*value >= 0.0)) map.Fail(key, "must be zero or above");
+}
+
+void ReadCount(const YamlMap& map, const std::string& key, int* value) {
+  Read(map, key, value);
+  if (*value < 1) map.Fail(key, "must be 1 or more");
+}
+
 // Angles are written in degrees.
 double UnitOf(int parameter) { return parameter >= 3 ? kDegree : 1.0; }
 
@@ -65,9 +75,9 @@ void ReadPriors(const YamlMap& map, std::array<ParameterPrior, 9>* priors) {
 }
 
 void ReadProcess(const YamlMap& map, ProcessNoise* process) {
-  Read(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
-  process->tilt = kDegree * map.Get<double>("tilt_deg", process->tilt / kDegree);
-  process->heading = kDegree * map.Get<double>("heading_deg", process->heading / kDegree);
+  ReadNotNegative(map, "acceleration_mps2_per_sqrt_hz", 1.0, &process->acceleration);
+  ReadNotNegative(map, "tilt_deg", kDegree, &process->tilt);
+  ReadNotNegative(map, "heading_deg", kDegree, &process->heading);
   ReadPositive(map, "memory_s", &process->memory);
   map.Finish();
 }
@@ -83,8 +93,8 @@ void ReadDragMeasurement(const YamlMap& map, DragMeasurementOptions* options) {
 void ReadDrive(const YamlMap& map, DriveOptions* drive) {
   Read(map, "thrust", kThrusts, &drive->thrust);
   Read(map, "attitude", kAttitudes, &drive->attitude);
-  Read(map, "filter_k_p_per_s", &drive->filter.k_p);
-  Read(map, "filter_k_i_per_s2", &drive->filter.k_i);
+  ReadNotNegative(map, "filter_k_p_per_s", 1.0, &drive->filter.k_p);
+  ReadNotNegative(map, "filter_k_i_per_s2", 1.0, &drive->filter.k_i);
   Read(map, "attitude_latency_s", &drive->attitude_latency);
   ReadPositive(map, "max_gap_s", &drive->max_gap);
   map.Finish();
@@ -94,9 +104,8 @@ void ReadDrive(const YamlMap& map, DriveOptions* drive) {
 
 VgdOptions ReadVgdOptions(const YamlMap& map) {
   VgdOptions options;
-  Read(map, "gamma", &options.gamma);
-  if (options.gamma < 1) map.Fail("gamma", "must be 1 or more");
-  Read(map, "min_window_fixes", &options.min_window_fixes);
+  ReadCount(map, "gamma", &options.gamma);
+  ReadCount(map, "min_window_fixes", &options.min_window_fixes);
   ReadPriors(map.ChildOrEmpty("priors"), &options.priors);
   Read(map, "loss", kLosses, &options.loss);
   ReadPositive(map, "loss_scale_sigmas", &options.loss_scale);
@@ -106,12 +115,12 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   ReadPositive(map, "knot_interval_s", &options.knot_interval);
   ReadDragMeasurement(map.ChildOrEmpty("drag_measurement"), &options.drag_measurement);
   Read(map, "solver", kSolvers, &options.solver);
-  Read(map, "max_iterations", &options.max_iterations);
+  ReadCount(map, "max_iterations", &options.max_iterations);
   ReadPositive(map, "tolerance", &options.tolerance);
   ReadPositive(map, "max_block_s", &options.max_block);
   ReadPositive(map, "pass_gap_s", &options.passes.pass_gap);
   ReadPositive(map, "max_arc_s", &options.passes.max_arc);
-  Read(map, "min_fixes", &options.passes.min_fixes);
+  ReadCount(map, "min_fixes", &options.passes.min_fixes);
   ReadDrive(map.ChildOrEmpty("drive"), &options.drive);
   map.Finish();
   return options;

@@ -159,8 +159,7 @@ void WindowProblem::SetBounds() {
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
-  x_.theta.head<9>() =
-      (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  x_.theta.head<9>() = (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
     if (s == 0 || segments_[s]->start() <= path.end()) {

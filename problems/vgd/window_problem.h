@@ -4,7 +4,6 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/SparseCore>
-
 #include <memory>
 #include <span>
 #include <vector>
@@ -16,12 +15,12 @@
 namespace trueline {
 
 struct WindowData {
-  TimeNs begin;                       // of the first fix
-  TimeNs end;                         // of the predicted arc (or of the last fix where none follows)
-  std::span<const Fix> fixes;         // within [begin, end]
+  TimeNs begin;                // of the first fix
+  TimeNs end;                  // of the predicted arc (or of the last fix where none follows)
+  std::span<const Fix> fixes;  // within [begin, end]
   std::span<const Pass> passes;
   std::span<const ForceSample> forces;
-  double force_sigma;                 // m/s^2
+  double force_sigma;  // m/s^2
 };
 
 // Where a solve starts: the nine of eq. 16 in their own units.
