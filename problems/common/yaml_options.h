@@ -46,4 +46,10 @@ inline void ReadNotNegative(const YamlMap& map, const std::string& key, double* 
   if (!(*value >= 0.0)) map.Fail(key, "must be zero or above");
 }
 
+// A whole number from 1.
+inline void ReadCount(const YamlMap& map, const std::string& key, int* value) {
+  ReadOption(map, key, value);
+  if (*value < 1) map.Fail(key, "must be 1 or more");
+}
+
 }  // namespace trueline

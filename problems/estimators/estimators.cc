@@ -69,6 +69,7 @@ bool HasWindows(const std::string& name) { return name != "ekf"; }
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma) {
   CheckEstimator(name);
+  if (flight.passes.empty()) return {name, gamma, {}, flight.warnings};
   return Runners().at(name)(flight, options, gamma);
 }
 

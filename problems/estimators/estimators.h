@@ -32,7 +32,7 @@ void CheckEstimator(const std::string& name);
 // Whether results depend on gamma; a filter has no windows.
 bool HasWindows(const std::string& name);
 
-// Runs `name` over the flight with windows of `gamma` passes.
+// Runs `name` over the flight with windows of `gamma` passes; no windows where it has no passes.
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma);
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace trueline {
@@ -52,8 +53,7 @@ Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
   for (int i = static_cast<int>(cov.rows()) - 1; i >= 0; --i) {
     const double information = 1.0 / std::max(eigen.eigenvalues()[i], 1e-300) - 1.0;
     if (information > kOpenInformation) break;  // eigenvalues fall from here on
-    result.combinations.push_back(
-        Describe(eigen.eigenvectors().col(i), names, units, prior_sigma));
+    result.combinations.push_back(Describe(eigen.eigenvectors().col(i), names, units, prior_sigma));
   }
   return result;
 }

@@ -58,7 +58,8 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
     Theta start;
     for (int i = 0; i < 9; ++i) {
       const ParameterPrior& prior = options.priors[i];
-      start[i] = prior.mean + std::sqrt(3.0) * prior.sigma * random.Uniform(-1.0, 1.0);
+      const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
+      start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);
     }
     estimates.push_back(SolveWindow(flight, options, tau, start));
   }

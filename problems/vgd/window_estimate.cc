@@ -45,6 +45,27 @@ void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pas
   }
 }
 
+// A status tells what this flight shows, also where an earlier one (--model) has made the prior
+// tight: it is judged against the ranges of Table 2, or the prior's where that is wider.
+Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
+  const VgdOptions table_2;
+  Eigen::VectorXd sigma = prior_sigma;
+  for (int i = 0; i < 9; ++i) sigma[i] = std::max(sigma[i], table_2.priors[i].sigma);
+  return sigma;
+}
+
+// cov: in units of prior_sigma. The covariance that the same data give with the reference as prior,
+// in units of the reference: both hold the data's information, inv(cov) - I.
+Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd& prior_sigma,
+                               const Eigen::VectorXd& reference) {
+  if (reference == prior_sigma) return cov;
+  const auto I = Eigen::MatrixXd::Identity(cov.rows(), cov.cols());
+  const Eigen::VectorXd scale = reference.cwiseQuotient(prior_sigma);
+  const Eigen::MatrixXd information =
+      scale.asDiagonal() * (Eigen::MatrixXd(cov.inverse()) - I) * scale.asDiagonal();
+  return (information + I).inverse();
+}
+
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
   const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
@@ -53,15 +74,18 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
   for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
   sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
-  const Identifiability identifiability = AnalyseIdentifiability(
-      names, units, sigma_prior.head(count), cov_all.topLeftCorner(count, count));
+  const Eigen::VectorXd prior = sigma_prior.head(count), reference = ReferenceSigma(prior);
+  const Identifiability identifiability =
+      AnalyseIdentifiability(names, units, reference,
+                             UnderReference(cov_all.topLeftCorner(count, count), prior, reference));
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
     if (i < 9) {
-      const ParameterPrior& prior = options.priors[i];
-      const double margin = 1e-6 * prior.sigma;
-      if (value[i] < prior.lower + margin || value[i] > prior.upper - margin) status = "at_bound";
+      const double margin = 1e-6 * prior[i];
+      const bool inside = value[i] > options.priors[i].lower + margin &&
+                          value[i] < options.priors[i].upper - margin;
+      if (!inside) status = "at_bound";
     }
     const double sigma = sigma_prior[i] * std::sqrt(cov_all(i, i));
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});

@@ -4,7 +4,6 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/SparseCore>
-
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,9 +16,9 @@
 namespace trueline {
 
 struct WindowData {
-  TimeNs begin;                       // of the first fix
-  TimeNs end;                         // of the predicted arc (or of the last fix where none follows)
-  std::span<const Fix> fixes;         // within [begin, end]
+  TimeNs begin;                // of the first fix
+  TimeNs end;                  // of the predicted arc (or of the last fix where none follows)
+  std::span<const Fix> fixes;  // within [begin, end]
   std::span<const Pass> passes;
   std::span<const ForceSample> forces;
   double force_sigma;  // m/s^2

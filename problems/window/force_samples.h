@@ -10,7 +10,7 @@ namespace trueline {
 // Use of the accelerometer's x and y axes, which the paper's fit leaves aside.
 struct DragMeasurementOptions {
   bool enabled = true;
-  double interval = 0.05;   // s, over which the accelerometer is averaged
+  double interval = 0.05;  // s, over which the accelerometer is averaged
   // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
   // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
   double sigma = 0.2;
@@ -30,6 +30,7 @@ struct ForceSamples {
 
 // Means over consecutive intervals (a hole in the IMU gives none there). Sigma is the larger of
 // the option's and the scatter between neighbouring means (robust, from their differences).
-ForceSamples AverageForces(const std::vector<ImuSample>& imu, const DragMeasurementOptions& options);
+ForceSamples AverageForces(const std::vector<ImuSample>& imu,
+                           const DragMeasurementOptions& options);
 
 }  // namespace trueline

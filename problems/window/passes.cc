@@ -10,8 +10,8 @@ std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& o
   std::vector<Pass> passes;
   std::size_t first = 0;
   for (std::size_t i = 0; i < fixes.size(); ++i) {
-    const bool last_of_run = i + 1 == fixes.size() ||
-                             SecondsBetween(fixes[i].t, fixes[i + 1].t) > options.pass_gap;
+    const bool last_of_run =
+        i + 1 == fixes.size() || SecondsBetween(fixes[i].t, fixes[i + 1].t) > options.pass_gap;
     if (!last_of_run) continue;
     if (static_cast<int>(i - first + 1) >= options.min_fixes) {
       passes.push_back({first, i, fixes[first].t, fixes[i].t});
@@ -23,8 +23,8 @@ std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& o
 
 std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
                                        double max_gap) {
-  const auto after = std::lower_bound(mocap.begin(), mocap.end(), t,
-                                      [](const PoseSample& s, TimeNs value) { return s.t < value; });
+  const auto after = std::lower_bound(
+      mocap.begin(), mocap.end(), t, [](const PoseSample& s, TimeNs value) { return s.t < value; });
   if (after == mocap.end()) return std::nullopt;
   if (after->t == t) return after->p_E;
   if (after == mocap.begin()) return std::nullopt;
