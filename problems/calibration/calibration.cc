@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 
 #include "problems/common/error.h"
 
@@ -26,6 +27,38 @@ std::vector<std::string> NamesWithStatus(const WindowEstimate& window, const std
 // Coverage far below 95 % is a defect of the stated uncertainty; chance explains it only where
 // the binomial probability is not small.
 constexpr double kChance = 0.01;
+
+// A vehicle hovers where nine tenths of its fitted path lie within half a metre of the middle, or
+// within what the fixes' own noise (3 sigma) makes of a point. A fit that finds drag in such a
+// flight has fitted the noise.
+constexpr double kHoverExtent = 0.5;  // m
+constexpr double kHoverSigmas = 3.0;
+
+// Distance from the middle of the fitted passes within which nine tenths of them lie, m.
+double ExtentOf(const EstimatorRun& run) {
+  std::array<std::vector<double>, 3> axes;
+  for (const WindowEstimate& window : run.windows) {
+    for (const TrajectoryPoint& point : window.fitted) {
+      for (int i = 0; i < 3; ++i) axes[i].push_back(point.p_E[i]);
+    }
+  }
+  const Eigen::Vector3d middle(Quantile(axes[0], 0.5), Quantile(axes[1], 0.5),
+                               Quantile(axes[2], 0.5));
+  std::vector<double> distances;
+  for (std::size_t k = 0; k < axes[0].size(); ++k) {
+    distances.push_back((Eigen::Vector3d(axes[0][k], axes[1][k], axes[2][k]) - middle).norm());
+  }
+  return Quantile(distances, 0.9);
+}
+
+bool Hovers(const EstimatorRun& run) {
+  std::vector<double> sigmas;
+  for (const WindowEstimate& window : run.windows) {
+    for (const FixMisfit& misfit : window.misfits) sigmas.push_back(misfit.sigma);
+  }
+  const double noise = sigmas.empty() ? 0.0 : kHoverSigmas * Quantile(sigmas, 0.5);
+  return ExtentOf(run) < std::max(kHoverExtent, noise);
+}
 
 void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   const ArcSummary arcs = SummariseArcs(run);
@@ -65,13 +98,20 @@ Verdict Judge(const EstimatorRun& run) {
         {"no pass to fit: the fixes come singly, with longer pauses than pass_gap_s between them "
          "(hovering, or a detector that sees too little). Fly laps through the gates"}};
   }
-  const WindowEstimate& last = run.windows.back();
-  if (HasStatus(last, "K_x", "unobservable") && HasStatus(last, "K_y", "unobservable")) {
-    return {"unusable",
-            {"the flight shows no drag: it hardly moves between fixes (hovering?). Fly laps with "
-             "straights and turns at racing speed"}};
+  if (Hovers(run)) {
+    return {
+        "unusable",
+        {fmt::format("the vehicle stays within {:.2f} m (hovering), so nothing shows its drag. Fly "
+                     "laps with straights and turns at racing speed",
+                     ExtentOf(run))}};
   }
+  const WindowEstimate& last = run.windows.back();
   Verdict verdict{"usable", {}};
+  if (HasStatus(last, "K_x", "unobservable") && HasStatus(last, "K_y", "unobservable")) {
+    verdict.reasons.emplace_back(
+        "the last window shows no drag; K_x and K_y are the prior's. Fly laps with straights and "
+        "turns");
+  }
   if (!last.converged) verdict.reasons.emplace_back("the last window's solve did not converge");
   if (const auto names = NamesWithStatus(last, "at_bound"); !names.empty()) {
     verdict.reasons.push_back(fmt::format(

@@ -1,0 +1,85 @@
+// trueline-calibrate as a user runs it: a flight on disk, flags, exit code, both outputs.
+#pragma once
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "problems/log/native_log.h"
+#include "problems/window/passes.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+
+struct Outcome {
+  int exit_code;
+  std::string out, err;
+};
+
+inline std::string TextOf(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+// Every test has a flight of 15 s round the hippodrome of its own, which it may spoil.
+class CalibrateApp : public testing::Test {
+ protected:
+  void SetUp() override {
+    program_ = std::filesystem::path(TRUELINE_TEST_APPS_DIR) / "trueline-calibrate";
+    if (!std::filesystem::exists(program_)) GTEST_SKIP() << program_ << " is not built";
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    root_ = std::filesystem::path(testing::TempDir()) / (std::string("calibrate_") + test->name());
+    std::filesystem::remove_all(root_);
+    WriteNativeLog(Flight(), root_ / "log");
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+
+  static const FlightLog& Flight() {
+    static const FlightLog log = [] {
+      SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+      config.duration = 15.0;
+      config.imu.rate = 200.0;
+      return testing_simulation::Fly(config, 3).log;
+    }();
+    return log;
+  }
+
+  // Runs it on the test's log with the usual flags and `more`.
+  Outcome Calibrate(const std::string& more = "") const {
+    return Run(fmt::format("--log='{}' --out='{}' --gamma_sweep= --report=false {}",
+                           (root_ / "log").string(), (root_ / "out").string(), more));
+  }
+
+  Outcome Run(const std::string& arguments) const { return RunProgram(program_, arguments); }
+
+  Outcome RunProgram(const std::filesystem::path& program, const std::string& arguments) const {
+    const std::string out = (root_ / "stdout").string(), err = (root_ / "stderr").string();
+    const int status = std::system(
+        fmt::format("'{}' {} >'{}' 2>'{}'", program.string(), arguments, out, err).c_str());
+    return {WEXITSTATUS(status), TextOf(out), TextOf(err)};
+  }
+
+  // Lines of a file of the log, to be changed and written back.
+  std::vector<std::string> Lines(const std::string& file) const {
+    std::istringstream text(TextOf(root_ / "log" / file));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    return lines;
+  }
+  void WriteLines(const std::string& file, const std::vector<std::string>& lines) const {
+    std::ofstream out(root_ / "log" / file);
+    for (const std::string& line : lines) out << line << "\n";
+  }
+
+  std::filesystem::path program_, root_;
+};
+
+}  // namespace trueline

@@ -1,0 +1,138 @@
+// Each kind of bad input: an error with file, line and remedy (exit 2), or a warning and a defined
+// treatment. Hovering and single passes get a verdict.
+#include "tests/apps/calibrate_app.h"
+
+namespace trueline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class BadFlight : public CalibrateApp {
+ protected:
+  void ExpectRefused(const std::vector<std::string>& words) const {
+    const Outcome done = Calibrate();
+    EXPECT_EQ(done.exit_code, 2);
+    for (const std::string& word : words) EXPECT_THAT(done.err, HasSubstr(word));
+    EXPECT_THAT(done.out, testing::IsEmpty());
+    EXPECT_FALSE(std::filesystem::exists(root_ / "out/calibration.yaml"));
+  }
+  YAML::Node Result() const { return YAML::LoadFile(root_ / "out/calibration.yaml"); }
+};
+
+TEST_F(BadFlight, MissingTimeStamp) {
+  auto lines = Lines("imu.csv");
+  lines[5] = lines[5].substr(lines[5].find(','));
+  WriteLines("imu.csv", lines);
+  ExpectRefused({"imu.csv:6: column 't': the time stamp is missing", "every row needs one"});
+}
+
+TEST_F(BadFlight, UnsortedTimeStamps) {
+  auto lines = Lines("imu.csv");
+  std::swap(lines[10], lines[11]);
+  WriteLines("imu.csv", lines);
+  ExpectRefused({"imu.csv:12: column 't'", "sort the rows"});
+}
+
+TEST_F(BadFlight, NotANumber) {
+  auto lines = Lines("fixes.csv");
+  lines[3].replace(lines[3].find(',') + 1, 3, "nan");
+  lines[3].erase(lines[3].find("nan") + 3,
+                 lines[3].find(',', lines[3].find("nan")) - lines[3].find("nan") - 3);
+  WriteLines("fixes.csv", lines);
+  ExpectRefused({"fixes.csv:4: column 'x': found 'nan'", "remove the row or repair it"});
+}
+
+TEST_F(BadFlight, UnknownUnit) {
+  auto lines = Lines("fixes.csv");
+  lines[0].replace(lines[0].find("x [m]"), 5, "x [ft]");
+  WriteLines("fixes.csv", lines);
+  ExpectRefused({"fixes.csv:1: column 'x': unit 'ft' is not known here", "use one of:"});
+}
+
+TEST_F(BadFlight, UnknownKey) {
+  auto lines = Lines("log.yaml");
+  lines.push_back("colour: red");
+  WriteLines("log.yaml", lines);
+  ExpectRefused({fmt::format("log.yaml:{}: 'colour': unknown key", lines.size()), "known here:"});
+}
+
+TEST_F(BadFlight, EmptyStream) {
+  WriteLines("imu.csv", {});
+  ExpectRefused({"imu.csv: the file is empty; write a header line"});
+}
+
+TEST_F(BadFlight, MissingStream) {
+  std::filesystem::remove(root_ / "log/imu.csv");
+  ExpectRefused({"imu.csv: is missing; every log needs"});
+}
+
+TEST_F(BadFlight, NoSuchLog) {
+  std::filesystem::remove_all(root_ / "log");
+  ExpectRefused({"log", "is no directory"});
+}
+
+TEST_F(BadFlight, MocapWithoutFixes) {
+  std::filesystem::remove(root_ / "log/fixes.csv");
+  ExpectRefused({"fixes.csv: there are no fixes to fit to", "trueline-convert"});
+}
+
+TEST_F(BadFlight, FixesOfAnotherClock) {
+  FlightLog log = Flight();
+  for (Fix& fix : log.fixes) fix.t += 1000 * kNsPerSecond;
+  WriteNativeLog(log, root_ / "log");
+  ExpectRefused({"fixes.csv: no fix lies inside of the time span", "check their clocks"});
+}
+
+TEST_F(BadFlight, CutOffLastLineIsDroppedWithAWarning) {
+  const std::string text = TextOf(root_ / "log/imu.csv");
+  std::ofstream(root_ / "log/imu.csv") << text.substr(0, text.size() - 20);
+  const Outcome done = Calibrate();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("the last line is cut off; it is dropped"));
+  EXPECT_THAT(Result()["warnings"][0].as<std::string>(), HasSubstr("cut off"));
+}
+
+TEST_F(BadFlight, GapInTheImuEndsWindowsWithAWarning) {
+  FlightLog log = Flight();
+  const std::vector<Pass> passes = FindPasses(log.fixes, PassOptions());
+  ASSERT_GE(passes.size(), 3U);
+  const TimeNs from = passes[1].end + kNsPerSecond / 10, to = from + kNsPerSecond * 6 / 10;
+  std::erase_if(log.imu, [&](const ImuSample& s) { return s.t > from && s.t < to; });
+  WriteNativeLog(log, root_ / "log");
+  const Outcome done = Calibrate();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, AllOf(HasSubstr("imu: 1 gaps longer than"),
+                              HasSubstr("the arc after pass 2"), HasSubstr("is not predicted")));
+  EXPECT_EQ(Result()["arcs"]["count"].as<std::size_t>(), passes.size() - 2);
+}
+
+TEST_F(BadFlight, OneSinglePassIsPoorAndSaysWhy) {
+  FlightLog log = Flight();
+  const Pass whole = FindPasses(log.fixes, PassOptions()).at(1);  // the first is cut by the start
+  log.fixes = std::vector<Fix>(log.fixes.begin() + whole.first, log.fixes.begin() + whole.last + 1);
+  WriteNativeLog(log, root_ / "log");
+  const Outcome done = Calibrate();
+  EXPECT_EQ(done.exit_code, 0) << done.out;
+  EXPECT_EQ(Result()["verdict"].as<std::string>(), "poor");
+  EXPECT_THAT(Result()["reasons"].as<std::vector<std::string>>(),
+              testing::Contains(HasSubstr("single pass")));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("verdict: poor"), HasSubstr("single pass")));
+}
+
+// Fixes that come singly, and a detector that reports all the time: both are hovers.
+TEST_F(BadFlight, HoveringIsUnusable) {
+  for (const int fixes : {18, 400}) {
+    SCOPED_TRACE(fixes);
+    SimulationConfig config = testing_simulation::ReadShipped("hover");
+    config.detector.fixes_min = config.detector.fixes_max = fixes;
+    WriteNativeLog(testing_simulation::Fly(config, 1).log, root_ / "log");
+    const Outcome done = Calibrate();
+    EXPECT_EQ(done.exit_code, 3) << done.err;
+    EXPECT_EQ(Result()["verdict"].as<std::string>(), "unusable");
+    EXPECT_THAT(done.out, AllOf(HasSubstr("verdict: unusable"), HasSubstr("hovering")));
+  }
+}
+
+}  // namespace
+}  // namespace trueline

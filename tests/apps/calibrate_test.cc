@@ -1,0 +1,114 @@
+// trueline-calibrate on good flights and flags: table, files, silence, help, models, the page.
+#include "tests/apps/calibrate_app.h"
+
+namespace trueline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TEST_F(CalibrateApp, PrintsTheTableAndWritesTheFiles) {
+  const Outcome done = Calibrate();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("mean [m]"), HasSubstr("K_x"), HasSubstr("verdict: ")));
+  for (const char* file : {"calibration.yaml", "model.yaml", "arcs.csv", "trajectory.csv",
+                           "windows.csv", "residuals.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(root_ / "out" / file)) << file;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(root_ / "out")) {
+    EXPECT_THAT(entry.path().filename().string(), Not(HasSubstr("tmp")));
+  }
+}
+
+TEST_F(CalibrateApp, IsQuietWhereAsked) {
+  const Outcome done = Run(fmt::format("--log='{}' --out='{}' --gamma_sweep= --quiet",
+                                       (root_ / "log").string(), (root_ / "out").string()));
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_THAT(done.out + done.err, IsEmpty());
+}
+
+TEST_F(CalibrateApp, TeachesByExample) {
+  for (const char* flag : {"--help", "-help"}) {
+    const Outcome help = Run(flag);
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.out,
+                AllOf(HasSubstr("trueline-calibrate --log=flight --out=result"),
+                      HasSubstr("--gamma"), HasSubstr("Exit codes: 0 done, 2 bad input")));
+  }
+}
+
+TEST_F(CalibrateApp, RefusesWrongFlags) {
+  EXPECT_EQ(Run("--gama=3").exit_code, 2);
+  EXPECT_EQ(Run("--gamma=three").exit_code, 2);
+  const Outcome none = Run("");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("--log and --out are needed"));
+  const Outcome stray = Calibrate("flight");
+  EXPECT_EQ(stray.exit_code, 2);
+  EXPECT_THAT(stray.err, HasSubstr("'flight' is not a flag"));
+  const Outcome estimator = Calibrate("--estimator=magic");
+  EXPECT_EQ(estimator.exit_code, 2);
+  EXPECT_THAT(estimator.err, HasSubstr("estimator 'magic' is not known; use one of:"));
+}
+
+TEST_F(CalibrateApp, RefusesAnUnknownKeyInItsConfiguration) {
+  std::ofstream(root_ / "config.yaml") << "gamma: 3\nhuber: true\n";
+  const Outcome done = Calibrate(fmt::format("--config='{}'", (root_ / "config.yaml").string()));
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("config.yaml:2: 'huber': unknown key"));
+  EXPECT_EQ(Calibrate("--config=/nowhere.yaml").exit_code, 2);
+}
+
+TEST_F(CalibrateApp, FindsOutEarlyThatItCannotWrite) {
+  std::ofstream(root_ / "out") << "a file, not a folder";
+  const Outcome done = Calibrate();
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("out"), HasSubstr("cannot be written"),
+                              HasSubstr("check that the folder exists, is writable")));
+  EXPECT_THAT(done.out, IsEmpty());
+  EXPECT_EQ(TextOf(root_ / "out"), "a file, not a folder");
+}
+
+TEST_F(CalibrateApp, TakesTheModelOfAnEarlierFlight) {
+  ASSERT_EQ(Calibrate().exit_code, 0);
+  const YAML::Node first = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
+  const std::string model = (root_ / "earlier.yaml").string();
+  std::filesystem::copy_file(root_ / "out/model.yaml", model);
+  const Outcome done = Calibrate(fmt::format("--model='{}'", model));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const YAML::Node second = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
+  EXPECT_LT(second["K_x"]["sigma"].as<double>(), first["K_x"]["sigma"].as<double>());
+}
+
+TEST_F(CalibrateApp, AFailureLeavesEarlierResultsWhole) {
+  ASSERT_EQ(Calibrate().exit_code, 0);
+  const std::string before = TextOf(root_ / "out/calibration.yaml");
+  std::filesystem::remove(root_ / "log/imu.csv");
+  EXPECT_EQ(Calibrate().exit_code, 2);
+  EXPECT_EQ(TextOf(root_ / "out/calibration.yaml"), before);
+}
+
+// From nothing to the page, by the commands of the README.
+TEST_F(CalibrateApp, SlowFromSimulationToReport) {
+  const std::filesystem::path simulate = program_.parent_path() / "trueline-simulate";
+  if (!std::filesystem::exists(simulate)) GTEST_SKIP() << simulate << " is not built";
+  const std::string config =
+      (testing_simulation::ConfigFolder() / "hippodrome_exact.yaml").string();
+  const Outcome flown = RunProgram(
+      simulate, fmt::format("--config='{}' --out='{}'", config, (root_ / "flight").string()));
+  ASSERT_EQ(flown.exit_code, 0) << flown.err;
+  const Outcome done = Run(fmt::format("--log='{}' --out='{}' --gamma_sweep=1",
+                                       (root_ / "flight").string(), (root_ / "out").string()));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  if (done.err.find("python3-plotly") != std::string::npos) GTEST_SKIP() << done.err;
+  const std::string page = TextOf(root_ / "out/report.html");
+  EXPECT_GT(page.size(), 1000000U);  // plotly's script is inside: the page opens offline
+  for (const char* plot : {"plot-track", "plot-arcs", "plot-parameters", "plot-residuals"}) {
+    EXPECT_THAT(page, HasSubstr(plot));
+  }
+}
+
+}  // namespace
+}  // namespace trueline

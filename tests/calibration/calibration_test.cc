@@ -1,0 +1,136 @@
+// The verdict on a flight, every reason for it.
+#include "problems/calibration/calibration.h"
+
+#include <gmock/gmock.h>
+
+namespace trueline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Twenty windows with arcs, of which `inside` end inside of their ellipse.
+EstimatorRun FlownRun(int inside = 19) {
+  EstimatorRun run{"vgd", 3, {}, {}};
+  for (int tau = 1; tau <= 20; ++tau) {
+    WindowEstimate window;
+    window.tau = tau;
+    window.converged = true;
+    window.parameters = {{"K_x", -0.5, 0.1, "1/s", "identified"},
+                         {"K_y", -0.5, 0.1, "1/s", "weak"},
+                         {"b_az", 0.1, 0.1, "m/s^2", "identified"}};
+    window.fitted = {{0, Eigen::Vector3d(0.3 * tau, 0.0, -1.5), Eigen::Vector3d(1.8, 0.0, 0.0)}};
+    window.misfits = {{0, 0, Eigen::Vector3d::Zero(), 0.3, 1.0}};
+    ArcPrediction arc;
+    arc.cov = 0.01 * Eigen::Matrix2d::Identity();
+    arc.truth = Eigen::Vector2d(tau <= inside ? 0.1 : 0.5, 0.0);
+    arc.truth_source = "mocap";
+    window.arc = arc;
+    run.windows.push_back(window);
+  }
+  return run;
+}
+
+TEST(Judge, AGoodFlightIsUsable) {
+  const Verdict verdict = Judge(FlownRun());
+  EXPECT_EQ(verdict.word, "usable");
+  EXPECT_THAT(verdict.reasons, IsEmpty());
+}
+
+TEST(Judge, AHoverIsUnusable) {
+  EstimatorRun run = FlownRun();
+  for (WindowEstimate& window : run.windows) window.fitted[0].p_E *= 0.1;
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "unusable");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("(hovering)")));
+  run = FlownRun();  // it moves by less than the noise of its fixes
+  for (WindowEstimate& window : run.windows) window.misfits[0].sigma = 1.5;
+  EXPECT_EQ(Judge(run).word, "unusable");
+}
+
+TEST(Judge, NoDragIsPoor) {
+  EstimatorRun run = FlownRun();
+  for (int i : {0, 1}) run.windows.back().parameters[i].status = "unobservable";
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("shows no drag")));
+  run.windows.back().parameters[0].status = "weak";
+  EXPECT_EQ(Judge(run).word, "usable");
+}
+
+TEST(Judge, NoPassIsUnusable) {
+  const Verdict verdict = Judge({"vgd", 3, {}, {}});
+  EXPECT_EQ(verdict.word, "unusable");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("no pass to fit")));
+}
+
+TEST(Judge, NoConvergenceIsPoor) {
+  EstimatorRun run = FlownRun();
+  run.windows.back().converged = false;
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("did not converge")));
+}
+
+TEST(Judge, ABoundIsPoorAndNamed) {
+  EstimatorRun run = FlownRun();
+  run.windows.back().parameters[2].status = "at_bound";
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("b_az ended at the bound")));
+}
+
+TEST(Judge, NothingToCheckThePredictionOnIsPoor) {
+  EstimatorRun run = FlownRun();
+  for (WindowEstimate& window : run.windows) window.arc.reset();
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("no arc to check the prediction on")));
+}
+
+TEST(Judge, TooManyOutsideOfTheirEllipseIsPoor) {
+  const Verdict verdict = Judge(FlownRun(12));
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons,
+              ElementsAre(HasSubstr("the stated uncertainty is too small: 12 of 20")));
+  EXPECT_EQ(Judge(FlownRun(17)).word, "usable");  // chance explains 17 of 20 (probability 7 %)
+}
+
+TEST(SummariseArcs, CountsErrorsAndEllipses) {
+  const ArcSummary arcs = SummariseArcs(FlownRun(15));
+  EXPECT_EQ(arcs.error.count, 20);
+  EXPECT_EQ(arcs.inside_95, 15);
+  EXPECT_NEAR(arcs.error.mean, (15 * 0.1 + 5 * 0.5) / 20, 1e-12);
+  EXPECT_NEAR(arcs.error.median, 0.1, 1e-12);
+  EXPECT_NEAR(arcs.error.p95, 0.5, 1e-12);
+  EXPECT_NEAR(arcs.Coverage(), 0.75, 1e-12);
+}
+
+TEST(SummariseArcs, MocapOutranksFixesAsTruth) {
+  EstimatorRun run = FlownRun(20);
+  for (int i = 0; i < 5; ++i) run.windows[i].arc->truth_source = "fixes";
+  run.windows[7].arc->truth.reset();
+  EXPECT_EQ(SummariseArcs(run).error.count, 14);
+}
+
+TEST(ArcPrediction, EllipseFollowsTheCovariance) {
+  ArcPrediction arc;
+  arc.cov << 1.0, 0.9, 0.9, 1.0;
+  arc.truth = Eigen::Vector2d(2.0, 2.0);  // along the long axis: 2.1 sigma
+  EXPECT_TRUE(arc.Inside95());
+  arc.truth = Eigen::Vector2d(1.0, -1.0);  // across it: 4.5 sigma
+  EXPECT_FALSE(arc.Inside95());
+  EXPECT_NEAR(arc.FinalPointError(), std::sqrt(2.0), 1e-12);
+}
+
+TEST(Statistics, KnowTheirTables) {
+  EXPECT_NEAR(BinomialCdf(17, 20, 0.95), 0.0755, 1e-4);
+  EXPECT_NEAR(BinomialCdf(20, 20, 0.95), 1.0, 1e-12);
+  EXPECT_NEAR(Quantile({3, 1, 2, 4}, 0.5), 2.5, 1e-12);
+  EXPECT_NEAR(Quantile({3, 1, 2, 4}, 1.0), 4.0, 1e-12);
+  EXPECT_TRUE(std::isnan(Mean({})));
+}
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,218 @@
+// Options from YAML and flags: round trip, strictness, models of earlier flights, shipped files.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "problems/calibration/calibration_config.h"
+#include "problems/common/error.h"
+#include "tests/vgd/flights.h"
+
+namespace trueline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::filesystem::path ConfigFile(const std::string& name) {
+  return std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/calibrate" / name;
+}
+
+// A file of its own for each test.
+std::string Written(const std::string& text) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  const auto path = std::filesystem::path(testing::TempDir()) /
+                    (std::string(test->test_suite_name()) + test->name() + ".yaml");
+  std::ofstream(path) << text;
+  return path.string();
+}
+
+std::string ErrorOfConfig(const std::string& text) {
+  try {
+    ReadVgdOptions(YamlMap::FromFile(Written(text)));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+CalibrationFlags Flags(const std::function<void(CalibrationFlags*)>& change) {
+  CalibrationFlags flags;
+  flags.estimators = "vgd";
+  change(&flags);
+  return flags;
+}
+
+std::string ErrorOfFlags(const CalibrationFlags& flags) {
+  try {
+    ResolveCalibrationOptions(flags);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string Text(const YAML::Node& node) {
+  YAML::Emitter emitter;
+  emitter.SetDoublePrecision(12);
+  emitter << node;
+  return emitter.c_str();
+}
+
+VgdOptions EveryOptionChanged() {
+  VgdOptions o;
+  o.gamma = 4;
+  o.min_window_fixes = 9;
+  for (int i = 0; i < 9; ++i) {
+    ParameterPrior& prior = o.priors[i];
+    prior = {prior.mean - 0.01, 0.9 * prior.sigma, 0.9 * prior.lower, prior.upper + 0.02};
+  }
+  o.loss = FixLoss::kCauchy;
+  o.loss_scale = 3.0;
+  o.whiten = false;
+  o.process = {0.2, 0.03, 0.04, 2.5};
+  o.adapt_drift = false;
+  o.knot_interval = 0.4;
+  o.drag_measurement = {false, 0.07, 0.3, 2.0};
+  o.solver = VgdSolver::kGradientDescent;
+  o.max_iterations = 77;
+  o.tolerance = 1e-5;
+  o.max_block = 0.02;
+  o.passes = {0.9, 4, 5.0};
+  o.drive = {
+      ThrustSource::kLevelFlight, AttitudeSource::kComplementaryFilter, {0.2, 0.01}, 0.03, 0.4};
+  return o;
+}
+
+TEST(VgdOptions, SurviveYamlAndBack) {
+  const VgdOptions changed = EveryOptionChanged();
+  const std::string text = Text(ToYaml(changed));
+  const VgdOptions read = ReadVgdOptions(YamlMap(YAML::Load(text), "memory", ""));
+  EXPECT_EQ(Text(ToYaml(read)), text);
+  // And no option was left out of either direction.
+  const std::string defaults = Text(ToYaml(VgdOptions()));
+  std::istringstream a(text), b(defaults);
+  for (std::string x, y; std::getline(a, x) && std::getline(b, y);) {
+    if (x.back() == ':') continue;
+    EXPECT_NE(x, y) << "not changed by this test";
+  }
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_NEAR(read.priors[i].mean, changed.priors[i].mean, 1e-9);
+    EXPECT_NEAR(read.priors[i].upper, changed.priors[i].upper, 1e-9);
+  }
+  EXPECT_NEAR(read.process.tilt, 0.03, 1e-9);
+  EXPECT_EQ(read.drive.thrust, ThrustSource::kLevelFlight);
+  EXPECT_EQ(read.passes.min_fixes, 4);
+}
+
+TEST(VgdOptions, TheDefaultFileStatesTheDefaults) {
+  EXPECT_EQ(Text(ToYaml(ReadVgdOptions(YamlMap::FromFile(ConfigFile("default.yaml"))))),
+            Text(ToYaml(VgdOptions())));
+}
+
+TEST(VgdOptions, EveryShippedFileRunsAFlight) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(ConfigFile(""))) {
+    SCOPED_TRACE(entry.path().string());
+    const VgdOptions options = ReadVgdOptions(YamlMap::FromFile(entry.path()));
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+    config.duration = 15.0;
+    const testing_vgd::Flight flight(config, 3, options);
+    const EstimatorRun run = RunVgd(flight.data, options);
+    ASSERT_FALSE(run.windows.empty());
+    for (const WindowEstimate& window : run.windows) {
+      for (const ParameterEstimate& p : window.parameters) {
+        EXPECT_TRUE(std::isfinite(p.value) && p.sigma > 0.0 && std::isfinite(p.sigma)) << p.name;
+      }
+      EXPECT_TRUE(!window.arc || window.arc->cov.determinant() > 0.0);
+    }
+    EXPECT_GT(SummariseArcs(run).error.count, 0);
+    EXPECT_LT(SummariseArcs(run).error.median, 2.0);
+    ++files;
+  }
+  EXPECT_GE(files, 4);
+}
+
+TEST(VgdOptions, RefuseWhatIsWrongByFileLineAndKey) {
+  EXPECT_THAT(ErrorOfConfig("gamma: 3\ngama: 4\n"),
+              AllOf(HasSubstr(".yaml:2: 'gama': unknown key"), HasSubstr("gamma")));
+  EXPECT_THAT(ErrorOfConfig("priors:\n  K_x: {mean: -0.5, sgima: 1}\n"),
+              AllOf(HasSubstr(".yaml:2"), HasSubstr("sgima")));
+  EXPECT_THAT(ErrorOfConfig("priors: {K_z: {mean: 1}}\n"), HasSubstr("K_z"));
+  EXPECT_THAT(ErrorOfConfig("loss: hubber\n"), AllOf(HasSubstr(":1: 'loss'"), HasSubstr("huber")));
+  EXPECT_THAT(ErrorOfConfig("gamma: three\n"), HasSubstr(":1: 'gamma'"));
+  EXPECT_THAT(ErrorOfConfig("gamma: 0\n"), HasSubstr("must be 1 or more"));
+  EXPECT_THAT(ErrorOfConfig("min_fixes: 0\n"), HasSubstr("must be 1 or more"));
+  EXPECT_THAT(ErrorOfConfig("max_iterations: -3\n"), HasSubstr("must be 1 or more"));
+  EXPECT_THAT(ErrorOfConfig("tolerance: 0\n"), HasSubstr("must be above zero"));
+  EXPECT_THAT(ErrorOfConfig("knot_interval_s: .nan\n"), HasSubstr("must be above zero"));
+  EXPECT_THAT(ErrorOfConfig("process: {tilt_deg: -1}\n"), HasSubstr("must be zero or above"));
+  EXPECT_THAT(ErrorOfConfig("drive: {filter_k_p_per_s: -1}\n"), HasSubstr("must be zero or above"));
+  EXPECT_THAT(ErrorOfConfig("priors:\n  K_x: {lower: -0.1}\n"),
+              AllOf(HasSubstr(":2"), HasSubstr("needs lower < mean < upper")));
+}
+
+TEST(CalibrationFlags, AreCheckedAndOutrankTheFile) {
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->estimators = "vgd,ukf"; })),
+              AllOf(HasSubstr("'ukf' is not known; use one of:"), HasSubstr("vgd")));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->estimators = ""; })),
+              HasSubstr("names no estimator"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->gamma_sweep = "1,x"; })),
+              HasSubstr("'x' is not a window length"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->gamma = -2; })),
+              HasSubstr("'-2' is not a window length"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->thrust = "baro"; })),
+              HasSubstr("use accelerometer or level_flight"));
+  const CalibrationOptions options = ResolveCalibrationOptions(Flags([](auto* f) {
+    f->config = Written("gamma: 5\nloss: none\n");
+    f->gamma_sweep = "1,4";
+    f->thrust = "level_flight";
+    f->gamma = 2;
+  }));
+  EXPECT_EQ(options.methods.vgd.gamma, 2);
+  EXPECT_EQ(options.methods.vgd.loss, FixLoss::kNone);
+  EXPECT_EQ(options.methods.vgd.drive.thrust, ThrustSource::kLevelFlight);
+  EXPECT_THAT(options.gamma_sweep, testing::ElementsAre(1, 4));
+}
+
+const char kModel[] =
+    "parameters:\n"
+    "  K_x: {value: -0.41, sigma: 0.02, unit: 1/s}\n"
+    "  K_y: {value: -0.44, sigma: 0.03, unit: 1/s}\n"
+    "  b_az: {value: 0.1, sigma: 0.04, unit: m/s^2}\n"
+    "  phi_E_Ep: {value: 0.5, sigma: 0.01, unit: rad}\n"
+    "  phi_I_B: {value: 0.01, sigma: 0.005, unit: rad}\n"
+    "  theta_I_B: {value: -0.02, sigma: 0.006, unit: rad}\n"
+    "  psi_I_B: {value: 0.03, sigma: 0.007, unit: rad}\n"
+    "effects: []\n";
+
+std::string ErrorOfModel(const std::string& from, const std::string& to) {
+  std::string text = kModel;
+  text.replace(text.find(from), from.size(), to);
+  return ErrorOfFlags(Flags([&](auto* f) { f->model = Written(text); }));
+}
+
+TEST(ApplyModel, MakesTheVehiclesConstantsThePrior) {
+  VgdOptions options;
+  ApplyModel(Written(kModel), &options);
+  EXPECT_EQ(options.priors[0].mean, -0.41);
+  EXPECT_EQ(options.priors[0].sigma, 0.02);
+  EXPECT_EQ(options.priors[7].mean, -0.02);
+  EXPECT_EQ(options.priors[3].mean, 0.0);  // the AHRS error is the flight's own
+  EXPECT_EQ(options.priors[3].sigma, VgdOptions().priors[3].sigma);
+}
+
+TEST(ApplyModel, RefusesWhatIsWrong) {
+  EXPECT_THAT(ErrorOfModel("-0.44, ", ".nan, "), HasSubstr("'parameters.K_y.value'"));
+  EXPECT_THAT(ErrorOfModel("sigma: 0.03", "sigma: 0"), HasSubstr("above zero"));
+  EXPECT_THAT(ErrorOfModel("unit: m/s^2", "unit: g"), HasSubstr("must be m/s^2"));
+  EXPECT_THAT(ErrorOfModel("  K_x: {value: -0.41, sigma: 0.02, unit: 1/s}\n", ""),
+              HasSubstr("K_x"));
+  EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: wind}]"), HasSubstr("'effects'"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->model = "/nowhere/model.yaml"; })),
+              HasSubstr("/nowhere/model.yaml"));
+}
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,56 @@
+// Simulated flights for the tests of windows and fits, made in the process.
+#pragma once
+
+#include "problems/common/random.h"
+#include "problems/vgd/vgd.h"
+#include "problems/vgd/window_data.h"
+#include "problems/window/flight_data.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline::testing_vgd {
+
+// The fit for which the exact hippodrome is the exact model: one rigid integration, plain squares.
+inline VgdOptions RigidOptions() {
+  VgdOptions options;
+  options.process = {};
+  options.adapt_drift = false;
+  options.drag_measurement.enabled = false;
+  options.loss = FixLoss::kNone;
+  return options;
+}
+
+inline SimulationConfig ExactHippodrome(double duration) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact");
+  config.duration = duration;
+  config.warm_up = 5.0;
+  return config;
+}
+
+// A log and what is derived from it; the log stays where FlightData points.
+struct Flight {
+  Flight(const SimulationConfig& config, std::uint64_t seed, const VgdOptions& options)
+      : flown(testing_simulation::Fly(config, seed)),
+        data(flown.log, options.drive, options.passes, options.drag_measurement) {}
+  Flight(const Flight&) = delete;
+  Flight& operator=(const Flight&) = delete;
+
+  testing_simulation::Flown flown;
+  FlightData data;
+};
+
+// The nine of eq. 16 as the simulator flew them.
+inline Theta TrueTheta(const SimulationConfig& config) {
+  Theta theta;
+  theta << config.vehicle.drag.x(), config.vehicle.drag.y(), config.imu.accel_bias.z(),
+      config.ahrs.constant, config.imu.misalignment;
+  return theta;
+}
+
+inline const ParameterEstimate& Find(const WindowEstimate& window, const std::string& name) {
+  for (const ParameterEstimate& p : window.parameters) {
+    if (p.name == name) return p;
+  }
+  throw std::out_of_range(name);
+}
+
+}  // namespace trueline::testing_vgd

@@ -1,0 +1,150 @@
+// What the fit says about what it does not know: covariance, statuses, combinations, learned drift,
+// ellipses.
+#include <gmock/gmock.h>
+
+#include "problems/calibration/calibration.h"
+#include "problems/vgd/drift_strength.h"
+#include "problems/vgd/identifiability.h"
+#include "tests/vgd/flights.h"
+
+namespace trueline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing_vgd::ExactHippodrome;
+using testing_vgd::Find;
+using testing_vgd::Flight;
+using testing_vgd::RigidOptions;
+
+TEST(Identifiability, NamesAnExactlyOpenCombination) {
+  // The data know a + b to 0.01 and c to 0.7, and nothing of a - b.
+  Eigen::Matrix3d information = Eigen::Vector3d(1e4, 1e4, 2.0).asDiagonal();
+  information(0, 1) = information(1, 0) = 1e4;
+  const Eigen::Matrix3d cov = (information + Eigen::Matrix3d::Identity()).inverse();
+  const Identifiability result = AnalyseIdentifiability({"a", "b", "c"}, {"m", "s", "rad"},
+                                                        Eigen::Vector3d(2.0, 3.0, 4.0), cov);
+  EXPECT_THAT(result.status, ElementsAre("weak", "weak", "weak"));
+  ASSERT_EQ(result.combinations.size(), 1U);
+  EXPECT_THAT(result.combinations[0], HasSubstr(" with "));
+  EXPECT_THAT(result.combinations[0], testing::Not(HasSubstr("rad")));
+  // In physical units a changes by 2 / sqrt(2) and b by -3 / sqrt(2).
+  EXPECT_THAT(result.combinations[0], HasSubstr("1.41 m"));
+  EXPECT_THAT(result.combinations[0], HasSubstr("2.12 s"));
+}
+
+TEST(Identifiability, StatusesFollowTheShareOfThePriorLeft) {
+  const Eigen::Vector3d left(0.49, 0.89, 0.95);
+  const Identifiability result =
+      AnalyseIdentifiability({"a", "b", "c"}, {"m", "m", "m"}, Eigen::Vector3d::Ones(),
+                             Eigen::Matrix3d(left.cwiseAbs2().asDiagonal()));
+  EXPECT_THAT(result.status, ElementsAre("identified", "weak", "unobservable"));
+  EXPECT_THAT(result.combinations, ElementsAre(HasSubstr("c (")));
+}
+
+// One straight shows no headings and no drag across; the bias along the thrust it does.
+TEST(Uncertainty, OneStraightLeavesHeadingsOpen) {
+  const VgdOptions options = RigidOptions();
+  testing_simulation::Flown flown = testing_simulation::Fly(ExactHippodrome(12.0), 4);
+  const Pass first = FindPasses(flown.log.fixes, options.passes).front();
+  flown.log.fixes.resize(first.last + 1);
+  const FlightData data(flown.log, options.drive, options.passes, options.drag_measurement);
+  const EstimatorRun run = RunVgd(data, options);
+  ASSERT_EQ(run.windows.size(), 1U);
+  for (const char* name : {"psi_I_B", "psi_E_Ep", "K_y"}) {
+    EXPECT_EQ(Find(run.windows[0], name).status, "unobservable") << name;
+  }
+  EXPECT_THAT(run.windows[0].unobservable, testing::Contains(HasSubstr("psi_I_B")));
+  EXPECT_NE(Find(run.windows[0], "b_az").status, "unobservable");
+}
+
+// Drag that is the same along x and y can't show the heading of the IMU on its board. With no prior
+// to speak of the covariance is still finite, and the rest is found.
+TEST(Uncertainty, SurvivesRankDeficiency) {
+  VgdOptions options = RigidOptions();
+  options.gamma = 5;
+  options.priors[0] = options.priors[1] = {-0.5, 1e-7, -2.0, 0.0};
+  for (int i = 2; i < 9; ++i) options.priors[i] = {0.0, 1e4, -1e6, 1e6};
+  SimulationConfig config = ExactHippodrome(30.0);
+  config.vehicle.drag.head<2>().setConstant(-0.5);
+  config.detector.sigma_factor = 0.01;
+  const Flight flight(config, 4, options);
+  const int tau = static_cast<int>(flight.data.passes.size());
+  const WindowEstimate window = SolveWindow(flight.data, options, tau, PriorMeans(options));
+  EXPECT_EQ(Find(window, "psi_I_B").status, "unobservable");
+  EXPECT_THAT(window.unobservable, testing::Contains(HasSubstr("psi_I_B")));
+  EXPECT_EQ(Find(window, "b_az").status, "identified");
+  EXPECT_EQ(Find(window, "phi_E_Ep").status, "identified");
+  for (const ParameterEstimate& p : window.parameters) {
+    EXPECT_TRUE(std::isfinite(p.value) && std::isfinite(p.sigma)) << p.name;
+  }
+}
+
+// The prior of an earlier flight must not make a good flight look as if it showed nothing.
+TEST(Uncertainty, StatusTellsWhatTheFlightShowsWhateverThePrior) {
+  VgdOptions options = RigidOptions();
+  options.gamma = 5;
+  SimulationConfig config = ExactHippodrome(30.0);
+  config.detector.sigma_factor = 0.005;
+  config.detector.sigma_floor = 0.002;
+  const Flight flight(config, 4, options);
+  const int tau = static_cast<int>(flight.data.passes.size());
+  const WindowEstimate wide = SolveWindow(flight.data, options, tau, PriorMeans(options));
+  ASSERT_EQ(Find(wide, "K_x").status, "identified");
+  for (int i = 0; i < 9; ++i) {
+    options.priors[i].mean = wide.parameters[i].value;
+    options.priors[i].sigma = 0.3 * wide.parameters[i].sigma;
+  }
+  const WindowEstimate tight = SolveWindow(flight.data, options, tau, PriorMeans(options));
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_LE(tight.parameters[i].sigma, 0.31 * wide.parameters[i].sigma);
+    EXPECT_EQ(tight.parameters[i].status, wide.parameters[i].status) << wide.parameters[i].name;
+  }
+}
+
+double LearnedTilt(double drift_sigma) {
+  SimulationConfig config = ExactHippodrome(25.0);
+  config.ahrs.kind = simulation::AhrsKind::kDriftingError;
+  config.ahrs.drift_sigma = {drift_sigma, drift_sigma, 0.0};
+  config.ahrs.drift_memory = 1.0;
+  const VgdOptions options;
+  const Flight flight(config, 6, options);
+  DriftStrength drift(options);
+  for (int tau = 1; tau <= static_cast<int>(flight.data.passes.size()); ++tau) {
+    drift.Learn(flight.data, tau, PriorMeans(options));
+  }
+  return drift.Tilt();
+}
+
+TEST(DriftStrength, SlowLearnsHowMuchAVehicleDrifts) {
+  const double little = LearnedTilt(0.002), much = LearnedTilt(0.12);
+  EXPECT_LE(little, 0.5 * VgdOptions().process.tilt);
+  EXPECT_GE(much, 1.5 * VgdOptions().process.tilt);
+}
+
+TEST(DriftStrength, KnowsTheOptionsValueBeforeAnyFlight) {
+  EXPECT_EQ(DriftStrength(VgdOptions()).Tilt(), VgdOptions().process.tilt);
+}
+
+// The default fit on the default flight: its 95 % ellipses hold about 95 % of the arcs' ends.
+TEST(Uncertainty, SlowEllipsesHoldTheTruth) {
+  const VgdOptions options;
+  int arcs = 0, inside = 0;
+  double error = 0.0;
+  for (int seed = 1; seed <= 10; ++seed) {
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+    config.duration = 25.0;
+    const Flight flight(config, seed, options);
+    const ArcSummary summary = SummariseArcs(RunVgd(flight.data, options));
+    arcs += summary.error.count;
+    inside += summary.inside_95;
+    error += summary.error.mean / 10.0;
+  }
+  ASSERT_GE(arcs, 40);
+  EXPECT_GE(inside, 0.85 * arcs) << inside << " of " << arcs;
+  EXPECT_LT(error, 0.35);  // m; the paper's arcs end within 0.2 to 0.3 m
+}
+
+}  // namespace
+}  // namespace trueline
