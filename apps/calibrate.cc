@@ -6,6 +6,7 @@
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
@@ -44,13 +45,14 @@ int Run() {
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }
+  trueline::EnsureWritable(FLAGS_out);  // before the work, not after it
   const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
   const trueline::Calibration calibration = trueline::Calibrate(log, options);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
 
-  trueline::WriteCalibration(
-      calibration, log,
-      trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)), FLAGS_out);
+  trueline::WriteCalibration(calibration, log,
+                             trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
+                             FLAGS_out);
   if (FLAGS_report) {
     const std::string warning = trueline::RenderReport(
         "calibration", {"--result=" + FLAGS_out, "--log=" + FLAGS_log}, FLAGS_out);

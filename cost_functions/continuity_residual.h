@@ -47,7 +47,8 @@ class ContinuityResidual : public ceres::SizedCostFunction<9, kThetaSize, kDrift
     Eigen::Matrix<double, 9, kThetaSize> d_theta = Eigen::Matrix<double, 9, kThetaSize>::Zero();
     Eigen::Matrix<double, 9, kDriftSize> d_drift = Eigen::Matrix<double, 9, kDriftSize>::Zero();
     Eigen::Matrix<double, 9, kStateSize> d_state = Eigen::Matrix<double, 9, kStateSize>::Zero();
-    Eigen::Matrix<double, 9, kDriftSize> d_next_drift = Eigen::Matrix<double, 9, kDriftSize>::Zero();
+    Eigen::Matrix<double, 9, kDriftSize> d_next_drift =
+        Eigen::Matrix<double, 9, kDriftSize>::Zero();
     Eigen::Matrix<double, 9, kStateSize> d_next = Eigen::Matrix<double, 9, kStateSize>::Zero();
     d_theta.topRows<6>() = -end_->d_theta;
     d_drift.topRows<6>() = -end_->d_drift();

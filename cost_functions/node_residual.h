@@ -8,8 +8,7 @@
 namespace trueline {
 
 template <int kNodeSize, int kSize>
-class NodeResidual
-    : public ceres::SizedCostFunction<kSize, kThetaSize, kDriftSize, kStateSize> {
+class NodeResidual : public ceres::SizedCostFunction<kSize, kThetaSize, kDriftSize, kStateSize> {
  public:
   using Vector = Eigen::Matrix<double, kSize, 1>;
 

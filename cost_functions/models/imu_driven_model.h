@@ -16,11 +16,11 @@ template <typename T>
 struct ImuDrivenParameters {
   static constexpr int kSize = 9;
 
-  T K_x = T(0);                                // 1/s, drag along x_B; negative (eq. 9)
-  T K_y = T(0);                                // 1/s, drag along y_B
-  T b_az = T(0);                               // m/s^2; a_z = a_z measured - b_az (eq. 15)
-  Vector3<T> Phi_E_Ep = Vector3<T>::Zero();    // rad, AHRS error (eq. 13)
-  Vector3<T> Phi_I_B = Vector3<T>::Zero();     // rad, IMU misalignment (eq. 8)
+  T K_x = T(0);                              // 1/s, drag along x_B; negative (eq. 9)
+  T K_y = T(0);                              // 1/s, drag along y_B
+  T b_az = T(0);                             // m/s^2; a_z = a_z measured - b_az (eq. 15)
+  Vector3<T> Phi_E_Ep = Vector3<T>::Zero();  // rad, AHRS error (eq. 13)
+  Vector3<T> Phi_I_B = Vector3<T>::Zero();   // rad, IMU misalignment (eq. 8)
 
   static ImuDrivenParameters FromArray(const T* theta) {
     ImuDrivenParameters p;

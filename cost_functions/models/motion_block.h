@@ -5,8 +5,8 @@
 // with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I. The parameters stand
 // outside of all integrals over the log, so the log enters by moments that are summed once, at the
 // IMU's own rate, and serve every parameter value after that. No linearisation is involved; the
-// only approximation is that drag sees a velocity which inside of a block is a straight line with the
-// right mean; the tests hold it to 1 mm after 10 s with blocks of 50 ms.
+// only approximation is that drag sees a velocity which inside of a block is a straight line with
+// the right mean; the tests hold it to 1 mm after 10 s with blocks of 50 ms.
 #pragma once
 
 #include "cost_functions/models/integrator.h"
@@ -41,12 +41,12 @@ inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
 
 // Moments of the drive over a block, with tau the time since its start.
 struct MotionBlock {
-  double h = 0.0;                                                       // s, length
-  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();                       // int R dtau
-  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();                      // int R a_z dtau
-  Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();                   // int tau R dtau
-  Eigen::Matrix3d Ra_tau_dt = Eigen::Matrix3d::Zero();                  // int tau R a_z dtau
-  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();      // int R (x) R dtau
+  double h = 0.0;                                                           // s, length
+  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();                           // int R dtau
+  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();                          // int R a_z dtau
+  Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();                       // int tau R dtau
+  Eigen::Matrix3d Ra_tau_dt = Eigen::Matrix3d::Zero();                      // int tau R a_z dtau
+  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int R (x) R dtau
   Eigen::Matrix<double, 6, 6> RR_tau_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int tau R (x) R
 
   // Appends `dt` seconds of constant drive (its value at the middle: second order).

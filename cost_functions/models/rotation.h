@@ -55,7 +55,8 @@ Vector3<T> EulerFromRotation(const Matrix3<T>& R_B_A) {
   using std::atan2;
   const T s_theta = -R_B_A(0, 2);
   const T clamped = s_theta > T(1) ? T(1) : (s_theta < T(-1) ? T(-1) : s_theta);
-  return Vector3<T>(atan2(R_B_A(1, 2), R_B_A(2, 2)), asin(clamped), atan2(R_B_A(0, 1), R_B_A(0, 0)));
+  return Vector3<T>(atan2(R_B_A(1, 2), R_B_A(2, 2)), asin(clamped),
+                    atan2(R_B_A(0, 1), R_B_A(0, 0)));
 }
 
 template <typename T>

@@ -59,6 +59,12 @@ ArcSummary SummariseArcs(const EstimatorRun& run) {
 }
 
 Verdict Judge(const EstimatorRun& run) {
+  if (run.windows.empty()) {
+    return {
+        "unusable",
+        {"no pass to fit: the fixes come singly, with longer pauses than pass_gap_s between them "
+         "(hovering, or a detector that sees too little). Fly laps through the gates"}};
+  }
   const WindowEstimate& last = run.windows.back();
   if (HasStatus(last, "K_x", "unobservable") && HasStatus(last, "K_y", "unobservable")) {
     return {"unusable",

@@ -20,8 +20,8 @@ struct CalibrationOptions {
 // Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
 // there are any; else those judged by the next pass's fixes.
 struct ArcSummary {
-  ErrorSummary error;            // m
-  int inside_95 = 0;             // arcs whose truth lies inside of the 95 % ellipse
+  ErrorSummary error;  // m
+  int inside_95 = 0;   // arcs whose truth lies inside of the 95 % ellipse
   double Coverage() const { return error.count > 0 ? double(inside_95) / error.count : 0.0; }
 };
 ArcSummary SummariseArcs(const EstimatorRun& run);

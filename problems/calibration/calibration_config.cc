@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
@@ -55,13 +56,21 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
 
 void ApplyModel(const std::string& model_file, VgdOptions* options) {
   const YamlMap model = YamlMap::FromFile(model_file);
+  if (!model.Children("effects").empty()) {
+    model.Fail("effects",
+               "this estimator takes no effects beyond eq. 15; give a model without any");
+  }
   const YamlMap parameters = model.Child("parameters");
   for (const int i : {0, 1, 2, 6, 7, 8}) {
     const YamlMap entry = parameters.Child(kImuDrivenNames[i]);
     ParameterPrior& prior = options->priors[i];
-    prior.mean = std::clamp(entry.Get<double>("value"), prior.lower + 1e-9, prior.upper - 1e-9);
+    const double value = entry.Get<double>("value");
+    if (!std::isfinite(value)) entry.Fail("value", "must be a finite number");
+    prior.mean = std::clamp(value, prior.lower + 1e-9, prior.upper - 1e-9);
     prior.sigma = entry.Get<double>("sigma");
-    if (!(prior.sigma > 0.0)) entry.Fail("sigma", "must be above zero");
+    if (!(prior.sigma > 0.0) || !std::isfinite(prior.sigma)) {
+      entry.Fail("sigma", "must be a finite number above zero");
+    }
     if (entry.Get<std::string>("unit") != kImuDrivenUnits[i]) {
       entry.Fail("unit", fmt::format("must be {}", kImuDrivenUnits[i]));
     }

@@ -20,6 +20,14 @@ std::string Time(TimeNs t) {  // seconds, exact to the nanosecond
                      std::abs(t % kNsPerSecond));
 }
 
+// Quoted where the text would break the row (RFC 4180).
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string(2, c) : std::string(1, c);
+  return quoted + "\"";
+}
+
 void WriteCsv(const std::filesystem::path& path, const std::string& header,
               const std::function<void(std::ostream&)>& rows) {
   AtomicFile file(path);
@@ -39,14 +47,14 @@ void WriteArcRow(std::ostream& out, const std::string& log, const EstimatorRun& 
                  const WindowEstimate& w) {
   const ArcPrediction& arc = *w.arc;
   const bool truth = arc.truth.has_value();
-  fmt::print(out, "{},{},{},{},{},{},{},{:.6g},{},{:.6g},{},{},{:.6g},{:.6g},{},{},{:.6g},{:.6g},{:.6g}\n",
-             log, run.estimator, run.gamma, w.tau, Time(arc.begin), Time(arc.end),
-             truth ? fmt::format("{:.6g}", arc.FinalPointError()) : "", arc.PredictedSigma(),
-             w.iterations, w.solve_time, arc.truth_source,
-             truth ? fmt::format("{}", int(arc.Inside95())) : "", arc.p_E.x(), arc.p_E.y(),
-             truth ? fmt::format("{:.6g}", arc.truth->x()) : "",
-             truth ? fmt::format("{:.6g}", arc.truth->y()) : "", arc.cov(0, 0), arc.cov(0, 1),
-             arc.cov(1, 1));
+  fmt::print(
+      out, "{},{},{},{},{},{},{},{:.6g},{},{:.6g},{},{},{:.6g},{:.6g},{},{},{:.6g},{:.6g},{:.6g}\n",
+      log, run.estimator, run.gamma, w.tau, Time(arc.begin), Time(arc.end),
+      truth ? fmt::format("{:.6g}", arc.FinalPointError()) : "", arc.PredictedSigma(), w.iterations,
+      w.solve_time, arc.truth_source, truth ? fmt::format("{}", int(arc.Inside95())) : "",
+      arc.p_E.x(), arc.p_E.y(), truth ? fmt::format("{:.6g}", arc.truth->x()) : "",
+      truth ? fmt::format("{:.6g}", arc.truth->y()) : "", arc.cov(0, 0), arc.cov(0, 1),
+      arc.cov(1, 1));
 }
 
 void WriteArcs(const Calibration& calibration, const std::string& log,
@@ -78,7 +86,8 @@ void WriteWindows(const Calibration& calibration, const std::string& log,
 
 void WriteResiduals(const Calibration& calibration, const std::string& log,
                     const std::filesystem::path& path) {
-  WriteCsv(path, "log,estimator,gamma,tau,t [s],gate [1],r_x [m],r_y [m],r_z [m],sigma [m],weight [1]",
+  WriteCsv(path,
+           "log,estimator,gamma,tau,t [s],gate [1],r_x [m],r_y [m],r_z [m],sigma [m],weight [1]",
            [&](std::ostream& out) {
              ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
                for (const FixMisfit& m : w.misfits) {
@@ -97,9 +106,9 @@ void WriteTrajectory(const EstimatorRun& run, const std::filesystem::path& path)
              const auto write = [&](const char* kind, int tau,
                                     const std::vector<TrajectoryPoint>& points) {
                for (const TrajectoryPoint& x : points) {
-                 fmt::print(out, "{},{},{},{},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}\n", Time(x.t),
-                            run.estimator, kind, tau, x.p_E.x(), x.p_E.y(), x.p_E.z(), x.v_E.x(),
-                            x.v_E.y(), x.v_E.z());
+                 fmt::print(out, "{},{},{},{},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}\n",
+                            Time(x.t), run.estimator, kind, tau, x.p_E.x(), x.p_E.y(), x.p_E.z(),
+                            x.v_E.x(), x.v_E.y(), x.v_E.z());
                }
              };
              for (const WindowEstimate& w : run.windows) {
@@ -110,7 +119,7 @@ void WriteTrajectory(const EstimatorRun& run, const std::filesystem::path& path)
 }
 
 YAML::Node ParameterNode(const WindowEstimate& window) {
-  YAML::Node node;
+  YAML::Node node(YAML::NodeType::Map);
   for (const ParameterEstimate& p : window.parameters) {
     YAML::Node entry;
     entry["value"] = Round(p.value, 6);
@@ -141,13 +150,20 @@ YAML::Node ArcsNode(const EstimatorRun& run) {
 
 std::string Emit(const YAML::Node& node) {
   YAML::Emitter emitter;
+  emitter.SetDoublePrecision(12);  // 0.0268, not 0.026800000000000001
   emitter << node;
   return std::string(emitter.c_str()) + "\n";
 }
 
+// Estimates of the last window; none where the flight has no window.
+WindowEstimate LastWindow(const Calibration& calibration) {
+  const EstimatorRun& run = calibration.Reported();
+  return run.windows.empty() ? WindowEstimate() : run.windows.back();
+}
+
 YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& provenance) {
   const EstimatorRun& run = calibration.Reported();
-  const WindowEstimate& last = run.windows.back();
+  const WindowEstimate last = LastWindow(calibration);
   YAML::Node node;
   node["verdict"] = calibration.verdict.word;
   node["reasons"] = calibration.verdict.reasons;
@@ -161,15 +177,27 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   return node;
 }
 
+// What --model takes: the vehicle as this flight leaves it, and the effects beyond eq. 15 that it
+// shows (a calibration looks for none).
+YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenance) {
+  YAML::Node node;
+  node["parameters"] = ParameterNode(LastWindow(calibration));
+  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  node["provenance"] = provenance;
+  return node;
+}
+
 }  // namespace
 
 void WriteCalibration(const Calibration& calibration, const FlightLog& log,
                       const YAML::Node& provenance, const std::filesystem::path& directory) {
-  const std::string name = log.name.empty() ? log.directory : log.name;
+  const std::string name = CsvField(log.name.empty() ? log.directory : log.name);
   WriteArcs(calibration, name, directory / "arcs.csv");
   WriteWindows(calibration, name, directory / "windows.csv");
   WriteResiduals(calibration, name, directory / "residuals.csv");
   WriteTrajectory(calibration.Reported(), directory / "trajectory.csv");
+  WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(calibration, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
                       Emit(CalibrationNode(calibration, provenance)));
 }
@@ -186,29 +214,33 @@ YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node
 
 std::string CalibrationTable(const Calibration& calibration) {
   const EstimatorRun& reported = calibration.Reported();
-  std::string table = fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator",
-                                  "gamma", "arcs", "mean [m]", "median", "p95", "in 95 %", "iterations");
+  const WindowEstimate last = LastWindow(calibration);
+  std::string table =
+      fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator", "gamma", "arcs",
+                  "mean [m]", "median", "p95", "in 95 %", "iterations");
   for (const EstimatorRun& run : calibration.runs) {
     const ArcSummary arcs = SummariseArcs(run);
     std::vector<double> iterations;
     for (const WindowEstimate& w : run.windows) iterations.push_back(w.iterations);
-    table += fmt::format("{:<14}{:>6}{:>7}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.0f} %{:>12.1f}\n",
-                         run.estimator, run.gamma, arcs.error.count, arcs.error.mean,
-                         arcs.error.median, arcs.error.p95, 100.0 * arcs.Coverage(),
-                         Mean(iterations));
+    if (arcs.error.count == 0) {
+      table += fmt::format("{:<14}{:>6}{:>7}   (no arc with truth)\n", run.estimator, run.gamma, 0);
+      continue;
+    }
+    table +=
+        fmt::format("{:<14}{:>6}{:>7}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.0f} %{:>12.1f}\n",
+                    run.estimator, run.gamma, arcs.error.count, arcs.error.mean, arcs.error.median,
+                    arcs.error.p95, 100.0 * arcs.Coverage(), Mean(iterations));
   }
   table += fmt::format("\nparameters from the last window ({}, gamma {})\n", reported.estimator,
                        reported.gamma);
-  for (const ParameterEstimate& p : reported.windows.back().parameters) {
+  for (const ParameterEstimate& p : last.parameters) {
     const bool angle = p.unit == "rad";
-    table += fmt::format("  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma,
-                         p.unit,
-                         angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree,
-                                             p.sigma / kDegree)
-                               : "",
-                         p.status);
+    table += fmt::format(
+        "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma, p.unit,
+        angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree, p.sigma / kDegree) : "",
+        p.status);
   }
-  for (const std::string& combination : reported.windows.back().unobservable) {
+  for (const std::string& combination : last.unobservable) {
     table += fmt::format("  not shown by this flight: {}\n", combination);
   }
   table += fmt::format("\nverdict: {}\n", calibration.verdict.word);

@@ -28,4 +28,8 @@ class AtomicFile {
 // The common case: the whole content at once.
 void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
 
+// Makes the folder where it is missing. Throws InputError when no file can be written there; so a
+// wrong --out is known before the work, not after it.
+void EnsureWritable(const std::filesystem::path& directory);
+
 }  // namespace trueline

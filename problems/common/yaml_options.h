@@ -23,6 +23,7 @@ template <class Enum>
 void ReadOption(const YamlMap& map, const std::string& key,
                 const std::map<std::string, Enum>& names, Enum* value) {
   std::vector<std::string> allowed;
+  allowed.reserve(names.size());
   for (const auto& [name, candidate] : names) allowed.push_back(name);
   *value = names.at(map.GetChoice(key, allowed, NameOf(names, *value)));
 }
@@ -43,6 +44,12 @@ inline void ReadNotNegative(const YamlMap& map, const std::string& key, double* 
                             double unit = 1.0) {
   *value = unit * map.Get<double>(key, *value / unit);
   if (!(*value >= 0.0)) map.Fail(key, "must be zero or above");
+}
+
+// A whole number from 1.
+inline void ReadCount(const YamlMap& map, const std::string& key, int* value) {
+  ReadOption(map, key, value);
+  if (*value < 1) map.Fail(key, "must be 1 or more");
 }
 
 }  // namespace trueline

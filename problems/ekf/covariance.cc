@@ -47,11 +47,12 @@ Matrix15d StepNoise(const Transition& F, const ImuNoise& noise) {
   const Eigen::Matrix3d M = F.tail.block<3, 3>(3, 0) / t;
   const Eigen::Matrix3d R = F.tail.block<3, 3>(3, 3) / t;
   const Eigen::Matrix3d N = F.tail.block<3, 3>(6, 6) / t;
-  const double s_a = noise.accel * noise.accel, s_g = noise.gyro * noise.gyro;
+  const double s_a = noise.accel * noise.accel;
+  const Eigen::Vector3d s_g = noise.GyroSpectrum();
   const double s_ba = noise.accel_walk * noise.accel_walk;
   const double s_bg = noise.gyro_walk * noise.gyro_walk;
   const double t2 = t * t / 2.0, t3 = t * t * t / 6.0;
-  const Eigen::Matrix3d turn = s_g * N * N.transpose();
+  const Eigen::Matrix3d turn = N * s_g.asDiagonal() * N.transpose();
 
   Matrix15d Q = Matrix15d::Zero();
   Q.block<3, 3>(0, 0) = I * (s_a * 2.0 * t3);

@@ -71,6 +71,7 @@ EkfOptions ReadEkfOptions(const YamlMap& map) {
   for (const Entry& e : NoiseEntries(&options.noise)) {
     ReadNotNegative(noise, e.key, e.value, e.unit);
   }
+  ReadOption(noise, "gyro_from_log", &options.gyro_from_log);
   noise.Finish();
   for (const Entry& e : StartEntries(&options.start)) ReadPositive(start, e.key, e.value, e.unit);
   start.Finish();
@@ -95,6 +96,7 @@ YAML::Node ToYaml(const EkfOptions& given) {
   node["iterated"] = options.iterated;
   node["covariance"] = NameOf(kCovariances, options.covariance);
   for (const Entry& e : NoiseEntries(&options.noise)) node["noise"][e.key] = *e.value / e.unit;
+  node["noise"]["gyro_from_log"] = options.gyro_from_log;
   for (const Entry& e : StartEntries(&options.start)) node["start"][e.key] = *e.value / e.unit;
   node["paper"]["q_per_sample"] =
       std::vector<double>(options.paper_q.begin(), options.paper_q.end());

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "problems/common/strict_yaml.h"
+#include "problems/window/imu_noise.h"
 
 namespace trueline {
 
@@ -12,14 +13,6 @@ enum class EkfTuning { kConsistent, kPaper };
 enum class AttitudeForm { kEuler, kErrorState };
 enum class EkfGating { kNone, kChiSquare };
 enum class CovarianceForm { kSparse, kDense };
-
-// What the sensors do between fixes, as rotor (spectral) densities for each axis.
-struct ImuNoise {
-  double accel = 0.02;        // m/s^2/sqrt(Hz)
-  double gyro = 0.001;        // rad/s/sqrt(Hz)
-  double accel_walk = 0.002;  // m/s^3/sqrt(Hz), of the Wiener process b_a
-  double gyro_walk = 1e-4;    // rad/s^2/sqrt(Hz), of the Wiener process b_g
-};
 
 // What is known at the start, as sigmas for each axis. Biases: the uniform ranges of Table 2 of
 // Li et al. 2019 (width over sqrt(12)).
@@ -48,6 +41,7 @@ struct EkfOptions {
   CovarianceForm covariance = CovarianceForm::kSparse;
 
   ImuNoise noise;
+  bool gyro_from_log = true;  // whether gyro_scatter is measured on the log, or stays zero
   EkfStart start;
 
   // The paper's tuning: P0 = 10 I, R = 2.5^2 m^2 for every fix, and Q added at every IMU sample.

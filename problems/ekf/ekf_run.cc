@@ -5,6 +5,7 @@
 
 #include "problems/ekf/arc_update.h"
 #include "problems/vgd/identifiability.h"
+#include "problems/window/gyro_scatter.h"
 #include "problems/window/line_fit.h"
 
 namespace trueline {
@@ -17,14 +18,19 @@ const std::vector<std::string> kUnits = {"m/s^2", "m/s^2", "m/s^2", "rad/s", "ra
 
 TrajectoryPoint PointOf(TimeNs t, const NavState& x) { return {t, x.motion.p, x.motion.v}; }
 
+EkfOptions WithScatter(EkfOptions options, const ImuInputs& imu) {
+  if (options.gyro_from_log) options.noise.gyro_scatter = GyroScatter(imu);
+  return options;
+}
+
 // The filter on its way through one flight.
 class Runner {
  public:
   Runner(const FlightData& flight, const EkfOptions& options)
       : flight_(flight),
-        options_(options),
         imu_(flight.log, flight.track),
-        filter_(options, flight.log.gravity) {
+        options_(WithScatter(options, imu_)),
+        filter_(options_, flight.log.gravity) {
     const NavState x = StartOfPass(flight, imu_, flight.passes.front());
     filter_.Start(x, filter_.StartCovariance(x));
     start_sigma_ = filter_.cov().diagonal().tail<6>().cwiseSqrt();
@@ -123,8 +129,8 @@ class Runner {
   }
 
   const FlightData& flight_;
-  EkfOptions options_;
   ImuInputs imu_;
+  EkfOptions options_;
   Ekf filter_;
   Eigen::VectorXd start_sigma_;  // of the biases
   TimeNs now_ = 0;

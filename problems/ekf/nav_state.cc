@@ -116,7 +116,7 @@ Vector15d Difference(AttitudeForm form, const NavState& from, const NavState& to
 }
 
 Eigen::Matrix3d AttitudeErrorFromEarth(AttitudeForm form, const NavState& x) {
-  const Eigen::Matrix3d R_I_E = x.motion.q_E_I.conjugate().toRotationMatrix();
+  Eigen::Matrix3d R_I_E = x.motion.q_E_I.conjugate().toRotationMatrix();
   if (form == AttitudeForm::kErrorState) return R_I_E;
   return EulerRateFromBodyRate<double>(EulerFromQuaternion(x.motion.q_E_I)) * R_I_E;
 }

@@ -28,13 +28,22 @@ EstimatorRun RunKinematicAt(const FlightData& flight, const EstimatorOptions& op
   return RunVgdKinematic(flight, vgd, options.kinematic);
 }
 
+EstimatorRun RunSmootherAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
+  VgdOptions vgd = options.vgd;
+  vgd.gamma = gamma;
+  return RunSmoother(flight, vgd, options.smoother);
+}
+
 EstimatorRun RunEkfAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
   return RunEkf(flight, options.ekf, gamma);
 }
 
 const std::map<std::string, Runner>& Runners() {
   static const std::map<std::string, Runner> runners = {
-      {"vgd", RunVgdAt}, {"vgd_kinematic", RunKinematicAt}, {"ekf", RunEkfAt}};
+      {"vgd", RunVgdAt},
+      {"vgd_kinematic", RunKinematicAt},
+      {"ekf", RunEkfAt},
+      {"smoother", RunSmootherAt}};
   return runners;
 }
 
@@ -60,6 +69,7 @@ bool HasWindows(const std::string& name) { return name != "ekf"; }
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma) {
   CheckEstimator(name);
+  if (flight.passes.empty()) return {name, gamma, {}, flight.warnings};
   return Runners().at(name)(flight, options, gamma);
 }
 
@@ -67,6 +77,7 @@ EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
   EstimatorOptions options;
   options.ekf = ReadEkfOptions(map.ChildOrEmpty("ekf"));
   options.kinematic = ReadKinematicOptions(map.ChildOrEmpty("kinematic"));
+  options.smoother = ReadSmootherOptions(map.ChildOrEmpty("smoother"));
   options.vgd = ReadVgdOptions(map);  // last: it refuses what nobody asked for
   return options;
 }
@@ -75,6 +86,7 @@ YAML::Node ToYaml(const EstimatorOptions& options) {
   YAML::Node node = ToYaml(options.vgd);
   node["ekf"] = ToYaml(options.ekf);
   node["kinematic"] = ToYaml(options.kinematic);
+  node["smoother"] = ToYaml(options.smoother);
   return node;
 }
 

@@ -19,6 +19,9 @@ KinematicOptions ReadKinematicOptions(const YamlMap& map) {
   ReadPositive(map, "tilt_sigma_deg", &options.tilt_sigma, kDegree);
   ReadPositive(map, "heading_sigma_deg", &options.heading_sigma, kDegree);
   ReadPositive(map, "bound_sigmas", &options.bound_sigmas);
+  ReadNotNegative(map, "accel_noise_mps2_per_sqrt_hz", &options.noise.accel);
+  ReadNotNegative(map, "gyro_noise_deg_per_s_per_sqrt_hz", &options.noise.gyro, kDegree);
+  ReadOption(map, "gyro_from_log", &options.gyro_from_log);
   map.Finish();
   return options;
 }
@@ -31,6 +34,9 @@ YAML::Node ToYaml(const KinematicOptions& options) {
   node["tilt_sigma_deg"] = options.tilt_sigma / kDegree;
   node["heading_sigma_deg"] = options.heading_sigma / kDegree;
   node["bound_sigmas"] = options.bound_sigmas;
+  node["accel_noise_mps2_per_sqrt_hz"] = options.noise.accel;
+  node["gyro_noise_deg_per_s_per_sqrt_hz"] = options.noise.gyro / kDegree;
+  node["gyro_from_log"] = options.gyro_from_log;
   return node;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "problems/common/strict_yaml.h"
+#include "problems/window/imu_noise.h"
 
 namespace trueline {
 
@@ -17,6 +18,9 @@ struct KinematicOptions {
   double tilt_sigma = 0.040;       // rad
   double heading_sigma = 0.031;    // rad
   double bound_sigmas = 3.46;
+  // Widens the covariance only; the fit itself is the paper's rigid one. White parts are used.
+  ImuNoise noise;
+  bool gyro_from_log = true;  // whether noise.gyro_scatter is measured on the log
 };
 
 // Strict; calls map.Finish().

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "problems/kinematic/path_noise.h"
 #include "problems/vgd/fix_loss.h"
 
 namespace trueline {
@@ -19,13 +20,14 @@ ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   return options;
 }
 
-// Times of all fixes, points every 1/30 s for the trajectory behind the last one, and the end.
+// Times of all fixes and the end, and points every 0.1 s for noise and trajectory.
 std::vector<TimeNs> TimesOf(std::span<const Fix> fixes, TimeNs end) {
-  constexpr TimeNs kSpacing = kNsPerSecond / 30;
+  constexpr TimeNs kSpacing = kNsPerSecond / 10;
   std::vector<TimeNs> times;
   for (const Fix& fix : fixes) times.push_back(fix.t);
-  for (TimeNs t = times.back() + kSpacing; t < end; t += kSpacing) times.push_back(t);
+  for (TimeNs t = times.front(); t < end; t += kSpacing) times.push_back(t);
   times.push_back(end);
+  std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
 }
@@ -48,6 +50,7 @@ KinematicWindow::KinematicWindow(const ImuInputs& imu, std::span<const Fix> fixe
     : vgd_(vgd),
       options_(options),
       chain_(imu, fixes.front().t, TimesOf(fixes, end), vgd.max_block),
+      gravity_(imu.track().gravity()),
       q_Ep_I_(imu.AhrsAttitudeAt(fixes.front().t)),
       nodes_(chain_.times().size()),
       problem_(ProblemOptions(this)) {
@@ -71,9 +74,9 @@ void KinematicWindow::AddResiduals(std::span<const Fix> fixes) {
   problem_.AddParameterBlock(state_.data(), kKinematicStateSize);
   for (const Fix& fix : fixes) {
     const double sigma = vgd_.whiten ? fix.sigma : 1.0;
-    fix_blocks_.push_back(problem_.AddResidualBlock(
-        new KinematicFixResidual(&nodes_[IndexOf(fix.t)], fix.p_E, sigma),
-        MakeLoss(vgd_.loss, vgd_.loss_scale), theta_.data(), state_.data()));
+    fix_nodes_.push_back(IndexOf(fix.t));
+    problem_.AddResidualBlock(new KinematicFixResidual(&nodes_[fix_nodes_.back()], fix.p_E, sigma),
+                              MakeLoss(vgd_.loss, vgd_.loss_scale), theta_.data(), state_.data());
   }
   problem_.AddResidualBlock(new ceres::NormalPrior(Eigen::MatrixXd::Identity(9, 9), Theta::Zero()),
                             nullptr, theta_.data());
@@ -140,16 +143,21 @@ ceres::Solver::Summary KinematicWindow::Solve() {
   return summary;
 }
 
-// Chi-square of the fixes for each degree of freedom, not below 1: rigid integration cannot follow
-// what IMU noise and a poor gyroscope do, and says so only by its misfit.
-double KinematicWindow::VarianceFactor() {
-  ceres::Problem::EvaluateOptions options;
-  options.residual_blocks = fix_blocks_;
-  double cost = 0.0;
-  problem_.Evaluate(options, &cost, nullptr, nullptr, nullptr);
-  const double freedom =
-      std::max(3.0 * fix_blocks_.size() - free_parameters() - kKinematicStateSize, 1.0);
-  return std::max(1.0, 2.0 * cost / freedom);
+// Errors of what is asked for by unit noises of the IMU (columns): a bent path pulls the fit by its
+// gain, and is itself where it is. J: whitened Jacobian, the fixes' rows first.
+Eigen::MatrixXd KinematicWindow::FitDeviations(const Eigen::MatrixXd& J,
+                                               const Eigen::MatrixXd& gain) const {
+  const Eigen::MatrixXd path = PathDeviations(nodes_, options_.noise, gravity_);
+  const int first_state = static_cast<int>(J.cols()) - kKinematicStateSize;
+  Eigen::MatrixXd errors = Eigen::MatrixXd::Zero(kAsked, path.cols());
+  for (std::size_t i = 0; i < fix_nodes_.size(); ++i) {
+    const int row = static_cast<int>(3 * i), node = static_cast<int>(6 * fix_nodes_[i]);
+    // The start's position adds through: its columns are the fix's weights, the robust loss's too.
+    const Eigen::Matrix3d weight = J.block<3, 3>(row, first_state);
+    errors += gain.middleCols<3>(row) * weight * path.middleRows<3>(node);
+  }
+  errors.bottomRows<6>() -= path.bottomRows<6>();
+  return errors;
 }
 
 Eigen::Matrix<double, KinematicWindow::kAsked, KinematicWindow::kAsked>
@@ -171,7 +179,8 @@ KinematicWindow::Covariance() {
   G.bottomRightCorner<6, 6>() = end.d_state().transpose();
   // Full rank: priors hold theta, and two fixes apart in time hold p and v.
   const Eigen::MatrixXd inverse_G = H.completeOrthogonalDecomposition().solve(G);
-  return VarianceFactor() * G.transpose() * inverse_G;
+  const Eigen::MatrixXd bent = FitDeviations(J, inverse_G.transpose() * J.transpose());
+  return G.transpose() * inverse_G + bent * bent.transpose();
 }
 
 Eigen::Vector3d KinematicWindow::PositionAt(TimeNs t) const {

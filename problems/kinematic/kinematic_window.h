@@ -37,8 +37,8 @@ class KinematicWindow : private ceres::EvaluationCallback {
   // How many of the parameters are free: six without the initial attitude.
   int free_parameters() const { return options_.initial_attitude ? 9 : 6; }
 
-  // Covariance of (theta in units of its prior sigmas, p and v at the end) by the Gauss-Newton
-  // Hessian; widened where the fixes' misfit is larger than their sigmas say.
+  // Covariance of (theta in units of its prior sigmas, p and v at the end): the fixes' part by the
+  // Gauss-Newton Hessian, and what IMU noise bends the path by, both in the fit and beyond it.
   Eigen::Matrix<double, kAsked, kAsked> Covariance();
 
   // p and v (in E) at each of times().
@@ -53,18 +53,19 @@ class KinematicWindow : private ceres::EvaluationCallback {
   void Integrate(const Eigen::Matrix<T, kKinematicThetaSize, 1>& theta);
   void AddResiduals(std::span<const Fix> fixes);
   std::size_t IndexOf(TimeNs t) const;
-  double VarianceFactor();
+  Eigen::MatrixXd FitDeviations(const Eigen::MatrixXd& J, const Eigen::MatrixXd& gain) const;
 
   VgdOptions vgd_;
   KinematicOptions options_;
   KinematicChain chain_;
+  double gravity_;
   Eigen::Quaterniond q_Ep_I_;  // at the window's start
   Theta sigma_;
   Theta theta_ = Theta::Zero();  // in prior sigmas
   State state_ = State::Zero();
   std::vector<KinematicNode> nodes_;
   ceres::Problem problem_;
-  std::vector<ceres::ResidualBlockId> fix_blocks_;
+  std::vector<std::size_t> fix_nodes_;  // by fix
 };
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include "problems/kinematic/kinematic_window.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/identifiability.h"
+#include "problems/window/gyro_scatter.h"
 #include "problems/window/rough_path.h"
 
 namespace trueline {
@@ -110,10 +111,12 @@ EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
                              const KinematicOptions& options) {
   EstimatorRun run{"vgd_kinematic", vgd.gamma, {}, flight.warnings};
   const ImuInputs imu(flight.log, flight.track);
+  KinematicOptions with_noise = options;
+  if (options.gyro_from_log) with_noise.noise.gyro_scatter = GyroScatter(imu);
   Biases start = Biases::Zero();
   const int passes = static_cast<int>(flight.passes.size());
   for (int tau = 1; tau <= passes; ++tau) {
-    run.windows.push_back(SolveKinematicWindow(flight, imu, vgd, options, tau, start));
+    run.windows.push_back(SolveKinematicWindow(flight, imu, vgd, with_noise, tau, start));
     if (run.windows.back().converged) start = BiasesOf(run.windows.back());
     if (tau < passes && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
   }

@@ -35,8 +35,8 @@ struct TrajectoryPoint {
 
 // The prediction at the end of an arc (first fix of the next pass), against the truth there.
 struct ArcPrediction {
-  TimeNs begin;         // end of the window's last pass
-  TimeNs end;           // first fix of the next pass
+  TimeNs begin;                                       // end of the window's last pass
+  TimeNs end;                                         // first fix of the next pass
   Eigen::Vector2d p_E = Eigen::Vector2d::Zero();      // m, predicted, horizontal
   Eigen::Matrix2d cov = Eigen::Matrix2d::Identity();  // m^2
   std::optional<Eigen::Vector2d> truth;  // m; empty where the log has none at that time

@@ -12,7 +12,7 @@ namespace {
 constexpr double kFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of options.process.tilt
 const double kPriorSpread = std::log(3.0);                        // of the candidates' logarithm
 constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
-constexpr int kPasses = 2;  // in one piece of evidence: two straights and the arc between them
+constexpr int kPasses = 2;       // in one piece of evidence: two straights and the arc between them
 
 }  // namespace
 

@@ -7,90 +7,11 @@
 
 #include "problems/common/random.h"
 #include "problems/vgd/drift_strength.h"
-#include "problems/vgd/fix_loss.h"
-#include "problems/vgd/identifiability.h"
 #include "problems/vgd/window_data.h"
+#include "problems/vgd/window_estimate.h"
 #include "problems/window/rough_path.h"
 
 namespace trueline {
-namespace {
-
-using Parameters = Eigen::Matrix<double, WindowProblem::kParameters, 1>;
-
-std::vector<std::string> ParameterNames(bool with_forces) {
-  std::vector<std::string> names(kImuDrivenNames.begin(), kImuDrivenNames.end());
-  if (with_forces) names.insert(names.end(), {"b_ax", "b_ay"});
-  return names;
-}
-
-std::vector<std::string> ParameterUnits(bool with_forces) {
-  std::vector<std::string> units(kImuDrivenUnits.begin(), kImuDrivenUnits.end());
-  if (with_forces) units.insert(units.end(), {"m/s^2", "m/s^2"});
-  return units;
-}
-
-void StoreMisfits(const WindowProblem& problem, const WindowData& data, const VgdOptions& options,
-                  WindowEstimate* estimate) {
-  for (const Fix& fix : data.fixes) {
-    const Eigen::Vector3d error = problem.PositionAt(fix.t) - fix.p_E;
-    const double sigma = options.whiten ? fix.sigma : 1.0;
-    estimate->misfits.push_back(
-        {fix.t, fix.gate, error, fix.sigma,
-         RobustWeight(options.loss, options.loss_scale, (error / sigma).norm())});
-  }
-}
-
-void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pass_end,
-                     WindowEstimate* estimate) {
-  for (const auto& segment : problem.segments()) {
-    for (const TimeNs t : segment->times()) {
-      if (t < pass_begin) continue;
-      const auto& x = segment->StateAt(t)->value;
-      auto& points = t <= pass_end ? estimate->fitted : estimate->predicted;
-      points.push_back({t, x.head<3>(), x.tail<3>()});
-    }
-  }
-}
-
-void StoreParameters(const VgdOptions& options, WindowProblem* problem,
-                     const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
-  const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
-  const auto names = ParameterNames(count > 9), units = ParameterUnits(count > 9);
-  const Parameters value = problem->Parameters();
-  Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
-  for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
-  sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
-  const Identifiability identifiability = AnalyseIdentifiability(
-      names, units, sigma_prior.head(count), cov_all.topLeftCorner(count, count));
-  estimate->unobservable = identifiability.combinations;
-  for (int i = 0; i < count; ++i) {
-    std::string status = identifiability.status[i];
-    if (i < 9) {
-      const ParameterPrior& prior = options.priors[i];
-      const double margin = 1e-6 * prior.sigma;
-      if (value[i] < prior.lower + margin || value[i] > prior.upper - margin) status = "at_bound";
-    }
-    const double sigma = sigma_prior[i] * std::sqrt(cov_all(i, i));
-    estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
-  }
-}
-
-void StoreArc(const FlightData& flight, int tau, const WindowProblem& problem,
-              const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
-  ArcPrediction arc = flight.ArcAfter(tau);
-  arc.p_E = problem.FinalState().head<2>();
-  arc.cov = cov_all.block<2, 2>(WindowProblem::kParameters, WindowProblem::kParameters);
-  estimate->arc = arc;
-}
-
-Theta ThetaOf(const WindowEstimate& estimate) {
-  Theta theta;
-  for (int i = 0; i < 9; ++i) theta[i] = estimate.parameters[i].value;
-  return theta;
-}
-
-}  // namespace
-
 Theta PriorMeans(const VgdOptions& options) {
   Theta theta;
   for (int i = 0; i < 9; ++i) theta[i] = options.priors[i].mean;
@@ -100,28 +21,13 @@ Theta PriorMeans(const VgdOptions& options) {
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start) {
   const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
-  const Pass& to = flight.passes[tau - 1];
   const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
   problem.SetStart(
-      start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
+      start, RoughPath(flight.log.fixes, data.passes));
   const ceres::Solver::Summary summary = problem.Solve();
 
-  WindowEstimate estimate;
-  estimate.tau = tau;
-  estimate.gamma = tau - first;
-  estimate.begin = data.begin;
-  estimate.end = to.end;
-  estimate.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  estimate.converged = summary.termination_type == ceres::CONVERGENCE;
-  estimate.cost = summary.final_cost;
-  const Eigen::MatrixXd cov = problem.Covariance();
-  StoreParameters(options, &problem, cov, &estimate);
-  StoreMisfits(problem, data, options, &estimate);
-  StoreTrajectory(problem, to.begin, to.end, &estimate);
-  if (flight.HasArc(tau)) StoreArc(flight, tau, problem, cov, &estimate);
-  estimate.solve_time = summary.total_time_in_seconds;
-  return estimate;
+  return DescribeWindow(flight, options, data, tau, summary, &problem);
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
@@ -152,7 +58,8 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
     Theta start;
     for (int i = 0; i < 9; ++i) {
       const ParameterPrior& prior = options.priors[i];
-      start[i] = prior.mean + prior.sigma * random.Uniform(-1.0, 1.0);
+      const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
+      start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);
     }
     estimates.push_back(SolveWindow(flight, options, tau, start));
   }

@@ -18,7 +18,8 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options);
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start);
 
-// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +- sigma).
+// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +-
+// sqrt(3) sigma: sigma is that of the uniform distribution over the range).
 struct StartStudy {
   int starts = 0;
   int same_optimum = 0;         // within a tenth of a sigma in every parameter of the best

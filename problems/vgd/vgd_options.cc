@@ -41,9 +41,9 @@ void ReadPriors(const YamlMap& map, std::array<ParameterPrior, 9>* priors) {
 }
 
 void ReadProcess(const YamlMap& map, ProcessNoise* process) {
-  ReadOption(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
-  process->tilt = kDegree * map.Get<double>("tilt_deg", process->tilt / kDegree);
-  process->heading = kDegree * map.Get<double>("heading_deg", process->heading / kDegree);
+  ReadNotNegative(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
+  ReadNotNegative(map, "tilt_deg", &process->tilt, kDegree);
+  ReadNotNegative(map, "heading_deg", &process->heading, kDegree);
   ReadPositive(map, "memory_s", &process->memory);
   map.Finish();
 }
@@ -59,8 +59,8 @@ void ReadDragMeasurement(const YamlMap& map, DragMeasurementOptions* options) {
 void ReadDrive(const YamlMap& map, DriveOptions* drive) {
   ReadOption(map, "thrust", kThrusts, &drive->thrust);
   ReadOption(map, "attitude", kAttitudes, &drive->attitude);
-  ReadOption(map, "filter_k_p_per_s", &drive->filter.k_p);
-  ReadOption(map, "filter_k_i_per_s2", &drive->filter.k_i);
+  ReadNotNegative(map, "filter_k_p_per_s", &drive->filter.k_p);
+  ReadNotNegative(map, "filter_k_i_per_s2", &drive->filter.k_i);
   ReadOption(map, "attitude_latency_s", &drive->attitude_latency);
   ReadPositive(map, "max_gap_s", &drive->max_gap);
   map.Finish();
@@ -70,9 +70,8 @@ void ReadDrive(const YamlMap& map, DriveOptions* drive) {
 
 VgdOptions ReadVgdOptions(const YamlMap& map) {
   VgdOptions options;
-  ReadOption(map, "gamma", &options.gamma);
-  if (options.gamma < 1) map.Fail("gamma", "must be 1 or more");
-  ReadOption(map, "min_window_fixes", &options.min_window_fixes);
+  ReadCount(map, "gamma", &options.gamma);
+  ReadCount(map, "min_window_fixes", &options.min_window_fixes);
   ReadPriors(map.ChildOrEmpty("priors"), &options.priors);
   ReadOption(map, "loss", kLosses, &options.loss);
   ReadPositive(map, "loss_scale_sigmas", &options.loss_scale);
@@ -82,12 +81,12 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   ReadPositive(map, "knot_interval_s", &options.knot_interval);
   ReadDragMeasurement(map.ChildOrEmpty("drag_measurement"), &options.drag_measurement);
   ReadOption(map, "solver", kSolvers, &options.solver);
-  ReadOption(map, "max_iterations", &options.max_iterations);
+  ReadCount(map, "max_iterations", &options.max_iterations);
   ReadPositive(map, "tolerance", &options.tolerance);
   ReadPositive(map, "max_block_s", &options.max_block);
   ReadPositive(map, "pass_gap_s", &options.passes.pass_gap);
   ReadPositive(map, "max_arc_s", &options.passes.max_arc);
-  ReadOption(map, "min_fixes", &options.passes.min_fixes);
+  ReadCount(map, "min_fixes", &options.passes.min_fixes);
   ReadDrive(map.ChildOrEmpty("drive"), &options.drive);
   map.Finish();
   return options;

@@ -1,5 +1,7 @@
 #include "problems/window/flight_data.h"
 
+#include <algorithm>
+
 #include "problems/common/error.h"
 
 namespace trueline {
@@ -25,11 +27,11 @@ FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
           SecondsBetween(track.begin(), pass.begin)));
     }
   }
-  if (passes.empty()) {
+  const auto covered = [this](const Fix& fix) { return track.Covers(fix.t, fix.t); };
+  if (std::none_of(log.fixes.begin(), log.fixes.end(), covered)) {
     throw ErrorAt(log.directory + "/fixes.csv", 0,
-                  fmt::format("no pass of {} fixes or more lies inside of the IMU's time span; "
-                              "check clocks and pass_gap",
-                              pass_options.min_fixes));
+                  "no fix lies inside of the time span of imu.csv and attitude.csv; check their "
+                  "clocks");
   }
 }
 

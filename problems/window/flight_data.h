@@ -13,7 +13,8 @@
 namespace trueline {
 
 struct FlightData {
-  // Throws InputError where the log has no fixes, or no pass inside of the IMU's time span.
+  // Throws InputError where the log has no fixes, or none inside of the IMU's time span. Fixes that
+  // come singly (a hover) make no pass: `passes` is empty then.
   // `flight_log` must outlive this.
   FlightData(const FlightLog& flight_log, const DriveOptions& drive, const PassOptions& passes,
              const DragMeasurementOptions& drag_measurement);

@@ -42,8 +42,8 @@ Vector3d ReferenceAcceleration(double t, const Vector3d& v_E) {
            Quaterniond(AngleAxisd(theta, Vector3d::UnitY())) *
            Quaterniond(AngleAxisd(phi, Vector3d::UnitX()));
   };
-  const Quaterniond q_E_B = turn(0.03, -0.02, 0.05) * Quaterniond(AttitudeAt(t)) *
-                            turn(-0.02, 0.04, 0.03);
+  const Quaterniond q_E_B =
+      turn(0.03, -0.02, 0.05) * Quaterniond(AttitudeAt(t)) * turn(-0.02, 0.04, 0.03);
   const Vector3d v_B = q_E_B.conjugate() * v_E;
   const Vector3d f_B(-0.5 * v_B.x(), -0.7 * v_B.y(), ThrustAt(t) - 0.3);
   return q_E_B * f_B + Vector3d(0, 0, kG);
@@ -80,8 +80,8 @@ TEST(ImuDrivenModel, HoverStaysAndDragBrakes) {
 }
 
 TEST(ImuDrivenModel, AccelerometerAtRestReadsMinusG) {
-  const Vector3d f = SpecificForceAtImu<double>(Matrix3d::Identity(), Matrix3d::Identity(),
-                                                Vector3d::Zero(), kG);
+  const Vector3d f =
+      SpecificForceAtImu<double>(Matrix3d::Identity(), Matrix3d::Identity(), Vector3d::Zero(), kG);
   EXPECT_EQ(f, Vector3d(0, 0, -kG));
 }
 
