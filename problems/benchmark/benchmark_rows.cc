@@ -40,9 +40,10 @@ class Fields {
 };
 
 std::string Line(const ArcRow& r) {
-  return fmt::format("arc,{},{},{},{},{:.9f},{:.9f},{},{},{},{},{},{},{},{}\n", r.label, r.estimator,
-                     r.gamma, r.tau, r.begin, r.end, r.error, r.predicted_sigma, int(r.inside_95),
-                     r.truth, int(r.counted), r.iterations, r.bound, r.solve_time);
+  return fmt::format("arc,{},{},{},{},{:.9f},{:.9f},{},{},{},{},{},{},{},{}\n", r.label,
+                     r.estimator, r.gamma, r.tau, r.begin, r.end, r.error, r.predicted_sigma,
+                     int(r.inside_95), r.truth, int(r.counted), r.iterations, r.bound,
+                     r.solve_time);
 }
 
 ArcRow ParseArc(Fields f) {
@@ -79,8 +80,8 @@ StartsRow ParseStarts(Fields f) {
 }
 
 std::string Line(const PathRow& r) {
-  return fmt::format("path,{},{},{},{:.9f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau, r.t, r.x,
-                     r.y, r.z);
+  return fmt::format("path,{},{},{},{:.9f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau, r.t,
+                     r.x, r.y, r.z);
 }
 
 PathRow ParsePath(Fields f) {

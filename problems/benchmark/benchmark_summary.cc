@@ -26,8 +26,8 @@ std::vector<Group<Row>> GroupRows(const std::vector<JobOutcome>& outcomes,
   for (const JobOutcome& outcome : outcomes) {
     std::map<std::size_t, std::vector<const Row*>> of_job;
     for (const Row& row : outcome.result.*rows) {
-      const auto [place, is_new] = index.try_emplace(
-          {outcome.job.log, outcome.job.sweep_index, key_of(row)}, groups.size());
+      const auto [place, is_new] =
+          index.try_emplace({outcome.job.log, outcome.job.sweep_index, key_of(row)}, groups.size());
       if (is_new) groups.push_back({&outcome.job, {}});
       of_job[place->second].push_back(&row);
     }

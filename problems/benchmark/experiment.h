@@ -28,7 +28,8 @@
 //   starts: {count: 20}                  # study of random starts (Table 2) of every VGD window
 //   convergence: {b_az: 0.1, final_point_error: 1.0}   # tolerances, SI
 //   trajectories: true                   # of the first job, for plots
-//   bound: VGD                           # Cramer-Rao bound of each arc, by the model of that label
+//   bound: VGD                           # Cramer-Rao bound of each arc of simulated flights, by
+//                                        # the model of that label and the flight's true noise
 #pragma once
 
 #include <cstdint>

@@ -34,17 +34,17 @@ struct JobEstimator {
 // Fully resolved: what it computes depends on nothing else. Holds no YAML nodes, which threads
 // must not share.
 struct Job {
-  std::string log;          // name of its flight source
+  std::string log;  // name of its flight source
   std::uint64_t seed = 0;
   int sweep_index = 0;
-  double x = 0.0;           // the sweep's value; NaN where there is none
+  double x = 0.0;  // the sweep's value; NaN where there is none
   JobFlight flight;
   std::vector<JobEstimator> estimators;
   int starts = 0;
   std::map<std::string, double> convergence;
   bool paths = false;
   std::string bound;  // label whose model gives the bound; empty: none
-  std::string key;  // checksum of all of this, of the files read and of the program
+  std::string key;    // checksum of all of this, of the files read and of the program
 };
 
 // All jobs: flights x sweep x seeds, in this order. A log without random numbers has one seed.

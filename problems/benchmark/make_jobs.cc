@@ -68,9 +68,8 @@ ForeignLog ReadForeign(const FlightSource& source, const SweepPoint& point,
                   "the map samples no fixes from mocap, so 'fixes' can't change them");
   }
   const YAML::Node node = YAML::LoadFile(source.file.string())["fixes_from_mocap"];
-  log.map.fixes_from_mocap =
-      ReadWith(settings, node, source.file.string(), experiment,
-               [](const YamlMap& map) { return ReadFixesFromMocap(map); });
+  log.map.fixes_from_mocap = ReadWith(settings, node, source.file.string(), experiment,
+                                      [](const YamlMap& map) { return ReadFixesFromMocap(map); });
   return log;
 }
 

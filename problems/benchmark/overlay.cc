@@ -67,7 +67,8 @@ std::string ExpandVariables(const std::string& text, const YamlMap& map, const s
     const std::string name = result.substr(at + 2, end - at - 2);
     const char* value = std::getenv(name.c_str());
     if (value == nullptr || std::string(value).find("${") != std::string::npos) {
-      map.Fail(key, fmt::format("the environment variable {} is not set; export {}=FOLDER", name, name));
+      map.Fail(key,
+               fmt::format("the environment variable {} is not set; export {}=FOLDER", name, name));
     }
     result.replace(at, end - at + 1, value);
   }

@@ -91,8 +91,12 @@ StartsRow StartsOf(const FlightData& flight, const VgdOptions& options, const st
                    int tau, const Job& job) {
   const StartStudy study = StudyStarts(flight, options, tau, job.starts, job.seed);
   const std::vector<double> iterations(study.iterations.begin(), study.iterations.end());
-  return {label,        options.gamma,      tau,
-          study.starts, study.same_optimum, Mean(iterations),
+  return {label,
+          options.gamma,
+          tau,
+          study.starts,
+          study.same_optimum,
+          Mean(iterations),
           *std::max_element(study.iterations.begin(), study.iterations.end())};
 }
 
@@ -100,8 +104,8 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, const Fl
               const std::map<std::string, double>& truth, JobResult* result) {
   const EstimatorRun run = RunEstimator(estimator.name, flight, estimator.options, gamma);
   AddArcs(run, estimator.label, result);
-  const auto rows = Convergence(run, estimator.label, truth, job.convergence,
-                                flight.passes.front().begin);
+  const auto rows =
+      Convergence(run, estimator.label, truth, job.convergence, flight.passes.front().begin);
   result->convergence.insert(result->convergence.end(), rows.begin(), rows.end());
   if (job.paths && gamma == estimator.gammas.front()) {
     for (const WindowEstimate& window : run.windows) {
@@ -117,9 +121,8 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, const Fl
   }
 }
 
-// Truth of eq. 16, where it is known.
-std::optional<Theta> TrueTheta(const std::map<std::string, double>& truth) {
-  if (truth.empty()) return std::nullopt;
+// Truth of eq. 16.
+Theta TrueTheta(const std::map<std::string, double>& truth) {
   Theta theta;
   for (int i = 0; i < 9; ++i) theta[i] = truth.at(kImuDrivenNames[i]);
   return theta;
@@ -127,9 +130,8 @@ std::optional<Theta> TrueTheta(const std::map<std::string, double>& truth) {
 
 // The model's noise as it was on a simulated flight, in the place of what the estimator assumes:
 // turbulence as white noise of the same strength at low frequency, and the spread of the AHRS's
-// error. A real flight's is not known.
-void UseTrueNoise(const Job& job, const SimulationTruth& truth, VgdOptions* vgd) {
-  if (!std::holds_alternative<SimulationConfig>(job.flight)) return;
+// error.
+void UseTrueNoise(const SimulationTruth& truth, VgdOptions* vgd) {
   const simulation::TurbulenceConfig& air = truth.config.turbulence;
   vgd->process.acceleration = air.sigma.head<2>().maxCoeff() * std::sqrt(2.0 * air.memory);
   vgd->process.tilt = truth.ahrs_error_sigma.head<2>().norm() / std::sqrt(2.0);
@@ -142,9 +144,9 @@ void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
   const auto source = std::find_if(job.estimators.begin(), job.estimators.end(),
                                    [&](const JobEstimator& e) { return e.label == job.bound; });
   VgdOptions vgd = source->options.vgd;
-  UseTrueNoise(job, flown.flight_truth, &vgd);
+  UseTrueNoise(flown.flight_truth, &vgd);
   const FlightData flight(flown.log, vgd.drive, vgd.passes, vgd.drag_measurement);
-  const std::optional<Theta> theta = TrueTheta(flown.truth);
+  const Theta theta = TrueTheta(flown.truth);
   std::map<std::pair<int, int>, double> bounds;  // by gamma and tau
   for (ArcRow& row : result->arcs) {
     if (row.tau > static_cast<int>(flight.passes.size()) || !flight.HasArc(row.tau)) continue;
@@ -170,7 +172,9 @@ JobResult RunJob(const Job& job) {
       RunGamma(job, estimator, gamma, flight, flown.truth, &result);
     }
   }
-  if (!job.bound.empty()) AddBounds(job, flown, &result);
+  // Only where the noise is known: a bound from assumed noise would be no bound.
+  const bool simulated = std::holds_alternative<SimulationConfig>(job.flight);
+  if (simulated && !job.bound.empty()) AddBounds(job, flown, &result);
   return result;
 }
 

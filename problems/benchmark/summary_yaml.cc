@@ -149,7 +149,8 @@ std::string SummaryYaml(const Experiment& experiment, const BenchmarkRun& run) {
     node["sweep"]["unit"] = experiment.sweep.unit;
   }
   node["groups"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const GroupSummary& g : SummariseGroups(run.outcomes)) node["groups"].push_back(GroupNode(g));
+  for (const GroupSummary& g : SummariseGroups(run.outcomes))
+    node["groups"].push_back(GroupNode(g));
   for (const ConvergenceSummary& c : SummariseConvergence(run.outcomes)) {
     node["convergence"].push_back(ConvergenceNode(c));
   }

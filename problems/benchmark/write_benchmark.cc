@@ -91,33 +91,34 @@ void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int t
   WriteTable(run, &JobResult::paths, directory / "trajectory.csv",
              "label,kind,tau,t [s],x [m],y [m],z [m]",
              [](std::ostream& out, const Job&, const PathRow& r) {
-               fmt::print(out, "{},{},{},{:.6f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau, r.t,
-                          r.x, r.y, r.z);
+               fmt::print(out, "{},{},{},{:.6f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau,
+                          r.t, r.x, r.y, r.z);
              });
   WriteFileAtomically(directory / "summary.yaml", SummaryYaml(experiment, run));
   WriteTiming(run, threads, directory / "timing.yaml");
 }
 
 std::string BenchmarkTable(const Experiment& experiment, const BenchmarkRun& run) {
-  std::string text = fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log",
-                                 "label", "gamma", experiment.sweep.name.empty() ? "" : "sweep",
-                                 "arcs", "mean [m]", "median", "rms", "in 95", "iter.", "bound");
+  std::string text =
+      fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log", "label",
+                  "gamma", experiment.sweep.name.empty() ? "" : "sweep", "arcs", "mean [m]",
+                  "median", "rms", "in 95", "iter.", "bound");
   for (const GroupSummary& g : SummariseGroups(run.outcomes)) {
-    text += fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>8}{:>9.3f}{:>9.3f}{:>9.3f}{:>7}{:>9.1f}{:>9}\n",
-                        g.log, g.label, g.gamma, Number(g.x), g.error.count, g.error.mean,
-                        g.error.median, g.rms, Share(g.inside_95, g.error.count + g.diverged),
-                        g.iterations_mean, Number(g.bound_rms, "{:.3f}"));
+    text +=
+        fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>8}{:>9.3f}{:>9.3f}{:>9.3f}{:>7}{:>9.1f}{:>9}\n",
+                    g.log, g.label, g.gamma, Number(g.x), g.error.count, g.error.mean,
+                    g.error.median, g.rms, Share(g.inside_95, g.error.count + g.diverged),
+                    g.iterations_mean, Number(g.bound_rms, "{:.3f}"));
   }
   const auto times = SummariseConvergence(run.outcomes);
   if (times.empty()) return text;
   text += fmt::format("\n{:<18}{:<22}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", "log", "label", "gamma",
                       "sweep", "inside", "tolerance", "flights", "median [s]");
   for (const ConvergenceSummary& c : times) {
-    text += fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", c.log, c.label,
-                        c.gamma, Number(c.x), c.quantity, c.tolerance,
-                        Share(c.converged, c.flights),
-                        std::isinf(c.median_time) ? "not reached"
-                                                  : fmt::format("{:.1f}", c.median_time));
+    text += fmt::format(
+        "{:<18.17}{:<22.21}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", c.log, c.label, c.gamma,
+        Number(c.x), c.quantity, c.tolerance, Share(c.converged, c.flights),
+        std::isinf(c.median_time) ? "not reached" : fmt::format("{:.1f}", c.median_time));
   }
   return text;
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 import plots_benchmark as plots
 from benchmark_result import read_benchmark
 from benchmark_sections import (convergence_table, failures, group_table, headline, paper_table,
-                                starts_table)
+                                seeds_in_words, starts_table)
 from calibration_sections import provenance
 from charts import embed
 from page import Page, paragraph
@@ -28,6 +28,7 @@ def build(arguments):
         for anchor, title, blocks in _figures(result):
             page.add(anchor, title, *blocks)
     page.add("numbers", "Numbers", *group_table(result))
+    seeds_in_words(result)
     page.add("provenance", "Provenance", *provenance(result))
     return page
 
@@ -48,7 +49,7 @@ def _figures(result):
     if not result.paths.empty:
         yield "track", "Whole flight", [
             paragraph("From above, in the NED earth frame. Solid lines were fitted, dotted lines "
-                      "were predicted blind. Click an entry of the legend to hide or show it.",
+                      "were predicted blind to the next fix.",
                       "note"),
             embed(plots.track(result), "plot-track")]
     if not result.convergence.empty:
@@ -60,8 +61,9 @@ def _figures(result):
 def _floor(result):
     if result.arcs.bound.notna().any():
         return (" Black dashes: the Cramer-Rao bound, the least root mean square that an estimator "
-                "can reach with the model and noise used; the mean of such an estimator lies at "
-                "0.89 of it, the median at 0.83.")
+                "can reach with the model, the noise and the fixes of one window; the mean of such "
+                "an estimator lies at 0.89 of it, the median at 0.83. A filter remembers more than "
+                "one window and may come below.")
     return ""
 
 

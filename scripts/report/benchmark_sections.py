@@ -119,10 +119,12 @@ def group_table(result):
     """All groups of summary.yaml."""
     groups = result.summary.get("groups") or []
     swept, sweep = result.has_sweep, result.summary.get("sweep") or {}
+    several = len(result.logs) > 1
     rows = []
     for g in groups:
         error = g["final_point_error"]
-        rows.append([escape(g["log"]), escape(g["label"]), str(g["gamma"])] +
+        rows.append(([escape(g["log"])] if several else []) +
+                    [escape(g["label"]).replace(" ", "&nbsp;"), str(g["gamma"])] +
                     ([number(g.get("sweep"))] if swept else []) +
                     [str(g["flights"]), str(g["arcs"]),
                      escape(number(error.get("mean")) + interval(error.get("mean_interval95"))),
@@ -130,9 +132,18 @@ def group_table(result):
                      number(error.get("p95")), percent(g.get("inside_95_ellipse")),
                      number(error.get("rms")), number(g.get("bound_rms_m")), number(g["iterations"]["mean"]),
                      str(g["iterations"]["max"])])
-    columns = [("Log", False), ("Label", False), ("gamma", True)] + (
+    columns = ([("Log", False)] if several else []) + [("Label", False), ("gamma", True)] + (
         [(f"{sweep.get('name', 'sweep')} [{sweep.get('unit', '1')}]", True)] if swept else []) + [
         ("Flights", True), ("Arcs", True), ("Mean [m]", True), ("Median [m]", True),
-        ("95 % below [m]", True), ("In 95 % ellipse", True), ("RMS [m]", True), ("Bound of RMS [m]", True),
-        ("Iterations, mean", True), ("most", True)]
+        ("95 % below", True), ("In 95 %", True), ("RMS [m]", True), ("Bound [m]", True),
+        ("Iterations", True), ("most", True)]
     return [table(columns, rows)]
+
+
+def seeds_in_words(result):
+    """The provenance's seeds as text."""
+    entries = result.summary.get("provenance") or {}
+    seeds = entries.get("seeds")
+    if isinstance(seeds, dict):
+        first = seeds.get("first", 0)
+        entries["seeds"] = f"{first} to {first + seeds.get('count', 1) - 1}"

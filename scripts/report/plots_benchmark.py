@@ -2,6 +2,7 @@
 import html
 
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
@@ -47,7 +48,8 @@ def against_gamma(result):
     figure.update_xaxes(title_text="Window length gamma [passes]", dtick=1, row=2)
     figure.update_yaxes(title_text="Final-point error [m]", row=1, col=1)
     figure.update_yaxes(range=[0, _most(result.arcs)], row=1)
-    figure.update_yaxes(title_text="Iterations", rangemode="tozero", row=2, col=1)
+    figure.update_yaxes(title_text="Iterations", row=2, col=1)
+    figure.update_yaxes(range=[0, 1.15 * result.all_arcs.iterations.quantile(0.995)], row=2)
     return figure
 
 
@@ -116,9 +118,8 @@ def by_arc(result):
             shown.append(rows)
             x, low, middle, high = _quartiles(rows, "tau")
             _band(figure, label, x, low, middle, high, result.colour(label), panel == 1, (panel, 1))
-        if shown:
-            figure.update_yaxes(range=[0, max(_most(rows) for rows in shown)], row=panel)
-            _add_floor(figure, shown, "tau", panel)
+        _add_floor(figure, shown, "tau", panel)
+    _scale_errors(figure, result, "tau")
     return figure
 
 
@@ -154,12 +155,18 @@ def over_sweep(result):
     if logarithmic:
         ticks = sorted(values.unique())
         figure.update_xaxes(type="log", tickvals=ticks, ticktext=[f"{t:g}" for t in ticks])
-    high = result.arcs.groupby(["log", "label", "sweep"]).final_point_error.quantile(0.75)
-    if len(high) and high.max() > 12 * max(1e-3, high.min()):
-        figure.update_yaxes(type="log")
+    _scale_errors(figure, result, "sweep")
+    return figure
+
+
+def _scale_errors(figure, result, key):
+    """A logarithmic axis where the medians span more than an order of magnitude."""
+    medians = pd.concat([result.headline(label).groupby(["log", key]).final_point_error.median()
+                         for label in result.labels])
+    if len(medians) and medians.max() > 10 * max(1e-3, medians.min()):
+        figure.update_yaxes(type="log", dtick="D2")
     else:
         figure.update_yaxes(rangemode="tozero")
-    return figure
 
 
 def by_log(result):
@@ -184,35 +191,49 @@ def by_log(result):
 
 
 def track(result):
-    """Figure 13: the whole flight from above."""
-    figure = go.Figure()
+    """Figure 13: the whole flight from above, a panel for each label."""
     paths = result.paths
-    truth = paths[paths.label == "truth"]
+    truth, fixes = (paths[paths.label == name] for name in ("truth", "fixes"))
+    labels = [x for x in dict.fromkeys(paths.label) if x not in ("truth", "fixes")]
+    columns = min(3, len(labels))
+    rows = -(-len(labels) // columns)
+    figure = make_subplots(rows, columns, subplot_titles=[html.escape(x) for x in labels],
+                           horizontal_spacing=0.05, vertical_spacing=0.16 / rows)
+    for index, label in enumerate(labels):
+        place = (index // columns + 1, index % columns + 1)
+        _add_flown(figure, truth, fixes, index == 0, place)
+        _add_estimated(figure, paths[paths.label == label], result.colour(label), index == 0, place)
+    charts.style(figure, 80 + 420 * rows, margin=dict(l=64, r=16, t=84, b=48), legend=dict(
+        orientation="h", x=0, y=1.0 + 0.1 / rows, xanchor="left", yanchor="bottom"))
+    span, margin = truth if len(truth) else fixes, 1.0
+    for index in range(len(labels)):
+        figure.update_xaxes(range=[span.y.min() - margin, span.y.max() + margin],
+                            scaleanchor=f"y{index + 1 if index else ''}", scaleratio=1,
+                            title_text="y, east [m]", row=index // columns + 1,
+                            col=index % columns + 1)
+    figure.update_yaxes(range=[span.x.min() - margin, span.x.max() + margin])
+    figure.update_yaxes(title_text="x, north [m]", col=1)
+    return figure
+
+
+def _add_flown(figure, truth, fixes, show, place):
     if len(truth):
         pieces = charts.in_pieces(charts.split_at_gaps(truth, 0.5), ["x", "y"])
         figure.add_trace(charts.lines(pieces["y"], pieces["x"], "Truth (mocap)", charts.TRUTH,
-                                      width=3))
-    fixes = paths[paths.label == "fixes"]
-    figure.add_trace(go.Scatter(x=rounded(fixes.y), y=rounded(fixes.x), name="Fixes",
-                                mode="markers", marker=dict(color=charts.FIXES, size=4)))
-    for label in [x for x in dict.fromkeys(paths.label) if x not in ("truth", "fixes")]:
-        rows = paths[paths.label == label]
-        for kind, dash in (("fit", "solid"), ("prediction", "dot")):
-            windows = [piece for _, piece in rows[rows.kind == kind].groupby("tau")]
-            if not windows:
-                continue
-            pieces = charts.in_pieces(windows, ["x", "y"])
-            figure.add_trace(charts.lines(
-                pieces["y"], pieces["x"], f"{html.escape(label)}, {kind}", result.colour(label),
-                dash=dash, width=1.5))
-    charts.style(figure, 680, margin=dict(l=64, r=16, t=84, b=48))
-    span = truth if len(truth) else fixes
-    margin = 1.0
-    figure.update_xaxes(title_text="y, east [m]", scaleanchor="y", scaleratio=1,
-                        range=[span.y.min() - margin, span.y.max() + margin])
-    figure.update_yaxes(title_text="x, north [m]",
-                        range=[span.x.min() - margin, span.x.max() + margin])
-    return figure
+                                      width=3, legendgroup="truth", showlegend=show), *place)
+    figure.add_trace(go.Scatter(
+        x=rounded(fixes.y), y=rounded(fixes.x), name="Fixes", mode="markers", legendgroup="fixes",
+        showlegend=show, marker=dict(color=charts.FIXES, size=3)), *place)
+
+
+def _add_estimated(figure, path, colour, show, place):
+    for kind, name, dash in (("fit", "Fitted", "solid"), ("prediction", "Predicted blind", "dot")):
+        windows = [piece for _, piece in path[path.kind == kind].groupby("tau")]
+        if not windows:
+            continue
+        pieces = charts.in_pieces(windows, ["x", "y"])
+        figure.add_trace(charts.lines(pieces["y"], pieces["x"], name, colour, dash=dash, width=1.5,
+                                      legendgroup=name, showlegend=show), *place)
 
 
 def convergence(result):

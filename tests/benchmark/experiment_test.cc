@@ -40,16 +40,15 @@ TEST(Experiment, WrongEstimatorNamesTheKnownOnes) {
 }
 
 TEST(Experiment, WrongOptionOfAnEstimatorIsFoundAtItsLine) {
-  EXPECT_THAT(
-      ErrorOf(Hippodrome() + "estimators:\n  - {name: vgd}\n  - name: ekf\n    options:\n"
-                             "      loss: square\n"),
-      AllOf(HasSubstr("experiment.yaml:8"), HasSubstr("'square'"), HasSubstr("huber")));
+  EXPECT_THAT(ErrorOf(Hippodrome() + "estimators:\n  - {name: vgd}\n  - name: ekf\n    options:\n"
+                                     "      loss: square\n"),
+              AllOf(HasSubstr("experiment.yaml:8"), HasSubstr("'square'"), HasSubstr("huber")));
 }
 
 TEST(Experiment, WrongOverrideIsFoundAtItsLine) {
-  EXPECT_THAT(ErrorOf(Hippodrome(", detector.sigma_facto: 0.2") + kVgd),
-              AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("sigma_facto"),
-                    HasSubstr("sigma_factor")));
+  EXPECT_THAT(
+      ErrorOf(Hippodrome(", detector.sigma_facto: 0.2") + kVgd),
+      AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("sigma_facto"), HasSubstr("sigma_factor")));
 }
 
 TEST(Experiment, SweepKeysNeedAKnownRootAndAFlightThatTheyChange) {
@@ -73,9 +72,9 @@ TEST(Experiment, MissingPartsAndDoubleLabelsAreRefused) {
               HasSubstr("label 'vgd' is used twice"));
   EXPECT_THAT(ErrorOf("simulations: [{config: nowhere.yaml}]\n" + kVgd),
               AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("does not exist")));
-  EXPECT_THAT(ErrorOf("logs: [{log: '${TRUELINE_NOT_SET}/a'}]\n" + kVgd),
-              AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("TRUELINE_NOT_SET"),
-                    HasSubstr("export")));
+  EXPECT_THAT(
+      ErrorOf("logs: [{log: '${TRUELINE_NOT_SET}/a'}]\n" + kVgd),
+      AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("TRUELINE_NOT_SET"), HasSubstr("export")));
   EXPECT_THAT(ErrorOf(Hippodrome() + kVgd + "bound: nobody\n"), HasSubstr("label"));
 }
 
@@ -105,9 +104,9 @@ TEST(Experiment, SweepOverridesFlightAndEstimator) {
 }
 
 TEST(Experiment, OptionsOfAFlightHoldForAllEstimatorsUnlessTheySayOtherwise) {
-  const std::vector<Job> jobs =
-      Jobs(Hippodrome() + "    options: {drive: {thrust: level_flight}, max_iterations: 11}\n" +
-           "estimators:\n  - {name: vgd}\n  - {name: vgd, label: b, options: {max_iterations: 4}}\n");
+  const std::vector<Job> jobs = Jobs(
+      Hippodrome() + "    options: {drive: {thrust: level_flight}, max_iterations: 11}\n" +
+      "estimators:\n  - {name: vgd}\n  - {name: vgd, label: b, options: {max_iterations: 4}}\n");
   const auto& estimators = jobs.front().estimators;
   EXPECT_EQ(estimators[0].options.vgd.drive.thrust, ThrustSource::kLevelFlight);
   EXPECT_EQ(estimators[1].options.vgd.drive.thrust, ThrustSource::kLevelFlight);
@@ -116,11 +115,11 @@ TEST(Experiment, OptionsOfAFlightHoldForAllEstimatorsUnlessTheySayOtherwise) {
 }
 
 TEST(Experiment, OptionsOfOneEstimatorAndSweepPointDoNotLeakIntoAnother) {
-  const std::vector<Job> jobs =
-      Jobs(Hippodrome() + "estimators:\n  - {name: vgd, label: a}\n  - {name: vgd, label: b, config: " +
-           (SourceFolder() / "config/calibrate/rigid.yaml").string() +
-           ", options: {max_iterations: 4}}\n  - {name: vgd, label: c}\n"
-           "sweep: {name: t, keys: [options.tolerance, simulation.vehicle.mass], values: [0.1, 0.2]}\n");
+  const std::vector<Job> jobs = Jobs(
+      Hippodrome() + "estimators:\n  - {name: vgd, label: a}\n  - {name: vgd, label: b, config: " +
+      (SourceFolder() / "config/calibrate/rigid.yaml").string() +
+      ", options: {max_iterations: 4}}\n  - {name: vgd, label: c}\n"
+      "sweep: {name: t, keys: [options.tolerance, simulation.vehicle.mass], values: [0.1, 0.2]}\n");
   ASSERT_EQ(jobs.size(), 2U);
   for (const Job& job : jobs) {
     for (const JobEstimator& estimator : job.estimators) {

@@ -73,7 +73,7 @@ TEST_F(Run, GoesOnWhereItWasKilled) {
   fs::copy(folder_->path() / "one" / "jobs", out / "jobs");
   const auto files = JobFiles(out);
   ASSERT_EQ(files.size(), 3U);
-  fs::remove(files[0]);                              // was not reached
+  fs::remove(files[0]);                                    // was not reached
   fs::resize_file(files[1], fs::file_size(files[1]) / 2);  // a disk that lost half of it
   EXPECT_EQ(RunFile(file_, out, 1).reused, 1);
   ExpectSame(out);

@@ -52,9 +52,9 @@ WindowEstimate WindowAt(int seconds, double b_az) {
 
 TEST(Convergence, TakesParametersWithKnownTruthAndTimesFromTheFirstFix) {
   const EstimatorRun run{"vgd", 3, {WindowAt(4, 0.5), WindowAt(8, 0.22), WindowAt(12, 0.2)}, {}};
-  const auto rows = Convergence(run, "VGD", {{"b_az", 0.2}},
-                                {{"b_az", 0.05}, {"b_ax", 0.1}, {"final_point_error", 1.0}},
-                                FromSeconds(2));
+  const auto rows =
+      Convergence(run, "VGD", {{"b_az", 0.2}},
+                  {{"b_az", 0.05}, {"b_ax", 0.1}, {"final_point_error", 1.0}}, FromSeconds(2));
   ASSERT_EQ(rows.size(), 1U);  // no b_ax, no arcs
   EXPECT_EQ(rows[0].quantity, "b_az");
   EXPECT_NEAR(rows[0].time, 6.0, 1e-9);
@@ -99,7 +99,8 @@ TEST(Summary, MedianTimeIsInfiniteWhereMostFlightsNeverConverge) {
   const double never = std::nan("");
   outcomes[0].result.convergence = {{"A", 3, "b_az", 0.1, 9, 4.0}, {"B", 3, "b_az", 0.1, 9, 8.0}};
   outcomes[1].result.convergence = {{"A", 3, "b_az", 0.1, 9, never}, {"B", 3, "b_az", 0.1, 9, 6.0}};
-  outcomes[2].result.convergence = {{"A", 3, "b_az", 0.1, 9, never}, {"B", 3, "b_az", 0.1, 9, never}};
+  outcomes[2].result.convergence = {{"A", 3, "b_az", 0.1, 9, never},
+                                    {"B", 3, "b_az", 0.1, 9, never}};
   const auto times = SummariseConvergence(outcomes);
   ASSERT_EQ(times.size(), 2U);
   EXPECT_EQ(times[0].converged, 1);
