@@ -8,9 +8,8 @@
 
 namespace trueline {
 
-class WindowPriorResidual
-    : public ceres::SizedCostFunction<kThetaSize + kDriftSize + kStateSize, kThetaSize, kDriftSize,
-                                      kStateSize> {
+class WindowPriorResidual : public ceres::SizedCostFunction<kThetaSize + kDriftSize + kStateSize,
+                                                            kThetaSize, kDriftSize, kStateSize> {
  public:
   static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;
   using Vector = Eigen::Matrix<double, kSize, 1>;

@@ -39,11 +39,10 @@ EstimatorRun RunEkfAt(const FlightData& flight, const EstimatorOptions& options,
 }
 
 const std::map<std::string, Runner>& Runners() {
-  static const std::map<std::string, Runner> runners = {
-      {"vgd", RunVgdAt},
-      {"vgd_kinematic", RunKinematicAt},
-      {"ekf", RunEkfAt},
-      {"smoother", RunSmootherAt}};
+  static const std::map<std::string, Runner> runners = {{"vgd", RunVgdAt},
+                                                        {"vgd_kinematic", RunKinematicAt},
+                                                        {"ekf", RunEkfAt},
+                                                        {"smoother", RunSmootherAt}};
   return runners;
 }
 

@@ -14,8 +14,8 @@
 namespace trueline {
 
 // Options of every estimator; gamma counts where an estimator has windows. VGD's stand at the top
-// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic` and `smoother` are
-// mappings in it.
+// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic` and
+// `smoother` are mappings in it.
 struct EstimatorOptions {
   VgdOptions vgd;
   EkfOptions ekf;

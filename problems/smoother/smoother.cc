@@ -94,9 +94,10 @@ class Lag {
     if (tau >= static_cast<int>(flight_.passes.size()) || problem->segments().size() < 2) return;
     const Prior last = problem->Marginalise(problem->segments().back()->start());
     const Pass& next = flight_.passes[tau];
-    past_ = KeepParameters(last, vgd_, FitLine(flight_.log.fixes, next.first, next.last, next.begin));
-    Loosen(options_, problem->scaling(),
-           SecondsBetween(flight_.passes[tau - 1].end, next.begin), &*past_);
+    past_ =
+        KeepParameters(last, vgd_, FitLine(flight_.log.fixes, next.first, next.last, next.begin));
+    Loosen(options_, problem->scaling(), SecondsBetween(flight_.passes[tau - 1].end, next.begin),
+           &*past_);
   }
 
   const FlightData& flight_;

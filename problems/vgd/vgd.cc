@@ -23,8 +23,7 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
   const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
   const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
-  problem.SetStart(
-      start, RoughPath(flight.log.fixes, data.passes));
+  problem.SetStart(start, RoughPath(flight.log.fixes, data.passes));
   const ceres::Solver::Summary summary = problem.Solve();
 
   return DescribeWindow(flight, options, data, tau, summary, &problem);

@@ -89,11 +89,11 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   at << x_.theta, x_.drift[kept], x_.states[kept];
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(L);
   const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [](double value) { return value > 1e-12 ? 1.0 / value : 0.0; });
+  const Eigen::VectorXd inverse =
+      eigen.eigenvalues().unaryExpr([](double value) { return value > 1e-12 ? 1.0 / value : 0.0; });
   WindowPrior prior;
-  prior.mean = at - eigen.eigenvectors() *
-                        (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * eta));
+  prior.mean =
+      at - eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * eta));
   prior.sqrt_information = root.asDiagonal() * eigen.eigenvectors().transpose();
   return prior;
 }

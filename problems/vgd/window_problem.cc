@@ -104,10 +104,10 @@ void WindowProblem::AddFixes(const WindowData& data) {
   for (const Fix& fix : data.fixes) {
     const std::size_t s = SegmentOf(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
-    segment_blocks_[s].push_back(problem_.AddResidualBlock(
-        new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-        MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(), x_.drift[s].data(),
-        x_.states[s].data()));
+    segment_blocks_[s].push_back(
+        problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
+                                  MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(),
+                                  x_.drift[s].data(), x_.states[s].data()));
   }
 }
 

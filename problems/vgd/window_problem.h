@@ -108,8 +108,8 @@ class WindowProblem : private ceres::EvaluationCallback {
   ParameterScaling scaling_;
   std::vector<std::unique_ptr<Segment>> segments_;
   Unknowns x_;
-  Unknowns integrated_;             // where the nodes stand
-  bool has_derivatives_ = false;    // whether they hold derivatives there
+  Unknowns integrated_;           // where the nodes stand
+  bool has_derivatives_ = false;  // whether they hold derivatives there
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
   std::vector<ceres::ResidualBlockId> prior_blocks_;

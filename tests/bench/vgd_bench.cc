@@ -49,9 +49,9 @@ void BarePass(benchmark::State& state) {
   const ImuDrivenModel<double> model(parameters, Flight().track.gravity());
   for (auto _ : state) {
     MotionState<double> x;
-    Flight().track.ForEachStep(
-        data.begin, data.end,
-        [&](const Drive& drive, double dt) { MidpointStep(model, drive, dt, &x); });
+    Flight().track.ForEachStep(data.begin, data.end, [&](const Drive& drive, double dt) {
+      MidpointStep(model, drive, dt, &x);
+    });
     benchmark::DoNotOptimize(x);
   }
 }
