@@ -29,6 +29,7 @@ template <class Enum>
 void Read(const YamlMap& map, const std::string& key, const std::map<std::string, Enum>& names,
           Enum* value) {
   std::vector<std::string> allowed;
+  allowed.reserve(names.size());
   for (const auto& [name, candidate] : names) allowed.push_back(name);
   *value = names.at(map.GetChoice(key, allowed, NameOf(names, *value)));
 }
