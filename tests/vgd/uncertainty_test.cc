@@ -12,7 +12,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing_vgd::ExactHippodrome;
 using testing_vgd::Find;
 using testing_vgd::Flight;
