@@ -22,7 +22,7 @@ int ParseGamma(const std::string& text) {
 }
 
 std::vector<std::string> ParseEstimators(const std::string& text) {
-  const std::vector<std::string> names = SplitList(text);
+  std::vector<std::string> names = SplitList(text);
   for (const std::string& name : names) CheckEstimator(name);
   if (names.empty()) throw InputError("--estimator names no estimator");
   return names;

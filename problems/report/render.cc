@@ -4,11 +4,9 @@
 #include <fmt/ranges.h>
 #include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
+#include <unistd.h>  // environ (a GNU extension, on for C++)
 
 #include "problems/common/app.h"
-
-extern char** environ;
 
 namespace trueline {
 namespace {
@@ -20,6 +18,7 @@ const char* Python() {
 
 int Run(std::vector<std::string> command) {
   std::vector<char*> argv;
+  argv.reserve(command.size() + 1);
   for (std::string& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
   pid_t child = 0;

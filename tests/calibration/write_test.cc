@@ -12,7 +12,6 @@
 namespace trueline {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 

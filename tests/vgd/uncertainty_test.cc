@@ -12,7 +12,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing_vgd::ExactHippodrome;
 using testing_vgd::Find;
 using testing_vgd::Flight;
@@ -134,14 +133,14 @@ TEST(Uncertainty, SlowEllipsesHoldTheTruth) {
   double error = 0.0;
   for (int seed = 1; seed <= 10; ++seed) {
     SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 25.0;
+    config.duration = 20.0;
     const Flight flight(config, seed, options);
     const ArcSummary summary = SummariseArcs(RunVgd(flight.data, options));
     arcs += summary.error.count;
     inside += summary.inside_95;
     error += summary.error.mean / 10.0;
   }
-  ASSERT_GE(arcs, 40);
+  ASSERT_GE(arcs, 30);
   EXPECT_GE(inside, 0.85 * arcs) << inside << " of " << arcs;
   EXPECT_LT(error, 0.35);  // m; the paper's arcs end within 0.2 to 0.3 m
 }
