@@ -46,9 +46,10 @@ std::map<std::string, double> TrueParameters(const SimulationTruth& truth) {
 
 double TimeInside(const std::vector<TimedError>& errors, double tolerance) {
   double time = std::numeric_limits<double>::quiet_NaN();
-  for (auto it = errors.rbegin(); it != errors.rend(); ++it) {
-    if (!(std::abs(it->error) <= tolerance)) break;  // NaN is outside, too
-    time = it->time;
+  for (const TimedError& error : errors) {
+    const bool inside = std::abs(error.error) <= tolerance;  // false for NaN
+    if (!inside) time = std::numeric_limits<double>::quiet_NaN();
+    if (inside && std::isnan(time)) time = error.time;
   }
   return time;
 }

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 // Relative paths start at the experiment's own folder.
 fs::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text) {
   const fs::path path = ExpandVariables(text, map, key);
-  const fs::path full =
+  fs::path full =
       path.is_absolute() ? path : (fs::path(map.file()).parent_path() / path).lexically_normal();
   if (!fs::exists(full)) map.Fail(key, fmt::format("'{}' does not exist", full.string()));
   return full;
@@ -29,7 +29,7 @@ fs::path ReadPath(const YamlMap& map, const std::string& key) {
 
 // Names become fields of CSV files.
 std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback) {
-  const auto name = map.Get<std::string>(key, fallback);
+  auto name = map.Get<std::string>(key, fallback);
   if (name.empty() || name.find_first_of(",\"\n\r") != std::string::npos) {
     map.Fail(key, "needs a name without commas, quotes and line breaks");
   }
@@ -42,7 +42,7 @@ YAML::Node ReadOptions(const YamlMap& map) {
 }
 
 std::vector<int> ReadGammas(const YamlMap& map, const std::vector<int>& fallback) {
-  const auto gammas = map.Get<std::vector<int>>("gammas", fallback);
+  auto gammas = map.Get<std::vector<int>>("gammas", fallback);
   const bool valid = !gammas.empty() && *std::min_element(gammas.begin(), gammas.end()) >= 1;
   if (!valid) map.Fail("gammas", "needs window lengths of 1 or more passes, such as [1, 2, 3]");
   return gammas;
