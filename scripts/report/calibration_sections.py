@@ -82,12 +82,13 @@ def arc_summary(result):
     rows = []
     for (estimator, gamma), arcs in result.arcs.groupby(["estimator", "gamma"], sort=False):
         error, inside = arcs.final_point_error.dropna(), arcs.inside_95.dropna()
-        rows.append([escape(charts.NAMES.get(estimator, estimator)), f"{gamma:g}", str(len(arcs)),
+        scored = f"{len(error)} of {len(arcs)}"
+        rows.append([escape(charts.NAMES.get(estimator, estimator)), f"{gamma:g}", scored,
                      number(error.mean()), number(error.median()), number(error.quantile(0.95)),
                      percent(inside.mean()), number(arcs.iterations.mean()),
                      number(1e3 * arcs.solve_time.mean())])
     truth = sorted({t for t in result.arcs.truth if t})
-    return table([("Estimator", False), ("gamma", True), ("Arcs", True), ("Mean [m]", True),
+    return table([("Estimator", False), ("gamma", True), ("Arcs with truth", True), ("Mean [m]", True),
                   ("Median [m]", True), ("95 % below [m]", True), ("In 95 % ellipse", True),
                   ("Iterations", True), ("Solve [ms]", True)], rows) + (
         paragraph(f"Truth at the end of an arc: {', '.join(truth)}.", "note") if truth else "")

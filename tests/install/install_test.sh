@@ -20,8 +20,10 @@ output=$("$scratch/consumer/consumer")
 if grep -rlF "$build_dir" "$scratch/prefix/lib"*/cmake "$scratch/prefix/include"; then
   fail "installed files name the build folder"
 fi
-[[ -f $scratch/prefix/share/trueline/report/report.py ]] || fail "the report scripts are missing"
-[[ -d $scratch/prefix/share/trueline/config ]] || fail "the configurations are missing"
+share=$scratch/prefix/share/trueline
+/usr/bin/python3 "$share/report/report.py" --help >/dev/null || fail "the report scripts do not run"
+[[ -f $share/report/page.css ]] || fail "the style of the report is missing"
+[[ -d $share/config ]] || fail "the configurations are missing"
 "$scratch/prefix/bin/trueline" --help | grep -q '^Verbs:' || fail "trueline --help lists no verbs"
 for program in "$build_dir"/apps/trueline*; do
   [[ -x $scratch/prefix/bin/$(basename "$program") ]] || fail "$(basename "$program") is missing"

@@ -126,6 +126,7 @@ class PageInBrowser(unittest.TestCase):
         np.testing.assert_allclose(on_edge, -2 * np.log(0.05), rtol=1e-3)
 
     def test_errors_are_shown_by_arc_and_by_gamma(self):
+        self.assertIn(f"{synthetic.ARCS - 1} of {synthetic.ARCS}", self.text("#errors table"))
         by_arc = dict(self.traces("plot-arcs"))
         self.assertEqual(by_arc["VGD"], synthetic.ARCS - 1)  # one arc has no truth
         gamma = self.traces("plot-gamma")
