@@ -9,7 +9,8 @@
 //   Derivative(const T* x, const T* u, T* dx): dx/dt of the first kMoving states;
 //   Output(const T* x, const T* u, T* y);
 //   Seed(const C* x, Jet<C, kErrors>* out): x + (first-order error) as Jets;
-//   Error(const C* x, const C* dx, C* error): the error that moves x by dx, to first order.
+//   Error(const C* x, const C* dx, C* error): the error that moves x by dx, to first order;
+//   Perturbed(x, i, by): x with error state i moved by a finite amount (double; empirical Gramian).
 #pragma once
 
 #include <ceres/jet.h>
