@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <type_traits>
+#include <utility>
 
 namespace trueline {
 
@@ -30,19 +33,19 @@ class Taylor {
  public:
   using Coefficient = C;
 
-  Taylor() { c_[0] = C(); }
-  explicit Taylor(double constant) { c_[0] = MakeScalar<C>(constant); }
-  static Taylor Constant(const C& value) {
-    Taylor result;
-    result.c_[0] = value;
-    return result;
+  Taylor() : Taylor(C(), kMaxOrder) {}
+  explicit Taylor(double constant) : Taylor(MakeScalar<C>(constant), kMaxOrder) {}
+  Taylor(const Taylor& other) : order_(other.order_), degree_(other.degree_) { CopyFrom(other); }
+  Taylor& operator=(const Taylor& other) {
+    if (this == &other) return *this;
+    order_ = other.order_;
+    degree_ = other.degree_;
+    CopyFrom(other);
+    return *this;
   }
+  static Taylor Constant(const C& value) { return Taylor(value, kMaxOrder); }
   // The value at t = 0 of a series of which nothing else is known yet; see Append.
-  static Taylor Start(const C& value) {
-    Taylor result = Constant(value);
-    result.order_ = 0;
-    return result;
-  }
+  static Taylor Start(const C& value) { return Taylor(value, 0); }
   // The series t + value, known in full.
   static Taylor Time(const C& value) {
     static_assert(kMaxOrder >= 1);
@@ -58,8 +61,8 @@ class Taylor {
   C operator[](int i) const { return i <= degree_ ? c_[i] : C(); }
   // Makes the next coefficient known; order() must be below kMaxOrder.
   void Append(const C& coefficient) {
-    for (int i = degree_ + 1; i <= order_; ++i) c_[i] = C();
-    c_[++order_] = coefficient;
+    for (int i = degree_ + 1; i <= order_; ++i) Set(i, C());
+    Set(++order_, coefficient);
     degree_ = order_;
   }
   // d/dt; the order falls by one.
@@ -67,7 +70,7 @@ class Taylor {
     Taylor result;
     result.order_ = order_ == kMaxOrder && degree_ < order_ ? kMaxOrder : order_ - 1;
     result.degree_ = std::max(degree_ - 1, 0);
-    for (int i = 1; i <= degree_; ++i) result.c_[i - 1] = c_[i] * Whole(i);
+    for (int i = 1; i <= degree_; ++i) result.Set(i - 1, c_[i] * Whole(i));
     return result;
   }
 
@@ -89,7 +92,7 @@ class Taylor {
       const int last = std::min(k, a.degree_);
       C sum = a.c_[first] * b.c_[k - first];
       for (int i = first + 1; i <= last; ++i) sum += a.c_[i] * b.c_[k - i];
-      result.c_[k] = sum;
+      result.Set(k, sum);
     }
     return result;
   }
@@ -101,7 +104,7 @@ class Taylor {
     for (int k = 0; k <= result.degree_; ++k) {
       C rest = a[k];
       for (int i = 1; i <= std::min(k, b.degree_); ++i) rest -= b.c_[i] * result.c_[k - i];
-      result.c_[k] = rest * inverse;
+      result.Set(k, rest * inverse);
     }
     return result;
   }
@@ -114,12 +117,12 @@ class Taylor {
     using std::sqrt;
     Taylor root = a.degree_ == 0 ? Taylor() : Full(a.order_);
     root.order_ = a.order_;
-    root.c_[0] = sqrt(a.c_[0]);
+    root.Set(0, sqrt(a.c_[0]));
     const C scale = MakeScalar<C>(0.5) / root.c_[0];
     for (int k = 1; k <= root.degree_; ++k) {
       C rest = a[k];
       for (int i = 1; i < k; ++i) rest -= root.c_[i] * root.c_[k - i];
-      root.c_[k] = rest * scale;
+      root.Set(k, rest * scale);
     }
     return root;
   }
@@ -129,6 +132,13 @@ class Taylor {
  private:
   using Pair = std::pair<Taylor, Taylor>;
 
+  static_assert(std::is_trivially_destructible_v<C>);
+
+  Taylor(const C& value, int order) : order_(order) { Set(0, value); }
+  void Set(int i, const C& value) { std::construct_at(&c_[i], value); }
+  void CopyFrom(const Taylor& other) {
+    for (int i = 0; i <= degree_; ++i) Set(i, other.c_[i]);
+  }
   static C Whole(int n) { return MakeScalar<C>(n); }
   static Taylor Full(int order) {
     Taylor result;
@@ -141,9 +151,9 @@ class Taylor {
     result.order_ = std::min(a.order_, b.order_);
     result.degree_ = std::min(std::max(a.degree_, b.degree_), result.order_);
     const int shared = std::min({a.degree_, b.degree_, result.degree_});
-    for (int i = 0; i <= shared; ++i) result.c_[i] = both(a.c_[i], b.c_[i]);
+    for (int i = 0; i <= shared; ++i) result.Set(i, both(a.c_[i], b.c_[i]));
     for (int i = shared + 1; i <= result.degree_; ++i) {
-      result.c_[i] = a.degree_ > b.degree_ ? a.c_[i] : second(b.c_[i]);
+      result.Set(i, a.degree_ > b.degree_ ? a.c_[i] : second(b.c_[i]));
     }
     return result;
   }
@@ -154,8 +164,8 @@ class Taylor {
     Taylor s = Full(a.degree_ == 0 ? 0 : a.order_);
     Taylor c = s;
     s.order_ = c.order_ = a.order_;
-    s.c_[0] = sin(a.c_[0]);
-    c.c_[0] = cos(a.c_[0]);
+    s.Set(0, sin(a.c_[0]));
+    c.Set(0, cos(a.c_[0]));
     for (int k = 1; k <= s.degree_; ++k) {
       C ds = C(), dc = C();
       for (int i = 1; i <= std::min(k, a.degree_); ++i) {
@@ -163,15 +173,18 @@ class Taylor {
         ds += slope * c.c_[k - i];
         dc -= slope * s.c_[k - i];
       }
-      s.c_[k] = ds / Whole(k);
-      c.c_[k] = dc / Whole(k);
+      s.Set(k, ds / Whole(k));
+      c.Set(k, dc / Whole(k));
     }
     return {s, c};
   }
 
   int order_ = kMaxOrder;
   int degree_ = 0;
-  std::array<C, kMaxOrder + 1> c_;
+  // Coefficients above the degree are never made: with Jets they are large, and most series short.
+  union {
+    std::array<C, kMaxOrder + 1> c_;
+  };
 };
 
 }  // namespace trueline
