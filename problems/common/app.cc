@@ -1,6 +1,10 @@
 #include "problems/common/app.h"
 
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <sstream>
@@ -8,7 +12,27 @@
 
 #include "problems/common/error.h"
 
+namespace google {
+extern void (*gflags_exitfunc)(int);  // gflags' own hook; it would leave with 1 on a wrong flag
+}
+
 namespace trueline {
+namespace {
+
+// The flags that the executable itself defines; gflags' and glog's own are left to --helpfull.
+std::string OwnFlags() {
+  std::vector<gflags::CommandLineFlagInfo> flags;
+  gflags::GetAllFlags(&flags);
+  std::string text;
+  for (const gflags::CommandLineFlagInfo& flag : flags) {
+    if (flag.filename.find("apps/") == std::string::npos) continue;
+    text += fmt::format("  --{:<14} {} (default: {})\n", flag.name, flag.description,
+                        flag.default_value.empty() ? "none" : flag.default_value);
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string Version() { return TRUELINE_VERSION; }
 
@@ -22,6 +46,29 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
     fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());
     return kExitDefect;
   }
+}
+
+int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
+           const std::function<int()>& body) {
+  google::gflags_exitfunc = [](int code) { std::exit(code == 0 ? kExitDone : kExitBadInput); };
+  gflags::SetUsageMessage(usage);
+  gflags::SetVersionString(Version());
+  google::InitGoogleLogging((*argv)[0]);
+  FLAGS_logtostderr = true;
+  gflags::ParseCommandLineNonHelpFlags(argc, argv, true);
+  std::string help;
+  if (gflags::GetCommandLineOption("help", &help) && help == "true") {
+    fmt::print("{}\n\nFlags:\n{}", usage, OwnFlags());
+    return kExitDone;
+  }
+  gflags::HandleCommandLineHelpFlags();
+  return RunGuarded(program, [&] {
+    if (*argc > 1) {
+      throw InputError(fmt::format("'{}' is not a flag; flags are --name=value (see {} --help)",
+                                   (*argv)[1], program));
+    }
+    return body();
+  });
 }
 
 void Warn(const std::string& message, bool quiet) {

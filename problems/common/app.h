@@ -20,6 +20,11 @@ std::string Version();
 // exception into exit code 1.
 int RunGuarded(const std::string& program, const std::function<int()>& body);
 
+// What every main does: parses gflags (a usage text of examples), answers --help, refuses stray
+// arguments, and runs `body` guarded.
+int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
+           const std::function<int()>& body);
+
 // A warning on standard error, unless quiet.
 void Warn(const std::string& message, bool quiet);
 

@@ -29,6 +29,7 @@ void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
     work();
   } else {
     std::vector<std::jthread> pool;
+    pool.reserve(static_cast<std::size_t>(threads));
     for (int i = 0; i < threads; ++i) pool.emplace_back(work);
     pool.clear();  // joins
   }

@@ -15,7 +15,8 @@ class Random {
     std::uint64_t hash = 0xcbf29ce484222325ULL ^ seed;  // FNV-1a over the stream's name
     for (const char c : stream) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
     std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
-                           static_cast<std::uint32_t>(hash), static_cast<std::uint32_t>(hash >> 32)};
+                           static_cast<std::uint32_t>(hash),
+                           static_cast<std::uint32_t>(hash >> 32)};
     engine_.seed(sequence);
   }
 
@@ -23,7 +24,9 @@ class Random {
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
   }
-  int UniformInt(int low, int high) { return std::uniform_int_distribution<int>(low, high)(engine_); }
+  int UniformInt(int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(engine_);
+  }
   bool Bernoulli(double probability) { return Uniform(0.0, 1.0) < probability; }
   Eigen::Vector3d NormalVector3() { return {Normal(), Normal(), Normal()}; }
   // Student's t with `dof` degrees of freedom (heavy tails for small dof).

@@ -19,8 +19,8 @@ YamlMap YamlMap::FromFile(const std::filesystem::path& path) {
   }
 }
 
-YamlMap::YamlMap(YAML::Node node, std::string file, std::string key_path)
-    : node_(std::move(node)), file_(std::move(file)), key_path_(std::move(key_path)) {
+YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string key_path)
+    : node_(node), file_(std::move(file)), key_path_(std::move(key_path)) {
   if (!node_.IsMap() && !node_.IsNull()) {
     throw ErrorAt(file_, node_.Mark().line + 1,
                   key_path_.empty() ? "expected a mapping of keys to values"
@@ -64,7 +64,7 @@ Eigen::Vector3d YamlMap::GetVector3(const std::string& key, const Eigen::Vector3
 
 std::string YamlMap::GetChoice(const std::string& key, const std::vector<std::string>& allowed,
                                const std::string& fallback) const {
-  const std::string value = Get<std::string>(key, fallback);
+  std::string value = Get<std::string>(key, fallback);
   if (std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
     Fail(key, fmt::format("'{}' is not known; use one of: {}", value, fmt::join(allowed, ", ")));
   }

@@ -25,7 +25,7 @@ class YamlMap {
  public:
   static YamlMap FromFile(const std::filesystem::path& path);
   // `file` and `key_path` are for messages only.
-  YamlMap(YAML::Node node, std::string file, std::string key_path);
+  YamlMap(const YAML::Node& node, std::string file, std::string key_path);
 
   bool Has(const std::string& key) const;
   int LineOf(const std::string& key) const;
@@ -51,11 +51,11 @@ class YamlMap {
   std::string GetChoice(const std::string& key, const std::vector<std::string>& allowed,
                         const std::string& fallback) const;
 
-  YamlMap Child(const std::string& key) const;             // required mapping
-  YamlMap ChildOrEmpty(const std::string& key) const;      // optional mapping
+  YamlMap Child(const std::string& key) const;                  // required mapping
+  YamlMap ChildOrEmpty(const std::string& key) const;           // optional mapping
   std::vector<YamlMap> Children(const std::string& key) const;  // sequence of mappings; may lack
   std::vector<std::string> Keys() const;
-  YAML::Node RawNode(const std::string& key) const;        // marks the key as asked for
+  YAML::Node RawNode(const std::string& key) const;  // marks the key as asked for
 
   // Throws for the first key that nobody asked for.
   void Finish() const;

@@ -11,10 +11,14 @@ using TimeNs = std::int64_t;
 inline constexpr TimeNs kNsPerSecond = 1'000'000'000;
 
 // Seconds between two stamps; exact to a nanosecond for spans below 100 days.
-inline double SecondsBetween(TimeNs from, TimeNs to) { return static_cast<double>(to - from) * 1e-9; }
+inline double SecondsBetween(TimeNs from, TimeNs to) {
+  return static_cast<double>(to - from) * 1e-9;
+}
 
 inline double ToSeconds(TimeNs t) { return static_cast<double>(t) * 1e-9; }
 
-inline TimeNs FromSeconds(double seconds) { return static_cast<TimeNs>(std::llround(seconds * 1e9)); }
+inline TimeNs FromSeconds(double seconds) {
+  return static_cast<TimeNs>(std::llround(seconds * 1e9));
+}
 
 }  // namespace trueline

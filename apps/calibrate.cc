@@ -1,0 +1,67 @@
+// trueline-calibrate: a flight log in, the calibrated model with its uncertainties out.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "problems/calibration/calibration.h"
+#include "problems/calibration/calibration_config.h"
+#include "problems/calibration/write_calibration.h"
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+#include "problems/log/native_log.h"
+#include "problems/report/render.h"
+
+DEFINE_string(log, "", "the flight: a native log directory");
+DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
+DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
+DEFINE_string(gamma_sweep, "1,2,3,4,5", "window lengths to compare; empty for none");
+DEFINE_string(thrust, "", "accelerometer or level_flight; empty takes the configuration's");
+DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
+DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
+DEFINE_uint64(seed, 0, "stated in the result; calibration itself draws no random numbers");
+DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(quiet, false, "print nothing but errors");
+
+namespace {
+
+constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
+
+  trueline-calibrate --log=flight --out=result
+      fits drag, IMU misalignment, attitude error and bias over the last 3 passes,
+      predicts every blind arc, prints the table and writes result/report.html
+  trueline-calibrate --log=flight --out=result --gamma=4 --thrust=level_flight
+      a longer window, for a vehicle whose accelerometer is useless
+  trueline-calibrate --log=flight --out=result --config=config/calibrate/paper.yaml
+      the fit as Li et al. 2019 describe it
+  trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
+      starts from what an earlier flight of the same vehicle showed
+
+Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 1 a defect.)";
+
+int Run() {
+  const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
+      {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
+  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+    throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
+  }
+  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  const trueline::Calibration calibration = trueline::Calibrate(log, options);
+  for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
+
+  trueline::WriteCalibration(
+      calibration, log,
+      trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)), FLAGS_out);
+  if (FLAGS_report) {
+    const std::string warning = trueline::RenderReport(
+        "calibration", {"--result=" + FLAGS_out, "--log=" + FLAGS_log}, FLAGS_out);
+    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  }
+  if (!FLAGS_quiet) fmt::print("{}", trueline::CalibrationTable(calibration));
+  return calibration.verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return trueline::RunApp("trueline-calibrate", kUsage, &argc, &argv, Run);
+}

@@ -1,0 +1,82 @@
+// trueline-simulate: a flight round a course of gates, as a native log with its truth beside it.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/log/native_log.h"
+#include "problems/simulation/simulate.h"
+#include "problems/simulation/truth_file.h"
+#include "problems/simulation/variant.h"
+
+DEFINE_string(config, "", "Course, vehicle, sensors and effects (YAML), as in config/simulate/");
+DEFINE_string(out, "", "Directory for the native log; DIR.truth.yaml is written beside it");
+DEFINE_uint64(seed, 0, "Seed of all noise; the same seed gives the same bytes");
+DEFINE_double(duration, 0.0, "Length of the log in s, instead of the configuration's");
+DEFINE_bool(randomise, false, "Draw true parameters from the configuration's 'randomise' ranges");
+DEFINE_bool(quiet, false, "Print nothing");
+
+namespace trueline {
+namespace {
+
+constexpr char kUsage[] = R"(flies a drone round a course of gates and writes its log.
+
+  trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
+      100 s of the hippodrome; /tmp/flight is a native log, /tmp/flight.truth.yaml the truth.
+  trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight7 --seed=7 --randomise
+      another drone of the same kind: drag, biases and misalignment drawn from the stated ranges.
+
+An effect that calibration doesn't model is switched on in the configuration:
+  effects:
+    - {id: quadratic_drag, c: 0.05}        # 1/m
+    - {id: fix_latency, tau: 0.05}         # s
+
+Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
+
+void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
+  constexpr double kDegree = M_PI / 180.0;
+  fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
+  const auto row = [&](const char* name, std::size_t count) {
+    if (count > 0) fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
+  };
+  row("imu", log.imu.size());
+  row("attitude", log.attitude.size());
+  row("fixes", log.fixes.size());
+  row("mocap", log.mocap.size());
+  row("rotors", log.rotors.size());
+  row("range", log.range.size());
+  fmt::print("\n{:<22} {:>10.2f}\n", "laps", truth.laps);
+  fmt::print("{:<22} {:>10}\n", "passes", truth.passes);
+  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean, truth.speed_max);
+  fmt::print("{:<22} {:>10.3f} (largest {:.3f})\n", "off the course [m]", truth.path_error_rms,
+             truth.path_error_max);
+  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "AHRS tilt error [deg]",
+             truth.tilt_error_rms / kDegree, truth.tilt_error_max / kDegree);
+}
+
+int Run() {
+  if (FLAGS_config.empty() || FLAGS_out.empty()) {
+    throw InputError("--config and --out are needed; see trueline-simulate --help");
+  }
+  SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(FLAGS_config));
+  if (FLAGS_duration < 0.0) throw InputError("--duration must be above 0 s");
+  if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
+  if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
+  SimulationTruth truth;
+  const FlightLog log = Simulate(config, FLAGS_seed, &truth);
+  WriteNativeLog(log, FLAGS_out);
+  WriteFileAtomically(TruthPath(FLAGS_out), TruthYaml(truth, FLAGS_config));
+  if (!FLAGS_quiet) PrintTable(log, truth);
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace trueline
+
+int main(int argc, char** argv) {
+  gflags::SetUsageMessage(trueline::kUsage);
+  gflags::SetVersionString(trueline::Version());
+  gflags::ParseCommandLineFlags(&argc, &argv, true);
+  return trueline::RunGuarded("trueline-simulate", trueline::Run);
+}

@@ -1,0 +1,29 @@
+// Numerical integration of the IMU-driven model at the IMU's own rate.
+#pragma once
+
+#include "cost_functions/models/imu_driven_model.h"
+
+namespace trueline {
+
+template <typename T>
+struct MotionState {
+  Vector3<T> p = Vector3<T>::Zero();  // m
+  Vector3<T> v = Vector3<T>::Zero();  // m/s
+};
+
+// One explicit midpoint step over `dt` seconds, in E. `drive` is the drive at the middle of the
+// step, so that the step is of second order also where steps are irregular.
+template <typename T>
+void MidpointStep(const ImuDrivenModel<T>& model, const Drive& drive, double dt,
+                  MotionState<T>* state) {
+  const Matrix3<T> R_E_B = model.BodyToEarth(drive.R_Ep_I);
+  const auto acceleration = [&](const Vector3<T>& v) -> Vector3<T> {
+    return R_E_B * model.SpecificForce(drive.a_z, R_E_B.transpose() * v) + model.g_E();
+  };
+  const Vector3<T> v_mid = state->v + acceleration(state->v) * T(0.5 * dt);
+  const Vector3<T> dv = acceleration(v_mid) * T(dt);
+  state->p += (state->v + dv * T(0.5)) * T(dt);
+  state->v += dv;
+}
+
+}  // namespace trueline

@@ -1,0 +1,37 @@
+// What one integration of a segment leaves behind for the cost functions that share it.
+//
+// A window is cut into segments. Its unknowns are three kinds of parameter blocks: `theta` (the
+// nine of eq. 16 in Li et al. 2019, then b_ax and b_ay; shared by all segments), `drift` (what the
+// AHRS error of a segment has beyond the constant Phi_E_Ep), both in units of theta's prior sigma,
+// and `state` (p_E in m, v_E in m/s at a segment's start). An EvaluationCallback integrates every
+// segment once for each evaluation point, however many residuals hang on it; the cost functions
+// only read nodes.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace trueline {
+
+inline constexpr int kThetaSize = 11;
+inline constexpr int kDriftSize = 3;
+inline constexpr int kStateSize = 6;
+inline constexpr int kAhrsInTheta = 3;  // where Phi_E_Ep stands in theta
+
+// kSize numbers at one instant with their derivatives to the blocks.
+template <int kSize>
+struct SegmentNode {
+  template <int kCols>
+  using Jacobian = Eigen::Matrix<double, kSize, kCols>;
+
+  Eigen::Matrix<double, kSize, 1> value = Eigen::Matrix<double, kSize, 1>::Zero();
+  Jacobian<kThetaSize> d_theta = Jacobian<kThetaSize>::Zero();
+  Jacobian<kStateSize> d_state = Jacobian<kStateSize>::Zero();
+
+  // Drift adds to Phi_E_Ep, in the same unit.
+  auto d_drift() const { return d_theta.template middleCols<kDriftSize>(kAhrsInTheta); }
+};
+
+using StateNode = SegmentNode<6>;  // p_E (m), v_E (m/s)
+using ForceNode = SegmentNode<2>;  // x and y of the specific force in I (m/s^2), biases included
+
+}  // namespace trueline

@@ -1,0 +1,111 @@
+#include "problems/calibration/calibration.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+bool HasStatus(const WindowEstimate& window, const std::string& name, const std::string& status) {
+  return std::any_of(
+      window.parameters.begin(), window.parameters.end(),
+      [&](const ParameterEstimate& p) { return p.name == name && p.status == status; });
+}
+
+std::vector<std::string> NamesWithStatus(const WindowEstimate& window, const std::string& status) {
+  std::vector<std::string> names;
+  for (const ParameterEstimate& p : window.parameters) {
+    if (p.status == status) names.push_back(p.name);
+  }
+  return names;
+}
+
+// Coverage far below 95 % is a defect of the stated uncertainty; chance explains it only where
+// the binomial probability is not small.
+constexpr double kChance = 0.01;
+
+void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
+  const ArcSummary arcs = SummariseArcs(run);
+  if (arcs.error.count == 0) {
+    verdict->reasons.push_back(
+        "no arc to check the prediction on: the log holds a single pass, or no truth at the arcs' "
+        "ends");
+  } else if (BinomialCdf(arcs.inside_95, arcs.error.count, 0.95) < kChance) {
+    verdict->reasons.push_back(fmt::format(
+        "the stated uncertainty is too small: {} of {} arcs end inside of their 95 % ellipse",
+        arcs.inside_95, arcs.error.count));
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& KnownEstimators() {
+  static const std::vector<std::string> names = {"vgd"};
+  return names;
+}
+
+ArcSummary SummariseArcs(const EstimatorRun& run) {
+  const bool mocap = std::any_of(run.windows.begin(), run.windows.end(), [](const auto& w) {
+    return w.arc && w.arc->truth_source == "mocap";
+  });
+  ArcSummary summary;
+  std::vector<double> errors;
+  for (const WindowEstimate& window : run.windows) {
+    if (!window.arc || !window.arc->truth) continue;
+    if (mocap && window.arc->truth_source != "mocap") continue;
+    errors.push_back(window.arc->FinalPointError());
+    summary.inside_95 += window.arc->Inside95();
+  }
+  summary.error = Summarise(errors);
+  return summary;
+}
+
+Verdict Judge(const EstimatorRun& run) {
+  const WindowEstimate& last = run.windows.back();
+  if (HasStatus(last, "K_x", "unobservable") && HasStatus(last, "K_y", "unobservable")) {
+    return {"unusable",
+            {"the flight shows no drag: it hardly moves between fixes (hovering?). Fly laps with "
+             "straights and turns at racing speed"}};
+  }
+  Verdict verdict{"usable", {}};
+  if (!last.converged) verdict.reasons.push_back("the last window's solve did not converge");
+  if (const auto names = NamesWithStatus(last, "at_bound"); !names.empty()) {
+    verdict.reasons.push_back(fmt::format(
+        "{} ended at the bound of what is plausible; the model or the log's frames may be wrong",
+        fmt::join(names, ", ")));
+  }
+  JudgeArcs(run, &verdict);
+  if (!verdict.reasons.empty()) verdict.word = "poor";
+  return verdict;
+}
+
+Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
+  const FlightData flight(log, options.vgd);
+  Calibration calibration;
+  calibration.warnings = log.warnings;
+  std::vector<int> gammas = options.gamma_sweep;
+  if (std::find(gammas.begin(), gammas.end(), options.vgd.gamma) == gammas.end()) {
+    gammas.push_back(options.vgd.gamma);
+  }
+  std::sort(gammas.begin(), gammas.end());
+  for (const std::string& estimator : options.estimators) {
+    for (const int gamma : gammas) {
+      VgdOptions vgd = options.vgd;
+      vgd.gamma = gamma;
+      if (estimator == options.estimators.front() && gamma == options.vgd.gamma) {
+        calibration.reported = calibration.runs.size();
+      }
+      calibration.runs.push_back(RunVgd(flight, vgd));
+    }
+  }
+  const EstimatorRun& reported = calibration.Reported();
+  calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),
+                              reported.warnings.end());
+  calibration.verdict = Judge(reported);
+  return calibration;
+}
+
+}  // namespace trueline

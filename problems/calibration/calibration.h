@@ -1,0 +1,52 @@
+// Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/result/estimate.h"
+#include "problems/result/statistics.h"
+#include "problems/vgd/vgd.h"
+
+namespace trueline {
+
+struct CalibrationOptions {
+  std::vector<std::string> estimators = {"vgd"};
+  // The same flight with other window lengths, for comparison; options.vgd.gamma is reported.
+  std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
+  VgdOptions vgd;
+};
+
+// Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
+// there are any; else those judged by the next pass's fixes.
+struct ArcSummary {
+  ErrorSummary error;            // m
+  int inside_95 = 0;             // arcs whose truth lies inside of the 95 % ellipse
+  double Coverage() const { return error.count > 0 ? double(inside_95) / error.count : 0.0; }
+};
+ArcSummary SummariseArcs(const EstimatorRun& run);
+
+struct Verdict {
+  std::string word;  // usable | poor | unusable
+  std::vector<std::string> reasons;
+};
+
+struct Calibration {
+  std::vector<EstimatorRun> runs;  // estimators x gammas
+  std::size_t reported = 0;        // index of the run that calibration.yaml describes
+  Verdict verdict;
+  std::vector<std::string> warnings;
+
+  const EstimatorRun& Reported() const { return runs[reported]; }
+};
+
+// Names that --estimator takes.
+const std::vector<std::string>& KnownEstimators();
+
+// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`.
+Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options);
+
+// Judges the last window and the arcs of a run.
+Verdict Judge(const EstimatorRun& run);
+
+}  // namespace trueline

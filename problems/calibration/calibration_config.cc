@@ -1,0 +1,82 @@
+#include "problems/calibration/calibration_config.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+int ParseGamma(const std::string& text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < 1) {
+    throw InputError(fmt::format("'{}' is not a window length; give whole numbers from 1", text));
+  }
+  return value;
+}
+
+std::vector<std::string> ParseEstimators(const std::string& text) {
+  const std::vector<std::string> names = SplitList(text);
+  const auto& known = KnownEstimators();
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      throw InputError(fmt::format("estimator '{}' is not known; use one of: {}", name,
+                                   fmt::join(known, ", ")));
+    }
+  }
+  if (names.empty()) throw InputError("--estimator names no estimator");
+  return names;
+}
+
+ThrustSource ParseThrust(const std::string& text) {
+  if (text == "accelerometer") return ThrustSource::kAccelerometer;
+  if (text == "level_flight") return ThrustSource::kLevelFlight;
+  throw InputError(
+      fmt::format("--thrust={} is not known; use accelerometer or level_flight", text));
+}
+
+}  // namespace
+
+CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
+  CalibrationOptions options;
+  if (!flags.config.empty()) options.vgd = ReadVgdOptions(YamlMap::FromFile(flags.config));
+  if (!flags.model.empty()) ApplyModel(flags.model, &options.vgd);
+  options.estimators = ParseEstimators(flags.estimators);
+  if (flags.gamma != 0) options.vgd.gamma = ParseGamma(std::to_string(flags.gamma));
+  if (!flags.thrust.empty()) options.vgd.drive.thrust = ParseThrust(flags.thrust);
+  options.gamma_sweep.clear();
+  for (const std::string& gamma : SplitList(flags.gamma_sweep)) {
+    options.gamma_sweep.push_back(ParseGamma(gamma));
+  }
+  return options;
+}
+
+void ApplyModel(const std::string& model_file, VgdOptions* options) {
+  const YamlMap model = YamlMap::FromFile(model_file);
+  const YamlMap parameters = model.Child("parameters");
+  for (const int i : {0, 1, 2, 6, 7, 8}) {
+    const YamlMap entry = parameters.Child(kImuDrivenNames[i]);
+    ParameterPrior& prior = options->priors[i];
+    prior.mean = std::clamp(entry.Get<double>("value"), prior.lower + 1e-9, prior.upper - 1e-9);
+    prior.sigma = entry.Get<double>("sigma");
+    if (!(prior.sigma > 0.0)) entry.Fail("sigma", "must be above zero");
+    if (entry.Get<std::string>("unit") != kImuDrivenUnits[i]) {
+      entry.Fail("unit", fmt::format("must be {}", kImuDrivenUnits[i]));
+    }
+  }
+}
+
+YAML::Node ToYaml(const CalibrationOptions& options) {
+  YAML::Node node = ToYaml(options.vgd);
+  node["estimators"] = options.estimators;
+  node["gamma_sweep"] = options.gamma_sweep;
+  node["gamma_sweep"].SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+}  // namespace trueline

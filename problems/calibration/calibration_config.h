@@ -1,0 +1,30 @@
+// How flags and YAML files become the options of a calibration.
+#pragma once
+
+#include <string>
+
+#include "problems/calibration/calibration.h"
+
+namespace trueline {
+
+// Flags as typed; empty (or 0) where the configuration decides.
+struct CalibrationFlags {
+  std::string config;       // YAML file with the keys of ReadVgdOptions
+  std::string model;        // model.yaml of an earlier calibration
+  std::string estimators;   // "vgd,ekf"
+  std::string gamma_sweep;  // "1,2,3"
+  std::string thrust;       // accelerometer | level_flight
+  int gamma = 0;
+};
+
+// Throws InputError for what is unknown or out of range.
+CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags);
+
+// Makes the vehicle's constants (drag, misalignment, biases: not the AHRS error, which is the
+// flight's own) of an earlier calibration the prior of this one.
+void ApplyModel(const std::string& model_file, VgdOptions* options);
+
+// The resolved options, for provenance.
+YAML::Node ToYaml(const CalibrationOptions& options);
+
+}  // namespace trueline

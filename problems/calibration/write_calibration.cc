@@ -1,0 +1,219 @@
+#include "problems/calibration/write_calibration.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <functional>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+
+namespace trueline {
+namespace {
+
+double Round(double value, int digits) {  // significant digits, for people who read the YAML
+  return std::stod(fmt::format("{:.{}g}", value, digits));
+}
+
+std::string Time(TimeNs t) {  // seconds, exact to the nanosecond
+  return fmt::format("{}{}.{:09d}", t < 0 ? "-" : "", std::abs(t / kNsPerSecond),
+                     std::abs(t % kNsPerSecond));
+}
+
+void WriteCsv(const std::filesystem::path& path, const std::string& header,
+              const std::function<void(std::ostream&)>& rows) {
+  AtomicFile file(path);
+  fmt::print(file.stream(), "{}\n", header);
+  rows(file.stream());
+  file.Commit();
+}
+
+void ForEachWindow(const Calibration& calibration,
+                   const std::function<void(const EstimatorRun&, const WindowEstimate&)>& visit) {
+  for (const EstimatorRun& run : calibration.runs) {
+    for (const WindowEstimate& window : run.windows) visit(run, window);
+  }
+}
+
+void WriteArcRow(std::ostream& out, const std::string& log, const EstimatorRun& run,
+                 const WindowEstimate& w) {
+  const ArcPrediction& arc = *w.arc;
+  const bool truth = arc.truth.has_value();
+  fmt::print(out, "{},{},{},{},{},{},{},{:.6g},{},{:.6g},{},{},{:.6g},{:.6g},{},{},{:.6g},{:.6g},{:.6g}\n",
+             log, run.estimator, run.gamma, w.tau, Time(arc.begin), Time(arc.end),
+             truth ? fmt::format("{:.6g}", arc.FinalPointError()) : "", arc.PredictedSigma(),
+             w.iterations, w.solve_time, arc.truth_source,
+             truth ? fmt::format("{}", int(arc.Inside95())) : "", arc.p_E.x(), arc.p_E.y(),
+             truth ? fmt::format("{:.6g}", arc.truth->x()) : "",
+             truth ? fmt::format("{:.6g}", arc.truth->y()) : "", arc.cov(0, 0), arc.cov(0, 1),
+             arc.cov(1, 1));
+}
+
+void WriteArcs(const Calibration& calibration, const std::string& log,
+               const std::filesystem::path& path) {
+  WriteCsv(path,
+           "log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],predicted_sigma "
+           "[m],iterations [1],solve_time [s],truth,inside_95 [1],x_predicted [m],y_predicted "
+           "[m],x_truth [m],y_truth [m],cov_xx [m^2],cov_xy [m^2],cov_yy [m^2]",
+           [&](std::ostream& out) {
+             ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
+               if (w.arc) WriteArcRow(out, log, run, w);
+             });
+           });
+}
+
+void WriteWindows(const Calibration& calibration, const std::string& log,
+                  const std::filesystem::path& path) {
+  WriteCsv(path, "log,estimator,gamma,tau,t_start [s],t_end [s],parameter,value,sigma,unit,status",
+           [&](std::ostream& out) {
+             ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
+               for (const ParameterEstimate& p : w.parameters) {
+                 fmt::print(out, "{},{},{},{},{},{},{},{:.8g},{:.6g},{},{}\n", log, run.estimator,
+                            run.gamma, w.tau, Time(w.begin), Time(w.end), p.name, p.value, p.sigma,
+                            p.unit, p.status);
+               }
+             });
+           });
+}
+
+void WriteResiduals(const Calibration& calibration, const std::string& log,
+                    const std::filesystem::path& path) {
+  WriteCsv(path, "log,estimator,gamma,tau,t [s],gate [1],r_x [m],r_y [m],r_z [m],sigma [m],weight [1]",
+           [&](std::ostream& out) {
+             ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
+               for (const FixMisfit& m : w.misfits) {
+                 fmt::print(out, "{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", log,
+                            run.estimator, run.gamma, w.tau, Time(m.t), m.gate, m.error.x(),
+                            m.error.y(), m.error.z(), m.sigma, m.weight);
+               }
+             });
+           });
+}
+
+// Only the reported run: a trajectory for each gamma would bury the one that matters.
+void WriteTrajectory(const EstimatorRun& run, const std::filesystem::path& path) {
+  WriteCsv(path, "t [s],estimator,kind,tau,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]",
+           [&](std::ostream& out) {
+             const auto write = [&](const char* kind, int tau,
+                                    const std::vector<TrajectoryPoint>& points) {
+               for (const TrajectoryPoint& x : points) {
+                 fmt::print(out, "{},{},{},{},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}\n", Time(x.t),
+                            run.estimator, kind, tau, x.p_E.x(), x.p_E.y(), x.p_E.z(), x.v_E.x(),
+                            x.v_E.y(), x.v_E.z());
+               }
+             };
+             for (const WindowEstimate& w : run.windows) {
+               write("fit", w.tau, w.fitted);
+               write("prediction", w.tau, w.predicted);
+             }
+           });
+}
+
+YAML::Node ParameterNode(const WindowEstimate& window) {
+  YAML::Node node;
+  for (const ParameterEstimate& p : window.parameters) {
+    YAML::Node entry;
+    entry["value"] = Round(p.value, 6);
+    entry["sigma"] = Round(p.sigma, 3);
+    entry["unit"] = p.unit;
+    entry["status"] = p.status;
+    entry.SetStyle(YAML::EmitterStyle::Flow);
+    node[p.name] = entry;
+  }
+  return node;
+}
+
+YAML::Node ArcsNode(const EstimatorRun& run) {
+  const ArcSummary arcs = SummariseArcs(run);
+  YAML::Node node;
+  node["count"] = arcs.error.count;
+  if (arcs.error.count == 0) return node;
+  YAML::Node error;
+  error["mean"] = Round(arcs.error.mean, 4);
+  error["median"] = Round(arcs.error.median, 4);
+  error["p95"] = Round(arcs.error.p95, 4);
+  error["unit"] = "m";
+  error.SetStyle(YAML::EmitterStyle::Flow);
+  node["final_point_error"] = error;
+  node["inside_95_ellipse"] = Round(arcs.Coverage(), 3);
+  return node;
+}
+
+std::string Emit(const YAML::Node& node) {
+  YAML::Emitter emitter;
+  emitter << node;
+  return std::string(emitter.c_str()) + "\n";
+}
+
+YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& provenance) {
+  const EstimatorRun& run = calibration.Reported();
+  const WindowEstimate& last = run.windows.back();
+  YAML::Node node;
+  node["verdict"] = calibration.verdict.word;
+  node["reasons"] = calibration.verdict.reasons;
+  node["warnings"] = calibration.warnings;
+  node["estimator"] = run.estimator;
+  node["gamma"] = run.gamma;
+  node["parameters"] = ParameterNode(last);
+  node["unobservable"] = last.unobservable;
+  node["arcs"] = ArcsNode(run);
+  node["provenance"] = provenance;
+  return node;
+}
+
+}  // namespace
+
+void WriteCalibration(const Calibration& calibration, const FlightLog& log,
+                      const YAML::Node& provenance, const std::filesystem::path& directory) {
+  const std::string name = log.name.empty() ? log.directory : log.name;
+  WriteArcs(calibration, name, directory / "arcs.csv");
+  WriteWindows(calibration, name, directory / "windows.csv");
+  WriteResiduals(calibration, name, directory / "residuals.csv");
+  WriteTrajectory(calibration.Reported(), directory / "trajectory.csv");
+  WriteFileAtomically(directory / "calibration.yaml",
+                      Emit(CalibrationNode(calibration, provenance)));
+}
+
+YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config) {
+  YAML::Node node;
+  node["version"] = Version();
+  node["log"] = log.directory;
+  for (const auto& [file, digest] : log.sha256) node["sha256"][file] = digest;
+  node["seed"] = seed;
+  node["config"] = config;
+  return node;
+}
+
+std::string CalibrationTable(const Calibration& calibration) {
+  const EstimatorRun& reported = calibration.Reported();
+  std::string table = fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator",
+                                  "gamma", "arcs", "mean [m]", "median", "p95", "in 95 %", "iterations");
+  for (const EstimatorRun& run : calibration.runs) {
+    const ArcSummary arcs = SummariseArcs(run);
+    std::vector<double> iterations;
+    for (const WindowEstimate& w : run.windows) iterations.push_back(w.iterations);
+    table += fmt::format("{:<14}{:>6}{:>7}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.0f} %{:>12.1f}\n",
+                         run.estimator, run.gamma, arcs.error.count, arcs.error.mean,
+                         arcs.error.median, arcs.error.p95, 100.0 * arcs.Coverage(),
+                         Mean(iterations));
+  }
+  table += fmt::format("\nparameters from the last window ({}, gamma {})\n", reported.estimator,
+                       reported.gamma);
+  for (const ParameterEstimate& p : reported.windows.back().parameters) {
+    const bool angle = p.unit == "rad";
+    table += fmt::format("  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma,
+                         p.unit,
+                         angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree,
+                                             p.sigma / kDegree)
+                               : "",
+                         p.status);
+  }
+  for (const std::string& combination : reported.windows.back().unobservable) {
+    table += fmt::format("  not shown by this flight: {}\n", combination);
+  }
+  table += fmt::format("\nverdict: {}\n", calibration.verdict.word);
+  for (const std::string& reason : calibration.verdict.reasons) table += "  " + reason + "\n";
+  return table;
+}
+
+}  // namespace trueline

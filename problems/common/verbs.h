@@ -1,0 +1,27 @@
+// The verbs of the `trueline` command: programs named trueline-VERB beside it or in PATH.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace trueline {
+
+// Verb -> program. Where two folders hold the same verb the earlier folder wins, as in PATH.
+// Folders that do not exist hold none.
+std::map<std::string, std::filesystem::path> FindVerbs(
+    const std::vector<std::filesystem::path>& folders);
+
+// The folder of the running program, then those of the environment variable PATH.
+std::vector<std::filesystem::path> VerbFolders();
+
+// What a program says about itself: the first sentence of its gflags usage message, shown by
+// `--help`. Empty when it says nothing.
+std::string OneLineHelp(const std::filesystem::path& program);
+
+// The verb that is closest to a misspelt one; empty when none is within three edits.
+std::string ClosestVerb(const std::string& word,
+                        const std::map<std::string, std::filesystem::path>& verbs);
+
+}  // namespace trueline

@@ -1,0 +1,53 @@
+// Straights of a flown course: where a gate is in view, between the turns (Li et al. 2019, fig. 6).
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// One flight along a straight. Its gate stands at the end, so that the distance to it falls.
+// Straights flown at the same place in the same direction share their gate.
+struct Straight {
+  TimeNs from;
+  TimeNs to;
+  Gate gate;
+};
+
+// What counts as one, for both ways of finding them.
+struct StraightLimits {
+  double min_speed = 0.3;       // m/s, horizontal; slower flight belongs to no straight
+  double min_length = 0.8;      // m, between its ends
+  double max_gap = 0.3;         // s without mocap that ends a straight
+  double gate_distance = 0.75;  // m between the ends of straights that share a gate, at most
+};
+
+// A given straight: all flight inside a box of E, and in a direction where one is given.
+struct StraightBox {
+  static constexpr double kOpen = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d low{-kOpen, -kOpen, -kOpen};  // m
+  Eigen::Vector3d high{kOpen, kOpen, kOpen};    // m
+  std::optional<double> heading;                // rad in E, within 45 deg
+};
+
+struct CurvatureOptions {
+  double max_curvature = 0.3;   // 1/m of the path seen from above; a turn is sharper
+  double flattest_share = 0.0;  // of the path's length that is taken even where it bends more
+  double chord = 0.4;           // m, the length over which a direction is measured
+  double merge_gap = 0.15;      // m of sharper path that does not end a straight
+};
+
+// In the order of time, with gates numbered from 0 in the order of their first passage.
+std::vector<Straight> StraightsInBoxes(const std::vector<PoseSample>& mocap,
+                                       const std::vector<StraightBox>& boxes,
+                                       const StraightLimits& limits);
+std::vector<Straight> FindStraights(const std::vector<PoseSample>& mocap,
+                                    const CurvatureOptions& options, const StraightLimits& limits);
+
+// The gates of all straights, each once, by rising id.
+std::vector<Gate> GatesOf(const std::vector<Straight>& straights);
+
+}  // namespace trueline

@@ -1,0 +1,114 @@
+#include "problems/import/foreign_csv.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "problems/common/error.h"
+#include "problems/log/csv_text.h"
+
+namespace trueline {
+namespace {
+
+bool IsNumber(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(),
+                                      [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+}  // namespace
+
+ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dialect,
+                       std::vector<std::string>* warnings)
+    : lines_(path), delimiter_(dialect.delimiter), warnings_(warnings) {
+  std::string_view line;
+  for (int i = 0; i < dialect.skip_lines + (dialect.header ? 1 : 0); ++i) {
+    if (lines_.Next(&line)) continue;
+    throw ErrorAt(file(), 0,
+                  fmt::format("ends within its header: it has {} lines; check "
+                              "'skip_lines'",
+                              i));
+  }
+  if (!dialect.header) return;
+  SplitFields(line, delimiter_, &fields_);
+  names_.assign(fields_.begin(), fields_.end());
+}
+
+bool ForeignCsv::Next() {
+  std::string_view line;
+  do {
+    if (!lines_.Next(&line)) return false;
+  } while (TrimmedField(line).empty());
+  SplitFields(line, delimiter_, &fields_);
+  missing_ = -1;
+  if (width_ == 0) width_ = fields_.size();
+  if (fields_.size() < width_ && lines_.AtEnd()) {
+    warnings_->push_back(
+        fmt::format("{}:{}: the last line is cut off; it is dropped", file(), this->line()));
+    return false;
+  }
+  if (fields_.size() != width_) {
+    throw ErrorAt(file(), this->line(),
+                  fmt::format("found {} fields where the first row has {}; repair or remove the "
+                              "line",
+                              fields_.size(), width_));
+  }
+  return true;
+}
+
+int ForeignCsv::IndexOf(const std::string& column, const std::string& where) const {
+  const auto named = std::find(names_.begin(), names_.end(), column);
+  if (named != names_.end()) {
+    if (std::find(named + 1, names_.end(), column) == names_.end()) {
+      const auto index = static_cast<std::size_t>(named - names_.begin());
+      if (index < width_) return static_cast<int>(index);
+    }
+    throw InputError(
+        fmt::format("{}: column '{}' is not unique in {}; give its number", where, column, file()));
+  }
+  if (IsNumber(column)) {
+    std::size_t number = 0;
+    std::from_chars(column.data(), column.data() + column.size(), number);
+    if (number >= 1 && number <= width_) return static_cast<int>(number - 1);
+    throw InputError(fmt::format("{}: there is no column {} in {}; it has columns 1 to {}", where,
+                                 column, file(), width_));
+  }
+  throw InputError(fmt::format("{}: there is no column '{}' in {}; its header has: {}", where,
+                               column, file(), fmt::join(names_, ", ")));
+}
+
+double ForeignCsv::Number(int index) const {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  const bool known = Text(index).empty() || ParseNumber(Text(index), &value);
+  if (!std::isfinite(value)) missing_ = index;
+  if (known) return value;
+  Fail(index, fmt::format("'{}' is no number; repair or remove the line", Text(index)));
+}
+
+TimeNs ForeignCsv::Time(int index, int exponent) const {
+  TimeNs time = 0;
+  if (ParseTime(Text(index), exponent, &time)) return time;
+  Fail(index, Text(index).empty()
+                  ? "the time stamp is missing; every row needs one"
+                  : fmt::format("'{}' is no time stamp; repair or remove the line", Text(index)));
+}
+
+void ForeignCsv::Fail(int index, const std::string& message) const {
+  throw ErrorAt(file(), line(), fmt::format("column {}: {}", ColumnName(index), message));
+}
+
+void ForeignCsv::FailMissing(const std::string& stream) const {
+  const std::string remedy = fmt::format(
+      "needed by stream '{}'; repair the line, or set 'skip_missing: true' in the map", stream);
+  if (missing_ < 0) throw ErrorAt(file(), line(), "the quaternion is zero; " + remedy);
+  Fail(missing_, fmt::format("found '{}' where a finite number is {}", Text(missing_), remedy));
+}
+
+std::string ForeignCsv::ColumnName(int index) const {
+  const auto i = static_cast<std::size_t>(index);
+  return i < names_.size() ? fmt::format("'{}'", names_[i]) : std::to_string(index + 1);
+}
+
+}  // namespace trueline

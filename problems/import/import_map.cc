@@ -1,0 +1,79 @@
+#include "problems/import/import_map.h"
+
+#include <algorithm>
+
+#include "problems/common/error.h"
+#include "problems/import/read_fixes_from_mocap.h"
+#include "problems/import/read_streams_map.h"
+#include "problems/log/log_yaml.h"
+
+namespace trueline {
+namespace {
+
+char ReadDelimiter(const YamlMap& map) {
+  const std::string name = map.GetChoice("delimiter", {",", ";", "tab", "space", "|"}, ",");
+  return name == "tab" ? '\t' : name == "space" ? ' ' : name[0];
+}
+
+InputMap ReadInput(const std::string& name, const YamlMap& map) {
+  InputMap input;
+  input.name = name;
+  input.dialect.delimiter = ReadDelimiter(map);
+  input.dialect.skip_lines = map.Get<int>("skip_lines", 0);
+  if (input.dialect.skip_lines < 0) map.Fail("skip_lines", "must not be negative");
+  input.dialect.header = map.Get<bool>("header", true);
+  input.time = ReadTimeSource(map.Child("time"));
+  input.drop_unsorted = map.GetChoice("unsorted", {"refuse", "drop"}, "refuse") == "drop";
+  map.Finish();
+  return input;
+}
+
+CutOptions ReadCut(const YamlMap& map) {
+  CutOptions cut;
+  cut.from = map.GetOptional<double>("from");
+  cut.to = map.GetOptional<double>("to");
+  if (cut.from && cut.to && !(*cut.from < *cut.to)) map.Fail("to", "must come after 'from'");
+  cut.relative_to_start = map.GetChoice("relative_to", {"start", "clock"}, "start") == "start";
+  if (map.Has("airborne")) {
+    const YamlMap airborne = map.Child("airborne");
+    cut.min_height = airborne.Get<double>("min_height");
+    cut.margin = airborne.Get<double>("margin", 0.0);
+    airborne.Finish();
+  }
+  map.Finish();
+  return cut;
+}
+
+void ReadInputs(const YamlMap& map, ImportMap* import) {
+  const YamlMap inputs = map.Child("inputs");
+  for (const std::string& name : inputs.Keys()) {
+    import->inputs.push_back(ReadInput(name, inputs.Child(name)));
+  }
+  if (import->inputs.empty()) map.Fail("inputs", "needs at least one input");
+}
+
+}  // namespace
+
+ImportMap ReadImportMap(const std::filesystem::path& path) {
+  const YamlMap map = YamlMap::FromFile(path);
+  ImportMap import;
+  import.file = path.string();
+  import.name = map.Get<std::string>("name", "{stem}");
+  import.dataset = map.Get<std::string>("dataset", "");
+  import.gravity = map.Get<double>("gravity", 9.81);
+  if (!(import.gravity > 0.0)) map.Fail("gravity", "must be positive (m/s^2)");
+  ReadInputs(map, &import);
+  ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), &import);
+  import.cut = ReadCut(map.ChildOrEmpty("cut"));
+  import.gates = ReadGates(map);
+  if (map.Has("vehicle")) import.vehicle = ReadVehicle(map.Child("vehicle"));
+  if (map.Has("fixes_from_mocap")) {
+    import.fixes_from_mocap = ReadFixesFromMocap(map.Child("fixes_from_mocap"));
+    if (!import.mocap) map.Fail("fixes_from_mocap", "needs the stream 'mocap'; add it");
+    if (import.fixes) map.Fail("fixes_from_mocap", "the map has the stream 'fixes'; keep one");
+  }
+  map.Finish();
+  return import;
+}
+
+}  // namespace trueline

@@ -1,0 +1,144 @@
+// The YAML column map of trueline-convert: how a foreign CSV log becomes a native one.
+//
+//   name: "{stem}"           # of the log; {stem} is the name of the first file
+//   dataset: where it is from
+//   gravity: 9.81            # m/s^2
+//   inputs:                  # one for each file of --in, in this order
+//     board:                 # a name of your own
+//       delimiter: ","       # or ";", tab, space (runs of blanks)
+//       skip_lines: 0        # before the header
+//       header: true         # false: no names, columns by number
+//       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}
+//       unsorted: refuse     # or drop: rows whose time does not increase
+//   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
+//   body: FLU
+//   streams:                 # each may state input, time, earth, body, new_where, accept,
+//   skip_missing
+//     imu:      {accel: {columns: [ax, ay, az], unit: g}, gyro: {columns: [gx, gy, gz], unit:
+//     deg/s}} attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}       # or euler: {roll, pitch,
+//     yaw, unit} fixes:    {position: {columns: [19, 20, {constant: -1.5}]}, sigma: {constant:
+//     0.15},
+//                gate: {column: 36}, new_where: [19, 20, 50], time: {column: 50, unit: ms}}
+//     mocap:    {position: {columns: [px, py, pz], unit: m, earth: ENU}, quaternion: {...}}
+//     pose:     like mocap, of the pose sensor
+//     rotors:   {columns: [m1, m2, m3, m4], unit: rpm}
+//     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}
+//     battery:  {column: vbat, unit: V}
+//     range:    {column: sonar, unit: m}
+//   cut: {from: 2, to: 30, relative_to: start, airborne: {min_height: 0.5, margin: 0.5}}
+//   gates: [...]             # as in log.yaml, in NED
+//   vehicle: {...}           # as in log.yaml
+//   fixes_from_mocap:        # for logs without a detector; the keys of FixSamplerOptions and
+//     straights:             # where, by file name; the first pattern that fits
+//       "*oval*": {boxes: [{x: [-0.9, 0.9], heading_deg: 0}]}   # in E
+//       "*": {curvature: {max_curvature: 0.3, flattest_share: 0.4}}
+//
+// A column is given by name, by number from 1, or as {constant: value in SI}. Values become
+// scale * unit * column + offset. `accel` may be given in earth axes: its `attitude` (quaternion or
+// euler) turns it back. Unknown keys are errors.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/course/fix_sampler.h"
+#include "problems/course/straight.h"
+#include "problems/import/file_pattern.h"
+#include "problems/import/row_filter.h"
+#include "problems/import/source.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+struct TimeSource {
+  SourceColumn column;
+  int exponent = 9;              // of its unit, for ParseTime()
+  std::optional<double> factor;  // s for a count of one, where `scale` is given
+  // s, added; the first pattern that fits the file's name.
+  std::vector<std::pair<std::string, double>> offset_by_file;
+};
+
+struct InputMap {
+  std::string name;
+  CsvDialect dialect;
+  TimeSource time;
+  bool drop_unsorted = false;
+};
+
+// What every stream states.
+struct StreamMap {
+  std::size_t input = 0;  // index of InputMap
+  TimeSource time;
+  bool drop_unsorted = false;
+  bool skip_missing = false;  // leave out rows where a value is missing, instead of refusing them
+  RowFilter filter;
+};
+
+struct ImuMap : StreamMap {
+  ArraySource accel, gyro;
+  Eigen::Matrix3d accel_axes, gyro_axes;  // to FRD, or to NED for accel in earth axes
+  std::optional<AttitudeSource> accel_attitude;
+};
+struct AttitudeMap : StreamMap {
+  AttitudeSource attitude;
+};
+struct FixMap : StreamMap {
+  ArraySource position;
+  Eigen::Matrix3d axes;
+  ScalarSource sigma, gate;
+};
+struct PoseMap : StreamMap {
+  ArraySource position;
+  Eigen::Matrix3d axes;
+  AttitudeSource attitude;
+};
+struct ChannelsMap : StreamMap {
+  ArraySource values;
+};
+struct ScalarMap : StreamMap {
+  ScalarSource value;
+};
+
+struct CutOptions {
+  std::optional<double> from, to;    // s
+  bool relative_to_start = true;     // of the first IMU sample; otherwise the log's own clock
+  std::optional<double> min_height;  // m above the first mocap sample; first to last time above it
+  double margin = 0.0;               // s left away at both ends of that
+};
+
+struct StraightsMap {
+  std::string pattern;             // of file names
+  std::vector<StraightBox> boxes;  // none: found by curvature
+  CurvatureOptions curvature;
+};
+
+struct FixesFromMocap {
+  FixSamplerOptions sampler;
+  StraightLimits limits;
+  std::vector<StraightsMap> straights;
+};
+
+struct ImportMap {
+  std::string file;  // the map's own path
+  std::string name, dataset;
+  double gravity = 9.81;
+  std::vector<InputMap> inputs;
+  std::vector<Gate> gates;
+  std::optional<Vehicle> vehicle;
+  CutOptions cut;
+  std::optional<FixesFromMocap> fixes_from_mocap;
+
+  std::optional<ImuMap> imu;
+  std::optional<AttitudeMap> attitude;
+  std::optional<FixMap> fixes;
+  std::optional<PoseMap> pose, mocap;
+  std::optional<ChannelsMap> rotors, motors;
+  std::optional<ScalarMap> battery, range;
+};
+
+// Throws InputError naming file, line and key.
+ImportMap ReadImportMap(const std::filesystem::path& path);
+
+}  // namespace trueline

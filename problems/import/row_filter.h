@@ -1,0 +1,51 @@
+// Which rows of a foreign file make a sample: repeats and spikes are left out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/import/source.h"
+
+namespace trueline {
+
+// One entry of `accept:`; a row is left out where any of the columns breaks the rule.
+//   {columns: [a, b], range: [low, high]}                       in the file's units
+//   {columns: [a, b], median: {window: 7, within: 0.1}}         distance to the running median
+struct AcceptRule {
+  std::vector<SourceColumn> columns;
+  std::optional<std::array<double, 2>> range;
+  int median_window = 0;  // samples, odd
+  double median_within = 0.0;
+
+  explicit AcceptRule(const YamlMap& map);
+};
+
+// The keys `new_where` (columns of which one must differ from the row before: what a slower sensor
+// holds is left out) and `accept` of a stream.
+class RowFilter {
+ public:
+  RowFilter() = default;
+  explicit RowFilter(const YamlMap& map);
+
+  void Bind(const ForeignCsv& csv);
+  // Whether the row is new and in range. Must see every row of the file.
+  bool Accepts(const ForeignCsv& csv);
+  // Values at an accepted row that MedianMask() needs; call once for each sample that is kept.
+  void Remember(const ForeignCsv& csv);
+  // For each remembered row, whether it is within the running medians.
+  std::vector<bool> MedianMask() const;
+
+  int out_of_range() const { return out_of_range_; }
+
+ private:
+  bool IsNew(const ForeignCsv& csv);
+  bool InRange(const ForeignCsv& csv) const;
+
+  std::vector<SourceColumn> new_where_;
+  std::vector<std::string> previous_;
+  std::vector<AcceptRule> rules_;
+  std::vector<std::vector<double>> remembered_;  // by median column
+  int out_of_range_ = 0;
+};
+
+}  // namespace trueline

@@ -1,0 +1,94 @@
+// Where a native quantity comes from: columns or constants, units, scale, offset, axes.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/import/foreign_csv.h"
+#include "problems/import/frames.h"
+#include "problems/log/units.h"
+
+namespace trueline {
+
+// One column, by name or by number from 1, or a constant: `px`, `19`, `{constant: -1.5}`.
+class SourceColumn {
+ public:
+  SourceColumn() = default;
+  SourceColumn(const YAML::Node& node, const std::string& map_file);
+
+  void Bind(const ForeignCsv& csv);
+  double Value(const ForeignCsv& csv) const;  // not a number where it is missing
+  bool is_constant() const { return constant_.has_value(); }
+  int index() const { return index_; }
+
+ private:
+  std::string name_;
+  std::string where_;  // file:line of the map, for errors
+  std::optional<double> constant_;
+  int index_ = -1;
+};
+
+// `keys: [a, b, c]` as columns; `count` of them, or any number for 0.
+std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count);
+
+// {column: c, unit: u, scale: s, offset: o} or {constant: c}: SI = scale * unit * column + offset.
+class ScalarSource {
+ public:
+  ScalarSource() = default;
+  ScalarSource(const YamlMap& map, Dimension dimension);
+  explicit ScalarSource(double constant) : offset_(constant), bound_(false) {}
+
+  void Bind(const ForeignCsv& csv);
+  double Value(const ForeignCsv& csv) const;
+
+ private:
+  SourceColumn column_;
+  double scale_ = 1.0;
+  double offset_ = 0.0;
+  bool bound_ = true;
+};
+
+// {columns: [a, b, c], unit: u, scale: s or [s, s, s], offset: likewise}, in any number of columns.
+class ArraySource {
+ public:
+  ArraySource() = default;
+  ArraySource(const YamlMap& map, Dimension dimension, int count);
+
+  void Bind(const ForeignCsv& csv);
+  std::vector<double> Values(const ForeignCsv& csv) const;
+  Eigen::Vector3d Vector3(const ForeignCsv& csv) const;  // where there are three columns
+
+ private:
+  std::vector<SourceColumn> columns_;
+  std::vector<double> scale_;
+  std::vector<double> offset_;
+};
+
+// quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad}
+// (z-y-x). Takes a vector from the source's body to its earth; given back for FRD and NED.
+class AttitudeSource {
+ public:
+  AttitudeSource() = default;
+  // Reads the keys `quaternion` or `euler`, `earth`, `body` of `map`.
+  AttitudeSource(const YamlMap& map, const SourceAxes& axes);
+
+  void Bind(const ForeignCsv& csv);
+  // Nothing where a column is missing or the quaternion is zero. Throws InputError for a quaternion
+  // whose norm is not 1.
+  std::optional<Eigen::Quaterniond> Value(const ForeignCsv& csv) const;
+
+ private:
+  std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignCsv& csv) const;
+  std::optional<Eigen::Quaterniond> FromEuler(const ForeignCsv& csv) const;
+
+  bool is_quaternion_ = false;
+  std::array<SourceColumn, 4> columns_;
+  double scale_ = 1.0;
+  Eigen::Quaterniond to_earth_ = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond from_body_ = Eigen::Quaterniond::Identity();
+};
+
+}  // namespace trueline

@@ -1,0 +1,133 @@
+#include "problems/log/csv_text.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdint>
+#include <limits>
+
+namespace trueline {
+namespace {
+
+bool IsBlank(char c) { return c == ' ' || c == '\t'; }
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+// digits * 10^exponent, as read: 1.25e3 is {125, 1}.
+struct Decimal {
+  bool negative = false;
+  std::uint64_t digits = 0;
+  int exponent = 0;
+};
+
+// Digits that don't fit 64 bits only shift the exponent: they are far below a nanosecond.
+void AppendDigit(char c, bool after_point, Decimal* decimal) {
+  constexpr std::uint64_t kLimit = (std::numeric_limits<std::uint64_t>::max() - 9) / 10;
+  if (decimal->digits > kLimit) {
+    decimal->exponent += after_point ? 0 : 1;
+    return;
+  }
+  decimal->digits = decimal->digits * 10 + static_cast<std::uint64_t>(c - '0');
+  decimal->exponent -= after_point ? 1 : 0;
+}
+
+bool ParseExponent(std::string_view text, Decimal* decimal) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  int exponent = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
+  if (error != std::errc() || end != text.data() + text.size()) return false;
+  if (exponent < -1000 || exponent > 1000) return false;
+  decimal->exponent += exponent;
+  return true;
+}
+
+bool ParseDecimal(std::string_view text, Decimal* decimal) {
+  std::size_t i = 0;
+  if (i < text.size() && (text[i] == '-' || text[i] == '+')) decimal->negative = text[i++] == '-';
+  bool after_point = false;
+  bool any = false;
+  for (; i < text.size(); ++i) {
+    if (IsDigit(text[i])) {
+      AppendDigit(text[i], after_point, decimal);
+      any = true;
+    } else if (text[i] == '.' && !after_point) {
+      after_point = true;
+    } else {
+      break;
+    }
+  }
+  if (!any) return false;
+  if (i == text.size()) return true;
+  return (text[i] == 'e' || text[i] == 'E') && ParseExponent(text.substr(i + 1), decimal);
+}
+
+// Multiplies or divides by powers of ten, rounding to nearest. False on overflow.
+bool Scale(int exponent, std::uint64_t* digits) {
+  constexpr std::uint64_t kMax = std::numeric_limits<std::int64_t>::max();
+  for (; exponent < -1 && *digits > 0; ++exponent) *digits /= 10;
+  if (exponent < 0) *digits = (*digits + 5) / 10;
+  for (; exponent > 0 && *digits > 0; --exponent) {
+    if (*digits > kMax / 10) return false;
+    *digits *= 10;
+  }
+  return *digits <= kMax;
+}
+
+}  // namespace
+
+std::string_view TrimmedField(std::string_view text) {
+  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && (IsBlank(text.back()) || text.back() == '\r')) text.remove_suffix(1);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
+    text = text.substr(1, text.size() - 2);
+  }
+  return text;
+}
+
+void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields) {
+  fields->clear();
+  if (delimiter == ' ') {
+    for (std::size_t i = 0; i < line.size();) {
+      while (i < line.size() && IsBlank(line[i])) ++i;
+      const std::size_t begin = i;
+      while (i < line.size() && !IsBlank(line[i])) ++i;
+      if (i > begin) fields->push_back(TrimmedField(line.substr(begin, i - begin)));
+    }
+    return;
+  }
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = line.find(delimiter, begin);
+    fields->push_back(TrimmedField(line.substr(begin, end - begin)));
+    if (end == std::string_view::npos) return;
+    begin = end + 1;
+  }
+}
+
+bool ParseNumber(std::string_view text, double* value) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, *value);
+  if (stop != end || text.empty()) return false;
+  if (error == std::errc::result_out_of_range) {
+    *value = 0.0;  // subnormal in a log is zero; a number too large can't be told apart here
+    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
+  }
+  return error == std::errc();
+}
+
+bool ParseTime(std::string_view text, int exponent, TimeNs* time) {
+  Decimal decimal;
+  if (!ParseDecimal(text, &decimal)) return false;
+  std::uint64_t digits = decimal.digits;
+  if (!Scale(decimal.exponent + exponent, &digits)) return false;
+  *time = decimal.negative ? -static_cast<TimeNs>(digits) : static_cast<TimeNs>(digits);
+  return true;
+}
+
+std::string TimeText(TimeNs time) {
+  const auto bits = static_cast<std::uint64_t>(time);
+  const std::uint64_t magnitude = time < 0 ? 0 - bits : bits;
+  return fmt::format("{}{}.{:09}", time < 0 ? "-" : "", magnitude / kNsPerSecond,
+                     magnitude % kNsPerSecond);
+}
+
+}  // namespace trueline

@@ -1,0 +1,102 @@
+#include "problems/log/imu_health.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace trueline {
+namespace {
+
+constexpr double kGapSteps = 5.0;       // median steps that make a gap
+constexpr std::size_t kClippedRun = 5;  // equal extreme values in a row that make saturation
+constexpr double kClippedShare = 0.05;  // of all samples at most: a stuck value is no saturation
+constexpr std::array<const char*, 6> kAxes = {"ax", "ay", "az", "gx", "gy", "gz"};
+
+double AxisValue(const ImuSample& sample, std::size_t axis) {
+  return axis < 3 ? sample.accel[static_cast<Eigen::Index>(axis)]
+                  : sample.gyro[static_cast<Eigen::Index>(axis - 3)];
+}
+
+// Stretches of time that share a fault.
+struct Episodes {
+  int count = 0;
+  double first = 0.0;     // s, start of the first one
+  double duration = 0.0;  // s, all together
+  double longest = 0.0;   // s
+
+  void Add(TimeNs from, TimeNs to) {
+    const double span = SecondsBetween(from, to);
+    if (count++ == 0) first = ToSeconds(from);
+    duration += span;
+    longest = std::max(longest, span);
+  }
+};
+
+Episodes GapsOf(const std::vector<ImuSample>& imu, double median_step) {
+  Episodes gaps;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    if (SecondsBetween(imu[i - 1].t, imu[i].t) > kGapSteps * median_step) {
+      gaps.Add(imu[i - 1].t, imu[i].t);
+    }
+  }
+  return gaps;
+}
+
+Episodes RunsAt(const std::vector<ImuSample>& imu, std::size_t axis, double extreme) {
+  Episodes runs;
+  for (std::size_t begin = 0; begin < imu.size();) {
+    std::size_t end = begin;
+    while (end < imu.size() && AxisValue(imu[end], axis) == extreme) ++end;
+    if (end - begin >= kClippedRun) runs.Add(imu[begin].t, imu[end - 1].t);
+    begin = std::max(end, begin + 1);
+  }
+  return runs;
+}
+
+std::string SaturationWarning(const std::vector<ImuSample>& imu, std::size_t axis, double extreme) {
+  const Episodes runs = RunsAt(imu, axis, extreme);
+  const double span = SecondsBetween(imu.front().t, imu.back().t);
+  if (runs.count == 0 || runs.duration > kClippedShare * span) return {};
+  return fmt::format("imu: {} is saturated at {:.4g} {} times, {:.3f} s in all, first at {:.3f} s",
+                     kAxes[axis], extreme, runs.count, runs.duration, runs.first);
+}
+
+}  // namespace
+
+double MedianStep(const std::vector<ImuSample>& imu) {
+  if (imu.size() < 2) return 0.0;
+  std::vector<TimeNs> steps;
+  steps.reserve(imu.size() - 1);
+  for (std::size_t i = 1; i < imu.size(); ++i) steps.push_back(imu[i].t - imu[i - 1].t);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return ToSeconds(*middle);
+}
+
+std::vector<std::string> ImuWarnings(const std::vector<ImuSample>& imu) {
+  std::vector<std::string> warnings;
+  if (imu.size() < 2) return warnings;
+  const double median_step = MedianStep(imu);
+  const Episodes gaps = GapsOf(imu, median_step);
+  if (gaps.count > 0) {
+    warnings.push_back(fmt::format(
+        "imu: {} gaps longer than {:.1f} ms, {:.3f} s in all, the longest {:.3f} s, the first at "
+        "{:.3f} s",
+        gaps.count, 1e3 * kGapSteps * median_step, gaps.duration, gaps.longest, gaps.first));
+  }
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    const auto less = [axis](const ImuSample& a, const ImuSample& b) {
+      return AxisValue(a, axis) < AxisValue(b, axis);
+    };
+    const auto [low, high] = std::minmax_element(imu.begin(), imu.end(), less);
+    if (AxisValue(*low, axis) == AxisValue(*high, axis)) continue;
+    for (const double extreme : {AxisValue(*low, axis), AxisValue(*high, axis)}) {
+      const std::string warning = SaturationWarning(imu, axis, extreme);
+      if (!warning.empty()) warnings.push_back(warning);
+    }
+  }
+  return warnings;
+}
+
+}  // namespace trueline

@@ -1,0 +1,51 @@
+#include "problems/log/line_reader.h"
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kChunk = 1 << 18;  // bytes
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+}  // namespace
+
+LineReader::LineReader(const std::filesystem::path& path)
+    : file_(path.string()), in_(path, std::ios::binary) {
+  if (!std::filesystem::is_regular_file(path) || !in_) {
+    throw ErrorAt(file_, 0, "can't be read; give the path of a readable CSV file");
+  }
+}
+
+bool LineReader::Refill() {
+  buffer_.erase(0, position_);
+  position_ = 0;
+  const std::size_t kept = buffer_.size();
+  buffer_.resize(kept + kChunk);
+  in_.read(buffer_.data() + kept, kChunk);
+  buffer_.resize(kept + static_cast<std::size_t>(in_.gcount()));
+  return in_.gcount() > 0;
+}
+
+bool LineReader::Next(std::string_view* line) {
+  std::size_t searched = 0;  // bytes after position_ that are known to hold no newline
+  std::size_t end = std::string::npos;
+  while ((end = buffer_.find('\n', position_ + searched)) == std::string::npos) {
+    searched = buffer_.size() - position_;
+    if (!Refill()) break;
+  }
+  terminated_ = end != std::string::npos;
+  if (!terminated_) end = buffer_.size();
+  if (!terminated_ && end == position_) return false;
+  *line = std::string_view(buffer_).substr(position_, end - position_);
+  position_ = terminated_ ? end + 1 : end;
+  if (line_number_++ == 0 && line->substr(0, 3) == kByteOrderMark) line->remove_prefix(3);
+  if (!line->empty() && line->back() == '\r') line->remove_suffix(1);
+  return true;
+}
+
+bool LineReader::AtEnd() {
+  return position_ == buffer_.size() && (!in_ || in_.peek() == std::ifstream::traits_type::eof());
+}
+
+}  // namespace trueline

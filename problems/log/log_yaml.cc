@@ -1,0 +1,138 @@
+#include "problems/log/log_yaml.h"
+
+#include <set>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+void RequireFrame(const YamlMap& map, const std::string& key, const std::string& wanted) {
+  const std::string found = map.Get<std::string>(key);
+  if (found != wanted) {
+    map.Fail(key,
+             fmt::format("found '{}'; a native log is {} (trueline-convert turns other frames)",
+                         found, wanted));
+  }
+}
+
+double Positive(const YamlMap& map, const std::string& key, double value) {
+  if (!(value > 0.0)) map.Fail(key, fmt::format("found {}; must be positive", value));
+  return value;
+}
+
+Rotor ReadRotor(const YamlMap& map) {
+  Rotor rotor;
+  rotor.position = map.GetVector3("position");
+  rotor.axis = map.GetVector3("axis");
+  if (!(rotor.axis.norm() > 0.0)) map.Fail("axis", "has no direction; give the axis of thrust");
+  rotor.axis.normalize();
+  rotor.spin = map.Get<int>("spin");
+  if (rotor.spin != 1 && rotor.spin != -1) {
+    map.Fail("spin", fmt::format("found {}; use 1 (clockwise from above) or -1", rotor.spin));
+  }
+  rotor.k_f = Positive(map, "k_f", map.Get<double>("k_f"));
+  rotor.k_m = map.Get<double>("k_m");
+  map.Finish();
+  return rotor;
+}
+
+std::map<std::string, std::string> ReadSource(const YamlMap& map) {
+  std::map<std::string, std::string> source;
+  for (const std::string& key : map.Keys()) source[key] = map.Get<std::string>(key);
+  return source;
+}
+
+// A number that reads back as the same double; YAML's own emitter would round it.
+std::string Number(double value) { return fmt::format("{}", value); }
+
+void EmitVector(const Eigen::Vector3d& vector, YAML::Emitter* out) {
+  *out << YAML::Flow << YAML::BeginSeq;
+  for (const double value : vector) *out << Number(value);
+  *out << YAML::EndSeq;
+}
+
+void EmitGates(const std::vector<Gate>& gates, YAML::Emitter* out) {
+  *out << YAML::Key << "gates" << YAML::Value << YAML::BeginSeq;
+  for (const Gate& gate : gates) {
+    *out << YAML::Flow << YAML::BeginMap << YAML::Key << "id" << YAML::Value << gate.id;
+    *out << YAML::Key << "position" << YAML::Value;
+    EmitVector(gate.position, out);
+    *out << YAML::Key << "yaw" << YAML::Value << Number(gate.yaw) << YAML::EndMap;
+  }
+  *out << YAML::EndSeq;
+}
+
+void EmitRotor(const Rotor& rotor, YAML::Emitter* out) {
+  *out << YAML::Flow << YAML::BeginMap << YAML::Key << "position" << YAML::Value;
+  EmitVector(rotor.position, out);
+  *out << YAML::Key << "axis" << YAML::Value;
+  EmitVector(rotor.axis, out);
+  *out << YAML::Key << "spin" << YAML::Value << rotor.spin;
+  *out << YAML::Key << "k_f" << YAML::Value << Number(rotor.k_f);
+  *out << YAML::Key << "k_m" << YAML::Value << Number(rotor.k_m) << YAML::EndMap;
+}
+
+void EmitVehicle(const Vehicle& vehicle, YAML::Emitter* out) {
+  *out << YAML::Key << "vehicle" << YAML::Value << YAML::BeginMap;
+  if (vehicle.mass) *out << YAML::Key << "mass" << YAML::Value << Number(*vehicle.mass);
+  if (!vehicle.rotors.empty()) {
+    *out << YAML::Key << "rotors" << YAML::Value << YAML::BeginSeq;
+    for (const Rotor& rotor : vehicle.rotors) EmitRotor(rotor, out);
+    *out << YAML::EndSeq;
+  }
+  *out << YAML::EndMap;
+}
+
+}  // namespace
+
+Vehicle ReadVehicle(const YamlMap& map) {
+  Vehicle vehicle;
+  vehicle.mass = map.GetOptional<double>("mass");
+  if (vehicle.mass) Positive(map, "mass", *vehicle.mass);
+  for (const YamlMap& rotor : map.Children("rotors")) vehicle.rotors.push_back(ReadRotor(rotor));
+  map.Finish();
+  return vehicle;
+}
+
+std::vector<Gate> ReadGates(const YamlMap& parent) {
+  std::vector<Gate> gates;
+  std::set<int> ids;
+  for (const YamlMap& map : parent.Children("gates")) {
+    Gate gate{map.Get<int>("id"), map.GetVector3("position"), map.Get<double>("yaw", 0.0)};
+    map.Finish();
+    if (!ids.insert(gate.id).second) {
+      map.Fail("id",
+               fmt::format("gate {} occurs twice; give every gate an id of its own", gate.id));
+    }
+    gates.push_back(gate);
+  }
+  return gates;
+}
+
+void ReadLogYaml(const std::filesystem::path& path, FlightLog* log) {
+  const YamlMap map = YamlMap::FromFile(path);
+  log->name = map.Get<std::string>("name", "");
+  RequireFrame(map, "frame", "NED");
+  RequireFrame(map, "body", "FRD");
+  log->gravity = Positive(map, "gravity", map.Get<double>("gravity", 9.81));
+  log->gates = ReadGates(map);
+  if (map.Has("vehicle")) log->vehicle = ReadVehicle(map.Child("vehicle"));
+  log->source = ReadSource(map.ChildOrEmpty("source"));
+  map.Finish();
+}
+
+std::string LogYaml(const FlightLog& log) {
+  YAML::Emitter out;
+  out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << log.name;
+  out << YAML::Key << "frame" << YAML::Value << "NED" << YAML::Key << "body" << YAML::Value
+      << "FRD";
+  out << YAML::Key << "gravity" << YAML::Value << Number(log.gravity);
+  if (!log.gates.empty()) EmitGates(log.gates, &out);
+  if (log.vehicle) EmitVehicle(*log.vehicle, &out);
+  if (!log.source.empty()) out << YAML::Key << "source" << YAML::Value << log.source;
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
+}
+
+}  // namespace trueline

@@ -1,0 +1,21 @@
+// log.yaml of a native log: name, frames, gravity, gates, vehicle, source.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "problems/common/strict_yaml.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Fills the fields of `log` that are no streams. Throws InputError naming file, line and key.
+void ReadLogYaml(const std::filesystem::path& path, FlightLog* log);
+
+std::string LogYaml(const FlightLog& log);  // the file's text
+
+// The `vehicle` and `gates` sections, as other configurations have them too.
+Vehicle ReadVehicle(const YamlMap& map);
+std::vector<Gate> ReadGates(const YamlMap& parent);
+
+}  // namespace trueline

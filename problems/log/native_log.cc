@@ -1,0 +1,37 @@
+#include "problems/log/native_log.h"
+
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/common/sha256.h"
+#include "problems/log/imu_health.h"
+#include "problems/log/log_yaml.h"
+#include "problems/log/read_streams.h"
+#include "problems/log/write_streams.h"
+
+namespace trueline {
+
+namespace fs = std::filesystem;
+
+FlightLog ReadNativeLog(const fs::path& directory) {
+  if (!fs::is_directory(directory)) {
+    throw ErrorAt(directory.string(), 0,
+                  "is no directory; a native log is a directory with log.yaml and imu.csv");
+  }
+  FlightLog log;
+  log.directory = directory.string();
+  const fs::path whole = fs::absolute(directory).lexically_normal();
+  const fs::path yaml = directory / "log.yaml";
+  ReadLogYaml(yaml, &log);
+  if (log.name.empty()) log.name = whole.filename().string();
+  log.sha256["log.yaml"] = Sha256OfFile(yaml);
+  ReadStreams(directory, &log);
+  for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
+  return log;
+}
+
+void WriteNativeLog(const FlightLog& log, const fs::path& directory) {
+  WriteStreams(log, directory);
+  WriteFileAtomically(directory / "log.yaml", LogYaml(log));
+}
+
+}  // namespace trueline

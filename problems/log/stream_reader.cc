@@ -1,0 +1,209 @@
+#include "problems/log/stream_reader.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/log/csv_text.h"
+
+namespace trueline {
+namespace {
+
+int IndexOf(const std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+}  // namespace
+
+StreamReader::StreamReader(const std::filesystem::path& path, std::vector<Column> columns,
+                           std::vector<std::string>* warnings)
+    : lines_(path), columns_(std::move(columns)), warnings_(warnings) {
+  ReadHeader();
+  SelectColumns();
+}
+
+StreamReader::StreamReader(const std::filesystem::path& path, const std::string& prefix,
+                           Dimension dimension, std::vector<std::string>* warnings)
+    : lines_(path), warnings_(warnings) {
+  ReadHeader();
+  SelectNumbered(prefix, dimension);
+  SelectColumns();
+}
+
+void StreamReader::ReadHeader() {
+  std::string_view line;
+  if (!lines_.Next(&line)) {
+    throw ErrorAt(lines_.file(), 0, "the file is empty; write a header line such as 't [s],...'");
+  }
+  SplitFields(line, ',', &fields_);
+  for (const std::string_view field : fields_) {
+    const std::size_t open = field.find('[');
+    const std::size_t close = field.rfind(']');
+    const bool has_unit = open != std::string_view::npos && close != std::string_view::npos;
+    const std::string name(TrimmedField(field.substr(0, open)));
+    if (IndexOf(names_, name) >= 0) {
+      throw ErrorAt(lines_.file(), 1, fmt::format("column '{}' occurs twice; keep one", name));
+    }
+    names_.push_back(name);
+    units_.emplace_back(has_unit ? TrimmedField(field.substr(open + 1, close - open - 1))
+                                 : std::string_view());
+  }
+}
+
+void StreamReader::SelectNumbered(const std::string& prefix, Dimension dimension) {
+  for (int k = 1; IndexOf(names_, fmt::format("{}{}", prefix, k)) >= 0 || k == 1; ++k) {
+    columns_.push_back({fmt::format("{}{}", prefix, k), dimension});
+  }
+}
+
+void StreamReader::SelectColumns() {
+  const auto require = [&](const std::string& name) {
+    const int index = IndexOf(names_, name);
+    if (index >= 0) return index;
+    throw ErrorAt(
+        lines_.file(), 1,
+        fmt::format("column '{}' is missing; the header has: {}", name, fmt::join(names_, ", ")));
+  };
+  time_index_ = require("t");
+  time_exponent_ = TimeExponent(FactorOf({"t", Dimension::kTime}, time_index_));
+  std::vector<bool> used(names_.size(), false);
+  used[static_cast<std::size_t>(time_index_)] = true;
+  for (const Column& column : columns_) {
+    index_.push_back(require(column.name));
+    factor_.push_back(FactorOf(column, index_.back()));
+    used[static_cast<std::size_t>(index_.back())] = true;
+  }
+  CheckStatedUnits();
+  values_.resize(columns_.size());
+  std::vector<std::string> ignored;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) ignored.push_back(names_[i]);
+  }
+  if (!ignored.empty()) {
+    warnings_->push_back(fmt::format("{}: column{} {} not known here and ignored", lines_.file(),
+                                     ignored.size() > 1 ? "s" : "", fmt::join(ignored, ", ")));
+  }
+}
+
+double StreamReader::FactorOf(const Column& column, int index) const {
+  const std::string& unit = units_[static_cast<std::size_t>(index)];
+  if (unit.empty()) return 1.0;
+  if (const auto factor = UnitFactor(column.dimension, unit)) return *factor;
+  throw ErrorAt(lines_.file(), 1,
+                fmt::format("column '{}': unit '{}' is not known here; use one "
+                            "of: {}",
+                            column.name, unit, KnownUnits(column.dimension)));
+}
+
+// A column without a unit is in SI (log_format's table writes "ax [m/s^2], ay, az"). Beside a
+// column of its kind in another unit that would be a guess, and is refused.
+void StreamReader::CheckStatedUnits() const {
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (!units_[static_cast<std::size_t>(index_[i])].empty()) continue;
+    for (std::size_t j = 0; j < columns_.size(); ++j) {
+      if (columns_[j].dimension != columns_[i].dimension || factor_[j] == 1.0) continue;
+      throw ErrorAt(lines_.file(), 1,
+                    fmt::format("column '{}' states no unit, but '{}' is in {}; write '{} [unit]' "
+                                "with one of: {}",
+                                columns_[i].name, columns_[j].name,
+                                units_[static_cast<std::size_t>(index_[j])], columns_[i].name,
+                                KnownUnits(columns_[i].dimension)));
+    }
+  }
+}
+
+bool StreamReader::Next() {
+  std::string_view line;
+  do {
+    if (!lines_.Next(&line)) return false;
+  } while (TrimmedField(line).empty());
+  if (row_bytes_ == 0) row_bytes_ = line.size() + 1;
+  const TimeNs previous = time_;
+  SplitFields(line, ',', &fields_);
+  if (!ParseRow()) {
+    const bool short_row = fields_.size() < names_.size();
+    if (!lines_.AtEnd() || (lines_.terminated() && !short_row)) FailRow();
+    WarnCutOff();
+    return false;
+  }
+  CheckRow(previous);
+  ++rows_;
+  return true;
+}
+
+// False when the row has another number of fields than the header, or a wanted field is no number.
+bool StreamReader::ParseRow() {
+  if (fields_.size() != names_.size()) return false;
+  if (!ParseTime(Field(time_index_), time_exponent_, &time_)) return false;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (!ParseNumber(Field(index_[i]), &values_[i])) return false;
+    values_[i] *= factor_[i];
+  }
+  return true;
+}
+
+void StreamReader::CheckRow(TimeNs previous) const {
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (std::isfinite(values_[i])) continue;
+    Fail(columns_[i].name,
+         fmt::format("found '{}', which is not finite; remove the row or repair it",
+                     Field(index_[i])));
+  }
+  if (rows_ > 0 && time_ <= previous) {
+    Fail("t",
+         fmt::format("{} s does not come after {} s of the row before; sort the rows and remove "
+                     "repeated stamps",
+                     TimeText(time_), TimeText(previous)));
+  }
+}
+
+void StreamReader::FailRow() const {
+  if (fields_.size() != names_.size()) {
+    throw ErrorAt(lines_.file(), line(),
+                  fmt::format("found {} fields where the header has {}; repair or remove the line",
+                              fields_.size(), names_.size()));
+  }
+  TimeNs time = 0;
+  if (!ParseTime(Field(time_index_), time_exponent_, &time)) {
+    Fail("t",
+         Field(time_index_).empty()
+             ? "the time stamp is missing; every row needs one"
+             : fmt::format("'{}' is no time stamp; write a decimal number", Field(time_index_)));
+  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    double value = 0.0;
+    if (ParseNumber(Field(index_[i]), &value)) continue;
+    Fail(columns_[i].name,
+         fmt::format("'{}' is no number; repair or remove the line", Field(index_[i])));
+  }
+  Fail("t", "can't be read");
+}
+
+void StreamReader::Fail(const std::string& column, const std::string& message) const {
+  throw ErrorAt(lines_.file(), line(), fmt::format("column '{}': {}", column, message));
+}
+
+bool StreamReader::DropAsCutOff() {
+  if (lines_.terminated() || !lines_.AtEnd()) return false;
+  WarnCutOff();
+  return true;
+}
+
+void StreamReader::WarnCutOff() {
+  warnings_->push_back(
+      fmt::format("{}:{}: the last line is cut off; it is dropped", lines_.file(), line()));
+}
+
+std::size_t StreamReader::EstimatedRows() const {
+  const auto bytes = std::filesystem::file_size(lines_.file());
+  return static_cast<std::size_t>(bytes) / std::max<std::size_t>(row_bytes_, 8) + 16;
+}
+
+std::string_view StreamReader::Field(int index) const {
+  return fields_[static_cast<std::size_t>(index)];
+}
+
+}  // namespace trueline

@@ -1,0 +1,14 @@
+// The streams of a native log, each to its own CSV file.
+#pragma once
+
+#include <filesystem>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Numbers are written with as many digits as it takes to read the same double back, times with nine
+// decimals. A stream that is empty is not written, and a file of it from before is removed.
+void WriteStreams(const FlightLog& log, const std::filesystem::path& directory);
+
+}  // namespace trueline

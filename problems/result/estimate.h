@@ -1,0 +1,82 @@
+// What every estimator returns: one estimate for each window, with the arc that it predicts.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/common/time.h"
+
+namespace trueline {
+
+struct ParameterEstimate {
+  std::string name;
+  double value;
+  double sigma;
+  std::string unit;
+  std::string status;  // identified | weak | unobservable | at_bound
+};
+
+struct FixMisfit {
+  TimeNs t;
+  int gate;
+  Eigen::Vector3d error;  // m, trajectory less fix, in E
+  double sigma;           // m
+  double weight;          // of the robust loss, 1 inside its threshold
+};
+
+struct TrajectoryPoint {
+  TimeNs t;
+  Eigen::Vector3d p_E;  // m
+  Eigen::Vector3d v_E;  // m/s
+};
+
+// The prediction at the end of an arc (first fix of the next pass), against the truth there.
+struct ArcPrediction {
+  TimeNs begin;         // end of the window's last pass
+  TimeNs end;           // first fix of the next pass
+  Eigen::Vector2d p_E;  // m, predicted, horizontal
+  Eigen::Matrix2d cov;  // m^2
+  std::optional<Eigen::Vector2d> truth;  // m; empty where the log has none at that time
+  std::string truth_source;              // mocap | fixes | none
+
+  // Final-point error Delta_f (Li et al. 2019, eq. 34-35), m; truth must be there.
+  double FinalPointError() const { return (*truth - p_E).norm(); }
+  // Whether the truth lies inside of the 95 % ellipse.
+  bool Inside95() const {
+    const Eigen::Vector2d error = *truth - p_E;
+    constexpr double kChi2With2Dof = 5.991;
+    return error.dot(cov.inverse() * error) <= kChi2With2Dof;
+  }
+  // Root of the mean variance of the two axes, m.
+  double PredictedSigma() const { return std::sqrt(0.5 * cov.trace()); }
+};
+
+struct WindowEstimate {
+  int tau = 0;    // number of the window's last pass, from 1
+  int gamma = 0;  // passes really used (fewer at the flight's start and after gaps)
+  TimeNs begin = 0;
+  TimeNs end = 0;  // of the last pass
+  std::vector<ParameterEstimate> parameters;
+  std::vector<std::string> unobservable;  // combinations that the data do not show, in words
+  std::vector<FixMisfit> misfits;
+  std::vector<TrajectoryPoint> fitted;     // over the window's last pass
+  std::vector<TrajectoryPoint> predicted;  // over the arc
+  std::optional<ArcPrediction> arc;        // none after the last pass
+  int iterations = 0;
+  bool converged = false;
+  double cost = 0.0;
+  double solve_time = 0.0;  // s
+};
+
+// One estimator at one gamma over one flight.
+struct EstimatorRun {
+  std::string estimator;
+  int gamma = 0;
+  std::vector<WindowEstimate> windows;
+  std::vector<std::string> warnings;
+};
+
+}  // namespace trueline

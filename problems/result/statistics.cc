@@ -1,0 +1,38 @@
+#include "problems/result/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace trueline {
+
+double Quantile(std::vector<double> values, double p) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  const double position = p * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+double Mean(const std::vector<double>& values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+ErrorSummary Summarise(const std::vector<double>& values) {
+  return {static_cast<int>(values.size()), Mean(values), Quantile(values, 0.5),
+          Quantile(values, 0.95)};
+}
+
+double BinomialCdf(int inside, int count, double p) {
+  double sum = 0.0;
+  for (int k = 0; k <= inside; ++k) {
+    sum += std::exp(std::lgamma(count + 1.0) - std::lgamma(k + 1.0) - std::lgamma(count - k + 1.0) +
+                    k * std::log(p) + (count - k) * std::log1p(-p));
+  }
+  return std::min(sum, 1.0);
+}
+
+}  // namespace trueline

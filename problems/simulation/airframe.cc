@@ -1,0 +1,89 @@
+#include "problems/simulation/airframe.h"
+
+namespace trueline::simulation {
+namespace {
+
+BodyState AddScaled(const BodyState& state, double h, const BodyState& rate) {
+  BodyState sum;
+  sum.p_E = state.p_E + h * rate.p_E;
+  sum.v_E = state.v_E + h * rate.v_E;
+  sum.q_E_B = state.q_E_B + h * rate.q_E_B;
+  sum.w_B = state.w_B + h * rate.w_B;
+  sum.rotors = state.rotors + h * rate.rotors;
+  return sum;
+}
+
+}  // namespace
+
+Airframe::Airframe(const VehicleConfig& vehicle, double gravity, const Stages& stages)
+    : vehicle_(vehicle), gravity_(gravity), stages_(stages), motor_lag_(vehicle.motor_lag) {
+  Quaterniond turned = Quaterniond::Identity();
+  Apply(stages_.thrust_axis, &turned);
+  for (const Rotor& rotor : vehicle_.rotors) axes_B_.push_back(turned * rotor.axis);
+  Apply(stages_.motor_lag, &motor_lag_);
+}
+
+// F = sum k_f u n, M = sum (t - r_BM) x k_f u n + spin k_m u n with u = omega^2: a rotor that spins
+// clockwise seen from above (n up) drags the body the other way.
+Airframe::Wrench Airframe::RotorWrench(const Flow& flow, const RotorArray& rotors,
+                                       const Vector3d& com) const {
+  Wrench total;
+  for (int i = 0; i < rotors.size(); ++i) {
+    const Rotor& rotor = vehicle_.rotors[i];
+    double factor = 1.0;
+    Apply(stages_.rotor, flow, i, &factor);
+    const double squared = rotors[i] * rotors[i];
+    const Vector3d force = rotor.k_f * factor * squared * axes_B_[i];
+    total.force_B += force;
+    total.moment_B +=
+        (rotor.position - com).cross(force) + rotor.spin * rotor.k_m * squared * axes_B_[i];
+  }
+  return total;
+}
+
+BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& command,
+                        const Vector3d& gust_E) const {
+  const Eigen::Matrix3d R_E_B = state.Attitude().toRotationMatrix();
+  Load load{vehicle_.mass, Vector3d::Zero()};
+  Apply(stages_.load, t, &load);
+  Vector3d w_E = Vector3d::Zero();
+  Apply(stages_.wind, t, &w_E);
+  Vector3d drag = vehicle_.drag;
+  Apply(stages_.drag, t, &drag);
+
+  Flow flow{t, R_E_B.transpose() * (state.v_E - w_E), 0.0, state.rotors.sum(), -state.p_E.z()};
+  const Wrench wrench = RotorWrench(flow, state.rotors, load.com);
+  flow.thrust = -wrench.force_B.z() / load.mass;
+
+  BodyRate result;
+  result.thrust = flow.thrust;
+  result.f_B = wrench.force_B / load.mass + drag.cwiseProduct(flow.v_B) +
+               R_E_B.transpose() * gust_E;
+  Apply(stages_.force, flow, &result.f_B);
+
+  const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
+  result.rate.p_E = state.v_E;
+  result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
+  const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
+  result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
+  result.rate.w_B = (wrench.moment_B - state.w_B.cross(angular_momentum))
+                        .cwiseQuotient(vehicle_.inertia);
+  result.rate.rotors = (command - state.rotors) / motor_lag_;
+  return result;
+}
+
+BodyState Airframe::Step(double t, double dt, const BodyState& state, const RotorArray& command,
+                         const Vector3d& gust_E) const {
+  const BodyState k1 = Rate(t, state, command, gust_E).rate;
+  const BodyState k2 = Rate(t + dt / 2, AddScaled(state, dt / 2, k1), command, gust_E).rate;
+  const BodyState k3 = Rate(t + dt / 2, AddScaled(state, dt / 2, k2), command, gust_E).rate;
+  const BodyState k4 = Rate(t + dt, AddScaled(state, dt, k3), command, gust_E).rate;
+  BodyState next = AddScaled(state, dt / 6, k1);
+  next = AddScaled(next, dt / 3, k2);
+  next = AddScaled(next, dt / 3, k3);
+  next = AddScaled(next, dt / 6, k4);
+  next.q_E_B.normalize();
+  return next;
+}
+
+}  // namespace trueline::simulation

@@ -1,0 +1,180 @@
+#include "problems/simulation/effects.h"
+
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "problems/common/error.h"
+
+namespace trueline::simulation {
+namespace {
+
+using Values = const EffectValues&;
+
+// The AHRS takes kinematic acceleration for gravity: E' leans so that its z axis follows -f, by a
+// first-order low-pass of gain k. With z' = (-a_x, -a_y, g) / g the angles of eq. 1 from E to E'
+// are phi = a_y / g and theta = -a_x / g.
+void HangAccelerationError(Values p, double gravity, Stages* stages) {
+  stages->ahrs_error.push_back([k = p["k"], gravity, tilt = Eigen::Vector2d(0.0, 0.0)](
+                                   const Motion& motion, Vector3d* angles) mutable {
+    const Eigen::Vector2d apparent(motion.a_E.y() / gravity, -motion.a_E.x() / gravity);
+    tilt += (1.0 - std::exp(-k * motion.dt)) * (apparent - tilt);
+    angles->head<2>() += tilt;
+  });
+}
+
+// In the order of effects.md. A gate's fix is map position - R_E_B * vector, so an object beside
+// the gate moves fixes the other way.
+std::vector<EffectDefinition> MakeImuDrivenEffects() {
+  return {
+      {"quadratic_drag", {{"c", "1/m"}},
+       [](Values p, double, Stages* stages) {
+         stages->force.push_back([c = p["c"]](const Flow& flow, Vector3d* f_B) {
+           f_B->head<2>() -= c * flow.v_B.norm() * flow.v_B.head<2>();
+         });
+       }},
+      {"rotor_drag", {{"k", "s/m"}},
+       [](Values p, double, Stages* stages) {
+         stages->force.push_back([k = p["k"]](const Flow& flow, Vector3d* f_B) {
+           f_B->head<2>() -= k * flow.thrust * flow.v_B.head<2>();
+         });
+       }},
+      {"wind", {{"w_x", "m/s"}, {"w_y", "m/s"}},
+       [](Values p, double, Stages* stages) {
+         stages->wind.push_back([x = p["w_x"], y = p["w_y"]](double, Vector3d* w_E) {
+           *w_E += Vector3d(x, y, 0.0);
+         });
+       }},
+      {"drag_step", {{"t_step", "s"}, {"factor", "1"}},
+       [](Values p, double, Stages* stages) {
+         stages->drag.push_back([step = p["t_step"], factor = p["factor"]](double t, Vector3d* K) {
+           if (t >= step) K->head<2>() *= factor;
+         });
+       }},
+      {"accel_scale_z", {{"s", "1"}},
+       [](Values p, double, Stages* stages) {
+         stages->accel_scale.push_back([s = p["s"]](Vector3d* a) { a->z() *= 1.0 + s; });
+       }},
+      {"accel_bias_drift", {{"d", "m/s^3"}},
+       [](Values p, double, Stages* stages) {
+         stages->accel_bias.push_back([d = p["d"]](double t, Vector3d* b) { b->z() += d * t; });
+       }},
+      {"imu_lever_arm", {{"r_x", "m"}, {"r_y", "m"}, {"r_z", "m"}},
+       [](Values p, double, Stages* stages) {
+         stages->at_imu.push_back([r = p.Vector("r_x", "r_y", "r_z")](const Motion& m, Vector3d* a) {
+           *a += m.w_B.cross(m.w_B.cross(r)) + m.dw_B.cross(r);
+         });
+       }},
+      {"ahrs_acceleration_error", {{"k", "1/s"}}, HangAccelerationError},
+      {"heading_drift", {{"d", "rad/s"}},
+       [](Values p, double, Stages* stages) {
+         stages->ahrs_error.push_back(
+             [d = p["d"]](const Motion& m, Vector3d* angles) { angles->z() += d * m.t; });
+       }},
+      {"heading_distortion", {{"a_sin", "rad"}, {"a_cos", "rad"}},
+       [](Values p, double, Stages* stages) {
+         stages->ahrs_error.push_back(
+             [a = p["a_sin"], b = p["a_cos"]](const Motion& m, Vector3d* angles) {
+               const double psi = HeadingOf(m.q_E_B);
+               angles->z() += a * std::sin(psi) + b * std::cos(psi);
+             });
+       }},
+      {"attitude_latency", {{"tau", "s"}},
+       [](Values p, double, Stages* stages) {
+         stages->attitude_latency.push_back([tau = p["tau"]](double* total) { *total += tau; });
+       }},
+      {"fix_latency", {{"tau", "s"}},
+       [](Values p, double, Stages* stages) {
+         stages->fix_latency.push_back([tau = p["tau"]](double* total) { *total += tau; });
+       }},
+      {"fix_scale", {{"s", "1"}},
+       [](Values p, double, Stages* stages) {
+         stages->gate_vector.push_back([s = p["s"]](Vector3d* u_B) { *u_B *= 1.0 + s; });
+       }},
+      {"camera_misalignment", {{"roll", "rad"}, {"pitch", "rad"}, {"yaw", "rad"}},
+       [](Values p, double, Stages* stages) {
+         stages->gate_vector.push_back([q = TurnedBy(p.Vector("roll", "pitch", "yaw"))](
+                                           Vector3d* u_B) { *u_B = q * *u_B; });
+       }},
+      {"gate_moved", {{"gate", "id"}, {"dx", "m"}, {"dy", "m"}, {"dz", "m"}},
+       [](Values p, double, Stages* stages) {
+         stages->gate.push_back([moved = static_cast<int>(p["gate"]),
+                                 d = p.Vector("dx", "dy", "dz")](int id, Vector3d* position) {
+           if (id == moved) *position += d;
+         });
+       }},
+      // A share of the detections is of something else, d from the gate (gate -1: from any gate).
+      {"false_gate",
+       {{"fraction", "1"}, {"gate", "id", -1.0}, {"dx", "m", 0.0}, {"dy", "m", 1.5},
+        {"dz", "m", 0.0}},
+       [](Values p, double, Stages* stages) {
+         stages->false_gate.push_back([fraction = p["fraction"], only = static_cast<int>(p["gate"]),
+                                       d = p.Vector("dx", "dy", "dz")](int id, Random* random,
+                                                                       Vector3d* seen) {
+           const bool taken = random->Bernoulli(fraction);
+           if (taken && (only < 0 || only == id)) *seen += d;
+         });
+       }},
+  };
+}
+
+// The values of a setting, checked against the definition and completed by its defaults.
+std::map<std::string, double> Complete(const EffectSetting& effect,
+                                       const EffectDefinition& definition) {
+  std::map<std::string, double> values;
+  std::vector<std::string> known;
+  for (const EffectParameter& parameter : definition.parameters) {
+    known.push_back(fmt::format("{} [{}]", parameter.name, parameter.unit));
+    const auto given = effect.values.find(parameter.name);
+    if (given == effect.values.end() && !parameter.fallback) {
+      throw InputError(fmt::format("effect {}: parameter '{}' [{}] is missing; add it", effect.id,
+                                   parameter.name, parameter.unit));
+    }
+    values[parameter.name] = given == effect.values.end() ? *parameter.fallback : given->second;
+  }
+  for (const auto& [name, value] : effect.values) {
+    if (values.count(name) > 0) continue;
+    throw InputError(fmt::format("effect {}: unknown parameter '{}'; it has: {}", effect.id, name,
+                                 fmt::join(known, ", ")));
+  }
+  return values;
+}
+
+}  // namespace
+
+const std::vector<EffectDefinition>& ImuDrivenEffects() {
+  static const std::vector<EffectDefinition> effects = MakeImuDrivenEffects();
+  return effects;
+}
+
+std::vector<std::string> EffectIds() {
+  std::vector<std::string> ids;
+  for (const EffectDefinition& effect : ImuDrivenEffects()) ids.push_back(effect.id);
+  for (const EffectDefinition& effect : RotorDrivenEffects()) ids.push_back(effect.id);
+  return ids;
+}
+
+const EffectDefinition* FindEffect(const std::string& id) {
+  for (const auto* table : {&ImuDrivenEffects(), &RotorDrivenEffects()}) {
+    for (const EffectDefinition& effect : *table) {
+      if (effect.id == id) return &effect;
+    }
+  }
+  return nullptr;
+}
+
+Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity) {
+  Stages stages;
+  for (const EffectSetting& effect : effects) {
+    const EffectDefinition* definition = FindEffect(effect.id);
+    if (definition == nullptr) {
+      throw InputError(fmt::format("unknown effect '{}'; use one of: {}", effect.id,
+                                   fmt::join(EffectIds(), ", ")));
+    }
+    const std::map<std::string, double> values = Complete(effect, *definition);
+    definition->hang(EffectValues(values), gravity, &stages);
+  }
+  return stages;
+}
+
+}  // namespace trueline::simulation

@@ -1,0 +1,108 @@
+// Effects that the estimators' models don't have, each declared once in a catalogue (effects.cc for
+// those an IMU-driven model sees, rotor_effects.cc for those a rotor-driven one sees). An effect
+// hangs functions on the stages of the simulation; stages without effects cost nothing.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/common/random.h"
+#include "problems/simulation/config.h"
+#include "problems/simulation/rotation.h"
+
+namespace trueline::simulation {
+
+// What the air and the rotors do to the body at one instant.
+struct Flow {
+  double t;         // s, from the start of the log
+  Vector3d v_B;     // m/s, air-relative velocity in body axes
+  double thrust;    // m/s^2, specific thrust T, positive up
+  double rotor_sum; // rad/s, sum of the rotor speeds
+  double height;    // m above the floor
+};
+
+// The body's true motion at one instant.
+struct Motion {
+  double t;            // s, from the start of the log
+  double dt;           // s, since the last sample
+  Quaterniond q_E_B;   // takes a vector in B to E
+  Vector3d a_E;        // m/s^2, acceleration (not specific force)
+  Vector3d w_B;        // rad/s
+  Vector3d dw_B;       // rad/s^2
+};
+
+// What changes once in flight.
+struct Load {
+  double mass;   // kg
+  Vector3d com;  // m, centre of mass from the origin of B
+};
+
+// The stages. Each function adds its part to the last argument.
+struct Stages {
+  template <class... Args>
+  using Stage = std::vector<std::function<void(Args...)>>;
+
+  Stage<double, Vector3d*> wind;               // t; w_E in m/s
+  Stage<double, Vector3d*> drag;               // t; K in 1/s
+  Stage<const Flow&, Vector3d*> force;         // specific force f_B in m/s^2
+  Stage<const Flow&, int, double*> rotor;      // rotor's index; its thrust, as a multiple
+  Stage<double, Load*> load;                   // t; mass and its centre
+  Stage<Quaterniond*> thrust_axis;             // turns all rotors' axes in B
+  Stage<double*> motor_lag;                    // s
+  Stage<const Motion&, Vector3d*> at_imu;      // specific force where the IMU sits, in B
+  Stage<Vector3d*> accel_scale;                // reading in I before its bias
+  Stage<double, Vector3d*> accel_bias;         // t; m/s^2, in I
+  Stage<const Motion&, Vector3d*> ahrs_error;  // angles (phi, theta, psi) of E' against E, rad
+  Stage<double*> attitude_latency;             // s
+  Stage<double*> fix_latency;                  // s
+  Stage<int, Vector3d*> gate;                  // id; where the gate really stands, m in E
+  Stage<int, Random*, Vector3d*> false_gate;   // id; what is taken for the gate, m in E
+  Stage<Vector3d*> gate_vector;                // measured vector to the gate, m in B
+};
+
+// Calls every function of a stage.
+template <class Functions, class... Args>
+void Apply(const Functions& functions, Args&&... args) {
+  for (const auto& function : functions) function(args...);
+}
+
+struct EffectParameter {
+  std::string name;
+  std::string unit;
+  std::optional<double> fallback = std::nullopt;  // required where it has none
+};
+
+// Parameters of one effect by name.
+class EffectValues {
+ public:
+  explicit EffectValues(const std::map<std::string, double>& values) : values_(values) {}
+  double operator[](const std::string& name) const { return values_.at(name); }
+  Vector3d Vector(const std::string& x, const std::string& y, const std::string& z) const {
+    return {values_.at(x), values_.at(y), values_.at(z)};
+  }
+
+ private:
+  const std::map<std::string, double>& values_;
+};
+
+struct EffectDefinition {
+  std::string id;
+  std::vector<EffectParameter> parameters;
+  std::function<void(const EffectValues&, double gravity, Stages*)> hang;
+};
+
+const std::vector<EffectDefinition>& ImuDrivenEffects();
+const std::vector<EffectDefinition>& RotorDrivenEffects();
+
+// Both tables.
+std::vector<std::string> EffectIds();
+// Null for an unknown id.
+const EffectDefinition* FindEffect(const std::string& id);
+
+// Throws InputError for an unknown id or a missing or unknown parameter.
+Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity);
+
+}  // namespace trueline::simulation

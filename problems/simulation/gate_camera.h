@@ -1,0 +1,40 @@
+// The camera that sees gates, and the detector that turns what it sees into position fixes.
+#pragma once
+
+#include <vector>
+
+#include "problems/simulation/trajectory.h"
+
+namespace trueline::simulation {
+
+// A stretch of flight during which one gate is in view.
+struct GateView {
+  int gate;           // index into the map
+  double start, end;  // s
+};
+
+class GateCamera {
+ public:
+  GateCamera(const DetectorConfig& config, const std::vector<Gate>& map, const Stages& stages,
+             std::uint64_t seed);
+
+  // All views of the log's time; of several gates in view the nearest counts.
+  std::vector<GateView> Views(const Trajectory& truth) const;
+  // Fixes of the log's time, strictly increasing stamps.
+  std::vector<Fix> Fixes(const Trajectory& truth);
+
+ private:
+  int VisibleGate(const TruthSample& sample) const;  // -1: none
+  bool Sees(const TruthSample& sample, int gate) const;
+  Fix Measure(const Trajectory& truth, int gate, double t);
+  Vector3d Noise(double sigma);
+
+  DetectorConfig config_;
+  std::vector<Gate> map_;
+  std::vector<Vector3d> standing_;  // where the gates really stand, m in E
+  const Stages& stages_;
+  double latency_;
+  Random times_, noise_, outliers_, jitter_, false_gates_;
+};
+
+}  // namespace trueline::simulation

@@ -1,0 +1,88 @@
+#include "problems/simulation/imu.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trueline::simulation {
+namespace {
+
+// Saturation beyond +-range and rounding to multiples of `step`; 0 switches either off.
+Vector3d Digitise(const Vector3d& value, double range, double step) {
+  Vector3d result = value;
+  for (double& axis : result) {
+    if (range > 0.0) axis = std::clamp(axis, -range, range);
+    if (step > 0.0) axis = step * std::round(axis / step);
+  }
+  return result;
+}
+
+}  // namespace
+
+Vibration::Vibration(const VibrationConfig& config, int rotors, std::uint64_t seed)
+    : phase_(RotorArray::Zero(rotors)) {
+  Random random(seed, "vibration");
+  const std::size_t harmonics = std::max(config.accel.size(), config.gyro.size());
+  for (int rotor = 0; rotor < rotors; ++rotor) {
+    for (std::size_t i = 0; i < harmonics; ++i) {
+      const double accel = i < config.accel.size() ? config.accel[i] : 0.0;
+      const double gyro = i < config.gyro.size() ? config.gyro[i] : 0.0;
+      const double start = random.Uniform(-M_PI, M_PI);
+      const Vector3d accel_direction = random.NormalVector3().normalized();
+      const Vector3d gyro_direction = random.NormalVector3().normalized();
+      shakes_.push_back({rotor, static_cast<double>(i + 1), start, accel * accel_direction,
+                         gyro * gyro_direction});
+    }
+  }
+}
+
+void Vibration::Advance(double dt, const RotorArray& rotors) { phase_ += dt * rotors; }
+
+void Vibration::AddTo(ImuReading* reading) const {
+  for (const Shake& shake : shakes_) {
+    const double wave = std::sin(shake.harmonic * phase_[shake.rotor] + shake.start);
+    reading->accel += wave * shake.accel;
+    reading->gyro += wave * shake.gyro;
+  }
+}
+
+Imu::Imu(const ImuConfig& config, int rotors, std::uint64_t seed, const Stages& stages)
+    : config_(config),
+      stages_(stages),
+      q_I_B_(FrameChange(config.misalignment).conjugate()),
+      accel_noise_(seed, "accel_noise"),
+      gyro_noise_(seed, "gyro_noise"),
+      accel_walk_(Vector3d::Constant(config.accel_bias_walk), seed, "accel_bias_walk"),
+      gyro_walk_(Vector3d::Constant(config.gyro_bias_walk), seed, "gyro_bias_walk"),
+      vibration_(config.vibration, rotors, seed) {}
+
+// a_m = (1 + s) R_I_B (f_B + lever arm) + b(t), w_m = R_I_B w_B + b.
+ImuReading Imu::Ideal(const Motion& motion, const Vector3d& f_B) const {
+  ImuReading reading;
+  Vector3d at_imu_B = f_B;
+  Apply(stages_.at_imu, motion, &at_imu_B);
+  reading.accel = config_.accelerometer_in_body_axes ? at_imu_B : q_I_B_ * at_imu_B;
+  Apply(stages_.accel_scale, &reading.accel);
+  Vector3d bias = config_.accel_bias + accel_walk_.value();
+  Apply(stages_.accel_bias, motion.t, &bias);
+  reading.accel += bias;
+  reading.gyro = q_I_B_ * motion.w_B + config_.gyro_bias + gyro_walk_.value();
+  return reading;
+}
+
+ImuReading Imu::Sample(const Motion& motion, const Vector3d& f_B, const RotorArray& rotors) {
+  vibration_.Advance(motion.dt, rotors);
+  accel_walk_.Advance(motion.dt);
+  gyro_walk_.Advance(motion.dt);
+  ImuReading reading = Ideal(motion, f_B);
+  vibration_.AddTo(&reading);
+  // A density n means that the mean over T seconds has the variance n^2 / T (velocity and angle
+  // random walk): n^2 * rate for one sample.
+  const double root_rate = std::sqrt(config_.rate);
+  reading.accel += config_.accel_noise_density * root_rate * accel_noise_.NormalVector3();
+  reading.gyro += config_.gyro_noise_density * root_rate * gyro_noise_.NormalVector3();
+  reading.accel = Digitise(reading.accel, config_.accel_range, config_.accel_step);
+  reading.gyro = Digitise(reading.gyro, config_.gyro_range, config_.gyro_step);
+  return reading;
+}
+
+}  // namespace trueline::simulation

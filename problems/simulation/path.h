@@ -1,0 +1,48 @@
+// A closed path in space with a speed profile, as a table over arc length.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace trueline::simulation {
+
+// Where the path wants the drone to be. Frame E (NED), m, m/s, m/s^2, rad, rad/s.
+struct PathPoint {
+  Eigen::Vector3d p_E = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_E = Eigen::Vector3d::Zero();
+  Eigen::Vector3d a_E = Eigen::Vector3d::Zero();  // smoothed where curvature jumps
+  double speed = 0.0;
+  double heading = 0.0;  // of the tangent, continuous along the table
+  double heading_rate = 0.0;
+};
+
+struct SpeedLimits {
+  double along;    // m/s^2
+  double lateral;  // m/s^2
+};
+
+class Path {
+ public:
+  // `points` runs once round, evenly spaced to within a factor of two, without the first point
+  // repeated at the end; `speeds` is the wanted speed at each. Slower where the limits ask for it.
+  Path(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& speeds,
+       const SpeedLimits& limits);
+
+  // Linear interpolation at arc length `s` (m), wrapped round.
+  PathPoint At(double s) const;
+  double length() const { return length_; }
+  // Distance (m) from `p_E` to the nearest point of the table within `reach` m of arc length `s`.
+  double DistanceTo(const Eigen::Vector3d& p_E, double s, double reach) const;
+
+ private:
+  int Wrap(int index) const;
+  void LimitSpeeds(const SpeedLimits& limits);
+  void FillDerivatives();
+  void SmoothAccelerations(double window);
+
+  std::vector<double> s_;
+  std::vector<PathPoint> table_;
+  double length_ = 0.0;
+};
+
+}  // namespace trueline::simulation

@@ -1,0 +1,35 @@
+// A flight in closed loop round a course of gates, and its log.
+#pragma once
+
+#include <cstdint>
+
+#include "problems/log/flight_log.h"
+#include "problems/simulation/config.h"
+#include "problems/simulation/trajectory.h"
+
+namespace trueline {
+
+// What the estimators have to find, and how the flight went.
+struct SimulationTruth {
+  SimulationConfig config;
+  std::uint64_t seed = 0;
+  std::vector<simulation::TruthSample> trajectory;  // the log's time, at the IMU's rate
+
+  Eigen::Vector3d ahrs_error_mean = Eigen::Vector3d::Zero();   // rad, angles Phi_E^E' over the log
+  Eigen::Vector3d ahrs_error_sigma = Eigen::Vector3d::Zero();  // rad, their spread over the log
+  double tilt_error_rms = 0.0;   // rad, angle between the z axes of E and E'
+  double tilt_error_max = 0.0;   // rad
+  double path_error_rms = 0.0;   // m, from the course
+  double path_error_max = 0.0;   // m
+  double speed_mean = 0.0;       // m/s
+  double speed_max = 0.0;        // m/s
+  double laps = 0.0;             // flown within the log
+  int passes = 0;                // times that a gate came into view
+};
+
+// Flies `config` with noise drawn from `seed`; the same pair gives the same bytes. `truth` may be
+// null. Throws InputError when the drone can't fly the course (it gets lost).
+FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed,
+                   SimulationTruth* truth = nullptr);
+
+}  // namespace trueline

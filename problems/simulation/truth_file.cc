@@ -1,0 +1,110 @@
+#include "problems/simulation/truth_file.h"
+
+#include <algorithm>
+
+#include "problems/common/app.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::Vector3d;
+
+void Parameter(YAML::Emitter* out, const std::string& name, double value, const std::string& unit,
+               bool constant) {
+  *out << YAML::Key << name << YAML::Value << YAML::Flow << YAML::BeginMap;
+  *out << YAML::Key << "value" << YAML::Value << value;
+  *out << YAML::Key << "unit" << YAML::Value << unit;
+  *out << YAML::Key << "constant" << YAML::Value << constant << YAML::EndMap;
+}
+
+void Vector(YAML::Emitter* out, const std::string& key, const Vector3d& value) {
+  *out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  *out << value.x() << value.y() << value.z() << YAML::EndSeq;
+}
+
+bool Has(const SimulationTruth& truth, const std::vector<std::string>& ids) {
+  for (const simulation::EffectSetting& effect : truth.config.effects) {
+    if (std::find(ids.begin(), ids.end(), effect.id) != ids.end()) return true;
+  }
+  return false;
+}
+
+// Eq. 16. Where the AHRS's error is not constant its mean over the flight stands for it.
+void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
+  const SimulationConfig& config = truth.config;
+  const bool drag_constant = !Has(truth, {"drag_step"});
+  const bool bias_constant =
+      config.imu.accel_bias_walk == 0.0 && !Has(truth, {"accel_bias_drift"});
+  const bool ahrs_constant = truth.ahrs_error_sigma.maxCoeff() < 1e-9;
+  *out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
+  Parameter(out, "K_x", config.vehicle.drag.x(), "1/s", drag_constant);
+  Parameter(out, "K_y", config.vehicle.drag.y(), "1/s", drag_constant);
+  Parameter(out, "b_az", config.imu.accel_bias.z(), "m/s^2", bias_constant);
+  Parameter(out, "phi_E_Ep", truth.ahrs_error_mean.x(), "rad", ahrs_constant);
+  Parameter(out, "theta_E_Ep", truth.ahrs_error_mean.y(), "rad", ahrs_constant);
+  Parameter(out, "psi_E_Ep", truth.ahrs_error_mean.z(), "rad", ahrs_constant);
+  Parameter(out, "phi_I_B", config.imu.misalignment.x(), "rad", true);
+  Parameter(out, "theta_I_B", config.imu.misalignment.y(), "rad", true);
+  Parameter(out, "psi_I_B", config.imu.misalignment.z(), "rad", true);
+  Parameter(out, "K_z", config.vehicle.drag.z(), "1/s", true);
+  *out << YAML::EndMap;
+}
+
+// IMU biases in I (SI); Phi_E^E' of eq. 14 over the flight (rad).
+void Sensors(const SimulationTruth& truth, YAML::Emitter* out) {
+  *out << YAML::Key << "imu" << YAML::Value << YAML::BeginMap;
+  Vector(out, "accel_bias", truth.config.imu.accel_bias);
+  Vector(out, "gyro_bias", truth.config.imu.gyro_bias);
+  *out << YAML::EndMap;
+  *out << YAML::Key << "ahrs_error" << YAML::Value << YAML::BeginMap;
+  Vector(out, "mean", truth.ahrs_error_mean);
+  Vector(out, "sigma", truth.ahrs_error_sigma);
+  *out << YAML::Key << "tilt_rms" << YAML::Value << truth.tilt_error_rms;
+  *out << YAML::Key << "tilt_max" << YAML::Value << truth.tilt_error_max << YAML::EndMap;
+}
+
+void Effects(const SimulationTruth& truth, YAML::Emitter* out) {
+  *out << YAML::Key << "effects" << YAML::Value;
+  if (truth.config.effects.empty()) *out << YAML::Flow;
+  *out << YAML::BeginSeq;
+  for (const simulation::EffectSetting& effect : truth.config.effects) {
+    *out << YAML::Flow << YAML::BeginMap << YAML::Key << "id" << YAML::Value << effect.id;
+    for (const auto& [name, value] : effect.values) *out << YAML::Key << name << YAML::Value << value;
+    *out << YAML::EndMap;
+  }
+  *out << YAML::EndSeq;
+}
+
+void FlightSummary(const SimulationTruth& truth, YAML::Emitter* out) {
+  *out << YAML::Key << "flight" << YAML::Value << YAML::BeginMap;
+  *out << YAML::Key << "duration" << YAML::Value << truth.config.duration << YAML::Comment("s");
+  *out << YAML::Key << "laps" << YAML::Value << truth.laps;
+  *out << YAML::Key << "passes" << YAML::Value << truth.passes;
+  *out << YAML::Key << "speed_mean" << YAML::Value << truth.speed_mean << YAML::Comment("m/s");
+  *out << YAML::Key << "path_error_rms" << YAML::Value << truth.path_error_rms
+       << YAML::Comment("m") << YAML::EndMap;
+}
+
+}  // namespace
+
+std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(12);
+  out << YAML::BeginMap;
+  Parameters(truth, &out);
+  Sensors(truth, &out);
+  Effects(truth, &out);
+  FlightSummary(truth, &out);
+  out << YAML::Key << "seed" << YAML::Value << truth.seed;
+  out << YAML::Key << "version" << YAML::Value << Version();
+  out << YAML::Key << "config" << YAML::Value << config_file << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
+}
+
+std::filesystem::path TruthPath(const std::filesystem::path& log_directory) {
+  std::string path = log_directory.lexically_normal().string();
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  return path + ".truth.yaml";
+}
+
+}  // namespace trueline

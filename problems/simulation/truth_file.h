@@ -1,0 +1,18 @@
+// The truth file that goes beside a simulated log, for scoring.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "problems/simulation/simulate.h"
+
+namespace trueline {
+
+// YAML: the parameters of eq. 16 with value, unit and whether they are constant over the flight,
+// the AHRS's error as it was, the effects, how the flight went, seed, version, configuration.
+std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file);
+
+// DIR.truth.yaml beside the log's directory, never inside it.
+std::filesystem::path TruthPath(const std::filesystem::path& log_directory);
+
+}  // namespace trueline

@@ -1,0 +1,53 @@
+#include "problems/simulation/variant.h"
+
+#include "problems/common/error.h"
+#include "problems/common/random.h"
+
+namespace trueline {
+namespace {
+
+// Where each parameter lives. Names as in eq. 16, and in their manner.
+std::map<std::string, double*> Tunables(SimulationConfig* config) {
+  std::map<std::string, double*> tunables{
+      {"turbulence_memory", &config->turbulence.memory},
+      {"heading_error", &config->ahrs.heading_error},
+      {"tilt_gain", &config->ahrs.tilt_gain},
+  };
+  const auto add = [&](const std::vector<std::string>& names, Eigen::Vector3d* values) {
+    for (int i = 0; i < 3; ++i) tunables[names[i]] = &(*values)[i];
+  };
+  add({"K_x", "K_y", "K_z"}, &config->vehicle.drag);
+  add({"b_ax", "b_ay", "b_az"}, &config->imu.accel_bias);
+  add({"b_gx", "b_gy", "b_gz"}, &config->imu.gyro_bias);
+  add({"phi_I_B", "theta_I_B", "psi_I_B"}, &config->imu.misalignment);
+  add({"phi_E_Ep", "theta_E_Ep", "psi_E_Ep"}, &config->ahrs.constant);
+  for (simulation::EffectSetting& effect : config->effects) {
+    for (auto& [name, value] : effect.values) tunables[effect.id + "." + name] = &value;
+  }
+  return tunables;
+}
+
+}  // namespace
+
+SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed) {
+  SimulationConfig variant = config;
+  const std::map<std::string, double*> tunables = Tunables(&variant);
+  for (const auto& [name, range] : config.randomise) {
+    const auto found = tunables.find(name);
+    if (found == tunables.end()) throw InputError("randomise: unknown parameter '" + name + "'");
+    *found->second = Random(seed, "randomise." + name).Uniform(range.low, range.high);
+  }
+  return variant;
+}
+
+namespace simulation {
+
+std::vector<std::string> TunableNames(const SimulationConfig& config) {
+  SimulationConfig copy = config;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : Tunables(&copy)) names.push_back(name);
+  return names;
+}
+
+}  // namespace simulation
+}  // namespace trueline

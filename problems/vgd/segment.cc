@@ -1,0 +1,142 @@
+#include "problems/vgd/segment.h"
+
+#include <ceres/jet.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+
+namespace trueline {
+namespace {
+
+// Derivatives are taken to what the integration depends on: the nine of eq. 16 and the start's
+// velocity. The start's position adds through, and the accelerometer's own biases b_ax and b_ay
+// act on no motion; both derivatives are known.
+constexpr int kNine = 9;
+constexpr int kSeeds = kNine + 3;
+using Jet = ceres::Jet<double, kSeeds>;
+
+template <int kSize>
+void SplitDerivatives(const Eigen::Matrix<double, kSize, kSeeds>& d, SegmentNode<kSize>* node) {
+  node->d_theta.template leftCols<kNine>() = d.template leftCols<kNine>();
+  node->d_state.template rightCols<3>() = d.template rightCols<3>();
+}
+
+void Store(const Vector3<double>& p, const Vector3<double>& v, StateNode* node) {
+  node->value << p, v;
+}
+
+void Store(const Vector3<Jet>& p, const Vector3<Jet>& v, StateNode* node) {
+  Eigen::Matrix<double, 6, kSeeds> d;
+  for (int i = 0; i < 3; ++i) {
+    node->value[i] = p[i].a;
+    node->value[i + 3] = v[i].a;
+    d.row(i) = p[i].v.transpose();
+    d.row(i + 3) = v[i].v.transpose();
+  }
+  SplitDerivatives(d, node);
+  node->d_state.topLeftCorner<3, 3>().setIdentity();
+}
+
+void Store(const Vector3<double>& f_I, const double* b_a, ForceNode* node) {
+  node->value << f_I[0] + b_a[0], f_I[1] + b_a[1];
+}
+
+void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
+  Eigen::Matrix<double, 2, kSeeds> d;
+  for (int i = 0; i < 2; ++i) {
+    node->value[i] = f_I[i].a + b_a[i];
+    d.row(i) = f_I[i].v.transpose();
+  }
+  SplitDerivatives(d, node);
+}
+
+// Specific force in I by eq. 7-9 from the velocity in E'.
+template <typename T>
+Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const Drive& drive, const Vector3<T>& v_Ep) {
+  const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
+  const Vector3<T> v_B = model.R_B_I() * Times(R_I_Ep, v_Ep);
+  return model.R_B_I().transpose() * model.SpecificForce(drive.a_z, v_B);
+}
+
+}  // namespace
+
+ParameterScaling::ParameterScaling(const VgdOptions& options) {
+  for (int i = 0; i < kNine; ++i) {
+    mean[i] = options.priors[i].mean;
+    sigma[i] = options.priors[i].sigma;
+  }
+  mean.tail<2>().setZero();
+  sigma.tail<2>().setConstant(options.drag_measurement.bias_sigma);
+}
+
+Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+                 const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
+                 double max_block)
+    : chain_(track, start, std::move(times), max_block),
+      scaling_(&scaling),
+      gravity_(track.gravity()),
+      states_(chain_.times().size()) {
+  for (const TimeNs t : force_times) {
+    forces_.push_back({IndexOf(t), track.steps()[track.StepAt(t)].drive, ForceNode()});
+    forces_.back().node.d_theta.rightCols<2>() =
+        Eigen::Vector2d(scaling.sigma.tail<2>()).asDiagonal();
+  }
+}
+
+std::size_t Segment::IndexOf(TimeNs t) const {
+  const auto& times = chain_.times();
+  const auto it = std::lower_bound(times.begin(), times.end(), t);
+  CHECK(it != times.end() && *it == t) << "the segment has no node at that time";
+  return static_cast<std::size_t>(it - times.begin());
+}
+
+const ForceNode* Segment::ForceAt(TimeNs t) const {
+  const std::size_t index = IndexOf(t);
+  const auto it = std::lower_bound(
+      forces_.begin(), forces_.end(), index,
+      [](const Force& force, std::size_t value) { return force.time_index < value; });
+  CHECK(it != forces_.end() && it->time_index == index);
+  return &it->node;
+}
+
+template <typename T>
+void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
+                        const double* b_a) {
+  const ImuDrivenModel<T> model(parameters, gravity_);
+  auto force = forces_.begin();
+  const auto visit = [&](std::size_t i, const MotionState<T>& x, const Vector3<T>& v_Ep) {
+    Store(x.p, x.v, &states_[i]);
+    if (force == forces_.end() || force->time_index != i) return;
+    Store(ForceInImu(model, force->drive, v_Ep), b_a, &force->node);
+    ++force;
+  };
+  chain_.Integrate(model, start, visit);
+}
+
+void Segment::Evaluate(const double* theta, const double* drift, const double* state,
+                       bool derivatives) {
+  using Vector = Eigen::Matrix<double, kThetaSize, 1>;
+  Vector scaled = Eigen::Map<const Vector>(theta);
+  scaled.segment<kDriftSize>(kAhrsInTheta) += Eigen::Map<const Eigen::Vector3d>(drift);
+  const Vector x = scaling_->mean + scaling_->sigma.cwiseProduct(scaled);
+  const double* b_a = x.data() + kNine;
+  if (!derivatives) {
+    const MotionState<double> start{Eigen::Map<const Eigen::Vector3d>(state),
+                                    Eigen::Map<const Eigen::Vector3d>(state + 3)};
+    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, b_a);
+    return;
+  }
+  Jet jets[kNine];
+  for (int i = 0; i < kNine; ++i) {
+    jets[i] = Jet(x[i]);
+    jets[i].v[i] = scaling_->sigma[i];
+  }
+  MotionState<Jet> start;
+  for (int i = 0; i < 3; ++i) {
+    start.p[i] = Jet(state[i]);
+    start.v[i] = Jet(state[3 + i], kNine + i);
+  }
+  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, b_a);
+}
+
+}  // namespace trueline

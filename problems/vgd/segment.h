@@ -1,0 +1,66 @@
+// One segment of a window: its chain of blocks and the nodes at which residuals read it.
+#pragma once
+
+#include <vector>
+
+#include "cost_functions/segment_node.h"
+#include "problems/vgd/vgd_options.h"
+#include "problems/window/motion_chain.h"
+
+namespace trueline {
+
+// Means and sigmas that take the scaled unknowns to parameters: parameter = mean + sigma * scaled.
+struct ParameterScaling {
+  Eigen::Matrix<double, kThetaSize, 1> mean, sigma;
+
+  explicit ParameterScaling(const VgdOptions& options);
+
+  // rad for each unit of a drift block.
+  Eigen::Vector3d DriftUnit() const { return sigma.segment<kDriftSize>(kAhrsInTheta); }
+};
+
+// The accelerometer's x and y, averaged over a short interval around t.
+struct ForceSample {
+  TimeNs t;
+  Eigen::Vector2d accel_xy;  // m/s^2
+};
+
+class Segment {
+ public:
+  // `times` ascending and unique in [start, end]; the last one is `end`. `scaling` must outlive
+  // the segment.
+  Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+          const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
+          double max_block);
+
+  // Integrates from the given scaled parameters (sizes kThetaSize, kDriftSize, kStateSize) and
+  // fills all nodes; their derivatives only where asked for.
+  void Evaluate(const double* theta, const double* drift, const double* state, bool derivatives);
+
+  const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
+  const ForceNode* ForceAt(TimeNs t) const;
+  const StateNode* end_node() const { return &states_.back(); }
+  TimeNs start() const { return chain_.start(); }
+  TimeNs end() const { return chain_.times().back(); }
+  const std::vector<TimeNs>& times() const { return chain_.times(); }
+
+ private:
+  std::size_t IndexOf(TimeNs t) const;
+  template <typename T>
+  void Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
+                 const double* b_a);
+
+  struct Force {
+    std::size_t time_index;
+    Drive drive;
+    ForceNode node;
+  };
+
+  MotionChain chain_;
+  const ParameterScaling* scaling_;
+  double gravity_;
+  std::vector<StateNode> states_;
+  std::vector<Force> forces_;  // ascending in time
+};
+
+}  // namespace trueline

@@ -1,0 +1,208 @@
+#include "problems/vgd/window_problem.h"
+
+#include <ceres/normal_prior.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cost_functions/continuity_residual.h"
+#include "cost_functions/drag_residual.h"
+#include "cost_functions/fix_residual.h"
+#include "cost_functions/norm_loss.h"
+
+namespace trueline {
+namespace {
+
+ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
+  ceres::Problem::Options options;
+  options.evaluation_callback = callback;
+  return options;
+}
+
+// One instance serves one residual block, which owns it.
+ceres::LossFunction* MakeLoss(const VgdOptions& options) {
+  switch (options.loss) {
+    case FixLoss::kHuber:
+      return new ceres::HuberLoss(options.loss_scale);
+    case FixLoss::kCauchy:
+      return new ceres::CauchyLoss(options.loss_scale);
+    case FixLoss::kNorm:
+      return new NormLoss();
+    case FixLoss::kNone:
+      break;
+  }
+  return nullptr;
+}
+
+// A floor far below anything that matters keeps the covariance regular where one of the processes
+// is switched off: 1 mm, 1 mm/s, 0.0006 deg.
+Matrix9d SqrtInformation(const ProcessNoise& noise, double seconds, double gravity) {
+  Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
+  cov.diagonal().head<6>().array() += 1e-6;
+  cov.diagonal().tail<3>().array() += 1e-10;
+  const Matrix9d L = cov.llt().matrixL();
+  return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
+}
+
+}  // namespace
+
+WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
+                             const VgdOptions& options)
+    : options_(options), scaling_(options), problem_(ProblemOptions(this)) {
+  BuildSegments(track, data);
+  AddFixes(data);
+  AddForces(data);
+  AddContinuity(track.gravity());
+  AddPriors();
+  if (options_.solver == VgdSolver::kTrustRegion) SetBounds();
+}
+
+void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& data) {
+  const double span = SecondsBetween(data.begin, data.end);
+  const int count = options_.process.Any()
+                        ? std::max(1, static_cast<int>(std::ceil(span / options_.knot_interval)))
+                        : 1;
+  std::size_t fix = 0, force = 0;
+  for (int s = 0; s < count; ++s) {
+    const TimeNs from = data.begin + (data.end - data.begin) * s / count;
+    const TimeNs to = data.begin + (data.end - data.begin) * (s + 1) / count;
+    std::vector<TimeNs> times{to}, force_times;
+    for (; fix < data.fixes.size() && data.fixes[fix].t <= to; ++fix) {
+      times.push_back(data.fixes[fix].t);
+    }
+    for (; force < data.forces.size() && data.forces[force].t <= to; ++force) {
+      times.push_back(data.forces[force].t);
+      force_times.push_back(data.forces[force].t);
+    }
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
+                                                  scaling_, options_.max_block));
+  }
+  x_.theta.setZero();
+  x_.drift.assign(count, Eigen::Vector3d::Zero());
+  x_.states.assign(count, Eigen::Matrix<double, 6, 1>::Zero());
+  problem_.AddParameterBlock(x_.theta.data(), kThetaSize);
+  for (int s = 0; s < count; ++s) {
+    problem_.AddParameterBlock(x_.drift[s].data(), kDriftSize);
+    problem_.AddParameterBlock(x_.states[s].data(), kStateSize);
+  }
+}
+
+std::size_t WindowProblem::SegmentOf(TimeNs t) const {
+  const auto it = std::find_if(segments_.begin(), segments_.end(),
+                               [&](const auto& segment) { return t <= segment->end(); });
+  CHECK(it != segments_.end());
+  return static_cast<std::size_t>(it - segments_.begin());
+}
+
+void WindowProblem::AddFixes(const WindowData& data) {
+  for (const Fix& fix : data.fixes) {
+    const std::size_t s = SegmentOf(fix.t);
+    const double sigma = options_.whiten ? fix.sigma : 1.0;
+    problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
+                              MakeLoss(options_), x_.theta.data(), x_.drift[s].data(),
+                              x_.states[s].data());
+  }
+}
+
+void WindowProblem::AddForces(const WindowData& data) {
+  if (!options_.drag_measurement.enabled) return;
+  for (const ForceSample& force : data.forces) {
+    const std::size_t s = SegmentOf(force.t);
+    force_blocks_.push_back(problem_.AddResidualBlock(
+        new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
+        new ceres::HuberLoss(2.5), x_.theta.data(), x_.drift[s].data(), x_.states[s].data()));
+  }
+}
+
+void WindowProblem::AddContinuity(double gravity) {
+  for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
+    const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
+    problem_.AddResidualBlock(
+        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(), options_.process.Decay(seconds),
+                               SqrtInformation(options_.process, seconds, gravity)),
+        nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
+        x_.states[s + 1].data());
+  }
+}
+
+void WindowProblem::AddPriors() {
+  problem_.AddResidualBlock(
+      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kThetaSize, kThetaSize),
+                             Eigen::VectorXd::Zero(kThetaSize)),
+      nullptr, x_.theta.data());
+  if (!options_.process.Any()) {
+    problem_.SetParameterBlockConstant(x_.drift.front().data());
+    return;
+  }
+  const Eigen::Vector3d sigma = options_.process.DriftSigma().cwiseMax(1e-5);
+  problem_.AddResidualBlock(
+      new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
+                             Eigen::VectorXd::Zero(kDriftSize)),
+      nullptr, x_.drift.front().data());
+}
+
+void WindowProblem::SetBounds() {
+  for (int i = 0; i < 9; ++i) {
+    const ParameterPrior& prior = options_.priors[i];
+    const double lower = (prior.lower - prior.mean) / prior.sigma;
+    const double upper = (prior.upper - prior.mean) / prior.sigma;
+    problem_.SetParameterLowerBound(x_.theta.data(), i, lower);
+    problem_.SetParameterUpperBound(x_.theta.data(), i, upper);
+  }
+}
+
+void WindowProblem::SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state) {
+  x_.theta.setZero();
+  x_.theta.head<9>() =
+      (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  Eigen::Matrix<double, 6, 1> x = state;
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    x_.drift[s].setZero();
+    x_.states[s] = x;
+    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x.data(), false);
+    x = segments_[s]->end_node()->value;
+  }
+}
+
+void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
+  if (new_evaluation_point || evaluate_jacobians) Refresh(evaluate_jacobians);
+}
+
+void WindowProblem::Refresh(bool derivatives) {
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
+  }
+}
+
+ceres::Solver::Summary WindowProblem::Solve() {
+  ceres::Solver::Options options;
+  options.max_num_iterations = options_.max_iterations;
+  options.function_tolerance = options_.tolerance;
+  options.gradient_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-10;
+  options.logging_type = ceres::SILENT;
+  if (options_.solver == VgdSolver::kGradientDescent) {
+    options.minimizer_type = ceres::LINE_SEARCH;
+    options.line_search_direction_type = ceres::STEEPEST_DESCENT;
+  } else {
+    options.linear_solver_type =
+        segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
+  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem_, &summary);
+  Refresh(true);
+  return summary;
+}
+
+Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters() const {
+  return scaling_.mean + scaling_.sigma.cwiseProduct(x_.theta);
+}
+
+Eigen::Vector3d WindowProblem::PositionAt(TimeNs t) const {
+  return segments_[SegmentOf(t)]->StateAt(t)->value.head<3>();
+}
+
+}  // namespace trueline

@@ -1,0 +1,85 @@
+// The least-squares problem of one window: the last gamma passes and the arc after them.
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "problems/vgd/force_samples.h"
+#include "problems/vgd/segment.h"
+
+namespace trueline {
+
+struct WindowData {
+  TimeNs begin;                       // of the first fix
+  TimeNs end;                         // of the predicted arc (or of the last fix where none follows)
+  std::span<const Fix> fixes;         // within [begin, end]
+  std::span<const ForceSample> forces;
+  double force_sigma;                 // m/s^2
+};
+
+// Where a solve starts: the nine of eq. 16 in their own units.
+using Theta = Eigen::Matrix<double, 9, 1>;
+
+// The unknowns, residuals and integration of a window. Segments end at knots where the model is
+// allowed process noise; without any, one segment spans the window.
+class WindowProblem : private ceres::EvaluationCallback {
+ public:
+  WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options);
+  WindowProblem(const WindowProblem&) = delete;
+  WindowProblem& operator=(const WindowProblem&) = delete;
+
+  // Sets all unknowns: parameters to theta, states by integration from a line through the fixes
+  // of the first pass.
+  void SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state);
+
+  ceres::Solver::Summary Solve();
+
+  // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
+  static constexpr int kParameters = kThetaSize;
+  Eigen::Matrix<double, kParameters, 1> Parameters() const;
+  // Whether b_ax, b_ay are part of the problem.
+  bool HasForces() const { return !force_blocks_.empty(); }
+
+  // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
+  // Hessian; finite also where the data leave directions open (the prior holds them).
+  Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
+
+  // State at the window's end, in E: the prediction.
+  Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
+
+  // Integrates with the present unknowns; nodes then hold the fitted trajectory.
+  void Refresh(bool derivatives);
+  const std::vector<std::unique_ptr<Segment>>& segments() const { return segments_; }
+  // Position at the time of a fix of this window.
+  Eigen::Vector3d PositionAt(TimeNs t) const;
+  const ParameterScaling& scaling() const { return scaling_; }
+  ceres::Problem& problem() { return problem_; }
+
+ private:
+  struct Unknowns {
+    Eigen::Matrix<double, kThetaSize, 1> theta;
+    std::vector<Eigen::Vector3d> drift;               // by segment
+    std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
+  };
+
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+  void BuildSegments(const DriveTrack& track, const WindowData& data);
+  void AddFixes(const WindowData& data);
+  void AddForces(const WindowData& data);
+  void AddContinuity(double gravity);
+  void AddPriors();
+  void SetBounds();
+  std::size_t SegmentOf(TimeNs t) const;
+
+  VgdOptions options_;
+  ParameterScaling scaling_;
+  std::vector<std::unique_ptr<Segment>> segments_;
+  Unknowns x_;
+  ceres::Problem problem_;
+  std::vector<ceres::ResidualBlockId> force_blocks_;
+};
+
+}  // namespace trueline

@@ -1,0 +1,78 @@
+// The drive of the model over a whole log: attitude and thrust-axis acceleration for each IMU step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cost_functions/models/complementary_filter.h"
+#include "cost_functions/models/imu_driven_model.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+enum class ThrustSource { kAccelerometer, kLevelFlight };
+enum class AttitudeSource { kLogged, kComplementaryFilter };
+
+struct DriveOptions {
+  ThrustSource thrust = ThrustSource::kAccelerometer;
+  AttitudeSource attitude = AttitudeSource::kLogged;  // the filter runs where no attitude is logged
+  ComplementaryFilterGains filter;
+  double attitude_latency = 0.0;  // s; the attitude stamped t was that of t - latency
+  // Steps up to this length are bridged by interpolation; nothing is integrated through longer
+  // ones. s.
+  double max_gap = 0.25;
+};
+
+// One step of the log: from t on for dt seconds with the drive at its middle.
+struct DriveStep {
+  TimeNs t;
+  double dt;
+  Drive drive;
+};
+
+struct TimeSpan {
+  TimeNs begin;
+  TimeNs end;
+};
+
+class DriveTrack {
+ public:
+  // Throws InputError where the streams do not overlap. Long steps below max_gap are divided at
+  // the stream's median step, so that accuracy does not suffer from a lost sample.
+  static DriveTrack FromLog(const FlightLog& log, const DriveOptions& options);
+
+  TimeNs begin() const { return steps_.front().t; }
+  TimeNs end() const { return end_; }
+  double gravity() const { return gravity_; }
+  const std::vector<DriveStep>& steps() const { return steps_; }
+  const std::vector<TimeSpan>& gaps() const { return gaps_; }
+
+  // False where [t0, t1] leaves the track or touches a gap.
+  bool Covers(TimeNs t0, TimeNs t1) const;
+
+  // Index of the step that holds t; t must be covered.
+  std::size_t StepAt(TimeNs t) const;
+
+  // Calls visit(drive, dt) for all steps between t0 and t1, the first and last one in part.
+  template <typename Visitor>
+  void ForEachStep(TimeNs t0, TimeNs t1, Visitor&& visit) const {
+    for (std::size_t i = StepAt(t0); i < steps_.size() && steps_[i].t < t1; ++i) {
+      const TimeNs step_end = i + 1 < steps_.size() ? steps_[i + 1].t : end_;
+      const TimeNs from = std::max(steps_[i].t, t0), to = std::min(step_end, t1);
+      if (to > from) visit(steps_[i].drive, SecondsBetween(from, to));
+    }
+  }
+
+ private:
+  std::vector<DriveStep> steps_;
+  std::vector<TimeSpan> gaps_;
+  TimeNs end_ = 0;
+  double gravity_ = 9.81;
+};
+
+// Attitude of every IMU sample by the project's own complementary filter, for logs without one.
+// Starts level by the first half second of the accelerometer with heading zero.
+std::vector<AttitudeSample> RunComplementaryFilter(const std::vector<ImuSample>& imu,
+                                                   const ComplementaryFilterGains& gains);
+
+}  // namespace trueline

@@ -1,0 +1,46 @@
+// A stretch of flight as a chain of preintegrated blocks, with the states at chosen times.
+#pragma once
+
+#include <vector>
+
+#include "cost_functions/models/motion_block.h"
+#include "problems/window/drive_track.h"
+
+namespace trueline {
+
+class MotionChain {
+ public:
+  // Blocks from `start` through all `times` (ascending, >= start); none is longer than
+  // max_block seconds. The track must cover the whole.
+  MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+              double max_block = 0.03);
+
+  // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
+  // the velocity in E' as well. Any scalar; no logged datum is integrated again.
+  template <typename T, typename Visitor>
+  void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E,
+                 Visitor&& visit) const {
+    const BlockModel<T> block_model(model);
+    const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
+    MotionState<T> state;  // in E', relative to the start's position
+    state.v = model.R_Ep_E() * start_E.v;
+    std::size_t block = 0;
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      for (; block < block_ends_[i]; ++block) Propagate(block_model, blocks_[block], &state);
+      const MotionState<T> state_E{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v};
+      visit(i, state_E, state.v);
+    }
+  }
+
+  TimeNs start() const { return start_; }
+  const std::vector<TimeNs>& times() const { return times_; }
+  std::size_t block_count() const { return blocks_.size(); }
+
+ private:
+  TimeNs start_;
+  std::vector<TimeNs> times_;
+  std::vector<MotionBlock> blocks_;
+  std::vector<std::size_t> block_ends_;  // by time: how many blocks lie before it
+};
+
+}  // namespace trueline

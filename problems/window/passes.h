@@ -1,0 +1,47 @@
+// Passes (runs of fixes: the paper's straights), and the arcs between them.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// A run of fixes without a gap longer than pass_gap: fixes[first] ... fixes[last].
+struct Pass {
+  std::size_t first;
+  std::size_t last;
+  TimeNs begin;  // time of the first fix
+  TimeNs end;    // time of the last fix
+};
+
+struct PassOptions {
+  double pass_gap = 0.7;  // s
+  int min_fixes = 3;      // shorter runs join no window: a position, a speed and a check
+};
+
+std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& options);
+
+// Where the vehicle really was at the end of an arc.
+struct ArcTruth {
+  Eigen::Vector3d p_E;  // m
+  bool from_mocap;      // else the robust mean of the next pass's first fixes
+};
+
+struct TruthOptions {
+  // Mocap is interpolated between samples at most this far apart; a longer outage gives no truth. s
+  double max_mocap_gap = 0.2;
+  int fixes = 5;  // how many fixes of the next pass stand in for mocap
+};
+
+// Truth at the first fix of `next`. Empty where mocap has an outage then. Where the log has no
+// mocap at all: a line through the next pass's first fixes, fitted robustly (interfaces.md).
+std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
+                                    const TruthOptions& options);
+
+// Mocap position at t, interpolated; empty outside of the stream or in an outage.
+std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
+                                       double max_gap);
+
+}  // namespace trueline

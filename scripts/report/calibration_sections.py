@@ -1,0 +1,116 @@
+"""The parts of the calibration page that are words and tables."""
+import math
+
+import yaml
+
+import charts
+import plots_residuals
+from page import details, escape, paragraph
+from tables import as_number, badge, bullets, number, percent, table, tiles, with_sigma
+
+VERDICTS = {
+    "usable": "Usable: the parameters and their intervals can be relied on.",
+    "poor": "Poor: use it with care, for the reasons below.",
+    "unusable": "Unusable: this flight does not calibrate the model.",
+}
+MEANINGS = {  # Li et al. 2019, eq. 16
+    "K_x": "linear drag along body x, by mass", "K_y": "linear drag along body y, by mass",
+    "b_az": "accelerometer bias along z",
+    "phi_E_Ep": "roll error of the AHRS", "theta_E_Ep": "pitch error of the AHRS",
+    "psi_E_Ep": "heading error of the AHRS",
+    "phi_I_B": "roll of the IMU in the body", "theta_I_B": "pitch of the IMU in the body",
+    "psi_I_B": "heading of the IMU in the body",
+}
+
+
+def headline(result):
+    """Verdict with its reasons, key figures and warnings."""
+    summary, verdict = result.summary, result.verdict
+    blocks = [f'<div class="verdict {verdict}"><strong>{VERDICTS[verdict]}</strong>'
+              f"{bullets(summary.get('reasons') or [])}</div>"]
+    arcs = summary.get("arcs") or {}
+    error = arcs.get("final_point_error") or {}
+    if arcs.get("count"):
+        unit = error.get("unit", "m")
+        blocks.append(tiles([
+            (number(error.get("mean"), 2, unit), "mean final-point error"),
+            (number(error.get("median"), 2, unit), "median"),
+            (number(error.get("p95"), 2, unit), "95 % of arcs below"),
+            (percent(arcs.get("inside_95_ellipse")), "of ends inside their 95 % ellipse"),
+            (str(arcs["count"]), "arcs predicted")]))
+    warnings = summary.get("warnings") or []
+    if warnings:
+        blocks.append(f'<div class="warnings"><b>Warnings</b>{bullets(warnings)}</div>')
+    return blocks
+
+
+def parameter_table(result):
+    """The last window's parameters: value ± one sigma, 95 % interval, status."""
+    rows = []
+    for name, entry in (result.summary.get("parameters") or {}).items():
+        value, sigma = as_number(entry.get("value")), as_number(entry.get("sigma"))
+        unit, status = str(entry.get("unit", "")), str(entry.get("status", ""))
+        known = status != "unobservable"
+        interval = f"{number(value - 1.96 * sigma)} to {number(value + 1.96 * sigma)}"
+        rows.append([f"<code>{escape(name)}</code>", escape(MEANINGS.get(name, "")),
+                     escape(with_sigma(value, sigma if known else math.nan)),
+                     escape(interval if known and math.isfinite(sigma) else "–"), escape(unit),
+                     escape(_in_degrees(value, sigma if known else math.nan, unit)),
+                     badge(status)])
+    if not rows:
+        return paragraph("No parameter was estimated.")
+    return table([("Parameter", False), ("", False), ("Value ± 1 sigma", True),
+                  ("95 % interval", True), ("Unit", False), ("In degrees", True),
+                  ("Status", False)], rows)
+
+
+def _in_degrees(value, sigma, unit):
+    return with_sigma(math.degrees(value), math.degrees(sigma)) if unit == "rad" else ""
+
+
+def unobservable(result):
+    """What the flight can't tell apart, in words."""
+    combinations = result.summary.get("unobservable") or []
+    if not combinations:
+        return ""
+    return paragraph("This flight does not show, or can't tell apart:") + bullets(combinations)
+
+
+def arc_summary(result):
+    """One row an estimator and gamma: errors, coverage, effort."""
+    rows = []
+    for (estimator, gamma), arcs in result.arcs.groupby(["estimator", "gamma"], sort=False):
+        error, inside = arcs.final_point_error.dropna(), arcs.inside_95.dropna()
+        rows.append([escape(charts.NAMES.get(estimator, estimator)), f"{gamma:g}", str(len(arcs)),
+                     number(error.mean()), number(error.median()), number(error.quantile(0.95)),
+                     percent(inside.mean()), number(arcs.iterations.mean()),
+                     number(1e3 * arcs.solve_time.mean())])
+    truth = sorted({t for t in result.arcs.truth if t})
+    return table([("Estimator", False), ("gamma", True), ("Arcs", True), ("Mean [m]", True),
+                  ("Median [m]", True), ("95 % below [m]", True), ("In 95 % ellipse", True),
+                  ("Iterations", True), ("Solve [ms]", True)], rows) + (
+        paragraph(f"Truth at the end of an arc: {', '.join(truth)}.", "note") if truth else "")
+
+
+def residual_table(residuals):
+    rows = [[axis, str(count), number(mean, 2), number(deviation, 3), percent(share)]
+            for axis, count, mean, deviation, share in plots_residuals.statistics(residuals)]
+    return table([("Axis", False), ("Fixes", True), ("Mean [sigma]", True),
+                  ("Standard deviation [sigma]", True), ("Within 1.96 sigma", True)], rows)
+
+
+def provenance(result):
+    """Where the result comes from, enough to make it again."""
+    entries = result.summary.get("provenance") or {}
+    rows = [[escape(key), f"<code>{escape(value)}</code>"] for key, value in entries.items()
+            if key not in ("sha256", "config")]
+    sums = [[escape(file), f"<code>{escape(value)}</code>"]
+            for file, value in (entries.get("sha256") or {}).items()]
+    blocks = [table([("", False), ("", False)], rows)]
+    if sums:
+        blocks.append(details("SHA-256 of the files read",
+                              table([("File", False), ("SHA-256", False)], sums)))
+    if entries.get("config"):
+        text = yaml.safe_dump(entries["config"], sort_keys=False, allow_unicode=True)
+        blocks.append(details("Configuration, with every default", f"<pre>{escape(text)}</pre>"))
+    return blocks

@@ -1,0 +1,5 @@
+"""Errors that a user can mend."""
+
+
+class ReportError(Exception):
+    """Bad input. The message names the file, what was found and what would do."""

@@ -1,0 +1,63 @@
+"""The skeleton of every report: one HTML file with its style, its script and its data inside."""
+import html
+import os
+from pathlib import Path
+
+import plotly.offline
+
+from errors import ReportError
+
+CSS = Path(__file__).resolve().with_name("page.css")
+
+
+def escape(value):
+    """Text from data, made safe for HTML."""
+    return html.escape(str(value), quote=True)
+
+
+def paragraph(text, css_class=""):
+    return f'<p class="{css_class}">{escape(text)}</p>'
+
+
+def details(summary, content):
+    """Content (HTML) that is folded until its summary is clicked."""
+    return f"<details><summary>{escape(summary)}</summary>{content}</details>"
+
+
+class Page:
+    """Collects sections; each has an entry in the navigation at the top."""
+
+    def __init__(self, title, subtitle=""):
+        self.title = title
+        self.subtitle = subtitle
+        self.sections = []
+
+    def add(self, anchor, title, *blocks):
+        """`blocks` are HTML; those that are empty are left out."""
+        self.sections.append((anchor, title, [block for block in blocks if block]))
+
+    def render(self):
+        links = "".join(f'<a href="#{a}">{escape(t)}</a>' for a, t, _ in self.sections)
+        body = "".join(
+            f'<section id="{a}"><h2>{escape(t)}</h2>{"".join(blocks)}</section>'
+            for a, t, blocks in self.sections)
+        return (
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            '<link rel="icon" href="data:,">'
+            f"<title>{escape(self.title)}</title><style>{CSS.read_text()}</style>"
+            f"<script>{plotly.offline.get_plotlyjs()}</script></head><body>"
+            f'<header><div><h1>{escape(self.title)}</h1><p>{escape(self.subtitle)}</p></div>'
+            f"<nav>{links}</nav></header><main>{body}</main></body></html>\n")
+
+    def write(self, path):
+        """Writes the page whole or not at all."""
+        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary.write_text(self.render(), encoding="utf-8")
+            temporary.replace(path)
+        except OSError as error:
+            raise ReportError(f"{path}: can't be written: {error.strerror}") from error
+        finally:
+            temporary.unlink(missing_ok=True)

@@ -1,0 +1,45 @@
+#!/usr/bin/python3
+"""Renders a result folder as one HTML page that opens offline.
+
+    report.py calibration --result=DIR --log=LOGDIR --out=FILE
+
+Each verb is a module with VERB_HELP, add_arguments(parser) and build(arguments) -> Page. The page
+is written under a temporary name and renamed. Exit codes: 0 done, 2 bad input or usage.
+"""
+import argparse
+import importlib
+import sys
+from pathlib import Path
+
+sys.dont_write_bytecode = True  # the scripts may be installed where the user can't write
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from errors import ReportError
+
+VERBS = ["calibration"]
+
+
+def parse_arguments(argv):
+    parser = argparse.ArgumentParser(prog="report.py", description=__doc__.split("\n")[0])
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for verb in VERBS:
+        module = importlib.import_module(verb)
+        sub = verbs.add_parser(verb, help=module.VERB_HELP)
+        module.add_arguments(sub)
+        sub.add_argument("--out", required=True, type=Path, help="the HTML file to write")
+        sub.set_defaults(build=module.build)
+    return parser.parse_args(argv)
+
+
+def main(argv):
+    arguments = parse_arguments(argv)
+    try:
+        arguments.build(arguments).write(arguments.out)
+    except ReportError as error:
+        print(f"report.py: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

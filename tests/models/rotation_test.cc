@@ -1,0 +1,71 @@
+#include "cost_functions/models/rotation.h"
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+namespace trueline {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+const Vector3d kAngles[] = {{0, 0, 0}, {1e-8, -1e-8, 1e-8}, {0.3, -0.5, 2.9}, {-3.0, 1.2, -0.7}};
+
+// Independent reference: the three successive rotations by Eigen's angle-axis.
+Matrix3d ReferenceRotation(const Vector3d& Phi) {
+  return (AngleAxisd(Phi[2], Vector3d::UnitZ()) * AngleAxisd(Phi[1], Vector3d::UnitY()) *
+          AngleAxisd(Phi[0], Vector3d::UnitX()))
+      .toRotationMatrix()
+      .transpose();
+}
+
+TEST(Rotation, MatrixMatchesSuccessiveRotations) {
+  for (const Vector3d& Phi : kAngles) {
+    EXPECT_LT((RotationFromEuler(Phi) - ReferenceRotation(Phi)).norm(), 1e-14);
+  }
+}
+
+TEST(Rotation, QuaternionTakesBodyToEarth) {
+  for (const Vector3d& Phi : kAngles) {
+    const Matrix3d R_E_B = QuaternionFromEuler(Phi).toRotationMatrix();
+    EXPECT_LT((R_E_B - ReferenceRotation(Phi).transpose()).norm(), 1e-14);
+  }
+}
+
+TEST(Rotation, EulerAnglesReturn) {
+  for (const Vector3d& Phi : kAngles) {
+    EXPECT_LT((EulerFromRotation(RotationFromEuler(Phi)) - Phi).norm(), 1e-13);
+    EXPECT_LT((EulerFromQuaternion(QuaternionFromEuler(Phi)) - Phi).norm(), 1e-13);
+  }
+}
+
+TEST(Rotation, NoseUpIsPositiveTheta) {
+  const Matrix3d R_B_E = RotationFromEuler(Vector3d(0.0, 0.1, 0.0));
+  const Vector3d nose_E = R_B_E.transpose() * Vector3d::UnitX();
+  EXPECT_LT(nose_E.z(), 0.0);  // NED: up is negative
+}
+
+// eq. 11 against a finite difference of the attitude that turns with constant body rates.
+TEST(Rotation, EulerRatesMatchIntegratedBodyRates) {
+  const Vector3d Phi(0.3, -0.5, 2.0), omega(0.7, -1.1, 0.4);
+  const double dt = 1e-6;
+  const auto at = [&](double t) {
+    const Quaterniond turn(AngleAxisd(omega.norm() * t, omega.normalized()));
+    return EulerFromQuaternion(QuaternionFromEuler(Phi) * turn);
+  };
+  const Vector3d numeric = (at(dt) - at(-dt)) / (2.0 * dt);
+  EXPECT_LT((EulerRateFromBodyRate(Phi) * omega - numeric).norm(), 1e-8);
+}
+
+TEST(Rotation, DerivativeAtZeroIsFiniteAndRight) {
+  using Jet = ceres::Jet<double, 3>;
+  const Vector3<Jet> Phi(Jet(0.0, 0), Jet(0.0, 1), Jet(0.0, 2));
+  const Vector3<Jet> turned = RotationFromEuler(Phi) * Vector3<Jet>(Jet(1), Jet(0), Jet(0));
+  EXPECT_DOUBLE_EQ(turned[1].v[2], -1.0);  // heading to the right: the north vector lies left
+  EXPECT_DOUBLE_EQ(turned[2].v[1], 1.0);   // nose up: the north vector lies below the nose
+}
+
+}  // namespace
+}  // namespace trueline

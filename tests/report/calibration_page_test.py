@@ -1,0 +1,232 @@
+"""Renders a synthetic calibration result and looks at the page in a real browser.
+
+Set TRUELINE_SCREENSHOT=FILE.png to keep a picture of the whole page.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import synthetic_result as synthetic
+from browser import Browser
+
+SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+REPORT = SOURCE / "scripts" / "report" / "report.py"
+PLOTS = ["plot-parameters", "plot-track", "plot-arcs", "plot-gamma", "plot-residuals",
+         "plot-histogram"]
+FIXES = 18 * (synthetic.ARCS + 1)
+
+
+def render(result, log, out):
+    return subprocess.run(["/usr/bin/python3", REPORT, "calibration", f"--result={result}",
+                           f"--log={log}", f"--out={out}"], capture_output=True, text=True)
+
+
+class PageInBrowser(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root)
+        log, result = synthetic.write_all(cls.root)
+        cls.page = cls.root / "out" / "report.html"
+        outcome = render(result, log, cls.page)
+        assert outcome.returncode == 0, outcome.stderr
+        assert [p.name for p in cls.page.parent.iterdir()] == ["report.html"]
+        cls.browser = cls.enterClassContext(Browser())
+        cls.browser.open(cls.page.as_uri())
+        cls.browser.wait_for(
+            f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(PLOTS)}")
+        cls.messages = cls.browser.console()
+        if picture := os.environ.get("TRUELINE_SCREENSHOT"):
+            height = cls.browser.run("return document.documentElement.scrollHeight")
+            cls.browser.resize(1366, height + 140)
+            cls.browser.screenshot(picture)
+            cls.browser.resize(1366, 900)
+
+    def traces(self, plot):
+        """Name -> number of points of each trace (a name may come twice in subplots)."""
+        return self.browser.run(
+            "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])",
+            plot)
+
+    def text(self, selector):
+        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
+
+    def test_every_plot_is_drawn(self):
+        found = self.browser.run(
+            "return [...document.querySelectorAll('.js-plotly-plot')].map(p => p.id)")
+        self.assertEqual(found, PLOTS)
+
+    def test_the_console_has_no_errors(self):
+        self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
+
+    def test_nothing_comes_from_the_network(self):
+        requested = self.browser.run(
+            "return performance.getEntriesByType('resource').map(e => e.name)")
+        self.assertEqual([name for name in requested if not name.startswith("data:")], [])
+        linked = self.browser.run(
+            "return [...document.querySelectorAll('[src],link[href]')]"
+            ".map(e => e.getAttribute('src') || e.getAttribute('href'))")
+        self.assertEqual([name for name in linked if re.match(r"(https?:)?//", name)], [])
+
+    def test_text_from_data_can_not_become_markup(self):
+        self.assertIsNone(self.browser.run("return window.hacked || null"))
+        self.assertIn(synthetic.HOSTILE, self.text("h1"))
+        self.assertIn(synthetic.HOSTILE, self.text(".verdict"))
+
+    def test_headline_says_verdict_figures_and_warnings(self):
+        self.assertTrue(self.text(".verdict.poor strong").startswith("Poor"))
+        self.assertIn("0.21 m", self.text(".tiles"))
+        self.assertIn("94 %", self.text(".tiles"))
+        self.assertIn("gap of 0.03 s", self.text(".warnings"))
+
+    def test_parameter_table_has_values_units_and_states(self):
+        table = self.text("#parameters table")
+        self.assertIn("−0.550 ± 0.040", table)
+        self.assertIn("1.15 ± 0.23", table)  # 0.02 +- 0.004 rad in degrees
+        badges = self.browser.run(
+            "return [...document.querySelectorAll('#parameters .badge')].map(b => b.innerText)")
+        self.assertEqual(badges, ["identified", "identified", "weak", "identified",
+                                  "unobservable", "at bound"])
+        self.assertIn("psi_E_Ep with psi_I_B", self.text("#parameters"))
+
+    def test_track_has_fixes_paths_ends_and_ellipses(self):
+        traces = dict(self.traces("plot-track"))
+        self.assertEqual(traces["Fixes"], FIXES)
+        self.assertEqual(traces["VGD, final points"], synthetic.ARCS)
+        self.assertEqual(traces["True final points"], synthetic.ARCS)
+        self.assertEqual(traces["VGD, 95 % ellipses"], synthetic.ARCS * 34)
+        self.assertGreater(traces["Mocap"], 1000)
+        self.assertGreater(traces["VGD, predicted"], 100)
+        self.assertIn("EKF, fitted", traces)
+        scale = self.browser.run(
+            "const l = document.getElementById('plot-track')._fullLayout;"
+            "return [Math.abs(l.xaxis._m), Math.abs(l.yaxis._m), l.xaxis.title.text]")
+        self.assertAlmostEqual(scale[0], scale[1], delta=1e-6 * scale[0])  # equal axes
+        self.assertEqual(scale[2], "y, east [m]")
+
+    def test_ellipse_holds_95_percent_of_its_normal(self):
+        sys.path.insert(0, str(REPORT.parent))
+        from types import SimpleNamespace
+        import numpy as np
+        from plots_track import ellipse_95
+        covariance = np.array([[0.09, 0.03], [0.03, 0.04]])
+        x, y = ellipse_95(SimpleNamespace(x_predicted=1.0, y_predicted=-2.0, cov_xx=0.09,
+                                          cov_xy=0.03, cov_yy=0.04), points=721)
+        information = np.linalg.inv(covariance)
+        offsets = np.stack([x - 1.0, y + 2.0])
+        on_edge = np.einsum("in,ij,jn->n", offsets, information, offsets)
+        np.testing.assert_allclose(on_edge, -2 * np.log(0.05), rtol=1e-3)
+
+    def test_errors_are_shown_by_arc_and_by_gamma(self):
+        by_arc = dict(self.traces("plot-arcs"))
+        self.assertEqual(by_arc["VGD"], synthetic.ARCS - 1)  # one arc has no truth
+        gamma = self.traces("plot-gamma")
+        self.assertIn(["VGD, arcs", 3 * (synthetic.ARCS - 1)], gamma)   # errors
+        self.assertIn(["VGD, arcs", 3 * synthetic.ARCS], gamma)         # iterations
+        self.assertEqual(gamma.count(["VGD, mean", 3]), 2)
+        self.assertEqual(gamma.count(["EKF, median", 3]), 2)
+
+    def test_parameters_are_shown_by_window(self):
+        traces = self.traces("plot-parameters")
+        self.assertEqual(len(traces), 2 * len(synthetic.PARAMETERS))
+        self.assertTrue(all(points == synthetic.ARCS for _, points in traces))
+        titles = self.browser.run("return document.getElementById('plot-parameters')"
+                                  ".layout.annotations.map(a => a.text)")
+        self.assertEqual(titles[:3], ["K_x [1/s]", "K_y [1/s]", "b_az [m/s^2]"])
+
+    def test_each_fix_has_one_residual(self):
+        self.assertEqual(self.traces("plot-residuals"), [["x", FIXES], ["y", FIXES]])
+        names = [name for name, _ in self.traces("plot-histogram")]
+        self.assertEqual(names, ["x", "y", "Standard normal (assumed)"])
+        area = self.browser.run("return document.getElementById('plot-histogram').data[0].y"
+                                ".reduce((a, b) => a + b) * 0.25")
+        self.assertAlmostEqual(area, 1.0, delta=0.01)
+
+    def test_hovering_shows_the_values(self):
+        place = self.browser.run(
+            "const p = document.getElementById('plot-arcs');"
+            "p.scrollIntoView({block: 'center', behavior: 'instant'});"
+            "const m = p.querySelector('.scatterlayer .trace .points path');"
+            "const r = m.getBoundingClientRect();"
+            "return [r.x + r.width / 2, r.y + r.height / 2]")
+        self.browser.move_to(*place)
+        hover = self.browser.wait_for(
+            "const h = document.querySelector('#plot-arcs .hoverlayer .hovertext');"
+            "return h ? h.textContent : ''")
+        self.assertIn("arc 1", hover)
+        self.assertIn("predicted sigma", hover)
+
+
+class Rendering(unittest.TestCase):
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
+        self.addCleanup(shutil.rmtree, self.root)
+
+    def test_errors_name_the_file_and_what_would_do(self):
+        log, result = synthetic.write_all(self.root, rate=8)
+        out = self.root / "report.html"
+        cases = [
+            (lambda: (result / "arcs.csv").unlink(), "arcs.csv: no such file; --result must be"),
+            (lambda: (result / "arcs.csv").write_text("log,estimator\n"),
+             "arcs.csv:1: column 'gamma' is missing"),
+            (lambda: (result / "calibration.yaml").write_text("verdict: fine\n"),
+             "'verdict' is 'fine'; expected usable, poor or unusable"),
+            (lambda: (result / "calibration.yaml").write_text("verdict: [\n"), "line 2"),
+            (lambda: (log / "log.yaml").unlink(), "--log must be a native log"),
+        ]
+        for spoil, message in cases:
+            shutil.rmtree(log), shutil.rmtree(result)
+            synthetic.write_all(self.root, rate=8)
+            spoil()
+            outcome = render(result, log, out)
+            self.assertEqual(outcome.returncode, 2, outcome.stderr)
+            self.assertIn(message, outcome.stderr)
+            self.assertFalse(out.exists())
+
+    def test_a_wrong_number_is_named_with_its_line(self):
+        log, result = synthetic.write_all(self.root, rate=8)
+        lines = (result / "residuals.csv").read_text().split("\n")
+        lines[4] = lines[4].replace("0.15", "wide")
+        (result / "residuals.csv").write_text("\n".join(lines))
+        outcome = render(result, log, self.root / "report.html")
+        self.assertEqual(outcome.returncode, 2)
+        self.assertIn("residuals.csv:5: 'wide' in column 'sigma'", outcome.stderr)
+
+    def test_a_last_line_that_is_cut_off_is_left_out(self):
+        log, result = synthetic.write_all(self.root, rate=8)
+        with open(log / "fixes.csv", "a") as file:
+            file.write("99.5,1.0,-")
+        outcome = render(result, log, self.root / "report.html")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+
+    def test_an_unusable_flight_has_a_page_without_tables(self):
+        log, result = synthetic.write_all(self.root, rate=8)
+        for table in result.glob("*.csv"):
+            table.unlink()
+        (result / "calibration.yaml").write_text(
+            "verdict: unusable\nreasons: [the drone hovered]\nparameters: {}\n")
+        outcome = render(result, log, self.root / "report.html")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        page = (self.root / "report.html").read_text()
+        self.assertIn("the drone hovered", page)
+        self.assertIn("No fix was fitted.", page)
+
+    def test_a_long_log_stays_below_ten_megabytes(self):
+        log, result = synthetic.write_all(self.root, rate=2000)
+        out = self.root / "report.html"
+        outcome = render(result, log, out)
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        self.assertGreater((result / "trajectory.csv").stat().st_size, 5e6)
+        self.assertLess(out.stat().st_size, 10e6)
+
+
+if __name__ == "__main__":
+    unittest.main()
