@@ -105,6 +105,21 @@ class Modular {
   std::uint64_t value_ = 0;
 };
 
+// Sine and cosine of an unknown angle: some point of the circle, the same for the same angle, and
+// (0, 1) for zero. Sines of independent random angles are algebraically independent, so generic
+// ranks come out right, as long as no formula relies on the addition theorems between arguments.
+inline Modular HalfAngleTangent(Modular angle) {
+  return angle * (angle * angle + Modular::FromResidue(0x9e3779b97f4a7c15ULL));
+}
+inline Modular sin(Modular angle) {
+  const Modular t = HalfAngleTangent(angle), one(1.0);
+  return (t + t) / (one + t * t);
+}
+inline Modular cos(Modular angle) {
+  const Modular t = HalfAngleTangent(angle), one(1.0);
+  return (one - t * t) / (one + t * t);
+}
+
 }  // namespace trueline
 
 namespace Eigen {

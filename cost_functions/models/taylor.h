@@ -136,7 +136,8 @@ class Taylor {
 
   Taylor(const C& value, int order) : order_(order) { Set(0, value); }
   void Set(int i, const C& value) { std::construct_at(&c_[i], value); }
-  void CopyFrom(const Taylor& other) {
+  // Not inlined: GCC 12 else warns of coefficients that this loop never reaches.
+  [[gnu::noinline]] void CopyFrom(const Taylor& other) {
     for (int i = 0; i <= degree_; ++i) Set(i, other.c_[i]);
   }
   static C Whole(int n) { return MakeScalar<C>(n); }
@@ -152,9 +153,10 @@ class Taylor {
     result.degree_ = std::min(std::max(a.degree_, b.degree_), result.order_);
     const int shared = std::min({a.degree_, b.degree_, result.degree_});
     for (int i = 0; i <= shared; ++i) result.Set(i, both(a.c_[i], b.c_[i]));
-    for (int i = shared + 1; i <= result.degree_; ++i) {
-      result.Set(i, a.degree_ > b.degree_ ? a.c_[i] : second(b.c_[i]));
-    }
+    const int last_a = std::min(a.degree_, result.degree_);
+    const int last_b = std::min(b.degree_, result.degree_);
+    for (int i = shared + 1; i <= last_a; ++i) result.Set(i, a.c_[i]);
+    for (int i = shared + 1; i <= last_b; ++i) result.Set(i, second(b.c_[i]));
     return result;
   }
   // s' = c a', c' = -s a'.

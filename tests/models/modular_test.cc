@@ -40,5 +40,13 @@ TEST(Modular, DecimalsAreTheFractionsThatAPersonWrote) {
   EXPECT_EQ(Modular(1.5e20) / Modular(1e20), Modular(1.5));
 }
 
+TEST(Modular, SineAndCosineLieOnTheCircle) {
+  const Modular angle(0.7);
+  EXPECT_EQ(sin(angle) * sin(angle) + cos(angle) * cos(angle), Modular(1.0));
+  EXPECT_EQ(sin(-angle), -sin(angle));
+  EXPECT_EQ(cos(Modular()), Modular(1.0));
+  EXPECT_EQ(sin(Modular()), Modular());
+}
+
 }  // namespace
 }  // namespace trueline
