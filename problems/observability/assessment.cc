@@ -9,6 +9,7 @@ namespace trueline {
 namespace {
 
 constexpr double kUnseen = 1e-13;  // of the largest eigenvalue, columns scaled to unit diagonal
+constexpr double kUseless = 1e3;   // a sigma of so many typical sizes says nothing of the state
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
@@ -24,6 +25,18 @@ Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& row
 Eigen::VectorXd UnitDiagonalScale(const Eigen::MatrixXd& matrix) {
   return matrix.diagonal().unaryExpr(
       [](double value) { return value > 0.0 ? 1.0 / std::sqrt(value) : 1.0; });
+}
+
+// Makes zero what rounding has left of states that no output depends on: scaled to unit diagonal it
+// would look like information.
+void DropUseless(const std::vector<int>& states, const std::vector<StateInfo>& info,
+                 Eigen::MatrixXd* information) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const double useless = kUseless * info[states[i]].typical;
+    if ((*information)(i, i) * useless * useless >= 1.0) continue;
+    information->row(i).setZero();
+    information->col(i).setZero();
+  }
 }
 
 Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& matrix) {
@@ -42,7 +55,8 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& matrix) {
 
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info) {
-  const Eigen::MatrixXd asked = Block(information, states, states);
+  Eigen::MatrixXd asked = Block(information, states, states);
+  DropUseless(states, info, &asked);
   const Eigen::VectorXd scale = UnitDiagonalScale(asked);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * asked *
                                                              scale.asDiagonal());
@@ -59,7 +73,9 @@ Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& st
   const Eigen::MatrixXd covariance = PseudoInverse(asked);
   for (std::size_t i = 0; i < states.size(); ++i) {
     const bool seen = result.rank.StatusOf(states[i]) == "ok";
-    result.sigma.push_back(seen ? std::sqrt(covariance(i, i)) : kInfinity);
+    const double sigma = std::sqrt(covariance(i, i));
+    const bool useful = sigma <= kUseless * info[states[i]].typical;
+    result.sigma.push_back(seen && useful ? sigma : kInfinity);
   }
   return result;
 }

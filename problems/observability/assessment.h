@@ -16,7 +16,8 @@ struct Assessment {
 
 // `information` is Fisher's for all error states (SI units). Columns are scaled to unit diagonal;
 // a direction whose eigenvalue is then below 1e-13 counts as not seen, and the bound of the states
-// in it is infinite instead of a large number that rounding made.
+// in it is infinite instead of a large number that rounding made; so is a bound above 1,000 times
+// the state's typical size.
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info);
 

@@ -18,6 +18,9 @@ class ImuDrivenSystem {
   static constexpr int kPosition = 0, kVelocity = 3, kParameters = 6;
   static constexpr int kStates = 15, kMoving = 6, kErrors = 15;
   static constexpr int kInputs = 10;
+  // Drag about which flights are assessed, 1/s. Not the same on both axes: with equal drag a turn
+  // of the IMU about z changes nothing, and psi_I_B would be lost.
+  static constexpr double kTypicalDragX = -0.55, kTypicalDragY = -0.45;
 
   // `fix_rate` [Hz] and `sigma_fix` [m] of position fixes, each axis.
   explicit ImuDrivenSystem(double gravity = 9.81, double fix_rate = 30.0, double sigma_fix = 0.1)

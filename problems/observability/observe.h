@@ -44,7 +44,7 @@ struct FlightQuestion {
   std::string flight;         // in words
   std::vector<int> states;    // error states asked about
   std::vector<double> scale;  // usual standard deviation of each error state; empty: typical sizes
-  double horizon = 1.0;       // s
+  double horizon = 0.2;       // s, over which the motion model is trusted
   double step = 0.01;         // s, of integration
 };
 

@@ -78,6 +78,16 @@ DynamicMatrix<C> Columns(const DynamicMatrix<C>& matrix, const std::vector<int>&
   return selected;
 }
 
+// A single null vector is scaled so that the first state that takes a fair part in it (a tenth of
+// the largest, in typical sizes) is 1.
+void ScaleToFirstLarge(const std::vector<StateInfo>& info, NullBlock* block) {
+  Eigen::VectorXd parts = block->directions.col(0).cwiseAbs();
+  for (Eigen::Index i = 0; i < parts.size(); ++i) parts[i] /= info[block->states[i]].typical;
+  Eigen::Index first = 0;
+  while (parts[first] < 0.1 * parts.maxCoeff()) ++first;
+  block->directions /= block->directions(first, 0);
+}
+
 }  // namespace
 
 std::string RankReport::StatusOf(int state) const {
@@ -118,6 +128,7 @@ void FillDirections(const Eigen::MatrixXd& observability, const std::vector<Stat
       }
     }
     block.directions = block.directions.cwiseProduct(block.support);
+    if (block.free.size() == 1) ScaleToFirstLarge(info, &block);
   }
 }
 

@@ -52,11 +52,12 @@ class PenalisedScore : public ceres::FirstOrderFunction {
 struct Optimised {
   FlatMatrix free;
   int iterations = 0;
+  bool time_limited = false;
 };
 
 Optimised Optimise(const DesignScore& score, const LimitPenalty& penalty, FlatMatrix free,
                    const DesignOptions& options) {
-  Optimised result{std::move(free), 0};
+  Optimised result{std::move(free), 0, false};
   const auto start = Clock::now();
   const double rounds[] = {1e2, 1e3, 1e4};
   for (const double rho : rounds) {
@@ -71,6 +72,7 @@ Optimised Optimise(const DesignScore& score, const LimitPenalty& penalty, FlatMa
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(solver, problem, result.free.data(), &summary);
     result.iterations += static_cast<int>(summary.iterations.size());
+    result.time_limited |= summary.total_time_in_seconds > solver.max_solver_time_in_seconds;
   }
   return result;
 }
@@ -157,7 +159,7 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
   const LimitPenalty penalty(MakeFlatVehicle(model, parameters), shape, options.limits,
                              kPenaltyStep, kMargin);
   std::vector<DesignResult> results(options.starts,
-                                    {PathOf(shape, candidates[0]), {}, 0, 0, 0, 0, {}});
+                                    {PathOf(shape, candidates[0]), {}, 0, 0, 0, false, 0, {}});
   ParallelFor(options.starts, options.threads, [&](int i) {
     const Optimised optimised = Optimise(score, penalty, candidates[order[i]], options);
     DesignResult& result = results[i];
@@ -166,6 +168,7 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
     result.score = FlightScore(system, parameters, result.path, target);
     result.start_score = scores[order[i]];
     result.iterations = optimised.iterations;
+    result.time_limited = optimised.time_limited;
   });
   DesignResult best = *std::max_element(results.begin(), results.end(),
                                         [](auto& a, auto& b) { return a.score < b.score; });

@@ -32,6 +32,7 @@ struct DesignResult {
   double score = 0.0;        // sigma_min of the result, by the target's Gramian
   double start_score = 0.0;  // of the random flight that it came from
   int iterations = 0;
+  bool time_limited = false;          // ended by the time limit, so not the same on every machine
   double seconds = 0.0;
   std::vector<double> start_results;  // scores that the other starts reached
 };
