@@ -1,9 +1,10 @@
 // trueline-convert: a foreign CSV log to a native log, by a YAML column map.
+#include "problems/import/convert.h"
+
 #include <gflags/gflags.h>
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/import/convert.h"
 #include "problems/import/fix_flags.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
@@ -50,10 +51,9 @@ int Run() {
   ConvertOptions options;
   options.seed = FLAGS_seed;
   if (FLAGS_fix_sigma > 0.0) options.fix_sigma = FLAGS_fix_sigma;
-  options.fixes_from_mocap =
-      OverrideFixes(map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
-                          FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share,
-                          FLAGS_outlier_size});
+  options.fixes_from_mocap = OverrideFixes(
+      map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
+            FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
   const FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
   for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
   WriteNativeLog(converted, FLAGS_out);

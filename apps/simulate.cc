@@ -1,12 +1,17 @@
 // trueline-simulate: a flight round a course of gates, as a native log with its truth beside it.
+#include "problems/simulation/simulate.h"
+
 #include <fmt/format.h>
 #include <gflags/gflags.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/log/native_log.h"
-#include "problems/simulation/simulate.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 
@@ -38,21 +43,34 @@ void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
   constexpr double kDegree = M_PI / 180.0;
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
   const auto row = [&](const char* name, std::size_t count) {
-    if (count > 0) fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
+    if (count > 0)
+      fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
   };
   row("imu", log.imu.size());
   row("attitude", log.attitude.size());
   row("fixes", log.fixes.size());
   row("mocap", log.mocap.size());
   row("rotors", log.rotors.size());
+  row("motors", log.motors.size());
   row("range", log.range.size());
   fmt::print("\n{:<22} {:>10.2f}\n", "laps", truth.laps);
   fmt::print("{:<22} {:>10}\n", "passes", truth.passes);
-  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean, truth.speed_max);
+  fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean,
+             truth.speed_max);
   fmt::print("{:<22} {:>10.3f} (largest {:.3f})\n", "off the course [m]", truth.path_error_rms,
              truth.path_error_max);
   fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "AHRS tilt error [deg]",
              truth.tilt_error_rms / kDegree, truth.tilt_error_max / kDegree);
+}
+
+// A line on the terminal once the flight takes over two seconds.
+SimulationProgress ShowProgress(double duration) {
+  if (FLAGS_quiet || isatty(STDERR_FILENO) == 0) return {};
+  const auto start = std::chrono::steady_clock::now();
+  return [start, duration](double t) {
+    if (std::chrono::steady_clock::now() - start < std::chrono::seconds(2)) return;
+    fmt::print(stderr, "\rflown {:.0f} of {:.0f} s ", t, duration);
+  };
 }
 
 int Run() {
@@ -64,7 +82,7 @@ int Run() {
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
   SimulationTruth truth;
-  const FlightLog log = Simulate(config, FLAGS_seed, &truth);
+  const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));
   WriteNativeLog(log, FLAGS_out);
   WriteFileAtomically(TruthPath(FLAGS_out), TruthYaml(truth, FLAGS_config));
   if (!FLAGS_quiet) PrintTable(log, truth);

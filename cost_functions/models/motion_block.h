@@ -6,7 +6,7 @@
 // outside of all integrals over the log, so the log enters by moments that are summed once, at the
 // IMU's own rate, and serve every parameter value after that. No linearisation is involved; the
 // only approximation is that drag sees a velocity which inside of a block is a straight line with the
-// right mean; the tests hold it to 0.3 mm after 10 s with blocks of 30 ms.
+// right mean; the tests hold it to 1 mm after 10 s with blocks of 50 ms.
 #pragma once
 
 #include "cost_functions/models/integrator.h"

@@ -30,7 +30,7 @@ constexpr double kChance = 0.01;
 void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   const ArcSummary arcs = SummariseArcs(run);
   if (arcs.error.count == 0) {
-    verdict->reasons.push_back(
+    verdict->reasons.emplace_back(
         "no arc to check the prediction on: the log holds a single pass, or no truth at the arcs' "
         "ends");
   } else if (BinomialCdf(arcs.inside_95, arcs.error.count, 0.95) < kChance) {
@@ -41,11 +41,6 @@ void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
 }
 
 }  // namespace
-
-const std::vector<std::string>& KnownEstimators() {
-  static const std::vector<std::string> names = {"vgd"};
-  return names;
-}
 
 ArcSummary SummariseArcs(const EstimatorRun& run) {
   const bool mocap = std::any_of(run.windows.begin(), run.windows.end(), [](const auto& w) {
@@ -71,7 +66,7 @@ Verdict Judge(const EstimatorRun& run) {
              "straights and turns at racing speed"}};
   }
   Verdict verdict{"usable", {}};
-  if (!last.converged) verdict.reasons.push_back("the last window's solve did not converge");
+  if (!last.converged) verdict.reasons.emplace_back("the last window's solve did not converge");
   if (const auto names = NamesWithStatus(last, "at_bound"); !names.empty()) {
     verdict.reasons.push_back(fmt::format(
         "{} ended at the bound of what is plausible; the model or the log's frames may be wrong",
@@ -83,22 +78,21 @@ Verdict Judge(const EstimatorRun& run) {
 }
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
-  const FlightData flight(log, options.vgd);
+  const VgdOptions& vgd = options.methods.vgd;
+  const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
   std::vector<int> gammas = options.gamma_sweep;
-  if (std::find(gammas.begin(), gammas.end(), options.vgd.gamma) == gammas.end()) {
-    gammas.push_back(options.vgd.gamma);
+  if (std::find(gammas.begin(), gammas.end(), vgd.gamma) == gammas.end()) {
+    gammas.push_back(vgd.gamma);
   }
   std::sort(gammas.begin(), gammas.end());
   for (const std::string& estimator : options.estimators) {
     for (const int gamma : gammas) {
-      VgdOptions vgd = options.vgd;
-      vgd.gamma = gamma;
-      if (estimator == options.estimators.front() && gamma == options.vgd.gamma) {
+      if (estimator == options.estimators.front() && gamma == vgd.gamma) {
         calibration.reported = calibration.runs.size();
       }
-      calibration.runs.push_back(RunVgd(flight, vgd));
+      calibration.runs.push_back(RunEstimator(estimator, flight, options.methods, gamma));
     }
   }
   const EstimatorRun& reported = calibration.Reported();

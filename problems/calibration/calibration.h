@@ -4,17 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "problems/estimators/estimators.h"
 #include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
-#include "problems/vgd/vgd.h"
 
 namespace trueline {
 
 struct CalibrationOptions {
   std::vector<std::string> estimators = {"vgd"};
-  // The same flight with other window lengths, for comparison; options.vgd.gamma is reported.
+  // The same flight with other window lengths, for comparison; methods.vgd.gamma is reported.
   std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
-  VgdOptions vgd;
+  EstimatorOptions methods;
 };
 
 // Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
@@ -39,9 +39,6 @@ struct Calibration {
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
-
-// Names that --estimator takes.
-const std::vector<std::string>& KnownEstimators();
 
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`.
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options);

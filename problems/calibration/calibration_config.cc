@@ -1,6 +1,6 @@
 #include "problems/calibration/calibration_config.h"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -22,13 +22,7 @@ int ParseGamma(const std::string& text) {
 
 std::vector<std::string> ParseEstimators(const std::string& text) {
   const std::vector<std::string> names = SplitList(text);
-  const auto& known = KnownEstimators();
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw InputError(fmt::format("estimator '{}' is not known; use one of: {}", name,
-                                   fmt::join(known, ", ")));
-    }
-  }
+  for (const std::string& name : names) CheckEstimator(name);
   if (names.empty()) throw InputError("--estimator names no estimator");
   return names;
 }
@@ -44,11 +38,14 @@ ThrustSource ParseThrust(const std::string& text) {
 
 CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
   CalibrationOptions options;
-  if (!flags.config.empty()) options.vgd = ReadVgdOptions(YamlMap::FromFile(flags.config));
-  if (!flags.model.empty()) ApplyModel(flags.model, &options.vgd);
+  if (!flags.config.empty()) {
+    options.methods = ReadEstimatorOptions(YamlMap::FromFile(flags.config));
+  }
+  VgdOptions& vgd = options.methods.vgd;
+  if (!flags.model.empty()) ApplyModel(flags.model, &vgd);
   options.estimators = ParseEstimators(flags.estimators);
-  if (flags.gamma != 0) options.vgd.gamma = ParseGamma(std::to_string(flags.gamma));
-  if (!flags.thrust.empty()) options.vgd.drive.thrust = ParseThrust(flags.thrust);
+  if (flags.gamma != 0) vgd.gamma = ParseGamma(std::to_string(flags.gamma));
+  if (!flags.thrust.empty()) vgd.drive.thrust = ParseThrust(flags.thrust);
   options.gamma_sweep.clear();
   for (const std::string& gamma : SplitList(flags.gamma_sweep)) {
     options.gamma_sweep.push_back(ParseGamma(gamma));
@@ -72,7 +69,7 @@ void ApplyModel(const std::string& model_file, VgdOptions* options) {
 }
 
 YAML::Node ToYaml(const CalibrationOptions& options) {
-  YAML::Node node = ToYaml(options.vgd);
+  YAML::Node node = ToYaml(options.methods);
   node["estimators"] = options.estimators;
   node["gamma_sweep"] = options.gamma_sweep;
   node["gamma_sweep"].SetStyle(YAML::EmitterStyle::Flow);

@@ -9,7 +9,7 @@ namespace trueline {
 
 // Flags as typed; empty (or 0) where the configuration decides.
 struct CalibrationFlags {
-  std::string config;       // YAML file with the keys of ReadVgdOptions
+  std::string config;       // YAML file with the keys of ReadEstimatorOptions
   std::string model;        // model.yaml of an earlier calibration
   std::string estimators;   // "vgd,ekf"
   std::string gamma_sweep;  // "1,2,3"

@@ -55,10 +55,11 @@ ResampledPath ResampleByLength(const std::vector<PoseSample>& mocap, const PathR
     const double length = (smooth[i] - p).head<2>().norm();
     const TimeNs t = mocap[run.first + i - 1].t;
     const auto span = static_cast<double>(mocap[run.first + i].t - t);
-    for (; to_next < length; to_next += path.step) {
+    while (to_next < length) {
       const double share = to_next / length;
       const Eigen::Vector3d point = p + share * (smooth[i] - p);
       path.points.push_back({t + std::llround(share * span), point, kUnknown});
+      to_next += path.step;
     }
     to_next -= length;
   }

@@ -14,11 +14,9 @@ void Require(bool holds, const char* option, const char* remedy) {
 }
 
 std::vector<TimeNs> RandomTimes(const Straight& straight, int count, Random* random) {
-  std::vector<TimeNs> times;
+  std::vector<TimeNs> times(static_cast<std::size_t>(count));
   const auto span = static_cast<double>(straight.to - straight.from);
-  for (int i = 0; i < count; ++i) {
-    times.push_back(straight.from + std::llround(random->Uniform(0.0, span)));
-  }
+  for (TimeNs& t : times) t = straight.from + std::llround(random->Uniform(0.0, span));
   std::sort(times.begin(), times.end());
   return times;
 }

@@ -12,8 +12,11 @@ std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap) 
   for (std::size_t i = 0; i < mocap.size(); ++i) {
     while (mocap[i].t - mocap[first].t > kHalfWindow) ++first;
     while (last + 1 < mocap.size() && mocap[last + 1].t - mocap[i].t <= kHalfWindow) ++last;
-    const double span = SecondsBetween(mocap[first].t, mocap[last].t);
-    if (span > 0.0) velocity[i] = (mocap[last].p_E - mocap[first].p_E) / span;
+    // At least the neighbours, where the record is slow or has a gap.
+    const std::size_t from = std::min(first, i > 0 ? i - 1 : 0);
+    const std::size_t to = std::min(std::max(last, i + 1), mocap.size() - 1);
+    const double span = SecondsBetween(mocap[from].t, mocap[to].t);
+    if (span > 0.0) velocity[i] = (mocap[to].p_E - mocap[from].p_E) / span;
   }
   return velocity;
 }

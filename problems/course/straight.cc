@@ -142,6 +142,7 @@ std::vector<Gate> GatesOf(const std::vector<Straight>& straights) {
   std::map<int, Gate> gates;
   for (const Straight& straight : straights) gates.emplace(straight.gate.id, straight.gate);
   std::vector<Gate> sorted;
+  sorted.reserve(gates.size());
   for (const auto& [id, gate] : gates) sorted.push_back(gate);
   return sorted;
 }

@@ -14,10 +14,10 @@ struct FixFlags {
   int min_count = -1;
   int max_count = -1;
   double sigma_factor = -1.0;
-  double sigma_floor = -1.0;    // m
+  double sigma_floor = -1.0;  // m
   double student_dof = -1.0;
   double outlier_share = -1.0;
-  double outlier_size = -1.0;   // m
+  double outlier_size = -1.0;  // m
 };
 
 // Nothing where neither the map nor a flag asks for sampled fixes. Throws InputError for a setting

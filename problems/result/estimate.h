@@ -37,8 +37,8 @@ struct TrajectoryPoint {
 struct ArcPrediction {
   TimeNs begin;         // end of the window's last pass
   TimeNs end;           // first fix of the next pass
-  Eigen::Vector2d p_E;  // m, predicted, horizontal
-  Eigen::Matrix2d cov;  // m^2
+  Eigen::Vector2d p_E = Eigen::Vector2d::Zero();      // m, predicted, horizontal
+  Eigen::Matrix2d cov = Eigen::Matrix2d::Identity();  // m^2
   std::optional<Eigen::Vector2d> truth;  // m; empty where the log has none at that time
   std::string truth_source;              // mocap | fixes | none
 

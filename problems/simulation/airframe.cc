@@ -57,8 +57,8 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
 
   BodyRate result;
   result.thrust = flow.thrust;
-  result.f_B = wrench.force_B / load.mass + drag.cwiseProduct(flow.v_B) +
-               R_E_B.transpose() * gust_E;
+  result.f_B =
+      wrench.force_B / load.mass + drag.cwiseProduct(flow.v_B) + R_E_B.transpose() * gust_E;
   Apply(stages_.force, flow, &result.f_B);
 
   const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
@@ -66,8 +66,8 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
-  result.rate.w_B = (wrench.moment_B - state.w_B.cross(angular_momentum))
-                        .cwiseQuotient(vehicle_.inertia);
+  result.rate.w_B =
+      (wrench.moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia);
   result.rate.rotors = (command - state.rotors) / motor_lag_;
   return result;
 }

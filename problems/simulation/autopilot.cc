@@ -69,8 +69,7 @@ Vector3d Autopilot::WantedThrust(const BodyState& state, const PathPoint& positi
                                  const PathPoint& ahead) const {
   const Vector3d a_E = ahead.a_E + config_.position_gain * (position.p_E - state.p_E) +
                        config_.velocity_gain * (position.v_E - state.v_E);
-  Vector3d thrust_E =
-      a_E - Vector3d(0.0, 0.0, gravity_) - state.Attitude() * unmodelled_f_B_;
+  Vector3d thrust_E = a_E - Vector3d(0.0, 0.0, gravity_) - state.Attitude() * unmodelled_f_B_;
   thrust_E.z() = std::min(thrust_E.z(), -0.2 * gravity_);
   const double sideways = thrust_E.head<2>().norm();
   const double allowed = -thrust_E.z() * std::tan(config_.max_tilt);

@@ -24,11 +24,11 @@ struct CoursePoint {
   double altitude = 1.5;     // m above the floor
   double speed = 1.8;        // m/s, on the straight that leads here
   double turn_speed = 1.8;   // m/s, on the arc of the corner
-  int gate = -1;             // id of the gate at the end of the straight (at the way point); -1: none
+  int gate = -1;  // id of the gate at the end of the straight (at the way point); -1: none
 };
 
 struct CourseConfig {
-  bool spline = false;          // way points joined by a closed spline, or corners rounded by arcs
+  bool spline = false;  // way points joined by a closed spline, or corners rounded by arcs
   std::vector<CoursePoint> points;
   double along_limit = 4.0;     // m/s^2, of the speed profile
   double lateral_limit = 15.0;  // m/s^2: slower where the path is too tight
@@ -44,13 +44,13 @@ struct VehicleConfig {
 };
 
 struct AutopilotConfig {
-  double position_gain = 4.0;                   // 1/s^2
-  double velocity_gain = 3.5;                   // 1/s
-  Vector3d attitude_gain = {9.0, 9.0, 4.0};     // 1/s
-  Vector3d rate_gain = {20.0, 20.0, 10.0};      // 1/s
-  double disturbance_time = 0.25;               // s, low-pass of the measured unmodelled force
-  double lead = 0.16;                           // s, the path is read ahead by the attitude's lag
-  double max_tilt = 1.2;                        // rad
+  double position_gain = 4.0;                // 1/s^2
+  double velocity_gain = 3.5;                // 1/s
+  Vector3d attitude_gain = {9.0, 9.0, 4.0};  // 1/s
+  Vector3d rate_gain = {20.0, 20.0, 10.0};   // 1/s
+  double disturbance_time = 0.25;            // s, low-pass of the measured unmodelled force
+  double lead = 0.16;                        // s, the path is read ahead by the attitude's lag
+  double max_tilt = 1.2;                     // rad
 };
 
 struct TurbulenceConfig {
@@ -87,12 +87,12 @@ enum class AhrsKind { kComplementaryFilter, kDriftingError, kConstantError };
 
 struct AhrsConfig {
   AhrsKind kind = AhrsKind::kComplementaryFilter;
-  double rate = 0.0;                  // Hz; 0: that of the IMU
+  double rate = 0.0;  // Hz; 0: that of the IMU
   // Complementary filter, fed with the simulated IMU (fig. 3).
-  double tilt_gain = 0.05;            // 1/s, proportional
-  double integral_gain = 0.0006;      // 1/s^2
-  double heading_gain = 0.2;          // 1/s, towards the (magnetic) heading
-  double heading_error = 0.0;         // rad, what the heading reference reads too much
+  double tilt_gain = 0.05;        // 1/s, proportional
+  double integral_gain = 0.0006;  // 1/s^2
+  double heading_gain = 0.2;      // 1/s, towards the (magnetic) heading
+  double heading_error = 0.0;     // rad, what the heading reference reads too much
   // Drifting and constant error: Phi_E^E' = constant + Ornstein-Uhlenbeck + Wiener.
   Vector3d constant = Vector3d::Zero();       // rad: phi_E_Ep, theta_E_Ep, psi_E_Ep
   Vector3d drift_sigma = Vector3d::Zero();    // rad
@@ -101,22 +101,22 @@ struct AhrsConfig {
 };
 
 struct DetectorConfig {
-  int fixes_min = 15, fixes_max = 20;     // fixes each time that a gate comes into view
-  double max_rate = 60.0;                 // Hz, of the camera: bounds the fixes of a short view
-  double range_min = 0.2;                 // m, a nearer gate fills the picture
-  double range_max = 3.0;                 // m
-  double fov_horizontal_deg = 120.0;      // full angle
-  double fov_vertical_deg = 100.0;        // full angle
-  double camera_pitch_deg = 0.0;          // positive: camera looks up
-  double max_view_deg = 60.0;             // angle between line of sight and flight direction
-  double sigma_factor = 0.1;              // 1: sigma = factor * distance (eq. 33)
-  double sigma_floor = 0.02;              // m
-  double outlier_share = 0.0;             // 1
-  double outlier_size = 2.0;              // m, outliers are uniform within +-size on each axis
-  double tail_dof = 0.0;                  // degrees of freedom of Student's t; 0: normal
-  double latency = 0.0;                   // s, a fix stamped t was measured at t - latency
-  double jitter = 0.0;                    // s, standard deviation of the stamp
-  bool turned_by_ahrs = false;            // vector turned to E by the AHRS's attitude, or by truth
+  int fixes_min = 15, fixes_max = 20;  // fixes each time that a gate comes into view
+  double max_rate = 60.0;              // Hz, of the camera: bounds the fixes of a short view
+  double range_min = 0.2;              // m, a nearer gate fills the picture
+  double range_max = 3.0;              // m
+  double fov_horizontal_deg = 120.0;   // full angle
+  double fov_vertical_deg = 100.0;     // full angle
+  double camera_pitch_deg = 0.0;       // positive: camera looks up
+  double max_view_deg = 60.0;          // angle between line of sight and flight direction
+  double sigma_factor = 0.1;           // 1: sigma = factor * distance (eq. 33)
+  double sigma_floor = 0.02;           // m
+  double outlier_share = 0.0;          // 1
+  double outlier_size = 2.0;           // m, outliers are uniform within +-size on each axis
+  double tail_dof = 0.0;               // degrees of freedom of Student's t; 0: normal
+  double latency = 0.0;                // s, a fix stamped t was measured at t - latency
+  double jitter = 0.0;                 // s, standard deviation of the stamp
+  bool turned_by_ahrs = false;         // vector turned to E by the AHRS's attitude, or by truth
 };
 
 struct MocapConfig {

@@ -19,9 +19,9 @@ double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 
 // One corner of the polygon and the arc that rounds it.
 struct Rounding {
-  Vector2d in, out;    // unit vectors of the straights before and after
-  double turn;         // rad, positive to the right (NED, seen from above)
-  double cut;          // m of each straight that the arc takes
+  Vector2d in, out;  // unit vectors of the straights before and after
+  double turn;       // rad, positive to the right (NED, seen from above)
+  double cut;        // m of each straight that the arc takes
 };
 
 Rounding RoundingAt(const CourseConfig& config, int i) {
@@ -30,8 +30,7 @@ Rounding RoundingAt(const CourseConfig& config, int i) {
   Rounding rounding;
   rounding.in = (here - config.points[(i + count - 1) % count].position).normalized();
   rounding.out = (config.points[(i + 1) % count].position - here).normalized();
-  rounding.turn =
-      std::atan2(Cross(rounding.in, rounding.out), rounding.in.dot(rounding.out));
+  rounding.turn = std::atan2(Cross(rounding.in, rounding.out), rounding.in.dot(rounding.out));
   rounding.cut = config.points[i].radius * std::tan(0.5 * std::abs(rounding.turn));
   return rounding;
 }
@@ -50,8 +49,8 @@ struct Walk {
   }
   void AddGate(int id, const Vector2d& xy, double altitude, const Vector2d& direction) {
     if (id < 0) return;
-    gates.push_back({id, Vector3d(xy.x(), xy.y(), -altitude),
-                     std::atan2(direction.y(), direction.x())});
+    gates.push_back(
+        {id, Vector3d(xy.x(), xy.y(), -altitude), std::atan2(direction.y(), direction.x())});
   }
 };
 
@@ -62,8 +61,8 @@ void WalkLine(const Vector2d& from, const Vector2d& to, double altitude_from, do
   const int steps = static_cast<int>(std::ceil(length / kSpacing - 1e-9));
   for (int i = 0; i < steps; ++i) {
     const double f = static_cast<double>(i) / steps;
-    walk->Add(from + f * (to - from),
-              altitude_from + SmoothStep(f) * (altitude_to - altitude_from), speed);
+    walk->Add(from + f * (to - from), altitude_from + SmoothStep(f) * (altitude_to - altitude_from),
+              speed);
   }
 }
 
@@ -128,15 +127,14 @@ Walk WalkWaypoints(const CourseConfig& config) {
   for (int i = 0; i < n; ++i) {
     const int j = (i + 1) % n;
     const int steps = std::max(4, static_cast<int>(std::ceil(h(i) / kSpacing)));
-    const Eigen::RowVector3d slope = (knots.row(j) - knots.row(i)) / h(i) -
-                                     h(i) / 6.0 * (2.0 * bend.row(i) + bend.row(j));
+    const Eigen::RowVector3d slope =
+        (knots.row(j) - knots.row(i)) / h(i) - h(i) / 6.0 * (2.0 * bend.row(i) + bend.row(j));
     walk.AddGate(config.points[i].gate, config.points[i].position, config.points[i].altitude,
                  slope.head<2>());
     for (int k = 0; k < steps; ++k) {
       const double u = h(i) * k / steps;
-      const Eigen::RowVector3d at =
-          knots.row(i) + u * slope + 0.5 * u * u * bend.row(i) +
-          u * u * u / (6.0 * h(i)) * (bend.row(j) - bend.row(i));
+      const Eigen::RowVector3d at = knots.row(i) + u * slope + 0.5 * u * u * bend.row(i) +
+                                    u * u * u / (6.0 * h(i)) * (bend.row(j) - bend.row(i));
       walk.Add(at.head<2>(), at(2), config.points[j].speed);
     }
   }
@@ -160,7 +158,8 @@ std::string CheckCorners(const CourseConfig& config) {
     if (cut > side + 1e-9) {
       return fmt::format(
           "the arcs at corners {} and {} need {:.2f} m of a side of {:.2f} m; make the radius "
-          "smaller or the side longer", i, j, cut, side);
+          "smaller or the side longer",
+          i, j, cut, side);
     }
   }
   return "";

@@ -27,51 +27,60 @@ void HangAccelerationError(Values p, double gravity, Stages* stages) {
 // the gate moves fixes the other way.
 std::vector<EffectDefinition> MakeImuDrivenEffects() {
   return {
-      {"quadratic_drag", {{"c", "1/m"}},
+      {"quadratic_drag",
+       {{"c", "1/m"}},
        [](Values p, double, Stages* stages) {
          stages->force.push_back([c = p["c"]](const Flow& flow, Vector3d* f_B) {
            f_B->head<2>() -= c * flow.v_B.norm() * flow.v_B.head<2>();
          });
        }},
-      {"rotor_drag", {{"k", "s/m"}},
+      {"rotor_drag",
+       {{"k", "s/m"}},
        [](Values p, double, Stages* stages) {
          stages->force.push_back([k = p["k"]](const Flow& flow, Vector3d* f_B) {
            f_B->head<2>() -= k * flow.thrust * flow.v_B.head<2>();
          });
        }},
-      {"wind", {{"w_x", "m/s"}, {"w_y", "m/s"}},
+      {"wind",
+       {{"w_x", "m/s"}, {"w_y", "m/s"}},
        [](Values p, double, Stages* stages) {
-         stages->wind.push_back([x = p["w_x"], y = p["w_y"]](double, Vector3d* w_E) {
-           *w_E += Vector3d(x, y, 0.0);
-         });
+         stages->wind.push_back(
+             [x = p["w_x"], y = p["w_y"]](double, Vector3d* w_E) { *w_E += Vector3d(x, y, 0.0); });
        }},
-      {"drag_step", {{"t_step", "s"}, {"factor", "1"}},
+      {"drag_step",
+       {{"t_step", "s"}, {"factor", "1"}},
        [](Values p, double, Stages* stages) {
          stages->drag.push_back([step = p["t_step"], factor = p["factor"]](double t, Vector3d* K) {
            if (t >= step) K->head<2>() *= factor;
          });
        }},
-      {"accel_scale_z", {{"s", "1"}},
+      {"accel_scale_z",
+       {{"s", "1"}},
        [](Values p, double, Stages* stages) {
          stages->accel_scale.push_back([s = p["s"]](Vector3d* a) { a->z() *= 1.0 + s; });
        }},
-      {"accel_bias_drift", {{"d", "m/s^3"}},
+      {"accel_bias_drift",
+       {{"d", "m/s^3"}},
        [](Values p, double, Stages* stages) {
          stages->accel_bias.push_back([d = p["d"]](double t, Vector3d* b) { b->z() += d * t; });
        }},
-      {"imu_lever_arm", {{"r_x", "m"}, {"r_y", "m"}, {"r_z", "m"}},
+      {"imu_lever_arm",
+       {{"r_x", "m"}, {"r_y", "m"}, {"r_z", "m"}},
        [](Values p, double, Stages* stages) {
-         stages->at_imu.push_back([r = p.Vector("r_x", "r_y", "r_z")](const Motion& m, Vector3d* a) {
-           *a += m.w_B.cross(m.w_B.cross(r)) + m.dw_B.cross(r);
-         });
+         stages->at_imu.push_back(
+             [r = p.Vector("r_x", "r_y", "r_z")](const Motion& m, Vector3d* a) {
+               *a += m.w_B.cross(m.w_B.cross(r)) + m.dw_B.cross(r);
+             });
        }},
       {"ahrs_acceleration_error", {{"k", "1/s"}}, HangAccelerationError},
-      {"heading_drift", {{"d", "rad/s"}},
+      {"heading_drift",
+       {{"d", "rad/s"}},
        [](Values p, double, Stages* stages) {
          stages->ahrs_error.push_back(
              [d = p["d"]](const Motion& m, Vector3d* angles) { angles->z() += d * m.t; });
        }},
-      {"heading_distortion", {{"a_sin", "rad"}, {"a_cos", "rad"}},
+      {"heading_distortion",
+       {{"a_sin", "rad"}, {"a_cos", "rad"}},
        [](Values p, double, Stages* stages) {
          stages->ahrs_error.push_back(
              [a = p["a_sin"], b = p["a_cos"]](const Motion& m, Vector3d* angles) {
@@ -79,24 +88,29 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
                angles->z() += a * std::sin(psi) + b * std::cos(psi);
              });
        }},
-      {"attitude_latency", {{"tau", "s"}},
+      {"attitude_latency",
+       {{"tau", "s"}},
        [](Values p, double, Stages* stages) {
          stages->attitude_latency.push_back([tau = p["tau"]](double* total) { *total += tau; });
        }},
-      {"fix_latency", {{"tau", "s"}},
+      {"fix_latency",
+       {{"tau", "s"}},
        [](Values p, double, Stages* stages) {
          stages->fix_latency.push_back([tau = p["tau"]](double* total) { *total += tau; });
        }},
-      {"fix_scale", {{"s", "1"}},
+      {"fix_scale",
+       {{"s", "1"}},
        [](Values p, double, Stages* stages) {
          stages->gate_vector.push_back([s = p["s"]](Vector3d* u_B) { *u_B *= 1.0 + s; });
        }},
-      {"camera_misalignment", {{"roll", "rad"}, {"pitch", "rad"}, {"yaw", "rad"}},
+      {"camera_misalignment",
+       {{"roll", "rad"}, {"pitch", "rad"}, {"yaw", "rad"}},
        [](Values p, double, Stages* stages) {
-         stages->gate_vector.push_back([q = TurnedBy(p.Vector("roll", "pitch", "yaw"))](
-                                           Vector3d* u_B) { *u_B = q * *u_B; });
+         stages->gate_vector.push_back(
+             [q = TurnedBy(p.Vector("roll", "pitch", "yaw"))](Vector3d* u_B) { *u_B = q * *u_B; });
        }},
-      {"gate_moved", {{"gate", "id"}, {"dx", "m"}, {"dy", "m"}, {"dz", "m"}},
+      {"gate_moved",
+       {{"gate", "id"}, {"dx", "m"}, {"dy", "m"}, {"dz", "m"}},
        [](Values p, double, Stages* stages) {
          stages->gate.push_back([moved = static_cast<int>(p["gate"]),
                                  d = p.Vector("dx", "dy", "dz")](int id, Vector3d* position) {
@@ -105,15 +119,18 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
        }},
       // A share of the detections is of something else, d from the gate (gate -1: from any gate).
       {"false_gate",
-       {{"fraction", "1"}, {"gate", "id", -1.0}, {"dx", "m", 0.0}, {"dy", "m", 1.5},
+       {{"fraction", "1"},
+        {"gate", "id", -1.0},
+        {"dx", "m", 0.0},
+        {"dy", "m", 1.5},
         {"dz", "m", 0.0}},
        [](Values p, double, Stages* stages) {
-         stages->false_gate.push_back([fraction = p["fraction"], only = static_cast<int>(p["gate"]),
-                                       d = p.Vector("dx", "dy", "dz")](int id, Random* random,
-                                                                       Vector3d* seen) {
-           const bool taken = random->Bernoulli(fraction);
-           if (taken && (only < 0 || only == id)) *seen += d;
-         });
+         stages->false_gate.push_back(
+             [fraction = p["fraction"], only = static_cast<int>(p["gate"]),
+              d = p.Vector("dx", "dy", "dz")](int id, Random* random, Vector3d* seen) {
+               const bool taken = random->Bernoulli(fraction);
+               if (taken && (only < 0 || only == id)) *seen += d;
+             });
        }},
   };
 }

@@ -17,21 +17,21 @@ namespace trueline::simulation {
 
 // What the air and the rotors do to the body at one instant.
 struct Flow {
-  double t;         // s, from the start of the log
-  Vector3d v_B;     // m/s, air-relative velocity in body axes
-  double thrust;    // m/s^2, specific thrust T, positive up
-  double rotor_sum; // rad/s, sum of the rotor speeds
-  double height;    // m above the floor
+  double t;          // s, from the start of the log
+  Vector3d v_B;      // m/s, air-relative velocity in body axes
+  double thrust;     // m/s^2, specific thrust T, positive up
+  double rotor_sum;  // rad/s, sum of the rotor speeds
+  double height;     // m above the floor
 };
 
 // The body's true motion at one instant.
 struct Motion {
-  double t;            // s, from the start of the log
-  double dt;           // s, since the last sample
-  Quaterniond q_E_B;   // takes a vector in B to E
-  Vector3d a_E;        // m/s^2, acceleration (not specific force)
-  Vector3d w_B;        // rad/s
-  Vector3d dw_B;       // rad/s^2
+  double t;           // s, from the start of the log
+  double dt;          // s, since the last sample
+  Quaterniond q_E_B;  // takes a vector in B to E
+  Vector3d a_E;       // m/s^2, acceleration (not specific force)
+  Vector3d w_B;       // rad/s
+  Vector3d dw_B;      // rad/s^2
 };
 
 // What changes once in flight.

@@ -59,7 +59,8 @@ std::vector<GateView> GateCamera::Views(const Trajectory& truth) const {
     if (sample.t < 0.0) continue;
     const int gate = VisibleGate(sample);
     if (gate < 0) continue;
-    if (!views.empty() && views.back().gate == gate && sample.t - views.back().end < kShortestView) {
+    if (!views.empty() && views.back().gate == gate &&
+        sample.t - views.back().end < kShortestView) {
       views.back().end = sample.t;
     } else {
       views.push_back({gate, sample.t, sample.t});
@@ -104,10 +105,8 @@ std::vector<Fix> GateCamera::Fixes(const Trajectory& truth) {
   for (const GateView& view : Views(truth)) {
     const int most = std::max(1, static_cast<int>((view.end - view.start) * config_.max_rate));
     const int wanted = times_.UniformInt(config_.fixes_min, config_.fixes_max);
-    std::vector<double> times;
-    for (int i = 0; i < std::min(wanted, most); ++i) {
-      times.push_back(times_.Uniform(view.start, view.end));
-    }
+    std::vector<double> times(std::min(wanted, most));
+    for (double& t : times) t = times_.Uniform(view.start, view.end);
     std::sort(times.begin(), times.end());
     for (const double t : times) fixes.push_back(Measure(truth, view.gate, t));
   }

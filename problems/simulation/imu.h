@@ -24,7 +24,7 @@ class Vibration {
   struct Shake {
     int rotor;
     double harmonic;
-    double start;         // rad
+    double start;          // rad
     Vector3d accel, gyro;  // amplitude times direction
   };
   std::vector<Shake> shakes_;

@@ -66,8 +66,7 @@ void Path::FillDerivatives() {
     table_[i].v_E = table_[i].speed * chord.normalized();
     const double heading = std::atan2(chord.y(), chord.x());
     table_[i].heading =
-        i == 0 ? heading
-               : table_[i - 1].heading + WrapAngle(heading - table_[i - 1].heading);
+        i == 0 ? heading : table_[i - 1].heading + WrapAngle(heading - table_[i - 1].heading);
   }
   for (int i = 0; i < count; ++i) {
     const PathPoint& before = table_[Wrap(i - 1)];
@@ -117,8 +116,9 @@ PathPoint Path::At(double s) const {
 double Path::DistanceTo(const Eigen::Vector3d& p_E, double s, double reach) const {
   const double ds = length_ / static_cast<double>(table_.size());
   double nearest = (At(s).p_E - p_E).norm();
-  for (double offset = -reach; offset <= reach; offset += ds) {
-    nearest = std::min(nearest, (At(s + offset).p_E - p_E).norm());
+  const int steps = static_cast<int>(reach / ds);
+  for (int i = -steps; i <= steps; ++i) {
+    nearest = std::min(nearest, (At(s + i * ds).p_E - p_E).norm());
   }
   return nearest;
 }

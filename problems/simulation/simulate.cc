@@ -8,6 +8,8 @@
 #include "problems/simulation/autopilot.h"
 #include "problems/simulation/course.h"
 #include "problems/simulation/gate_camera.h"
+#include "problems/simulation/streams.h"
+#include "problems/simulation/summary.h"
 
 namespace trueline {
 namespace simulation {
@@ -35,16 +37,19 @@ class Flight {
     const Motion motion{t, dt, state_.Attitude(), now.rate.v_E, state_.w_B, now.rate.w_B};
     *reading = imu_.Sample(motion, now.f_B, state_.rotors);
     const Quaterniond q_Ep_I = ahrs_.Update(motion, *reading);
-    *truth = {t,       state_.p_E,     state_.v_E,    state_.Attitude(), state_.w_B, now.rate.w_B,
-              now.f_B, now.rate.v_E, state_.rotors, now.thrust,        q_Ep_I};
-    Advance(t, dt, now);
+    const RotorArray command = Command(t, dt, now);
+    *truth = {t,       state_.p_E,   state_.v_E,    state_.Attitude(), state_.w_B, now.rate.w_B,
+              now.f_B, now.rate.v_E, state_.rotors, command,           now.thrust, q_Ep_I};
+    state_ = airframe_.Step(t, dt, state_, command, turbulence_.value());
+    turbulence_.Advance(dt);
+    s_ += dt * path_.At(s_).speed;
   }
 
   double distance_flown() const { return s_; }
   double PathError() const { return path_.DistanceTo(state_.p_E, s_, 1.0); }
 
  private:
-  void Advance(double t, double dt, const BodyRate& now) {
+  RotorArray Command(double t, double dt, const BodyRate& now) {
     const PathPoint wanted = path_.At(s_);
     const PathPoint ahead = path_.At(s_ + wanted.speed * config_.autopilot.lead);
     if (!((wanted.p_E - state_.p_E).norm() < kLost)) {
@@ -52,10 +57,7 @@ class Flight {
           "the drone left the course at {:.1f} s; lower the speed, the effects or the turbulence",
           t));
     }
-    const RotorArray command = autopilot_.Command(dt, state_, now, wanted, ahead);
-    state_ = airframe_.Step(t, dt, state_, command, turbulence_.value());
-    turbulence_.Advance(dt);
-    s_ += dt * wanted.speed;
+    return autopilot_.Command(dt, state_, now, wanted, ahead);
   }
 
   const SimulationConfig& config_;
@@ -69,100 +71,11 @@ class Flight {
   double s_ = 0.0;  // m, arc length that the path is at
 };
 
-// What the flight's loop notes of how well the course was flown.
-struct PathErrors {
-  double squares = 0.0, largest = 0.0;
-  int count = 0;
-
-  void Note(double error) {
-    squares += error * error;
-    largest = std::max(largest, error);
-    ++count;
-  }
-};
-
-void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
-                 FlightLog* log) {
-  double latency = 0.0;
-  Apply(stages.attitude_latency, &latency);
-  const double rate = config.ahrs.rate > 0.0 ? config.ahrs.rate : config.imu.rate;
-  for (const double t : StreamTimes(rate, config.duration)) {
-    log->attitude.push_back({FromSeconds(t), truth.At(t - latency).q_Ep_I});
-  }
-}
-
-void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.mocap.rate <= 0.0) return;
-  Random random(seed, "mocap");
-  for (const double t : StreamTimes(config.mocap.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const Vector3d shift = config.mocap.position_sigma * random.NormalVector3();
-    const Vector3d turn = config.mocap.attitude_sigma * random.NormalVector3();
-    log->mocap.push_back({FromSeconds(t), pose.p_E + shift, pose.q_E_B * RotationByVector(turn)});
-  }
-}
-
-void LogRotors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-               FlightLog* log) {
-  if (config.rotors.rate <= 0.0) return;
-  log->vehicle = Vehicle{config.vehicle.mass, config.vehicle.rotors};
-  Random random(seed, "rotors");
-  for (const double t : StreamTimes(config.rotors.rate, config.duration)) {
-    const RotorArray& speeds = truth.Nearest(t).rotors;
-    ChannelsSample sample{FromSeconds(t), {}};
-    for (const double w : speeds) sample.values.push_back(w + config.rotors.sigma * random.Normal());
-    log->rotors.push_back(sample);
-  }
-}
-
-// Distance to the floor along B's z axis.
-void LogRange(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.range.rate <= 0.0) return;
-  Random random(seed, "range");
-  for (const double t : StreamTimes(config.range.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const double slant = (pose.q_E_B * Vector3d::UnitZ()).z();
-    const double noise = config.range.sigma * random.Normal();
-    log->range.push_back({FromSeconds(t), -pose.p_E.z() / std::max(slant, 0.1) + noise});
-  }
-}
-
-// Angles of eq. 14's R_Ep_E over the log: their mean and spread, and the tilt they make.
-void DescribeAhrs(SimulationTruth* truth) {
-  const Quaterniond q_B_I = FrameChange(truth->config.imu.misalignment);
-  Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
-  double tilt_squares = 0.0;
-  for (const TruthSample& sample : truth->trajectory) {
-    const Quaterniond q_Ep_E = sample.q_Ep_I * (sample.q_E_B * q_B_I).conjugate();
-    const Vector3d angles = EulerOf(q_Ep_E);
-    const double tilt = std::acos(std::min(1.0, (q_Ep_E * Vector3d::UnitZ()).z()));
-    sum += angles;
-    squares += angles.cwiseAbs2();
-    tilt_squares += tilt * tilt;
-    truth->tilt_error_max = std::max(truth->tilt_error_max, tilt);
-  }
-  const auto count = static_cast<double>(truth->trajectory.size());
-  truth->ahrs_error_mean = sum / count;
-  truth->ahrs_error_sigma =
-      (squares / count - truth->ahrs_error_mean.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
-  truth->tilt_error_rms = std::sqrt(tilt_squares / count);
-}
-
-void DescribeFlight(const PathErrors& errors, SimulationTruth* truth) {
-  for (const TruthSample& sample : truth->trajectory) {
-    truth->speed_mean += sample.v_E.norm() / static_cast<double>(truth->trajectory.size());
-    truth->speed_max = std::max(truth->speed_max, sample.v_E.norm());
-  }
-  truth->path_error_rms = std::sqrt(errors.squares / std::max(1, errors.count));
-  truth->path_error_max = errors.largest;
-}
-
 }  // namespace
 }  // namespace simulation
 
-FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, SimulationTruth* truth) {
+FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, SimulationTruth* truth,
+                   const SimulationProgress& progress) {
   using namespace simulation;  // NOLINT(google-build-using-namespace): its own internals
   const Course course = BuildCourse(config.course);
   const Stages stages = HangEffects(config.effects, config.gravity);
@@ -183,6 +96,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
     TruthSample sample;
     ImuReading reading;
     if (k == 0) s_start = flight.distance_flown();
+    if (progress && k % 4096 == 0) progress(k / rate);
     if (k >= 0 && k % 32 == 0) errors.Note(flight.PathError());
     flight.Step(k / rate, 1.0 / rate, &sample, &reading);
     trajectory.Add(sample);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "problems/log/flight_log.h"
 #include "problems/simulation/config.h"
@@ -17,19 +18,22 @@ struct SimulationTruth {
 
   Eigen::Vector3d ahrs_error_mean = Eigen::Vector3d::Zero();   // rad, angles Phi_E^E' over the log
   Eigen::Vector3d ahrs_error_sigma = Eigen::Vector3d::Zero();  // rad, their spread over the log
-  double tilt_error_rms = 0.0;   // rad, angle between the z axes of E and E'
-  double tilt_error_max = 0.0;   // rad
-  double path_error_rms = 0.0;   // m, from the course
-  double path_error_max = 0.0;   // m
-  double speed_mean = 0.0;       // m/s
-  double speed_max = 0.0;        // m/s
-  double laps = 0.0;             // flown within the log
-  int passes = 0;                // times that a gate came into view
+  double tilt_error_rms = 0.0;  // rad, angle between the z axes of E and E'
+  double tilt_error_max = 0.0;  // rad
+  double path_error_rms = 0.0;  // m, from the course
+  double path_error_max = 0.0;  // m
+  double speed_mean = 0.0;      // m/s
+  double speed_max = 0.0;       // m/s
+  double laps = 0.0;            // flown within the log
+  int passes = 0;               // times that a gate came into view
 };
+
+// Called now and then with the time (s) flown so far.
+using SimulationProgress = std::function<void(double)>;
 
 // Flies `config` with noise drawn from `seed`; the same pair gives the same bytes. `truth` may be
 // null. Throws InputError when the drone can't fly the course (it gets lost).
 FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed,
-                   SimulationTruth* truth = nullptr);
+                   SimulationTruth* truth = nullptr, const SimulationProgress& progress = {});
 
 }  // namespace trueline

@@ -17,6 +17,7 @@ struct TruthSample {
   Vector3d f_B;        // m/s^2, specific force at the origin of B
   Vector3d a_E;        // m/s^2, acceleration
   RotorArray rotors;   // rad/s
+  RotorArray command;  // rad/s, held until the next sample
   double thrust;       // m/s^2, specific thrust
   Quaterniond q_Ep_I;  // the AHRS's attitude, without latency
 };

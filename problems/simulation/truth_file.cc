@@ -33,8 +33,7 @@ bool Has(const SimulationTruth& truth, const std::vector<std::string>& ids) {
 void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
   const SimulationConfig& config = truth.config;
   const bool drag_constant = !Has(truth, {"drag_step"});
-  const bool bias_constant =
-      config.imu.accel_bias_walk == 0.0 && !Has(truth, {"accel_bias_drift"});
+  const bool bias_constant = config.imu.accel_bias_walk == 0.0 && !Has(truth, {"accel_bias_drift"});
   const bool ahrs_constant = truth.ahrs_error_sigma.maxCoeff() < 1e-9;
   *out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
   Parameter(out, "K_x", config.vehicle.drag.x(), "1/s", drag_constant);
@@ -69,7 +68,8 @@ void Effects(const SimulationTruth& truth, YAML::Emitter* out) {
   *out << YAML::BeginSeq;
   for (const simulation::EffectSetting& effect : truth.config.effects) {
     *out << YAML::Flow << YAML::BeginMap << YAML::Key << "id" << YAML::Value << effect.id;
-    for (const auto& [name, value] : effect.values) *out << YAML::Key << name << YAML::Value << value;
+    for (const auto& [name, value] : effect.values)
+      *out << YAML::Key << name << YAML::Value << value;
     *out << YAML::EndMap;
   }
   *out << YAML::EndSeq;
@@ -81,8 +81,8 @@ void FlightSummary(const SimulationTruth& truth, YAML::Emitter* out) {
   *out << YAML::Key << "laps" << YAML::Value << truth.laps;
   *out << YAML::Key << "passes" << YAML::Value << truth.passes;
   *out << YAML::Key << "speed_mean" << YAML::Value << truth.speed_mean << YAML::Comment("m/s");
-  *out << YAML::Key << "path_error_rms" << YAML::Value << truth.path_error_rms
-       << YAML::Comment("m") << YAML::EndMap;
+  *out << YAML::Key << "path_error_rms" << YAML::Value << truth.path_error_rms << YAML::Comment("m")
+       << YAML::EndMap;
 }
 
 }  // namespace

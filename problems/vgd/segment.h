@@ -19,12 +19,6 @@ struct ParameterScaling {
   Eigen::Vector3d DriftUnit() const { return sigma.segment<kDriftSize>(kAhrsInTheta); }
 };
 
-// The accelerometer's x and y, averaged over a short interval around t.
-struct ForceSample {
-  TimeNs t;
-  Eigen::Vector2d accel_xy;  // m/s^2
-};
-
 class Segment {
  public:
   // `times` ascending and unique in [start, end]; the last one is `end`. `scaling` must outlive

@@ -1,12 +1,15 @@
 #include "problems/vgd/vgd.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "problems/common/error.h"
 #include "problems/common/random.h"
+#include "problems/vgd/drift_strength.h"
 #include "problems/vgd/identifiability.h"
-#include "problems/window/line_fit.h"
+#include "problems/vgd/window_data.h"
+#include "problems/window/rough_path.h"
 
 namespace trueline {
 namespace {
@@ -23,42 +26,6 @@ std::vector<std::string> ParameterUnits(bool with_forces) {
   std::vector<std::string> units(kImuDrivenUnits.begin(), kImuDrivenUnits.end());
   if (with_forces) units.insert(units.end(), {"m/s^2", "m/s^2"});
   return units;
-}
-
-// First pass (index) of the window that ends with pass `tau` (from 1): gamma passes, fewer where
-// the flight begins or the IMU has a gap, more where they hold too few fixes.
-int FirstPassOf(const FlightData& flight, const VgdOptions& options, int tau) {
-  int first = tau - 1;
-  const auto fixes = [&] { return flight.passes[tau - 1].last - flight.passes[first].first + 1; };
-  while (first > 0 &&
-         (tau - first < options.gamma || static_cast<int>(fixes()) < options.min_window_fixes) &&
-         flight.track.Covers(flight.passes[first - 1].begin, flight.passes[tau - 1].end)) {
-    --first;
-  }
-  return first;
-}
-
-bool HasArc(const FlightData& flight, int tau) {
-  return tau < static_cast<int>(flight.passes.size()) &&
-         flight.track.Covers(flight.passes[tau - 1].begin, flight.passes[tau].begin);
-}
-
-WindowData DataOf(const FlightData& flight, const VgdOptions& options, int first, int tau) {
-  const Pass& from = flight.passes[first];
-  const Pass& to = flight.passes[tau - 1];
-  WindowData data;
-  data.begin = from.begin;
-  data.end = HasArc(flight, tau) ? flight.passes[tau].begin : to.end;
-  data.fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
-  data.force_sigma = flight.forces.sigma;
-  if (options.drag_measurement.enabled) {
-    const auto& samples = flight.forces.samples;
-    const auto before = [](const ForceSample& s, TimeNs t) { return s.t < t; };
-    const auto begin = std::lower_bound(samples.begin(), samples.end(), data.begin, before);
-    const auto end = std::lower_bound(begin, samples.end(), data.end, before);
-    data.forces = std::span(samples).subspan(begin - samples.begin(), end - begin);
-  }
-  return data;
 }
 
 double RobustWeight(const VgdOptions& options, const Eigen::Vector3d& whitened) {
@@ -124,17 +91,9 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
 
 void StoreArc(const FlightData& flight, int tau, const WindowProblem& problem,
               const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
-  const Pass& next = flight.passes[tau];
-  ArcPrediction arc;
-  arc.begin = flight.passes[tau - 1].end;
-  arc.end = next.begin;
+  ArcPrediction arc = flight.ArcAfter(tau);
   arc.p_E = problem.FinalState().head<2>();
   arc.cov = cov_all.block<2, 2>(WindowProblem::kParameters, WindowProblem::kParameters);
-  arc.truth_source = "none";
-  if (const auto truth = TruthAtPass(flight.log, next, TruthOptions())) {
-    arc.truth = truth->p_E.head<2>();
-    arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
-  }
   estimate->arc = arc;
 }
 
@@ -146,33 +105,6 @@ Theta ThetaOf(const WindowEstimate& estimate) {
 
 }  // namespace
 
-FlightData::FlightData(const FlightLog& flight_log, const VgdOptions& options)
-    : log(flight_log),
-      track(DriveTrack::FromLog(flight_log, options.drive)),
-      forces(AverageForces(flight_log.imu, options.drag_measurement)) {
-  if (log.fixes.empty()) {
-    throw ErrorAt(log.directory + "/fixes.csv", 0,
-                  "there are no fixes to fit to; import with fixes, or let trueline-convert sample "
-                  "them from mocap (fixes_from_mocap)");
-  }
-  for (const Pass& pass : FindPasses(log.fixes, options.passes)) {
-    if (track.Covers(pass.begin, pass.end)) {
-      passes.push_back(pass);
-    } else {
-      warnings.push_back(fmt::format(
-          "pass at {:.2f} s is left out: imu.csv or attitude.csv has a gap there or does not "
-          "reach it",
-          SecondsBetween(track.begin(), pass.begin)));
-    }
-  }
-  if (passes.empty()) {
-    throw ErrorAt(log.directory + "/fixes.csv", 0,
-                  fmt::format("no pass of {} fixes or more lies inside of the IMU's time span; "
-                              "check clocks and pass_gap",
-                              options.passes.min_fixes));
-  }
-}
-
 Theta PriorMeans(const VgdOptions& options) {
   Theta theta;
   for (int i = 0; i < 9; ++i) theta[i] = options.priors[i].mean;
@@ -182,15 +114,10 @@ Theta PriorMeans(const VgdOptions& options) {
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start) {
   const int first = FirstPassOf(flight, options, tau);
-  const Pass& from = flight.passes[first];
   const Pass& to = flight.passes[tau - 1];
-  const WindowData data = DataOf(flight, options, first, tau);
-
+  const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
-  const LineFit line = FitLine(flight.log.fixes, from.first, from.last, from.begin);
-  Eigen::Matrix<double, 6, 1> state;
-  state << line.p, line.v;
-  problem.SetStart(start, state);
+  problem.SetStart(start, RoughPath(flight.log.fixes, std::span(flight.passes).subspan(first, tau - first)));
   const ceres::Solver::Summary summary = problem.Solve();
 
   WindowEstimate estimate;
@@ -205,22 +132,30 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
   StoreParameters(options, &problem, cov, &estimate);
   StoreMisfits(problem, data, options, &estimate);
   StoreTrajectory(problem, to.begin, to.end, &estimate);
-  if (HasArc(flight, tau)) StoreArc(flight, tau, problem, cov, &estimate);
+  if (flight.HasArc(tau)) StoreArc(flight, tau, problem, cov, &estimate);
   estimate.solve_time = summary.total_time_in_seconds;
   return estimate;
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
   EstimatorRun run{"vgd", options.gamma, {}, flight.warnings};
+  VgdOptions adapted = options;
+  DriftStrength drift(options);
   Theta start = PriorMeans(options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    run.windows.push_back(SolveWindow(flight, options, tau, start));
+    if (options.adapt_drift && options.process.tilt > 0.0) {
+      drift.Learn(flight, tau, start);
+      adapted.process.tilt = drift.Tilt();
+    }
+    run.windows.push_back(SolveWindow(flight, adapted, tau, start));
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) {
       run.warnings.push_back(fmt::format(
-          "the arc after pass {} (at {:.2f} s) is not predicted: the IMU has a gap in it", tau,
-          SecondsBetween(flight.track.begin(), flight.passes[tau - 1].end)));
+          "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
+          "a gap in it",
+          tau, SecondsBetween(flight.track.begin(), flight.passes[tau - 1].end),
+          flight.pass_options.max_arc));
     }
   }
   return run;

@@ -2,23 +2,12 @@
 // the arc that follows.
 #pragma once
 
-#include "problems/log/flight_log.h"
 #include "problems/result/estimate.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/vgd/window_problem.h"
+#include "problems/window/flight_data.h"
 
 namespace trueline {
-
-// What all windows of a flight share; made once, used for every gamma.
-struct FlightData {
-  FlightData(const FlightLog& flight_log, const VgdOptions& options);
-
-  const FlightLog& log;
-  DriveTrack track;
-  std::vector<Pass> passes;
-  ForceSamples forces;
-  std::vector<std::string> warnings;
-};
 
 // Runs over all windows in time order; each starts from the optimum before it. Windows never
 // reach over an IMU gap: they get shorter, and an arc with a gap in it is not predicted.

@@ -102,6 +102,7 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   ReadPositive(map, "loss_scale_sigmas", &options.loss_scale);
   Read(map, "whiten", &options.whiten);
   ReadProcess(map.ChildOrEmpty("process"), &options.process);
+  Read(map, "adapt_drift", &options.adapt_drift);
   ReadPositive(map, "knot_interval_s", &options.knot_interval);
   ReadDragMeasurement(map.ChildOrEmpty("drag_measurement"), &options.drag_measurement);
   Read(map, "solver", kSolvers, &options.solver);
@@ -109,6 +110,7 @@ VgdOptions ReadVgdOptions(const YamlMap& map) {
   ReadPositive(map, "tolerance", &options.tolerance);
   ReadPositive(map, "max_block_s", &options.max_block);
   ReadPositive(map, "pass_gap_s", &options.passes.pass_gap);
+  ReadPositive(map, "max_arc_s", &options.passes.max_arc);
   Read(map, "min_fixes", &options.passes.min_fixes);
   ReadDrive(map.ChildOrEmpty("drive"), &options.drive);
   map.Finish();
@@ -136,6 +138,7 @@ YAML::Node ToYaml(const VgdOptions& options) {
   node["process"]["tilt_deg"] = options.process.tilt / kDegree;
   node["process"]["heading_deg"] = options.process.heading / kDegree;
   node["process"]["memory_s"] = options.process.memory;
+  node["adapt_drift"] = options.adapt_drift;
   node["knot_interval_s"] = options.knot_interval;
   node["drag_measurement"]["enabled"] = options.drag_measurement.enabled;
   node["drag_measurement"]["interval_s"] = options.drag_measurement.interval;
@@ -146,6 +149,7 @@ YAML::Node ToYaml(const VgdOptions& options) {
   node["tolerance"] = options.tolerance;
   node["max_block_s"] = options.max_block;
   node["pass_gap_s"] = options.passes.pass_gap;
+  node["max_arc_s"] = options.passes.max_arc;
   node["min_fixes"] = options.passes.min_fixes;
   node["drive"]["thrust"] = NameOf(kThrusts, options.drive.thrust);
   node["drive"]["attitude"] = NameOf(kAttitudes, options.drive.attitude);

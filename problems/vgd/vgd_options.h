@@ -8,6 +8,7 @@
 #include "cost_functions/models/process_noise.h"
 #include "problems/common/strict_yaml.h"
 #include "problems/window/drive_track.h"
+#include "problems/window/force_samples.h"
 #include "problems/window/passes.h"
 
 namespace trueline {
@@ -23,16 +24,6 @@ struct ParameterPrior {
 enum class FixLoss { kHuber, kCauchy, kNone, kNorm };
 enum class VgdSolver { kTrustRegion, kGradientDescent };
 
-// Use of the accelerometer's x and y axes, which the paper's fit leaves aside.
-struct DragMeasurementOptions {
-  bool enabled = true;
-  double interval = 0.05;   // s, over which the accelerometer is averaged
-  // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
-  // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
-  double sigma = 0.2;
-  double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
-};
-
 inline constexpr double kDegree = 0.017453292519943295;  // rad
 
 struct VgdOptions {
@@ -40,18 +31,18 @@ struct VgdOptions {
   // Windows reach further back until they hold this many fixes.
   int min_window_fixes = 8;
 
-  // In the order of eq. 16. Mean and sigma from the ranges of Table 2 (their middle and half
-  // width: weak), bounds at twice those ranges.
+  // In the order of eq. 16. Mean and sigma are those of the uniform distributions over the ranges
+  // of Table 2 (sigma = width / sqrt(12)); bounds lie at twice the ranges, and drag never pushes.
   std::array<ParameterPrior, 9> priors = {{
-      {-0.5, 0.5, -1.5, 0.5},                             // K_x, 1/s
-      {-0.5, 0.5, -1.5, 0.5},                             // K_y, 1/s
-      {0.0, 1.0, -2.0, 2.0},                              // b_az, m/s^2
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_E_Ep, rad
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_E_Ep
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_E_Ep
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_I_B
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_I_B
-      {0.0, 3 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_I_B
+      {-0.5, 0.29, -2.0, 0.0},                              // K_x, 1/s
+      {-0.5, 0.29, -2.0, 0.0},                              // K_y, 1/s
+      {0.0, 0.58, -2.0, 2.0},                               // b_az, m/s^2
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_E_Ep, rad
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_E_Ep
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_E_Ep
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_I_B
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_I_B
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_I_B
   }};
 
   FixLoss loss = FixLoss::kHuber;
@@ -63,6 +54,7 @@ struct VgdOptions {
   // A complementary filter's tilt error follows manoeuvres with its own time constant.
   ProcessNoise process{
       .acceleration = 0.05, .tilt = 1.5 * kDegree, .heading = 0.5 * kDegree, .memory = 1.0};
+  bool adapt_drift = true;     // learn the tilt's sigma from the flight, starting at process.tilt
   double knot_interval = 0.5;  // s
 
   DragMeasurementOptions drag_measurement;
@@ -70,7 +62,7 @@ struct VgdOptions {
   VgdSolver solver = VgdSolver::kTrustRegion;
   int max_iterations = 50;
   double tolerance = 1e-4;  // eq. 36: relative change of the cost
-  double max_block = 0.03;  // s, length of a preintegrated block
+  double max_block = 0.05;  // s, length of a preintegrated block
 
   PassOptions passes;
   DriveOptions drive;

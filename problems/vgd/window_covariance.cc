@@ -30,8 +30,7 @@ Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::
 
 }  // namespace
 
-Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>
-WindowProblem::Covariance() {
+Eigen::SparseMatrix<double> WindowProblem::Hessian() {
   ceres::Problem::EvaluateOptions options;
   const bool drifts = options_.process.Any();
   options.parameter_blocks.push_back(x_.theta.data());
@@ -42,8 +41,20 @@ WindowProblem::Covariance() {
   ceres::CRSMatrix crs;
   problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
   const Eigen::SparseMatrix<double> J = ToEigen(crs);
-  const Eigen::SparseMatrix<double> H = J.transpose() * J;
+  return J.transpose() * J;
+}
 
+double WindowProblem::LogEvidence() {
+  double cost = 0.0;
+  problem_.Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr, nullptr, nullptr);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(Hessian());
+  const double log_det = ldlt.vectorD().cwiseMax(1e-300).array().log().sum();
+  return log_weights_ - cost - 0.5 * log_det;
+}
+
+Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>
+WindowProblem::Covariance() {
+  const Eigen::SparseMatrix<double> H = Hessian();
   // What is asked for, as linear functions of the unknowns: theta and the final state.
   constexpr int kAsked = kParameters + 6;
   const int last_state = static_cast<int>(H.cols()) - kStateSize;
@@ -51,7 +62,7 @@ WindowProblem::Covariance() {
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
   G.topLeftCorner<kThetaSize, kThetaSize>().setIdentity();
   G.block<kThetaSize, 6>(0, kParameters) = end.d_theta.transpose();
-  if (drifts) {
+  if (options_.process.Any()) {
     G.block<kDriftSize, 6>(last_state - kDriftSize, kParameters) = end.d_drift().transpose();
   }
   G.block<kStateSize, 6>(last_state, kParameters) = end.d_state.transpose();

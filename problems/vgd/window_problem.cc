@@ -120,9 +120,11 @@ void WindowProblem::AddForces(const WindowData& data) {
 void WindowProblem::AddContinuity(double gravity) {
   for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
+    const Matrix9d sqrt_information = SqrtInformation(options_.process, seconds, gravity);
+    log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
     problem_.AddResidualBlock(
-        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(), options_.process.Decay(seconds),
-                               SqrtInformation(options_.process, seconds, gravity)),
+        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
+                               options_.process.Decay(seconds), sqrt_information),
         nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
         x_.states[s + 1].data());
   }
@@ -138,6 +140,7 @@ void WindowProblem::AddPriors() {
     return;
   }
   const Eigen::Vector3d sigma = options_.process.DriftSigma().cwiseMax(1e-5);
+  log_weights_ -= sigma.array().log().sum();
   problem_.AddResidualBlock(
       new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
                              Eigen::VectorXd::Zero(kDriftSize)),
@@ -154,27 +157,35 @@ void WindowProblem::SetBounds() {
   }
 }
 
-void WindowProblem::SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state) {
+void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
   x_.theta.head<9>() =
       (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
-  Eigen::Matrix<double, 6, 1> x = state;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
-    x_.states[s] = x;
-    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x.data(), false);
-    x = segments_[s]->end_node()->value;
+    if (s == 0 || segments_[s]->start() <= path.end()) {
+      const LineFit guess = path.At(segments_[s]->start());
+      x_.states[s] << guess.p, guess.v;
+    } else {
+      Segment& before = *segments_[s - 1];
+      before.Evaluate(x_.theta.data(), x_.drift[s - 1].data(), x_.states[s - 1].data(), false);
+      x_.states[s] = before.end_node()->value;
+    }
   }
 }
 
-void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (new_evaluation_point || evaluate_jacobians) Refresh(evaluate_jacobians);
+void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_evaluation_point*/) {
+  Refresh(evaluate_jacobians);
 }
 
+// Ceres asks more than once for the same point (with bounds, it announces it as new each time).
 void WindowProblem::Refresh(bool derivatives) {
+  if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
   }
+  integrated_ = x_;
+  has_derivatives_ = derivatives;
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {

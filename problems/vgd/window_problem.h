@@ -3,12 +3,15 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/SparseCore>
+
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "problems/vgd/force_samples.h"
 #include "problems/vgd/segment.h"
+#include "problems/window/force_samples.h"
+#include "problems/window/rough_path.h"
 
 namespace trueline {
 
@@ -16,6 +19,7 @@ struct WindowData {
   TimeNs begin;                       // of the first fix
   TimeNs end;                         // of the predicted arc (or of the last fix where none follows)
   std::span<const Fix> fixes;         // within [begin, end]
+  std::span<const Pass> passes;
   std::span<const ForceSample> forces;
   double force_sigma;                 // m/s^2
 };
@@ -31,9 +35,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   WindowProblem(const WindowProblem&) = delete;
   WindowProblem& operator=(const WindowProblem&) = delete;
 
-  // Sets all unknowns: parameters to theta, states by integration from a line through the fixes
-  // of the first pass.
-  void SetStart(const Theta& theta, const Eigen::Matrix<double, 6, 1>& state);
+  // Sets all unknowns: parameters to theta, states to the rough path; beyond its end, by
+  // integration.
+  void SetStart(const Theta& theta, const RoughPath& path);
 
   ceres::Solver::Summary Solve();
 
@@ -46,6 +50,10 @@ class WindowProblem : private ceres::EvaluationCallback {
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
   // Hessian; finite also where the data leave directions open (the prior holds them).
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
+
+  // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
+  // at the present unknowns (the optimum), up to a constant that no option of `process` changes.
+  double LogEvidence();
 
   // State at the window's end, in E: the prediction.
   Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
@@ -63,6 +71,8 @@ class WindowProblem : private ceres::EvaluationCallback {
     Eigen::Matrix<double, kThetaSize, 1> theta;
     std::vector<Eigen::Vector3d> drift;               // by segment
     std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
+
+    bool operator==(const Unknowns&) const = default;
   };
 
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
@@ -73,13 +83,17 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddPriors();
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
+  Eigen::SparseMatrix<double> Hessian();
 
   VgdOptions options_;
   ParameterScaling scaling_;
   std::vector<std::unique_ptr<Segment>> segments_;
   Unknowns x_;
+  Unknowns integrated_;             // where the nodes stand
+  bool has_derivatives_ = false;    // whether they hold derivatives there
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
+  double log_weights_ = 0.0;  // sum of log det of what whitens processes and the drift's prior
 };
 
 }  // namespace trueline

@@ -13,7 +13,7 @@ class MotionChain {
   // Blocks from `start` through all `times` (ascending, >= start); none is longer than
   // max_block seconds. The track must cover the whole.
   MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
-              double max_block = 0.03);
+              double max_block = 0.05);
 
   // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
   // the velocity in E' as well. Any scalar; no logged datum is integrated again.

@@ -19,6 +19,7 @@ struct Pass {
 struct PassOptions {
   double pass_gap = 0.7;  // s
   int min_fixes = 3;      // shorter runs join no window: a position, a speed and a check
+  double max_arc = 6.0;   // s; nothing is integrated over longer breaks, windows end there
 };
 
 std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& options);
@@ -31,7 +32,7 @@ struct ArcTruth {
 
 struct TruthOptions {
   // Mocap is interpolated between samples at most this far apart; a longer outage gives no truth. s
-  double max_mocap_gap = 0.2;
+  double max_mocap_gap = 0.12;
   int fixes = 5;  // how many fixes of the next pass stand in for mocap
 };
 

@@ -65,4 +65,14 @@ def read_calibration(directory):
             tables[name] = empty_table(numbers, texts)
         else:
             tables[name] = read_table(file, numbers, texts, REMEDY)
-    return CalibrationResult(summary, **tables)
+    return CalibrationResult(summary, **_since_start(tables))
+
+
+def _since_start(tables):
+    """Times from the first fitted fix on: stamps may count from 1970."""
+    start = tables["residuals"].t.min()
+    if pd.notna(start):
+        for table in tables.values():
+            for column in table.columns.intersection(["t", "t_start", "t_end"]):
+                table[column] -= start
+    return tables

@@ -15,6 +15,7 @@ VERDICTS = {
 }
 MEANINGS = {  # Li et al. 2019, eq. 16
     "K_x": "linear drag along body x, by mass", "K_y": "linear drag along body y, by mass",
+    "b_ax": "accelerometer bias along x", "b_ay": "accelerometer bias along y",
     "b_az": "accelerometer bias along z",
     "phi_E_Ep": "roll error of the AHRS", "theta_E_Ep": "pitch error of the AHRS",
     "psi_E_Ep": "heading error of the AHRS",

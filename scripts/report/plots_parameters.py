@@ -30,7 +30,7 @@ def parameters_by_window(result):
                  legend=dict(orientation="h", x=0, y=1 + 32 / (ROW_HEIGHT * rows),
                              xanchor="left", yanchor="bottom"))
     figure.update_annotations(font=dict(size=13, color=charts.INK))
-    figure.update_xaxes(title_text="End of window [s]", row=rows)
+    figure.update_xaxes(title_text="End of window, from the first fix [s]", row=rows)
     return figure
 
 

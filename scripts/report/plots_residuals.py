@@ -38,7 +38,7 @@ def over_time(residuals):
     for level in (-1.96, 1.96):
         figure.add_hline(y=level, line=dict(color=charts.MUTED, dash="dash", width=1))
     charts.style(figure, 340)
-    figure.update_xaxes(title_text="Time [s]")
+    figure.update_xaxes(title_text="Time from the first fix [s]")
     figure.update_yaxes(title_text="Residual / sigma", zeroline=True, zerolinecolor="#c6cfda")
     return figure
 

@@ -83,6 +83,14 @@ TEST(Straights, OfABoxKeepToItsHeading) {
   EXPECT_EQ(GatesOf(straights).size(), 1U);
 }
 
+// Samples further apart than the window over which speed is measured.
+TEST(Straights, AreTakenFromVerySlowMocap) {
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = 3.0;
+  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0, 6.0), {box}, {}), 4, 0.4);
+}
+
 // A circle has none, unless the flattest part is asked for.
 TEST(Straights, DontExistOnACircle) {
   std::vector<PoseSample> mocap;

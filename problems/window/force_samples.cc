@@ -1,4 +1,4 @@
-#include "problems/vgd/force_samples.h"
+#include "problems/window/force_samples.h"
 
 #include <algorithm>
 #include <cmath>

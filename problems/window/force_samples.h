@@ -4,9 +4,24 @@
 #include <vector>
 
 #include "problems/log/flight_log.h"
-#include "problems/vgd/segment.h"
 
 namespace trueline {
+
+// Use of the accelerometer's x and y axes, which the paper's fit leaves aside.
+struct DragMeasurementOptions {
+  bool enabled = true;
+  double interval = 0.05;   // s, over which the accelerometer is averaged
+  // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
+  // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
+  double sigma = 0.2;
+  double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
+};
+
+// The accelerometer's x and y, averaged over a short interval around t.
+struct ForceSample {
+  TimeNs t;
+  Eigen::Vector2d accel_xy;  // m/s^2
+};
 
 struct ForceSamples {
   std::vector<ForceSample> samples;  // ascending in time, at the middle of their intervals

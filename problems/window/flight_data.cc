@@ -1,0 +1,55 @@
+#include "problems/window/flight_data.h"
+
+#include "problems/common/error.h"
+
+namespace trueline {
+
+FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
+                       const PassOptions& options, const DragMeasurementOptions& drag_measurement)
+    : log(flight_log),
+      pass_options(options),
+      track(DriveTrack::FromLog(flight_log, drive)),
+      forces(AverageForces(flight_log.imu, drag_measurement)) {
+  if (log.fixes.empty()) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0,
+                  "there are no fixes to fit to; import with fixes, or let trueline-convert sample "
+                  "them from mocap (fixes_from_mocap)");
+  }
+  for (const Pass& pass : FindPasses(log.fixes, pass_options)) {
+    if (track.Covers(pass.begin, pass.end)) {
+      passes.push_back(pass);
+    } else {
+      warnings.push_back(fmt::format(
+          "pass at {:.2f} s is left out: imu.csv or attitude.csv has a gap there or does not "
+          "reach it",
+          SecondsBetween(track.begin(), pass.begin)));
+    }
+  }
+  if (passes.empty()) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0,
+                  fmt::format("no pass of {} fixes or more lies inside of the IMU's time span; "
+                              "check clocks and pass_gap",
+                              pass_options.min_fixes));
+  }
+}
+
+bool FlightData::HasArc(int tau) const {
+  if (tau >= static_cast<int>(passes.size())) return false;
+  const TimeNs from = passes[tau - 1].end, to = passes[tau].begin;
+  return SecondsBetween(from, to) <= pass_options.max_arc && track.Covers(from, to);
+}
+
+ArcPrediction FlightData::ArcAfter(int tau) const {
+  const Pass& next = passes[tau];
+  ArcPrediction arc;
+  arc.begin = passes[tau - 1].end;
+  arc.end = next.begin;
+  arc.truth_source = "none";
+  if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
+    arc.truth = truth->p_E.head<2>();
+    arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
+  }
+  return arc;
+}
+
+}  // namespace trueline

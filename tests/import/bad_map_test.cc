@@ -1,0 +1,158 @@
+// Errors in maps and foreign files name the place and the remedy.
+#include <gmock/gmock.h>
+
+#include "problems/import/fix_flags.h"
+#include "tests/import/import_files.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr char kMap[] =
+    "inputs:\n"
+    "  log: {time: {column: t, unit: s}}\n"
+    "streams:\n"
+    "  imu:\n"
+    "    accel: {columns: [a, b, c], unit: m/s^2}\n"
+    "    gyro: {columns: [a, b, c], unit: rad/s}\n";
+constexpr char kCsv[] = "t,a,b,c\n1,0,0,1\n2,0,0,1\n3,0,0,1\n";
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::string MapError(const std::string& from, const std::string& to) {
+  return ImportFiles().Error(Replaced(kMap, from, to), kCsv);
+}
+
+std::string CsvError(const std::string& from, const std::string& to) {
+  return ImportFiles().Error(kMap, Replaced(kCsv, from, to));
+}
+
+TEST(BadMap, AGoodOneHasNoError) { EXPECT_EQ(ImportFiles().Error(kMap, kCsv), "no error"); }
+
+TEST(BadMap, UnknownKeys) {
+  EXPECT_THAT(MapError("streams:", "strems: {}\nstreams:"),
+              AllOf(HasSubstr("map.yaml:3: 'strems': unknown key"), HasSubstr("known here:")));
+  EXPECT_THAT(MapError("unit: rad/s}", "unt: rad/s}"),
+              HasSubstr("map.yaml:6: 'streams.imu.gyro.unt': unknown key"));
+  EXPECT_THAT(MapError("unit: s}", "units: s}"), HasSubstr("map.yaml:2: 'inputs.log.time.units'"));
+}
+
+TEST(BadMap, UnknownUnit) {
+  EXPECT_THAT(MapError("unit: m/s^2", "unit: gee"),
+              AllOf(HasSubstr("map.yaml:5: 'streams.imu.accel.unit': 'gee' is not known here"),
+                    HasSubstr("use one of: m/s^2, g")));
+}
+
+TEST(BadMap, UnknownColumn) {
+  EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b, w], unit: rad"),
+              AllOf(HasSubstr("map.yaml:6: there is no column 'w' in"),
+                    HasSubstr("its header has: t, a, b, c")));
+  EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b, 9], unit: rad"),
+              HasSubstr("map.yaml:6: there is no column 9 in"));
+}
+
+TEST(BadMap, WrongNumberOfColumns) {
+  EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b], unit: rad"),
+              HasSubstr("map.yaml:6: 'streams.imu.gyro.columns': needs 3 columns, found 2"));
+}
+
+TEST(BadMap, LeftHandedAxes) {
+  EXPECT_THAT(MapError("  imu:\n", "  imu:\n    body: {axes: [x, y, -z]}\n"),
+              AllOf(HasSubstr("map.yaml:5"), HasSubstr("not right-handed; check")));
+}
+
+TEST(BadMap, UnknownFrame) {
+  EXPECT_THAT(MapError("streams:", "earth: NEU\nstreams:"),
+              HasSubstr("map.yaml:3: 'earth': 'NEU' is not known; use one of: ENU, NED, NWU"));
+}
+
+TEST(BadMap, NoImu) {
+  EXPECT_THAT(MapError("  imu:", "  imu2:"), HasSubstr("key 'streams.imu' is missing; add it"));
+}
+
+TEST(BadMap, CutThatLeavesNothing) {
+  EXPECT_THAT(MapError("streams:", "cut: {from: 50}\nstreams:"),
+              AllOf(HasSubstr("map.yaml: 'cut' leaves nothing"), HasSubstr("widen it")));
+}
+
+TEST(BadMap, AirborneWithoutMocap) {
+  EXPECT_THAT(MapError("streams:", "cut: {airborne: {min_height: 1}}\nstreams:"),
+              HasSubstr("'cut.airborne' needs the stream 'mocap'"));
+}
+
+TEST(BadMap, FixesFromMocapWithoutMocap) {
+  EXPECT_THAT(MapError("streams:", "fixes_from_mocap: {}\nstreams:"),
+              HasSubstr("map.yaml:3: 'fixes_from_mocap': needs the stream 'mocap'"));
+}
+
+TEST(BadMap, ImpossibleSamplerOptions) {
+  EXPECT_THAT(MapError("streams:", "fixes_from_mocap: {outlier_share: 2}\nstreams:"),
+              AllOf(HasSubstr("map.yaml:3"), HasSubstr("'outlier_share' must be within 0 and 1")));
+}
+
+TEST(BadMap, NoSuchFile) {
+  const ImportFiles files;
+  const ImportMap map = ReadImportMap(files.Write("map.yaml", kMap));
+  EXPECT_THAT(ErrorOf([&] { ConvertLog(map, {"/nowhere.csv"}, {}); }),
+              HasSubstr("/nowhere.csv: cannot be opened"));
+}
+
+TEST(BadCsv, MissingValue) {
+  EXPECT_THAT(CsvError("2,0,0,1", "2,0,,1"),
+              AllOf(HasSubstr("log.csv:3: column 'b'"), HasSubstr("set 'skip_missing: true'")));
+}
+
+TEST(BadCsv, NotANumber) {
+  EXPECT_THAT(CsvError("2,0,0,1", "2,0,nan,1"),
+              AllOf(HasSubstr("log.csv:3: column 'b': found 'nan'"), HasSubstr("skip_missing")));
+}
+
+TEST(BadCsv, Text) {
+  EXPECT_THAT(CsvError("2,0,0,1", "2,0,fast,1"),
+              HasSubstr("log.csv:3: column 'b': 'fast' is no number; repair or remove the line"));
+}
+
+TEST(BadCsv, UnsortedStamps) {
+  EXPECT_THAT(CsvError("3,0,0,1", "1.5,0,0,1"),
+              AllOf(HasSubstr("log.csv:4: column 't': 1.500000000 s does not come after"),
+                    HasSubstr("'unsorted: drop'")));
+}
+
+TEST(BadCsv, MissingStamp) {
+  EXPECT_THAT(CsvError("2,0,0,1", ",0,0,1"), HasSubstr("log.csv:3: column 't': the time stamp is"));
+}
+
+TEST(BadCsv, MalformedLine) {
+  EXPECT_THAT(CsvError("2,0,0,1", "2,0,0"),
+              HasSubstr("log.csv:3: found 3 fields where the first row has 4"));
+}
+
+TEST(BadCsv, CutOffLastLineIsDropped) {
+  const FlightLog log = ImportFiles().Convert(kMap, std::string(kCsv) + "4,0,0");
+  EXPECT_EQ(log.imu.size(), 3U);
+  EXPECT_THAT(log.warnings, testing::ElementsAre(HasSubstr("log.csv:5: the last line is cut off")));
+}
+
+TEST(BadCsv, Empty) {
+  EXPECT_THAT(ImportFiles().Error(kMap, ""), HasSubstr("log.csv: ends within its header"));
+  EXPECT_THAT(ImportFiles().Error(kMap, "t,a,b,c\n"), HasSubstr("log.csv: has no rows"));
+}
+
+TEST(FixFlags, RefuseWhatCantBe) {
+  const ImportFiles files;
+  const ImportMap map = ReadImportMap(files.Write("map.yaml", kMap));
+  FixFlags flags;
+  EXPECT_FALSE(OverrideFixes(map, flags).has_value());
+  flags.straights = "0.9<x";
+  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, flags); }),
+              AllOf(HasSubstr("--straights: '0.9<x' is no condition"), HasSubstr("-0.9<x<0.9")));
+  flags.straights = "auto";
+  EXPECT_THAT(ErrorOf([&] { OverrideFixes(map, flags); }), HasSubstr("reads no mocap"));
+}
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,141 @@
+// Configurations: those that ship run, those that are wrong are refused with file, line and remedy.
+#include <gmock/gmock.h>
+
+#include "problems/common/error.h"
+#include "problems/simulation/effects.h"
+#include "problems/simulation/truth_file.h"
+#include "problems/simulation/variant.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline::testing_simulation {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::string kCourse =
+    "course:\n"
+    "  radius: 1.5\n"
+    "  corners: [{position: [4.5, 0], gate: 0}, {position: [4.5, 3]}, {position: [-1.5, 3]},\n"
+    "            {position: [-1.5, 0]}]\n";
+
+SimulationConfig Parse(const std::string& text) {
+  return ReadSimulationConfig(YamlMap(YAML::Load(text), "flight.yaml", ""));
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    Parse(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Config, EveryShippedCourseFlies) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(ConfigFolder())) {
+    SCOPED_TRACE(entry.path().string());
+    SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(entry.path()));
+    config.duration = 20.0;
+    const Flown flown = Fly(DrawVariant(config, 4), 4);
+    EXPECT_GT(flown.log.fixes.size(), 10U);
+    EXPECT_LT(flown.truth.path_error_max, 0.3);
+    ++count;
+  }
+  EXPECT_GE(count, 5);
+}
+
+TEST(Config, DefaultsFlyTheCourse) {
+  SimulationConfig config = Parse(kCourse + "duration: 5\nwarm_up: 1\n");
+  EXPECT_EQ(config.vehicle.rotors.size(), 4U);
+  EXPECT_GT(Simulate(config, 1).fixes.size(), 5U);
+}
+
+TEST(Config, UnknownEffectIsRefusedWithLineAndChoices) {
+  EXPECT_THAT(
+      ErrorOf(kCourse + "effects:\n  - {id: cubic_drag, c: 1}\n"),
+      AllOf(HasSubstr("flight.yaml:6"), HasSubstr("cubic_drag"), HasSubstr("quadratic_drag")));
+}
+
+TEST(Config, MissingAndUnknownEffectParametersAreRefused) {
+  EXPECT_THAT(ErrorOf(kCourse + "effects:\n  - {id: wind, w_x: 1}\n"), HasSubstr("w_y"));
+  EXPECT_THAT(ErrorOf(kCourse + "effects:\n  - {id: fix_scale, s: 0.1, t: 2}\n"),
+              AllOf(HasSubstr("flight.yaml:6"), HasSubstr("'effects[0].t': unknown key")));
+}
+
+TEST(Config, UnknownKeysAndBadValuesAreRefused) {
+  EXPECT_THAT(ErrorOf(kCourse + "imu:\n  rat: 512\n"),
+              AllOf(HasSubstr("flight.yaml:6"), HasSubstr("imu.rat")));
+  EXPECT_THAT(ErrorOf(kCourse + "duration: -1\n"), HasSubstr("must be above 0"));
+  EXPECT_THAT(ErrorOf(kCourse + "ahrs: {kind: magic}\n"), HasSubstr("complementary_filter"));
+  EXPECT_THAT(ErrorOf(kCourse + "randomise: {K_w: [0, 1]}\n"), HasSubstr("K_x"));
+}
+
+TEST(Config, CoursesThatCannotBeFlownAreRefused) {
+  EXPECT_THAT(ErrorOf("course: {radius: 2, corners: [{position: [2, 0]}, {position: [2, 2]},"
+                      " {position: [0, 2]}, {position: [0, 0]}]}\n"),
+              HasSubstr("make the radius smaller"));
+  EXPECT_THAT(ErrorOf("course: {radius: 1, corners: [{position: [2, 0]}]}\n"),
+              HasSubstr("at least 3"));
+}
+
+TEST(Config, EveryEffectOfTheTableIsKnown) {
+  for (const char* id : {"quadratic_drag",
+                         "rotor_drag",
+                         "wind",
+                         "drag_step",
+                         "accel_scale_z",
+                         "accel_bias_drift",
+                         "imu_lever_arm",
+                         "ahrs_acceleration_error",
+                         "heading_drift",
+                         "heading_distortion",
+                         "attitude_latency",
+                         "fix_latency",
+                         "fix_scale",
+                         "camera_misalignment",
+                         "gate_moved",
+                         "false_gate",
+                         "linear_drag",
+                         "thrust_sag",
+                         "rotor_loss",
+                         "rotor_inflow",
+                         "rotor_speed_drag",
+                         "motor_lag",
+                         "translational_lift",
+                         "ground_effect",
+                         "payload_step",
+                         "com_step",
+                         "rotor_tilt"}) {
+    EXPECT_NE(simulation::FindEffect(id), nullptr) << id;
+  }
+}
+
+TEST(Variant, DrawsWithinTheRangesAndBySeed) {
+  const SimulationConfig config = ReadShipped("hippodrome");
+  const SimulationConfig a = DrawVariant(config, 1), b = DrawVariant(config, 2);
+  EXPECT_NE(a.vehicle.drag.x(), b.vehicle.drag.x());
+  EXPECT_EQ(a.vehicle.drag.x(), DrawVariant(config, 1).vehicle.drag.x());
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    const double K_x = DrawVariant(config, seed).vehicle.drag.x();
+    EXPECT_TRUE(K_x >= -0.8 && K_x <= -0.3) << K_x;
+  }
+  EXPECT_EQ(a.vehicle.drag.z(), config.vehicle.drag.z());
+}
+
+TEST(Truth, StatesParametersEffectsAndSeedBesideTheLog) {
+  const Flown flown = FlyWith("wind", {{"w_x", 0.5}, {"w_y", 0.0}});
+  const YAML::Node truth = YAML::Load(TruthYaml(flown.truth, "a.yaml"));
+  EXPECT_EQ(truth["parameters"]["K_x"]["value"].as<double>(), -0.5);
+  EXPECT_NEAR(truth["parameters"]["psi_E_Ep"]["value"].as<double>(), 0.020, 1e-9);
+  EXPECT_TRUE(truth["parameters"]["psi_E_Ep"]["constant"].as<bool>());
+  EXPECT_EQ(truth["effects"][0]["id"].as<std::string>(), "wind");
+  EXPECT_EQ(truth["effects"][0]["w_x"].as<double>(), 0.5);
+  EXPECT_EQ(truth["seed"].as<int>(), 1);
+  EXPECT_EQ(TruthPath("/tmp/a/"), "/tmp/a.truth.yaml");
+  EXPECT_EQ(TruthPath("a/b"), "a/b.truth.yaml");
+}
+
+}  // namespace
+}  // namespace trueline::testing_simulation

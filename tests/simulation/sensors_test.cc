@@ -1,0 +1,142 @@
+// Noise measured back from the log, and the other sensors' settings.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "problems/simulation/noise.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline::testing_simulation {
+namespace {
+
+using Eigen::Vector3d;
+
+SimulationConfig Hover(double duration) {
+  SimulationConfig config = ReadShipped("hover");
+  config.duration = duration;
+  return config;
+}
+
+TEST(Sensors, NoiseDensitiesAreThoseStated) {
+  const SimulationConfig config = Hover(30.0);
+  const FlightLog log = Simulate(config, 3);
+  double accel = 0.0, gyro = 0.0;
+  for (const ImuSample& sample : log.imu) {
+    accel += (sample.accel - Vector3d(0, 0, -9.81)).squaredNorm() / 3.0;
+    gyro += sample.gyro.squaredNorm() / 3.0;
+  }
+  const auto count = static_cast<double>(log.imu.size());
+  EXPECT_NEAR(std::sqrt(accel / count / 512.0), config.imu.accel_noise_density, 2e-5);
+  EXPECT_NEAR(std::sqrt(gyro / count / 512.0), config.imu.gyro_noise_density, 2e-6);
+}
+
+TEST(Sensors, BiasesAddToTheReading) {
+  SimulationConfig config = Hover(1.0);
+  config.imu.accel_noise_density = config.imu.gyro_noise_density = 0.0;
+  config.imu.accel_bias = {0.1, -0.2, 0.3};
+  config.imu.gyro_bias = {0.01, 0.02, -0.03};
+  const FlightLog log = Simulate(config, 1);
+  EXPECT_LT((log.imu[9].accel - Vector3d(0.1, -0.2, -9.51)).norm(), 1e-6);
+  EXPECT_LT((log.imu[9].gyro - config.imu.gyro_bias).norm(), 1e-6);
+}
+
+TEST(Sensors, MisalignedImuSeesGravityLean) {
+  SimulationConfig config = Hover(1.0);
+  config.imu.accel_noise_density = 0.0;
+  config.imu.misalignment = {0.02, -0.03, 0.0};  // of B against I
+  const Vector3d reading = Simulate(config, 1).imu[0].accel;
+  // B level; B is I rolled by +phi, so I is rolled left by phi: its y axis points up a little.
+  EXPECT_NEAR(reading.y(), 9.81 * std::sin(0.02), 1e-2);
+  EXPECT_NEAR(reading.x(), 9.81 * std::sin(0.03), 1e-2);
+}
+
+TEST(Sensors, SaturationAndQuantisation) {
+  SimulationConfig config = Hover(1.0);
+  config.imu.accel_range = 9.0;
+  config.imu.gyro_step = 0.001;
+  for (const ImuSample& sample : Simulate(config, 1).imu) {
+    EXPECT_EQ(sample.accel.z(), -9.0);
+    EXPECT_NEAR(std::remainder(sample.gyro.x(), 0.001), 0.0, 1e-12);
+  }
+}
+
+TEST(Sensors, VibrationFoldsDownAtTheImuRate) {
+  SimulationConfig config = Hover(4.0);
+  config.imu.accel_noise_density = 0.0;
+  config.imu.vibration.accel = {0.0, 0.0, 1.0};  // third harmonic of 800 rad/s: 382 Hz
+  const FlightLog log = Simulate(config, 1);
+  const auto power_at = [&](double hertz) {
+    double re = 0.0, im = 0.0;
+    for (const ImuSample& sample : log.imu) {
+      const double phase = 2.0 * M_PI * hertz * ToSeconds(sample.t);
+      re += sample.accel.x() * std::cos(phase);
+      im += sample.accel.x() * std::sin(phase);
+    }
+    return std::hypot(re, im) / static_cast<double>(log.imu.size());
+  };
+  const double alias = 512.0 - 3.0 * 800.0 / (2.0 * M_PI);
+  EXPECT_GT(power_at(alias), 20.0 * power_at(alias + 20.0));
+}
+
+TEST(Sensors, FixNoiseFollowsDistance) {
+  SimulationConfig config = ReadShipped("hippodrome_exact");
+  const Flown flown = Fly(config, 5);
+  double squares = 0.0;
+  for (const Fix& fix : flown.log.fixes) {
+    const auto index = static_cast<std::size_t>(std::lround(ToSeconds(fix.t) * 512.0));
+    const simulation::TruthSample& truth = flown.truth.trajectory.at(index);
+    const Gate& gate = flown.log.gates.at(fix.gate);
+    EXPECT_NEAR(fix.sigma, std::max(0.02, 0.1 * (gate.position - truth.p_E).norm()), 1e-3);
+    squares += (fix.p_E - truth.p_E).squaredNorm() / (3.0 * fix.sigma * fix.sigma);
+  }
+  const auto count = static_cast<double>(flown.log.fixes.size());
+  EXPECT_NEAR(squares / count, 1.0, 5.0 * std::sqrt(2.0 / (3.0 * count)));
+  EXPECT_GT(count / flown.truth.passes, 14.0);
+  EXPECT_LT(count / flown.truth.passes, 20.0);
+}
+
+TEST(Sensors, OutliersHaveTheirShare) {
+  SimulationConfig config = ReadShipped("hippodrome_exact");
+  config.duration = 60.0;
+  config.detector.outlier_share = 0.2;
+  config.detector.outlier_size = 50.0;
+  const Flown flown = Fly(config, 2);
+  int far = 0;
+  for (const Fix& fix : flown.log.fixes) far += std::abs(fix.p_E.z() + 1.5) > 2.0 ? 1 : 0;
+  const auto count = static_cast<double>(flown.log.fixes.size());
+  const double expected = 0.2 * 48.0 / 50.0;
+  EXPECT_NEAR(far / count, expected, 4.0 * std::sqrt(expected * (1.0 - expected) / count));
+}
+
+TEST(Sensors, ComplementaryFilterErrsByItsGainTimesVelocity) {
+  SimulationConfig config = ReadShipped("hippodrome_exact");
+  config.ahrs = simulation::AhrsConfig();
+  config.ahrs.integral_gain = 0.0;
+  config.imu.accelerometer_in_body_axes = false;
+  config.imu.accel_bias.setZero();
+  config.warm_up = 60.0;
+  config.duration = 30.0;
+  const Flown flown = Fly(config);
+  // theta of E' against E is about -k (v_x - mean v_x) / g.
+  const double k = config.ahrs.tilt_gain;
+  EXPECT_NEAR(flown.truth.ahrs_error_sigma.y(), k * 1.8 / std::sqrt(2.0) / 9.81, 0.002);
+  EXPECT_GT(flown.truth.tilt_error_rms, 0.004);
+}
+
+TEST(Noise, OrnsteinUhlenbeckHasItsSizeAndMemory) {
+  simulation::OrnsteinUhlenbeck process(Vector3d(0.5, 0.5, 0.5), 0.8, 1, "test");
+  double variance = 0.0, product = 0.0;
+  double before = process.value().x();
+  constexpr int kSteps = 200000;
+  for (int i = 0; i < kSteps; ++i) {
+    process.Advance(0.4);
+    variance += process.value().x() * process.value().x() / kSteps;
+    product += before * process.value().x() / kSteps;
+    before = process.value().x();
+  }
+  EXPECT_NEAR(std::sqrt(variance), 0.5, 0.01);
+  EXPECT_NEAR(product / variance, std::exp(-0.5), 0.01);
+}
+
+}  // namespace
+}  // namespace trueline::testing_simulation
