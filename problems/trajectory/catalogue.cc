@@ -23,6 +23,16 @@ FlatMatrix RandomControl(const SplineShape& shape, double size, double yaw_size,
   return free;
 }
 
+Lissajous RandomFigure(double size, double yaw_size, Random* random) {
+  Lissajous figure;
+  for (int i = 0; i < kFlatOutputs; ++i) {
+    figure.amplitude[i] = random->Uniform(0.2, 1.0) * (i < 3 ? size : yaw_size);
+    figure.frequency[i] = random->Uniform(0.1, 1.5);
+    figure.phase[i] = random->Uniform(0.0, 2.0 * M_PI);
+  }
+  return figure;
+}
+
 PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration) {
   constexpr int kMatched = 5;
   const auto expand = [&figure](double t) {

@@ -31,6 +31,8 @@ struct Lissajous {
   Eigen::Vector4d frequency = Eigen::Vector4d::Zero();  // Hz
   Eigen::Vector4d phase = Eigen::Vector4d::Zero();      // rad
 };
+// Random amplitudes (up to `size` m and `yaw_size` rad), frequencies (0.1 to 1.5 Hz) and phases.
+Lissajous RandomFigure(double size, double yaw_size, Random* random);
 PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration);
 
 // Named plain manoeuvres within 1 m, for advice: what to fly to see more.

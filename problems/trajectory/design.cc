@@ -81,16 +81,39 @@ PiecewisePolynomial PathOf(const SplineShape& shape, const FlatMatrix& free) {
   return PiecewisePolynomial::FromSpline(RestToRest(shape, free), shape.degree, shape.duration);
 }
 
-// Random free control points, scaled so that the flight fills its limits.
+// Free control points, scaled so that the flight fills its limits.
+FlatMatrix FilledToLimits(const RotorDrivenModel& model, const std::vector<double>& parameters,
+                          const SplineShape& shape, const FlightLimits& limits,
+                          const FlatMatrix& free) {
+  const auto path = PathOf(shape, free);
+  const auto fitted = ScaledToLimits(model, parameters, path, limits, kRandomStep, 4.0);
+  const int middle = fitted.num_pieces() / 2;
+  const double norm = path.coefficients()[middle].norm();
+  return norm > 0.0 ? FlatMatrix(free * (fitted.coefficients()[middle].norm() / norm)) : free;
+}
+
 FlatMatrix RandomFeasibleControl(const RotorDrivenModel& model,
                                  const std::vector<double>& parameters, const SplineShape& shape,
                                  const FlightLimits& limits, Random* random) {
-  const FlatMatrix free = RandomControl(shape, 0.5 * limits.travel, 1.5, random);
-  const auto path = PathOf(shape, free);
-  const auto fitted = ScaledToLimits(model, parameters, path, limits, kRandomStep, 4.0);
-  const int last = fitted.num_pieces() / 2;
-  const double norm = path.coefficients()[last].norm();
-  return norm > 0.0 ? FlatMatrix(free * (fitted.coefficients()[last].norm() / norm)) : free;
+  return FilledToLimits(model, parameters, shape, limits,
+                        RandomControl(shape, 0.5 * limits.travel, 1.5, random));
+}
+
+// A random Lissajous figure as control points, to start a design from: figures are often better
+// than random flights, and the ends of the spline let them begin and end at rest.
+FlatMatrix FigureControl(const RotorDrivenModel& model, const std::vector<double>& parameters,
+                         const SplineShape& shape, const FlightLimits& limits, Random* random) {
+  const Lissajous figure = RandomFigure(0.5 * limits.travel, 2.0, random);
+  const double spacing = shape.duration / shape.pieces;
+  FlatMatrix free(kFlatOutputs, shape.num_free());
+  for (Eigen::Index j = 0; j < free.cols(); ++j) {
+    free.col(j) = (2.0 * M_PI * static_cast<double>(j) * spacing * figure.frequency + figure.phase)
+                      .array()
+                      .sin()
+                      .matrix()
+                      .cwiseProduct(figure.amplitude);
+  }
+  return FilledToLimits(model, parameters, shape, limits, free);
 }
 
 }  // namespace
@@ -148,7 +171,8 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
   std::vector<double> scores(count);
   ParallelFor(count, options.threads, [&](int i) {
     Random random(options.seed + i, "design");
-    candidates[i] = RandomFeasibleControl(model, parameters, shape, options.limits, &random);
+    candidates[i] = (i % 2 == 0 ? RandomFeasibleControl : FigureControl)(model, parameters, shape,
+                                                                         options.limits, &random);
     scores[i] = FlightScore(system, parameters, PathOf(shape, candidates[i]), target);
   });
   std::vector<int> order(count);

@@ -17,7 +17,7 @@ namespace trueline {
 struct DesignOptions {
   SplineShape shape;
   FlightLimits limits;
-  int candidates = 20;        // random flights of which the best are starts
+  int candidates = 80;        // random flights and figures in turn, of which the best are starts
   int starts = 2;             // optimised, each on a thread of its own
   int iterations = 60;        // of each of the penalty's rounds, at most
   double time_limit = 50.0;   // s, for all rounds of one start
@@ -30,7 +30,7 @@ struct DesignResult {
   PiecewisePolynomial path;
   LimitUse use;              // on the check grid
   double score = 0.0;        // sigma_min of the result, by the target's Gramian
-  double start_score = 0.0;  // of the random flight that it came from
+  double start_score = 0.0;  // of the random flight or figure that it came from
   int iterations = 0;
   bool time_limited = false;          // ended by the time limit, so not the same on every machine
   double seconds = 0.0;

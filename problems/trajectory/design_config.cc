@@ -56,19 +56,9 @@ DesignOptions ReadOptions(const YamlMap& config) {
   return options;
 }
 
-Lissajous RandomFigure(const FlightLimits& limits, Random* random) {
-  Lissajous figure;
-  for (int i = 0; i < kFlatOutputs; ++i) {
-    figure.amplitude[i] = random->Uniform(0.2, 1.0) * (i < 3 ? 0.5 * limits.travel : 2.0);
-    figure.frequency[i] = random->Uniform(0.1, 1.5);
-    figure.phase[i] = random->Uniform(0.0, 2.0 * M_PI);
-  }
-  return figure;
-}
-
 // A Lissajous figure with its amplitude cut to the limits.
 PiecewisePolynomial FeasibleFigure(const DesignTask& task, Random* random) {
-  const Lissajous figure = RandomFigure(task.options.limits, random);
+  const Lissajous figure = RandomFigure(0.5 * task.options.limits.travel, 2.0, random);
   return ScaledToLimits(task.vehicle.model, task.vehicle.parameters,
                         LissajousPath(figure, task.options.shape.duration), task.options.limits,
                         0.02, 2.0);
@@ -181,7 +171,8 @@ DesignOutcome RunDesignTask(const DesignTask& task,
   target.scale =
       ScaleFromRandomFlights(task.system, parameters, target.asked, options.shape, options.limits,
                              task.scale_flights, options.seed, options.threads);
-  progress(fmt::format("design from {} of {} random starts", options.starts, options.candidates));
+  progress(fmt::format("design from the best {} of {} random flights and figures", options.starts,
+                       options.candidates));
   DesignOutcome outcome{
       DesignFlight(task.system, parameters, target, options), target.scale, {}, {}, {}, {}};
   outcome.sigma = Bounds(task, outcome.result.path);
@@ -210,9 +201,9 @@ void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
 std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome) {
   const DesignResult& r = outcome.result;
   const FlightLimits& limits = task.options.limits;
-  std::string text = fmt::format(
-      "score {:.4g} (sigma_min), from {:.4g} of the best random start; {:.1f} s, {} iterations\n",
-      r.score, r.start_score, r.seconds, r.iterations);
+  std::string text =
+      fmt::format("score {:.4g} (sigma_min), from {:.4g} of its start; {:.1f} s, {} iterations\n",
+                  r.score, r.start_score, r.seconds, r.iterations);
   if (!outcome.random_scores.empty()) {
     text += fmt::format(
         "random flights ({0}): median {1:.4g}, best {2:.4g}; Lissajous figures ({0}): "
