@@ -82,7 +82,7 @@ Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& st
 
 Eigen::MatrixXd Marginalise(const Eigen::MatrixXd& information, const std::vector<int>& kept,
                             const std::vector<int>& dropped) {
-  const Eigen::MatrixXd own = Block(information, kept, kept);
+  Eigen::MatrixXd own = Block(information, kept, kept);
   if (dropped.empty()) return own;
   const Eigen::MatrixXd cross = Block(information, kept, dropped);
   const Eigen::MatrixXd left =

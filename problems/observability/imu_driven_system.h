@@ -40,6 +40,7 @@ class ImuDrivenSystem {
   }
   std::vector<int> AllStates() const {
     std::vector<int> all;
+    all.reserve(kErrors);
     for (int i = 0; i < kErrors; ++i) all.push_back(i);
     return all;
   }

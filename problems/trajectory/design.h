@@ -20,7 +20,7 @@ struct DesignOptions {
   int candidates = 80;        // random flights and figures in turn, of which the best are starts
   int starts = 2;             // optimised, each on a thread of its own
   int iterations = 60;        // of each of the penalty's rounds, at most
-  double time_limit = 50.0;   // s, for all rounds of one start
+  double time_limit = 40.0;   // s, for all rounds of one start
   double check_step = 0.001;  // s, of the grid on which the result keeps its limits
   std::uint64_t seed = 0;
   int threads = 0;  // 0: all cores
@@ -32,7 +32,7 @@ struct DesignResult {
   double score = 0.0;        // sigma_min of the result, by the target's Gramian
   double start_score = 0.0;  // of the random flight or figure that it came from
   int iterations = 0;
-  bool time_limited = false;          // ended by the time limit, so not the same on every machine
+  bool time_limited = false;  // ended by the time limit, so not the same on every machine
   double seconds = 0.0;
   std::vector<double> start_results;  // scores that the other starts reached
 };

@@ -76,6 +76,14 @@ std::vector<double> Scores(const DesignTask& task, const DesignTarget& target,
   return scores;
 }
 
+double ExactScore(const DesignTask& task, const DesignTarget& target,
+                  const PiecewisePolynomial& path) {
+  const RotorFlight flight(task.vehicle.model, task.vehicle.parameters, path);
+  const Eigen::MatrixXd gramian =
+      VariationalGramian(task.system, flight.Nominal(), target.weights, 0.01);
+  return ScoreStates(gramian, target.interest, target.asked, target.scale).sigma_min;
+}
+
 // The exact Gramian's bounds on the states of interest.
 std::vector<double> Bounds(const DesignTask& task, const PiecewisePolynomial& path) {
   const RotorFlight flight(task.vehicle.model, task.vehicle.parameters, path);
@@ -97,12 +105,13 @@ std::string ScoreYaml(const DesignTask& task, const DesignOutcome& outcome) {
   std::vector<std::string> names;
   for (const int state : task.target.interest) names.push_back(task.system.errors()[state].name);
   std::string text = fmt::format(
-      "provenance: {{version: {}, source: \"{}\", seed: {}}}\nshow: [{}]\nscore: {:.6g}  # "
-      "sigma_min "
-      "of the scaled, marginalised E2LOG Gramian\nstart_score: {:.6g}\nall_starts: [{:.6g}]\n"
+      "provenance: {{version: {}, source: \"{}\", seed: {}}}\nshow: [{}]\n"
+      "score: {:.6g}  # sigma_min of the scaled, marginalised E2LOG Gramian\n"
+      "exact_score: {:.6g}  # by the exact Gramian\nstart_score: {:.6g}\nall_starts: [{:.6g}]\n"
       "iterations: {}\ntime_limited: {}\nseconds: {:.1f}\n",
-      Version(), task.source, task.options.seed, fmt::join(names, ", "), r.score, r.start_score,
-      fmt::join(r.start_results, ", "), r.iterations, r.time_limited, r.seconds);
+      Version(), task.source, task.options.seed, fmt::join(names, ", "), r.score,
+      outcome.exact_score, r.start_score, fmt::join(r.start_results, ", "), r.iterations,
+      r.time_limited, r.seconds);
   text += fmt::format(
       "limits:  # on a grid of {} s\n  travel: {{used: {:.6g}, limit: {:.6g}, unit: m}}\n"
       "  rate: {{used: {:.6g}, limit: {:.6g}, unit: rad/s}}\n"
@@ -174,7 +183,8 @@ DesignOutcome RunDesignTask(const DesignTask& task,
   progress(fmt::format("design from the best {} of {} random flights and figures", options.starts,
                        options.candidates));
   DesignOutcome outcome{
-      DesignFlight(task.system, parameters, target, options), target.scale, {}, {}, {}, {}};
+      DesignFlight(task.system, parameters, target, options), 0.0, target.scale, {}, {}, {}, {}};
+  outcome.exact_score = ExactScore(task, target, outcome.result.path);
   outcome.sigma = Bounds(task, outcome.result.path);
   Random random(options.seed, "design");
   outcome.random_sigma = Bounds(task, RandomFeasibleFlight(task.vehicle.model, parameters,
@@ -211,6 +221,7 @@ std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome) {
         task.compare, Median(outcome.random_scores), outcome.random_scores.back(),
         Median(outcome.lissajous_scores), outcome.lissajous_scores.back());
   }
+  text += fmt::format("score by the exact Gramian: {:.4g}\n", outcome.exact_score);
   text += fmt::format("\n{:<12} {:>12} {:>12}  unit\n", "parameter", "sigma", "random");
   for (std::size_t i = 0; i < outcome.sigma.size(); ++i) {
     const StateInfo& info = task.system.errors()[task.target.interest[i]];

@@ -24,11 +24,12 @@ struct DesignTask {
 
 struct DesignOutcome {
   DesignResult result;
+  double exact_score = 0.0;  // the result's score by the exact Gramian instead of E2LOG
   std::vector<double> scale;
   std::vector<double> random_scores;        // sorted
   std::vector<double> lissajous_scores;     // sorted
   std::vector<double> sigma, random_sigma;  // Cramer-Rao (whole flight) of the states of interest:
-                                            // designed, and of the best random start
+                                            // designed, and of a random flight
 };
 
 // Throws InputError naming file, line and key.

@@ -64,10 +64,11 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
         2.0 * rule.weights[g] * time.duration *
         (weights.asDiagonal() *
          (SensitivityAt<kErrors>(state.local, target.weights, t) * adjoint_gramian));
-    for (int i = 0; i <= kOrder; ++i) {
+    double power = 1.0;
+    for (int i = 0; i <= kOrder; ++i, power *= t) {
       for (Eigen::Index r = 0; r < adjoint_k.rows(); ++r) {
         for (int c = 0; c < kErrors; ++c) {
-          seed(local.gradients[i](r, c), adjoint_k(r, c) * std::pow(t, i));
+          seed(local.gradients[i](r, c), adjoint_k(r, c) * power);
         }
       }
     }

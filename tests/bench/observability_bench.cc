@@ -7,6 +7,7 @@
 #include "problems/observability/empirical_gramian.h"
 #include "problems/observability/rotor_driven_rank.h"
 #include "problems/observability/variational_gramian.h"
+#include "problems/trajectory/design_score.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -60,6 +61,24 @@ void EmpiricalGramianOf20s(benchmark::State& state) {
   }
 }
 BENCHMARK(EmpiricalGramianOf20s)->Unit(benchmark::kMillisecond);
+
+// One evaluation of what the design maximises, with its gradient by 132 control points.
+void DesignScoreAndGradientOf20s(benchmark::State& state) {
+  DesignTarget target;
+  for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) {
+    target.interest.push_back(FindState(System().errors(), name));
+  }
+  target.asked = System().PaperStates();
+  for (const StateInfo& info : System().errors()) target.scale.push_back(info.typical);
+  target.weights = System().OutputWeights();
+  const SplineShape shape;
+  const DesignScore score(System(), TestNominal(), shape, target, 1);
+  Random random(1);
+  const FlatMatrix free = RandomControl(shape, 0.25, 0.5, &random);
+  FlatMatrix gradient;
+  for (auto unused : state) benchmark::DoNotOptimize(score.Evaluate(free, &gradient));
+}
+BENCHMARK(DesignScoreAndGradientOf20s)->Unit(benchmark::kMillisecond);
 
 void ExactRankOf31States(benchmark::State& state) {
   for (auto unused : state) {
