@@ -89,6 +89,7 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
   std::sort(gammas.begin(), gammas.end());
   for (const std::string& estimator : options.estimators) {
     for (const int gamma : gammas) {
+      if (gamma != vgd.gamma && !HasWindows(estimator)) continue;  // the same result again
       if (estimator == options.estimators.front() && gamma == vgd.gamma) {
         calibration.reported = calibration.runs.size();
       }

@@ -4,15 +4,23 @@
 #include <string>
 #include <vector>
 
+#include "problems/ekf/ekf_options.h"
+#include "problems/kinematic/kinematic_options.h"
 #include "problems/result/estimate.h"
+#include "problems/smoother/smoother.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/window/flight_data.h"
 
 namespace trueline {
 
-// Options of every estimator; gamma counts where an estimator has windows.
+// Options of every estimator; gamma counts where an estimator has windows. VGD's stand at the top
+// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic` and `smoother` are
+// mappings in it.
 struct EstimatorOptions {
   VgdOptions vgd;
+  EkfOptions ekf;
+  KinematicOptions kinematic;
+  SmootherOptions smoother;
 };
 
 // Names that --estimator takes.
@@ -20,6 +28,9 @@ const std::vector<std::string>& KnownEstimators();
 
 // Throws InputError for an unknown name, listing the known ones.
 void CheckEstimator(const std::string& name);
+
+// Whether results depend on gamma; a filter has no windows.
+bool HasWindows(const std::string& name);
 
 // Runs `name` over the flight with windows of `gamma` passes.
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,

@@ -79,10 +79,10 @@ struct StreamMap {
 struct ImuMap : StreamMap {
   ArraySource accel, gyro;
   Eigen::Matrix3d accel_axes, gyro_axes;  // to FRD, or to NED for accel in earth axes
-  std::optional<AttitudeSource> accel_attitude;
+  std::optional<SourceAttitude> accel_attitude;
 };
 struct AttitudeMap : StreamMap {
-  AttitudeSource attitude;
+  SourceAttitude attitude;
 };
 struct FixMap : StreamMap {
   ArraySource position;
@@ -92,7 +92,7 @@ struct FixMap : StreamMap {
 struct PoseMap : StreamMap {
   ArraySource position;
   Eigen::Matrix3d axes;
-  AttitudeSource attitude;
+  SourceAttitude attitude;
 };
 struct ChannelsMap : StreamMap {
   ArraySource values;

@@ -59,7 +59,7 @@ ImuMap ReadImu(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs)
   if (accel.Has("attitude")) {
     const YamlMap attitude = accel.Child("attitude");
     imu.accel_axes = accel_axes.earth;
-    imu.accel_attitude = AttitudeSource(attitude, accel_axes);
+    imu.accel_attitude = SourceAttitude(attitude, accel_axes);
     attitude.Finish();
   }
   accel.Finish();
@@ -68,7 +68,7 @@ ImuMap ReadImu(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs)
 }
 
 AttitudeMap ReadAttitude(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  return {ReadStream(map, inputs), AttitudeSource(map, axes)};
+  return {ReadStream(map, inputs), SourceAttitude(map, axes)};
 }
 
 // A position may have an `earth` of its own beside the attitude's.
@@ -89,7 +89,7 @@ FixMap ReadFixes(const YamlMap& map, const SourceAxes& axes, const Inputs& input
 }
 
 PoseMap ReadPose(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  PoseMap pose{ReadStream(map, inputs), {}, {}, AttitudeSource(map, axes)};
+  PoseMap pose{ReadStream(map, inputs), {}, {}, SourceAttitude(map, axes)};
   pose.position = ReadPosition(map, axes, &pose.axes);
   return pose;
 }

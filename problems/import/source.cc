@@ -111,7 +111,7 @@ Eigen::Vector3d ArraySource::Vector3(const ForeignCsv& csv) const {
   return {values[0], values[1], values[2]};
 }
 
-AttitudeSource::AttitudeSource(const YamlMap& map, const SourceAxes& axes)
+SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
     : is_quaternion_(map.Has("quaternion")) {
   if (is_quaternion_ == map.Has("euler")) {
     map.Fail("quaternion", "give either 'quaternion' or 'euler' for the attitude");
@@ -133,17 +133,17 @@ AttitudeSource::AttitudeSource(const YamlMap& map, const SourceAxes& axes)
   from_body_ = Eigen::Quaterniond(own.body).conjugate();
 }
 
-void AttitudeSource::Bind(const ForeignCsv& csv) {
+void SourceAttitude::Bind(const ForeignCsv& csv) {
   for (std::size_t i = 0; i < (is_quaternion_ ? 4U : 3U); ++i) columns_[i].Bind(csv);
 }
 
-std::optional<Eigen::Quaterniond> AttitudeSource::Value(const ForeignCsv& csv) const {
+std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignCsv& csv) const {
   const auto source = is_quaternion_ ? FromQuaternion(csv) : FromEuler(csv);
   if (!source) return std::nullopt;
   return (to_earth_ * *source * from_body_).normalized();
 }
 
-std::optional<Eigen::Quaterniond> AttitudeSource::FromQuaternion(const ForeignCsv& csv) const {
+std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(const ForeignCsv& csv) const {
   constexpr double kTolerance = 0.03;  // of a norm of columns rounded to few digits
   const Eigen::Quaterniond q(scale_ * columns_[0].Value(csv), scale_ * columns_[1].Value(csv),
                              scale_ * columns_[2].Value(csv), scale_ * columns_[3].Value(csv));
@@ -157,7 +157,7 @@ std::optional<Eigen::Quaterniond> AttitudeSource::FromQuaternion(const ForeignCs
   return q.normalized();
 }
 
-std::optional<Eigen::Quaterniond> AttitudeSource::FromEuler(const ForeignCsv& csv) const {
+std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignCsv& csv) const {
   const Eigen::Vector3d angles(columns_[0].Value(csv), columns_[1].Value(csv),
                                columns_[2].Value(csv));
   if (!angles.allFinite()) return std::nullopt;

@@ -69,11 +69,11 @@ class ArraySource {
 
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad}
 // (z-y-x). Takes a vector from the source's body to its earth; given back for FRD and NED.
-class AttitudeSource {
+class SourceAttitude {
  public:
-  AttitudeSource() = default;
+  SourceAttitude() = default;
   // Reads the keys `quaternion` or `euler`, `earth`, `body` of `map`.
-  AttitudeSource(const YamlMap& map, const SourceAxes& axes);
+  SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
   void Bind(const ForeignCsv& csv);
   // Nothing where a column is missing or the quaternion is zero. Throws InputError for a quaternion

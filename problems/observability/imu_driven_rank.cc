@@ -78,7 +78,8 @@ Eigen::MatrixXd NumericalMatrix(const ImuDrivenSystem& system, Turning turning,
   Eigen::MatrixXd matrix =
       ObservabilityMatrix<kNumericalOrder, double>(system, point.x, point.u, kNumericalOrder);
   for (int i = 0; i <= kNumericalOrder; ++i) {
-    matrix.middleRows(i * system.num_outputs(), system.num_outputs()) *= std::pow(kTimeScale, i);
+    const Eigen::Index outputs = system.num_outputs();
+    matrix.middleRows(i * outputs, outputs) *= std::pow(kTimeScale, i);
   }
   return matrix;
 }

@@ -6,6 +6,7 @@
 #include <ceres/jet.h>
 
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -39,9 +40,8 @@ class ImuDrivenSystem {
     return std::vector<double>(3, std::sqrt(fix_rate_) / sigma_fix_);
   }
   std::vector<int> AllStates() const {
-    std::vector<int> all;
-    all.reserve(kErrors);
-    for (int i = 0; i < kErrors; ++i) all.push_back(i);
+    std::vector<int> all(kErrors);
+    std::iota(all.begin(), all.end(), 0);
     return all;
   }
 

@@ -15,10 +15,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<double> ScaleOf(const FlightQuestion& question, const std::vector<StateInfo>& info) {
-  if (!question.scale.empty()) return question.scale;
-  std::vector<double> scale;
-  for (const StateInfo& state : info) scale.push_back(state.typical);
-  return scale;
+  return question.scale.empty() ? TypicalSizes(info) : question.scale;
 }
 
 // Sigmas of the constants from windowed information, in the order of `states`.

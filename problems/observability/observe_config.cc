@@ -27,8 +27,8 @@ std::vector<int> AskedStates(const YamlMap& map, std::vector<int> states,
   const auto find = [&](const std::string& key, const std::string& name) {
     const int state = FindState(info, name);
     if (state >= 0) return state;
-    std::vector<std::string> names;
-    for (const StateInfo& each : info) names.push_back(each.name);
+    std::vector<std::string> names(info.size());
+    for (std::size_t i = 0; i < info.size(); ++i) names[i] = info[i].name;
     map.Fail(key, fmt::format("'{}' is no state; use one of: {}", name, fmt::join(names, ", ")));
   };
   for (const auto& name : map.Get<std::vector<std::string>>("free", {})) {
@@ -164,8 +164,8 @@ class ConfigRun {
 };
 
 double MedianSigma(const std::vector<Fix>& fixes) {
-  std::vector<double> sigmas;
-  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
+  std::vector<double> sigmas(fixes.size());
+  for (std::size_t i = 0; i < fixes.size(); ++i) sigmas[i] = fixes[i].sigma;
   std::nth_element(sigmas.begin(), sigmas.begin() + sigmas.size() / 2, sigmas.end());
   return sigmas[sigmas.size() / 2];
 }

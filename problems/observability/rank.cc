@@ -29,6 +29,7 @@ std::vector<std::vector<int>> ConnectedStates(const std::vector<std::vector<int>
     if (used[i]) by_root[root(i)].push_back(i);
   }
   std::vector<std::vector<int>> blocks;
+  blocks.reserve(by_root.size());
   for (auto& [unused, members] : by_root) blocks.push_back(std::move(members));
   std::sort(blocks.begin(), blocks.end());
   return blocks;

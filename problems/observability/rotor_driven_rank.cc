@@ -25,7 +25,7 @@ Eigen::MatrixXd NumericalMatrix(const RotorDrivenSystem& system, const std::vect
   const auto point = points.Draw(motion, kNumericalOrder);
   Eigen::MatrixXd matrix =
       ObservabilityMatrix<kNumericalOrder, double>(system, point.x, point.u, kNumericalOrder);
-  const int outputs = system.num_outputs();
+  const Eigen::Index outputs = system.num_outputs();
   for (int i = 0; i <= kNumericalOrder; ++i) {
     matrix.middleRows(i * outputs, outputs) *= std::pow(Points::kTimeScale, i);
   }

@@ -50,12 +50,13 @@ PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration) {
   const double fastest = std::max(0.25, figure.frequency.maxCoeff());
   const int pieces = static_cast<int>(std::ceil(8.0 * fastest * duration));
   std::vector<double> breaks;
+  breaks.reserve(pieces + 1);
   for (int i = 0; i <= pieces; ++i) breaks.push_back(i * duration / pieces);
   return PiecewisePolynomial::FromExpansions(expand, breaks, kMatched);
 }
 
 std::vector<Manoeuvre> PlainManoeuvres() {
-  const auto figure = [](Eigen::Vector4d amplitude, Eigen::Vector4d frequency) {
+  const auto figure = [](const Eigen::Vector4d& amplitude, const Eigen::Vector4d& frequency) {
     return Lissajous{amplitude, frequency, Eigen::Vector4d(0.0, M_PI / 2, M_PI / 3, 0.0)};
   };
   return {

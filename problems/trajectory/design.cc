@@ -148,8 +148,7 @@ std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
     const Eigen::MatrixXd information = E2log(system, flight, system.OutputWeights(), {4, 0.1, 1});
     bounds[i] = Assess(information, asked, system.errors()).sigma;
   });
-  std::vector<double> scale;
-  for (const StateInfo& info : system.errors()) scale.push_back(info.typical);
+  std::vector<double> scale = TypicalSizes(system.errors());
   for (std::size_t j = 0; j < asked.size(); ++j) {
     double sum = 0.0;
     int seen = 0;
@@ -196,6 +195,7 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
   });
   DesignResult best = *std::max_element(results.begin(), results.end(),
                                         [](auto& a, auto& b) { return a.score < b.score; });
+  best.start_results.reserve(results.size());
   for (const DesignResult& result : results) best.start_results.push_back(result.score);
   best.use =
       CheckLimits(RotorFlight(model, parameters, best.path), options.limits, options.check_step);

@@ -103,6 +103,7 @@ double Median(const std::vector<double>& sorted) { return sorted[sorted.size() /
 std::string ScoreYaml(const DesignTask& task, const DesignOutcome& outcome) {
   const DesignResult& r = outcome.result;
   std::vector<std::string> names;
+  names.reserve(task.target.interest.size());
   for (const int state : task.target.interest) names.push_back(task.system.errors()[state].name);
   std::string text = fmt::format(
       "provenance: {{version: {}, source: \"{}\", seed: {}}}\nshow: [{}]\n"

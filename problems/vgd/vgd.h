@@ -18,12 +18,12 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options);
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start);
 
-// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +- sigma).
+// The same window from `count` starts drawn from the ranges of Table 2 (mean +- sqrt(3) sigma of the priors).
 struct StartStudy {
   int starts = 0;
-  int same_optimum = 0;          // within a tenth of a sigma in every parameter of the best
-  std::vector<int> iterations;   // by start
-  std::vector<double> costs;     // by start
+  int same_optimum = 0;         // within a tenth of a sigma in every parameter of the best
+  std::vector<int> iterations;  // by start
+  std::vector<double> costs;    // by start
 };
 StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int tau, int count,
                        std::uint64_t seed);

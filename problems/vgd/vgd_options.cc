@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "problems/common/yaml_options.h"
+
 namespace trueline {
 namespace {
 
@@ -16,32 +18,6 @@ const std::map<std::string, ThrustSource> kThrusts = {
 const std::map<std::string, AttitudeSource> kAttitudes = {
     {"logged", AttitudeSource::kLogged},
     {"complementary_filter", AttitudeSource::kComplementaryFilter}};
-
-template <class Enum>
-std::string NameOf(const std::map<std::string, Enum>& names, Enum value) {
-  for (const auto& [name, candidate] : names) {
-    if (candidate == value) return name;
-  }
-  return "";
-}
-
-template <class Enum>
-void Read(const YamlMap& map, const std::string& key, const std::map<std::string, Enum>& names,
-          Enum* value) {
-  std::vector<std::string> allowed;
-  for (const auto& [name, candidate] : names) allowed.push_back(name);
-  *value = names.at(map.GetChoice(key, allowed, NameOf(names, *value)));
-}
-
-template <class T>
-void Read(const YamlMap& map, const std::string& key, T* value) {
-  *value = map.Get<T>(key, *value);
-}
-
-void ReadPositive(const YamlMap& map, const std::string& key, double* value) {
-  Read(map, key, value);
-  if (!(*value > 0.0)) map.Fail(key, "must be above zero");
-}
 
 // Angles are written in degrees.
 double UnitOf(int parameter) { return parameter >= 3 ? kDegree : 1.0; }
@@ -65,7 +41,7 @@ void ReadPriors(const YamlMap& map, std::array<ParameterPrior, 9>* priors) {
 }
 
 void ReadProcess(const YamlMap& map, ProcessNoise* process) {
-  Read(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
+  ReadOption(map, "acceleration_mps2_per_sqrt_hz", &process->acceleration);
   process->tilt = kDegree * map.Get<double>("tilt_deg", process->tilt / kDegree);
   process->heading = kDegree * map.Get<double>("heading_deg", process->heading / kDegree);
   ReadPositive(map, "memory_s", &process->memory);
@@ -73,7 +49,7 @@ void ReadProcess(const YamlMap& map, ProcessNoise* process) {
 }
 
 void ReadDragMeasurement(const YamlMap& map, DragMeasurementOptions* options) {
-  Read(map, "enabled", &options->enabled);
+  ReadOption(map, "enabled", &options->enabled);
   ReadPositive(map, "interval_s", &options->interval);
   ReadPositive(map, "sigma_mps2", &options->sigma);
   ReadPositive(map, "bias_sigma_mps2", &options->bias_sigma);
@@ -81,11 +57,11 @@ void ReadDragMeasurement(const YamlMap& map, DragMeasurementOptions* options) {
 }
 
 void ReadDrive(const YamlMap& map, DriveOptions* drive) {
-  Read(map, "thrust", kThrusts, &drive->thrust);
-  Read(map, "attitude", kAttitudes, &drive->attitude);
-  Read(map, "filter_k_p_per_s", &drive->filter.k_p);
-  Read(map, "filter_k_i_per_s2", &drive->filter.k_i);
-  Read(map, "attitude_latency_s", &drive->attitude_latency);
+  ReadOption(map, "thrust", kThrusts, &drive->thrust);
+  ReadOption(map, "attitude", kAttitudes, &drive->attitude);
+  ReadOption(map, "filter_k_p_per_s", &drive->filter.k_p);
+  ReadOption(map, "filter_k_i_per_s2", &drive->filter.k_i);
+  ReadOption(map, "attitude_latency_s", &drive->attitude_latency);
   ReadPositive(map, "max_gap_s", &drive->max_gap);
   map.Finish();
 }
@@ -94,24 +70,24 @@ void ReadDrive(const YamlMap& map, DriveOptions* drive) {
 
 VgdOptions ReadVgdOptions(const YamlMap& map) {
   VgdOptions options;
-  Read(map, "gamma", &options.gamma);
+  ReadOption(map, "gamma", &options.gamma);
   if (options.gamma < 1) map.Fail("gamma", "must be 1 or more");
-  Read(map, "min_window_fixes", &options.min_window_fixes);
+  ReadOption(map, "min_window_fixes", &options.min_window_fixes);
   ReadPriors(map.ChildOrEmpty("priors"), &options.priors);
-  Read(map, "loss", kLosses, &options.loss);
+  ReadOption(map, "loss", kLosses, &options.loss);
   ReadPositive(map, "loss_scale_sigmas", &options.loss_scale);
-  Read(map, "whiten", &options.whiten);
+  ReadOption(map, "whiten", &options.whiten);
   ReadProcess(map.ChildOrEmpty("process"), &options.process);
-  Read(map, "adapt_drift", &options.adapt_drift);
+  ReadOption(map, "adapt_drift", &options.adapt_drift);
   ReadPositive(map, "knot_interval_s", &options.knot_interval);
   ReadDragMeasurement(map.ChildOrEmpty("drag_measurement"), &options.drag_measurement);
-  Read(map, "solver", kSolvers, &options.solver);
-  Read(map, "max_iterations", &options.max_iterations);
+  ReadOption(map, "solver", kSolvers, &options.solver);
+  ReadOption(map, "max_iterations", &options.max_iterations);
   ReadPositive(map, "tolerance", &options.tolerance);
   ReadPositive(map, "max_block_s", &options.max_block);
   ReadPositive(map, "pass_gap_s", &options.passes.pass_gap);
   ReadPositive(map, "max_arc_s", &options.passes.max_arc);
-  Read(map, "min_fixes", &options.passes.min_fixes);
+  ReadOption(map, "min_fixes", &options.passes.min_fixes);
   ReadDrive(map.ChildOrEmpty("drive"), &options.drive);
   map.Finish();
   return options;

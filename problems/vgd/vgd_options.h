@@ -34,15 +34,15 @@ struct VgdOptions {
   // In the order of eq. 16. Mean and sigma are those of the uniform distributions over the ranges
   // of Table 2 (sigma = width / sqrt(12)); bounds lie at twice the ranges, and drag never pushes.
   std::array<ParameterPrior, 9> priors = {{
-      {-0.5, 0.29, -2.0, 0.0},                              // K_x, 1/s
-      {-0.5, 0.29, -2.0, 0.0},                              // K_y, 1/s
-      {0.0, 0.58, -2.0, 2.0},                               // b_az, m/s^2
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_E_Ep, rad
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // phi_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // theta_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},      // psi_I_B
+      {-0.5, 0.29, -2.0, 0.0},                           // K_x, 1/s
+      {-0.5, 0.29, -2.0, 0.0},                           // K_y, 1/s
+      {0.0, 0.58, -2.0, 2.0},                            // b_az, m/s^2
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_E_Ep, rad
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_E_Ep
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_E_Ep
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_I_B
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_I_B
+      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_I_B
   }};
 
   FixLoss loss = FixLoss::kHuber;

@@ -1,4 +1,6 @@
 // Covariance of a window's solution by the Gauss-Newton Hessian at the optimum.
+#include <glog/logging.h>
+
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 
@@ -50,6 +52,50 @@ double WindowProblem::LogEvidence() {
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(Hessian());
   const double log_det = ldlt.vectorD().cwiseMax(1e-300).array().log().sum();
   return log_weights_ - cost - 0.5 * log_det;
+}
+
+WindowPrior WindowProblem::Marginalise(TimeNs t) {
+  std::size_t kept = 0;  // first segment that stays
+  while (kept < segments_.size() && segments_[kept]->start() < t) ++kept;
+  CHECK(kept > 0 && kept < segments_.size() && segments_[kept]->start() == t);
+
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = prior_blocks_;
+  for (std::size_t s = 0; s < kept; ++s) {
+    options.parameter_blocks.push_back(x_.drift[s].data());
+    options.parameter_blocks.push_back(x_.states[s].data());
+    options.residual_blocks.insert(options.residual_blocks.end(), segment_blocks_[s].begin(),
+                                   segment_blocks_[s].end());
+  }
+  options.parameter_blocks.push_back(x_.theta.data());
+  options.parameter_blocks.push_back(x_.drift[kept].data());
+  options.parameter_blocks.push_back(x_.states[kept].data());
+  std::vector<double> residuals;
+  ceres::CRSMatrix crs;
+  problem_.Evaluate(options, nullptr, &residuals, nullptr, &crs);
+  const Eigen::SparseMatrix<double> J = ToEigen(crs);
+  const Eigen::MatrixXd H = Eigen::MatrixXd(J.transpose() * J);
+  const Eigen::VectorXd b =
+      J.transpose() * Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size());
+
+  // Schur complement of the old states; the rest minimises 1/2 dx'Ldx + eta'dx.
+  const int n = WindowPrior::kSize, m = static_cast<int>(H.rows()) - n;
+  const Eigen::LDLT<Eigen::MatrixXd> old(H.topLeftCorner(m, m));
+  const Eigen::MatrixXd gain = old.solve(H.topRightCorner(m, n));
+  const Eigen::MatrixXd L = H.bottomRightCorner(n, n) - H.bottomLeftCorner(n, m) * gain;
+  const Eigen::VectorXd eta = b.tail(n) - gain.transpose() * b.head(m);
+
+  Eigen::Matrix<double, WindowPrior::kSize, 1> at;
+  at << x_.theta, x_.drift[kept], x_.states[kept];
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(L);
+  const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [](double value) { return value > 1e-12 ? 1.0 / value : 0.0; });
+  WindowPrior prior;
+  prior.mean = at - eigen.eigenvectors() *
+                        (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * eta));
+  prior.sqrt_information = root.asDiagonal() * eigen.eigenvectors().transpose();
+  return prior;
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>

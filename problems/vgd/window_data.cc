@@ -4,16 +4,6 @@
 
 namespace trueline {
 
-int FirstPassOf(const FlightData& flight, const VgdOptions& options, int tau) {
-  int first = tau - 1;
-  const auto fixes = [&] { return flight.passes[tau - 1].last - flight.passes[first].first + 1; };
-  while (first > 0 && flight.HasArc(first) &&
-         (tau - first < options.gamma || static_cast<int>(fixes()) < options.min_window_fixes)) {
-    --first;
-  }
-  return first;
-}
-
 WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int first, int tau,
                      bool with_arc) {
   const Pass& from = flight.passes[first];

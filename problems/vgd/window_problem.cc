@@ -9,7 +9,8 @@
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/fix_residual.h"
-#include "cost_functions/norm_loss.h"
+#include "cost_functions/window_prior_residual.h"
+#include "problems/vgd/fix_loss.h"
 
 namespace trueline {
 namespace {
@@ -18,21 +19,6 @@ ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
   options.evaluation_callback = callback;
   return options;
-}
-
-// One instance serves one residual block, which owns it.
-ceres::LossFunction* MakeLoss(const VgdOptions& options) {
-  switch (options.loss) {
-    case FixLoss::kHuber:
-      return new ceres::HuberLoss(options.loss_scale);
-    case FixLoss::kCauchy:
-      return new ceres::CauchyLoss(options.loss_scale);
-    case FixLoss::kNorm:
-      return new NormLoss();
-    case FixLoss::kNone:
-      break;
-  }
-  return nullptr;
 }
 
 // A floor far below anything that matters keeps the covariance regular where one of the processes
@@ -48,46 +34,63 @@ Matrix9d SqrtInformation(const ProcessNoise& noise, double seconds, double gravi
 }  // namespace
 
 WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
-                             const VgdOptions& options)
+                             const VgdOptions& options, const std::optional<WindowPrior>& past)
     : options_(options), scaling_(options), problem_(ProblemOptions(this)) {
   BuildSegments(track, data);
   AddFixes(data);
   AddForces(data);
   AddContinuity(track.gravity());
-  AddPriors();
+  if (past) {
+    AddPast(*past);
+  } else {
+    AddPriors();
+  }
   if (options_.solver == VgdSolver::kTrustRegion) SetBounds();
 }
 
+// Knots lie where passes begin and evenly between, so that a window's past can be cut off there.
 void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& data) {
-  const double span = SecondsBetween(data.begin, data.end);
-  const int count = options_.process.Any()
-                        ? std::max(1, static_cast<int>(std::ceil(span / options_.knot_interval)))
-                        : 1;
-  std::size_t fix = 0, force = 0;
-  for (int s = 0; s < count; ++s) {
-    const TimeNs from = data.begin + (data.end - data.begin) * s / count;
-    const TimeNs to = data.begin + (data.end - data.begin) * (s + 1) / count;
-    std::vector<TimeNs> times{to}, force_times;
-    for (; fix < data.fixes.size() && data.fixes[fix].t <= to; ++fix) {
-      times.push_back(data.fixes[fix].t);
-    }
-    for (; force < data.forces.size() && data.forces[force].t <= to; ++force) {
-      times.push_back(data.forces[force].t);
-      force_times.push_back(data.forces[force].t);
-    }
-    std::sort(times.begin(), times.end());
-    times.erase(std::unique(times.begin(), times.end()), times.end());
-    segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
-                                                  scaling_, options_.max_block));
+  std::vector<TimeNs> cuts{data.begin};
+  if (options_.process.Any()) {
+    for (const Pass& pass : data.passes.subspan(1)) cuts.push_back(pass.begin);
   }
+  cuts.push_back(data.end);
+  for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+    const TimeNs length = cuts[i + 1] - cuts[i];
+    const double knots = std::ceil(ToSeconds(length) / options_.knot_interval);
+    const int count = options_.process.Any() ? std::max(1, static_cast<int>(knots)) : 1;
+    for (int k = 0; k < count; ++k) {
+      AddSegment(track, data, cuts[i] + length * k / count, cuts[i] + length * (k + 1) / count);
+    }
+  }
+  const std::size_t count = segments_.size();
   x_.theta.setZero();
   x_.drift.assign(count, Eigen::Vector3d::Zero());
   x_.states.assign(count, Eigen::Matrix<double, 6, 1>::Zero());
+  segment_blocks_.resize(count);
   problem_.AddParameterBlock(x_.theta.data(), kThetaSize);
-  for (int s = 0; s < count; ++s) {
+  for (std::size_t s = 0; s < count; ++s) {
     problem_.AddParameterBlock(x_.drift[s].data(), kDriftSize);
     problem_.AddParameterBlock(x_.states[s].data(), kStateSize);
   }
+}
+
+// Fixes and forces at `from` belong to the segment before, where there is one.
+void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
+                               TimeNs to) {
+  const TimeNs after = segments_.empty() ? from - 1 : from;
+  std::vector<TimeNs> times{to}, force_times;
+  for (const Fix& fix : data.fixes) {
+    if (fix.t > after && fix.t <= to) times.push_back(fix.t);
+  }
+  for (const ForceSample& force : data.forces) {
+    if (force.t > after && force.t <= to) force_times.push_back(force.t);
+  }
+  times.insert(times.end(), force_times.begin(), force_times.end());
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
+                                                scaling_, options_.max_block));
 }
 
 std::size_t WindowProblem::SegmentOf(TimeNs t) const {
@@ -101,9 +104,10 @@ void WindowProblem::AddFixes(const WindowData& data) {
   for (const Fix& fix : data.fixes) {
     const std::size_t s = SegmentOf(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
-    problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-                              MakeLoss(options_), x_.theta.data(), x_.drift[s].data(),
-                              x_.states[s].data());
+    segment_blocks_[s].push_back(problem_.AddResidualBlock(
+        new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
+        MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(), x_.drift[s].data(),
+        x_.states[s].data()));
   }
 }
 
@@ -114,6 +118,7 @@ void WindowProblem::AddForces(const WindowData& data) {
     force_blocks_.push_back(problem_.AddResidualBlock(
         new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
         new ceres::HuberLoss(2.5), x_.theta.data(), x_.drift[s].data(), x_.states[s].data()));
+    segment_blocks_[s].push_back(force_blocks_.back());
   }
 }
 
@@ -122,29 +127,35 @@ void WindowProblem::AddContinuity(double gravity) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
     const Matrix9d sqrt_information = SqrtInformation(options_.process, seconds, gravity);
     log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
-    problem_.AddResidualBlock(
+    segment_blocks_[s].push_back(problem_.AddResidualBlock(
         new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
                                options_.process.Decay(seconds), sqrt_information),
         nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
-        x_.states[s + 1].data());
+        x_.states[s + 1].data()));
   }
 }
 
 void WindowProblem::AddPriors() {
-  problem_.AddResidualBlock(
+  prior_blocks_.push_back(problem_.AddResidualBlock(
       new ceres::NormalPrior(Eigen::MatrixXd::Identity(kThetaSize, kThetaSize),
                              Eigen::VectorXd::Zero(kThetaSize)),
-      nullptr, x_.theta.data());
+      nullptr, x_.theta.data()));
   if (!options_.process.Any()) {
     problem_.SetParameterBlockConstant(x_.drift.front().data());
     return;
   }
   const Eigen::Vector3d sigma = options_.process.DriftSigma().cwiseMax(1e-5);
   log_weights_ -= sigma.array().log().sum();
-  problem_.AddResidualBlock(
+  prior_blocks_.push_back(problem_.AddResidualBlock(
       new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
                              Eigen::VectorXd::Zero(kDriftSize)),
-      nullptr, x_.drift.front().data());
+      nullptr, x_.drift.front().data()));
+}
+
+void WindowProblem::AddPast(const WindowPrior& past) {
+  prior_blocks_.push_back(problem_.AddResidualBlock(
+      new WindowPriorResidual(past.mean, past.sqrt_information), nullptr, x_.theta.data(),
+      x_.drift.front().data(), x_.states.front().data()));
 }
 
 void WindowProblem::SetBounds() {
@@ -159,8 +170,7 @@ void WindowProblem::SetBounds() {
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
-  x_.theta.head<9>() =
-      (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  x_.theta.head<9>() = (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
     if (s == 0 || segments_[s]->start() <= path.end()) {
@@ -206,6 +216,14 @@ ceres::Solver::Summary WindowProblem::Solve() {
   ceres::Solve(options, &problem_, &summary);
   Refresh(true);
   return summary;
+}
+
+void WindowProblem::HoldParameters(bool hold) {
+  if (hold) {
+    problem_.SetParameterBlockConstant(x_.theta.data());
+  } else {
+    problem_.SetParameterBlockVariable(x_.theta.data());
+  }
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters() const {

@@ -6,6 +6,7 @@
 #include <Eigen/SparseCore>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,17 +22,27 @@ struct WindowData {
   std::span<const Fix> fixes;         // within [begin, end]
   std::span<const Pass> passes;
   std::span<const ForceSample> forces;
-  double force_sigma;                 // m/s^2
+  double force_sigma;  // m/s^2
 };
 
 // Where a solve starts: the nine of eq. 16 in their own units.
 using Theta = Eigen::Matrix<double, 9, 1>;
 
+// What earlier flight says of a window's first unknowns: (theta, drift, state) at its beginning, in
+// the units of the parameter blocks. Residual: sqrt_information * (x - mean).
+struct WindowPrior {
+  static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;
+  Eigen::Matrix<double, kSize, 1> mean;
+  Eigen::Matrix<double, kSize, kSize> sqrt_information;
+};
+
 // The unknowns, residuals and integration of a window. Segments end at knots where the model is
 // allowed process noise; without any, one segment spans the window.
 class WindowProblem : private ceres::EvaluationCallback {
  public:
-  WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options);
+  // With `past`, that stands in for the options' priors.
+  WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options,
+                const std::optional<WindowPrior>& past = std::nullopt);
   WindowProblem(const WindowProblem&) = delete;
   WindowProblem& operator=(const WindowProblem&) = delete;
 
@@ -40,6 +51,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   void SetStart(const Theta& theta, const RoughPath& path);
 
   ceres::Solver::Summary Solve();
+
+  // Keeps the shared parameters where SetStart put them, or lets them go again.
+  void HoldParameters(bool hold);
 
   // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
   static constexpr int kParameters = kThetaSize;
@@ -54,6 +68,10 @@ class WindowProblem : private ceres::EvaluationCallback {
   // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
   // at the present unknowns (the optimum), up to a constant that no option of `process` changes.
   double LogEvidence();
+
+  // What the flight before `t`, where a pass begins, says of the unknowns from there on: all
+  // residuals before t, linearised at the present unknowns, with the states before t marginalised.
+  WindowPrior Marginalise(TimeNs t);
 
   // State at the window's end, in E: the prediction.
   Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
@@ -81,6 +99,8 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddForces(const WindowData& data);
   void AddContinuity(double gravity);
   void AddPriors();
+  void AddPast(const WindowPrior& past);
+  void AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from, TimeNs to);
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
   Eigen::SparseMatrix<double> Hessian();
@@ -93,6 +113,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   bool has_derivatives_ = false;    // whether they hold derivatives there
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
+  std::vector<ceres::ResidualBlockId> prior_blocks_;
+  // By segment: what hangs on it, the step to the next one included.
+  std::vector<std::vector<ceres::ResidualBlockId>> segment_blocks_;
   double log_weights_ = 0.0;  // sum of log det of what whitens processes and the drift's prior
 };
 

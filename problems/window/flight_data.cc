@@ -39,6 +39,23 @@ bool FlightData::HasArc(int tau) const {
   return SecondsBetween(from, to) <= pass_options.max_arc && track.Covers(from, to);
 }
 
+int FlightData::FirstPassOf(int tau, int gamma, int min_fixes) const {
+  int first = tau - 1;
+  const auto fixes = [&] { return passes[tau - 1].last - passes[first].first + 1; };
+  while (first > 0 && (tau - first < gamma || static_cast<int>(fixes()) < min_fixes) &&
+         HasArc(first)) {
+    --first;
+  }
+  return first;
+}
+
+std::string FlightData::NoArcReason(int tau) const {
+  return fmt::format(
+      "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
+      "a gap in it",
+      tau, SecondsBetween(track.begin(), passes[tau - 1].end), pass_options.max_arc);
+}
+
 ArcPrediction FlightData::ArcAfter(int tau) const {
   const Pass& next = passes[tau];
   ArcPrediction arc;

@@ -22,6 +22,13 @@ struct FlightData {
   // no IMU gap lies between, and it is not so far that the vehicle was elsewhere.
   bool HasArc(int tau) const;
 
+  // First pass (index) of the window that ends with pass `tau`: gamma passes, fewer where the
+  // flight begins or has a gap, more where they hold less than `min_fixes` fixes.
+  int FirstPassOf(int tau, int gamma, int min_fixes) const;
+
+  // Why the arc after pass `tau` is not predicted, for a warning.
+  std::string NoArcReason(int tau) const;
+
   // The arc after pass `tau`, with its truth; prediction and covariance are left open.
   ArcPrediction ArcAfter(int tau) const;
 

@@ -69,7 +69,7 @@ void DesignScoreAndGradientOf20s(benchmark::State& state) {
     target.interest.push_back(FindState(System().errors(), name));
   }
   target.asked = System().PaperStates();
-  for (const StateInfo& info : System().errors()) target.scale.push_back(info.typical);
+  target.scale = TypicalSizes(System().errors());
   target.weights = System().OutputWeights();
   const SplineShape shape;
   const DesignScore score(System(), TestNominal(), shape, target, 1);

@@ -38,7 +38,8 @@ const FlightData& Flight() {
 }
 
 WindowData Data(const VgdOptions& options) {
-  return CutWindow(Flight(), options, FirstPassOf(Flight(), options, kTau), kTau, true);
+  const int first = Flight().FirstPassOf(kTau, options.gamma, options.min_window_fixes);
+  return CutWindow(Flight(), options, first, kTau, true);
 }
 
 void BarePass(benchmark::State& state) {

@@ -34,7 +34,7 @@ DesignTarget TargetOf(const RotorDrivenSystem& system) {
     target.interest.push_back(FindState(system.errors(), name));
   }
   target.asked = system.PaperStates();
-  for (const StateInfo& info : system.errors()) target.scale.push_back(info.typical);
+  target.scale = TypicalSizes(system.errors());
   target.weights = system.OutputWeights();
   return target;
 }

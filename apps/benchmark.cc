@@ -1,0 +1,69 @@
+// trueline-benchmark: estimators side by side on simulated and real flights.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include <algorithm>
+
+#include "problems/benchmark/write_benchmark.h"
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+#include "problems/report/render.h"
+
+DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
+DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_int32(threads, 0, "flights at a time; 0 for all cores. The result is the same");
+DEFINE_bool(short, false, "a trial: one seed, the ends of the sweep, 30 s of simulated flight");
+DEFINE_bool(times, true, "state solve times in arcs.csv; without them its bytes never differ");
+DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(quiet, false, "print nothing but errors");
+
+namespace {
+
+constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
+
+  trueline-benchmark --config=config/experiments/figure11.yaml --out=out/figure11
+      error and iterations against the window length, as figure 11 of Li et al. 2019;
+      writes out/figure11/arcs.csv, summary.yaml and report.html, and prints the table
+  trueline-benchmark --config=config/experiments/noise.yaml --out=out/noise --short
+      a trial in seconds: one seed, the ends of the sweep, 30 s of flight
+  TRUELINE_DATA=data trueline-benchmark --config=config/experiments/real_flights.yaml --out=out/real
+      recorded flights, imported on the fly from the folder data
+
+Flights run on all cores; the result does not depend on how many. Stopped in between, the same
+command goes on where it stopped (out/jobs holds what is finished).
+problems/benchmark/experiment.h lists the keys of an experiment.
+
+Exit codes: 0 done, 2 bad input or usage, 3 no flight gave a result, 1 a defect.)";
+
+int Run() {
+  if (FLAGS_config.empty() || FLAGS_out.empty()) {
+    throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
+  }
+  trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
+  if (FLAGS_short) trueline::ShortenExperiment(&experiment);
+  const std::filesystem::path out = FLAGS_out;
+  const trueline::BenchmarkRun run =
+      trueline::RunJobs(trueline::MakeJobs(experiment), out / "jobs", FLAGS_threads, FLAGS_quiet);
+  for (const trueline::JobOutcome& outcome : run.outcomes) {
+    if (outcome.failure.empty()) continue;
+    trueline::Warn(fmt::format("no result for {}, seed {}: {}", outcome.job.log, outcome.job.seed,
+                               outcome.failure),
+                   FLAGS_quiet);
+  }
+  trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out);
+  if (FLAGS_report) {
+    const std::string warning =
+        trueline::RenderReport("benchmark", {"--result=" + FLAGS_out}, FLAGS_out);
+    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  }
+  if (!FLAGS_quiet) fmt::print("{}", trueline::BenchmarkTable(experiment, run));
+  const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(),
+                               [](const auto& outcome) { return outcome.failure.empty(); });
+  return any ? trueline::kExitDone : trueline::kExitNoResult;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return trueline::RunApp("trueline-benchmark", kUsage, &argc, &argv, Run);
+}

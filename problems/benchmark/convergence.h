@@ -1,0 +1,36 @@
+// When an estimate comes to stay near the truth.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/benchmark/benchmark_rows.h"
+#include "problems/result/estimate.h"
+#include "problems/simulation/simulate.h"
+
+namespace trueline {
+
+// Parameters of a simulated flight by the names that estimators use, in SI: K_x ... of eq. 16, and
+// b_ax, b_ay, b_gx, b_gy, b_gz. Where the AHRS's error varies, its mean stands for it.
+std::map<std::string, double> TrueParameters(const SimulationTruth& truth);
+
+// An error that was known from a moment on.
+struct TimedError {
+  double time;   // s
+  double error;  // of any sign
+};
+
+// The first time from which on all errors stay within +-tolerance; NaN where the last one is
+// outside, or there is none.
+double TimeInside(const std::vector<TimedError>& errors, double tolerance);
+
+// One row for each quantity of `tolerances` that the run gives: a parameter with a known truth
+// (known at the end of each window's last pass), or final_point_error (at the end of each arc).
+// Times count from `first_fix`.
+std::vector<ConvergenceRow> Convergence(const EstimatorRun& run, const std::string& label,
+                                        const std::map<std::string, double>& truth,
+                                        const std::map<std::string, double>& tolerances,
+                                        TimeNs first_fix);
+
+}  // namespace trueline

@@ -1,0 +1,41 @@
+// YAML laid over YAML: how an experiment changes keys of the files that it names.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "problems/common/strict_yaml.h"
+
+namespace trueline {
+
+// A key path such as detector.sigma_factor, its value, and the line that says so.
+struct Setting {
+  std::string path;
+  YAML::Node value;
+  int line = 0;
+};
+
+// `over` on top of `base`: mappings are joined key by key, everything else is replaced. Neither
+// argument changes.
+YAML::Node Merge(const YAML::Node& base, const YAML::Node& over);
+
+// A copy of `base` with the value at `path` replaced; mappings on the way are made where missing.
+YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YAML::Node& value);
+
+// All of `settings` in their order.
+YAML::Node WithSettings(const YAML::Node& base, const std::vector<Setting>& settings);
+
+// The entries of a mapping from key paths to values, in its order.
+std::vector<Setting> ReadSettings(const YamlMap& map);
+
+// Replaces ${NAME} by the environment variable NAME. Throws InputError at `key` of `map` where the
+// variable is not set.
+std::string ExpandVariables(const std::string& text, const YamlMap& map, const std::string& key);
+
+// Deterministic text of a node, for checksums and provenance.
+std::string YamlText(const YAML::Node& node);
+
+}  // namespace trueline

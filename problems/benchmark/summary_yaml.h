@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "problems/benchmark/run_experiment.h"
+
+namespace trueline {
+
+// summary.yaml: groups, convergence, starts, failures, provenance. Free of times and threads.
+std::string SummaryYaml(const Experiment& experiment, const BenchmarkRun& run);
+
+}  // namespace trueline

@@ -1,0 +1,70 @@
+// Options of the Kalman filter. Defaults are stated here and nowhere else; the YAML keys stand in
+// the mapping `ekf` and carry the units.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "problems/common/strict_yaml.h"
+
+namespace trueline {
+
+enum class EkfTuning { kConsistent, kPaper };
+enum class AttitudeForm { kEuler, kErrorState };
+enum class EkfGating { kNone, kChiSquare };
+enum class CovarianceForm { kSparse, kDense };
+
+// What the sensors do between fixes, as rotor (spectral) densities for each axis.
+struct ImuNoise {
+  double accel = 0.02;        // m/s^2/sqrt(Hz)
+  double gyro = 0.001;        // rad/s/sqrt(Hz)
+  double accel_walk = 0.002;  // m/s^3/sqrt(Hz), of the Wiener process b_a
+  double gyro_walk = 1e-4;    // rad/s^2/sqrt(Hz), of the Wiener process b_g
+  // rad/s/sqrt(Hz), what GyroScatter found on the log; the larger of this and `gyro` counts.
+  Eigen::Vector3d gyro_scatter = Eigen::Vector3d::Zero();
+};
+
+// What is known at the start, as sigmas for each axis. Biases: the uniform ranges of Table 2 of
+// Li et al. 2019 (width over sqrt(12)).
+struct EkfStart {
+  double position = 5.0;     // m, around a line through the first pass's fixes
+  double velocity = 5.0;     // m/s, around that line
+  double tilt = 0.040;       // rad, around the AHRS
+  double heading = 0.031;    // rad, around the AHRS
+  double accel_bias = 0.58;  // m/s^2
+  double gyro_bias = 0.030;  // rad/s
+};
+
+struct EkfOptions {
+  EkfTuning tuning = EkfTuning::kConsistent;
+  AttitudeForm attitude = AttitudeForm::kErrorState;
+  EkfGating gating = EkfGating::kChiSquare;
+  // Squared Mahalanobis distance above which a fix is refused; 16.27 is chi-square's 99.9 % for
+  // three degrees of freedom.
+  double gate = 16.27;
+  // After that many refusals in a row the filter takes itself for lost, and believes the fix.
+  int max_refusals = 5;
+  // Repeats prediction and update across a blind arc around the smoothed state at its start
+  // (iterated filter-smoother). A fix is a linear function of the state, so iterating the update
+  // alone would change nothing.
+  bool iterated = false;
+  CovarianceForm covariance = CovarianceForm::kSparse;
+
+  ImuNoise noise;
+  bool gyro_from_log = true;  // whether gyro_scatter is measured on the log, or stays zero
+  EkfStart start;
+
+  // The paper's tuning: P0 = 10 I, R = 2.5^2 m^2 for every fix, and Q added at every IMU sample.
+  // Its print of Q is garbled in the attitude entries; 3e-8, 3e-9, 3e-9 is what gives 15 entries.
+  // Variances for each sample at 512 Hz of p (m^2), v (m^2/s^2), Phi (rad^2).
+  std::array<double, 9> paper_q = {2e-6, 2e-6, 5e-6, 1e-5, 5e-6, 3e-5, 3e-8, 3e-9, 3e-9};
+  double paper_p0 = 10.0;        // of each state, in its unit squared
+  double paper_fix_sigma = 2.5;  // m
+  double paper_rate = 512.0;     // Hz
+};
+
+// Strict; calls map.Finish().
+EkfOptions ReadEkfOptions(const YamlMap& map);
+YAML::Node ToYaml(const EkfOptions& options);
+
+}  // namespace trueline

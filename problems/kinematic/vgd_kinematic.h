@@ -1,0 +1,25 @@
+// VGD-kinematic (Li et al. 2019, eq. 37-38): the windows of VGD with the kinematic model in the
+// vehicle's place.
+#pragma once
+
+#include "problems/kinematic/kinematic_options.h"
+#include "problems/result/estimate.h"
+#include "problems/vgd/vgd_options.h"
+#include "problems/window/flight_data.h"
+#include "problems/window/imu_inputs.h"
+
+namespace trueline {
+
+// Runs over all windows in time order; each starts from the biases before it. Windows, loss,
+// solver and tolerance are `vgd`'s. Parameters: b_ax ... b_gz, and Phi_E_Ep at the window's start
+// where initial_attitude is on.
+EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
+                             const KinematicOptions& options);
+
+// One window on its own: gamma passes up to `tau` (from 1); the search starts from `start_biases`
+// (m/s^2, rad/s).
+WindowEstimate SolveKinematicWindow(const FlightData& flight, const ImuInputs& imu,
+                                    const VgdOptions& vgd, const KinematicOptions& options, int tau,
+                                    const Eigen::Matrix<double, 6, 1>& start_biases);
+
+}  // namespace trueline

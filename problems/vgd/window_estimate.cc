@@ -1,0 +1,107 @@
+#include "problems/vgd/window_estimate.h"
+
+#include <cmath>
+
+#include "problems/vgd/fix_loss.h"
+#include "problems/vgd/identifiability.h"
+
+namespace trueline {
+namespace {
+
+using Parameters = Eigen::Matrix<double, WindowProblem::kParameters, 1>;
+
+std::vector<std::string> ParameterNames(bool with_forces) {
+  std::vector<std::string> names(kImuDrivenNames.begin(), kImuDrivenNames.end());
+  if (with_forces) names.insert(names.end(), {"b_ax", "b_ay"});
+  return names;
+}
+
+std::vector<std::string> ParameterUnits(bool with_forces) {
+  std::vector<std::string> units(kImuDrivenUnits.begin(), kImuDrivenUnits.end());
+  if (with_forces) units.insert(units.end(), {"m/s^2", "m/s^2"});
+  return units;
+}
+
+void StoreMisfits(const WindowProblem& problem, const WindowData& data, const VgdOptions& options,
+                  WindowEstimate* estimate) {
+  for (const Fix& fix : data.fixes) {
+    const Eigen::Vector3d error = problem.PositionAt(fix.t) - fix.p_E;
+    const double sigma = options.whiten ? fix.sigma : 1.0;
+    estimate->misfits.push_back(
+        {fix.t, fix.gate, error, fix.sigma,
+         RobustWeight(options.loss, options.loss_scale, (error / sigma).norm())});
+  }
+}
+
+void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pass_end,
+                     WindowEstimate* estimate) {
+  for (const auto& segment : problem.segments()) {
+    for (const TimeNs t : segment->times()) {
+      if (t < pass_begin) continue;
+      const auto& x = segment->StateAt(t)->value;
+      auto& points = t <= pass_end ? estimate->fitted : estimate->predicted;
+      points.push_back({t, x.head<3>(), x.tail<3>()});
+    }
+  }
+}
+
+void StoreParameters(const VgdOptions& options, WindowProblem* problem,
+                     const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
+  const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
+  const auto names = ParameterNames(count > 9), units = ParameterUnits(count > 9);
+  const Parameters value = problem->Parameters();
+  Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
+  for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
+  sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
+  const Identifiability identifiability = AnalyseIdentifiability(
+      names, units, sigma_prior.head(count), cov_all.topLeftCorner(count, count));
+  estimate->unobservable = identifiability.combinations;
+  for (int i = 0; i < count; ++i) {
+    std::string status = identifiability.status[i];
+    if (i < 9) {
+      const ParameterPrior& prior = options.priors[i];
+      const double margin = 1e-6 * prior.sigma;
+      if (value[i] < prior.lower + margin || value[i] > prior.upper - margin) status = "at_bound";
+    }
+    const double sigma = sigma_prior[i] * std::sqrt(cov_all(i, i));
+    estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
+  }
+}
+
+void StoreArc(const FlightData& flight, int tau, const WindowProblem& problem,
+              const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
+  ArcPrediction arc = flight.ArcAfter(tau);
+  arc.p_E = problem.FinalState().head<2>();
+  arc.cov = cov_all.block<2, 2>(WindowProblem::kParameters, WindowProblem::kParameters);
+  estimate->arc = arc;
+}
+
+}  // namespace
+
+Theta ThetaOf(const WindowEstimate& estimate) {
+  Theta theta;
+  for (int i = 0; i < 9; ++i) theta[i] = estimate.parameters[i].value;
+  return theta;
+}
+
+WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& options,
+                              const WindowData& data, int tau,
+                              const ceres::Solver::Summary& summary, WindowProblem* problem) {
+  WindowEstimate estimate;
+  estimate.tau = tau;
+  estimate.gamma = static_cast<int>(data.passes.size());
+  estimate.begin = data.begin;
+  estimate.end = data.passes.back().end;
+  estimate.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  estimate.converged = summary.termination_type == ceres::CONVERGENCE;
+  estimate.cost = summary.final_cost;
+  const Eigen::MatrixXd cov = problem->Covariance();
+  StoreParameters(options, problem, cov, &estimate);
+  StoreMisfits(*problem, data, options, &estimate);
+  StoreTrajectory(*problem, data.passes.back().begin, data.passes.back().end, &estimate);
+  if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, cov, &estimate);
+  estimate.solve_time = summary.total_time_in_seconds;
+  return estimate;
+}
+
+}  // namespace trueline

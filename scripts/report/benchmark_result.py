@@ -1,0 +1,76 @@
+"""Reading of what trueline-benchmark writes."""
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+import charts
+from csv_table import empty_table, read_table
+from yaml_file import read_mapping
+
+REMEDY = "--result must be a folder that trueline-benchmark has written"
+HEADLINE_GAMMA = 3  # of the paper's comparison (figs. 12 and 13)
+
+
+@dataclass
+class Benchmark:
+    summary: dict
+    arcs: pd.DataFrame         # one row an arc, label and gamma; only arcs that count
+    all_arcs: pd.DataFrame     # those without truth, too
+    convergence: pd.DataFrame
+    paths: pd.DataFrame
+
+    @property
+    def labels(self):
+        return list(dict.fromkeys(self.all_arcs.label))
+
+    @property
+    def logs(self):
+        return list(dict.fromkeys(self.all_arcs.log))
+
+    @property
+    def has_sweep(self):
+        return self.all_arcs["sweep"].notna().any()
+
+    def headline(self, label):
+        """Arcs of a label at the headline's gamma, or the nearest that it has."""
+        rows = self.arcs[self.arcs.label == label]
+        if rows.empty:
+            return rows
+        gamma = min(rows.gamma.unique(), key=lambda g: abs(g - HEADLINE_GAMMA))
+        return rows[rows.gamma == gamma]
+
+    def estimator_of(self, label):
+        return self.all_arcs[self.all_arcs.label == label].estimator.iloc[0]
+
+    def colour(self, label):
+        """The estimator's own colour for its first label; other labels get one of the spare."""
+        estimator = self.estimator_of(label)
+        same = [other for other in self.labels if self.estimator_of(other) == estimator]
+        if label == same[0]:
+            return charts.colour(estimator)
+        others = [other for other in self.labels
+                  if other != next(x for x in self.labels
+                                   if self.estimator_of(x) == self.estimator_of(other))]
+        return charts.SPARE_COLOURS[others.index(label) % len(charts.SPARE_COLOURS)]
+
+
+def read_benchmark(folder):
+    folder = Path(folder)
+    summary = read_mapping(folder / "summary.yaml", REMEDY)
+    arcs = read_table(
+        folder / "arcs.csv",
+        numbers=["gamma", "tau", "t_start", "t_end", "final_point_error", "predicted_sigma",
+                 "iterations", "solve_time", "sweep", "seed", "inside_95", "counted", "bound"],
+        texts=["log", "estimator", "label", "truth"], remedy=REMEDY)
+    counted = arcs[(arcs.counted == 1) & arcs.final_point_error.notna()]
+    return Benchmark(
+        summary, counted, arcs,
+        _read_if_there(folder / "convergence.csv",
+                       ["gamma", "sweep", "seed", "tolerance", "windows", "time"],
+                       ["log", "label", "quantity"]),
+        _read_if_there(folder / "trajectory.csv", ["tau", "t", "x", "y", "z"], ["label", "kind"]))
+
+
+def _read_if_there(path, numbers, texts):
+    return read_table(path, numbers, texts) if path.exists() else empty_table(numbers, texts)

@@ -1,0 +1,159 @@
+// The filter over whole flights: results by pass, gaps, options.
+#include "problems/ekf/ekf_run.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/common/error.h"
+#include "problems/estimators/estimators.h"
+#include "problems/result/statistics.h"
+#include "problems/simulation/simulate.h"
+#include "problems/window/gyro_scatter.h"
+
+namespace trueline {
+namespace {
+
+const Eigen::Vector3d kAccelBias(0.12, -0.10, 0.15), kGyroBias(0.006, -0.004, 0.005);
+
+const FlightLog& Hippodrome() {
+  static const FlightLog log = [] {
+    SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(
+        std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/simulate/hippodrome.yaml"));
+    config.duration = 50.0;
+    config.warm_up = 5.0;
+    config.imu.rate = 256.0;
+    config.imu.accel_bias = kAccelBias;
+    config.imu.gyro_bias = kGyroBias;
+    return Simulate(config, 4);
+  }();
+  return log;
+}
+
+FlightData DataOf(const FlightLog& log) {
+  return FlightData(log, DriveOptions(), PassOptions(), DragMeasurementOptions());
+}
+
+std::vector<double> Errors(const EstimatorRun& run, int from_tau) {
+  std::vector<double> errors;
+  for (const WindowEstimate& window : run.windows) {
+    if (window.arc && window.tau >= from_tau) errors.push_back(window.arc->FinalPointError());
+  }
+  return errors;
+}
+
+TEST(EkfRunTest, ConvergesToBiasesAndPredictsArcs) {
+  const FlightData flight = DataOf(Hippodrome());
+  for (const AttitudeForm form : {AttitudeForm::kEuler, AttitudeForm::kErrorState}) {
+    EkfOptions options;
+    options.attitude = form;
+    const EstimatorRun run = RunEkf(flight, options, 3);
+    ASSERT_EQ(run.windows.size(), flight.passes.size());
+    const WindowEstimate& last = run.windows.back();
+    Eigen::Matrix<double, 6, 1> truth;
+    truth << kAccelBias, kGyroBias;
+    for (int i = 0; i < 6; ++i) {
+      const ParameterEstimate& found = last.parameters[i];
+      EXPECT_NEAR(found.value, truth[i], 4.0 * found.sigma) << found.name;
+      EXPECT_EQ(found.status, "identified") << found.name;
+    }
+    EXPECT_LT(Quantile(Errors(run, 5), 0.5), 0.4);
+    int inside = 0, count = 0;
+    for (const WindowEstimate& window : run.windows) {
+      if (!window.arc) continue;
+      inside += window.arc->Inside95();
+      ++count;
+    }
+    EXPECT_GE(BinomialCdf(inside, count, 0.95), 0.01) << inside << " of " << count;
+  }
+}
+
+// Each window's end must not know of anything later: the run over a log that is cut there is the
+// same up to the cut.
+TEST(EkfRunTest, IsCausal) {
+  const FlightData whole = DataOf(Hippodrome());
+  FlightLog cut = Hippodrome();
+  const TimeNs end = whole.passes[4].end;
+  cut.fixes.resize(whole.passes[4].last + 1);
+  EkfOptions options;
+  options.gyro_from_log = false;
+  const EstimatorRun all = RunEkf(whole, options, 1);
+  const EstimatorRun part = RunEkf(DataOf(cut), options, 1);
+  ASSERT_EQ(part.windows.back().end, end);
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_EQ(part.windows[4].parameters[i].value, all.windows[4].parameters[i].value);
+  }
+  EXPECT_EQ(part.windows[3].arc->p_E, all.windows[3].arc->p_E);
+}
+
+TEST(EkfRunTest, StartsAnewAfterAnImuGapAndKeepsTheBiases) {
+  FlightLog log = Hippodrome();
+  const FlightData whole = DataOf(log);
+  const TimeNs from = whole.passes[7].end + FromSeconds(0.2), to = from + FromSeconds(0.6);
+  std::erase_if(log.imu, [&](const ImuSample& s) { return s.t > from && s.t < to; });
+  const FlightData flight = DataOf(log);
+  ASSERT_FALSE(flight.HasArc(8));
+  const EstimatorRun run = RunEkf(flight, EkfOptions(), 1);
+  EXPECT_FALSE(run.windows[7].arc);
+  ASSERT_FALSE(run.warnings.empty());
+  EXPECT_NE(run.warnings.back().find("starts anew"), std::string::npos);
+  ASSERT_TRUE(run.windows[8].arc);
+  EXPECT_LT(run.windows[8].parameters[2].sigma, 0.1);  // b_az is not forgotten
+  EXPECT_LT(run.windows[8].arc->FinalPointError(), 2.0);
+}
+
+TEST(EkfRunTest, IterationChangesWideUncertaintiesAndSettles) {
+  const FlightData flight = DataOf(Hippodrome());
+  EkfOptions options;
+  const EstimatorRun plain = RunEkf(flight, options, 1);
+  options.iterated = true;
+  const EstimatorRun iterated = RunEkf(flight, options, 1);
+  const auto error = [](const EstimatorRun& run) { return Quantile(Errors(run, 1), 0.5); };
+  EXPECT_NE(plain.windows[1].parameters[0].value, iterated.windows[1].parameters[0].value);
+  EXPECT_LT(error(iterated), 1.5 * error(plain));
+}
+
+TEST(EkfRunTest, GateKeepsOutliersOut) {
+  FlightLog log = Hippodrome();
+  for (std::size_t i = 60; i < log.fixes.size(); i += 6) log.fixes[i].p_E.x() += 3.0;
+  const FlightData flight = DataOf(log);
+  EkfOptions open;
+  open.gating = EkfGating::kNone;
+  const double gated = Mean(Errors(RunEkf(flight, EkfOptions(), 1), 5));
+  EXPECT_LT(gated, 0.5 * Mean(Errors(RunEkf(flight, open, 1), 5)));
+}
+
+TEST(GyroScatterTest, GrowsWithTheGyroscopesNoise) {
+  FlightLog log = Hippodrome();
+  const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
+  const Eigen::Vector3d clean = GyroScatter(ImuInputs(log, track));
+  Random random(1, "gyro");
+  constexpr double kDensity = 0.02;
+  const double sigma = kDensity * std::sqrt(256.0);
+  for (ImuSample& sample : log.imu) sample.gyro += sigma * random.NormalVector3();
+  const Eigen::Vector3d noisy = GyroScatter(ImuInputs(log, track));
+  for (int axis = 0; axis < 3; ++axis) {
+    const double expected = std::hypot(clean[axis], kDensity);
+    EXPECT_NEAR(noisy[axis], expected, 0.2 * expected);
+  }
+}
+
+TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
+  EstimatorOptions options;
+  options.ekf.tuning = EkfTuning::kPaper;
+  options.ekf.attitude = AttitudeForm::kEuler;
+  options.ekf.iterated = true;
+  options.ekf.noise.gyro = 0.0123;
+  options.kinematic.initial_attitude = false;
+  const YAML::Node node = ToYaml(options);
+  const EstimatorOptions back = ReadEstimatorOptions(YamlMap(node, "test.yaml", ""));
+  EXPECT_EQ(back.ekf.tuning, EkfTuning::kPaper);
+  EXPECT_TRUE(back.ekf.iterated);
+  EXPECT_NEAR(back.ekf.noise.gyro, 0.0123, 1e-15);
+  EXPECT_FALSE(back.kinematic.initial_attitude);
+  for (const char* bad : {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: -1}}",
+                          "ekf: {paper: {q_per_sample: [1, 2]}}", "kinematic: {tilt_sigma_deg: 0}"}) {
+    EXPECT_THROW(ReadEstimatorOptions(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,131 @@
+// A linear problem, on which the filter, the window's least squares and a batch solution that is
+// written down here must be the same numbers.
+#include <gtest/gtest.h>
+
+#include "problems/ekf/ekf_run.h"
+#include "problems/kinematic/vgd_kinematic.h"
+#include "tests/ekf/linear_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing_ekf::DataOf;
+using testing_ekf::UnturnedFlight;
+
+constexpr double kBiasSigma = 0.58;
+
+struct Batch {
+  Eigen::Vector3d p_end, bias;
+  Eigen::Matrix3d cov_p_end, cov_bias;
+};
+
+// Weighted least squares for (p0, v0, b) of one axis at a time: the fixes of the first `tau`
+// passes, motion by exact integration of piecewise constant force, prior on b alone.
+Batch SolveBatch(const FlightLog& log, const FlightData& flight, int tau) {
+  const TimeNs t0 = flight.passes.front().begin, t_end = flight.passes[tau].begin;
+  // Position gained from t0 to t by the force alone, with p0 = v0 = b = 0.
+  const auto gained = [&](TimeNs t) {
+    Eigen::Vector3d p = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
+      const TimeNs from = std::max(log.imu[i].t, t0), to = std::min(log.imu[i + 1].t, t);
+      if (to <= from) continue;
+      const double dt = SecondsBetween(from, to);
+      const Eigen::Vector3d a = 0.5 * (log.imu[i].accel + log.imu[i + 1].accel) +
+                                Eigen::Vector3d(0.0, 0.0, log.gravity);
+      p += v * dt + 0.5 * dt * dt * a;
+      v += a * dt;
+    }
+    return p;
+  };
+  const auto row = [&](TimeNs t) {
+    const double s = SecondsBetween(t0, t);
+    return Eigen::RowVector3d(1.0, s, -0.5 * s * s);
+  };
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero(), right = Eigen::Matrix3d::Zero();
+  H(2, 2) = 1.0 / (kBiasSigma * kBiasSigma);
+  for (std::size_t i = flight.passes.front().first; i <= flight.passes[tau - 1].last; ++i) {
+    const Fix& fix = log.fixes[i];
+    const double weight = 1.0 / (fix.sigma * fix.sigma);
+    H += weight * row(fix.t).transpose() * row(fix.t);
+    right += weight * row(fix.t).transpose() * (fix.p_E - gained(fix.t)).transpose();
+  }
+  const Eigen::Matrix3d cov = H.inverse(), x = H.ldlt().solve(right);  // columns: axes
+  const double variance = (row(t_end) * cov * row(t_end).transpose()).value();
+  return {x.transpose() * row(t_end).transpose() + gained(t_end), x.row(2).transpose(),
+          Eigen::Matrix3d::Identity() * variance, Eigen::Matrix3d::Identity() * cov(2, 2)};
+}
+
+// No process noise, attitude and gyro bias known, nothing known of p and v.
+EkfOptions KnownAttitude(AttitudeForm form) {
+  EkfOptions options;
+  options.attitude = form;
+  options.gating = EkfGating::kNone;
+  options.noise = {0.0, 0.0, 0.0, 0.0};
+  options.gyro_from_log = false;
+  options.start = {3e3, 3e3, 1e-13, 1e-13, kBiasSigma, 1e-13};
+  return options;
+}
+
+VgdOptions WholeFlight() {
+  VgdOptions options;
+  options.gamma = 100;
+  options.loss = FixLoss::kNone;
+  options.tolerance = 1e-30;
+  options.max_iterations = 100;
+  return options;
+}
+
+class LinearProblem : public testing::TestWithParam<AttitudeForm> {};
+
+TEST_P(LinearProblem, FilterWindowAndBatchAgree) {
+  const FlightLog log = UnturnedFlight(3, {0.3, -0.2, 0.1});
+  const FlightData flight = DataOf(log);
+  const int tau = static_cast<int>(flight.passes.size()) - 1;
+  ASSERT_EQ(tau, 4);
+  const Batch batch = SolveBatch(log, flight, tau);
+
+  const EstimatorRun ekf = RunEkf(flight, KnownAttitude(GetParam()), 1);
+  const ImuInputs imu(flight.log, flight.track);
+  KinematicOptions kinematic;
+  kinematic.initial_attitude = false;
+  kinematic.gyro_bias_sigma = 1e-13;
+  kinematic.accel_bias_sigma = kBiasSigma;
+  const WindowEstimate window = SolveKinematicWindow(flight, imu, WholeFlight(), kinematic, tau,
+                                                     Eigen::Matrix<double, 6, 1>::Zero());
+  for (const WindowEstimate* estimate : {&window, &ekf.windows[tau - 1]}) {
+    ASSERT_TRUE(estimate->arc);
+    EXPECT_LT((estimate->arc->p_E - batch.p_end.head<2>()).norm(), 1e-9);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(estimate->parameters[i].value, batch.bias[i], 1e-9);
+    }
+  }
+  const WindowEstimate& filtered = ekf.windows[tau - 1];
+  EXPECT_LT((filtered.arc->cov - batch.cov_p_end.topLeftCorner<2, 2>()).norm(), 1e-9);
+  EXPECT_NEAR(filtered.parameters[0].sigma, std::sqrt(batch.cov_bias(0, 0)), 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, LinearProblem,
+                         testing::Values(AttitudeForm::kEuler, AttitudeForm::kErrorState));
+
+// The window's own covariance, where the misfit asks for no widening: the batch's, to rounding.
+TEST(LinearProblem, WindowCovarianceIsTheBatchsTimesItsMisfit) {
+  const FlightLog log = UnturnedFlight(3, {0.3, -0.2, 0.1});
+  const FlightData flight = DataOf(log);
+  const ImuInputs imu(flight.log, flight.track);
+  KinematicOptions kinematic;
+  kinematic.initial_attitude = false;
+  kinematic.gyro_bias_sigma = 1e-13;
+  const WindowEstimate window = SolveKinematicWindow(flight, imu, WholeFlight(), kinematic, 4,
+                                                     Eigen::Matrix<double, 6, 1>::Zero());
+  double chi_square = 0.0;
+  for (const FixMisfit& misfit : window.misfits) {
+    chi_square += misfit.error.squaredNorm() / (misfit.sigma * misfit.sigma);
+  }
+  const double freedom = 3.0 * static_cast<double>(window.misfits.size()) - 12.0;
+  const double factor = std::max(1.0, chi_square / freedom);
+  const Batch batch = SolveBatch(log, flight, 4);
+  EXPECT_LT((window.arc->cov - factor * batch.cov_p_end.topLeftCorner<2, 2>()).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace trueline

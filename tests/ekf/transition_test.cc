@@ -1,0 +1,141 @@
+// Transition, covariance and noise of one step against references that share no code with them.
+#include <gtest/gtest.h>
+
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "problems/ekf/ekf.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kGravity = 9.81;
+const ImuInput kImu{{0.7, -1.2, -10.3}, {0.9, -1.4, 2.1}};
+
+NavState SomeState() {
+  NavState x;
+  x.motion.p = {1.0, -2.0, -1.5};
+  x.motion.v = {3.0, 0.4, -0.2};
+  x.motion.q_E_I = QuaternionFromEuler<double>({0.3, -0.4, 1.9});
+  x.bias = {{0.1, -0.2, 0.3}, {0.02, -0.01, 0.03}};
+  return x;
+}
+
+Matrix15d SomeCovariance() {
+  srand(7);
+  const Matrix15d A = Matrix15d::Random();
+  return A * A.transpose() + 0.1 * Matrix15d::Identity();
+}
+
+class StepTest : public testing::TestWithParam<AttitudeForm> {};
+
+TEST_P(StepTest, TransitionAgreesWithCentralDifferences) {
+  const AttitudeForm form = GetParam();
+  const NavState x = SomeState();
+  Transition F;
+  const NavState next = Advance(form, x, kImu, kGravity, 0.01, &F);
+  Matrix15d numeric;
+  for (int i = 0; i < kNavSize; ++i) {
+    const double h = 1e-6;
+    Transition unused;
+    const Vector15d error = h * Vector15d::Unit(i);
+    const NavState plus = Advance(form, Moved(form, x, error), kImu, kGravity, 0.01, &unused);
+    const NavState minus = Advance(form, Moved(form, x, -error), kImu, kGravity, 0.01, &unused);
+    numeric.col(i) =
+        (Difference(form, next, plus) - Difference(form, next, minus)) / (2.0 * h);
+  }
+  EXPECT_LT((F.Dense() - numeric).cwiseAbs().maxCoeff(), 1e-8);
+}
+
+TEST_P(StepTest, SparseAndDenseCovarianceAgree) {
+  Transition F;
+  Advance(GetParam(), SomeState(), kImu, kGravity, 0.01, &F);
+  const Matrix15d P = SomeCovariance();
+  const Matrix15d sparse = PropagateSparse(F, P), dense = PropagateDense(F, P);
+  EXPECT_LT((sparse - dense).cwiseAbs().maxCoeff(), 1e-12 * dense.cwiseAbs().maxCoeff());
+}
+
+// Van Loan's integral of the continuous noise over one step, with A from two short transitions.
+TEST_P(StepTest, NoiseAgreesWithVanLoan) {
+  const AttitudeForm form = GetParam();
+  const double dt = 0.002;
+  const ImuNoise noise{0.05, 0.003, 0.2, 0.04};
+  Transition tiny;
+  Advance(form, SomeState(), kImu, kGravity, 1e-6, &tiny);
+  const Matrix15d A = (tiny.Dense() - Matrix15d::Identity()) / 1e-6;
+  Matrix15d spectral = Matrix15d::Zero();
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  spectral.block<3, 3>(3, 3) = I * noise.accel * noise.accel;
+  const Eigen::Matrix3d N = A.block<3, 3>(6, 12);
+  spectral.block<3, 3>(6, 6) = N * N.transpose() * noise.gyro * noise.gyro;
+  spectral.block<3, 3>(9, 9) = I * noise.accel_walk * noise.accel_walk;
+  spectral.block<3, 3>(12, 12) = I * noise.gyro_walk * noise.gyro_walk;
+  Eigen::MatrixXd pair = Eigen::MatrixXd::Zero(30, 30);
+  pair.topLeftCorner<15, 15>() = -A * dt;
+  pair.topRightCorner<15, 15>() = spectral * dt;
+  pair.bottomRightCorner<15, 15>() = A.transpose() * dt;
+  const Eigen::MatrixXd exponential = pair.exp();
+  const Eigen::MatrixXd expected =
+      exponential.bottomRightCorner<15, 15>().transpose() * exponential.topRightCorner<15, 15>();
+  Transition F;
+  Advance(form, SomeState(), kImu, kGravity, dt, &F);
+  const Matrix15d Q = StepNoise(F, noise);
+  // Every block is held to 1 % of what its two diagonals allow at most.
+  const Vector15d sigma = expected.diagonal().cwiseSqrt();
+  const Matrix15d scaled = (Q - expected).cwiseQuotient(sigma * sigma.transpose());
+  EXPECT_LT(scaled.cwiseAbs().maxCoeff(), 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, StepTest,
+                         testing::Values(AttitudeForm::kEuler, AttitudeForm::kErrorState));
+
+TEST(NavStateTest, DifferenceUndoesMoved) {
+  Vector15d error;
+  for (int i = 0; i < kNavSize; ++i) error[i] = 0.05 * (i - 7);
+  for (const AttitudeForm form : {AttitudeForm::kEuler, AttitudeForm::kErrorState}) {
+    const NavState x = SomeState();
+    EXPECT_LT((Difference(form, x, Moved(form, x, error)) - error).norm(), 1e-12);
+  }
+}
+
+// A tilt in E of one sigma is the same rotation, however the filter counts attitude errors.
+TEST(NavStateTest, StartCovarianceIsTheSameRotationInBothForms) {
+  const NavState x = SomeState();
+  const Eigen::Vector3d turn_E(1e-6, -2e-6, 3e-6);
+  for (const AttitudeForm form : {AttitudeForm::kEuler, AttitudeForm::kErrorState}) {
+    Vector15d error = Vector15d::Zero();
+    error.segment<3>(6) = AttitudeErrorFromEarth(form, x) * turn_E;
+    const Eigen::Quaterniond q = Moved(form, x, error).motion.q_E_I;
+    const Eigen::Quaterniond turned = q * x.motion.q_E_I.conjugate();
+    EXPECT_LT((2.0 * turned.vec() - turn_E).norm(), 1e-10);
+  }
+}
+
+TEST(EkfTest, GateRefusesAnOutlierAndGivesInAfterEnoughOfThem) {
+  EkfOptions options;
+  options.max_refusals = 3;
+  Ekf filter(options, kGravity);
+  NavState x;
+  filter.Start(x, Matrix15d::Identity() * 0.01);
+  const Eigen::Vector3d far(5.0, 0.0, 0.0);
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(filter.Update(far, 0.1));
+  EXPECT_EQ(filter.state().motion.p.norm(), 0.0);
+  EXPECT_TRUE(filter.Update(far, 0.1));
+  EXPECT_GT(filter.state().motion.p.x(), 1.0);
+}
+
+// The covariance after a fix by the information form, which Joseph's must equal.
+TEST(EkfTest, UpdateAgreesWithInformationForm) {
+  EkfOptions options;
+  options.gating = EkfGating::kNone;
+  options.attitude = AttitudeForm::kEuler;
+  Ekf filter(options, kGravity);
+  const Matrix15d P = SomeCovariance();
+  filter.Start(SomeState(), P);
+  filter.Update(SomeState().motion.p + Eigen::Vector3d(0.1, 0.2, -0.1), 0.3);
+  Matrix15d information = P.inverse();
+  information.topLeftCorner<3, 3>() += Eigen::Matrix3d::Identity() / 0.09;
+  EXPECT_LT((filter.cov() - information.inverse()).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace trueline
