@@ -49,6 +49,7 @@ const Matrix3d kFlip = Vector3d(1, -1, -1).asDiagonal();  // z-up <-> NED, FLU <
 
 RotorDrivenModel ConvertedModel(const PaperVehicle& p) {
   std::vector<RotorSpec> rotors;
+  rotors.reserve(4);
   for (int i = 0; i < 4; ++i) {
     rotors.push_back({kFlip * p.t[i], {0, 0, -1}, p.sign[i] > 0 ? 1 : -1, p.k_f, p.k_m});
   }

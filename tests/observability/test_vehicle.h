@@ -10,6 +10,7 @@ namespace trueline {
 inline RotorDrivenModel TestQuadrotor() {
   const double k_f = 3.8108e-7, k_m = 3.6203e-9;
   std::vector<RotorSpec> rotors;
+  rotors.reserve(4);
   const double signs[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
   for (int i = 0; i < 4; ++i) {
     rotors.push_back({{0.071 * signs[i][0], 0.080 * signs[i][1], 0.0},
