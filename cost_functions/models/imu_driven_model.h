@@ -40,11 +40,13 @@ inline constexpr std::array<const char*, 9> kImuDrivenUnits = {"1/s", "1/s", "m/
                                                                "rad", "rad", "rad",   "rad"};
 
 // What drives the translation at one instant: the logged attitude and the thrust-axis
-// acceleration. Plain data of the log, never differentiated.
-struct Drive {
-  Eigen::Matrix3d R_Ep_I;  // attitude as the AHRS gives it
-  double a_z;              // m/s^2, measured along the thrust axis; -9.81 in hover
+// acceleration. Plain data of the log, or (for Lie derivatives) power series of it.
+template <typename D>
+struct DriveOf {
+  Matrix3<D> R_Ep_I;  // attitude as the AHRS gives it
+  D a_z;              // m/s^2, measured along the thrust axis; -9.81 in hover
 };
+using Drive = DriveOf<double>;
 
 // The model with its constant rotations worked out once.
 template <typename T>
@@ -58,17 +60,23 @@ class ImuDrivenModel {
         g_E_(T(0), T(0), T(gravity)) {}
 
   // R_E_B by eq. 14, which is written for the inverse: R_B_E = R_B_I R_I_Ep R_Ep_E.
-  Matrix3<T> BodyToEarth(const Eigen::Matrix3d& R_Ep_I) const {
-    return R_Ep_E_.transpose() * R_Ep_I.cast<T>() * R_B_I_.transpose();
+  template <typename D>
+  Matrix3<T> BodyToEarth(const Matrix3<D>& R_Ep_I) const {
+    return R_Ep_E_.transpose() * R_Ep_I.template cast<T>() * R_B_I_.transpose();
   }
 
   // Specific force in B: linear drag (eq. 9-10) beside the thrust-axis acceleration less its bias.
-  Vector3<T> SpecificForce(double a_z, const Vector3<T>& v_B) const {
+  template <typename D>
+  Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
     return Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(a_z) - p_.b_az);
   }
 
   // dv_E/dt (eq. 6): gravity plus the specific force turned to E.
   Vector3<T> Acceleration(const Drive& drive, const Vector3<T>& v_E) const {
+    return AccelerationBy(drive, v_E);
+  }
+  template <typename D>
+  Vector3<T> AccelerationBy(const DriveOf<D>& drive, const Vector3<T>& v_E) const {
     const Matrix3<T> R_E_B = BodyToEarth(drive.R_Ep_I);
     return R_E_B * SpecificForce(drive.a_z, R_E_B.transpose() * v_E) + g_E_;
   }

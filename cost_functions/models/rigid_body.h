@@ -1,0 +1,75 @@
+// Pieces of rigid-body mechanics that stay polynomial, so that they can be evaluated in any scalar
+// (double, Jets, truncated Taylor series, numbers modulo a prime). Quaternions are (w, x, y, z).
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace trueline {
+
+template <class T>
+using Vec3 = Eigen::Matrix<T, 3, 1>;
+template <class T>
+using Vec4 = Eigen::Matrix<T, 4, 1>;
+
+// Hamilton's product a * b.
+template <class T>
+Vec4<T> HamiltonProduct(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>(a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+                 a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+                 a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+                 a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]);
+}
+
+template <class T>
+Vec4<T> Conjugate(const Vec4<T>& q) {
+  return Vec4<T>(q[0], -q[1], -q[2], -q[3]);
+}
+
+// q * (0, w): twice the rate of q under the body rate w [rad/s].
+template <class T>
+Vec4<T> TimesPure(const Vec4<T>& q, const Vec3<T>& w) {
+  return Vec4<T>(-q[1] * w[0] - q[2] * w[1] - q[3] * w[2], q[0] * w[0] + q[2] * w[2] - q[3] * w[1],
+                 q[0] * w[1] - q[1] * w[2] + q[3] * w[0], q[0] * w[2] + q[1] * w[1] - q[2] * w[0]);
+}
+
+template <class T>
+Vec3<T> Cross(const Vec3<T>& a, const Vec3<T>& b) {
+  return Vec3<T>(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+}
+
+// R(q) v for |q| = 1, as v + 2 u x (u x v + w v) with q = (w, u).
+template <class T>
+Vec3<T> RotateByUnit(const Vec4<T>& q, const Vec3<T>& v) {
+  const Vec3<T> u(q[1], q[2], q[3]);
+  const Vec3<T> inner = Cross(u, v) + Vec3<T>(q[0] * v[0], q[0] * v[1], q[0] * v[2]);
+  const Vec3<T> turn = Cross(u, inner);
+  return v + (turn + turn);
+}
+
+// Diagonal inertia [kg m^2] of a body whose second moments of mass about the three planes are
+// exp(log_s) [kg m^2]: J = tr(S) I - S. Every real log_s gives a body that can exist (positive and
+// within the triangle inequality), and every such body has one; for estimators.
+template <class T>
+Vec3<T> InertiaFromLogSecondMoments(const Vec3<T>& log_s) {
+  using std::exp;
+  const Vec3<T> s(exp(log_s[0]), exp(log_s[1]), exp(log_s[2]));
+  return Vec3<T>(s[1] + s[2], s[2] + s[0], s[0] + s[1]);
+}
+
+// Its inverse; the inertia must satisfy IsPhysicalInertia.
+template <class T>
+Vec3<T> LogSecondMomentsFromInertia(const Vec3<T>& inertia) {
+  using std::log;
+  const T half_trace = (inertia[0] + inertia[1] + inertia[2]) * T(0.5);
+  return Vec3<T>(log(half_trace - inertia[0]), log(half_trace - inertia[1]),
+                 log(half_trace - inertia[2]));
+}
+
+// Positive, and each moment below the sum of the other two.
+inline bool IsPhysicalInertia(const Eigen::Vector3d& inertia) {
+  const double half_trace = 0.5 * inertia.sum();
+  return (inertia.array() > 0.0).all() && (inertia.array() < half_trace).all();
+}
+
+}  // namespace trueline

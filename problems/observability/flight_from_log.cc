@@ -1,0 +1,166 @@
+#include "problems/observability/flight_from_log.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "problems/common/error.h"
+#include "problems/observability/imu_driven_system.h"
+
+namespace trueline {
+namespace {
+
+using Vector = Eigen::VectorXd;
+
+// Values at stamps, between them linear, outside of them held.
+class Curve {
+ public:
+  void Add(TimeNs t, Vector value) {
+    times_.push_back(ToSeconds(t));
+    values_.push_back(std::move(value));
+  }
+  bool empty() const { return times_.empty(); }
+  double start() const { return times_.front(); }
+  double end() const { return times_.back(); }
+  Vector At(double t) const {
+    const auto after = std::upper_bound(times_.begin(), times_.end(), t) - times_.begin();
+    if (after == 0) return values_.front();
+    if (after == static_cast<std::ptrdiff_t>(times_.size())) return values_.back();
+    const double share = (t - times_[after - 1]) / (times_[after] - times_[after - 1]);
+    return (1.0 - share) * values_[after - 1] + share * values_[after];
+  }
+  // Mean over the samples within `half` seconds, to tame noise; linear where there is none.
+  Vector Smooth(double t, double half) const {
+    const auto first = std::lower_bound(times_.begin(), times_.end(), t - half) - times_.begin();
+    const auto last = std::upper_bound(times_.begin(), times_.end(), t + half) - times_.begin();
+    if (last <= first) return At(t);
+    Vector sum = Vector::Zero(values_.front().size());
+    for (auto i = first; i < last; ++i) sum += values_[i];
+    return sum / static_cast<double>(last - first);
+  }
+  // Slope of the straight line through the samples within `half` seconds, widened until there are
+  // three.
+  Vector Slope(double t, double half) const {
+    for (;; half *= 2.0) {
+      const auto first = std::lower_bound(times_.begin(), times_.end(), t - half) - times_.begin();
+      const auto last = std::upper_bound(times_.begin(), times_.end(), t + half) - times_.begin();
+      const bool all = first == 0 && last == static_cast<std::ptrdiff_t>(times_.size());
+      if (last - first < 3 && !all) continue;
+      double mean_t = 0.0, square = 0.0;
+      for (auto i = first; i < last; ++i) mean_t += times_[i] / static_cast<double>(last - first);
+      Vector slope = Vector::Zero(values_.front().size());
+      for (auto i = first; i < last; ++i) {
+        slope += (times_[i] - mean_t) * values_[i];
+        square += (times_[i] - mean_t) * (times_[i] - mean_t);
+      }
+      if (square == 0.0) return slope;
+      return slope / square;
+    }
+  }
+
+ private:
+  std::vector<double> times_;
+  std::vector<Vector> values_;
+};
+
+Vector Coefficients(const Eigen::Quaterniond& q) {
+  return Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
+}
+
+// Quaternions with the sign of their predecessor, so that linear interpolation stays near them.
+template <class Samples, class Get>
+Curve AttitudeCurve(const Samples& samples, const Get& get) {
+  Curve curve;
+  Vector before = Eigen::Vector4d(1, 0, 0, 0);
+  for (const auto& sample : samples) {
+    Vector q = Coefficients(get(sample));
+    if (q.dot(before) < 0.0) q = -q;
+    curve.Add(sample.t, q);
+    before = q;
+  }
+  return curve;
+}
+
+Curve BestAttitude(const FlightLog& log) {
+  const auto pose = [](const PoseSample& sample) { return sample.q_E; };
+  if (!log.mocap.empty()) return AttitudeCurve(log.mocap, pose);
+  if (!log.pose.empty()) return AttitudeCurve(log.pose, pose);
+  return AttitudeCurve(log.attitude, [](const AttitudeSample& s) { return s.q_Ep_I; });
+}
+
+[[noreturn]] void Refuse(const FlightLog& log, const std::string& message) {
+  throw ErrorAt(log.directory, 0, message);
+}
+
+NominalFlight Between(const FlightLog& log, double start, double end) {
+  if (!(end - start > 1.0)) Refuse(log, "the streams overlap by less than 1 s; nothing to observe");
+  NominalFlight flight;
+  flight.start = start;
+  flight.end = end;
+  return flight;
+}
+
+}  // namespace
+
+NominalFlight RotorFlightFromLog(const FlightLog& log, const RotorVehicle& vehicle) {
+  if (log.rotors.empty()) Refuse(log, "has no rotors.csv; rotor speeds are needed for this model");
+  const int rotors = vehicle.model.num_rotors();
+  auto speeds = std::make_shared<Curve>();
+  for (const ChannelsSample& sample : log.rotors) {
+    if (static_cast<int>(sample.values.size()) != rotors) {
+      Refuse(log, fmt::format("rotors.csv has {} speeds, the vehicle {} rotors",
+                              sample.values.size(), rotors));
+    }
+    speeds->Add(sample.t, Eigen::Map<const Vector>(sample.values.data(), rotors));
+  }
+  auto attitude = std::make_shared<Curve>(BestAttitude(log));
+  if (attitude->empty())
+    Refuse(log, "has no attitude; mocap.csv, pose.csv or attitude.csv is needed");
+  auto rates = std::make_shared<Curve>();
+  for (const ImuSample& sample : log.imu) rates->Add(sample.t, sample.gyro);
+  NominalFlight flight =
+      Between(log, std::max({speeds->start(), attitude->start(), rates->start()}),
+              std::min({speeds->end(), attitude->end(), rates->end()}));
+  flight.at = [=, parameters = vehicle.parameters](double t) {
+    using Model = RotorDrivenModel;
+    NominalPoint point{parameters, {}};
+    const Vector q = attitude->At(t).normalized(), w = rates->Smooth(t, 0.005), n = speeds->At(t);
+    for (int i = 0; i < 4; ++i) point.x[Model::kAttitude + i] = q[i];
+    for (int i = 0; i < 3; ++i) point.x[Model::kRate + i] = w[i];
+    for (int i = 0; i < rotors; ++i) point.u.push_back(n[i] * n[i]);
+    return point;
+  };
+  return flight;
+}
+
+NominalFlight ImuFlightFromLog(const FlightLog& log) {
+  if (log.attitude.empty()) Refuse(log, "has no attitude.csv, which drives this model");
+  auto attitude = std::make_shared<Curve>(
+      AttitudeCurve(log.attitude, [](const AttitudeSample& s) { return s.q_Ep_I; }));
+  auto accel = std::make_shared<Curve>();
+  for (const ImuSample& sample : log.imu) accel->Add(sample.t, sample.accel.tail<1>());
+  auto position = std::make_shared<Curve>();
+  if (!log.mocap.empty()) {
+    for (const PoseSample& sample : log.mocap) position->Add(sample.t, sample.p_E);
+  } else {
+    for (const Fix& fix : log.fixes) position->Add(fix.t, fix.p_E);
+  }
+  if (position->empty()) Refuse(log, "has neither fixes.csv nor mocap.csv; positions are needed");
+  NominalFlight flight =
+      Between(log, std::max({attitude->start(), accel->start(), position->start()}),
+              std::min({attitude->end(), accel->end(), position->end()}));
+  flight.at = [=](double t) {
+    NominalPoint point{std::vector<double>(ImuDrivenSystem::kStates, 0.0), {}};
+    const Vector v = position->Slope(t, 0.15), q = attitude->At(t).normalized();
+    for (int i = 0; i < 3; ++i) point.x[ImuDrivenSystem::kVelocity + i] = v[i];
+    point.x[ImuDrivenSystem::kParameters] = ImuDrivenSystem::kTypicalDragX;
+    point.x[ImuDrivenSystem::kParameters + 1] = ImuDrivenSystem::kTypicalDragY;
+    const Eigen::Matrix3d R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+    for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));
+    point.u.push_back(accel->Smooth(t, 0.02)[0]);
+    return point;
+  };
+  return flight;
+}
+
+}  // namespace trueline

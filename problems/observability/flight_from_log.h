@@ -1,0 +1,21 @@
+// A recorded flight as the Gramians see it: states and inputs along it, from the streams of a log.
+#pragma once
+
+#include <string>
+
+#include "problems/log/flight_log.h"
+#include "problems/observability/nominal.h"
+#include "problems/observability/vehicle_config.h"
+
+namespace trueline {
+
+// Rotor-driven: attitude from mocap, pose or AHRS (the first there is), rates from the gyro, inputs
+// from rotors.csv. Position and velocity do not enter the sensitivities and stay zero. Throws
+// InputError where attitude or rotor speeds are missing or do not overlap in time.
+NominalFlight RotorFlightFromLog(const FlightLog& log, const RotorVehicle& vehicle);
+
+// IMU-driven (Li et al. 2019): attitude from the AHRS, thrust-axis acceleration from the IMU,
+// velocity from straight lines through mocap positions or, without mocap, fixes.
+NominalFlight ImuFlightFromLog(const FlightLog& log);
+
+}  // namespace trueline

@@ -1,0 +1,99 @@
+#include "problems/observability/imu_driven_rank.h"
+
+#include <cmath>
+
+#include "cost_functions/models/rigid_body.h"
+#include "problems/observability/lie_derivatives.h"
+#include "problems/observability/rotor_driven_points.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kExactOrder = ImuDrivenSystem::kErrors;
+constexpr int kNumericalOrder = 10;
+constexpr double kTimeScale = 0.5;  // s, of what varies in the double points
+
+template <class C, int kMaxOrder>
+class Point {
+ public:
+  using Series = Taylor<C, kMaxOrder>;
+
+  Point(Turning turning, int order, std::uint64_t seed)
+      : random_(seed, "imu_driven"), order_(turning == Turning::kNone ? 0 : order) {
+    for (int i = 0; i < 3; ++i) x.push_back(RandomScalar<C>(&random_, 0.0, 1.0));
+    for (int i = 0; i < 3; ++i) x.push_back(RandomScalar<C>(&random_, 2.0, 1.0));
+    for (int i = 0; i < 9; ++i) x.push_back(RandomScalar<C>(&random_, i < 2 ? -0.5 : 0.0, 0.02));
+    const Series level(0.0), one(1.0);
+    const Series roll = turning == Turning::kPitch ? level : Vary(0.0, 0.2);
+    const Series pitch = Vary(0.0, 0.2);
+    const Series yaw = turning == Turning::kAny ? Vary(0.0, 0.3) : level;
+    PutAttitude(Vec4<Series>(one, level, level, yaw), Vec4<Series>(one, roll, pitch, level));
+    u.push_back(Vary(-9.81, 1.0));
+  }
+
+  std::vector<C> x;
+  std::vector<Series> u;
+
+ private:
+  Series Vary(double mean, double spread) {
+    Series series = Series::Constant(RandomScalar<C>(&random_, mean, spread));
+    if (order_ == 0) return series;
+    series = Series::Start(series[0]);
+    for (int i = 1; i <= order_; ++i) {
+      series.Append(RandomScalar<C>(&random_, 0.0, spread * std::pow(kTimeScale, -i)));
+    }
+    return series;
+  }
+  // R(yaw * tilt), over the squared length of the product: neither factor needs length 1.
+  void PutAttitude(const Vec4<Series>& yaw, const Vec4<Series>& tilt) {
+    const Vec4<Series> q = HamiltonProduct(yaw, tilt);
+    const Series square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    const Series two(2.0), one(1.0);
+    const auto entry = [&](int i, int j) {
+      if (i == j) {
+        const int a = (i + 1) % 3 + 1, b = (i + 2) % 3 + 1;
+        return one - two * (q[a] * q[a] + q[b] * q[b]) / square;
+      }
+      const int k = 3 - i - j;
+      const Series turn = q[0] * q[k + 1];
+      const Series sign((j - i + 3) % 3 == 1 ? -1.0 : 1.0);
+      return two * (q[i + 1] * q[j + 1] + sign * turn) / square;
+    };
+    for (int i = 0; i < 9; ++i) u.push_back(entry(i / 3, i % 3));
+  }
+
+  Random random_;
+  int order_;
+};
+
+DynamicMatrix<Modular> ExactMatrix(const ImuDrivenSystem& system, Turning turning, int order,
+                                   std::uint64_t seed) {
+  const Point<Modular, kExactOrder> point(turning, order, seed);
+  return ObservabilityMatrix<kExactOrder, Modular>(system, point.x, point.u, order);
+}
+
+Eigen::MatrixXd NumericalMatrix(const ImuDrivenSystem& system, Turning turning,
+                                std::uint64_t seed) {
+  const Point<double, kNumericalOrder> point(turning, kNumericalOrder, seed);
+  Eigen::MatrixXd matrix =
+      ObservabilityMatrix<kNumericalOrder, double>(system, point.x, point.u, kNumericalOrder);
+  for (int i = 0; i <= kNumericalOrder; ++i) {
+    const Eigen::Index outputs = system.num_outputs();
+    matrix.middleRows(i * outputs, outputs) *= std::pow(kTimeScale, i);
+  }
+  return matrix;
+}
+
+}  // namespace
+
+RankReport ImuDrivenRank(const ImuDrivenSystem& system, const std::vector<int>& states,
+                         Turning turning, std::uint64_t seed) {
+  const int order = static_cast<int>(states.size());
+  RankReport report = ExactRank(ExactMatrix(system, turning, order, 2 * seed), states);
+  const RankReport again = ExactRank(ExactMatrix(system, turning, order, 2 * seed + 1), states);
+  if (again.rank > report.rank) report = again;
+  FillDirections(NumericalMatrix(system, turning, seed), system.errors(), &report);
+  return report;
+}
+
+}  // namespace trueline

@@ -1,0 +1,70 @@
+// Answers about observability: exact ones for a kind of motion, numbers for one flight.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/observability/assessment.h"
+#include "problems/observability/imu_driven_rank.h"
+#include "problems/observability/nominal.h"
+#include "problems/observability/rotor_driven_rank.h"
+#include "problems/observability/vehicle_config.h"
+#include "problems/trajectory/limits.h"
+
+namespace trueline {
+
+// What to fly to see a state better.
+struct Advice {
+  int state = 0;
+  std::string manoeuvre;
+  double sigma = 0.0;  // after it, together with the flight asked about; the state's unit
+};
+
+struct CaseResult {
+  std::string name;
+  std::string sensors;
+  std::string inputs;           // the motion or the flight, in words
+  std::vector<StateInfo> info;  // of all error states of the system
+  int states = 0;               // numbers of the state vector (a quaternion counts four)
+  RankReport rank;
+
+  // Of a flight only (rank.exact is false):
+  double duration = 0.0;            // s
+  double horizon = 0.0;             // s, over which the motion model is trusted
+  std::vector<double> sigma;        // Cramer-Rao with the horizon, by position in rank.states; NaN
+                                    // for trajectory states
+  std::vector<double> sigma_whole;  // the same, the model trusted throughout
+  GramianScores scores;             // of the constants that are seen, columns scaled
+  std::vector<Advice> advice;
+  std::vector<std::string> warnings;
+};
+
+struct FlightQuestion {
+  std::string name;
+  std::string flight;         // in words
+  std::vector<int> states;    // error states asked about
+  std::vector<double> scale;  // usual standard deviation of each error state; empty: typical sizes
+  double horizon = 0.2;       // s, over which the motion model is trusted
+  double step = 0.01;         // s, of integration
+};
+
+CaseResult ObserveRotorMotion(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
+                              const std::string& name, const std::vector<int>& states,
+                              Motion motion);
+CaseResult ObserveImuMotion(const ImuDrivenSystem& system, const std::string& name,
+                            const std::vector<int>& states, Turning turning);
+
+CaseResult ObserveRotorFlight(const RotorDrivenSystem& system, const NominalFlight& flight,
+                              const FlightQuestion& question);
+CaseResult ObserveImuFlight(const ImuDrivenSystem& system, const NominalFlight& flight,
+                            const FlightQuestion& question);
+
+// For each constant that the flight does not show, or shows worst against its scale: the plain
+// manoeuvre of 10 s within `limits` that adds most.
+void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
+                       const NominalFlight& flight, const FlightQuestion& question,
+                       const FlightLimits& limits, CaseResult* result);
+
+std::string SensorNames(const SensorSet& sensors);
+
+}  // namespace trueline

@@ -1,0 +1,236 @@
+#include "problems/observability/observe_config.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/observability/flight_from_log.h"
+#include "problems/observability/rotor_flight.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+const std::vector<std::string> kMotions = {"varying", "constant", "hover", "vertical", "straight"};
+const std::vector<std::string> kTurnings = {"varying", "constant_heading", "pitching",
+                                            "constant_attitude"};
+
+int IndexOf(const std::vector<std::string>& words, const std::string& word) {
+  return static_cast<int>(std::find(words.begin(), words.end(), word) - words.begin());
+}
+
+// `states` with those named under `free` added and those under `known` taken out.
+std::vector<int> AskedStates(const YamlMap& map, std::vector<int> states,
+                             const std::vector<StateInfo>& info) {
+  const auto find = [&](const std::string& key, const std::string& name) {
+    const int state = FindState(info, name);
+    if (state >= 0) return state;
+    std::vector<std::string> names(info.size());
+    for (std::size_t i = 0; i < info.size(); ++i) names[i] = info[i].name;
+    map.Fail(key, fmt::format("'{}' is no state; use one of: {}", name, fmt::join(names, ", ")));
+  };
+  for (const auto& name : map.Get<std::vector<std::string>>("free", {})) {
+    const int state = find("free", name);
+    if (std::count(states.begin(), states.end(), state) == 0) states.push_back(state);
+  }
+  for (const auto& name : map.Get<std::vector<std::string>>("known", {})) {
+    const int state = find("known", name);
+    states.erase(std::remove(states.begin(), states.end(), state), states.end());
+  }
+  std::sort(states.begin(), states.end());
+  if (states.empty()) map.Fail("known", "leaves nothing to ask for");
+  return states;
+}
+
+FlightQuestion QuestionOf(const YamlMap& map, const std::string& name, std::vector<int> states,
+                          double horizon) {
+  FlightQuestion question;
+  question.name = name;
+  question.flight = map.Has("trajectory")
+                        ? map.Child("trajectory").Get<std::string>("kind", "lissajous")
+                        : "flight";
+  question.states = std::move(states);
+  question.horizon = map.Get<double>("horizon", horizon);
+  question.step = map.Get<double>("step", question.step);
+  if (!(question.horizon > 0.0)) map.Fail("horizon", "must be positive, in s");
+  if (!(question.step > 0.0 && question.step <= 0.1)) map.Fail("step", "must be in (0, 0.1] s");
+  return question;
+}
+
+// A trajectory in flat outputs as the model of Li et al. is driven along it.
+NominalFlight ImuFlight(const RotorFlight& flight) {
+  NominalFlight nominal = flight.Nominal();
+  nominal.at = [&flight](double t) {
+    using Model = RotorDrivenModel;
+    const FlatMatrix flat = flight.path().Expand(t, 2);
+    const NominalPoint rotor = flight.At(t);
+    NominalPoint point{std::vector<double>(ImuDrivenSystem::kStates, 0.0), {}};
+    for (int i = 0; i < 6; ++i) point.x[i] = rotor.x[Model::kPosition + i];
+    point.x[ImuDrivenSystem::kParameters] = ImuDrivenSystem::kTypicalDragX;
+    point.x[ImuDrivenSystem::kParameters + 1] = ImuDrivenSystem::kTypicalDragY;
+    const Eigen::Quaterniond q(rotor.x[0], rotor.x[1], rotor.x[2], rotor.x[3]);
+    const Eigen::Matrix3d R = q.toRotationMatrix();
+    for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));
+    const Eigen::Vector3d down(0.0, 0.0, flight.vehicle().gravity);
+    point.u.push_back(-(down - 2.0 * flat.col(2).head<3>()).norm());
+    return point;
+  };
+  return nominal;
+}
+
+class ConfigRun {
+ public:
+  ConfigRun(const YamlMap& config, const Progress& progress)
+      : config_(config),
+        progress_(progress),
+        gravity_(config.Get<double>("gravity", 9.81)),
+        rotor_driven_(config.GetChoice("system", {"rotor_driven", "imu_driven"}, "rotor_driven") ==
+                      "rotor_driven"),
+        vehicle_(ReadRotorVehicle(config.Child("vehicle"), gravity_)),
+        noise_(ReadSensorNoise(config.ChildOrEmpty("sensors"))),
+        limits_(ReadLimits(config.ChildOrEmpty("limits"))),
+        horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {}
+
+  std::vector<CaseResult> Run() {
+    std::vector<CaseResult> results;
+    for (const YamlMap& map : config_.Children("cases")) {
+      const std::string name = map.Get<std::string>("name");
+      if (progress_) progress_(name);
+      results.push_back(rotor_driven_ ? RotorCase(map, name) : ImuCase(map, name));
+      map.Finish();
+    }
+    if (results.empty()) config_.Fail("cases", "names no case; list at least one");
+    config_.Finish();
+    return results;
+  }
+
+ private:
+  CaseResult RotorCase(const YamlMap& map, const std::string& name) {
+    RotorVehicle vehicle = vehicle_;
+    if (map.Has("rotors"))
+      vehicle.model = RotorDrivenModel(ReadRotors(map.Children("rotors")), gravity_);
+    const auto sensors = map.Get<std::vector<std::string>>("sensors");
+    const RotorDrivenSystem system(vehicle.model, WithSensors(noise_, sensors, map, "sensors"));
+    const std::vector<int> states = AskedStates(map, system.PaperStates(), system.errors());
+    if (!map.Has("trajectory")) {
+      const int motion = IndexOf(kMotions, map.GetChoice("inputs", kMotions, "varying"));
+      return ObserveRotorMotion(system, vehicle, name, states, static_cast<Motion>(motion));
+    }
+    const FlightQuestion question = QuestionOf(map, name, states, horizon_);
+    const RotorFlight flight = FlightOf(map, vehicle);
+    CaseResult result = ObserveRotorFlight(system, flight.Nominal(), question);
+    WarnOfLimits(flight, &result);
+    if (map.Get<bool>("advice", true)) {
+      AdviseRotorFlight(system, vehicle, flight.Nominal(), question, limits_, &result);
+    }
+    return result;
+  }
+
+  CaseResult ImuCase(const YamlMap& map, const std::string& name) {
+    const ImuDrivenSystem system(gravity_, noise_.pose_rate, noise_.sigma_position);
+    const std::vector<int> states = AskedStates(map, system.AllStates(), system.errors());
+    if (!map.Has("trajectory")) {
+      const int turning = IndexOf(kTurnings, map.GetChoice("inputs", kTurnings, "varying"));
+      return ObserveImuMotion(system, name, states, static_cast<Turning>(turning));
+    }
+    const FlightQuestion question = QuestionOf(map, name, states, horizon_);
+    const RotorFlight flight = FlightOf(map, vehicle_);
+    return ObserveImuFlight(system, ImuFlight(flight), question);
+  }
+
+  RotorFlight FlightOf(const YamlMap& map, const RotorVehicle& vehicle) const {
+    return {vehicle.model, vehicle.parameters,
+            ReadTrajectory(map.Child("trajectory"), vehicle, limits_)};
+  }
+
+  void WarnOfLimits(const RotorFlight& flight, CaseResult* result) const {
+    const LimitUse use = CheckLimits(flight, limits_, 0.005);
+    if (use.worst <= 1.0) return;
+    result->warnings.push_back(
+        fmt::format("{}: the trajectory breaks the limit on {} ({:.2f} times)", result->name,
+                    use.binding, use.worst));
+  }
+
+  const YamlMap& config_;
+  Progress progress_;
+  double gravity_;
+  bool rotor_driven_;
+  RotorVehicle vehicle_;
+  SensorSet noise_;
+  FlightLimits limits_;
+  double horizon_;
+};
+
+double MedianSigma(const std::vector<Fix>& fixes) {
+  std::vector<double> sigmas(fixes.size());
+  for (std::size_t i = 0; i < fixes.size(); ++i) sigmas[i] = fixes[i].sigma;
+  std::nth_element(sigmas.begin(), sigmas.begin() + sigmas.size() / 2, sigmas.end());
+  return sigmas[sigmas.size() / 2];
+}
+
+CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& config) {
+  std::string warning;
+  const RotorVehicle vehicle = config ? ReadRotorVehicle(config->Child("vehicle"), log.gravity)
+                                      : VehicleFromLog(log, &warning);
+  SensorSet sensors = config ? ReadSensorNoise(config->ChildOrEmpty("sensors")) : SensorSet{};
+  sensors.pose = !log.pose.empty() || !log.mocap.empty();
+  sensors.position = !sensors.pose && !log.fixes.empty();
+  const RotorDrivenSystem system(vehicle.model, sensors);
+  const NominalFlight flight = RotorFlightFromLog(log, vehicle);
+  FlightQuestion question;
+  question.name = "rotor_driven";
+  question.flight = log.name;
+  question.states = system.PaperStates();
+  CaseResult result = ObserveRotorFlight(system, flight, question);
+  if (!warning.empty()) result.warnings.push_back(warning);
+  try {
+    AdviseRotorFlight(system, vehicle, flight, question, FlightLimits{}, &result);
+  } catch (const InputError& error) {
+    result.warnings.push_back(fmt::format("no advice: {}", error.what()));
+  }
+  return result;
+}
+
+CaseResult AskImuLog(const FlightLog& log) {
+  const NominalFlight flight = ImuFlightFromLog(log);
+  const double duration = flight.end - flight.start;
+  const bool fixes = !log.fixes.empty();
+  const auto count = static_cast<double>(fixes ? log.fixes.size() : log.mocap.size());
+  const ImuDrivenSystem system(log.gravity, count / duration,
+                               fixes ? MedianSigma(log.fixes) : 0.01);
+  FlightQuestion question;
+  question.name = "imu_driven";
+  question.flight = log.name;
+  question.states = system.AllStates();
+  question.horizon = 10.0;
+  return ObserveImuFlight(system, flight, question);
+}
+
+}  // namespace
+
+std::vector<CaseResult> RunObserveConfig(const YamlMap& config, const Progress& progress) {
+  return ConfigRun(config, progress).Run();
+}
+
+std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<YamlMap>& config,
+                                      const Progress& progress) {
+  std::vector<CaseResult> results;
+  if (!log.rotors.empty() && (config || (log.vehicle && !log.vehicle->rotors.empty()))) {
+    if (progress) progress("rotor_driven");
+    results.push_back(AskRotorLog(log, config));
+  }
+  if (!log.attitude.empty() && (!log.fixes.empty() || !log.mocap.empty())) {
+    if (progress) progress("imu_driven");
+    results.push_back(AskImuLog(log));
+  }
+  if (results.empty()) {
+    throw ErrorAt(log.directory, 0,
+                  "neither rotor speeds with a vehicle nor attitude with fixes: there is no model "
+                  "to ask; add rotors.csv and 'vehicle', or attitude.csv and fixes.csv");
+  }
+  return results;
+}
+
+}  // namespace trueline

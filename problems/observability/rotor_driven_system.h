@@ -1,0 +1,142 @@
+// The rotor-driven model with a set of sensors, in the form that observability asks for (see
+// lie_derivatives.h): error state of 33, attitude errors in body axes: q = q0 * (1, theta / 2).
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "cost_functions/models/rotor_driven_model.h"
+#include "problems/observability/state_info.h"
+
+namespace trueline {
+
+// Which sensors there are and how good they are; sigmas are of one sample.
+struct SensorSet {
+  bool imu = true;
+  bool position = false;
+  bool pose = true;
+  double imu_rate = 250.0;       // Hz
+  double sigma_accel = 2.2;      // m/s^2; 4.84 (m/s^2)^2 in Wuest et al.
+  double sigma_gyro = 0.1732;    // rad/s; 0.03 (rad/s)^2
+  double pose_rate = 30.0;       // Hz, of position fixes too
+  double sigma_position = 0.01;  // m
+  double sigma_attitude = 0.01;  // rad
+};
+
+class RotorDrivenSystem {
+ public:
+  using Model = RotorDrivenModel;
+  static constexpr int kStates = Model::kStates;
+  static constexpr int kMoving = Model::kMoving;
+  static constexpr int kErrors = kStates - 1;
+  static constexpr int kMovingErrors = kMoving - 1;
+
+  RotorDrivenSystem(Model model, SensorSet sensors)
+      : model_(std::move(model)), sensors_(sensors), errors_(MakeErrors()) {}
+
+  const Model& model() const { return model_; }
+  const SensorSet& sensors() const { return sensors_; }
+  const std::vector<StateInfo>& errors() const { return errors_; }
+  int num_inputs() const { return model_.num_rotors(); }
+  int num_outputs() const {
+    return (sensors_.imu ? 6 : 0) + (sensors_.position ? 3 : 0) + (sensors_.pose ? 7 : 0);
+  }
+
+  template <class T>
+  void Derivative(const T* x, const T* u, T* dx) const {
+    model_.Derivative(x, u, dx);
+  }
+
+  template <class T>
+  void Output(const T* x, const T* u, T* y) const {
+    if (sensors_.imu) model_.Imu(x, u, y), y += 6;
+    if (sensors_.position) Model::Position(x, y), y += 3;
+    if (sensors_.pose) Model::Position(x, y), Model::Attitude(x, y + 3);
+  }
+
+  // sqrt(rate) / sigma of each output: |weight * y|^2 dt is then information. A quaternion moves by
+  // half the angle, so that the four numbers together weigh an attitude error once.
+  std::vector<double> OutputWeights() const {
+    const SensorSet& s = sensors_;
+    std::vector<double> weights;
+    const auto add = [&](int count, double rate, double sigma) {
+      weights.insert(weights.end(), count, std::sqrt(rate) / sigma);
+    };
+    if (s.imu) add(3, s.imu_rate, s.sigma_accel), add(3, s.imu_rate, s.sigma_gyro);
+    if (s.position) add(3, s.pose_rate, s.sigma_position);
+    if (s.pose) add(3, s.pose_rate, s.sigma_position), add(4, s.pose_rate, 0.5 * s.sigma_attitude);
+    return weights;
+  }
+
+  template <class C>
+  void Seed(const C* x, ceres::Jet<C, kErrors>* out) const {
+    using Jet = ceres::Jet<C, kErrors>;
+    const C half(0.5);
+    const Vec4<C> q(x[0], x[1], x[2], x[3]);
+    for (int i = 0; i < 4; ++i) out[i] = Jet(q[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      Vec3<C> turn(C(0.0), C(0.0), C(0.0));
+      turn[axis] = half;
+      const Vec4<C> column = TimesPure(q, turn);
+      for (int i = 0; i < 4; ++i) out[i].v[axis] = column[i];
+    }
+    for (int i = 4; i < kStates; ++i) out[i] = Jet(x[i], i - 1);
+  }
+
+  template <class C>
+  void Error(const C* x, const C* dx, C* error) const {
+    const Vec4<C> q(x[0], x[1], x[2], x[3]), dq(dx[0], dx[1], dx[2], dx[3]);
+    const Vec4<C> turn = HamiltonProduct(Conjugate(q), dq);
+    for (int i = 0; i < 3; ++i) error[i] = turn[i + 1] + turn[i + 1];
+    for (int i = 4; i < kStates; ++i) error[i - 1] = dx[i];
+  }
+
+  // `x` with one error state moved by a finite amount.
+  std::vector<double> Perturbed(std::vector<double> x, int error, double by) const {
+    if (error >= 3) {
+      x[error + 1] += by;
+      return x;
+    }
+    Vec4<double> turn(std::cos(0.5 * by), 0.0, 0.0, 0.0);
+    turn[1 + error] = std::sin(0.5 * by);
+    const Vec4<double> q = HamiltonProduct(Vec4<double>(x[0], x[1], x[2], x[3]), turn);
+    for (int i = 0; i < 4; ++i) x[i] = q[i];
+    return x;
+  }
+
+  // The error states of the papers' 31 numbers: all but r_BI_z, k_f and k_m.
+  std::vector<int> PaperStates() const {
+    std::vector<int> states;
+    for (int i = 0; i < kErrors; ++i) {
+      const bool known = i == Model::kImuArm + 1 || i >= Model::kThrustScale - 1;
+      if (!known) states.push_back(i);
+    }
+    return states;
+  }
+
+ private:
+  static std::vector<StateInfo> MakeErrors() {
+    std::vector<StateInfo> all;
+    const auto add = [&](const std::string& name, const std::string& unit, double typical) {
+      for (const char* axis : {"x", "y", "z"}) {
+        all.push_back({name + axis, unit, static_cast<int>(all.size()) < kMovingErrors, typical});
+      }
+    };
+    add("theta_", "rad", 0.1), add("p_", "m", 0.1), add("v_", "m/s", 0.1), add("w_", "rad/s", 0.1);
+    all.push_back({"m", "kg", false, 0.01});
+    add("I_", "kg m^2", 1e-4), add("r_BM_", "m", 0.01), add("r_BP_", "m", 0.01);
+    add("r_BI_", "m", 0.01), add("b_a_", "m/s^2", 0.1), add("b_w_", "rad/s", 0.01);
+    all.push_back({"k_f", "1", false, 0.1});
+    all.push_back({"k_m", "1", false, 0.1});
+    return all;
+  }
+
+  Model model_;
+  SensorSet sensors_;
+  std::vector<StateInfo> errors_;
+};
+
+}  // namespace trueline

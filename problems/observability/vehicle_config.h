@@ -1,0 +1,34 @@
+// Vehicle and sensors of the rotor-driven model, from YAML (config/observe/, config/design/).
+#pragma once
+
+#include <vector>
+
+#include "problems/common/strict_yaml.h"
+#include "problems/log/flight_log.h"
+#include "problems/observability/rotor_driven_system.h"
+
+namespace trueline {
+
+// A vehicle with its parameters as the model's kStates numbers, at rest and level.
+struct RotorVehicle {
+  RotorDrivenModel model;
+  std::vector<double> parameters;
+};
+
+// Keys: mass, inertia [x, y, z], r_BM, r_BP, r_BI, rotors (as in a native log's vehicle). Throws
+// InputError for a mass, inertia or rotor that can't exist, naming the key.
+RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity);
+std::vector<RotorSpec> ReadRotors(const std::vector<YamlMap>& rotors);
+
+// A vehicle from a flight log's own section. Inertia and levers are not in a log: inertia is
+// guessed from mass and rotor positions (radius of gyration 0.4 of the mean rotor distance), levers
+// are zero, and `warning` says so.
+RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning);
+
+// Rates [Hz] and sigmas of one sample; every key has a default (those of Wuest et al.).
+SensorSet ReadSensorNoise(const YamlMap& map);
+// Names out of imu, position, pose.
+SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, const YamlMap& map,
+                      const std::string& key);
+
+}  // namespace trueline

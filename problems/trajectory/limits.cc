@@ -1,0 +1,82 @@
+#include "problems/trajectory/limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+struct Extremes {
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(INFINITY);
+  Eigen::Vector3d highest = Eigen::Vector3d::Constant(-INFINITY);
+  double rate = 0.0, cos_tilt = 1.0, min_u = INFINITY, max_u = -INFINITY;
+
+  void Add(const RotorFlight& flight, double t) {
+    using Series = Taylor<double, 4>;
+    const auto state =
+        StateFromFlat<Series>(flight.vehicle(), FlatSeries<Series>(flight.path().Expand(t, 4)));
+    for (int i = 0; i < 3; ++i) {
+      lowest[i] = std::min(lowest[i], state.p[i][0]);
+      highest[i] = std::max(highest[i], state.p[i][0]);
+      rate = std::max(rate, std::abs(state.w[i][0]));
+    }
+    cos_tilt = std::min(cos_tilt, state.cos_tilt[0]);
+    for (const Series& u : state.u) {
+      min_u = std::min(min_u, u[0]);
+      max_u = std::max(max_u, u[0]);
+    }
+  }
+};
+
+}  // namespace
+
+LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step) {
+  const PiecewisePolynomial& path = flight.path();
+  const int steps = std::max(1, static_cast<int>(std::ceil(path.duration() / step)));
+  Extremes extremes;
+  for (int i = 0; i <= steps; ++i) extremes.Add(flight, path.start() + i * path.duration() / steps);
+
+  LimitUse use;
+  use.travel = (extremes.highest - extremes.lowest).maxCoeff();
+  use.rate = extremes.rate;
+  use.tilt = std::acos(std::clamp(extremes.cos_tilt, -1.0, 1.0));
+  // A negative square means that the rotor would have to pull: no speed does that.
+  use.min_speed = extremes.min_u > 0.0 ? std::sqrt(extremes.min_u) : 0.0;
+  use.max_speed = std::sqrt(std::max(extremes.max_u, 0.0));
+  const std::pair<double, std::string> shares[] = {
+      {use.travel / limits.travel, "travel"},
+      {use.rate / limits.rate, "rate"},
+      {use.tilt / limits.tilt, "tilt"},
+      {use.min_speed > 0.0 ? limits.min_speed / use.min_speed : INFINITY, "min_speed"},
+      {use.max_speed / limits.max_speed, "max_speed"}};
+  for (const auto& [share, name] : shares) {
+    if (!(share <= use.worst)) use.worst = share, use.binding = name;  // NaN counts as broken
+  }
+  return use;
+}
+
+PiecewisePolynomial ScaledToLimits(const RotorDrivenModel& model,
+                                   const std::vector<double>& parameters,
+                                   const PiecewisePolynomial& path, const FlightLimits& limits,
+                                   double step, double largest) {
+  const auto holds = [&](double factor) {
+    return CheckLimits(RotorFlight(model, parameters, path.Scaled(factor)), limits, step).worst <=
+           1.0;
+  };
+  if (!holds(0.0)) {
+    throw InputError(
+        "the vehicle can't hover within the limits; raise max_speed, lower min_speed "
+        "or check mass and k_f");
+  }
+  if (holds(largest)) return path.Scaled(largest);
+  double low = 0.0, high = largest;
+  for (int i = 0; i < 14; ++i) {
+    const double middle = 0.5 * (low + high);
+    (holds(middle) ? low : high) = middle;
+  }
+  return path.Scaled(low);
+}
+
+}  // namespace trueline

@@ -1,0 +1,36 @@
+// What a flight must keep to (Boehm et al. 2020, sec. II-D), checked on a grid of times.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/observability/rotor_flight.h"
+
+namespace trueline {
+
+struct FlightLimits {
+  double travel = 1.0;                    // m, between the extremes of each axis
+  double rate = 6.283185307179586;        // rad/s, about each body axis
+  double tilt = 1.2217304763960306;       // rad (70 deg), of body z from down
+  double min_speed = 575.9586531581287;   // rad/s (5,500 rpm), of each rotor
+  double max_speed = 1717.4039839805991;  // rad/s (16,400 rpm)
+};
+
+// What one flight uses of the limits: extremes over the grid.
+struct LimitUse {
+  double travel = 0.0, rate = 0.0, tilt = 0.0, min_speed = 0.0, max_speed = 0.0;
+  double worst = 0.0;   // largest use as a share of its limit; at most 1 where all limits hold
+  std::string binding;  // the limit that this is
+};
+
+// Steps of at most `step` seconds, ends included.
+LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step);
+
+// The trajectory shrunk or grown about its start by the largest factor up to `largest` that keeps
+// the limits on the grid (hover keeps them, so there is one; found by bisection).
+PiecewisePolynomial ScaledToLimits(const RotorDrivenModel& model,
+                                   const std::vector<double>& parameters,
+                                   const PiecewisePolynomial& path, const FlightLimits& limits,
+                                   double step, double largest);
+
+}  // namespace trueline

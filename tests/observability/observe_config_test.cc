@@ -1,0 +1,163 @@
+#include "problems/observability/observe_config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "problems/common/error.h"
+#include "problems/observability/rotor_flight.h"
+#include "problems/observability/write_observability.h"
+#include "problems/trajectory/catalogue.h"
+#include "tests/observability/test_vehicle.h"
+
+namespace trueline {
+namespace {
+
+const std::filesystem::path kConfigs = TRUELINE_TEST_SOURCE_DIR "/config/observe";
+
+std::vector<CaseResult> RunFile(const std::string& name) {
+  return RunObserveConfig(YamlMap::FromFile(kConfigs / name), nullptr);
+}
+
+std::vector<CaseResult> RunText(const std::string& cases) {
+  const YAML::Node file = YAML::LoadFile((kConfigs / "table1.yaml").string());
+  YAML::Node config;
+  config["vehicle"] = file["vehicle"];
+  config["cases"] = YAML::Load(cases);
+  return RunObserveConfig(YamlMap(config, "test.yaml", ""), nullptr);
+}
+
+const CaseResult& Find(const std::vector<CaseResult>& cases, const std::string& name) {
+  for (const CaseResult& result : cases) {
+    if (result.name == name) return result;
+  }
+  throw std::runtime_error("no case " + name);
+}
+
+TEST(ObserveConfig, EveryFileThatShipsRuns) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kConfigs)) {
+    const auto cases = RunFile(entry.path().filename());
+    EXPECT_FALSE(cases.empty());
+    const YAML::Node yaml = YAML::Load(ObservabilityYaml(cases, "x.yaml"));
+    ASSERT_EQ(yaml["cases"].size(), cases.size()) << entry.path();
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      EXPECT_EQ(yaml["cases"][i]["rank"].as<int>(), cases[i].rank.rank);
+      EXPECT_EQ(yaml["cases"][i]["per_state"].size(), cases[i].rank.states.size());
+    }
+    ++files;
+  }
+  EXPECT_GE(files, 4);
+}
+
+TEST(ObserveConfig, TableOneHasThePapersNumbers) {
+  const auto cases = RunFile("table1.yaml");
+  EXPECT_EQ(Find(cases, "IMU only, inputs constant").rank.rank, 17);
+  EXPECT_EQ(Find(cases, "IMU only, inputs varying").rank.rank, 18);
+  EXPECT_EQ(Find(cases, "GNSS only, inputs varying").rank.rank, 21);
+  EXPECT_EQ(Find(cases, "IMU and pose, inputs constant").rank.rank, 30);
+  EXPECT_EQ(Find(cases, "IMU and pose, inputs constant").states, 31);
+  EXPECT_NE(ObservabilityYaml(cases, "t").find("states: [r_BM_z, r_BP_z], direction: {r_BM_z: 1, "),
+            std::string::npos);
+}
+
+// The rank of a flight, by singular values, is the exact one of its kind of motion.
+TEST(ObserveConfig, FlightsShowWhatTheirKindOfMotionShowsExactly) {
+  const auto flights = RunFile("flights.yaml"), kinds = RunFile("extended.yaml");
+  for (const char* name : {"hover", "straight ahead and back"}) {
+    const RankReport& flight = Find(flights, name).rank;
+    const RankReport& exact = Find(kinds, name).rank;
+    EXPECT_EQ(flight.rank, exact.rank) << name;
+    for (const int state : exact.states) {
+      EXPECT_EQ(flight.StatusOf(state).substr(0, 2), exact.StatusOf(state).substr(0, 2))
+          << name << " " << state;
+    }
+  }
+  EXPECT_EQ(Find(flights, "lissajous").rank.rank, 30);
+}
+
+TEST(ObserveConfig, AdviceForInertiaIsToTurnAboutItsAxis) {
+  const auto cases = RunFile("flights.yaml");
+  const CaseResult& hover = Find(cases, "hover");
+  const auto advice = [&](const char* state) -> std::string {
+    for (const Advice& each : hover.advice) {
+      if (hover.info[each.state].name == state) return each.manoeuvre;
+    }
+    return "";
+  };
+  EXPECT_EQ(advice("I_x"), "left and right");
+  EXPECT_EQ(advice("I_y"), "forward and back");
+  EXPECT_EQ(advice("I_z"), "turning left and right on the spot");
+}
+
+void ExpectRefused(const std::string& cases, const std::string& part) {
+  try {
+    RunText(cases);
+    FAIL() << "accepted: " << cases;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(part));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("test.yaml:"));
+  }
+}
+
+TEST(ObserveConfig, MistakesAreNamed) {
+  ExpectRefused("[{name: a, sensors: [radar]}]", "'radar' is no sensor");
+  ExpectRefused("[{name: a, sensors: [imu], free: [r_XY]}]", "'r_XY' is no state");
+  ExpectRefused("[{name: a, sensors: [imu], inputs: wild}]", "'wild' is not known");
+  ExpectRefused("[{name: a, sensors: [imu], motion: any}]", "unknown key");
+  ExpectRefused("[{sensors: [imu]}]", "'cases[0].name' is missing");
+  ExpectRefused("[]", "names no case");
+  ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: lissajous, amplitude: [1, 2]}}]",
+                "needs 4 numbers");
+}
+
+TEST(VehicleConfig, BodiesThatCannotExistAreRefused) {
+  YAML::Node node = YAML::LoadFile((kConfigs / "table1.yaml").string())["vehicle"];
+  node["inertia"] = YAML::Load("[1e-3, 1e-3, 3e-3]");
+  EXPECT_THROW(ReadRotorVehicle(YamlMap(node, "v.yaml", ""), 9.81), InputError);
+}
+
+// A log made from a trajectory gives the bounds of the trajectory.
+TEST(ObserveLog, FlightFromALogIsTheFlight) {
+  Lissajous figure;
+  figure.amplitude << 0.4, 0.4, 0.15, 1.0;
+  figure.frequency << 0.5, 0.6, 0.7, 0.4;
+  const RotorFlight flight(TestQuadrotor(), TestNominal(), LissajousPath(figure, 4.0));
+  FlightLog log;
+  log.name = "made", log.directory = "made";
+  for (int i = 0; i <= 4000; ++i) {
+    const NominalPoint point = flight.At(i * 1e-3);
+    const double* x = point.x.data();
+    const TimeNs t = FromSeconds(i * 1e-3);
+    log.mocap.push_back({t, {x[4], x[5], x[6]}, {x[0], x[1], x[2], x[3]}});
+    log.imu.push_back({t, {0, 0, 0}, {x[10], x[11], x[12]}});
+    std::vector<double> speeds;
+    for (const double u : point.u) speeds.push_back(std::sqrt(u));
+    log.rotors.push_back({t, speeds});
+  }
+  YAML::Node config;
+  config["vehicle"] = YAML::LoadFile((kConfigs / "table1.yaml").string())["vehicle"];
+  const auto cases = RunObserveLog(log, YamlMap(config, "v.yaml", ""), nullptr);
+  ASSERT_EQ(cases.size(), 1u);
+  EXPECT_EQ(cases[0].rank.rank, 30);
+
+  const RotorDrivenSystem system(TestQuadrotor(), OnlySensors(true, false, true));
+  FlightQuestion question;
+  question.states = system.PaperStates();
+  const CaseResult want = ObserveRotorFlight(system, flight.Nominal(), question);
+  for (std::size_t i = 0; i < question.states.size(); ++i) {
+    if (std::isnan(want.sigma[i])) continue;
+    EXPECT_NEAR(cases[0].sigma[i] / want.sigma[i], 1.0, 0.02) << system.errors()[i].name;
+  }
+}
+
+TEST(ObserveLog, LogWithNothingToAskIsRefused) {
+  FlightLog log;
+  log.directory = "empty";
+  EXPECT_THROW(RunObserveLog(log, std::nullopt, nullptr), InputError);
+}
+
+}  // namespace
+}  // namespace trueline
