@@ -135,7 +135,10 @@ class Taylor {
   static_assert(std::is_trivially_destructible_v<C>);
 
   Taylor(const C& value, int order) : order_(order) { Set(0, value); }
-  void Set(int i, const C& value) { std::construct_at(&c_[i], value); }
+  void Set(int i, const C& value) {
+    if (i < 0 || i > kMaxOrder) __builtin_unreachable();  // GCC 12 else warns of such an i
+    std::construct_at(&c_[i], value);
+  }
   // Not inlined: GCC 12 else warns of coefficients that this loop never reaches.
   [[gnu::noinline]] void CopyFrom(const Taylor& other) {
     for (int i = 0; i <= degree_; ++i) Set(i, other.c_[i]);

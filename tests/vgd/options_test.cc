@@ -90,8 +90,8 @@ TEST(Solvers, StopByEq36) {
   const VgdOptions options = RigidOptions();
   const Flight flight(ExactHippodrome(16.0), 4, options);
   const int tau = static_cast<int>(flight.data.passes.size());
-  const WindowData data =
-      CutWindow(flight.data, options, FirstPassOf(flight.data, options, tau), tau, false);
+  const int first = flight.data.FirstPassOf(tau, options.gamma, options.min_window_fixes);
+  const WindowData data = CutWindow(flight.data, options, first, tau, false);
   WindowProblem problem(flight.data.track, data, options);
   problem.SetStart(PriorMeans(options), RoughPath(flight.data.log.fixes, data.passes));
   const ceres::Solver::Summary summary = problem.Solve();

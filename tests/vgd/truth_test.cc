@@ -43,8 +43,9 @@ struct Draw {
   Draw(int seed, const VgdOptions& options, Random* random)
       : truth(DrawTruth(options, random)),
         flight(WithTruth(truth), 100 + seed, options),
-        data(CutWindow(flight.data, options, FirstPassOf(flight.data, options, Last()), Last(),
-                       false)),
+        data(CutWindow(flight.data, options,
+                       flight.data.FirstPassOf(Last(), options.gamma, options.min_window_fixes),
+                       Last(), false)),
         problem(flight.data.track, data, options) {}
 
   static Theta DrawTruth(const VgdOptions& options, Random* random) {
