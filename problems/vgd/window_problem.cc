@@ -209,6 +209,8 @@ ceres::Solver::Summary WindowProblem::Solve() {
     options.minimizer_type = ceres::LINE_SEARCH;
     options.line_search_direction_type = ceres::STEEPEST_DESCENT;
   } else {
+    // Steps are clipped to the bounds; a line search on top would double the cost of each.
+    options.max_num_line_search_step_size_iterations = 0;
     options.linear_solver_type =
         segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
   }
