@@ -52,6 +52,11 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
 StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int tau, int count,
                        std::uint64_t seed) {
   Random random(seed, "starts");
+  VgdOptions thorough = options;
+  thorough.tolerance = 1e-12;
+  thorough.max_iterations = 200;
+  StartStudy study;
+  study.starts = count;
   std::vector<WindowEstimate> estimates;
   for (int k = 0; k < count; ++k) {
     Theta start;
@@ -60,13 +65,13 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
       const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
       start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);
     }
-    estimates.push_back(SolveWindow(flight, options, tau, start));
+    study.iterations.push_back(SolveWindow(flight, options, tau, start).iterations);
+    estimates.push_back(SolveWindow(flight, thorough, tau, start));
+    study.costs.push_back(estimates.back().cost);
   }
   const auto best = std::min_element(
       estimates.begin(), estimates.end(),
       [](const WindowEstimate& a, const WindowEstimate& b) { return a.cost < b.cost; });
-  StartStudy study;
-  study.starts = count;
   for (const WindowEstimate& estimate : estimates) {
     bool same = true;
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
@@ -74,8 +79,6 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
       same = same && std::abs(difference) <= 0.1 * best->parameters[i].sigma;
     }
     study.same_optimum += same;
-    study.iterations.push_back(estimate.iterations);
-    study.costs.push_back(estimate.cost);
   }
   return study;
 }

@@ -19,7 +19,8 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
                            const Theta& start);
 
 // The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +-
-// sqrt(3) sigma: sigma is that of the uniform distribution over the range).
+// sqrt(3) sigma: sigma is that of the uniform distribution over the range). Iterations are those
+// until options.tolerance; optima are compared where each search has come to rest.
 struct StartStudy {
   int starts = 0;
   int same_optimum = 0;         // within a tenth of a sigma in every parameter of the best

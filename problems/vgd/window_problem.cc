@@ -15,6 +15,8 @@
 namespace trueline {
 namespace {
 
+constexpr TimeNs kPathStep = 100'000'000;  // 0.1 s
+
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
   options.evaluation_callback = callback;
@@ -87,6 +89,10 @@ void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, 
     if (force.t > after && force.t <= to) force_times.push_back(force.t);
   }
   times.insert(times.end(), force_times.begin(), force_times.end());
+  // Something to draw on the arc, where there are no fixes.
+  for (TimeNs t = data.passes.back().end; force_times.empty() && t < to; t += kPathStep) {
+    if (t > after) times.push_back(t);
+  }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
@@ -211,6 +217,9 @@ ceres::Solver::Summary WindowProblem::Solve() {
   } else {
     // Steps are clipped to the bounds; a line search on top would double the cost of each.
     options.max_num_line_search_step_size_iterations = 0;
+    // What the data hardly show is a narrow, curved valley; to go along it the cost must rise
+    // first.
+    options.use_nonmonotonic_steps = true;
     options.linear_solver_type =
         segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
   }
