@@ -8,6 +8,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
 
@@ -39,6 +40,13 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
 
 Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 1 a defect.)";
 
+trueline::Calibration Fit(const trueline::FlightLog& log,
+                          const trueline::CalibrationOptions& options) {
+  const auto runs = static_cast<int>(trueline::PlanRuns(options).size());
+  trueline::Progress progress(runs, "fits of the flight", FLAGS_quiet);
+  return trueline::Calibrate(log, options, [&] { progress.Done(); });
+}
+
 int Run() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
@@ -47,7 +55,7 @@ int Run() {
   }
   trueline::EnsureWritable(FLAGS_out);  // before the work, not after it
   const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
-  const trueline::Calibration calibration = trueline::Calibrate(log, options);
+  const trueline::Calibration calibration = Fit(log, options);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
 
   trueline::WriteCalibration(calibration, log,

@@ -66,8 +66,5 @@ int Run() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  gflags::SetUsageMessage(kUsage);
-  gflags::SetVersionString(trueline::Version());
-  gflags::ParseCommandLineFlags(&argc, &argv, true);
-  return trueline::RunGuarded("trueline-convert", Run);
+  return trueline::RunApp("trueline-convert", kUsage, &argc, &argv, Run);
 }

@@ -4,6 +4,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 #include "problems/report/render.h"
 #include "problems/trajectory/design_config.h"
 
@@ -38,9 +39,7 @@ int Run() {
   trueline::DesignTask task = trueline::ReadDesignTask(trueline::YamlMap::FromFile(FLAGS_config),
                                                        FLAGS_seed, FLAGS_threads);
   if (FLAGS_compare >= 0) task.compare = FLAGS_compare;
-  const auto progress = [](const std::string& what) {
-    if (!FLAGS_quiet) fmt::print(stderr, "{} ...\n", what);
-  };
+  const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
   const trueline::DesignOutcome outcome = trueline::RunDesignTask(task, progress);
   trueline::WriteDesign(task, outcome, FLAGS_out);
   if (FLAGS_report) {

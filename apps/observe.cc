@@ -7,6 +7,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 #include "problems/log/native_log.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"
@@ -39,9 +40,7 @@ int Run() {
   if (FLAGS_out.empty() || (FLAGS_config.empty() && FLAGS_log.empty())) {
     throw trueline::InputError("--out and one of --config, --log are needed; see --help");
   }
-  const auto progress = [](const std::string& name) {
-    if (!FLAGS_quiet) fmt::print(stderr, "{} ...\n", name);
-  };
+  const auto progress = [](const std::string& name) { trueline::Announce(name, FLAGS_quiet); };
   std::optional<trueline::YamlMap> config;
   if (!FLAGS_config.empty()) config = trueline::YamlMap::FromFile(FLAGS_config);
   const std::vector<trueline::CaseResult> cases =

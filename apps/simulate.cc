@@ -93,8 +93,5 @@ int Run() {
 }  // namespace trueline
 
 int main(int argc, char** argv) {
-  gflags::SetUsageMessage(trueline::kUsage);
-  gflags::SetVersionString(trueline::Version());
-  gflags::ParseCommandLineFlags(&argc, &argv, true);
-  return trueline::RunGuarded("trueline-simulate", trueline::Run);
+  return trueline::RunApp("trueline-simulate", trueline::kUsage, &argc, &argv, trueline::Run);
 }

@@ -6,10 +6,10 @@
 #include <optional>
 #include <sstream>
 
-#include "problems/benchmark/progress.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
+#include "problems/common/progress.h"
 
 namespace trueline {
 namespace {
@@ -43,7 +43,7 @@ BenchmarkRun RunJobs(const std::vector<Job>& jobs, const std::filesystem::path& 
   BenchmarkRun run;
   run.outcomes.resize(jobs.size());
   std::atomic<int> reused{0};
-  Progress progress(count, quiet);
+  Progress progress(count, "flights", quiet);
   ParallelFor(count, threads, [&](int i) {
     JobOutcome& outcome = run.outcomes[i];
     outcome.job = jobs[i];

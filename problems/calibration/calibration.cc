@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "problems/common/error.h"
 
@@ -124,24 +125,31 @@ Verdict Judge(const EstimatorRun& run) {
   return verdict;
 }
 
-Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
+std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options) {
+  const int reported = options.methods.vgd.gamma;
+  std::set<int> gammas(options.gamma_sweep.begin(), options.gamma_sweep.end());
+  gammas.insert(reported);
+  std::vector<PlannedRun> runs;
+  for (const std::string& estimator : options.estimators) {
+    for (const int gamma : gammas) {
+      if (gamma == reported || HasWindows(estimator)) runs.push_back({estimator, gamma});
+    }
+  }
+  return runs;
+}
+
+Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
+                      const std::function<void()>& done) {
   const VgdOptions& vgd = options.methods.vgd;
   const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
-  std::vector<int> gammas = options.gamma_sweep;
-  if (std::find(gammas.begin(), gammas.end(), vgd.gamma) == gammas.end()) {
-    gammas.push_back(vgd.gamma);
-  }
-  std::sort(gammas.begin(), gammas.end());
-  for (const std::string& estimator : options.estimators) {
-    for (const int gamma : gammas) {
-      if (gamma != vgd.gamma && !HasWindows(estimator)) continue;  // the same result again
-      if (estimator == options.estimators.front() && gamma == vgd.gamma) {
-        calibration.reported = calibration.runs.size();
-      }
-      calibration.runs.push_back(RunEstimator(estimator, flight, options.methods, gamma));
+  for (const PlannedRun& run : PlanRuns(options)) {
+    if (run.estimator == options.estimators.front() && run.gamma == vgd.gamma) {
+      calibration.reported = calibration.runs.size();
     }
+    calibration.runs.push_back(RunEstimator(run.estimator, flight, options.methods, run.gamma));
+    done();
   }
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),

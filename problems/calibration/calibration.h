@@ -1,6 +1,7 @@
 // Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -40,8 +41,20 @@ struct Calibration {
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
 
+// One estimator with one window length.
+struct PlannedRun {
+  std::string estimator;
+  int gamma;
+};
+
+// What Calibrate runs: all estimators with all window lengths that make a difference to them.
+std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
+
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`.
-Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options);
+// `done` is called after each planned run.
+Calibration Calibrate(
+    const FlightLog& log, const CalibrationOptions& options,
+    const std::function<void()>& done = [] {});
 
 // Judges the last window and the arcs of a run.
 Verdict Judge(const EstimatorRun& run);

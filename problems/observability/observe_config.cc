@@ -82,7 +82,7 @@ NominalFlight ImuFlight(const RotorFlight& flight) {
 
 class ConfigRun {
  public:
-  ConfigRun(const YamlMap& config, const Progress& progress)
+  ConfigRun(const YamlMap& config, const StepNotice& progress)
       : config_(config),
         progress_(progress),
         gravity_(config.Get<double>("gravity", 9.81)),
@@ -154,7 +154,7 @@ class ConfigRun {
   }
 
   const YamlMap& config_;
-  Progress progress_;
+  StepNotice progress_;
   double gravity_;
   bool rotor_driven_;
   RotorVehicle vehicle_;
@@ -210,12 +210,12 @@ CaseResult AskImuLog(const FlightLog& log) {
 
 }  // namespace
 
-std::vector<CaseResult> RunObserveConfig(const YamlMap& config, const Progress& progress) {
+std::vector<CaseResult> RunObserveConfig(const YamlMap& config, const StepNotice& progress) {
   return ConfigRun(config, progress).Run();
 }
 
 std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<YamlMap>& config,
-                                      const Progress& progress) {
+                                      const StepNotice& progress) {
   std::vector<CaseResult> results;
   if (!log.rotors.empty() && (config || (log.vehicle && !log.vehicle->rotors.empty()))) {
     if (progress) progress("rotor_driven");

@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 
-#include "problems/benchmark/progress.h"
+#include "problems/common/progress.h"
 #include "tests/benchmark/short_experiment.h"
 
 namespace trueline::testing_benchmark {
@@ -145,8 +145,8 @@ TEST(JobFile, ReadsBackWhatItWrote) {
 }
 
 TEST(ProgressText, StatesTheTimeLeft) {
-  EXPECT_EQ(Progress::Text(25, 100, 10.0), "25 of 100 flights, 30 s left");
-  EXPECT_EQ(Progress::Text(1, 100, 10.0), "1 of 100 flights, 17 min left");
+  EXPECT_EQ(Progress::Text(25, 100, "flights", 10.0), "25 of 100 flights, 30 s left");
+  EXPECT_EQ(Progress::Text(1, 100, "flights", 10.0), "1 of 100 flights, 17 min left");
 }
 
 }  // namespace

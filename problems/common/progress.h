@@ -1,3 +1,4 @@
+// What a person at a terminal sees while work goes on; nothing where nobody looks.
 #pragma once
 
 #include <chrono>
@@ -10,7 +11,8 @@ namespace trueline {
 // Silent where standard error is no terminal, or when told so. Safe to call from threads.
 class Progress {
  public:
-  Progress(int total, bool quiet);
+  // unit: what is counted, in the plural.
+  Progress(int total, const std::string& unit, bool quiet);
   ~Progress();  // clears the line
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -18,15 +20,19 @@ class Progress {
   void Done();
 
   // The text for `done` of `total` after `elapsed` seconds.
-  static std::string Text(int done, int total, double elapsed);
+  static std::string Text(int done, int total, const std::string& unit, double elapsed);
 
  private:
   const int total_;
+  const std::string unit_;
   const bool shown_;
   const std::chrono::steady_clock::time_point start_;
   std::mutex mutex_;
   int done_ = 0;
   bool printed_ = false;
 };
+
+// "WHAT ..." on a line of its own, for work in a few long steps; silent as above.
+void Announce(const std::string& what, bool quiet);
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-#include "problems/benchmark/progress.h"
+#include "problems/common/progress.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -7,11 +7,14 @@
 #include <cstdio>
 
 namespace trueline {
+namespace {
 
-Progress::Progress(int total, bool quiet)
-    : total_(total),
-      shown_(!quiet && isatty(STDERR_FILENO) != 0),
-      start_(std::chrono::steady_clock::now()) {}
+bool Shown(bool quiet) { return !quiet && isatty(STDERR_FILENO) != 0; }
+
+}  // namespace
+
+Progress::Progress(int total, const std::string& unit, bool quiet)
+    : total_(total), unit_(unit), shown_(Shown(quiet)), start_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {
   if (printed_) fmt::print(stderr, "\r{:60}\r", "");
@@ -23,15 +26,19 @@ void Progress::Done() {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
   if (!shown_ || elapsed.count() < 2.0) return;
   printed_ = true;
-  fmt::print(stderr, "\r{:<60}", Text(done_, total_, elapsed.count()));
+  fmt::print(stderr, "\r{:<60}", Text(done_, total_, unit_, elapsed.count()));
   std::fflush(stderr);
 }
 
-std::string Progress::Text(int done, int total, double elapsed) {
+std::string Progress::Text(int done, int total, const std::string& unit, double elapsed) {
   const double left = done > 0 ? elapsed * (total - done) / done : 0.0;
   const std::string time = left < 90.0 ? fmt::format("{:.0f} s", std::ceil(left))
                                        : fmt::format("{:.0f} min", std::ceil(left / 60.0));
-  return fmt::format("{} of {} flights, {} left", done, total, time);
+  return fmt::format("{} of {} {}, {} left", done, total, unit, time);
+}
+
+void Announce(const std::string& what, bool quiet) {
+  if (Shown(quiet)) fmt::print(stderr, "{} ...\n", what);
 }
 
 }  // namespace trueline
