@@ -8,6 +8,7 @@
 
 #include "problems/kinematic/path_noise.h"
 #include "problems/vgd/fix_loss.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {
@@ -125,20 +126,8 @@ void KinematicWindow::PrepareForEvaluation(bool evaluate_jacobians, bool new_eva
 }
 
 ceres::Solver::Summary KinematicWindow::Solve() {
-  ceres::Solver::Options options;
-  options.max_num_iterations = vgd_.max_iterations;
-  options.function_tolerance = vgd_.tolerance;
-  options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-10;
-  options.logging_type = ceres::SILENT;
-  if (vgd_.solver == VgdSolver::kGradientDescent) {
-    options.minimizer_type = ceres::LINE_SEARCH;
-    options.line_search_direction_type = ceres::STEEPEST_DESCENT;
-  } else {
-    options.linear_solver_type = ceres::DENSE_QR;
-  }
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem_, &summary);
+  ceres::Solve(SolverOptions(vgd_, ceres::DENSE_QR), &problem_, &summary);
   Refresh(true);
   return summary;
 }

@@ -11,6 +11,7 @@
 #include "cost_functions/fix_residual.h"
 #include "cost_functions/window_prior_residual.h"
 #include "problems/vgd/fix_loss.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {
@@ -205,26 +206,10 @@ void WindowProblem::Refresh(bool derivatives) {
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {
-  ceres::Solver::Options options;
-  options.max_num_iterations = options_.max_iterations;
-  options.function_tolerance = options_.tolerance;
-  options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-10;
-  options.logging_type = ceres::SILENT;
-  if (options_.solver == VgdSolver::kGradientDescent) {
-    options.minimizer_type = ceres::LINE_SEARCH;
-    options.line_search_direction_type = ceres::STEEPEST_DESCENT;
-  } else {
-    // Steps are clipped to the bounds; a line search on top would double the cost of each.
-    options.max_num_line_search_step_size_iterations = 0;
-    // What the data hardly show is a narrow, curved valley; to go along it the cost must rise
-    // first.
-    options.use_nonmonotonic_steps = true;
-    options.linear_solver_type =
-        segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
-  }
+  const auto linear_solver =
+      segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem_, &summary);
+  ceres::Solve(SolverOptions(options_, linear_solver), &problem_, &summary);
   Refresh(true);
   return summary;
 }

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "problems/common/error.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
@@ -10,15 +10,6 @@ namespace {
 using ::testing::HasSubstr;
 
 YamlMap Parse(const std::string& text) { return YamlMap(YAML::Load(text), "test.yaml", ""); }
-
-std::string ErrorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(StrictYaml, ReadsRequiredAndOptionalValues) {
   const YamlMap map = Parse("{speed: 1.8, list: [1, 2, 3]}");

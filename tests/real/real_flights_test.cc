@@ -1,20 +1,14 @@
 // Measured flights, imported by their maps and calibrated: the figures that the project promises.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "problems/calibration/calibration_config.h"
 #include "problems/import/convert.h"
+#include "tests/common/test_files.h"
 
 namespace trueline {
 namespace {
 
 const std::filesystem::path kSource = TRUELINE_TEST_SOURCE_DIR;
-
-std::filesystem::path DataFolder() {
-  const char* folder = std::getenv("TRUELINE_DATA");
-  return folder != nullptr ? std::filesystem::path(folder) : kSource / "../shared/data";
-}
 
 FlightLog Import(const std::string& map, const std::filesystem::path& file) {
   return ConvertLog(ReadImportMap(kSource / "config/import" / map), {file.string()}, {});

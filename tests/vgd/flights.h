@@ -38,6 +38,12 @@ struct Flight {
   FlightData data;
 };
 
+// The flight's last window, from the priors' means.
+inline WindowEstimate SolveLast(const Flight& flight, const VgdOptions& options) {
+  const int tau = static_cast<int>(flight.data.passes.size());
+  return SolveWindow(flight.data, options, tau, PriorMeans(options));
+}
+
 // The nine of eq. 16 as the simulator flew them.
 inline Theta TrueTheta(const SimulationConfig& config) {
   Theta theta;

@@ -11,12 +11,8 @@ using testing_vgd::ExactHippodrome;
 using testing_vgd::Find;
 using testing_vgd::Flight;
 using testing_vgd::RigidOptions;
+using testing_vgd::SolveLast;
 using testing_vgd::TrueTheta;
-
-WindowEstimate SolveLast(const Flight& flight, const VgdOptions& options) {
-  const int tau = static_cast<int>(flight.data.passes.size());
-  return SolveWindow(flight.data, options, tau, PriorMeans(options));
-}
 
 // Root mean square of (value - truth) in prior sigmas.
 double Miss(const WindowEstimate& window, const SimulationConfig& config,

@@ -12,12 +12,8 @@ namespace {
 using testing_vgd::ExactHippodrome;
 using testing_vgd::Flight;
 using testing_vgd::RigidOptions;
+using testing_vgd::SolveLast;
 using testing_vgd::TrueTheta;
-
-WindowEstimate SolveLast(const Flight& flight, const VgdOptions& options) {
-  const int tau = static_cast<int>(flight.data.passes.size());
-  return SolveWindow(flight.data, options, tau, PriorMeans(options));
-}
 
 TEST(RigidFit, FindsTheTrueNine) {
   VgdOptions options = RigidOptions();

@@ -1,0 +1,26 @@
+#include "problems/vgd/solver_options.h"
+
+namespace trueline {
+
+ceres::Solver::Options SolverOptions(const VgdOptions& options,
+                                     ceres::LinearSolverType linear_solver) {
+  ceres::Solver::Options result;
+  result.max_num_iterations = options.max_iterations;
+  result.function_tolerance = options.tolerance;
+  result.gradient_tolerance = 1e-12;
+  result.parameter_tolerance = 1e-10;
+  result.logging_type = ceres::SILENT;
+  if (options.solver == VgdSolver::kGradientDescent) {
+    result.minimizer_type = ceres::LINE_SEARCH;
+    result.line_search_direction_type = ceres::STEEPEST_DESCENT;
+    return result;
+  }
+  result.linear_solver_type = linear_solver;
+  // Steps are clipped to the bounds; a line search on top would double the cost of each.
+  result.max_num_line_search_step_size_iterations = 0;
+  // What the data hardly show is a narrow, curved valley; to go along it the cost must rise first.
+  result.use_nonmonotonic_steps = true;
+  return result;
+}
+
+}  // namespace trueline

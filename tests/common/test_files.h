@@ -1,0 +1,53 @@
+// What tests need of the file system and of errors.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+
+// What the InputError that `action` throws says.
+inline std::string ErrorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// A directory of its own for each test, removed afterwards.
+class TestFolder {
+ public:
+  TestFolder() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = std::filesystem::path(testing::TempDir()) /
+                 (std::string(test->test_suite_name()) + "_" + test->name());
+    std::filesystem::remove_all(directory_);
+    std::filesystem::create_directories(directory_);
+  }
+  ~TestFolder() { std::filesystem::remove_all(directory_); }
+  TestFolder(const TestFolder&) = delete;
+  TestFolder& operator=(const TestFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return directory_ / name; }
+  const std::filesystem::path& directory() const { return directory_; }
+
+ private:
+  std::filesystem::path directory_;
+};
+
+// Where the measured flights are: TRUELINE_DATA, or shared/data beside the source tree.
+inline std::filesystem::path DataFolder() {
+  const char* folder = std::getenv("TRUELINE_DATA");
+  return folder != nullptr ? std::filesystem::path(folder)
+                           : std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "../shared/data";
+}
+
+}  // namespace trueline
