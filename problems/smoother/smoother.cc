@@ -31,6 +31,7 @@ void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, dou
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
   walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
+  if (walk.isZero()) return;
   PriorMatrix cov = CovarianceOf(*prior);
   cov.diagonal().head<kThetaSize>() += walk.cwiseQuotient(scaling.sigma).cwiseAbs2() * seconds;
   SetCovariance(cov, prior);

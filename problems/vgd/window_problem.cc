@@ -31,6 +31,15 @@ Matrix9d SqrtInformation(const ProcessNoise& noise, double seconds, double gravi
   return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
 }
 
+// Those of `samples` (ascending) with from <= t < before.
+template <class Sample>
+std::span<const Sample> Between(std::span<const Sample> samples, TimeNs from, TimeNs before) {
+  const auto earlier = [](const Sample& sample, TimeNs t) { return sample.t < t; };
+  const auto first = std::lower_bound(samples.begin(), samples.end(), from, earlier);
+  const auto last = std::lower_bound(first, samples.end(), before, earlier);
+  return samples.subspan(first - samples.begin(), last - first);
+}
+
 }  // namespace
 
 WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
@@ -75,16 +84,15 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
   }
 }
 
-// Fixes and forces at `from` belong to the segment before, where there is one.
+// What is measured at a knot belongs to the segment that begins there (so that a window cut at the
+// knot holds it once), at the very end to the last one.
 void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
                                TimeNs to) {
-  const TimeNs after = segments_.empty() ? from - 1 : from;
+  const TimeNs before = to == data.end ? to + 1 : to;
   std::vector<TimeNs> times{to}, force_times;
-  for (const Fix& fix : data.fixes) {
-    if (fix.t > after && fix.t <= to) times.push_back(fix.t);
-  }
-  for (const ForceSample& force : data.forces) {
-    if (force.t > after && force.t <= to) force_times.push_back(force.t);
+  for (const Fix& fix : Between(data.fixes, from, before)) times.push_back(fix.t);
+  for (const ForceSample& force : Between(data.forces, from, before)) {
+    force_times.push_back(force.t);
   }
   times.insert(times.end(), force_times.begin(), force_times.end());
   std::sort(times.begin(), times.end());
@@ -94,10 +102,11 @@ void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, 
 }
 
 std::size_t WindowProblem::SegmentOf(TimeNs t) const {
-  const auto it = std::find_if(segments_.begin(), segments_.end(),
-                               [&](const auto& segment) { return t <= segment->end(); });
-  CHECK(it != segments_.end());
-  return static_cast<std::size_t>(it - segments_.begin());
+  const auto after =
+      std::upper_bound(segments_.begin(), segments_.end(), t,
+                       [](TimeNs time, const auto& segment) { return time < segment->start(); });
+  CHECK(after != segments_.begin() && t <= segments_.back()->end());
+  return static_cast<std::size_t>(after - segments_.begin()) - 1;
 }
 
 void WindowProblem::AddFixes(const WindowData& data) {
@@ -203,7 +212,7 @@ ceres::Solver::Summary WindowProblem::Solve() {
   options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = options_.tolerance;
   options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-10;
+  options.parameter_tolerance = 1e-6 * options_.tolerance;
   options.logging_type = ceres::SILENT;
   if (options_.solver == VgdSolver::kGradientDescent) {
     options.minimizer_type = ceres::LINE_SEARCH;
