@@ -133,13 +133,14 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
     gammas.push_back(vgd.gamma);
   }
   std::sort(gammas.begin(), gammas.end());
+  Estimators estimators(flight, options.methods);
   for (const std::string& estimator : options.estimators) {
     for (const int gamma : gammas) {
       if (gamma != vgd.gamma && !HasWindows(estimator)) continue;  // the same result again
       if (estimator == options.estimators.front() && gamma == vgd.gamma) {
         calibration.reported = calibration.runs.size();
       }
-      calibration.runs.push_back(RunEstimator(estimator, flight, options.methods, gamma));
+      calibration.runs.push_back(estimators.Run(estimator, gamma));
     }
   }
   const EstimatorRun& reported = calibration.Reported();

@@ -54,6 +54,7 @@ Eigen::SparseMatrix<double> WindowProblem::Hessian() {
   ceres::Problem::EvaluateOptions options;
   const bool drifts = options_.process.Any();
   options.parameter_blocks.push_back(x_.theta.data());
+  for (Offset& offset : offsets_) options.parameter_blocks.push_back(offset.value.data());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     if (drifts) options.parameter_blocks.push_back(x_.drift[s].data());
     options.parameter_blocks.push_back(x_.states[s].data());
@@ -79,6 +80,11 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
 
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = prior_blocks_;
+  for (Offset& offset : offsets_) {
+    if (offset.begin >= t) continue;
+    options.parameter_blocks.push_back(offset.value.data());
+    options.residual_blocks.push_back(offset.prior);
+  }
   for (std::size_t s = 0; s < kept; ++s) {
     options.parameter_blocks.push_back(x_.drift[s].data());
     options.parameter_blocks.push_back(x_.states[s].data());

@@ -9,6 +9,7 @@
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/fix_residual.h"
+#include "cost_functions/offset_fix_residual.h"
 #include "cost_functions/window_prior_residual.h"
 #include "problems/vgd/fix_loss.h"
 
@@ -46,6 +47,7 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
                              const VgdOptions& options, const std::optional<WindowPrior>& past)
     : options_(options), scaling_(options), problem_(ProblemOptions(this)) {
   BuildSegments(track, data);
+  AddOffsets(data);
   AddFixes(data);
   AddForces(data);
   AddContinuity(track.gravity());
@@ -109,14 +111,40 @@ std::size_t WindowProblem::SegmentOf(TimeNs t) const {
   return static_cast<std::size_t>(after - segments_.begin()) - 1;
 }
 
+void WindowProblem::AddOffsets(const WindowData& data) {
+  for (const PassOffset& offset : data.offsets) {
+    const Pass& pass = data.passes[offset.pass];
+    offsets_.push_back({pass.begin, pass.end, Eigen::Matrix<double, 6, 1>::Zero(), nullptr});
+  }
+  for (std::size_t i = 0; i < offsets_.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> weight;
+    weight.head<3>().setConstant(1.0 / data.offsets[i].sigma);
+    weight.tail<3>().setConstant(1.0 / data.offsets[i].rate_sigma);
+    log_weights_ += weight.array().log().sum();
+    offsets_[i].prior = problem_.AddResidualBlock(
+        new ceres::NormalPrior(weight.asDiagonal(), Eigen::VectorXd::Zero(6)), nullptr,
+        offsets_[i].value.data());
+  }
+}
+
 void WindowProblem::AddFixes(const WindowData& data) {
+  auto offset = offsets_.begin();
   for (const Fix& fix : data.fixes) {
     const std::size_t s = SegmentOf(fix.t);
+    const StateNode* node = segments_[s]->StateAt(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
-    segment_blocks_[s].push_back(
-        problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-                                  MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(),
-                                  x_.drift[s].data(), x_.states[s].data()));
+    std::vector<double*> unknowns{x_.theta.data(), x_.drift[s].data(), x_.states[s].data()};
+    while (offset != offsets_.end() && offset->end < fix.t) ++offset;
+    ceres::CostFunction* residual = nullptr;
+    if (offset != offsets_.end() && offset->begin <= fix.t) {
+      const double elapsed = SecondsBetween(offset->begin, fix.t);
+      residual = new OffsetFixResidual(node, fix.p_E, sigma, elapsed);
+      unknowns.push_back(offset->value.data());
+    } else {
+      residual = new FixResidual(node, fix.p_E, sigma);
+    }
+    segment_blocks_[s].push_back(problem_.AddResidualBlock(
+        residual, MakeLoss(options_.loss, options_.loss_scale), unknowns));
   }
 }
 
@@ -162,6 +190,7 @@ void WindowProblem::AddPriors() {
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
+  log_weights_ += past.sqrt_information.householderQr().logAbsDeterminant();
   prior_blocks_.push_back(problem_.AddResidualBlock(
       new WindowPriorResidual(past.mean, past.sqrt_information), nullptr, x_.theta.data(),
       x_.drift.front().data(), x_.states.front().data()));
@@ -212,7 +241,7 @@ ceres::Solver::Summary WindowProblem::Solve() {
   options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = options_.tolerance;
   options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-6 * options_.tolerance;
+  options.parameter_tolerance = std::max(1e-12, 1e-6 * options_.tolerance);
   options.logging_type = ceres::SILENT;
   if (options_.solver == VgdSolver::kGradientDescent) {
     options.minimizer_type = ceres::LINE_SEARCH;

@@ -161,8 +161,9 @@ TEST_P(LinearProblem, SmootherBatchAndFilterAgree) {
   const VgdOptions options = LinearOptions(tilt_sigma, bias_sigma);
   const FlightData flight(log, options.drive, options.passes, options.drag_measurement);
   ASSERT_EQ(flight.passes.size(), 5U);
-  const EstimatorRun smoother =
-      RunSmoother(flight, options, {.accel_bias_walk = 0.0, .ahrs_error_walk = 0.0});
+  SmootherOptions no_walks;
+  no_walks.accel_bias_walk = no_walks.ahrs_error_walk = 0.0;
+  const EstimatorRun smoother = RunSmoother(flight, options, no_walks);
   VgdOptions whole = options;
   whole.gamma = 100;
   for (int tau = 1; tau < 5; ++tau) {
