@@ -100,9 +100,10 @@ StartsRow StartsOf(const FlightData& flight, const VgdOptions& options, const st
           *std::max_element(study.iterations.begin(), study.iterations.end())};
 }
 
-void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, const FlightData& flight,
+void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimators* estimators,
               const std::map<std::string, double>& truth, JobResult* result) {
-  const EstimatorRun run = RunEstimator(estimator.name, flight, estimator.options, gamma);
+  const FlightData& flight = estimators->flight();
+  const EstimatorRun run = estimators->Run(estimator.name, gamma);
   AddArcs(run, estimator.label, result);
   const auto rows =
       Convergence(run, estimator.label, truth, job.convergence, flight.passes.front().begin);
@@ -168,8 +169,9 @@ JobResult RunJob(const Job& job) {
   for (const JobEstimator& estimator : job.estimators) {
     const VgdOptions& vgd = estimator.options.vgd;
     const FlightData flight(flown.log, vgd.drive, vgd.passes, vgd.drag_measurement);
+    Estimators estimators(flight, estimator.options);
     for (const int gamma : estimator.gammas) {
-      RunGamma(job, estimator, gamma, flight, flown.truth, &result);
+      RunGamma(job, estimator, gamma, &estimators, flown.truth, &result);
     }
   }
   // Only where the noise is known: a bound from assumed noise would be no bound.

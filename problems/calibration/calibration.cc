@@ -144,11 +144,12 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
   const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  Estimators estimators(flight, options.methods);
   for (const PlannedRun& run : PlanRuns(options)) {
     if (run.estimator == options.estimators.front() && run.gamma == vgd.gamma) {
       calibration.reported = calibration.runs.size();
     }
-    calibration.runs.push_back(RunEstimator(run.estimator, flight, options.methods, run.gamma));
+    calibration.runs.push_back(estimators.Run(run.estimator, run.gamma));
     done();
   }
   const EstimatorRun& reported = calibration.Reported();

@@ -9,33 +9,34 @@
 #include "problems/common/error.h"
 #include "problems/ekf/ekf_run.h"
 #include "problems/kinematic/vgd_kinematic.h"
+#include "problems/vgd/drift_strength.h"
 #include "problems/vgd/vgd.h"
 
 namespace trueline {
 namespace {
 
-using Runner = std::function<EstimatorRun(const FlightData&, const EstimatorOptions&, int gamma)>;
+using Runner = std::function<EstimatorRun(Estimators*, int gamma)>;
 
-EstimatorRun RunVgdAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
-  VgdOptions vgd = options.vgd;
+VgdOptions WithGamma(const Estimators& estimators, int gamma) {
+  VgdOptions vgd = estimators.options().vgd;
   vgd.gamma = gamma;
-  return RunVgd(flight, vgd);
+  return vgd;
 }
 
-EstimatorRun RunKinematicAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
-  VgdOptions vgd = options.vgd;
-  vgd.gamma = gamma;
-  return RunVgdKinematic(flight, vgd, options.kinematic);
+EstimatorRun RunVgdAt(Estimators* e, int gamma) {
+  return RunVgd(e->flight(), WithGamma(*e, gamma), e->Tilts());
 }
 
-EstimatorRun RunSmootherAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
-  VgdOptions vgd = options.vgd;
-  vgd.gamma = gamma;
-  return RunSmoother(flight, vgd, options.smoother);
+EstimatorRun RunKinematicAt(Estimators* e, int gamma) {
+  return RunVgdKinematic(e->flight(), WithGamma(*e, gamma), e->options().kinematic);
 }
 
-EstimatorRun RunEkfAt(const FlightData& flight, const EstimatorOptions& options, int gamma) {
-  return RunEkf(flight, options.ekf, gamma);
+EstimatorRun RunSmootherAt(Estimators* e, int gamma) {
+  return RunSmoother(e->flight(), WithGamma(*e, gamma), e->options().smoother, e->Tilts());
+}
+
+EstimatorRun RunEkfAt(Estimators* e, int gamma) {
+  return RunEkf(e->flight(), e->options().ekf, gamma);
 }
 
 const std::map<std::string, Runner>& Runners() {
@@ -65,11 +66,20 @@ void CheckEstimator(const std::string& name) {
 
 bool HasWindows(const std::string& name) { return name != "ekf"; }
 
+const std::vector<double>& Estimators::Tilts() {
+  if (!tilts_) tilts_ = LearnTilts(flight_, options_.vgd);
+  return *tilts_;
+}
+
+EstimatorRun Estimators::Run(const std::string& name, int gamma) {
+  CheckEstimator(name);
+  if (flight_.passes.empty()) return {name, gamma, {}, flight_.warnings};
+  return Runners().at(name)(this, gamma);
+}
+
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma) {
-  CheckEstimator(name);
-  if (flight.passes.empty()) return {name, gamma, {}, flight.warnings};
-  return Runners().at(name)(flight, options, gamma);
+  return Estimators(flight, options).Run(name, gamma);
 }
 
 EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {

@@ -1,6 +1,7 @@
 // All estimators by name, behind one call.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,29 @@ void CheckEstimator(const std::string& name);
 // Whether results depend on gamma; a filter has no windows.
 bool HasWindows(const std::string& name);
 
-// Runs `name` over the flight with windows of `gamma` passes; no windows where it has no passes.
+// Estimators over one flight with one set of options. What does not depend on the estimator or the
+// window length (how strongly the AHRS drifts) is learned once, when first needed.
+class Estimators {
+ public:
+  // Both must outlive this.
+  Estimators(const FlightData& flight, const EstimatorOptions& options)
+      : flight_(flight), options_(options) {}
+
+  // Runs `name` with windows of `gamma` passes; no windows where the flight has no passes.
+  EstimatorRun Run(const std::string& name, int gamma);
+
+  const FlightData& flight() const { return flight_; }
+  const EstimatorOptions& options() const { return options_; }
+  // By window, as LearnTilts gives them.
+  const std::vector<double>& Tilts();
+
+ private:
+  const FlightData& flight_;
+  const EstimatorOptions& options_;
+  std::optional<std::vector<double>> tilts_;
+};
+
+// One run alone.
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma);
 

@@ -1,5 +1,7 @@
 #include "problems/smoother/smoother.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 
 #include "problems/common/error.h"
@@ -31,6 +33,7 @@ void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, dou
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
   walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
+  if (walk.isZero()) return;
   PriorMatrix cov = CovarianceOf(*prior);
   cov.diagonal().head<kThetaSize>() += walk.cwiseQuotient(scaling.sigma).cwiseAbs2() * seconds;
   SetCovariance(cov, prior);
@@ -60,27 +63,44 @@ class Lag {
 
   WindowEstimate Advance(int tau, double tilt) {
     vgd_.process.tilt = tilt;
-    const WindowData data = CutWindow(flight_, vgd_, first_, tau, true);
-    WindowProblem problem(flight_.track, data, vgd_, past_);
-    problem.SetStart(start_, RoughPath(flight_.log.fixes, data.passes));
-    const ceres::Solver::Summary summary = problem.Solve();
-    WindowEstimate estimate = DescribeWindow(flight_, vgd_, data, tau, summary, &problem);
+    WindowQuestion question{flight_, vgd_, options_.false_pass, start_, first_, tau, past_, {}};
+    if (past_) {
+      const Pass& first = flight_.passes[first_];
+      question.past_if_lost = KeepParameters(*past_, vgd_, LineAt(first));
+    }
+    const Hypothesis best = MostProbable(question, false_);
+    false_ = best.false_passes;
+    if (best.lost) past_ = question.past_if_lost;
+    WindowProblem* problem = best.problem.get();
+    WindowEstimate estimate = DescribeWindow(flight_, vgd_, best.data, tau, best.summary, problem);
     if (estimate.converged) start_ = ThetaOf(estimate);
     if (!flight_.HasArc(tau)) {
-      Break(tau, &problem);
+      Break(tau, problem);
     } else if (tau - first_ >= vgd_.gamma) {
-      DropFirstPass(&problem);
+      DropFirstPass(problem);
     }
     return estimate;
   }
 
+  // Passes that were taken for false when they left the window, or are now.
+  std::vector<int> FalsePasses() const {
+    std::vector<int> passes = dropped_false_;
+    passes.insert(passes.end(), false_.begin(), false_.end());
+    return passes;
+  }
+
  private:
+  LineFit LineAt(const Pass& pass) const {
+    return FitLine(flight_.log.fixes, pass.first, pass.last, pass.begin);
+  }
+
   void DropFirstPass(WindowProblem* problem) {
     const TimeNs from = flight_.passes[first_].begin, to = flight_.passes[first_ + 1].begin;
     // The first pass of the window's own data ends where the next begins, if that is in it.
     if (first_ + 1 >= static_cast<int>(flight_.passes.size()) || !HasKnot(*problem, to)) return;
     past_ = problem->Marginalise(to);
     Loosen(options_, problem->scaling(), SecondsBetween(from, to), &*past_);
+    if (false_.erase(first_) > 0) dropped_false_.push_back(first_);
     ++first_;
   }
 
@@ -91,11 +111,12 @@ class Lag {
   // Marginalises up to the last knot and carries the parameters over the break.
   void Break(int tau, WindowProblem* problem) {
     first_ = tau;
+    dropped_false_.insert(dropped_false_.end(), false_.begin(), false_.end());
+    false_.clear();
     if (tau >= static_cast<int>(flight_.passes.size()) || problem->segments().size() < 2) return;
     const Prior last = problem->Marginalise(problem->segments().back()->start());
     const Pass& next = flight_.passes[tau];
-    past_ =
-        KeepParameters(last, vgd_, FitLine(flight_.log.fixes, next.first, next.last, next.begin));
+    past_ = KeepParameters(last, vgd_, LineAt(next));
     Loosen(options_, problem->scaling(), SecondsBetween(flight_.passes[tau - 1].end, next.begin),
            &*past_);
   }
@@ -106,6 +127,8 @@ class Lag {
   Theta start_;
   int first_ = 0;  // index of the window's first pass
   std::optional<Prior> past_;
+  std::set<int> false_;             // passes of the window that look false
+  std::vector<int> dropped_false_;  // the same of earlier ones
 };
 
 }  // namespace
@@ -114,6 +137,13 @@ SmootherOptions ReadSmootherOptions(const YamlMap& map) {
   SmootherOptions options;
   ReadNotNegative(map, "accel_bias_walk_mps2_per_sqrt_s", &options.accel_bias_walk);
   ReadNotNegative(map, "ahrs_error_walk_deg_per_sqrt_s", &options.ahrs_error_walk, kDegree);
+  const YamlMap false_pass = map.ChildOrEmpty("false_pass");
+  ReadNotNegative(false_pass, "probability", &options.false_pass.probability);
+  if (options.false_pass.probability >= 1.0) false_pass.Fail("probability", "must be below 1");
+  ReadPositive(false_pass, "offset_m", &options.false_pass.offset);
+  ReadPositive(false_pass, "offset_rate_mps", &options.false_pass.offset_rate);
+  ReadPositive(false_pass, "lost_probability", &options.false_pass.lost_probability);
+  false_pass.Finish();
   map.Finish();
   return options;
 }
@@ -122,27 +152,36 @@ YAML::Node ToYaml(const SmootherOptions& options) {
   YAML::Node node;
   node["accel_bias_walk_mps2_per_sqrt_s"] = options.accel_bias_walk;
   node["ahrs_error_walk_deg_per_sqrt_s"] = options.ahrs_error_walk / kDegree;
+  node["false_pass"]["probability"] = options.false_pass.probability;
+  node["false_pass"]["offset_m"] = options.false_pass.offset;
+  node["false_pass"]["offset_rate_mps"] = options.false_pass.offset_rate;
+  node["false_pass"]["lost_probability"] = options.false_pass.lost_probability;
   return node;
 }
 
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
                          const SmootherOptions& options) {
+  return RunSmoother(flight, vgd, options, LearnTilts(flight, vgd));
+}
+
+EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
+                         const SmootherOptions& options, const std::vector<double>& tilts) {
   if (!vgd.process.Any()) {
     throw InputError(
         "the smoother needs process noise: set a strength under 'process' in the configuration");
   }
   EstimatorRun run{"smoother", vgd.gamma, {}, flight.warnings};
-  DriftStrength drift(vgd);
   Lag lag(flight, vgd, options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    double tilt = vgd.process.tilt;
-    if (vgd.adapt_drift && tilt > 0.0) {
-      drift.Learn(flight, tau, PriorMeans(vgd));
-      tilt = drift.Tilt();
-    }
-    run.windows.push_back(lag.Advance(tau, tilt));
+    run.windows.push_back(lag.Advance(tau, tilts[tau - 1]));
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
+  }
+  for (const int k : lag.FalsePasses()) {
+    run.warnings.push_back(fmt::format(
+        "pass {} (at {:.2f} s) looks false: its fixes fit neither the passes around it nor the "
+        "model, and do not count",
+        k + 1, SecondsBetween(flight.track.begin(), flight.passes[k].begin)));
   }
   return run;
 }

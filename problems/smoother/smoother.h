@@ -6,6 +6,7 @@
 #pragma once
 
 #include "problems/result/estimate.h"
+#include "problems/smoother/hypothesis.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/window/flight_data.h"
 
@@ -16,6 +17,7 @@ namespace trueline {
 struct SmootherOptions {
   double accel_bias_walk = 0.01;            // m/s^2/sqrt(s): b_ax, b_ay, b_az
   double ahrs_error_walk = 0.05 * kDegree;  // rad/sqrt(s): Phi_E_Ep, the slow part of the error
+  FalsePassOptions false_pass;
 };
 
 SmootherOptions ReadSmootherOptions(const YamlMap& map);
@@ -23,6 +25,9 @@ YAML::Node ToYaml(const SmootherOptions& options);
 
 // Causal, with a lag of vgd.gamma passes. Needs vgd.process (throws InputError without: a rigid
 // trajectory has no state to cut at). After a break in the flight only the parameters carry on.
+// `tilts`: the AHRS's drift by window, as LearnTilts gives it.
+EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
+                         const SmootherOptions& options, const std::vector<double>& tilts);
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
                          const SmootherOptions& options);
 

@@ -1,5 +1,7 @@
 #include "problems/vgd/solver_options.h"
 
+#include <algorithm>
+
 namespace trueline {
 
 ceres::Solver::Options SolverOptions(const VgdOptions& options,
@@ -8,7 +10,7 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
   result.max_num_iterations = options.max_iterations;
   result.function_tolerance = options.tolerance;
   result.gradient_tolerance = 1e-12;
-  result.parameter_tolerance = 1e-10;
+  result.parameter_tolerance = std::max(1e-12, 1e-6 * options.tolerance);
   result.logging_type = ceres::SILENT;
   if (options.solver == VgdSolver::kGradientDescent) {
     result.minimizer_type = ceres::LINE_SEARCH;

@@ -30,15 +30,16 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
+  return RunVgd(flight, options, LearnTilts(flight, options));
+}
+
+EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
+                    const std::vector<double>& tilts) {
   EstimatorRun run{"vgd", options.gamma, {}, flight.warnings};
   VgdOptions adapted = options;
-  DriftStrength drift(options);
   Theta start = PriorMeans(options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    if (options.adapt_drift && options.process.tilt > 0.0) {
-      drift.Learn(flight, tau, start);
-      adapted.process.tilt = drift.Tilt();
-    }
+    adapted.process.tilt = tilts[tau - 1];
     run.windows.push_back(SolveWindow(flight, adapted, tau, start));
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());

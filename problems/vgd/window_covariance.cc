@@ -30,12 +30,31 @@ Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::
   return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * G;
 }
 
+// The residuals r + J dx without all unknowns but the last ones, which stand at `at`: the lower
+// right corner of the triangle of [J r]. (Orthogonal steps keep the digits that the normal
+// equations' Schur complement loses.)
+WindowPrior EliminateFirst(const Eigen::MatrixXd& J, const Eigen::VectorXd& r,
+                           const Eigen::Matrix<double, WindowPrior::kSize, 1>& at) {
+  constexpr int n = WindowPrior::kSize;
+  const Eigen::Index cols = J.cols(), rows = std::max(J.rows(), cols);
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, cols + 1);
+  system.topRows(J.rows()) << J, r;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(system);
+  WindowPrior prior;
+  prior.sqrt_information =
+      qr.matrixQR().block<n, n>(cols - n, cols - n).triangularView<Eigen::Upper>();
+  const Eigen::Matrix<double, n, 1> rest = qr.matrixQR().block<n, 1>(cols - n, cols);
+  prior.mean = at - prior.sqrt_information.completeOrthogonalDecomposition().solve(rest);
+  return prior;
+}
+
 }  // namespace
 
 Eigen::SparseMatrix<double> WindowProblem::Hessian() {
   ceres::Problem::EvaluateOptions options;
   const bool drifts = options_.process.Any();
   options.parameter_blocks.push_back(x_.theta.data());
+  for (Offset& offset : offsets_) options.parameter_blocks.push_back(offset.value.data());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     if (drifts) options.parameter_blocks.push_back(x_.drift[s].data());
     options.parameter_blocks.push_back(x_.states[s].data());
@@ -61,6 +80,11 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
 
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = prior_blocks_;
+  for (Offset& offset : offsets_) {
+    if (offset.begin >= t) continue;
+    options.parameter_blocks.push_back(offset.value.data());
+    options.residual_blocks.push_back(offset.prior);
+  }
   for (std::size_t s = 0; s < kept; ++s) {
     options.parameter_blocks.push_back(x_.drift[s].data());
     options.parameter_blocks.push_back(x_.states[s].data());
@@ -73,29 +97,10 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   std::vector<double> residuals;
   ceres::CRSMatrix crs;
   problem_.Evaluate(options, nullptr, &residuals, nullptr, &crs);
-  const Eigen::SparseMatrix<double> J = ToEigen(crs);
-  const Eigen::MatrixXd H = Eigen::MatrixXd(J.transpose() * J);
-  const Eigen::VectorXd b =
-      J.transpose() * Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size());
-
-  // Schur complement of the old states; the rest minimises 1/2 dx'Ldx + eta'dx.
-  const int n = WindowPrior::kSize, m = static_cast<int>(H.rows()) - n;
-  const Eigen::LDLT<Eigen::MatrixXd> old(H.topLeftCorner(m, m));
-  const Eigen::MatrixXd gain = old.solve(H.topRightCorner(m, n));
-  const Eigen::MatrixXd L = H.bottomRightCorner(n, n) - H.bottomLeftCorner(n, m) * gain;
-  const Eigen::VectorXd eta = b.tail(n) - gain.transpose() * b.head(m);
-
   Eigen::Matrix<double, WindowPrior::kSize, 1> at;
   at << x_.theta, x_.drift[kept], x_.states[kept];
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(L);
-  const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse =
-      eigen.eigenvalues().unaryExpr([](double value) { return value > 1e-12 ? 1.0 / value : 0.0; });
-  WindowPrior prior;
-  prior.mean =
-      at - eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * eta));
-  prior.sqrt_information = root.asDiagonal() * eigen.eigenvectors().transpose();
-  return prior;
+  return EliminateFirst(ToEigen(crs),
+                        Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size()), at);
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>

@@ -9,6 +9,7 @@
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/fix_residual.h"
+#include "cost_functions/offset_fix_residual.h"
 #include "cost_functions/window_prior_residual.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/solver_options.h"
@@ -34,12 +35,22 @@ Matrix9d SqrtInformation(const ProcessNoise& noise, double seconds, double gravi
   return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
 }
 
+// Those of `samples` (ascending) with from <= t < before.
+template <class Sample>
+std::span<const Sample> Between(std::span<const Sample> samples, TimeNs from, TimeNs before) {
+  const auto earlier = [](const Sample& sample, TimeNs t) { return sample.t < t; };
+  const auto first = std::lower_bound(samples.begin(), samples.end(), from, earlier);
+  const auto last = std::lower_bound(first, samples.end(), before, earlier);
+  return samples.subspan(first - samples.begin(), last - first);
+}
+
 }  // namespace
 
 WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
                              const VgdOptions& options, const std::optional<WindowPrior>& past)
     : options_(options), scaling_(options), problem_(ProblemOptions(this)) {
   BuildSegments(track, data);
+  AddOffsets(data);
   AddFixes(data);
   AddForces(data);
   AddContinuity(track.gravity());
@@ -78,21 +89,20 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
   }
 }
 
-// Fixes and forces at `from` belong to the segment before, where there is one.
+// What is measured at a knot belongs to the segment that begins there (so that a window cut at the
+// knot holds it once), at the very end to the last one.
 void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
                                TimeNs to) {
-  const TimeNs after = segments_.empty() ? from - 1 : from;
+  const TimeNs before = to == data.end ? to + 1 : to;
   std::vector<TimeNs> times{to}, force_times;
-  for (const Fix& fix : data.fixes) {
-    if (fix.t > after && fix.t <= to) times.push_back(fix.t);
-  }
-  for (const ForceSample& force : data.forces) {
-    if (force.t > after && force.t <= to) force_times.push_back(force.t);
+  for (const Fix& fix : Between(data.fixes, from, before)) times.push_back(fix.t);
+  for (const ForceSample& force : Between(data.forces, from, before)) {
+    force_times.push_back(force.t);
   }
   times.insert(times.end(), force_times.begin(), force_times.end());
   // Something to draw on the arc, where there are no fixes.
   for (TimeNs t = data.passes.back().end; force_times.empty() && t < to; t += kPathStep) {
-    if (t > after) times.push_back(t);
+    if (t >= from) times.push_back(t);
   }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
@@ -101,20 +111,47 @@ void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, 
 }
 
 std::size_t WindowProblem::SegmentOf(TimeNs t) const {
-  const auto it = std::find_if(segments_.begin(), segments_.end(),
-                               [&](const auto& segment) { return t <= segment->end(); });
-  CHECK(it != segments_.end());
-  return static_cast<std::size_t>(it - segments_.begin());
+  const auto after =
+      std::upper_bound(segments_.begin(), segments_.end(), t,
+                       [](TimeNs time, const auto& segment) { return time < segment->start(); });
+  CHECK(after != segments_.begin() && t <= segments_.back()->end());
+  return static_cast<std::size_t>(after - segments_.begin()) - 1;
+}
+
+void WindowProblem::AddOffsets(const WindowData& data) {
+  for (const PassOffset& offset : data.offsets) {
+    const Pass& pass = data.passes[offset.pass];
+    offsets_.push_back({pass.begin, pass.end, Eigen::Matrix<double, 6, 1>::Zero(), nullptr});
+  }
+  for (std::size_t i = 0; i < offsets_.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> weight;
+    weight.head<3>().setConstant(1.0 / data.offsets[i].sigma);
+    weight.tail<3>().setConstant(1.0 / data.offsets[i].rate_sigma);
+    log_weights_ += weight.array().log().sum();
+    offsets_[i].prior = problem_.AddResidualBlock(
+        new ceres::NormalPrior(weight.asDiagonal(), Eigen::VectorXd::Zero(6)), nullptr,
+        offsets_[i].value.data());
+  }
 }
 
 void WindowProblem::AddFixes(const WindowData& data) {
+  auto offset = offsets_.begin();
   for (const Fix& fix : data.fixes) {
     const std::size_t s = SegmentOf(fix.t);
+    const StateNode* node = segments_[s]->StateAt(fix.t);
     const double sigma = options_.whiten ? fix.sigma : 1.0;
-    segment_blocks_[s].push_back(
-        problem_.AddResidualBlock(new FixResidual(segments_[s]->StateAt(fix.t), fix.p_E, sigma),
-                                  MakeLoss(options_.loss, options_.loss_scale), x_.theta.data(),
-                                  x_.drift[s].data(), x_.states[s].data()));
+    std::vector<double*> unknowns{x_.theta.data(), x_.drift[s].data(), x_.states[s].data()};
+    while (offset != offsets_.end() && offset->end < fix.t) ++offset;
+    ceres::CostFunction* residual = nullptr;
+    if (offset != offsets_.end() && offset->begin <= fix.t) {
+      const double elapsed = SecondsBetween(offset->begin, fix.t);
+      residual = new OffsetFixResidual(node, fix.p_E, sigma, elapsed);
+      unknowns.push_back(offset->value.data());
+    } else {
+      residual = new FixResidual(node, fix.p_E, sigma);
+    }
+    segment_blocks_[s].push_back(problem_.AddResidualBlock(
+        residual, MakeLoss(options_.loss, options_.loss_scale), unknowns));
   }
 }
 
@@ -160,6 +197,7 @@ void WindowProblem::AddPriors() {
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
+  log_weights_ += past.sqrt_information.householderQr().logAbsDeterminant();
   prior_blocks_.push_back(problem_.AddResidualBlock(
       new WindowPriorResidual(past.mean, past.sqrt_information), nullptr, x_.theta.data(),
       x_.drift.front().data(), x_.states.front().data()));

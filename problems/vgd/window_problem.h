@@ -15,13 +15,21 @@
 
 namespace trueline {
 
+// A pass whose fixes share an unknown error: an offset that changes at a constant rate.
+struct PassOffset {
+  int pass;           // index among the window's passes
+  double sigma;       // m, prior of the offset for each axis
+  double rate_sigma;  // m/s, prior of its rate
+};
+
 struct WindowData {
   TimeNs begin;                // of the first fix
   TimeNs end;                  // of the predicted arc (or of the last fix where none follows)
   std::span<const Fix> fixes;  // within [begin, end]
   std::span<const Pass> passes;
   std::span<const ForceSample> forces;
-  double force_sigma;  // m/s^2
+  double force_sigma;               // m/s^2
+  std::vector<PassOffset> offsets;  // of the passes that have one, ascending
 };
 
 // Where a solve starts: the nine of eq. 16 in their own units.
@@ -65,7 +73,8 @@ class WindowProblem : private ceres::EvaluationCallback {
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
 
   // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
-  // at the present unknowns (the optimum), up to a constant that no option of `process` changes.
+  // at the present unknowns (the optimum), up to a constant that no option of `process`, no prior
+  // of a pass's offset and no `past` changes.
   double LogEvidence();
 
   // What the flight before `t`, where a pass begins, says of the unknowns from there on: all
@@ -99,6 +108,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddContinuity(double gravity);
   void AddPriors();
   void AddPast(const WindowPrior& past);
+  void AddOffsets(const WindowData& data);
   void AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from, TimeNs to);
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
@@ -113,9 +123,16 @@ class WindowProblem : private ceres::EvaluationCallback {
   ceres::Problem problem_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
   std::vector<ceres::ResidualBlockId> prior_blocks_;
+  struct Offset {
+    TimeNs begin;  // of its pass
+    TimeNs end;
+    Eigen::Matrix<double, 6, 1> value;
+    ceres::ResidualBlockId prior;
+  };
+  std::vector<Offset> offsets_;  // ascending in time; sized before blocks point into it
   // By segment: what hangs on it, the step to the next one included.
   std::vector<std::vector<ceres::ResidualBlockId>> segment_blocks_;
-  double log_weights_ = 0.0;  // sum of log det of what whitens processes and the drift's prior
+  double log_weights_ = 0.0;  // sum of log det of what whitens processes and priors
 };
 
 }  // namespace trueline

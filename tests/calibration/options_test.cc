@@ -107,15 +107,15 @@ TEST(VgdOptions, SurviveYamlAndBack) {
 }
 
 TEST(VgdOptions, TheDefaultFileStatesTheDefaults) {
-  EXPECT_EQ(Text(ToYaml(ReadVgdOptions(YamlMap::FromFile(ConfigFile("default.yaml"))))),
-            Text(ToYaml(VgdOptions())));
+  EXPECT_EQ(Text(ToYaml(ReadEstimatorOptions(YamlMap::FromFile(ConfigFile("default.yaml"))))),
+            Text(ToYaml(EstimatorOptions())));
 }
 
 TEST(VgdOptions, EveryShippedFileRunsAFlight) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(ConfigFile(""))) {
     SCOPED_TRACE(entry.path().string());
-    const VgdOptions options = ReadVgdOptions(YamlMap::FromFile(entry.path()));
+    const VgdOptions options = ReadEstimatorOptions(YamlMap::FromFile(entry.path())).vgd;
     SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
     config.duration = 15.0;
     const testing_vgd::Flight flight(config, 3, options);

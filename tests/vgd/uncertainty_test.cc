@@ -109,11 +109,7 @@ double LearnedTilt(double drift_sigma) {
   config.ahrs.drift_memory = 1.0;
   const VgdOptions options;
   const Flight flight(config, 6, options);
-  DriftStrength drift(options);
-  for (int tau = 1; tau <= static_cast<int>(flight.data.passes.size()); ++tau) {
-    drift.Learn(flight.data, tau, PriorMeans(options));
-  }
-  return drift.Tilt();
+  return LearnTilts(flight.data, options).back();
 }
 
 TEST(DriftStrength, SlowLearnsHowMuchAVehicleDrifts) {

@@ -1,0 +1,90 @@
+#include "problems/smoother/hypothesis.h"
+
+#include <cmath>
+
+#include "problems/vgd/window_data.h"
+
+namespace trueline {
+namespace {
+
+// Log odds beyond which the newest pass is taken for what it is without trying anything else.
+constexpr double kClear = 3.0;
+
+// The longest run of passes that a path can be drawn through at the start of the search.
+std::vector<Pass> TrustedPasses(const WindowQuestion& question, const std::set<int>& false_passes) {
+  const auto& all = question.flight.passes;
+  std::vector<Pass> passes;
+  for (int k = question.first; k < question.tau; ++k) {
+    if (false_passes.count(k) == 0) passes.push_back(all[k]);
+  }
+  if (passes.empty()) passes.assign(all.begin() + question.first, all.begin() + question.tau);
+  return passes;
+}
+
+// Without a past, one pass at least must tell where the vehicle is.
+bool IsPossible(const WindowQuestion& question, const std::set<int>& false_passes, bool lost) {
+  const bool all_false = static_cast<int>(false_passes.size()) == question.tau - question.first;
+  return !all_false || (question.past && !lost);
+}
+
+std::set<int> Flipped(std::set<int> passes, int k) {
+  if (passes.erase(k) == 0) passes.insert(k);
+  return passes;
+}
+
+// The best of `best` and all readings that differ from it in one pass, or in having got lost.
+bool Improve(const WindowQuestion& question, Hypothesis* best) {
+  const std::set<int> from = best->false_passes;
+  const bool lost = best->lost;
+  bool improved = false;
+  const auto attempt = [&](const std::set<int>& passes, bool is_lost) {
+    if (!IsPossible(question, passes, is_lost)) return;
+    Hypothesis other = SolveUnder(question, passes, is_lost);
+    if (!(other.log_probability > best->log_probability)) return;
+    *best = std::move(other);
+    improved = true;
+  };
+  for (int k = question.first; k < question.tau; ++k) attempt(Flipped(from, k), lost);
+  if (!lost && question.past_if_lost) attempt({}, true);
+  return improved;
+}
+
+}  // namespace
+
+Hypothesis SolveUnder(const WindowQuestion& question, const std::set<int>& false_passes,
+                      bool lost) {
+  const FalsePassOptions& options = question.options;
+  Hypothesis hypothesis{false_passes, lost, {}, nullptr, {}, 0.0};
+  hypothesis.data = CutWindow(question.flight, question.vgd, question.first, question.tau, true);
+  for (const int k : false_passes) {
+    hypothesis.data.offsets.push_back({k - question.first, options.offset, options.offset_rate});
+  }
+  hypothesis.problem =
+      std::make_unique<WindowProblem>(question.flight.track, hypothesis.data, question.vgd,
+                                      lost ? question.past_if_lost : question.past);
+  const std::vector<Pass> trusted = TrustedPasses(question, false_passes);
+  hypothesis.problem->SetStart(question.start, RoughPath(question.flight.log.fixes, trusted));
+  hypothesis.summary = hypothesis.problem->Solve();
+  if (options.probability <= 0.0) return hypothesis;
+  const double odds = std::log(options.probability / (1.0 - options.probability));
+  hypothesis.log_probability = hypothesis.problem->LogEvidence() +
+                               odds * static_cast<double>(false_passes.size()) +
+                               (lost ? std::log(options.lost_probability) : 0.0);
+  return hypothesis;
+}
+
+Hypothesis MostProbable(const WindowQuestion& question, const std::set<int>& last) {
+  Hypothesis best = SolveUnder(question, last, false);
+  if (question.options.probability <= 0.0) return best;
+  const std::set<int> doubted = Flipped(last, question.tau - 1);
+  if (IsPossible(question, doubted, false)) {
+    const Hypothesis other = SolveUnder(question, doubted, false);
+    const bool agrees = best.log_probability > other.log_probability + kClear;
+    if (agrees && last.empty() && question.past) return best;
+  }
+  while (Improve(question, &best)) {
+  }
+  return best;
+}
+
+}  // namespace trueline

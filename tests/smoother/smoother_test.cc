@@ -1,0 +1,110 @@
+// The fixed-lag smoother as a user meets it: what it refuses, breaks, causality.
+#include "problems/smoother/smoother.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/calibration/calibration.h"
+#include "problems/common/error.h"
+#include "tests/vgd/flights.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+using testing_vgd::Find;
+
+SimulationConfig Hippodrome(double duration) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = duration;
+  config.warm_up = 5.0;
+  return config;
+}
+
+VgdOptions FixedStrengths() {
+  VgdOptions options;
+  options.adapt_drift = false;
+  return options;
+}
+
+FlightData DataOf(const FlightLog& log, const VgdOptions& options) {
+  return {log, options.drive, options.passes, options.drag_measurement};
+}
+
+TEST(Smoother, WithoutProcessNoiseSaysWhatToSet) {
+  const testing_vgd::Flight flight(Hippodrome(12.0), 1, VgdOptions());
+  VgdOptions rigid;
+  rigid.process = {};
+  try {
+    RunSmoother(flight.data, rigid, SmootherOptions());
+    FAIL() << "took a problem without states to cut at";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("process"));
+    EXPECT_THAT(error.what(), HasSubstr("smoother"));
+  }
+}
+
+// Whatever comes after an arc's first moment changes no digit of its prediction.
+TEST(Smoother, PredictsFromThePastOnly) {
+  const VgdOptions options = FixedStrengths();
+  testing_simulation::Flown flown = testing_simulation::Fly(Hippodrome(25.0), 2);
+  const FlightData whole = DataOf(flown.log, options);
+  ASSERT_GE(whole.passes.size(), 5U);
+  const EstimatorRun before = RunSmoother(whole, options, SmootherOptions());
+
+  FlightLog changed = flown.log;
+  constexpr int kTau = 3;
+  for (std::size_t i = whole.passes[kTau].first; i < changed.fixes.size(); ++i) {
+    changed.fixes[i].p_E += Eigen::Vector3d(2.0, -1.0, 0.5);
+  }
+  const EstimatorRun after = RunSmoother(DataOf(changed, options), options, SmootherOptions());
+  for (int tau = 1; tau <= kTau; ++tau) {
+    EXPECT_EQ(before.windows[tau - 1].arc->p_E, after.windows[tau - 1].arc->p_E) << tau;
+    EXPECT_EQ(before.windows[tau - 1].arc->cov, after.windows[tau - 1].arc->cov) << tau;
+  }
+  EXPECT_NE(before.windows[kTau].arc->p_E, after.windows[kTau].arc->p_E);
+}
+
+// A hole in the IMU: the path starts anew, what is known of the vehicle stays.
+TEST(Smoother, CarriesParametersOverABreak) {
+  const VgdOptions options = FixedStrengths();
+  testing_simulation::Flown flown = testing_simulation::Fly(Hippodrome(40.0), 3);
+  const FlightData whole = DataOf(flown.log, options);
+  ASSERT_GE(whole.passes.size(), 8U);
+  constexpr int kBreak = 5;  // passes before it
+  const TimeNs from = whole.passes[kBreak - 1].end + FromSeconds(0.2), to = from + FromSeconds(1.0);
+  std::erase_if(flown.log.imu, [&](const ImuSample& s) { return s.t > from && s.t < to; });
+  std::erase_if(flown.log.attitude, [&](const auto& s) { return s.t > from && s.t < to; });
+
+  const FlightData broken = DataOf(flown.log, options);
+  const EstimatorRun run = RunSmoother(broken, options, SmootherOptions());
+  EXPECT_FALSE(run.windows[kBreak - 1].arc);
+  const WindowEstimate& before = run.windows[kBreak - 1];
+  const WindowEstimate& after = run.windows[kBreak];
+  ASSERT_TRUE(after.arc);
+  EXPECT_EQ(after.gamma, 1);
+  // One pass alone leaves drag at its prior; the smoother still knows it.
+  const WindowEstimate alone = SolveWindow(broken, options, kBreak + 1, PriorMeans(options));
+  EXPECT_GT(Find(alone, "K_x").sigma, 1.4 * Find(before, "K_x").sigma);
+  EXPECT_LT(Find(after, "K_x").sigma, 1.05 * Find(before, "K_x").sigma);
+  for (int tau = kBreak; tau < static_cast<int>(broken.passes.size()) - 1; ++tau) {
+    EXPECT_LT(run.windows[tau].arc->FinalPointError(), 1.0) << tau;
+  }
+}
+
+// More flight never makes the vehicle's constants less certain: they do not walk.
+TEST(Smoother, KnowsTheVehicleBetterWithEveryPass) {
+  const VgdOptions options = FixedStrengths();
+  const testing_vgd::Flight flight(Hippodrome(40.0), 4, options);
+  const EstimatorRun run = RunSmoother(flight.data, options, SmootherOptions());
+  const SimulationConfig truth = Hippodrome(40.0);
+  double last = 1.0;
+  for (const WindowEstimate& window : run.windows) {
+    const double sigma = Find(window, "K_x").sigma;
+    EXPECT_LT(sigma, 1.02 * last) << window.tau;  // re-linearised: not to the last digit
+    last = sigma;
+  }
+  EXPECT_NEAR(Find(run.windows.back(), "K_x").value, truth.vehicle.drag.x(), 4.0 * last);
+}
+
+}  // namespace
+}  // namespace trueline
