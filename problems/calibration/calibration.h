@@ -1,6 +1,7 @@
 // Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,16 +33,20 @@ struct Verdict {
 };
 
 struct Calibration {
-  std::vector<EstimatorRun> runs;  // estimators x gammas
-  std::size_t reported = 0;        // index of the run that calibration.yaml describes
+  std::vector<EstimatorRun> runs;           // estimators x gammas
+  std::size_t reported = 0;                 // index of the run that calibration.yaml describes
+  std::optional<WholeFlight> whole_flight;  // where the smoother ran
   Verdict verdict;
   std::vector<std::string> warnings;
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
 
-// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`.
-Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options);
+// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. With
+// the smoother among the estimators, all of the flight is solved at once too; `others` are flights
+// of the same vehicle, which then share its drag and misalignment.
+Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
+                      const std::vector<FlightLog>& others = {});
 
 // Judges the last window and the arcs of a run.
 Verdict Judge(const EstimatorRun& run);
