@@ -12,7 +12,9 @@
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
 
-DEFINE_string(log, "", "the flight: a native log directory");
+DEFINE_string(log, "",
+              "the flight: a native log directory; further ones of the same vehicle, separated by "
+              "commas, join in the smoother's whole-flight solution");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
 DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
@@ -35,16 +37,19 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
       a longer window, for a vehicle whose accelerometer is useless
   trueline-calibrate --log=flight --out=result --config=config/calibrate/paper.yaml
       the fit as Li et al. 2019 describe it
+  trueline-calibrate --log=flight,flight2 --out=result --estimator=smoother
+      all of both flights of one vehicle at once; they share its drag and misalignment
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       starts from what an earlier flight of the same vehicle showed
 
 Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 1 a defect.)";
 
 trueline::Calibration Fit(const trueline::FlightLog& log,
+                          const std::vector<trueline::FlightLog>& others,
                           const trueline::CalibrationOptions& options) {
   const auto runs = static_cast<int>(trueline::PlanRuns(options).size());
   trueline::Progress progress(runs, "fits of the flight", FLAGS_quiet);
-  return trueline::Calibrate(log, options, [&] { progress.Done(); });
+  return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
 int Run() {
@@ -54,8 +59,14 @@ int Run() {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }
   trueline::EnsureWritable(FLAGS_out);  // before the work, not after it
-  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
-  const trueline::Calibration calibration = Fit(log, options);
+  std::vector<trueline::FlightLog> logs;
+  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
+    logs.push_back(trueline::ReadNativeLog(directory));
+  }
+  const trueline::FlightLog log = std::move(logs.front());
+  logs.erase(logs.begin());
+  trueline::CheckOtherLogs(logs, options);
+  const trueline::Calibration calibration = Fit(log, logs, options);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
 
   trueline::WriteCalibration(calibration, log,
@@ -63,7 +74,7 @@ int Run() {
                              FLAGS_out);
   if (FLAGS_report) {
     const std::string warning = trueline::RenderReport(
-        "calibration", {"--result=" + FLAGS_out, "--log=" + FLAGS_log}, FLAGS_out);
+        "calibration", {"--result=" + FLAGS_out, "--log=" + log.directory}, FLAGS_out);
     if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
   }
   if (!FLAGS_quiet) fmt::print("{}", trueline::CalibrationTable(calibration));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <set>
 
 #include "problems/common/error.h"
@@ -138,8 +139,30 @@ std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options) {
   return runs;
 }
 
+namespace {
+
+// The flight at once, and the others of its vehicle with it. Their false passes come from the
+// fixed-lag smoother.
+WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
+                       const std::vector<FlightLog>& others, const EstimatorOptions& methods) {
+  const VgdOptions& vgd = methods.vgd;
+  std::vector<std::unique_ptr<FlightData>> more;
+  std::vector<FlightShare> shares{
+      {&flight, {lagged.false_passes.begin(), lagged.false_passes.end()}}};
+  for (const FlightLog& log : others) {
+    more.push_back(std::make_unique<FlightData>(log, vgd.drive, vgd.passes, vgd.drag_measurement));
+    if (more.back()->passes.empty()) continue;
+    const std::vector<int> wrong =
+        Estimators(*more.back(), methods).Run("smoother", vgd.gamma).false_passes;
+    shares.push_back({more.back().get(), {wrong.begin(), wrong.end()}});
+  }
+  return RunWholeFlight(shares, vgd, methods.smoother, methods.whole_flight);
+}
+
+}  // namespace
+
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
-                      const std::function<void()>& done) {
+                      const std::vector<FlightLog>& others, const std::function<void()>& done) {
   const VgdOptions& vgd = options.methods.vgd;
   const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
@@ -151,6 +174,10 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
     }
     calibration.runs.push_back(estimators.Run(run.estimator, run.gamma));
     done();
+  }
+  for (const EstimatorRun& run : calibration.runs) {
+    if (run.estimator != "smoother" || run.gamma != vgd.gamma || run.windows.empty()) continue;
+    calibration.whole_flight = SolveWhole(flight, run, others, options.methods);
   }
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,9 @@ struct Verdict {
 };
 
 struct Calibration {
-  std::vector<EstimatorRun> runs;  // estimators x gammas
-  std::size_t reported = 0;        // index of the run that calibration.yaml describes
+  std::vector<EstimatorRun> runs;           // estimators x gammas
+  std::size_t reported = 0;                 // index of the run that calibration.yaml describes
+  std::optional<WholeFlight> whole_flight;  // where the smoother ran
   Verdict verdict;
   std::vector<std::string> warnings;
 
@@ -50,11 +52,13 @@ struct PlannedRun {
 // What Calibrate runs: all estimators with all window lengths that make a difference to them.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`.
+// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. With
+// the smoother among the estimators, all of the flight is solved at once too; `others` are flights
+// of the same vehicle, which then share its drag and misalignment.
 // `done` is called after each planned run.
 Calibration Calibrate(
     const FlightLog& log, const CalibrationOptions& options,
-    const std::function<void()>& done = [] {});
+    const std::vector<FlightLog>& others = {}, const std::function<void()>& done = [] {});
 
 // Judges the last window and the arcs of a run.
 Verdict Judge(const EstimatorRun& run);

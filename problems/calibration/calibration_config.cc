@@ -54,6 +54,13 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
   return options;
 }
 
+void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptions& options) {
+  const auto& names = options.estimators;
+  if (others.empty() || std::find(names.begin(), names.end(), "smoother") != names.end()) return;
+  throw InputError(
+      "only the smoother takes several logs: give one with --log, or --estimator=smoother");
+}
+
 void ApplyModel(const std::string& model_file, VgdOptions* options) {
   const YamlMap model = YamlMap::FromFile(model_file);
   if (!model.Children("effects").empty()) {

@@ -20,6 +20,9 @@ struct CalibrationFlags {
 // Throws InputError for what is unknown or out of range.
 CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags);
 
+// Throws InputError where further logs are given that no estimator would look at.
+void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptions& options);
+
 // Makes the vehicle's constants (drag, misalignment, biases: not the AHRS error, which is the
 // flight's own) of an earlier calibration the prior of this one.
 void ApplyModel(const std::string& model_file, VgdOptions* options);

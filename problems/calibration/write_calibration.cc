@@ -100,7 +100,8 @@ void WriteResiduals(const Calibration& calibration, const std::string& log,
 }
 
 // Only the reported run: a trajectory for each gamma would bury the one that matters.
-void WriteTrajectory(const EstimatorRun& run, const std::filesystem::path& path) {
+void WriteTrajectory(const Calibration& calibration, const std::filesystem::path& path) {
+  const EstimatorRun& run = calibration.Reported();
   WriteCsv(path, "t [s],estimator,kind,tau,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]",
            [&](std::ostream& out) {
              const auto write = [&](const char* kind, int tau,
@@ -115,12 +116,15 @@ void WriteTrajectory(const EstimatorRun& run, const std::filesystem::path& path)
                write("fit", w.tau, w.fitted);
                write("prediction", w.tau, w.predicted);
              }
+             if (calibration.whole_flight) {
+               write("smoothed", 0, calibration.whole_flight->trajectory);
+             }
            });
 }
 
-YAML::Node ParameterNode(const WindowEstimate& window) {
+YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const ParameterEstimate& p : window.parameters) {
+  for (const ParameterEstimate& p : parameters) {
     YAML::Node entry;
     entry["value"] = Round(p.value, 6);
     entry["sigma"] = Round(p.sigma, 3);
@@ -148,6 +152,27 @@ YAML::Node ArcsNode(const EstimatorRun& run) {
   return node;
 }
 
+YAML::Node WholeFlightNode(const WholeFlight& whole) {
+  YAML::Node node;
+  node["flights"] = whole.flights;
+  node["passes"] = whole.passes;
+  node["duration"] = Round(whole.seconds, 6);  // s
+  node["converged"] = whole.converged;
+  node["iterations"] = whole.iterations;
+  node["parameters"] = ParameterNode(whole.parameters);
+  node["unobservable"] = whole.unobservable;
+  for (const LearnedStrength& strength : whole.strengths) {
+    YAML::Node entry;
+    entry["value"] = Round(strength.value, 4);
+    entry["interval95"].push_back(Round(strength.lower, 4));
+    entry["interval95"].push_back(Round(strength.upper, 4));
+    entry["unit"] = strength.unit;
+    entry.SetStyle(YAML::EmitterStyle::Flow);
+    node["strengths"][strength.name] = entry;
+  }
+  return node;
+}
+
 std::string Emit(const YAML::Node& node) {
   YAML::Emitter emitter;
   emitter.SetDoublePrecision(12);  // 0.0268, not 0.026800000000000001
@@ -170,8 +195,11 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   node["warnings"] = calibration.warnings;
   node["estimator"] = run.estimator;
   node["gamma"] = run.gamma;
-  node["parameters"] = ParameterNode(last);
+  node["parameters"] = ParameterNode(last.parameters);
   node["unobservable"] = last.unobservable;
+  if (calibration.whole_flight) {
+    node["whole_flight"] = WholeFlightNode(*calibration.whole_flight);
+  }
   node["arcs"] = ArcsNode(run);
   node["provenance"] = provenance;
   return node;
@@ -181,11 +209,36 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
 // shows (a calibration looks for none).
 YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenance) {
   YAML::Node node;
-  node["parameters"] = ParameterNode(LastWindow(calibration));
+  node["parameters"] = ParameterNode(calibration.whole_flight ? calibration.whole_flight->parameters
+                                                              : LastWindow(calibration).parameters);
   node["effects"] = YAML::Node(YAML::NodeType::Sequence);
   node["effects"].SetStyle(YAML::EmitterStyle::Flow);
   node["provenance"] = provenance;
   return node;
+}
+
+std::string ParameterTable(const std::vector<ParameterEstimate>& parameters) {
+  std::string table;
+  for (const ParameterEstimate& p : parameters) {
+    const bool angle = p.unit == "rad";
+    table += fmt::format(
+        "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma, p.unit,
+        angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree, p.sigma / kDegree) : "",
+        p.status);
+  }
+  return table;
+}
+
+std::string WholeFlightTable(const WholeFlight& whole) {
+  std::string table = fmt::format(
+      "\nparameters from all of the flight at once ({} flight(s), {} passes, {:.0f} s{})\n",
+      whole.flights, whole.passes, whole.seconds, whole.converged ? "" : "; not converged");
+  table += ParameterTable(whole.parameters);
+  for (const LearnedStrength& s : whole.strengths) {
+    table += fmt::format("  {:<16}{:>10.4f} ({:.4f} to {:.4f}) {}\n", s.name, s.value, s.lower,
+                         s.upper, s.unit);
+  }
+  return table;
 }
 
 }  // namespace
@@ -196,7 +249,7 @@ void WriteCalibration(const Calibration& calibration, const FlightLog& log,
   WriteArcs(calibration, name, directory / "arcs.csv");
   WriteWindows(calibration, name, directory / "windows.csv");
   WriteResiduals(calibration, name, directory / "residuals.csv");
-  WriteTrajectory(calibration.Reported(), directory / "trajectory.csv");
+  WriteTrajectory(calibration, directory / "trajectory.csv");
   WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(calibration, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
                       Emit(CalibrationNode(calibration, provenance)));
@@ -233,16 +286,11 @@ std::string CalibrationTable(const Calibration& calibration) {
   }
   table += fmt::format("\nparameters from the last window ({}, gamma {})\n", reported.estimator,
                        reported.gamma);
-  for (const ParameterEstimate& p : last.parameters) {
-    const bool angle = p.unit == "rad";
-    table += fmt::format(
-        "  {:<12}{:>10.4f} +- {:<8.4f} {:<6}{:>22}  {}\n", p.name, p.value, p.sigma, p.unit,
-        angle ? fmt::format("({:.2f} +- {:.2f} deg)", p.value / kDegree, p.sigma / kDegree) : "",
-        p.status);
-  }
+  table += ParameterTable(last.parameters);
   for (const std::string& combination : last.unobservable) {
     table += fmt::format("  not shown by this flight: {}\n", combination);
   }
+  if (calibration.whole_flight) table += WholeFlightTable(*calibration.whole_flight);
   table += fmt::format("\nverdict: {}\n", calibration.verdict.word);
   for (const std::string& reason : calibration.verdict.reasons) table += "  " + reason + "\n";
   return table;

@@ -87,6 +87,7 @@ EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
   options.ekf = ReadEkfOptions(map.ChildOrEmpty("ekf"));
   options.kinematic = ReadKinematicOptions(map.ChildOrEmpty("kinematic"));
   options.smoother = ReadSmootherOptions(map.ChildOrEmpty("smoother"));
+  options.whole_flight = ReadWholeFlightOptions(map.ChildOrEmpty("whole_flight"));
   options.vgd = ReadVgdOptions(map);  // last: it refuses what nobody asked for
   return options;
 }
@@ -96,6 +97,7 @@ YAML::Node ToYaml(const EstimatorOptions& options) {
   node["ekf"] = ToYaml(options.ekf);
   node["kinematic"] = ToYaml(options.kinematic);
   node["smoother"] = ToYaml(options.smoother);
+  node["whole_flight"] = ToYaml(options.whole_flight);
   return node;
 }
 

@@ -9,19 +9,21 @@
 #include "problems/kinematic/kinematic_options.h"
 #include "problems/result/estimate.h"
 #include "problems/smoother/smoother.h"
+#include "problems/smoother/whole_flight.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/window/flight_data.h"
 
 namespace trueline {
 
 // Options of every estimator; gamma counts where an estimator has windows. VGD's stand at the top
-// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic` and
-// `smoother` are mappings in it.
+// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic`,
+// `smoother` and `whole_flight` are mappings in it.
 struct EstimatorOptions {
   VgdOptions vgd;
   EkfOptions ekf;
   KinematicOptions kinematic;
   SmootherOptions smoother;
+  WholeFlightOptions whole_flight;
 };
 
 // Names that --estimator takes.

@@ -77,6 +77,7 @@ struct EstimatorRun {
   int gamma = 0;
   std::vector<WindowEstimate> windows;
   std::vector<std::string> warnings;
+  std::vector<int> false_passes = {};  // indices of passes that were taken for false ones
 };
 
 }  // namespace trueline

@@ -177,7 +177,8 @@ EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
   }
-  for (const int k : lag.FalsePasses()) {
+  run.false_passes = lag.FalsePasses();
+  for (const int k : run.false_passes) {
     run.warnings.push_back(fmt::format(
         "pass {} (at {:.2f} s) looks false: its fixes fit neither the passes around it nor the "
         "model, and do not count",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/drag_residual.h"
@@ -12,36 +13,16 @@
 #include "cost_functions/offset_fix_residual.h"
 #include "cost_functions/window_prior_residual.h"
 #include "problems/vgd/fix_loss.h"
+#include "problems/vgd/make_segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {
 namespace {
 
-constexpr TimeNs kPathStep = 100'000'000;  // 0.1 s
-
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
   options.evaluation_callback = callback;
   return options;
-}
-
-// A floor far below anything that matters keeps the covariance regular where one of the processes
-// is switched off: 1 mm, 1 mm/s, 0.0006 deg.
-Matrix9d SqrtInformation(const ProcessNoise& noise, double seconds, double gravity) {
-  Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
-  cov.diagonal().head<6>().array() += 1e-6;
-  cov.diagonal().tail<3>().array() += 1e-10;
-  const Matrix9d L = cov.llt().matrixL();
-  return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
-}
-
-// Those of `samples` (ascending) with from <= t < before.
-template <class Sample>
-std::span<const Sample> Between(std::span<const Sample> samples, TimeNs from, TimeNs before) {
-  const auto earlier = [](const Sample& sample, TimeNs t) { return sample.t < t; };
-  const auto first = std::lower_bound(samples.begin(), samples.end(), from, earlier);
-  const auto last = std::lower_bound(first, samples.end(), before, earlier);
-  return samples.subspan(first - samples.begin(), last - first);
 }
 
 }  // namespace
@@ -69,12 +50,13 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
     for (const Pass& pass : data.passes.subspan(1)) cuts.push_back(pass.begin);
   }
   cuts.push_back(data.end);
+  const double interval =
+      options_.process.Any() ? options_.knot_interval : std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
-    const TimeNs length = cuts[i + 1] - cuts[i];
-    const double knots = std::ceil(ToSeconds(length) / options_.knot_interval);
-    const int count = options_.process.Any() ? std::max(1, static_cast<int>(knots)) : 1;
-    for (int k = 0; k < count; ++k) {
-      AddSegment(track, data, cuts[i] + length * k / count, cuts[i] + length * (k + 1) / count);
+    const std::vector<TimeNs> knots = EvenKnots(cuts[i], cuts[i + 1], interval);
+    for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+      segments_.push_back(
+          MakeSegment(track, data, knots[k], knots[k + 1], scaling_, options_.max_block));
     }
   }
   const std::size_t count = segments_.size();
@@ -87,27 +69,6 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
     problem_.AddParameterBlock(x_.drift[s].data(), kDriftSize);
     problem_.AddParameterBlock(x_.states[s].data(), kStateSize);
   }
-}
-
-// What is measured at a knot belongs to the segment that begins there (so that a window cut at the
-// knot holds it once), at the very end to the last one.
-void WindowProblem::AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
-                               TimeNs to) {
-  const TimeNs before = to == data.end ? to + 1 : to;
-  std::vector<TimeNs> times{to}, force_times;
-  for (const Fix& fix : Between(data.fixes, from, before)) times.push_back(fix.t);
-  for (const ForceSample& force : Between(data.forces, from, before)) {
-    force_times.push_back(force.t);
-  }
-  times.insert(times.end(), force_times.begin(), force_times.end());
-  // Something to draw on the arc, where there are no fixes.
-  for (TimeNs t = data.passes.back().end; force_times.empty() && t < to; t += kPathStep) {
-    if (t >= from) times.push_back(t);
-  }
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
-  segments_.push_back(std::make_unique<Segment>(track, from, std::move(times), force_times,
-                                                scaling_, options_.max_block));
 }
 
 std::size_t WindowProblem::SegmentOf(TimeNs t) const {
@@ -169,7 +130,7 @@ void WindowProblem::AddForces(const WindowData& data) {
 void WindowProblem::AddContinuity(double gravity) {
   for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
-    const Matrix9d sqrt_information = SqrtInformation(options_.process, seconds, gravity);
+    const Matrix9d sqrt_information = StepSqrtInformation(options_.process, seconds, gravity);
     log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
     segment_blocks_[s].push_back(problem_.AddResidualBlock(
         new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),

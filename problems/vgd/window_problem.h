@@ -109,7 +109,6 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddPriors();
   void AddPast(const WindowPrior& past);
   void AddOffsets(const WindowData& data);
-  void AddSegment(const DriveTrack& track, const WindowData& data, TimeNs from, TimeNs to);
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
   Eigen::SparseMatrix<double> Hessian();

@@ -1,0 +1,87 @@
+// Evidence and covariance of whole flights, by the Gauss-Newton Hessian at the optimum.
+#include <Eigen/SparseCholesky>
+
+#include "problems/smoother/flight_problem.h"
+
+namespace trueline {
+namespace {
+
+Eigen::SparseMatrix<double> ToEigen(const ceres::CRSMatrix& crs) {
+  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()),
+                                    crs.rows.data(), crs.cols.data(), crs.values.data());
+}
+
+}  // namespace
+
+// In the order of time, the few that couple with everything at the end.
+std::vector<double*> FlightProblem::OrderedBlocks() {
+  std::vector<double*> blocks;
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    blocks.push_back(x_.theta[k].data());
+    for (std::size_t s = sections_[k].first_segment; s < EndOf(k); ++s) {
+      blocks.push_back(x_.drift[s].data());
+      blocks.push_back(x_.states[s].data());
+    }
+    if (const auto it = offsets_.find(k); it != offsets_.end()) {
+      blocks.push_back(it->second.data());
+    }
+  }
+  if (!options_.detector.Any()) return blocks;
+  blocks.push_back(mount_.data());
+  for (auto& [id, offset] : gates_) blocks.push_back(offset.data());
+  return blocks;
+}
+
+Eigen::SparseMatrix<double> FlightProblem::Hessian() {
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = OrderedBlocks();
+  ceres::CRSMatrix crs;
+  problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
+  const Eigen::SparseMatrix<double> J = ToEigen(crs);
+  return J.transpose() * J;
+}
+
+double FlightProblem::LogEvidence() {
+  double cost = 0.0;
+  problem_.Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr, nullptr, nullptr);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(Hessian());
+  const double log_det = ldlt.vectorD().cwiseMax(1e-300).array().log().sum();
+  return log_weights_ - cost - 0.5 * log_det;
+}
+
+FlightProblem::Means FlightProblem::MeanUnknowns() {
+  const int extra = options_.detector.Any() ? kMountSize + kGateSize * int(gates_.size()) : 0;
+  const int asked = kThetaSize + extra;
+  const Eigen::SparseMatrix<double> H = Hessian();
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.rows(), asked);
+  Means means{Eigen::VectorXd::Zero(asked), {}};
+  double total = 0.0;
+  for (const auto& segment : segments_) total += SecondsBetween(segment->start(), segment->end());
+  int at = 0;
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    const int theta_at = at;
+    at += kThetaSize;
+    for (std::size_t s = sections_[k].first_segment; s < EndOf(k); ++s) {
+      const double share = SecondsBetween(segments_[s]->start(), segments_[s]->end()) / total;
+      means.value.head<kThetaSize>() += share * x_.theta[k];
+      means.value.segment<kDriftSize>(kAhrsInTheta) += share * x_.drift[s];
+      G.block<kThetaSize, kThetaSize>(theta_at, 0).diagonal().array() += share;
+      G.block<kDriftSize, kDriftSize>(at, kAhrsInTheta).diagonal().setConstant(share);
+      at += kDriftSize + kStateSize;
+    }
+    if (offsets_.count(k) > 0) at += 6;
+  }
+  G.bottomRightCorner(extra, extra).setIdentity();
+  if (extra > 0) means.value.segment<kMountSize>(kThetaSize) = mount_;
+  int gate_at = kThetaSize + kMountSize;
+  for (const auto& [id, offset] : gates_) {
+    means.value.segment<kGateSize>(gate_at) = offset;
+    gate_at += kGateSize;
+  }
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(H);
+  means.cov = G.transpose() * ldlt.solve(G);
+  return means;
+}
+
+}  // namespace trueline

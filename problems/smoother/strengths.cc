@@ -1,0 +1,151 @@
+#include "problems/smoother/strengths.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/smoother/evidence_maximum.h"
+
+namespace trueline {
+namespace {
+
+const double kLogSpread = std::log(3.0);  // prior of a strength's logarithm
+constexpr double kReach = 0.4;            // of a logarithm, between points of the parabola
+constexpr double kLatencyReach = 0.2;     // of the latency's prior sigma
+constexpr int kMaxSteps = 8;
+constexpr double kMargin = 1.0;  // s at a log's end that a latency may move out of it
+
+// One unknown of the evidence: what it stands for, and in which unit the search sees it.
+struct Unknown {
+  std::string name, unit;
+  double start, prior_sigma, reach;
+  bool logarithm;
+
+  double Value(double z) const { return logarithm ? std::exp(z) : z; }
+};
+
+class Evidence {
+ public:
+  Evidence(const std::vector<FlightShare>& flights, const FlightProblemOptions& options,
+           const WholeFlightOptions& whole)
+      : flights_(flights), options_(options) {
+    const ProcessNoise& process = options.vgd.process;
+    const auto add = [&](const char* name, const char* unit, double start) {
+      if (start > 0.0) {
+        unknowns_.push_back({name, unit, std::log(start), kLogSpread, kReach, true});
+      }
+    };
+    if (whole.learn_strengths) {
+      add("tilt_drift", "rad", process.tilt);
+      add("acceleration", "m/s^2/sqrt(Hz)", process.acceleration);
+    }
+    if (whole.attitude_latency > 0.0) {
+      unknowns_.push_back({"attitude_latency", "s", options.vgd.drive.attitude_latency,
+                           whole.attitude_latency, kLatencyReach * whole.attitude_latency, false});
+    }
+    for (FlightShare& share : flights_)
+      share.passes = PassesWithin(*share.flight, whole.learn_time);
+  }
+
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+
+  VgdOptions With(const Eigen::VectorXd& z) const {
+    VgdOptions vgd = options_.vgd;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const double value = unknowns_[i].Value(z[i]);
+      if (unknowns_[i].name == "tilt_drift") vgd.process.tilt = value;
+      if (unknowns_[i].name == "acceleration") vgd.process.acceleration = value;
+      if (unknowns_[i].name == "attitude_latency") vgd.drive.attitude_latency = value;
+    }
+    return vgd;
+  }
+
+  double operator()(const Eigen::VectorXd& z) {
+    double log_prior = 0.0;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      log_prior -= 0.5 * std::pow((z[i] - unknowns_[i].start) / unknowns_[i].prior_sigma, 2);
+    }
+    FlightProblemOptions options = options_;
+    options.vgd = With(z);
+    std::vector<std::unique_ptr<FlightData>> made;
+    const auto shares = WithLatency(flights_, options_.vgd, options.vgd, &made);
+    auto problem = std::make_unique<FlightProblem>(shares, options);
+    if (last_) {
+      problem->StartFrom(*last_);
+    } else {
+      problem->SetStart();
+    }
+    problem->Solve();
+    const double log_evidence = problem->LogEvidence();
+    last_ = std::move(problem);
+    last_flights_ = std::move(made);
+    return log_prior + log_evidence;
+  }
+
+  // The flights driven by an attitude of another latency, owned by `made`.
+  static std::vector<FlightShare> WithLatency(const std::vector<FlightShare>& flights,
+                                              const VgdOptions& before, const VgdOptions& vgd,
+                                              std::vector<std::unique_ptr<FlightData>>* made) {
+    if (before.drive.attitude_latency == vgd.drive.attitude_latency) return flights;
+    std::vector<FlightShare> shares = flights;
+    for (FlightShare& share : shares) {
+      made->push_back(std::make_unique<FlightData>(share.flight->log, vgd.drive, vgd.passes,
+                                                   vgd.drag_measurement));
+      const TimeNs first = share.flight->passes.front().begin;
+      share.flight = made->back().get();
+      if (share.flight->passes.empty() || share.flight->passes.front().begin != first) {
+        throw InputError(fmt::format(
+            "{}: the first pass lies too near the log's beginning for a latency of the attitude to "
+            "be sought; set attitude_latency_sigma_s to 0, or cut the pass off",
+            share.flight->log.directory));
+      }
+    }
+    return shares;
+  }
+
+ private:
+  static int PassesWithin(const FlightData& flight, double seconds) {
+    int count = 0;
+    const TimeNs end = flight.track.end() - FromSeconds(kMargin);
+    for (const Pass& pass : flight.passes) {
+      count += pass.end < end && SecondsBetween(flight.passes.front().begin, pass.end) <= seconds;
+    }
+    return std::max(count, std::min(2, static_cast<int>(flight.passes.size())));
+  }
+
+  std::vector<FlightShare> flights_;
+  FlightProblemOptions options_;
+  std::vector<Unknown> unknowns_;
+  std::vector<std::unique_ptr<FlightData>> last_flights_;  // outlive last_
+  std::unique_ptr<FlightProblem> last_;
+};
+
+}  // namespace
+
+Strengths LearnStrengths(const std::vector<FlightShare>& flights,
+                         const FlightProblemOptions& options, const WholeFlightOptions& whole) {
+  Evidence evidence(flights, options, whole);
+  const std::vector<Unknown>& unknowns = evidence.unknowns();
+  Strengths result{options.vgd, {}, {}, {}};
+  if (unknowns.empty()) return result;
+  const Eigen::Index n = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::VectorXd start(n), reach(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    start[i] = unknowns[i].start;
+    reach[i] = unknowns[i].reach;
+  }
+  const EvidenceMaximum maximum =
+      MaximiseEvidence([&](const Eigen::VectorXd& z) { return evidence(z); }, start, reach,
+                       std::log(4.0), kMaxSteps);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double z = maximum.at[i], half = 1.96 * std::sqrt(maximum.cov(i, i));
+    result.learned.push_back({unknowns[i].name, unknowns[i].Value(z), unknowns[i].Value(z - half),
+                              unknowns[i].Value(z + half), unknowns[i].unit});
+  }
+  result.vgd = evidence.With(maximum.at);
+  result.shares = Evidence::WithLatency(flights, options.vgd, result.vgd, &result.flights);
+  return result;
+}
+
+}  // namespace trueline

@@ -1,0 +1,139 @@
+#include "problems/smoother/whole_flight.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/common/yaml_options.h"
+#include "problems/smoother/strengths.h"
+#include "problems/vgd/identifiability.h"
+
+namespace trueline {
+namespace {
+
+struct Names {
+  std::vector<std::string> names, units;
+  Eigen::VectorXd mean, sigma;  // of the priors
+
+  void Add(const std::string& name, const std::string& unit, double prior_mean, double prior) {
+    names.push_back(name);
+    units.push_back(unit);
+    const Eigen::Index n = mean.size();
+    mean.conservativeResize(n + 1);
+    sigma.conservativeResize(n + 1);
+    mean[n] = prior_mean;
+    sigma[n] = prior;
+  }
+};
+
+Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
+  Names all;
+  const ParameterScaling& scaling = problem.scaling();
+  for (int i = 0; i < 9; ++i) {
+    all.Add(kImuDrivenNames[i], kImuDrivenUnits[i], scaling.mean[i], scaling.sigma[i]);
+  }
+  for (const int i : {9, 10}) {
+    all.Add(i == 9 ? "b_ax" : "b_ay", "m/s^2", scaling.mean[i], scaling.sigma[i]);
+  }
+  if (!detector.Any()) return all;
+  all.Add("fix_latency", "s", 0.0, detector.fix_latency);
+  for (const char* axis : {"roll", "pitch", "yaw"}) {
+    all.Add(fmt::format("camera_{}", axis), "rad", 0.0, detector.camera_misalignment);
+  }
+  for (const int id : problem.GateIds()) {
+    for (const char* axis : {"dx", "dy", "dz"}) {
+      all.Add(fmt::format("gate_{}_{}", id, axis), "m", 0.0, detector.gate_offset);
+    }
+  }
+  return all;
+}
+
+// Those that were asked for: a prior of zero width, or no accelerometer, asks nothing.
+std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
+  std::vector<int> asked;
+  for (int i = 0; i < all.sigma.size(); ++i) {
+    const bool accelerometer = i == 9 || i == 10;
+    if (all.sigma[i] > 0.0 && (!accelerometer || problem.HasForces())) asked.push_back(i);
+  }
+  return asked;
+}
+
+void StoreParameters(const DetectorUnknowns& detector, FlightProblem* problem,
+                     WholeFlight* result) {
+  const Names all = NamesOf(*problem, detector);
+  const std::vector<int> asked = Asked(*problem, all);
+  const FlightProblem::Means means = problem->MeanUnknowns();
+  std::vector<std::string> names, units;
+  for (const int i : asked) {
+    names.push_back(all.names[i]);
+    units.push_back(all.units[i]);
+  }
+  const Eigen::VectorXd sigma = all.sigma(asked);
+  const Eigen::MatrixXd cov = means.cov(asked, asked);
+  const Identifiability shown = AnalyseIdentifiability(names, units, sigma, cov);
+  result->unobservable = shown.combinations;
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const int i = asked[k];
+    result->parameters.push_back({names[k], all.mean[i] + all.sigma[i] * means.value[i],
+                                  sigma[k] * std::sqrt(cov(k, k)), units[k], shown.status[k]});
+  }
+}
+
+}  // namespace
+
+WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map) {
+  WholeFlightOptions options;
+  ReadOption(map, "learn_strengths", &options.learn_strengths);
+  ReadPositive(map, "learn_time_s", &options.learn_time);
+  ReadNotNegative(map, "fix_latency_sigma_s", &options.detector.fix_latency);
+  ReadNotNegative(map, "camera_misalignment_sigma_deg", &options.detector.camera_misalignment,
+                  kDegree);
+  ReadNotNegative(map, "gate_offset_sigma_m", &options.detector.gate_offset);
+  ReadNotNegative(map, "attitude_latency_sigma_s", &options.attitude_latency);
+  map.Finish();
+  return options;
+}
+
+YAML::Node ToYaml(const WholeFlightOptions& options) {
+  YAML::Node node;
+  node["learn_strengths"] = options.learn_strengths;
+  node["learn_time_s"] = options.learn_time;
+  node["fix_latency_sigma_s"] = options.detector.fix_latency;
+  node["camera_misalignment_sigma_deg"] = options.detector.camera_misalignment / kDegree;
+  node["gate_offset_sigma_m"] = options.detector.gate_offset;
+  node["attitude_latency_sigma_s"] = options.attitude_latency;
+  return node;
+}
+
+WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,
+                           const SmootherOptions& walks, const WholeFlightOptions& options) {
+  if (!vgd.process.Any()) {
+    throw InputError(
+        "the smoother needs process noise: set a strength under 'process' in the configuration");
+  }
+  WholeFlight result;
+  FlightProblemOptions problem_options{vgd, walks, options.detector};
+  const Strengths strengths = LearnStrengths(flights, problem_options, options);
+  result.strengths = strengths.learned;
+  problem_options.vgd = strengths.vgd;
+  const std::vector<FlightShare>& shares = strengths.flights.empty() ? flights : strengths.shares;
+
+  FlightProblem problem(shares, problem_options);
+  problem.SetStart();
+  const ceres::Solver::Summary summary = problem.Solve();
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.solve_time = summary.total_time_in_seconds;
+  result.flights = static_cast<int>(flights.size());
+  for (const FlightShare& share : flights) {
+    const std::vector<Pass>& passes = share.flight->passes;
+    result.passes += static_cast<int>(passes.size());
+    result.seconds += SecondsBetween(passes.front().begin, passes.back().end);
+  }
+  StoreParameters(options.detector, &problem, &result);
+  result.trajectory = problem.Trajectory();
+  return result;
+}
+
+}  // namespace trueline

@@ -1,0 +1,60 @@
+#include "problems/vgd/make_segment.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace trueline {
+namespace {
+
+constexpr TimeNs kPathStep = 100'000'000;  // 0.1 s
+
+// Those of `samples` (ascending) with from <= t < before.
+template <class Sample>
+std::span<const Sample> Between(std::span<const Sample> samples, TimeNs from, TimeNs before) {
+  const auto earlier = [](const Sample& sample, TimeNs t) { return sample.t < t; };
+  const auto first = std::lower_bound(samples.begin(), samples.end(), from, earlier);
+  const auto last = std::lower_bound(first, samples.end(), before, earlier);
+  return samples.subspan(first - samples.begin(), last - first);
+}
+
+}  // namespace
+
+std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
+                                     TimeNs to, const ParameterScaling& scaling, double max_block) {
+  const TimeNs before = to == data.end ? to + 1 : to;
+  std::vector<TimeNs> times{to}, force_times;
+  for (const Fix& fix : Between(data.fixes, from, before)) times.push_back(fix.t);
+  for (const ForceSample& force : Between(data.forces, from, before)) {
+    force_times.push_back(force.t);
+  }
+  times.insert(times.end(), force_times.begin(), force_times.end());
+  // Something to draw on the arc, where there are no fixes.
+  const bool bare = force_times.empty() && !data.passes.empty();
+  for (TimeNs t = bare ? data.passes.back().end : to; t < to; t += kPathStep) {
+    if (t >= from) times.push_back(t);
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return std::make_unique<Segment>(track, from, std::move(times), force_times, scaling, max_block);
+}
+
+std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval) {
+  const TimeNs length = to - from;
+  const int count = std::max(1, static_cast<int>(std::ceil(ToSeconds(length) / interval)));
+  std::vector<TimeNs> knots;
+  for (int k = 0; k <= count; ++k) knots.push_back(from + length * k / count);
+  return knots;
+}
+
+// A floor far below anything that matters keeps the covariance regular where one of the processes
+// is switched off: 1 mm, 1 mm/s, 0.0006 deg.
+Matrix9d StepSqrtInformation(const ProcessNoise& noise, double seconds, double gravity) {
+  Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
+  cov.diagonal().head<6>().array() += 1e-6;
+  cov.diagonal().tail<3>().array() += 1e-10;
+  const Matrix9d L = cov.llt().matrixL();
+  return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
+}
+
+}  // namespace trueline

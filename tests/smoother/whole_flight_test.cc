@@ -1,0 +1,169 @@
+// All of a flight at once: agreement with a window over it, several flights, further unknowns, and
+// strengths that are learned.
+#include "problems/smoother/whole_flight.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/smoother/evidence_maximum.h"
+#include "tests/vgd/flights.h"
+
+namespace trueline {
+namespace {
+
+SimulationConfig Drifting(double duration) {
+  SimulationConfig config = testing_simulation::ReadShipped("long_flight");
+  config.duration = duration;
+  config.warm_up = 5.0;
+  return config;
+}
+
+const ParameterEstimate& Find(const WholeFlight& whole, const std::string& name) {
+  for (const ParameterEstimate& p : whole.parameters) {
+    if (p.name == name) return p;
+  }
+  throw std::out_of_range(name);
+}
+
+WholeFlightOptions Given() {
+  WholeFlightOptions options;
+  options.learn_strengths = false;
+  return options;
+}
+
+SmootherOptions NoWalks() {
+  SmootherOptions options;
+  options.accel_bias_walk = options.ahrs_error_walk = 0.0;
+  return options;
+}
+
+// Without walks the chain of sections is one window over the flight.
+TEST(WholeFlight, IsAWindowOverTheFlight) {
+  VgdOptions options;
+  options.adapt_drift = false;
+  options.gamma = 100;
+  options.tolerance = 1e-10;
+  const testing_vgd::Flight flight(Drifting(30.0), 1, options);
+  const int tau = static_cast<int>(flight.data.passes.size());
+  const WindowEstimate window = SolveWindow(flight.data, options, tau, PriorMeans(options));
+  const WholeFlight whole = RunWholeFlight({{&flight.data, {}}}, options, NoWalks(), Given());
+  EXPECT_TRUE(whole.converged);
+  for (const char* name : {"K_x", "K_y", "b_az", "phi_I_B", "theta_I_B", "psi_I_B", "b_ax"}) {
+    const ParameterEstimate& expected = testing_vgd::Find(window, name);
+    const ParameterEstimate& found = Find(whole, name);
+    EXPECT_NEAR(found.value, expected.value, 0.01 * expected.sigma) << name;
+    EXPECT_NEAR(found.sigma, expected.sigma, 0.01 * expected.sigma) << name;
+  }
+  ASSERT_FALSE(window.fitted.empty());
+  const TrajectoryPoint &last = window.fitted.back(), &smoothed = whole.trajectory.back();
+  EXPECT_EQ(last.t, smoothed.t);
+  EXPECT_LT((last.p_E - smoothed.p_E).norm(), 1e-4);  // m
+}
+
+// Two flights of a vehicle share its airframe, and know it better than one.
+TEST(WholeFlight, FlightsOfOneVehicleShareTheAirframe) {
+  const VgdOptions options;
+  const testing_vgd::Flight first(Drifting(25.0), 1, options), second(Drifting(25.0), 2, options);
+  const WholeFlight one = RunWholeFlight({{&first.data, {}}}, options, NoWalks(), Given());
+  const WholeFlight both =
+      RunWholeFlight({{&first.data, {}}, {&second.data, {}}}, options, NoWalks(), Given());
+  EXPECT_EQ(both.flights, 2);
+  EXPECT_LT(Find(both, "K_x").sigma, 0.95 * Find(one, "K_x").sigma);
+  EXPECT_LT(Find(both, "phi_I_B").sigma, 0.8 * Find(one, "phi_I_B").sigma);
+}
+
+WholeFlight SolveWith(const char* id, const std::map<std::string, double>& values,
+                      const WholeFlightOptions& whole) {
+  SimulationConfig config = Drifting(60.0);
+  config.effects = {{id, values}};
+  config.detector.sigma_factor = 0.03;
+  const VgdOptions options;
+  const testing_vgd::Flight flight(config, 7, options);
+  return RunWholeFlight({{&flight.data, {}}}, options, SmootherOptions(), whole);
+}
+
+void ExpectFound(double value, double sigma, double truth) {
+  EXPECT_NEAR(value, truth, 4.0 * sigma);
+  EXPECT_LT(sigma, 0.5 * std::abs(truth));
+}
+
+// What the simulator gets wrong on purpose is found, within four of its sigmas and at all.
+TEST(WholeFlight, FindsTheLatencyOfFixes) {
+  WholeFlightOptions whole = Given();
+  whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
+  const WholeFlight result = SolveWith("fix_latency", {{"tau", 0.06}}, whole);
+  const ParameterEstimate& found = Find(result, "fix_latency");
+  ExpectFound(found.value, found.sigma, 0.06);
+}
+
+TEST(WholeFlight, FindsHowTheCameraIsMounted) {
+  WholeFlightOptions whole = Given();
+  whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
+  const WholeFlight result =
+      SolveWith("camera_misalignment", {{"roll", 0.0}, {"pitch", 0.03}, {"yaw", 0.06}}, whole);
+  const ParameterEstimate& found = Find(result, "camera_yaw");
+  ExpectFound(found.value, found.sigma, 0.06);
+}
+
+TEST(WholeFlight, FindsTheLatencyOfTheAttitude) {
+  WholeFlightOptions whole = Given();
+  whole.attitude_latency = 0.05;
+  const WholeFlight result = SolveWith("attitude_latency", {{"tau", 0.03}}, whole);
+  ASSERT_EQ(result.strengths.size(), 1U);
+  const LearnedStrength& found = result.strengths[0];
+  EXPECT_EQ(found.name, "attitude_latency");
+  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.03);
+}
+
+// Where all gates stand together is the map's to say; how they stand to each other is seen.
+TEST(WholeFlight, FindsAGateThatStandsElsewhere) {
+  WholeFlightOptions whole = Given();
+  whole.detector.gate_offset = 0.3;
+  const WholeFlight result =
+      SolveWith("gate_moved", {{"gate", 1}, {"dx", 0.0}, {"dy", 0.2}, {"dz", 0.3}}, whole);
+  EXPECT_NEAR(Find(result, "gate_1_dz").value - Find(result, "gate_0_dz").value, 0.3, 0.05);
+  EXPECT_NEAR(Find(result, "gate_1_dy").value - Find(result, "gate_0_dy").value, 0.2, 0.15);
+}
+
+// A drift twice as large gives a strength about twice as large, beyond the intervals.
+TEST(WholeFlight, LearnsHowStronglyTheAhrsDrifts) {
+  const VgdOptions options;
+  std::vector<LearnedStrength> learned;
+  for (const double sigma : {0.01, 0.04}) {
+    SimulationConfig config = Drifting(60.0);
+    config.ahrs.drift_sigma = {sigma, sigma, 0.0};
+    const testing_vgd::Flight flight(config, 5, options);
+    const WholeFlight whole =
+        RunWholeFlight({{&flight.data, {}}}, options, SmootherOptions(), WholeFlightOptions());
+    learned.push_back(whole.strengths.at(0));
+    EXPECT_EQ(whole.strengths[0].name, "tilt_drift");
+    EXPECT_GT(sigma, 0.7 * whole.strengths[0].lower) << sigma;
+    EXPECT_LT(sigma, 1.4 * whole.strengths[0].upper) << sigma;
+  }
+  EXPECT_LT(learned[0].upper, learned[1].lower);
+}
+
+TEST(EvidenceMaximum, FindsTheTopOfANormalDensity) {
+  Eigen::Matrix2d information;
+  information << 4.0, 1.5, 1.5, 2.0;
+  const Eigen::Vector2d top(1.0, -2.0);
+  const auto log_p = [&](const Eigen::VectorXd& z) {
+    return -0.5 * (z - top).dot(information * (z - top));
+  };
+  const EvidenceMaximum maximum =
+      MaximiseEvidence(log_p, Eigen::Vector2d::Zero(), Eigen::Vector2d(0.5, 0.7), 1.0, 10);
+  EXPECT_LT((maximum.at - top).norm(), 1e-9);
+  EXPECT_LT((maximum.cov - information.inverse()).norm(), 1e-9);
+}
+
+// From where the curvature has the wrong sign it still climbs.
+TEST(EvidenceMaximum, ClimbsFromATail) {
+  const auto log_p = [](const Eigen::VectorXd& z) {
+    return -std::log(1.0 + z.squaredNorm());  // curved upwards beyond 1
+  };
+  const EvidenceMaximum maximum = MaximiseEvidence(log_p, Eigen::VectorXd::Constant(1, 3.0),
+                                                   Eigen::VectorXd::Constant(1, 0.3), 1.0, 20);
+  EXPECT_NEAR(maximum.at[0], 0.0, 0.05);
+}
+
+}  // namespace
+}  // namespace trueline
