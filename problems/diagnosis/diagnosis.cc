@@ -1,0 +1,188 @@
+#include "problems/diagnosis/diagnosis.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <set>
+
+#include "problems/common/error.h"
+#include "problems/diagnosis/gain.h"
+#include "problems/diagnosis/search.h"
+#include "problems/result/distributions.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kAsGood = 6.0;  // of twice the log likelihood: within this, two effects fit alike
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The log with the filter's attitude where it has none, and mocap among the fixes where asked for.
+FlightLog Prepare(const FlightLog& log, DiagnosisOptions* options) {
+  FlightLog data = log;
+  DriveOptions& drive = options->vgd.drive;
+  if (data.attitude.empty() || drive.attitude == AttitudeSource::kComplementaryFilter) {
+    data.attitude = RunComplementaryFilter(data.imu, drive.filter);
+    drive.attitude = AttitudeSource::kLogged;
+  }
+  if (!options->fit_to_mocap) return data;
+  if (log.mocap.empty()) {
+    throw ErrorAt(log.directory + "/mocap.csv", 0,
+                  "is not there or empty; --fit_to=mocap needs it (use --fit_to=fixes)");
+  }
+  TimeNs next = log.mocap.front().t;
+  for (const PoseSample& pose : log.mocap) {
+    if (pose.t < next) continue;
+    data.fixes.push_back({pose.t, pose.p_E, options->mocap_sigma, -1});
+    next = pose.t + FromSeconds(options->mocap_interval);
+  }
+  std::sort(data.fixes.begin(), data.fixes.end(),
+            [](const Fix& a, const Fix& b) { return a.t < b.t; });
+  return data;
+}
+
+CandidateScope ScopeOf(const FlightLog& log, const DiagnosisOptions& options) {
+  const bool accelerometer = options.vgd.drive.thrust == ThrustSource::kAccelerometer;
+  return {accelerometer, options.vgd.drag_measurement.enabled, !log.attitude.empty(),
+          SecondsBetween(log.imu.front().t, log.imu.back().t)};
+}
+
+int DistinctIds(const std::vector<Candidate>& candidates) {
+  std::set<std::string> ids;
+  for (const Candidate& c : candidates) ids.insert(c.info->id);
+  return static_cast<int>(ids.size());
+}
+
+bool Plausible(const Tested& t) {
+  for (int i = 0; i < t.test.value.size(); ++i) {
+    if (std::abs(t.test.value[i]) > t.candidate.info->parameters[i].plausible) return false;
+  }
+  return true;
+}
+
+CandidateReport Report(const Tested& t, double alpha, int clusters) {
+  CandidateReport report{t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
+  for (const EffectParameterInfo& info : t.candidate.info->parameters) {
+    report.parameters.push_back(info.name);
+    report.units.push_back(info.unit);
+  }
+  report.value = t.candidate.Neutral() + t.test.value;
+  report.sigma = t.test.sigma;
+  report.detectable = DetectableSize(t.test, alpha, clusters);
+  return report;
+}
+
+// The best of those that stand out, or none.
+const Tested* Best(const std::vector<Tested>& tested, double alpha) {
+  const Tested* best = nullptr;
+  for (const Tested& t : tested) {
+    if (t.p >= alpha || !Plausible(t)) continue;
+    if (best == nullptr || t.Merit() > best->Merit()) best = &t;
+  }
+  return best;
+}
+
+std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const Tested& best) {
+  std::set<std::string> ids;
+  for (const Tested& t : tested) {
+    const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
+    if (as_good && t.candidate.info->id != best.candidate.info->id) ids.insert(t.candidate.info->id);
+  }
+  return {ids.begin(), ids.end()};
+}
+
+double RmsOfFixes(const BaseFlight& flight, const Eigen::VectorXd& whitened) {
+  const int count = 3 * static_cast<int>(flight.plan().fixes.size());
+  return std::sqrt(whitened.head(count).squaredNorm() / std::max(1, count));
+}
+
+// One round for each cause: test all, take the best, refit, drop what is explained away.
+struct Rounds {
+  std::vector<Found> found;
+  std::vector<double> p;
+  std::vector<std::vector<std::string>> confused;
+};
+
+void DropExplainedAway(const CauseSearch& search, double alpha, Rounds* rounds) {
+  for (std::size_t i = 0; rounds->found.size() > 1 && i + 1 < rounds->found.size();) {
+    if (search.TestFound(rounds->found, i).p() < alpha) {
+      ++i;
+      continue;
+    }
+    rounds->found.erase(rounds->found.begin() + static_cast<long>(i));
+    rounds->p.erase(rounds->p.begin() + static_cast<long>(i));
+    rounds->confused.erase(rounds->confused.begin() + static_cast<long>(i));
+  }
+}
+
+void StoreCauses(const CauseSearch& search, const Rounds& rounds, Diagnosis* diagnosis) {
+  for (std::size_t i = 0; i < rounds.found.size(); ++i) {
+    const Found& f = rounds.found[i];
+    const ScoreTest test = search.TestFound(rounds.found, i);
+    diagnosis->causes.push_back(
+        {f.candidate, f.value, test.sigma, rounds.p[i], rounds.confused[i], Gain()});
+  }
+}
+
+void StoreModel(const CauseSearch& search, Diagnosis* diagnosis) {
+  const ThetaVector value = search.Parameters(), sigma = search.Sigmas();
+  for (int i = 0; i < kThetaSize; ++i) {
+    const bool named = i < 9;
+    diagnosis->parameters.push_back({named ? kImuDrivenNames[i] : (i == 9 ? "b_ax" : "b_ay"),
+                                     named ? kImuDrivenUnits[i] : "m/s^2", value[i], sigma[i]});
+  }
+  diagnosis->noise = search.fit().noise;
+  diagnosis->clusters = search.plan().clusters;
+}
+
+}  // namespace
+
+Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
+  const auto start = std::chrono::steady_clock::now();
+  DiagnosisOptions options = given;
+  const FlightLog data = Prepare(log, &options);
+  CauseSearch search(data, options.vgd);
+  Diagnosis diagnosis;
+  diagnosis.warnings = log.warnings;
+  const std::vector<Candidate> candidates = CandidatesFor(data, ScopeOf(data, options));
+  const double alpha = options.alpha / std::max(1, DistinctIds(candidates));
+
+  Rounds rounds;
+  search.Fit(&rounds.found, 0);
+  diagnosis.base_seconds = SecondsSince(start);
+  diagnosis.rms_before = RmsOfFixes(search.flight(), search.Whitened());
+  for (int round = 0; round <= options.max_causes; ++round) {
+    const std::vector<Tested> tested = search.TestAll(candidates);
+    if (round == 0) {
+      for (const Tested& t : tested) {
+        diagnosis.candidates.push_back(Report(t, alpha, search.plan().clusters));
+      }
+    }
+    const Tested* best = Best(tested, alpha);
+    if (best == nullptr || round == options.max_causes) break;
+    rounds.found.push_back({best->candidate, best->candidate.Neutral() + best->test.value});
+    rounds.p.push_back(std::min(1.0, best->p * DistinctIds(candidates)));
+    rounds.confused.push_back(ConfusedWith(tested, *best));
+    search.Fit(&rounds.found, 1);
+    const std::size_t count = rounds.found.size();
+    DropExplainedAway(search, alpha, &rounds);
+    if (rounds.found.size() < count) search.Fit(&rounds.found, 1);
+  }
+  StoreCauses(search, rounds, &diagnosis);
+  StoreModel(search, &diagnosis);
+  diagnosis.rms_after = RmsOfFixes(search.flight(), search.Whitened());
+  if (options.measure_gain && !diagnosis.causes.empty() && !log.fixes.empty()) {
+    const Gain gain = MeasureGain(log, options, search, rounds.found);
+    for (Cause& cause : diagnosis.causes) cause.gain = gain;
+  }
+  const bool ambiguous =
+      std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
+                  [](const Cause& c) { return !c.confused_with.empty(); });
+  diagnosis.verdict = diagnosis.causes.empty() ? "clean" : ambiguous ? "ambiguous" : "explained";
+  diagnosis.seconds = SecondsSince(start);
+  return diagnosis;
+}
+
+}  // namespace trueline

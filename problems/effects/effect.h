@@ -1,0 +1,37 @@
+// Effects beyond the calibrated model, with their values, as model.yaml holds them and
+// trueline-diagnose finds them. Names, signs and units are those of the catalogue of effects.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cost_functions/models/force_effects.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+struct Effect {
+  std::string id;
+  std::map<std::string, double> values;  // by parameter, in the catalogue's units
+
+  double operator[](const std::string& name) const {
+    const auto it = values.find(name);
+    return it == values.end() ? 0.0 : it->second;
+  }
+};
+
+// The share of the effects that is aerodynamic force, which the model integrates.
+ForceEffects ForceEffectsOf(const std::vector<Effect>& effects);
+
+// The log as it would have been without the effects on sensors, attitude filter, detector and map:
+// each is undone with its stated values. accel_bias (m/s^2, in I) is what a calibration found; it is
+// taken out where an effect follows the vehicle's acceleration.
+FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
+                     const Eigen::Vector3d& accel_bias);
+
+// True for ids that CorrectLog or ForceEffectsOf act on.
+bool IsModelled(const std::string& effect_id);
+
+}  // namespace trueline
