@@ -33,7 +33,7 @@ void Linearise(BaseFlight* flight, BaseFit* fit) {
 
 // One Gauss-Newton step; its size relative to what is known (the root of the decrease of the cost).
 double Step(const BaseFlight& flight, BaseFit* fit) {
-  const ChainSystem system(flight, fit->rows, fit->x, fit->weight, fit->columns, fit->noise);
+  const ChainSystem system(fit->Linear(flight), fit->noise);
   const Reduced& reduced = system.reduced();
   Eigen::MatrixXd border(system.border() + 1, 1);
   border << -reduced.M.ldlt().solve(reduced.b), 1.0;
@@ -51,9 +51,9 @@ double Step(const BaseFlight& flight, BaseFit* fit) {
 
 }  // namespace
 
-NoiseStrengths StartingNoise(const BaseFlight& flight, const VgdOptions& options) {
+NoiseStrengths StartingNoise(const VgdOptions& options) {
   NoiseStrengths noise;
-  noise.force_sigma = std::max(0.05, flight.force_sigma());
+  noise.force_sigma = 0.1;
   noise.process = options.process;
   return noise;
 }

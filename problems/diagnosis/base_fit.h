@@ -13,7 +13,10 @@ struct BaseFit {
   Eigen::VectorXd weight;  // by measurement row, root of the robust weight
   Columns columns;         // nuisances and the effects in the model, at their values
   FlightRows rows;         // at x, columns included
-  double log_evidence = 0.0;
+
+  LinearFlight Linear(const BaseFlight& flight) const {
+    return {flight, rows, x, weight, columns};
+  }
 };
 
 // Gauss-Newton over all unknowns from `fit.x`; `fit.columns` and `fit.noise` are taken as given, the
@@ -24,11 +27,9 @@ void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 // of their logarithms from where `fit` has them; weak priors keep them near what is ordinary. The
 // first kThetaSize + `nuisances` border unknowns are integrated out. Returns the log evidence with
 // those priors.
-double LearnNoise(const BaseFlight& flight, const FlightRows& rows, const FlightUnknowns& x,
-                  const Eigen::VectorXd& weight, const Columns& columns, int nuisances, int sweeps,
-                  NoiseStrengths* noise);
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise);
 
 // Where the strengths start: the options' process noise, detector's sigmas as stated.
-NoiseStrengths StartingNoise(const BaseFlight& flight, const VgdOptions& options);
+NoiseStrengths StartingNoise(const VgdOptions& options);
 
 }  // namespace trueline

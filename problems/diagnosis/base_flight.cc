@@ -31,7 +31,7 @@ BaseFlight::BaseFlight(const FlightLog& log, const FlightPlan& plan, const VgdOp
       plan_(plan),
       scaling_(options),
       track_(DriveTrack::FromLog(log, options.drive)),
-      forces_(AverageForces(log.imu, options.drag_measurement)) {
+      forces_(SmoothForces(log.imu)) {
   BuildSegments(options);
   SetForceEffects(force_effects);
 }
@@ -50,10 +50,10 @@ void BaseFlight::BuildSegments(const VgdOptions& options) {
     times[s].push_back(Clamp(log_.fixes[i].t, plan_.segments[s]));
   }
   for (const std::size_t i : plan_.forces) {
-    const int s = plan_.SegmentOf(forces_.samples[i].t);
+    const int s = plan_.SegmentOf(forces_[i].t);
     force_segment_.push_back(s);
     add_rows(s, 2);
-    force_times[s].push_back(Clamp(forces_.samples[i].t, plan_.segments[s]));
+    force_times[s].push_back(Clamp(forces_[i].t, plan_.segments[s]));
     times[s].push_back(force_times[s].back());
   }
   for (std::size_t s = 0; s < times.size(); ++s) {
@@ -141,7 +141,7 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
 }
 
 void BaseFlight::ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
-  const ForceSample& sample = forces_.samples[plan_.forces[i]];
+  const ForceSample& sample = forces_[plan_.forces[i]];
   const int s = force_segment_[i];
   const int row = static_cast<int>(3 * plan_.fixes.size() + 2 * i);
   const auto& span = plan_.segments[s];
@@ -185,7 +185,7 @@ void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) cons
 
 Eigen::Matrix<double, 6, 1> BaseFlight::StateAtForce(std::size_t i) const {
   const int s = force_segment_[i];
-  const TimeNs t = Clamp(forces_.samples[plan_.forces[i]].t, plan_.segments[s]);
+  const TimeNs t = Clamp(forces_[plan_.forces[i]].t, plan_.segments[s]);
   return segments_[s]->StateAt(t)->value;
 }
 

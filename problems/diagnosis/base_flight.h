@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/diagnosis/smooth_forces.h"
 #include "problems/effects/effect.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/flight_data.h"
@@ -31,7 +32,7 @@ struct FlightPlan {
   };
   std::vector<SegmentSpan> segments;
   std::vector<std::size_t> fixes;   // indices into the log's fixes
-  std::vector<std::size_t> forces;  // indices into the flight's force samples
+  std::vector<std::size_t> forces;  // indices into the log's SmoothForces
   std::vector<int> fix_cluster;     // by entry of `fixes`
   std::vector<int> force_cluster;
   int clusters = 0;
@@ -74,8 +75,7 @@ class BaseFlight {
   const FlightLog& log() const { return log_; }
   const DriveTrack& track() const { return track_; }
   double gravity() const { return track_.gravity(); }
-  double force_sigma() const { return forces_.sigma; }
-  const ForceSamples& forces() const { return forces_; }
+  const std::vector<ForceSample>& forces() const { return forces_; }
   int measurement_rows() const {
     return static_cast<int>(3 * plan_.fixes.size() + 2 * plan_.forces.size());
   }
@@ -104,7 +104,7 @@ class BaseFlight {
   const FlightPlan& plan_;
   ParameterScaling scaling_;
   DriveTrack track_;
-  ForceSamples forces_;
+  std::vector<ForceSample> forces_;
   std::vector<std::unique_ptr<Segment>> segments_;
   std::vector<int> fix_segment_, force_segment_;
   std::vector<std::vector<int>> segment_rows_;

@@ -16,51 +16,51 @@ constexpr char kSpeedsAndGates[] = "pass gates of several headings at several sp
 std::vector<EffectInfo> MakeCatalogue() {
   using enum EntersAt;
   return {
-      {"quadratic_drag", kForce, {{"c", "1/m", 0.02, 1.0}},
+      {"quadratic_drag", kForce, {{"c", "1/m", 0.02, 1.0, 0.01}},
        "parasitic drag of frame and body grows with the square of air speed", kFasterAndSlower},
-      {"rotor_drag", kForce, {{"k", "s/m", 0.005, 0.3}},
+      {"rotor_drag", kForce, {{"k", "s/m", 0.005, 0.3, 0.002}},
        "induced drag of the rotors grows with thrust as well as with speed",
        "brake and turn hard at one speed, so that thrust changes while speed does not"},
-      {"wind", kForce, {{"w_x", "m/s", 0.1, 8.0}, {"w_y", "m/s", 0.1, 8.0}},
+      {"wind", kForce, {{"w_x", "m/s", 0.1, 8.0, 0.03}, {"w_y", "m/s", 0.1, 8.0, 0.03}},
        "the air moves over ground, so that drag acts on another velocity than the fixes show",
        kBothWays},
-      {"drag_step", kForce, {{"factor", "1", 0.05, 5.0, 1.0}},
+      {"drag_step", kForce, {{"factor", "1", 0.05, 5.0, 0.02, 1.0}},
        "drag changes once in flight: a part lost, caught or damaged",
        "repeat the first lap at the end at the same speed"},
-      {"accel_scale_z", kAccelerometer, {{"s", "1", 0.01, 0.5}},
+      {"accel_scale_z", kAccelerometer, {{"s", "1", 0.01, 0.5, 0.005}},
        "the accelerometer's thrust axis reads a constant share too much",
        "climb, dive and turn hard, so that thrust leaves its hover value"},
-      {"accel_bias_drift", kAccelerometer, {{"d", "m/s^3", 0.001, 0.1}},
+      {"accel_bias_drift", kAccelerometer, {{"d", "m/s^3", 0.001, 0.1, 1e-4}},
        "the bias of the accelerometer's thrust axis drifts, as it does while it warms up",
        "repeat the first lap at the end"},
       {"imu_lever_arm", kAccelerometer,
-       {{"r_x", "m", 0.01, 0.3}, {"r_y", "m", 0.01, 0.3}, {"r_z", "m", 0.01, 0.3}},
+       {{"r_x", "m", 0.01, 0.3, 0.003}, {"r_y", "m", 0.01, 0.3, 0.003}, {"r_z", "m", 0.01, 0.3, 0.003}},
        "an IMU off the centre of mass reads the turning of the body as acceleration",
        "turn and flip at high rates without gaining speed"},
-      {"ahrs_acceleration_error", kAttitude, {{"k", "1/s", 0.1, 3.0}},
+      {"ahrs_acceleration_error", kAttitude, {{"k", "1/s", 0.1, 3.0, 0.01}},
        "the attitude filter takes acceleration for gravity, so that its tilt error follows it",
        "hold an acceleration for several seconds, and then a speed"},
-      {"heading_drift", kAttitude, {{"d", "rad/s", 0.001, 0.05}},
+      {"heading_drift", kAttitude, {{"d", "rad/s", 0.001, 0.05, 1e-4}},
        "the heading of the attitude filter drifts: a gyro bias about z",
        "repeat the first lap at the end"},
       {"heading_distortion", kAttitude,
-       {{"a_sin", "rad", 0.01, 0.5}, {"a_cos", "rad", 0.01, 0.5}},
+       {{"a_sin", "rad", 0.01, 0.5, 0.003}, {"a_cos", "rad", 0.01, 0.5, 0.003}},
        "magnetic fields of the vehicle bend the compass by an amount that depends on heading",
        "pass gates of many headings"},
-      {"attitude_latency", kAttitude, {{"tau", "s", 0.005, 0.2}},
+      {"attitude_latency", kAttitude, {{"tau", "s", 0.005, 0.2, 0.002}},
        "the logged attitude is older than its stamp", "roll and pitch quickly"},
-      {"fix_latency", kFix, {{"tau", "s", 0.005, 0.25}},
+      {"fix_latency", kFix, {{"tau", "s", 0.005, 0.25, 0.003}},
        "fixes are stamped later than their picture was taken", kSpeedsAndGates},
-      {"fix_scale", kFix, {{"s", "1", 0.01, 0.5}},
+      {"fix_scale", kFix, {{"s", "1", 0.01, 0.5, 0.005}},
        "distances to gates are a constant share too long: wrong gate size or focal length",
        "see gates from far and near, at several speeds"},
       {"camera_misalignment", kFix,
-       {{"roll", "rad", 0.01, 0.3}, {"pitch", "rad", 0.01, 0.3}, {"yaw", "rad", 0.01, 0.3}},
+       {{"roll", "rad", 0.01, 0.3, 0.003}, {"pitch", "rad", 0.01, 0.3, 0.003}, {"yaw", "rad", 0.01, 0.3, 0.003}},
        "the camera points elsewhere than its calibration says",
        "see gates from far and near, off the middle of the picture too"},
-      {"gate_moved", kFix, {{"dx", "m", 0.02, 2.0}, {"dy", "m", 0.02, 2.0}, {"dz", "m", 0.02, 2.0}},
+      {"gate_moved", kFix, {{"dx", "m", 0.02, 2.0, 0.02}, {"dy", "m", 0.02, 2.0, 0.02}, {"dz", "m", 0.02, 2.0, 0.02}},
        "a gate stands elsewhere than on the map", "pass the gate in both directions"},
-      {"false_gate", kFix, {{"fraction", "1", 0.01, 0.9}},
+      {"false_gate", kFix, {{"fraction", "1", 0.01, 0.9, 0.01}},
        "a share of the fixes belongs to something that is no gate",
        "look at the pictures of the fixes that lie apart"},
   };
@@ -126,6 +126,12 @@ Eigen::VectorXd Candidate::Neutral() const {
   Eigen::VectorXd neutral(info->parameters.size());
   for (int i = 0; i < neutral.size(); ++i) neutral[i] = info->parameters[i].neutral;
   return neutral;
+}
+
+Eigen::VectorXd Candidate::Ordinary() const {
+  Eigen::VectorXd ordinary(info->parameters.size());
+  for (int i = 0; i < ordinary.size(); ++i) ordinary[i] = info->parameters[i].ordinary;
+  return ordinary;
 }
 
 std::string Candidate::Label() const {

@@ -15,6 +15,7 @@ struct EffectParameterInfo {
   std::string unit;
   double step;       // of the difference quotient that gives the sensitivity
   double plausible;  // largest size that a real vehicle has
+  double ordinary;   // size that every vehicle has, too small to be called a cause
   double neutral = 0.0;
 };
 
@@ -38,6 +39,7 @@ struct Candidate {
   // The effect with its estimated parameters neutral, apart from those given.
   Effect At(const Eigen::VectorXd& parameters) const;
   Eigen::VectorXd Neutral() const;
+  Eigen::VectorXd Ordinary() const;  // sizes that are no cause
   std::string Label() const;  // id, with gate or time where there is one
 };
 

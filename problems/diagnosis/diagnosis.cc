@@ -43,6 +43,16 @@ FlightLog Prepare(const FlightLog& log, DiagnosisOptions* options) {
   return data;
 }
 
+// Drag is judged by what the flight shows of it, not by what is usual: a prior would make any
+// unusual drag look like an effect.
+VgdOptions OpenPriors(VgdOptions options) {
+  constexpr double kOpenDrag = 1.0;  // 1/s
+  for (int i = 0; i < 2; ++i) {
+    options.priors[i].sigma = std::max(kOpenDrag, options.priors[i].sigma);
+  }
+  return options;
+}
+
 CandidateScope ScopeOf(const FlightLog& log, const DiagnosisOptions& options) {
   const bool accelerometer = options.vgd.drive.thrust == ThrustSource::kAccelerometer;
   return {accelerometer, options.vgd.drag_measurement.enabled, !log.attitude.empty(),
@@ -143,7 +153,7 @@ Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
   const auto start = std::chrono::steady_clock::now();
   DiagnosisOptions options = given;
   const FlightLog data = Prepare(log, &options);
-  CauseSearch search(data, options.vgd);
+  CauseSearch search(data, OpenPriors(options.vgd));
   Diagnosis diagnosis;
   diagnosis.warnings = log.warnings;
   const std::vector<Candidate> candidates = CandidatesFor(data, ScopeOf(data, options));

@@ -60,6 +60,7 @@ int ClusterAt(const std::vector<TimeNs>& starts, TimeNs t) {
 FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
   FlightPlan plan;
   const std::vector<TimeNs> starts = ClusterStarts(flight);
+  const std::vector<ForceSample> forces = SmoothForces(flight.log.imu);
   plan.clusters = static_cast<int>(starts.size());
   const auto add_inside = [&](const Stretch& s, const auto& samples, auto* indices, auto* cluster) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -78,7 +79,7 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
     }
     add_inside(s, flight.log.fixes, &plan.fixes, &plan.fix_cluster);
     if (options.drag_measurement.enabled) {
-      add_inside(s, flight.forces.samples, &plan.forces, &plan.force_cluster);
+      add_inside(s, forces, &plan.forces, &plan.force_cluster);
     }
   }
   if (plan.clusters < kMinClusters || plan.segments.empty()) {

@@ -41,7 +41,9 @@ void Bootstrap(const std::vector<double>& differences, Gain* gain) {
 Gain MeasureGain(const FlightLog& log, const DiagnosisOptions& options, const CauseSearch& search,
                  const std::vector<Found>& found) {
   Gain gain;
-  const std::map<int, double> before = ArcErrors(log, options.vgd);
+  VgdOptions vgd = options.vgd;
+  vgd.adapt_drift = false;  // the same drift before and after, so that only the causes differ
+  const std::map<int, double> before = ArcErrors(log, vgd);
   std::vector<double> differences, errors_before, errors_after;
   for (const int fold : {0, 1}) {
     // Arc tau follows pass tau (from 1), which is in cluster tau - 1 where passes are clusters.
@@ -53,9 +55,9 @@ Gain MeasureGain(const FlightLog& log, const DiagnosisOptions& options, const Ca
     for (std::size_t i = 0; i < found.size(); ++i) {
       effects.push_back(found[i].candidate.At(values[i]));
     }
-    VgdOptions extended = options.vgd;
+    VgdOptions extended = vgd;
     extended.drive.force_effects = ForceEffectsOf(effects);
-    const FlightLog corrected = CorrectLog(log, effects, search.AccelBias());
+    const FlightLog corrected = CorrectLog(log, effects, search.path());
     for (const auto& [tau, error] : ArcErrors(corrected, extended)) {
       if (!held_out(tau - 1) || before.count(tau) == 0) continue;
       errors_before.push_back(before.at(tau));

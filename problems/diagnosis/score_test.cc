@@ -47,46 +47,53 @@ Matrix ClusterScores(const ChainSystem& system, const Projected& projected, cons
 
 }  // namespace
 
-ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate, int size) {
+double ScoreTest::z() const { return std::sqrt(std::min(chi2, chi2_cluster)); }
+
+void ScoreTest::Judge(const Vector& whole_value, int clusters) {
+  const int size = static_cast<int>(whole_value.size());
+  chi2 = whole_value.dot(cov_model.ldlt().solve(whole_value));
+  chi2_cluster = whole_value.dot(cov_cluster.ldlt().solve(whole_value));
+  p_model = ChiSquareTail(chi2, size);
+  p_cluster = FTail(chi2_cluster / size, size, std::max(1, clusters - size));
+}
+
+void ScoreTest::LimitTo(double gain) {
+  chi2 = std::min(chi2, gain);
+  p_model = ChiSquareTail(chi2, static_cast<double>(value.size()));
+}
+
+ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
+                      const Vector& ordinary) {
+  const int size = static_cast<int>(ordinary.size());
   const Projected projected = Project(system.reduced(), nuisances, candidate, size);
-  ScoreTest test;
-  test.information = projected.information;
   // Directions that the flight does not show at all must not divide by zero.
   const double floor = 1e-12 * std::max(1e-12, projected.information.diagonal().maxCoeff());
-  const Matrix information = projected.information + floor * Matrix::Identity(size, size);
-  const Matrix cov = information.llt().solve(Matrix::Identity(size, size));
+  const Matrix I = Matrix::Identity(size, size);
+  const Matrix cov = Matrix(projected.information + floor * I).llt().solve(I);
+  ScoreTest test;
   test.value = -cov * projected.score;
-  test.chi2 = projected.score.dot(cov * projected.score);
-  test.p_model = ChiSquareTail(test.chi2, size);
-
   const Matrix scores = ClusterScores(system, projected, test.value, candidate);
   const int clusters = static_cast<int>(scores.rows());
-  const int freedom = std::max(1, clusters - size);
-  const Matrix scatter = scores.transpose() * scores * (double(clusters) / freedom);
+  const Matrix scatter =
+      scores.transpose() * scores * (double(clusters) / std::max(1, clusters - size));
   const Matrix cov_cluster = cov * scatter * cov;
   test.sigma = cov.diagonal().cwiseMax(cov_cluster.diagonal()).cwiseSqrt();
-  const Eigen::LDLT<Matrix> wald(cov_cluster + 1e-12 * cov);
-  const double f = test.value.dot(wald.solve(test.value)) / size;
-  test.p_cluster = FTail(f, size, freedom);
-  test.inflation = std::max(1.0, test.chi2 / std::max(1e-12, f * size));
+  const Matrix usual = ordinary.cwiseAbs2().asDiagonal();
+  test.cov_model = cov + usual;
+  test.cov_cluster = cov_cluster + usual;
+  test.Judge(test.value, clusters);
   return test;
 }
 
-Eigen::VectorXd DetectableSize(const ScoreTest& test, double alpha, int clusters) {
+Vector DetectableSize(const ScoreTest& test, double alpha, int clusters) {
   const int size = static_cast<int>(test.value.size());
-  const double critical =
-      std::max(ChiSquareCritical(alpha, size),
-               size * FCritical(alpha, size, std::max(1, clusters - size)));
-  const double lambda = NonCentralityFor(critical, size, 0.95);
-  // One parameter at a time, the effect's others at zero.
-  const Vector model = test.information.diagonal().cwiseMax(1e-300).cwiseInverse();
-  const Vector spread = test.sigma.cwiseAbs2().cwiseQuotient(
-      (test.information + 1e-12 * test.information.diagonal().maxCoeff() *
-                              Matrix::Identity(size, size))
-          .inverse()
-          .diagonal()
-          .cwiseMax(1e-300));
-  return (lambda * model.cwiseProduct(spread)).cwiseSqrt();
+  const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
+  const double by_cluster = NonCentralityFor(
+      size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
+  // One parameter at a time, the effect's others at zero: v^2 / information is the non-centrality.
+  const Vector model = test.cov_model.inverse().diagonal().cwiseInverse();
+  const Vector cluster = test.cov_cluster.inverse().diagonal().cwiseInverse();
+  return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();
 }
 
 }  // namespace trueline

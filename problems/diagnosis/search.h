@@ -49,9 +49,12 @@ class CauseSearch {
   ThetaVector Sigmas() const;
   // Whitened measurement residuals of the last fit.
   Eigen::VectorXd Whitened() const;
-  Eigen::Vector3d AccelBias() const;
+  // Velocity along the last fit.
+  const std::vector<VelocitySample>& path() const { return path_; }
 
  private:
+  void StorePath();
+  int FilterColumns() const;  // nuisances for an ordinary attitude filter; they come first
   void Rebuild(const std::vector<Found>& found);
   void LearnUnder(const Tested& tested, double base_evidence, Tested* out) const;
   int nuisances() const { return kThetaSize + fit_.columns.count(); }
@@ -61,6 +64,7 @@ class CauseSearch {
   FlightData data_;
   FlightPlan plan_;
   std::vector<Effect> effects_;
+  std::vector<VelocitySample> path_;
   FlightLog corrected_;
   std::unique_ptr<BaseFlight> flight_;
   BaseFit fit_;

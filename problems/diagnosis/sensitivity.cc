@@ -23,8 +23,8 @@ Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Eff
   for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
     light.fixes[base.plan.fixes[i]].p_E = flight.StateAtFix(i).head<3>();
   }
-  const auto here = CorrectLog(light, at, base.accel_bias).fixes;
-  const auto there = CorrectLog(light, beyond, base.accel_bias).fixes;
+  const auto here = CorrectLog(light, at, base.path).fixes;
+  const auto there = CorrectLog(light, beyond, base.path).fixes;
   Eigen::VectorXd difference = Eigen::VectorXd::Zero(flight.rows());
   for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
     const Fix &before = here[base.plan.fixes[i]], &after = there[base.plan.fixes[i]];
@@ -37,7 +37,7 @@ Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Eff
 
 Eigen::VectorXd DriveResiduals(const SensitivityBase& base, const std::vector<Effect>& effects,
                                const FlightUnknowns& x) {
-  const FlightLog log = CorrectLog(base.log, effects, base.accel_bias);
+  const FlightLog log = CorrectLog(base.log, effects, base.path);
   BaseFlight flight(log, base.plan, base.options, ForceEffectsOf(effects));
   return flight.Evaluate(x, false).r;
 }

@@ -13,7 +13,7 @@ struct SensitivityBase {
   const FlightPlan& plan;
   const VgdOptions& options;
   const std::vector<Effect>& effects;  // already in the model
-  Eigen::Vector3d accel_bias;          // m/s^2
+  const std::vector<VelocitySample>& path;  // of the base solution
 };
 
 // Columns (rows of FlightRows x parameters) of one candidate on top of the base's effects, at

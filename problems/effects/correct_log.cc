@@ -4,6 +4,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/effect.h"
+#include "problems/window/rough_path.h"
 
 namespace trueline {
 namespace {
@@ -13,7 +14,7 @@ using Eigen::Vector3d;
 
 struct Context {
   const FlightLog& original;
-  Vector3d accel_bias;
+  const std::vector<VelocitySample>& path;
 
   double Since(TimeNs t) const { return SecondsBetween(original.imu.front().t, t); }
 };
@@ -62,25 +63,36 @@ void UndoLeverArm(const Effect& effect, const Context&, FlightLog* log) {
   }
 }
 
+// Velocity every quarter of a second by lines and curves through the fixes.
+std::vector<VelocitySample> RoughVelocities(const FlightLog& log) {
+  std::vector<VelocitySample> path;
+  const std::vector<Pass> passes = FindPasses(log.fixes, PassOptions());
+  if (passes.empty()) return path;
+  const RoughPath rough(log.fixes, passes);
+  for (TimeNs t = passes.front().begin; t <= rough.end(); t += FromSeconds(0.25)) {
+    path.push_back({t, rough.At(t).v});
+  }
+  return path;
+}
+
 // The tilt of E' follows the low-passed horizontal acceleration with gain k: phi = a_y / g and
-// theta = -a_x / g for an acceleration that lasts. The acceleration is R_Ep_I f_I + g.
+// theta = -a_x / g for an acceleration that lasts. Outside of the path the tilt decays.
 void UndoAccelerationError(const Effect& effect, const Context& context, FlightLog* log) {
-  const double k = effect["k"], gravity = log->gravity;
+  const std::vector<VelocitySample> rough =
+      context.path.empty() ? RoughVelocities(context.original) : std::vector<VelocitySample>();
+  const std::vector<VelocitySample>& path = context.path.empty() ? rough : context.path;
+  const double k = effect["k"], side = k < 0.0 ? -1.0 : 1.0;
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
   std::size_t i = 0;
   TimeNs last = log->attitude.empty() ? 0 : log->attitude.front().t;
   for (AttitudeSample& s : log->attitude) {
-    Vector3d f_I = Vector3d::Zero();
-    int count = 0;
-    for (; i < log->imu.size() && log->imu[i].t <= s.t; ++i, ++count) {
-      f_I += log->imu[i].accel - context.accel_bias;
+    while (i + 1 < path.size() && path[i + 1].t <= s.t) ++i;
+    Vector3d a_E = Vector3d::Zero();
+    if (i + 1 < path.size() && s.t >= path[i].t) {
+      a_E = (path[i + 1].v_E - path[i].v_E) / SecondsBetween(path[i].t, path[i + 1].t);
     }
-    if (count > 0) {
-      const Vector3d a_E = s.q_Ep_I * (f_I / count);
-      const Eigen::Vector2d apparent(a_E.y() / gravity, -a_E.x() / gravity);
-      const double share = -std::expm1(-std::abs(k) * SecondsBetween(last, s.t));
-      tilt += share * ((k < 0.0 ? -1.0 : 1.0) * apparent - tilt);
-    }
+    const Eigen::Vector2d apparent = Eigen::Vector2d(a_E.y(), -a_E.x()) / log->gravity;
+    tilt -= std::expm1(-std::abs(k) * SecondsBetween(last, s.t)) * (side * apparent - tilt);
     last = s.t;
     TurnBack(Vector3d(tilt.x(), tilt.y(), 0.0), &s.q_Ep_I);
   }
@@ -97,6 +109,19 @@ void UndoHeadingDistortion(const Effect& effect, const Context&, FlightLog* log)
     const double psi = HeadingOf(s.q_Ep_I);
     const double error = effect["a_sin"] * std::sin(psi) + effect["a_cos"] * std::cos(psi);
     TurnBack(Vector3d(0.0, 0.0, error), &s.q_Ep_I);
+  }
+}
+
+// A tilt of E' that is fixed in the body and changes slowly over the flight, as a filter's integral
+// winds up in turns: angles = first * P1(s) + second * P2(s), s from -1 to 1 over the log.
+void UndoBodyTiltDrift(const Effect& effect, const Context& context, FlightLog* log) {
+  const double duration = std::max(1e-3, context.Since(log->attitude.back().t));
+  for (AttitudeSample& sample : log->attitude) {
+    const double s = 2.0 * context.Since(sample.t) / duration - 1.0;
+    const double p2 = 1.5 * s * s - 0.5;
+    const Vector3d angles(effect["roll_1"] * s + effect["roll_2"] * p2,
+                          effect["pitch_1"] * s + effect["pitch_2"] * p2, 0.0);
+    sample.q_Ep_I = sample.q_Ep_I * QuaternionFromEuler<double>(angles).conjugate();
   }
 }
 
@@ -152,6 +177,7 @@ const std::vector<std::pair<std::string, Undo>>& Undoers() {
       {"accel_bias_drift", UndoAccelBiasDrift},
       {"imu_lever_arm", UndoLeverArm},
       {"ahrs_acceleration_error", UndoAccelerationError},
+      {"body_tilt_drift", UndoBodyTiltDrift},
       {"heading_drift", UndoHeadingDrift},
       {"heading_distortion", UndoHeadingDistortion},
       {"gate_moved", UndoGateMoved},
@@ -182,9 +208,9 @@ ForceEffects ForceEffectsOf(const std::vector<Effect>& effects) {
 }
 
 FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
-                     const Eigen::Vector3d& accel_bias) {
+                     const std::vector<VelocitySample>& path) {
   FlightLog corrected = log;
-  const Context context{log, accel_bias};
+  const Context context{log, path};
   for (const auto& [id, undo] : Undoers()) {
     for (const Effect& effect : effects) {
       if (effect.id == id) undo(effect, context, &corrected);

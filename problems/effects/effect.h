@@ -25,11 +25,17 @@ struct Effect {
 // The share of the effects that is aerodynamic force, which the model integrates.
 ForceEffects ForceEffectsOf(const std::vector<Effect>& effects);
 
+// Velocity over ground along a fitted path, ascending in time.
+struct VelocitySample {
+  TimeNs t;
+  Eigen::Vector3d v_E;  // m/s
+};
+
 // The log as it would have been without the effects on sensors, attitude filter, detector and map:
-// each is undone with its stated values. accel_bias (m/s^2, in I) is what a calibration found; it is
-// taken out where an effect follows the vehicle's acceleration.
+// each is undone with its stated values. `path` is for effects that follow the vehicle's
+// acceleration; where it is empty, lines and curves through the fixes stand in.
 FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
-                     const Eigen::Vector3d& accel_bias);
+                     const std::vector<VelocitySample>& path = {});
 
 // True for ids that CorrectLog or ForceEffectsOf act on.
 bool IsModelled(const std::string& effect_id);
