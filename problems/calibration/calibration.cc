@@ -125,9 +125,13 @@ Verdict Judge(const EstimatorRun& run) {
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options) {
   const VgdOptions& vgd = options.methods.vgd;
-  const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
+  const FlightLog corrected =
+      options.effects.empty() ? FlightLog() : CorrectLog(log, options.effects);
+  const FlightData flight(options.effects.empty() ? log : corrected, vgd.drive, vgd.passes,
+                          vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  calibration.effects = options.effects;
   std::vector<int> gammas = options.gamma_sweep;
   if (std::find(gammas.begin(), gammas.end(), vgd.gamma) == gammas.end()) {
     gammas.push_back(vgd.gamma);

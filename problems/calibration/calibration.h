@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/effects/effect.h"
 #include "problems/estimators/estimators.h"
 #include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
@@ -15,6 +16,7 @@ struct CalibrationOptions {
   // The same flight with other window lengths, for comparison; methods.vgd.gamma is reported.
   std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
   EstimatorOptions methods;
+  std::vector<Effect> effects;  // of the model (trueline-diagnose), undone in the log
 };
 
 // Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
@@ -36,6 +38,7 @@ struct Calibration {
   std::size_t reported = 0;        // index of the run that calibration.yaml describes
   Verdict verdict;
   std::vector<std::string> warnings;
+  std::vector<Effect> effects;  // as given with the model, kept for the next one
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };

@@ -1,19 +1,24 @@
 #include "problems/diagnosis/diagnosis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <set>
 
 #include "problems/common/error.h"
+#include "problems/diagnosis/false_gate.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/search.h"
-#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kAsGood = 6.0;  // of twice the log likelihood: within this, two effects fit alike
+
+constexpr int kRefits = 8;       // at most, of a model with a new cause
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -63,6 +68,17 @@ int DistinctIds(const std::vector<Candidate>& candidates) {
   std::set<std::string> ids;
   for (const Candidate& c : candidates) ids.insert(c.info->id);
   return static_cast<int>(ids.size());
+}
+
+// What is found is not looked for again; a step may happen once.
+std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
+  std::erase_if(candidates, [&](const Candidate& c) {
+    return std::any_of(found.begin(), found.end(), [&](const Found& f) {
+      const bool same_id = f.candidate.info->id == c.info->id;
+      return same_id && (c.fixed.count("gate") == 0 || f.candidate.fixed == c.fixed);
+    });
+  });
+  return candidates;
 }
 
 bool Plausible(const Tested& t) {
@@ -147,50 +163,129 @@ void StoreModel(const CauseSearch& search, Diagnosis* diagnosis) {
   diagnosis->clusters = search.plan().clusters;
 }
 
+// Unmodelled motion or noise far beyond what flights have: no effect, but no clean flight either.
+std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
+  std::vector<std::string> findings;
+  const auto note = [&](double value, double usual, const std::string& what) {
+    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
+  };
+  note(noise.gust, 0.35, "forces from outside of {:.2f} m/s^2 that come and go");
+  note(noise.process.acceleration, 0.25, "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
+  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that wanders by {:.1f} deg");
+  note(noise.process.heading / kDegree, 6.0, "a heading that wanders by {:.1f} deg");
+  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
+  return findings;
+}
+
+// Where terms that are no effect explain clearly more than any effect does.
+constexpr double kClearlyBetter = 10.0;  // of merit
+
+std::vector<std::string> Stands(const std::vector<CauseSearch::Described>& described, double alpha,
+                                double merit) {
+  std::vector<std::string> names;
+  for (const auto& d : described) {
+    if (d.p * static_cast<double>(described.size()) < alpha && d.merit > merit + kClearlyBetter) {
+      names.push_back(d.name);
+    }
+  }
+  return names;
+}
+
+// Tests, takes the best and refits, until nothing stands out.
+Rounds SearchCauses(const std::vector<Candidate>& candidates, const DiagnosisOptions& options,
+                    CauseSearch* search, Diagnosis* diagnosis) {
+  const int tried = std::max(1, DistinctIds(candidates));
+  const double alpha = options.alpha / tried;
+  Rounds rounds;
+  for (int round = 0; round <= options.max_causes; ++round) {
+    const std::vector<Tested> tested = search->TestAll(Without(candidates, rounds.found));
+    if (round == 0) {
+      for (const Tested& t : tested) {
+        diagnosis->candidates.push_back(Report(t, alpha, search->plan().clusters));
+      }
+    }
+    const Tested* best = Best(tested, alpha);
+    const double merit = best == nullptr ? 0.0 : best->Merit();
+    diagnosis->unexplained_by = Stands(search->TestLibrary(), options.alpha, merit);
+    if (best == nullptr || round == options.max_causes) break;
+    if (!diagnosis->unexplained_by.empty()) break;
+    rounds.found.push_back({best->candidate, best->candidate.Neutral() + best->test.value});
+    rounds.p.push_back(std::min(1.0, best->p * tried));
+    rounds.confused.push_back(ConfusedWith(tested, *best));
+    search->Fit(&rounds.found, kRefits);
+    const std::size_t count = rounds.found.size();
+    DropExplainedAway(*search, alpha, &rounds);
+    if (rounds.found.size() < count) search->Fit(&rounds.found, kRefits);
+  }
+  return rounds;
+}
+
+Cause CauseOf(const FalseGate& found) {
+  Candidate candidate{&InfoOf("false_gate"),
+                      {{"gate", found.gate},
+                       {"dx", found.offset.x()},
+                       {"dy", found.offset.y()},
+                       {"dz", found.offset.z()}}};
+  Cause cause{candidate, {}, {}, found.p, {}, Gain()};
+  cause.value = Eigen::VectorXd::Constant(1, found.fraction);
+  cause.sigma = Eigen::VectorXd::Constant(1, found.sigma);
+  return cause;
+}
+
+FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fixes) {
+  FlightLog kept = log;
+  const std::set<std::size_t> left_out(fixes.begin(), fixes.end());
+  kept.fixes.clear();
+  for (std::size_t i = 0; i < log.fixes.size(); ++i) {
+    if (left_out.count(i) == 0) kept.fixes.push_back(log.fixes[i]);
+  }
+  return kept;
+}
+
+std::string VerdictOf(const Diagnosis& diagnosis) {
+  if (diagnosis.causes.empty()) return diagnosis.unexplained_by.empty() ? "clean" : "unexplained";
+  const bool ambiguous =
+      std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
+                  [](const Cause& c) { return !c.confused_with.empty(); });
+  return ambiguous ? "ambiguous" : "explained";
+}
+
 }  // namespace
 
 Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
   const auto start = std::chrono::steady_clock::now();
   DiagnosisOptions options = given;
-  const FlightLog data = Prepare(log, &options);
-  CauseSearch search(data, OpenPriors(options.vgd));
+  FlightLog data = Prepare(log, &options);
   Diagnosis diagnosis;
   diagnosis.warnings = log.warnings;
-  const std::vector<Candidate> candidates = CandidatesFor(data, ScopeOf(data, options));
-  const double alpha = options.alpha / std::max(1, DistinctIds(candidates));
-
-  Rounds rounds;
-  search.Fit(&rounds.found, 0);
-  diagnosis.base_seconds = SecondsSince(start);
-  diagnosis.rms_before = RmsOfFixes(search.flight(), search.Whitened());
-  for (int round = 0; round <= options.max_causes; ++round) {
-    const std::vector<Tested> tested = search.TestAll(candidates);
-    if (round == 0) {
-      for (const Tested& t : tested) {
-        diagnosis.candidates.push_back(Report(t, alpha, search.plan().clusters));
-      }
-    }
-    const Tested* best = Best(tested, alpha);
-    if (best == nullptr || round == options.max_causes) break;
-    rounds.found.push_back({best->candidate, best->candidate.Neutral() + best->test.value});
-    rounds.p.push_back(std::min(1.0, best->p * DistinctIds(candidates)));
-    rounds.confused.push_back(ConfusedWith(tested, *best));
-    search.Fit(&rounds.found, 1);
-    const std::size_t count = rounds.found.size();
-    DropExplainedAway(search, alpha, &rounds);
-    if (rounds.found.size() < count) search.Fit(&rounds.found, 1);
+  auto search = std::make_unique<CauseSearch>(data, OpenPriors(options.vgd));
+  std::vector<Found> none;
+  search->Fit(&none, 0);
+  diagnosis.rms_before = RmsOfFixes(search->flight(), search->Whitened());
+  const auto false_gate = FindFalseGate(search->flight(), search->fit(), options.alpha / 100.0);
+  FlightLog gain_log = log;
+  if (false_gate) {
+    search.reset();
+    if (!options.fit_to_mocap) gain_log = WithoutFixes(log, false_gate->fixes);
+    data = WithoutFixes(data, false_gate->fixes);
+    search = std::make_unique<CauseSearch>(data, OpenPriors(options.vgd));
+    search->Fit(&none, 0);
+    diagnosis.causes.push_back(CauseOf(*false_gate));
   }
-  StoreCauses(search, rounds, &diagnosis);
-  StoreModel(search, &diagnosis);
-  diagnosis.rms_after = RmsOfFixes(search.flight(), search.Whitened());
+  diagnosis.base_seconds = SecondsSince(start);
+  const Rounds rounds =
+      SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, search.get(), &diagnosis);
+  StoreCauses(*search, rounds, &diagnosis);
+  StoreModel(*search, &diagnosis);
+  for (const std::string& what : ExtraordinaryNoise(search->fit().noise)) {
+    diagnosis.unexplained_by.push_back(what);
+  }
+  diagnosis.rms_after = RmsOfFixes(search->flight(), search->Whitened());
   if (options.measure_gain && !diagnosis.causes.empty() && !log.fixes.empty()) {
-    const Gain gain = MeasureGain(log, options, search, rounds.found);
+    const Gain gain = MeasureGain(log, gain_log, options, *search, rounds.found);
     for (Cause& cause : diagnosis.causes) cause.gain = gain;
   }
-  const bool ambiguous =
-      std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
-                  [](const Cause& c) { return !c.confused_with.empty(); });
-  diagnosis.verdict = diagnosis.causes.empty() ? "clean" : ambiguous ? "ambiguous" : "explained";
+  diagnosis.verdict = VerdictOf(diagnosis);
   diagnosis.seconds = SecondsSince(start);
   return diagnosis;
 }

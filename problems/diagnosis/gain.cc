@@ -38,7 +38,7 @@ void Bootstrap(const std::vector<double>& differences, Gain* gain) {
 
 }  // namespace
 
-Gain MeasureGain(const FlightLog& log, const DiagnosisOptions& options, const CauseSearch& search,
+Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options, const CauseSearch& search,
                  const std::vector<Found>& found) {
   Gain gain;
   VgdOptions vgd = options.vgd;
@@ -57,7 +57,7 @@ Gain MeasureGain(const FlightLog& log, const DiagnosisOptions& options, const Ca
     }
     VgdOptions extended = vgd;
     extended.drive.force_effects = ForceEffectsOf(effects);
-    const FlightLog corrected = CorrectLog(log, effects, search.path());
+    const FlightLog corrected = CorrectLog(after, effects, search.path());
     for (const auto& [tau, error] : ArcErrors(corrected, extended)) {
       if (!held_out(tau - 1) || before.count(tau) == 0) continue;
       errors_before.push_back(before.at(tau));

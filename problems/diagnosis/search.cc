@@ -3,9 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
-#include <fmt/format.h>
 
-#include "problems/result/distributions.h"
+#include "problems/diagnosis/library.h"
 
 namespace trueline {
 namespace {
@@ -115,68 +114,94 @@ void CauseSearch::Fit(std::vector<Found>* found, int refits) {
     Solve(flight_.get(), 3, &fit_);
     StorePath();
     int at = FilterColumns();
-    if (getenv("DG")) { fmt::print(stderr, "noise fix {:.3f} force {:.3f} gust {:.4f} mem {:.2f} acc {:.4f} tilt {:.5f} head {:.5f} mem {:.2f} theta {:.3f} {:.3f} {:.3f} k {:.3f}\n", fit_.noise.fix_scale, fit_.noise.force_sigma, fit_.noise.gust, fit_.noise.gust_memory, fit_.noise.process.acceleration, fit_.noise.process.tilt, fit_.noise.process.heading, fit_.noise.process.memory, Parameters()[0], Parameters()[1], Parameters()[2], fit_.columns.value.transpose()[0]); for (auto& f : *found) fmt::print(stderr, "  {} {} step {}\n", f.candidate.Label(), f.value[0], fit_.columns.value[at]); }
+    bool settled = true;  // within a tenth of the step that sensitivities are taken over
     for (Found& f : *found) {
-      f.value += fit_.columns.value.segment(at, f.value.size());
-      at += static_cast<int>(f.value.size());
+      for (int k = 0; k < f.value.size(); ++k, ++at) {
+        f.value[k] += fit_.columns.value[at];
+        const double step = f.candidate.info->parameters[k].step;
+        settled = settled && std::abs(fit_.columns.value[at]) < 0.2 * step;
+      }
     }
-    if (found->empty()) break;
+    if (settled) break;
   }
 }
 
-void CauseSearch::LearnUnder(const Tested& tested, double base_evidence, Tested* out) const {
-  const Columns all = fit_.columns.With(FreeColumns(tested.columns));
+void CauseSearch::TestTogether(std::vector<Tested>* tested) const {
+  int width = 0;
+  for (const Tested& t : *tested) width += static_cast<int>(t.columns.cols());
+  Eigen::MatrixXd stacked(flight_->rows(), width);
+  for (int at = 0; const Tested& t : *tested) {
+    stacked.middleCols(at, t.columns.cols()) = t.columns;
+    at += static_cast<int>(t.columns.cols());
+  }
+  const Columns all = fit_.columns.With(FreeColumns(stacked));
+  const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, all},
+                           fit_.noise);
+  for (int at = nuisances(); Tested& t : *tested) {
+    t.test = TestColumns(system, nuisances(), at, t.ordinary);
+    t.gain = t.test.chi2;
+    at += static_cast<int>(t.columns.cols());
+  }
+}
+
+// Noise was learned without the candidates, so that what they explain stands in it as noise; the
+// most promising ones are judged with noise learned anew.
+void CauseSearch::RelearnBest(std::vector<Tested>* tested) const {
+  std::vector<std::size_t> order(tested->size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return (*tested)[a].Merit() > (*tested)[b].Merit();
+  });
   NoiseStrengths noise = fit_.noise;
-    const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
-  const double evidence = LearnNoise(linear, FilterColumns(), 2, &noise);
-  out->gain = 2.0 * (evidence - base_evidence);
+  const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), 2, &noise);
+  for (int k = 0; k < std::min<int>(kRelearned, static_cast<int>(order.size())); ++k) {
+    LearnUnder(evidence, &(*tested)[order[k]]);
+  }
+}
+
+void CauseSearch::LearnUnder(double base_evidence, Tested* tested) const {
+  const Columns all = fit_.columns.With(FreeColumns(tested->columns));
+  NoiseStrengths noise = fit_.noise;
+  const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
+  tested->gain = 2.0 * (LearnNoise(linear, FilterColumns(), 2, &noise) - base_evidence);
   const ChainSystem system(linear, noise);
-  out->test = TestColumns(system, nuisances(), nuisances(), tested.candidate.Ordinary());
-  out->test.LimitTo(std::max(0.0, out->gain));
+  tested->test = TestColumns(system, nuisances(), nuisances(), tested->ordinary);
+  tested->test.LimitTo(std::max(0.0, tested->gain));
 }
 
 std::vector<Tested> CauseSearch::TestAll(const std::vector<Candidate>& candidates) {
   const SensitivityBase base{log_, plan_, options_, effects_, path_};
   std::vector<Tested> tested;
-  Columns all = fit_.columns;
   std::map<std::string, int> family;
   for (const Candidate& candidate : candidates) {
     flight_->Evaluate(fit_.x, false);
-    Tested t{candidate, Sensitivity(base, candidate, candidate.Neutral(), fit_.x, flight_.get()),
-             {}, 0.0, 1.0};
     ++family[candidate.info->id];
-    tested.push_back(std::move(t));
+    tested.push_back(
+        {candidate, Sensitivity(base, candidate, candidate.Neutral(), fit_.x, flight_.get()),
+         candidate.Ordinary(), ScoreTest(), 0.0, 1.0});
   }
-  int width = 0;
-  for (const Tested& t : tested) width += static_cast<int>(t.columns.cols());
-  Eigen::MatrixXd stacked(flight_->rows(), width);
-  for (int at = 0; Tested& t : tested) {
-    stacked.middleCols(at, t.columns.cols()) = t.columns;
-    at += static_cast<int>(t.columns.cols());
-  }
-  all = all.With(FreeColumns(stacked));
-  const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, all},
-                           fit_.noise);
-  for (int at = nuisances(); Tested& t : tested) {
-    const int size = static_cast<int>(t.columns.cols());
-    t.test = TestColumns(system, nuisances(), at, t.candidate.Ordinary());
-    t.gain = t.test.chi2;
-    at += size;
-  }
-  std::vector<std::size_t> order(tested.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return tested[a].Merit() > tested[b].Merit(); });
-  NoiseStrengths noise = fit_.noise;
-  const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), 2, &noise);
-  for (int k = 0; k < std::min<int>(kRelearned, static_cast<int>(order.size())); ++k) {
-    const Tested before = tested[order[k]];
-    LearnUnder(before, evidence, &tested[order[k]]);
-  }
-  for (Tested& t : tested) {
-    t.p = std::min(1.0, t.test.p() * family[t.candidate.info->id]);
-  }
+  if (tested.empty()) return tested;
+  TestTogether(&tested);
+  RelearnBest(&tested);
+  for (Tested& t : tested) t.p = std::min(1.0, t.test.p() * family[t.candidate.info->id]);
   return tested;
+}
+
+std::vector<CauseSearch::Described> CauseSearch::TestLibrary() {
+  const std::vector<LibraryTerm> terms = LibraryTerms(flight_.get(), fit_.x);
+  std::vector<Tested> tested;
+  for (const LibraryTerm& term : terms) {
+    tested.push_back({Candidate{nullptr, {}}, term.columns, term.ordinary, ScoreTest(), 0.0, 1.0});
+  }
+  TestTogether(&tested);
+  RelearnBest(&tested);
+  std::vector<Described> described;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    described.push_back({terms[i].name, tested[i].test.p(), tested[i].Merit()});
+  }
+  std::sort(described.begin(), described.end(),
+            [](const Described& a, const Described& b) { return a.merit > b.merit; });
+  return described;
 }
 
 ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t which) const {

@@ -18,6 +18,7 @@ struct Found {
 struct Tested {
   Candidate candidate;
   Eigen::MatrixXd columns;
+  Eigen::VectorXd ordinary;
   ScoreTest test;
   double gain = 0.0;  // twice the increase of the log likelihood, noise learned anew
   double p = 1.0;     // corrected for the candidates of the same id
@@ -35,6 +36,12 @@ class CauseSearch {
   void Fit(std::vector<Found>* found, int refits);
   // All candidates on top of the last Fit.
   std::vector<Tested> TestAll(const std::vector<Candidate>& candidates);
+  // Columns that are no effect's, tested likewise; probability and merit of each.
+  struct Described {
+    std::string name;
+    double p, merit;
+  };
+  std::vector<Described> TestLibrary();
   // One cause of the last Fit against the model without it, the others kept.
   ScoreTest TestFound(const std::vector<Found>& found, std::size_t which) const;
   // Parameters of the found effects from the clusters that `used` names alone.
@@ -56,7 +63,9 @@ class CauseSearch {
   void StorePath();
   int FilterColumns() const;  // nuisances for an ordinary attitude filter; they come first
   void Rebuild(const std::vector<Found>& found);
-  void LearnUnder(const Tested& tested, double base_evidence, Tested* out) const;
+  void TestTogether(std::vector<Tested>* tested) const;
+  void RelearnBest(std::vector<Tested>* tested) const;
+  void LearnUnder(double base_evidence, Tested* tested) const;
   int nuisances() const { return kThetaSize + fit_.columns.count(); }
 
   const FlightLog& log_;
