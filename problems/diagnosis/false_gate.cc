@@ -25,7 +25,7 @@ std::vector<Outlier> OutliersOf(const BaseFlight& flight, const BaseFit& fit) {
   std::vector<Outlier> outliers;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& at = flight.log().fixes[flight.plan().fixes[i]];
-    const double sigma = fit.noise.fix_scale * at.sigma;
+    const double sigma = at.sigma;  // as stated: what is learned has swallowed the outliers
     const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
     if (at.gate >= 0 && d.norm() > kApart * sigma) {
       outliers.push_back({flight.plan().fixes[i], at.gate, d, sigma});

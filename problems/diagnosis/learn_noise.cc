@@ -12,6 +12,7 @@ struct Coordinate {
   double ProcessNoise::*process = nullptr;
   double usual, spread;
   double least = 0.0;  // no model is better than this
+  double most = 1e9;   // beyond it is an effect's business, not chance's
 
   double& In(NoiseStrengths* noise) const {
     return member != nullptr ? noise->*member : noise->process.*process;
@@ -23,7 +24,7 @@ const std::vector<Coordinate>& Coordinates() {
       {.member = &NoiseStrengths::fix_scale, .usual = 1.0, .spread = 0.3},
       {.member = &NoiseStrengths::force_sigma, .usual = 0.06, .spread = 1.0, .least = 0.04},
       {.member = &NoiseStrengths::gust, .usual = 0.08, .spread = 1.2},
-      {.member = &NoiseStrengths::gust_memory, .usual = 0.8, .spread = 0.5},
+      {.member = &NoiseStrengths::gust_memory, .usual = 0.8, .spread = 0.4, .most = 1.6},
       {.process = &ProcessNoise::acceleration, .usual = 0.03, .spread = 1.2},
       {.process = &ProcessNoise::tilt, .usual = 0.5 * kDegree, .spread = 1.2},
       {.process = &ProcessNoise::heading, .usual = 0.3 * kDegree, .spread = 1.2},
@@ -94,7 +95,8 @@ double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseSt
       for (const double direction : {1.0, -1.0}) {  // of the last success
         NoiseStrengths trial = *noise;
         coordinates[i].In(&trial) *= std::exp(direction * step[i]);
-        if (coordinates[i].In(&trial) < coordinates[i].least) continue;
+        const double value_there = coordinates[i].In(&trial);
+        if (value_there < coordinates[i].least || value_there > coordinates[i].most) continue;
         const double value = evidence(trial);
         if (value <= best) continue;
         best = value;

@@ -75,6 +75,20 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   return Flow(node);
 }
 
+// What the model leaves out, as learned with the causes in it.
+YAML::Node NoiseNode(const NoiseStrengths& noise) {
+  YAML::Node node;
+  node["fix_scale"] = Round(noise.fix_scale, 3);
+  node["force_sigma_mps2"] = Round(noise.force_sigma, 3);
+  node["gust_mps2"] = Round(noise.gust, 3);
+  node["gust_memory_s"] = Round(noise.gust_memory, 3);
+  node["acceleration_mps2_per_sqrt_hz"] = Round(noise.process.acceleration, 3);
+  node["tilt_deg"] = Round(noise.process.tilt / kDegree, 3);
+  node["heading_deg"] = Round(noise.process.heading / kDegree, 3);
+  node["memory_s"] = Round(noise.process.memory, 3);
+  return Flow(node);
+}
+
 YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   node["verdict"] = diagnosis.verdict;
@@ -91,6 +105,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   residual["unit"] = "sigma";
   residual["white"] = diagnosis.whiteness_p > 0.01;
   node["residual"] = Flow(residual);
+  node["noise"] = NoiseNode(diagnosis.noise);
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;
   return node;
