@@ -16,6 +16,7 @@ struct EffectParameterInfo {
   double step;       // of the difference quotient that gives the sensitivity
   double plausible;  // largest size that a real vehicle has
   double ordinary;   // size that every vehicle has, too small to be called a cause
+  bool either_sign = true;  // physics allows both
   double neutral = 0.0;
 };
 

@@ -81,11 +81,17 @@ std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vec
   return candidates;
 }
 
-bool Plausible(const Tested& t) {
-  for (int i = 0; i < t.test.value.size(); ++i) {
-    if (std::abs(t.test.value[i]) > t.candidate.info->parameters[i].plausible) return false;
+bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
+  for (int i = 0; i < value.size(); ++i) {
+    const EffectParameterInfo& info = candidate.info->parameters[i];
+    if (std::abs(value[i]) > info.plausible) return false;
+    if (!info.either_sign && value[i] < 0.0) return false;
   }
   return true;
+}
+
+bool Plausible(const Tested& t) {
+  return Plausible(t.candidate, t.candidate.Neutral() + t.test.value);
 }
 
 CandidateReport Report(const Tested& t, double alpha, int clusters) {
@@ -124,6 +130,44 @@ double RmsOfFixes(const BaseFlight& flight, const Eigen::VectorXd& whitened) {
   return std::sqrt(whitened.head(count).squaredNorm() / std::max(1, count));
 }
 
+// Whitened residuals by fix and force sample; `before` and `after` hold measurement rows alike.
+std::vector<RowReport> RowReports(const BaseFlight& flight, const Eigen::VectorXd& before,
+                                  const Eigen::VectorXd& after) {
+  const FlightPlan& plan = flight.plan();
+  std::vector<RowReport> rows;
+  int row = 0;
+  for (const std::size_t i : plan.fixes) {
+    const Fix& fix = flight.log().fixes[i];
+    rows.push_back({fix.t, true, fix.gate, before.segment<3>(row), after.segment<3>(row)});
+    row += 3;
+  }
+  for (const std::size_t i : plan.forces) {
+    Eigen::Vector3d b = Eigen::Vector3d::Zero(), a = b;
+    b.head<2>() = before.segment<2>(row);
+    a.head<2>() = after.segment<2>(row);
+    rows.push_back({flight.forces()[i].t, false, -1, b, a});
+    row += 2;
+  }
+  return rows;
+}
+
+// Probability of a correlation between neighbouring fixes as large as this, were they white.
+double WhitenessOf(const std::vector<RowReport>& rows) {
+  constexpr double kNeighbours = 0.3;  // s
+  double products = 0.0, squares = 0.0;
+  const RowReport* last = nullptr;
+  for (const RowReport& row : rows) {
+    if (!row.fix) continue;
+    if (last != nullptr && SecondsBetween(last->t, row.t) < kNeighbours) {
+      const Eigen::Vector3d product = last->after.cwiseProduct(row.after);
+      products += product.sum();
+      squares += product.squaredNorm();  // its variance, heavy tails and all
+    }
+    last = &row;
+  }
+  return squares > 0.0 ? std::erfc(std::abs(products) / std::sqrt(2.0 * squares)) : 1.0;
+}
+
 // One round for each cause: test all, take the best, refit, drop what is explained away.
 struct Rounds {
   std::vector<Found> found;
@@ -131,24 +175,32 @@ struct Rounds {
   std::vector<std::vector<std::string>> confused;
 };
 
-void DropExplainedAway(const CauseSearch& search, double alpha, Rounds* rounds) {
-  for (std::size_t i = 0; rounds->found.size() > 1 && i + 1 < rounds->found.size();) {
-    if (search.TestFound(rounds->found, i).p() < alpha) {
-      ++i;
-      continue;
-    }
+// Causes that do not stand any more beside the others, once refitted, go; true if any did. What
+// went is not tried again.
+bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Candidate>* candidates,
+                       Rounds* rounds) {
+  for (std::size_t i = rounds->found.size(); i-- > 0;) {
+    const Found& f = rounds->found[i];
+    const double p = search.TestFound(rounds->found, i).p();
+    if (p < alpha && Plausible(f.candidate, f.value)) continue;
+    *candidates = Without(*candidates, {f});
     rounds->found.erase(rounds->found.begin() + static_cast<long>(i));
     rounds->p.erase(rounds->p.begin() + static_cast<long>(i));
     rounds->confused.erase(rounds->confused.begin() + static_cast<long>(i));
+    return true;
   }
+  return false;
 }
 
 void StoreCauses(const CauseSearch& search, const Rounds& rounds, Diagnosis* diagnosis) {
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const Found& f = rounds.found[i];
     const ScoreTest test = search.TestFound(rounds.found, i);
+    // An ordinary effect of the same kind is in the value as well.
+    const Eigen::VectorXd sigma =
+        (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
     diagnosis->causes.push_back(
-        {f.candidate, f.value, test.sigma, rounds.p[i], rounds.confused[i], Gain()});
+        {f.candidate, f.value, sigma, rounds.p[i], rounds.confused[i], Gain()});
   }
 }
 
@@ -192,7 +244,7 @@ std::vector<std::string> Stands(const std::vector<CauseSearch::Described>& descr
 }
 
 // Tests, takes the best and refits, until nothing stands out.
-Rounds SearchCauses(const std::vector<Candidate>& candidates, const DiagnosisOptions& options,
+Rounds SearchCauses(std::vector<Candidate> candidates, const DiagnosisOptions& options,
                     CauseSearch* search, Diagnosis* diagnosis) {
   const int tried = std::max(1, DistinctIds(candidates));
   const double alpha = options.alpha / tried;
@@ -213,9 +265,9 @@ Rounds SearchCauses(const std::vector<Candidate>& candidates, const DiagnosisOpt
     rounds.p.push_back(std::min(1.0, best->p * tried));
     rounds.confused.push_back(ConfusedWith(tested, *best));
     search->Fit(&rounds.found, kRefits);
-    const std::size_t count = rounds.found.size();
-    DropExplainedAway(*search, alpha, &rounds);
-    if (rounds.found.size() < count) search->Fit(&rounds.found, kRefits);
+    while (DropExplainedAway(*search, alpha, &candidates, &rounds)) {
+      search->Fit(&rounds.found, kRefits);
+    }
   }
   return rounds;
 }
@@ -273,6 +325,7 @@ Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
     diagnosis.causes.push_back(CauseOf(*false_gate));
   }
   diagnosis.base_seconds = SecondsSince(start);
+  const Eigen::VectorXd before = search->Whitened();
   const Rounds rounds =
       SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, search.get(), &diagnosis);
   StoreCauses(*search, rounds, &diagnosis);
@@ -280,7 +333,10 @@ Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
   for (const std::string& what : ExtraordinaryNoise(search->fit().noise)) {
     diagnosis.unexplained_by.push_back(what);
   }
-  diagnosis.rms_after = RmsOfFixes(search->flight(), search->Whitened());
+  const Eigen::VectorXd after = search->Whitened();
+  diagnosis.rms_after = RmsOfFixes(search->flight(), after);
+  diagnosis.rows = RowReports(search->flight(), before, after);
+  diagnosis.whiteness_p = WhitenessOf(diagnosis.rows);
   if (options.measure_gain && !diagnosis.causes.empty() && !log.fixes.empty()) {
     const Gain gain = MeasureGain(log, gain_log, options, *search, rounds.found);
     for (Cause& cause : diagnosis.causes) cause.gain = gain;

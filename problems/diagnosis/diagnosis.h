@@ -49,11 +49,12 @@ struct ModelParameter {
   double value, sigma;
 };
 
+// A fix or a sample of the accelerometer against the fit, in sigmas (as learned), before and after.
 struct RowReport {
   TimeNs t;
-  std::string kind;  // fix | force
-  int gate;
-  Eigen::Vector3d before, after;  // whitened
+  bool fix;  // else a force, which has x and y only
+  int gate;  // -1 for none
+  Eigen::Vector3d before, after;
 };
 
 struct Diagnosis {

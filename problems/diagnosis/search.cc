@@ -48,6 +48,25 @@ Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, Ba
   return all;
 }
 
+// Moves the found effects by `step`; true once it is small against the steps that sensitivities are
+// taken over. Noise learned anew makes the steps shrink by a constant ratio, which is used to look
+// ahead (Aitken).
+bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
+  constexpr double kFurthest = 4.0;  // times the step
+  bool settled = true;
+  int at = 0;
+  for (Found& f : *found) {
+    for (int k = 0; k < f.value.size(); ++k, ++at) {
+      const double ratio = last->size() > 0 ? step[at] / (*last)[at] : 0.0;
+      const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
+      f.value[k] += step[at] * std::min(kFurthest, ahead);
+      settled = settled && std::abs(step[at]) < 0.2 * f.candidate.info->parameters[k].step;
+    }
+  }
+  *last = step;
+  return settled;
+}
+
 }  // namespace
 
 CauseSearch::CauseSearch(const FlightLog& log, const VgdOptions& options)
@@ -93,6 +112,7 @@ void CauseSearch::Rebuild(const std::vector<Found>& found) {
 }
 
 void CauseSearch::Fit(std::vector<Found>* found, int refits) {
+  Eigen::VectorXd last;
   for (int i = 0; i <= refits; ++i) {
     Rebuild(*found);
     flight_->Evaluate(fit_.x, false);
@@ -113,16 +133,8 @@ void CauseSearch::Fit(std::vector<Found>* found, int refits) {
     LearnNoise(fit_.Linear(*flight_), FilterColumns(), i == 0 ? 6 : 3, &fit_.noise);
     Solve(flight_.get(), 3, &fit_);
     StorePath();
-    int at = FilterColumns();
-    bool settled = true;  // within a tenth of the step that sensitivities are taken over
-    for (Found& f : *found) {
-      for (int k = 0; k < f.value.size(); ++k, ++at) {
-        f.value[k] += fit_.columns.value[at];
-        const double step = f.candidate.info->parameters[k].step;
-        settled = settled && std::abs(fit_.columns.value[at]) < 0.2 * step;
-      }
-    }
-    if (settled) break;
+    const int at = FilterColumns();
+    if (Advance(fit_.columns.value.tail(fit_.columns.count() - at), &last, found)) break;
   }
 }
 

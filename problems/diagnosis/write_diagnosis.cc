@@ -1,5 +1,6 @@
 #include "problems/diagnosis/write_diagnosis.h"
 
+#include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
 #include "problems/common/atomic_file.h"
@@ -104,6 +105,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   residual["rms_after"] = Round(diagnosis.rms_after, 4);
   residual["unit"] = "sigma";
   residual["white"] = diagnosis.whiteness_p > 0.01;
+  residual["whiteness_p"] = Round(diagnosis.whiteness_p, 3);
   node["residual"] = Flow(residual);
   node["noise"] = NoiseNode(diagnosis.noise);
   node["warnings"] = diagnosis.warnings;
@@ -136,6 +138,19 @@ std::string Emit(const YAML::Node& node) {
   return std::string(emitter.c_str()) + "\n";
 }
 
+void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& path) {
+  AtomicFile file(path);
+  fmt::print(file.stream(),
+             "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],x_after [1],y_after "
+             "[1],z_after [1]\n");
+  for (const RowReport& r : diagnosis.rows) {
+    fmt::print(file.stream(), "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
+               ToSeconds(r.t), r.fix ? "fix" : "force", r.gate, r.before.x(), r.before.y(),
+               r.before.z(), r.after.x(), r.after.y(), r.after.z());
+  }
+  file.Commit();
+}
+
 std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {
@@ -164,6 +179,7 @@ std::string CauseText(const Cause& cause) {
 void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory) {
   WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(diagnosis, provenance)));
+  WriteResiduals(diagnosis, directory / "residuals.csv");
   WriteFileAtomically(directory / "diagnosis.yaml", Emit(DiagnosisNode(diagnosis, provenance)));
 }
 

@@ -1,5 +1,6 @@
 """Draws flights for the blind set: course, speed, vehicle, sensors, noise, turbulence and what is
 hidden, all from one seed. The physics is the simulator's; nothing here knows the estimator."""
+import math
 import random
 
 COURSES = ["hippodrome", "iros2016", "fast"]
@@ -70,11 +71,46 @@ def draw_flight(config, seed, hidden):
 
 
 def hide_outside(rng, config):
-    """Something that no entry of the catalogue describes."""
-    kind = rng.choice(["attitude_jitter", "correlated_gusts"])
-    if kind == "attitude_jitter":
-        config["ahrs"] = {"kind": "drifting_error", "constant": [0.0] * 3,
-                          "drift_sigma": [0.05] * 3, "drift_memory": 0.7}
-    else:
+    """Something that no entry of the catalogue describes: a stormy flight, or what `spoil` does."""
+    kind = rng.choice(["strong_gusts", "compass_twice_round", "distance_squared"])
+    if kind == "strong_gusts":
         config["turbulence"] = {"sigma": [0.6, 0.6, 0.3], "memory": 2.0}
     return {"id": f"outside:{kind}"}
+
+
+def spoil(log, hidden, gates):
+    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder;
+    gates: id -> position."""
+    if hidden == "outside:compass_twice_round":
+        rewrite(log / "attitude.csv", turn_heading)
+    elif hidden == "outside:distance_squared":
+        rewrite(log / "fixes.csv", lambda row, at: stretch(row, at, gates))
+
+
+def rewrite(path, change):
+    lines = path.read_text().splitlines()
+    at = {name.split(" ")[0]: i for i, name in enumerate(lines[0].split(","))}
+    rows = [",".join(change(line.split(","), at)) for line in lines[1:]]
+    path.write_text("\n".join([lines[0], *rows]) + "\n")
+
+
+def turn_heading(row, at):
+    """Heading too large by 0.15 rad sin(2 psi): a rotation about z of E' before the attitude."""
+    w, x, y, z = (float(row[at[n]]) for n in ("qw", "qx", "qy", "qz"))
+    psi = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    half = 0.075 * math.sin(2 * psi)
+    c, s = math.cos(half), math.sin(half)
+    for name, value in zip(("qw", "qx", "qy", "qz"),
+                           (c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)):
+        row[at[name]] = f"{value:.9f}"
+    return row
+
+
+def stretch(row, at, gates):
+    """Vectors to gates too long by 6 % for each metre of distance."""
+    gate = gates[int(row[at["gate"]])]
+    vector = [g - float(row[at[n]]) for g, n in zip(gate, "xyz")]
+    factor = 1 + 0.06 * math.dist(vector, (0, 0, 0))
+    for name, g, v in zip("xyz", gate, vector):
+        row[at[name]] = f"{g - factor * v:.6f}"
+    return row

@@ -17,7 +17,7 @@ from pathlib import Path
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from draw import COURSES, EFFECTS, draw_flight
+from draw import COURSES, EFFECTS, draw_flight, spoil
 from judge import table
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -54,6 +54,9 @@ def fly(arguments, name, seed, course, hidden):
     flown = simulate.returncode == 0
     if flown:
         (logs / f"{name}.truth.yaml").rename(sealed / f"{name}.truth.yaml")
+        written = yaml.safe_load((logs / name / "log.yaml").read_text())
+        gates = {gate["id"]: gate["position"] for gate in written["gates"]}
+        spoil(logs / name, truth[0]["id"] if truth else "", gates)
     (sealed / f"{name}.hidden.yaml").write_text(
         yaml.safe_dump({"course": course, "effects": truth, "flown": flown}))
     return flown
