@@ -9,6 +9,7 @@
 // the right mean; the tests hold it to 1 mm after 10 s with blocks of 50 ms.
 #pragma once
 
+#include "cost_functions/models/force_effects.h"
 #include "cost_functions/models/integrator.h"
 
 namespace trueline {
@@ -42,6 +43,8 @@ inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
 // Moments of the drive over a block, with tau the time since its start.
 struct MotionBlock {
   double h = 0.0;                                                           // s, length
+  double t = 0.0;                                                           // s, start, from the log's
+  double a_dt = 0.0;                                                        // int a_z dtau
   Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();                           // int R dtau
   Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();                          // int R a_z dtau
   Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();                       // int tau R dtau
@@ -53,6 +56,7 @@ struct MotionBlock {
   void Append(const Drive& drive, double dt) {
     const double tau_mid = h + 0.5 * dt;
     const Eigen::Matrix<double, 6, 6> RR = CongruenceMap(drive.R_Ep_I);
+    a_dt += drive.a_z * dt;
     R_dt += drive.R_Ep_I * dt;
     Ra_dt += drive.R_Ep_I * (drive.a_z * dt);
     R_tau_dt += drive.R_Ep_I * (tau_mid * dt);
@@ -83,11 +87,17 @@ struct BlockModel {
   Vector3<T> w;        // z_B in I
   Vector3<T> w_b;      // w * b_az
   Symmetric3<T> drag;  // D, packed, in I
+  Matrix3<T> R_B_I;
+  T K_x, K_y;                             // 1/s
+  const ForceEffects* effects = nullptr;  // none, or what is beyond linear drag
 
-  explicit BlockModel(const ImuDrivenModel<T>& model) : R_Ep_E(model.R_Ep_E()) {
+  explicit BlockModel(const ImuDrivenModel<T>& model, const ForceEffects* force_effects = nullptr)
+      : R_Ep_E(model.R_Ep_E()), R_B_I(model.R_B_I()) {
     const ImuDrivenParameters<T>& p = model.parameters();
+    K_x = p.K_x;
+    K_y = p.K_y;
+    if (force_effects != nullptr && force_effects->Any()) effects = force_effects;
     g_Ep = R_Ep_E.col(2) * model.g_E()[2];
-    const Matrix3<T>& R_B_I = model.R_B_I();
     const auto entry = [&](int i, int j) -> T {
       return p.K_x * R_B_I(0, i) * R_B_I(0, j) + p.K_y * R_B_I(1, i) * R_B_I(1, j);
     };
@@ -96,6 +106,21 @@ struct BlockModel {
     drag << entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2);
   }
 };
+
+// Acceleration in E' (m/s^2) that the effects add to a block in which the velocity is v_Ep on
+// average; attitude and thrust are the block's means.
+template <typename T>
+Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m,
+                             const Vector3<T>& v_Ep) {
+  const Eigen::Matrix3d R_I_Ep = m.R_dt.transpose() / m.h;
+  const Vector3<T> ground_B = b.R_B_I * Times(R_I_Ep, v_Ep);
+  const Vector3<T> wind_Ep = b.R_Ep_E * b.effects->wind_E.template cast<T>();
+  const Vector3<T> wind_B = b.R_B_I * Times(R_I_Ep, wind_Ep);
+  const Vector3<T> f_B = b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, -m.a_dt / m.h,
+                                               m.t + 0.5 * m.h);
+  const Vector3<T> f_I = b.R_B_I.transpose() * f_B;
+  return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
+}
 
 // Moves (p, v), both in E', over one block.
 template <typename T>
@@ -116,8 +141,15 @@ void Propagate(const BlockModel<T>& b, const MotionBlock& m, MotionState<T>* sta
   const Vector3<T> dv = dv_free + A * (state->v + curve) + A_tau * a;
   const Vector3<T> dv_tau_drag = A_tau * state->v + A * (a * T(m.h / 3.0) + curve * T(0.5)) * h;
   // p gains v h + int (h - tau) dv.
-  state->p += state->v * h + (dv * h - dv_tau - dv_tau_drag);
-  state->v += dv;
+  Vector3<T> dp = dv * h - dv_tau - dv_tau_drag, dv_all = dv;
+  if (b.effects != nullptr) {
+    const Vector3<T> v_mean = state->v + dv * T(0.5);
+    const Vector3<T> added = AddedAcceleration(b, m, v_mean) * h;
+    dv_all += added;
+    dp += added * T(0.5 * m.h);
+  }
+  state->p += state->v * h + dp;
+  state->v += dv_all;
 }
 
 }  // namespace trueline

@@ -141,6 +141,14 @@ std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options) {
 
 namespace {
 
+std::vector<FlightLog> CorrectLogs(const std::vector<FlightLog>& logs,
+                                   const std::vector<Effect>& effects) {
+  std::vector<FlightLog> corrected;
+  corrected.reserve(logs.size());
+  for (const FlightLog& log : logs) corrected.push_back(CorrectLog(log, effects));
+  return corrected;
+}
+
 // The flight at once, and the others of its vehicle with it. Their false passes come from the
 // fixed-lag smoother.
 WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
@@ -164,9 +172,11 @@ WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   const VgdOptions& vgd = options.methods.vgd;
-  const FlightData flight(log, vgd.drive, vgd.passes, vgd.drag_measurement);
+  const FlightLog corrected = CorrectLog(log, options.effects);
+  const FlightData flight(corrected, vgd.drive, vgd.passes, vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  calibration.effects = options.effects;
   Estimators estimators(flight, options.methods);
   for (const PlannedRun& run : PlanRuns(options)) {
     if (run.estimator == options.estimators.front() && run.gamma == vgd.gamma) {
@@ -177,7 +187,8 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
   }
   for (const EstimatorRun& run : calibration.runs) {
     if (run.estimator != "smoother" || run.gamma != vgd.gamma || run.windows.empty()) continue;
-    calibration.whole_flight = SolveWhole(flight, run, others, options.methods);
+    calibration.whole_flight =
+        SolveWhole(flight, run, CorrectLogs(others, options.effects), options.methods);
   }
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),

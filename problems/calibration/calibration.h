@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/effects/effect.h"
 #include "problems/estimators/estimators.h"
 #include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
@@ -17,6 +18,7 @@ struct CalibrationOptions {
   // The same flight with other window lengths, for comparison; methods.vgd.gamma is reported.
   std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
   EstimatorOptions methods;
+  std::vector<Effect> effects;  // of the model (trueline-diagnose), undone in the log
 };
 
 // Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
@@ -39,6 +41,7 @@ struct Calibration {
   std::optional<WholeFlight> whole_flight;  // where the smoother ran
   Verdict verdict;
   std::vector<std::string> warnings;
+  std::vector<Effect> effects;  // as given with the model, kept for the next one
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };

@@ -8,6 +8,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/effects/read_effects.h"
 
 namespace trueline {
 namespace {
@@ -28,6 +29,16 @@ std::vector<std::string> ParseEstimators(const std::string& text) {
   return names;
 }
 
+// The EKF and VGD-kinematic have no air speed in their models for such forces to act on.
+void CheckForces(const ForceEffects& forces, const std::vector<std::string>& estimators) {
+  if (!forces.Any()) return;
+  for (const std::string& name : estimators) {
+    if (name == "vgd" || name == "smoother") continue;
+    throw InputError(fmt::format(
+        "--model holds aerodynamic effects, which '{}' does not take; use vgd or smoother", name));
+  }
+}
+
 ThrustSource ParseThrust(const std::string& text) {
   if (text == "accelerometer") return ThrustSource::kAccelerometer;
   if (text == "level_flight") return ThrustSource::kLevelFlight;
@@ -43,8 +54,9 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
     options.methods = ReadEstimatorOptions(YamlMap::FromFile(flags.config));
   }
   VgdOptions& vgd = options.methods.vgd;
-  if (!flags.model.empty()) ApplyModel(flags.model, &vgd);
+  if (!flags.model.empty()) options.effects = ApplyModel(flags.model, &vgd);
   options.estimators = ParseEstimators(flags.estimators);
+  CheckForces(vgd.drive.force_effects, options.estimators);
   if (flags.gamma != 0) vgd.gamma = ParseGamma(std::to_string(flags.gamma));
   if (!flags.thrust.empty()) vgd.drive.thrust = ParseThrust(flags.thrust);
   options.gamma_sweep.clear();
@@ -61,12 +73,10 @@ void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptio
       "only the smoother takes several logs: give one with --log, or --estimator=smoother");
 }
 
-void ApplyModel(const std::string& model_file, VgdOptions* options) {
+std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* options) {
   const YamlMap model = YamlMap::FromFile(model_file);
-  if (!model.Children("effects").empty()) {
-    model.Fail("effects",
-               "this estimator takes no effects beyond eq. 15; give a model without any");
-  }
+  const std::vector<Effect> effects = ReadEffects(model);
+  options->drive.force_effects = ForceEffectsOf(effects);
   const YamlMap parameters = model.Child("parameters");
   for (const int i : {0, 1, 2, 6, 7, 8}) {
     const YamlMap entry = parameters.Child(kImuDrivenNames[i]);
@@ -82,6 +92,7 @@ void ApplyModel(const std::string& model_file, VgdOptions* options) {
       entry.Fail("unit", fmt::format("must be {}", kImuDrivenUnits[i]));
     }
   }
+  return effects;
 }
 
 YAML::Node ToYaml(const CalibrationOptions& options) {

@@ -24,8 +24,9 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags);
 void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptions& options);
 
 // Makes the vehicle's constants (drag, misalignment, biases: not the AHRS error, which is the
-// flight's own) of an earlier calibration the prior of this one.
-void ApplyModel(const std::string& model_file, VgdOptions* options);
+// flight's own) of an earlier calibration the prior of this one. Returns the model's effects; those
+// that are forces are set in the options.
+std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* options);
 
 // The resolved options, for provenance.
 YAML::Node ToYaml(const CalibrationOptions& options);

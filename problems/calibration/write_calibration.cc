@@ -205,14 +205,20 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   return node;
 }
 
-// What --model takes: the vehicle as this flight leaves it, and the effects beyond eq. 15 that it
-// shows (a calibration looks for none).
+// What --model takes: the vehicle as this flight leaves it, and the effects beyond eq. 15 that were
+// given with the model (a calibration looks for none).
 YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenance) {
   YAML::Node node;
   node["parameters"] = ParameterNode(calibration.whole_flight ? calibration.whole_flight->parameters
                                                               : LastWindow(calibration).parameters);
   node["effects"] = YAML::Node(YAML::NodeType::Sequence);
   node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  for (const Effect& effect : calibration.effects) {
+    YAML::Node entry;
+    entry["id"] = effect.id;
+    for (const auto& [key, value] : effect.values) entry[key] = Round(value, 6);
+    node["effects"].push_back(entry);
+  }
   node["provenance"] = provenance;
   return node;
 }

@@ -40,6 +40,23 @@ SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed)
   return variant;
 }
 
+SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model) {
+  SimulationConfig flown = config;
+  const std::map<std::string, double*> tunables = Tunables(&flown);
+  const YamlMap parameters = model.Child("parameters");
+  for (const char* name : {"K_x", "K_y", "b_az", "phi_I_B", "theta_I_B", "psi_I_B"}) {
+    *tunables.at(name) = parameters.Child(name).Get<double>("value");
+  }
+  for (const YamlMap& entry : model.Children("effects")) {
+    simulation::EffectSetting effect{entry.Get<std::string>("id"), {}};
+    for (const std::string& key : entry.Keys()) {
+      if (key != "id") effect.values[key] = entry.Get<double>(key);
+    }
+    flown.effects.push_back(effect);
+  }
+  return flown;
+}
+
 namespace simulation {
 
 std::vector<std::string> TunableNames(const SimulationConfig& config) {

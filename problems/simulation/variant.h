@@ -14,6 +14,10 @@ namespace trueline {
 // parameter's draw depends on the seed and its own name only.
 SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed);
 
+// The vehicle of a model.yaml (trueline-calibrate, trueline-diagnose) in place of the
+// configuration's: drag, thrust bias, misalignment, and its effects switched on.
+SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model);
+
 namespace simulation {
 
 // What can be drawn: K_x, b_az, phi_I_B, ... and `effect.parameter` for the effects configured.

@@ -51,11 +51,20 @@ void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
 }
 
 // Specific force in I by eq. 7-9 from the velocity in E'.
+// `t` in s from the log's start.
 template <typename T>
-Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const Drive& drive, const Vector3<T>& v_Ep) {
+Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effects,
+                      const Drive& drive, const Vector3<T>& v_Ep, double t) {
   const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
   const Vector3<T> v_B = model.R_B_I() * Times(R_I_Ep, v_Ep);
-  return model.R_B_I().transpose() * model.SpecificForce(drive.a_z, v_B);
+  Vector3<T> f_B = model.SpecificForce(drive.a_z, v_B);
+  if (effects.Any()) {
+    const Vector3<T> wind_Ep = model.R_Ep_E() * effects.wind_E.template cast<T>();
+    const Vector3<T> wind_B = model.R_B_I() * Times(R_I_Ep, wind_Ep);
+    const auto& p = model.parameters();
+    f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, -drive.a_z, t);
+  }
+  return model.R_B_I().transpose() * f_B;
 }
 
 }  // namespace
@@ -75,9 +84,11 @@ Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> time
     : chain_(track, start, std::move(times), max_block),
       scaling_(&scaling),
       gravity_(track.gravity()),
+      effects_(track.force_effects()),
       states_(chain_.times().size()) {
   for (const TimeNs t : force_times) {
-    forces_.push_back({IndexOf(t), track.steps()[track.StepAt(t)].drive, ForceNode()});
+    forces_.push_back({IndexOf(t), SecondsBetween(track.log_start(), t),
+                       track.steps()[track.StepAt(t)].drive, ForceNode()});
     forces_.back().node.d_theta.rightCols<2>() =
         Eigen::Vector2d(scaling.sigma.tail<2>()).asDiagonal();
   }
@@ -107,10 +118,10 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   const auto visit = [&](std::size_t i, const MotionState<T>& x, const Vector3<T>& v_Ep) {
     Store(x.p, x.v, &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    Store(ForceInImu(model, force->drive, v_Ep), b_a, &force->node);
+    Store(ForceInImu(model, effects_, force->drive, v_Ep, force->t), b_a, &force->node);
     ++force;
   };
-  chain_.Integrate(model, start, visit);
+  chain_.Integrate(model, start, visit, &effects_);
 }
 
 void Segment::Evaluate(const double* theta, const double* drift, const double* state,

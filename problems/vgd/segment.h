@@ -31,6 +31,9 @@ class Segment {
   // fills all nodes; their derivatives only where asked for.
   void Evaluate(const double* theta, const double* drift, const double* state, bool derivatives);
 
+  // Force beyond linear drag; the track's unless replaced.
+  void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }
+
   const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
   const ForceNode* ForceAt(TimeNs t) const;
   const StateNode* end_node() const { return &states_.back(); }
@@ -46,6 +49,7 @@ class Segment {
 
   struct Force {
     std::size_t time_index;
+    double t;  // s from the log's start
     Drive drive;
     ForceNode node;
   };
@@ -53,6 +57,7 @@ class Segment {
   MotionChain chain_;
   const ParameterScaling* scaling_;
   double gravity_;
+  ForceEffects effects_;
   std::vector<StateNode> states_;
   std::vector<Force> forces_;  // ascending in time
 };

@@ -85,6 +85,8 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
 
   DriveTrack track;
   track.gravity_ = log.gravity;
+  track.log_start_ = log.imu.front().t;
+  track.force_effects_ = options.force_effects;
   track.steps_.reserve(log.imu.size());
   const double median = MedianStep(log.imu);
   const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency)};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cost_functions/models/complementary_filter.h"
+#include "cost_functions/models/force_effects.h"
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/log/flight_log.h"
 
@@ -21,6 +22,7 @@ struct DriveOptions {
   // Steps up to this length are bridged by interpolation; nothing is integrated through longer
   // ones. s.
   double max_gap = 0.25;
+  ForceEffects force_effects;  // of an extended model (trueline-diagnose); none by default
 };
 
 // One step of the log: from t on for dt seconds with the drive at its middle.
@@ -43,7 +45,9 @@ class DriveTrack {
 
   TimeNs begin() const { return steps_.front().t; }
   TimeNs end() const { return end_; }
+  TimeNs log_start() const { return log_start_; }  // first IMU sample: where effects count from
   double gravity() const { return gravity_; }
+  const ForceEffects& force_effects() const { return force_effects_; }
   const std::vector<DriveStep>& steps() const { return steps_; }
   const std::vector<TimeSpan>& gaps() const { return gaps_; }
 
@@ -67,7 +71,9 @@ class DriveTrack {
   std::vector<DriveStep> steps_;
   std::vector<TimeSpan> gaps_;
   TimeNs end_ = 0;
+  TimeNs log_start_ = 0;
   double gravity_ = 9.81;
+  ForceEffects force_effects_;
 };
 
 // Attitude of every IMU sample by the project's own complementary filter, for logs without one.

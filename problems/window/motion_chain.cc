@@ -14,6 +14,7 @@ MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<Time
     for (int k = 0; k < pieces; ++k) {
       const TimeNs length = time - from;
       MotionBlock block;
+      block.t = SecondsBetween(track.log_start(), from + length * k / pieces);
       track.ForEachStep(from + length * k / pieces, from + length * (k + 1) / pieces,
                         [&](const Drive& drive, double dt) { block.Append(drive, dt); });
       blocks_.push_back(block);

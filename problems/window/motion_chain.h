@@ -17,10 +17,11 @@ class MotionChain {
 
   // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
   // the velocity in E' as well. Any scalar; no logged datum is integrated again.
+  // `effects`: force beyond linear drag, or null.
   template <typename T, typename Visitor>
-  void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E,
-                 Visitor&& visit) const {
-    const BlockModel<T> block_model(model);
+  void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E, Visitor&& visit,
+                 const ForceEffects* effects = nullptr) const {
+    const BlockModel<T> block_model(model, effects);
     const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
     MotionState<T> state;  // in E', relative to the start's position
     state.v = model.R_Ep_E() * start_E.v;

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from errors import ReportError
 
-VERBS = ["calibration", "benchmark", "observe", "design"]
+VERBS = ["calibration", "benchmark", "observe", "design", "diagnosis"]
 
 
 def parse_arguments(argv):

@@ -209,7 +209,7 @@ TEST(ApplyModel, RefusesWhatIsWrong) {
   EXPECT_THAT(ErrorOfModel("unit: m/s^2", "unit: g"), HasSubstr("must be m/s^2"));
   EXPECT_THAT(ErrorOfModel("  K_x: {value: -0.41, sigma: 0.02, unit: 1/s}\n", ""),
               HasSubstr("K_x"));
-  EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: wind}]"), HasSubstr("'effects'"));
+  EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: rain}]"), HasSubstr("'rain'"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->model = "/nowhere/model.yaml"; })),
               HasSubstr("/nowhere/model.yaml"));
 }

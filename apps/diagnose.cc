@@ -1,0 +1,75 @@
+// trueline-diagnose: what the calibrated model gets wrong on a flight, its name and its size.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include "problems/calibration/calibration_config.h"
+#include "problems/calibration/write_calibration.h"
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/diagnosis/write_diagnosis.h"
+#include "problems/log/native_log.h"
+#include "problems/report/render.h"
+
+DEFINE_string(log, "", "the flight: a native log directory");
+DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
+DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
+DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
+DEFINE_double(alpha, 0.01, "chance of naming a cause on a flight that has none");
+DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(quiet, false, "print nothing but errors");
+
+namespace {
+
+constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a flight.
+
+  trueline-diagnose --log=flight --out=result
+      tries every effect of the catalogue; names those that the flight proves, with size, sigma and
+      what they are worth on arcs that took no part; result/model.yaml is the better model
+  trueline-diagnose --log=flight --out=result --fit_to=mocap
+      the same with mocap as data, which shows smaller effects
+  trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
+      the next flight with what was found
+
+Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
+
+int Run() {
+  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+    throw trueline::InputError("--log and --out are needed; see trueline-diagnose --help");
+  }
+  if (FLAGS_fit_to != "fixes" && FLAGS_fit_to != "mocap") {
+    throw trueline::InputError("--fit_to=" + FLAGS_fit_to + " is not known; use fixes or mocap");
+  }
+  if (!(FLAGS_alpha > 0.0 && FLAGS_alpha < 1.0)) {
+    throw trueline::InputError("--alpha must lie between 0 and 1");
+  }
+  trueline::DiagnosisOptions options;
+  options.vgd = trueline::ResolveCalibrationOptions(
+                    {FLAGS_config, FLAGS_model, "vgd", "", "", 0}).methods.vgd;
+  options.fit_to_mocap = FLAGS_fit_to == "mocap";
+  options.alpha = FLAGS_alpha;
+  trueline::EnsureWritable(FLAGS_out);
+  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  const trueline::Diagnosis diagnosis = trueline::Diagnose(log, options);
+  for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WriteDiagnosis(diagnosis,
+                           trueline::Provenance(log, 0, trueline::ToYaml(options.vgd)), FLAGS_out);
+  if (FLAGS_report) {
+    const std::string warning =
+        trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);
+    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  }
+  if (!FLAGS_quiet) {
+    fmt::print("{}", trueline::DiagnosisTable(diagnosis));
+    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
+               diagnosis.base_seconds);
+  }
+  return trueline::kExitDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return trueline::RunApp("trueline-diagnose", kUsage, &argc, &argv, Run);
+}

@@ -1,0 +1,197 @@
+#include "problems/diagnosis/base_flight.h"
+
+#include <algorithm>
+
+#include "problems/window/rough_path.h"
+
+namespace trueline {
+namespace {
+
+// What a gust that goes linearly from g0 to g1 over h seconds adds to (p, v) after t seconds, as
+// factors of g0 and g1.
+struct GustGain {
+  double p0, p1, v0, v1;
+};
+
+GustGain GainAt(double t, double h) {
+  const double t2 = t * t;
+  return {t2 / 2 - t2 * t / (6 * h), t2 * t / (6 * h), t - t2 / (2 * h), t2 / (2 * h)};
+}
+
+// Where a sample is read: moved into the segment, should an effect have shifted it past the ends.
+TimeNs Clamp(TimeNs t, const FlightPlan::SegmentSpan& span) {
+  return std::clamp(t, span.begin + 1, span.end);
+}
+
+}  // namespace
+
+BaseFlight::BaseFlight(const FlightLog& log, const FlightPlan& plan, const VgdOptions& options,
+                       const ForceEffects& force_effects)
+    : log_(log),
+      plan_(plan),
+      scaling_(options),
+      track_(DriveTrack::FromLog(log, options.drive)),
+      forces_(SmoothForces(log.imu)) {
+  BuildSegments(options);
+  SetForceEffects(force_effects);
+}
+
+void BaseFlight::BuildSegments(const VgdOptions& options) {
+  std::vector<std::vector<TimeNs>> times(plan_.segments.size()), force_times(times.size());
+  segment_rows_.resize(times.size());
+  int row = 0;
+  const auto add_rows = [&](int s, int count) {
+    for (int k = 0; k < count; ++k) segment_rows_[s].push_back(row++);
+  };
+  for (const std::size_t i : plan_.fixes) {
+    const int s = plan_.SegmentOf(log_.fixes[i].t);
+    fix_segment_.push_back(s);
+    add_rows(s, 3);
+    times[s].push_back(Clamp(log_.fixes[i].t, plan_.segments[s]));
+  }
+  for (const std::size_t i : plan_.forces) {
+    const int s = plan_.SegmentOf(forces_[i].t);
+    force_segment_.push_back(s);
+    add_rows(s, 2);
+    force_times[s].push_back(Clamp(forces_[i].t, plan_.segments[s]));
+    times[s].push_back(force_times[s].back());
+  }
+  for (std::size_t s = 0; s < times.size(); ++s) {
+    times[s].push_back(plan_.segments[s].end);
+    std::sort(times[s].begin(), times[s].end());
+    times[s].erase(std::unique(times[s].begin(), times[s].end()), times[s].end());
+    segments_.push_back(std::make_unique<Segment>(track_, plan_.segments[s].begin,
+                                                  std::move(times[s]), force_times[s], scaling_,
+                                                  options.max_block));
+  }
+}
+
+void BaseFlight::SetForceEffects(const ForceEffects& effects) {
+  for (const auto& segment : segments_) segment->SetForceEffects(effects);
+}
+
+FlightUnknowns BaseFlight::RoughStart(const std::vector<Pass>& passes) const {
+  FlightUnknowns x;
+  const RoughPath path(log_.fixes, passes);
+  for (const auto& span : plan_.segments) {
+    const LineFit guess = path.At(std::min(span.begin, path.end()));
+    NodeVector node = NodeVector::Zero();
+    node.segment<kStateSize>(kStateAt) << guess.p, guess.v;
+    x.nodes.push_back(node);
+  }
+  return x;
+}
+
+FlightRows BaseFlight::Evaluate(const FlightUnknowns& x, bool derivatives) {
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    segments_[s]->Evaluate(x.theta.data(), x.nodes[s].data(), x.nodes[s].data() + kStateAt,
+                           derivatives);
+  }
+  FlightRows result;
+  result.r.setZero(rows());
+  if (derivatives) {
+    result.d_node.setZero(rows(), kNodeSize);
+    result.d_next.setZero(rows(), kNodeSize);
+    result.d_theta.setZero(rows(), kThetaSize);
+  }
+  for (std::size_t i = 0; i < plan_.fixes.size(); ++i) FixRow(i, x, &result);
+  for (std::size_t i = 0; i < plan_.forces.size(); ++i) ForceRow(i, x, &result);
+  for (std::size_t s = 0; s < segments_.size(); ++s) LinkRows(static_cast<int>(s), x, &result);
+  return result;
+}
+
+namespace {
+
+// The gust at the next segment's start, or its own where none follows.
+Eigen::Vector2d NextGust(const FlightPlan& plan, const FlightUnknowns& x, int s) {
+  return x.nodes[plan.segments[s].linked ? s + 1 : s].tail<kGustSize>();
+}
+
+// Adds d_gust0 and d_gust1 (rows x 2) where the rows' gusts stand.
+template <class Derivative>
+void AddGust(const FlightPlan& plan, int s, int row, const Derivative& d0, const Derivative& d1,
+             FlightRows* rows) {
+  const int count = static_cast<int>(d0.rows());
+  rows->d_node.block(row, kGustAt, count, kGustSize) += d0;
+  auto& target = plan.segments[s].linked ? rows->d_next : rows->d_node;
+  target.block(row, kGustAt, count, kGustSize) += d1;
+}
+
+}  // namespace
+
+void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
+  const Fix& fix = log_.fixes[plan_.fixes[i]];
+  const int s = fix_segment_[i], row = static_cast<int>(3 * i);
+  const auto& span = plan_.segments[s];
+  const TimeNs t = Clamp(fix.t, span);
+  const StateNode& node = *segments_[s]->StateAt(t);
+  const GustGain gain =
+      GainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
+  // What lies outside of the segment (after a shift in time) is read along the velocity.
+  const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
+  Eigen::Vector3d p = node.value.head<3>() + beyond;
+  p.head<2>() += gain.p0 * x.nodes[s].tail<kGustSize>() + gain.p1 * NextGust(plan_, x, s);
+  rows->r.segment<3>(row) = p - fix.p_E;
+  if (rows->d_node.size() == 0) return;
+  rows->d_node.block<3, kDriftSize>(row, 0) = node.d_drift().topRows<3>();
+  rows->d_node.block<3, kStateSize>(row, kStateAt) = node.d_state.topRows<3>();
+  rows->d_theta.middleRows<3>(row) = node.d_theta.topRows<3>();
+  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
+  AddGust(plan_, s, row, Eigen::Matrix2d(I * gain.p0), Eigen::Matrix2d(I * gain.p1), rows);
+}
+
+void BaseFlight::ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
+  const ForceSample& sample = forces_[plan_.forces[i]];
+  const int s = force_segment_[i];
+  const int row = static_cast<int>(3 * plan_.fixes.size() + 2 * i);
+  const auto& span = plan_.segments[s];
+  const TimeNs t = Clamp(sample.t, span);
+  const ForceNode& node = *segments_[s]->ForceAt(t);
+  const Eigen::Matrix<double, 2, 2> R_I_E =
+      track_.steps()[track_.StepAt(t)].drive.R_Ep_I.transpose().topLeftCorner<2, 2>();
+  const double u = SecondsBetween(span.begin, t) / SecondsBetween(span.begin, span.end);
+  const Eigen::Vector2d gust =
+      (1.0 - u) * x.nodes[s].tail<kGustSize>() + u * NextGust(plan_, x, s);
+  rows->r.segment<2>(row) = node.value + R_I_E * gust - sample.accel_xy;
+  if (rows->d_node.size() == 0) return;
+  rows->d_node.block<2, kDriftSize>(row, 0) = node.d_drift();
+  rows->d_node.block<2, kStateSize>(row, kStateAt) = node.d_state;
+  rows->d_theta.middleRows<2>(row) = node.d_theta;
+  AddGust(plan_, s, row, Eigen::Matrix2d(R_I_E * (1.0 - u)), Eigen::Matrix2d(R_I_E * u), rows);
+}
+
+void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) const {
+  const auto& span = plan_.segments[s];
+  if (!span.linked) return;
+  const int row = LinkRow(s);
+  const StateNode& end = *segments_[s]->end_node();
+  const double h = SecondsBetween(span.begin, span.end);
+  const GustGain gain = GainAt(h, h);
+  Eigen::Matrix<double, 6, 2> d0 = Eigen::Matrix<double, 6, 2>::Zero(), d1 = d0;
+  d0.topRows<2>().diagonal().setConstant(gain.p0);
+  d0.middleRows<2>(3).diagonal().setConstant(gain.v0);
+  d1.topRows<2>().diagonal().setConstant(gain.p1);
+  d1.middleRows<2>(3).diagonal().setConstant(gain.v1);
+  const Eigen::Matrix<double, 6, 1> predicted =
+      end.value + d0 * x.nodes[s].tail<kGustSize>() + d1 * NextGust(plan_, x, s);
+  rows->r.segment<6>(row) = x.nodes[s + 1].segment<kStateSize>(kStateAt) - predicted;
+  if (rows->d_node.size() == 0) return;
+  rows->d_node.block<6, kDriftSize>(row, 0) = -end.d_drift();
+  rows->d_node.block<6, kStateSize>(row, kStateAt) = -end.d_state;
+  rows->d_next.block<6, kStateSize>(row, kStateAt).setIdentity();
+  rows->d_theta.middleRows<6>(row) = -end.d_theta;
+  AddGust(plan_, s, row, Eigen::Matrix<double, 6, 2>(-d0), Eigen::Matrix<double, 6, 2>(-d1), rows);
+}
+
+Eigen::Matrix<double, 6, 1> BaseFlight::StateAtForce(std::size_t i) const {
+  const int s = force_segment_[i];
+  const TimeNs t = Clamp(forces_[plan_.forces[i]].t, plan_.segments[s]);
+  return segments_[s]->StateAt(t)->value;
+}
+
+Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {
+  const int s = fix_segment_[i];
+  return segments_[s]->StateAt(Clamp(log_.fixes[plan_.fixes[i]].t, plan_.segments[s]))->value;
+}
+
+}  // namespace trueline

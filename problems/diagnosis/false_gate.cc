@@ -1,0 +1,96 @@
+#include "problems/diagnosis/false_gate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "problems/result/distributions.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kApart = 4.0;   // sigmas of a fix from the path: hardly noise
+constexpr double kAgree = 3.0;   // sigmas between two that agree
+constexpr int kFewest = 6;       // fixes that make a place
+constexpr double kWidest = 2.0;  // m, smallest box that outliers are thought to fill, to each side
+
+struct Outlier {
+  std::size_t fix;
+  int gate;
+  Eigen::Vector3d d;  // m, fix less path
+  double sigma;       // m
+};
+
+std::vector<Outlier> OutliersOf(const BaseFlight& flight, const BaseFit& fit) {
+  std::vector<Outlier> outliers;
+  for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
+    const Fix& at = flight.log().fixes[flight.plan().fixes[i]];
+    const double sigma = at.sigma;  // as stated: what is learned has swallowed the outliers
+    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    if (at.gate >= 0 && d.norm() > kApart * sigma) {
+      outliers.push_back({flight.plan().fixes[i], at.gate, d, sigma});
+    }
+  }
+  return outliers;
+}
+
+std::vector<Outlier> AgreeingWith(const Outlier& centre, const std::vector<Outlier>& outliers) {
+  std::vector<Outlier> agreeing;
+  for (const Outlier& o : outliers) {
+    const double reach = kAgree * std::hypot(o.sigma, centre.sigma);
+    if ((o.d - centre.d).norm() < reach) agreeing.push_back(o);
+  }
+  return agreeing;
+}
+
+// Chance that of n outliers, spread evenly over a box, m or more fall within reach of one of them:
+// a Poisson tail (by chi-square), for each of them as the centre.
+double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers) {
+  double half = kWidest;
+  for (const Outlier& o : outliers) half = std::max(half, o.d.cwiseAbs().maxCoeff());
+  const double share = std::min(1.0, 4.0 / 3.0 * M_PI * std::pow(reach / (2.0 * half), 3));
+  return std::min(1.0, n * (1.0 - ChiSquareTail(2.0 * n * share, 2.0 * (m - 1))));
+}
+
+int OnlyGate(const std::vector<Outlier>& agreeing) {
+  const int gate = agreeing.front().gate;
+  const bool same = std::all_of(agreeing.begin(), agreeing.end(),
+                                [gate](const Outlier& o) { return o.gate == gate; });
+  return same ? gate : -1;
+}
+
+}  // namespace
+
+std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& fit, double alpha) {
+  const std::vector<Outlier> outliers = OutliersOf(flight, fit);
+  std::vector<Outlier> best;
+  const Outlier* centre = nullptr;
+  for (const Outlier& o : outliers) {
+    std::vector<Outlier> agreeing = AgreeingWith(o, outliers);
+    if (agreeing.size() > best.size()) {
+      best = std::move(agreeing);
+      centre = &o;
+    }
+  }
+  const int n = static_cast<int>(outliers.size()), m = static_cast<int>(best.size());
+  if (m < kFewest || 2 * m < n) return std::nullopt;
+  FalseGate found;
+  found.p = ChanceOf(n, m, kAgree * std::sqrt(2.0) * centre->sigma, outliers);
+  if (found.p >= alpha) return std::nullopt;
+  found.gate = OnlyGate(best);
+  double weights = 0.0;
+  for (const Outlier& o : best) {
+    found.fixes.push_back(o.fix);
+    // A fix is map position less vector, so that an object beside the gate moves it the other way.
+    found.offset -= o.d / (o.sigma * o.sigma);
+    weights += 1.0 / (o.sigma * o.sigma);
+  }
+  found.offset /= weights;
+  const auto& log = flight.log().fixes;
+  const auto count = std::count_if(log.begin(), log.end(), [&](const Fix& f) { return f.gate >= 0; });
+  found.fraction = m / static_cast<double>(count);
+  found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
+  return found;
+}
+
+}  // namespace trueline

@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "problems/common/error.h"
+#include "problems/diagnosis/base_flight.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kMargin = 0.3;    // s, around passes: effects move fixes and attitude in time
+constexpr int kMinClusters = 4;    // fewer units of evidence tell nothing apart from chance
+constexpr double kMaxPass = 4.0;   // s; a longer run of fixes (mocap) gives several clusters
+
+struct Stretch {
+  TimeNs begin, end;
+};
+
+// Passes that can be integrated through, joined.
+std::vector<Stretch> FindStretches(const FlightData& flight) {
+  std::vector<Stretch> stretches;
+  const TimeNs margin = FromSeconds(kMargin);
+  for (std::size_t i = 0; i < flight.passes.size(); ++i) {
+    const Pass& pass = flight.passes[i];
+    if (i > 0 && flight.HasArc(static_cast<int>(i)) && !stretches.empty()) {
+      stretches.back().end = pass.end;
+    } else {
+      stretches.push_back({pass.begin, pass.end});
+    }
+  }
+  for (Stretch& s : stretches) {
+    s.begin = std::max(s.begin - margin, flight.track.begin() + margin);
+    s.end = std::min(s.end + margin, flight.track.end() - margin);
+  }
+  std::erase_if(stretches, [&](const Stretch& s) {
+    return SecondsBetween(s.begin, s.end) < 1.0 || !flight.track.Covers(s.begin, s.end);
+  });
+  return stretches;
+}
+
+std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
+  std::vector<TimeNs> starts;
+  for (const Pass& pass : flight.passes) {
+    const double length = SecondsBetween(pass.begin, pass.end);
+    const int pieces = std::max(1, static_cast<int>(length / kMaxPass));
+    for (int k = 0; k < pieces; ++k) {
+      starts.push_back(pass.begin + (pass.end - pass.begin) * k / pieces);
+    }
+  }
+  return starts;
+}
+
+int ClusterAt(const std::vector<TimeNs>& starts, TimeNs t) {
+  const auto after = std::upper_bound(starts.begin(), starts.end(), t);
+  return std::max(0, static_cast<int>(after - starts.begin()) - 1);
+}
+
+}  // namespace
+
+FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
+  FlightPlan plan;
+  const std::vector<TimeNs> starts = ClusterStarts(flight);
+  const std::vector<ForceSample> forces = SmoothForces(flight.log.imu);
+  plan.clusters = static_cast<int>(starts.size());
+  const auto add_inside = [&](const Stretch& s, const auto& samples, auto* indices, auto* cluster) {
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (samples[i].t <= s.begin || samples[i].t >= s.end) continue;
+      indices->push_back(i);
+      cluster->push_back(ClusterAt(starts, samples[i].t));
+    }
+  };
+  for (const Stretch& s : FindStretches(flight)) {
+    const double seconds = SecondsBetween(s.begin, s.end);
+    const int count = std::max(1, static_cast<int>(std::ceil(seconds / options.knot_interval)));
+    for (int k = 0; k < count; ++k) {
+      const TimeNs from = s.begin + (s.end - s.begin) * k / count;
+      const TimeNs to = s.begin + (s.end - s.begin) * (k + 1) / count;
+      plan.segments.push_back({from, to, k + 1 < count, ClusterAt(starts, to)});
+    }
+    add_inside(s, flight.log.fixes, &plan.fixes, &plan.fix_cluster);
+    if (options.drag_measurement.enabled) {
+      add_inside(s, forces, &plan.forces, &plan.force_cluster);
+    }
+  }
+  if (plan.clusters < kMinClusters || plan.segments.empty()) {
+    throw InputError(fmt::format(
+        "{}: {} passes through gates are too few for a diagnosis, which needs {} or more; fly more "
+        "laps, or fit to mocap (--fit_to=mocap)",
+        flight.log.directory, plan.clusters, kMinClusters));
+  }
+  return plan;
+}
+
+int FlightPlan::SegmentOf(TimeNs t) const {
+  const auto it = std::lower_bound(segments.begin(), segments.end(), t,
+                                   [](const SegmentSpan& s, TimeNs value) { return s.end < value; });
+  return it == segments.end() ? static_cast<int>(segments.size()) - 1
+                              : static_cast<int>(it - segments.begin());
+}
+
+}  // namespace trueline

@@ -1,0 +1,114 @@
+#include <cmath>
+#include <vector>
+
+#include "problems/diagnosis/base_fit.h"
+
+namespace trueline {
+namespace {
+
+// One strength, with what is ordinary for it: the median and the spread of its logarithm.
+struct Coordinate {
+  double NoiseStrengths::*member = nullptr;
+  double ProcessNoise::*process = nullptr;
+  double usual, spread;
+  double least = 0.0;  // no model is better than this
+  double most = 1e9;   // beyond it is an effect's business, not chance's
+
+  double& In(NoiseStrengths* noise) const {
+    return member != nullptr ? noise->*member : noise->process.*process;
+  }
+};
+
+const std::vector<Coordinate>& Coordinates() {
+  static const std::vector<Coordinate> coordinates = {
+      {.member = &NoiseStrengths::fix_scale, .usual = 1.0, .spread = 0.3},
+      {.member = &NoiseStrengths::force_sigma, .usual = 0.06, .spread = 1.0, .least = 0.04},
+      {.member = &NoiseStrengths::gust, .usual = 0.08, .spread = 1.2},
+      {.member = &NoiseStrengths::gust_memory, .usual = 0.8, .spread = 0.4, .most = 1.6},
+      {.process = &ProcessNoise::acceleration, .usual = 0.03, .spread = 1.2},
+      {.process = &ProcessNoise::tilt, .usual = 0.5 * kDegree, .spread = 1.2},
+      {.process = &ProcessNoise::heading, .usual = 0.3 * kDegree, .spread = 1.2},
+      {.process = &ProcessNoise::memory, .usual = 5.0, .spread = 1.2}};
+  return coordinates;
+}
+
+double LogPrior(NoiseStrengths noise) {
+  double sum = 0.0;
+  for (const Coordinate& c : Coordinates()) {
+    const double z = std::log(c.In(&noise) / c.usual) / c.spread;
+    sum -= 0.5 * z * z;
+  }
+  return sum;
+}
+
+// Normal matrices of the measurements by segment: strengths only scale them.
+struct Measurements {
+  std::vector<Eigen::MatrixXd> fixes, forces;
+  double log_fix_weights = 0.0;
+  int fix_rows = 0, force_rows = 0;
+
+  explicit Measurements(const LinearFlight& linear) {
+    for (int s = 0; s < static_cast<int>(linear.flight.plan().segments.size()); ++s) {
+      const RowStack fix = FixStack(linear, s, 1.0), force = ForceStack(linear, s, 1.0);
+      fixes.push_back(fix.values.transpose() * fix.values);
+      forces.push_back(force.values.transpose() * force.values);
+      log_fix_weights += fix.log_weights;
+      fix_rows += static_cast<int>(fix.row.size());
+      force_rows += static_cast<int>(force.row.size());
+    }
+  }
+};
+
+double Evidence(const LinearFlight& linear, const Measurements& measured,
+                const NoiseStrengths& noise, int nuisances) {
+  ChainElimination elimination(linear.width());
+  double log_weights = measured.log_fix_weights - measured.fix_rows * std::log(noise.fix_scale) -
+                       measured.force_rows * std::log(noise.force_sigma);
+  const double fix = 1.0 / (noise.fix_scale * noise.fix_scale);
+  const double force = 1.0 / (noise.force_sigma * noise.force_sigma);
+  Eigen::MatrixXd gram;
+  for (int s = 0; s < static_cast<int>(measured.fixes.size()); ++s) {
+    gram = fix * measured.fixes[s] + force * measured.forces[s];
+    for (const RowStack& stack : {LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
+      gram.noalias() += stack.values.transpose() * stack.values;
+      log_weights += stack.log_weights;
+    }
+    elimination.Add(gram, nullptr);
+  }
+  return LogEvidence(Reduce(linear, elimination, log_weights), kThetaSize + nuisances) +
+         LogPrior(noise);
+}
+
+}  // namespace
+
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise) {
+  const Measurements measured(linear);
+  const auto evidence = [&](const NoiseStrengths& at) {
+    return Evidence(linear, measured, at, nuisances);
+  };
+  const auto& coordinates = Coordinates();
+  std::vector<double> step(coordinates.size(), std::log(sweeps > 2 ? 2.0 : 1.3));
+  double best = evidence(*noise);
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (std::size_t i = 0; i < coordinates.size(); ++i) {
+      bool moved = false;
+      for (const double direction : {1.0, -1.0}) {  // of the last success
+        NoiseStrengths trial = *noise;
+        coordinates[i].In(&trial) *= std::exp(direction * step[i]);
+        const double value_there = coordinates[i].In(&trial);
+        if (value_there < coordinates[i].least || value_there > coordinates[i].most) continue;
+        const double value = evidence(trial);
+        if (value <= best) continue;
+        best = value;
+        *noise = trial;
+        moved = true;
+        step[i] *= direction;
+        break;
+      }
+      step[i] *= moved ? 1.2 : 0.5;
+    }
+  }
+  return best;
+}
+
+}  // namespace trueline

@@ -1,0 +1,22 @@
+// What lies beyond the catalogue: general terms of force and of fix errors. They describe a residual
+// that no effect explains; they do not name a cause.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/diagnosis/base_fit.h"
+
+namespace trueline {
+
+struct LibraryTerm {
+  std::string name;         // what the residual goes with
+  Eigen::MatrixXd columns;  // by row of FlightRows
+  Eigen::VectorXd ordinary;  // sizes of no interest
+};
+
+// Products of velocity, turn rate and thrust in body axes, place on the course, heading and time, as
+// accelerations; distance, place in the picture and time, as errors of fixes. At the solution `x`.
+std::vector<LibraryTerm> LibraryTerms(BaseFlight* flight, const FlightUnknowns& x);
+
+}  // namespace trueline

@@ -1,0 +1,43 @@
+// Effects beyond the calibrated model, with their values, as model.yaml holds them and
+// trueline-diagnose finds them. Names, signs and units are those of the catalogue of effects.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cost_functions/models/force_effects.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+struct Effect {
+  std::string id;
+  std::map<std::string, double> values;  // by parameter, in the catalogue's units
+
+  double operator[](const std::string& name) const {
+    const auto it = values.find(name);
+    return it == values.end() ? 0.0 : it->second;
+  }
+};
+
+// The share of the effects that is aerodynamic force, which the model integrates.
+ForceEffects ForceEffectsOf(const std::vector<Effect>& effects);
+
+// Velocity over ground along a fitted path, ascending in time.
+struct VelocitySample {
+  TimeNs t;
+  Eigen::Vector3d v_E;  // m/s
+};
+
+// The log as it would have been without the effects on sensors, attitude filter, detector and map:
+// each is undone with its stated values. `path` is for effects that follow the vehicle's
+// acceleration; where it is empty, lines and curves through the fixes stand in.
+FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
+                     const std::vector<VelocitySample>& path = {});
+
+// True for ids that CorrectLog or ForceEffectsOf act on.
+bool IsModelled(const std::string& effect_id);
+
+}  // namespace trueline

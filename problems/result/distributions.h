@@ -1,0 +1,20 @@
+// Tail probabilities of the distributions that tests need.
+#pragma once
+
+namespace trueline {
+
+// P(X > x) of chi-square with `dof` degrees of freedom.
+double ChiSquareTail(double x, double dof);
+
+// P(X > x) of Fisher's F with (d1, d2) degrees of freedom.
+double FTail(double x, double d1, double d2);
+
+// The value that chi-square with `dof` (F with d1, d2) exceeds with probability p.
+double ChiSquareCritical(double p, double dof);
+double FCritical(double p, double d1, double d2);
+
+// Non-centrality at which chi-square with `dof` exceeds `critical` with probability `power`
+// (Abdel-Aty's cube-root approximation, good to a few per cent).
+double NonCentralityFor(double critical, double dof, double power);
+
+}  // namespace trueline

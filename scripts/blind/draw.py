@@ -1,0 +1,116 @@
+"""Draws flights for the blind set: course, speed, vehicle, sensors, noise, turbulence and what is
+hidden, all from one seed. The physics is the simulator's; nothing here knows the estimator."""
+import math
+import random
+
+COURSES = ["hippodrome", "iros2016", "fast"]
+
+# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
+SIGNED = True
+EFFECTS = {
+    "quadratic_drag": {"c": (0.05, 0.4, not SIGNED)},
+    "rotor_drag": {"k": (0.01, 0.08, not SIGNED)},
+    "wind": {"w_x": (0.3, 2.0, SIGNED), "w_y": (0.3, 2.0, SIGNED)},
+    "drag_step": {"t_step": (30.0, 70.0, not SIGNED), "factor": (1.5, 2.5, not SIGNED)},
+    "accel_scale_z": {"s": (0.02, 0.15, SIGNED)},
+    "accel_bias_drift": {"d": (0.0005, 0.005, SIGNED)},
+    "imu_lever_arm": {"r_x": (0.02, 0.1, SIGNED), "r_y": (0.02, 0.1, SIGNED),
+                      "r_z": (0.01, 0.05, SIGNED)},
+    "ahrs_acceleration_error": {"k": (0.2, 1.0, not SIGNED)},
+    "heading_drift": {"d": (0.0005, 0.005, SIGNED)},
+    "heading_distortion": {"a_sin": (0.03, 0.15, SIGNED), "a_cos": (0.03, 0.15, SIGNED)},
+    "attitude_latency": {"tau": (0.02, 0.1, not SIGNED)},
+    "fix_latency": {"tau": (0.03, 0.15, not SIGNED)},
+    "fix_scale": {"s": (0.04, 0.2, SIGNED)},
+    "camera_misalignment": {"roll": (0.02, 0.1, SIGNED), "pitch": (0.03, 0.15, SIGNED),
+                            "yaw": (0.03, 0.15, SIGNED)},
+    "gate_moved": {"gate": (1, 1, not SIGNED), "dx": (0.2, 0.8, SIGNED), "dy": (0.2, 0.8, SIGNED),
+                   "dz": (0.05, 0.3, SIGNED)},
+    "false_gate": {"fraction": (0.05, 0.25, not SIGNED), "dx": (0.5, 2.0, SIGNED),
+                   "dy": (0.5, 2.0, SIGNED), "dz": (0.1, 0.5, SIGNED)},
+}
+
+
+def draw_effect(rng, effect):
+    values = {}
+    for name, (low, high, signed) in EFFECTS[effect].items():
+        size = low * (high / low) ** rng.random()
+        values[name] = int(size) if name == "gate" else size * (rng.choice([-1, 1]) if signed else 1)
+    return {"id": effect, **values}
+
+
+def draw_flight(config, seed, hidden):
+    """`config`: a shipped configuration as a dict, changed in place. `hidden`: ids, or ["outside"].
+    Returns what is hidden, for the seal."""
+    rng = random.Random(seed)
+    course = config["course"]
+    factor = rng.uniform(0.85, 1.2)
+    for part in [course, *course.get("corners", [])]:
+        for key in ("speed", "turn_speed"):
+            if key in part:
+                part[key] = round(part[key] * factor, 3)
+    config["vehicle"] = {"drag": [-rng.uniform(0.3, 0.8), -rng.uniform(0.3, 0.8), -0.1]}
+    sigma = rng.choice([0.0, 0.03, 0.06, 0.1])
+    config["turbulence"] = {"sigma": [sigma] * 3, "memory": rng.uniform(0.5, 1.5)}
+    imu = config["imu"]
+    imu["accel_bias"] = [rng.uniform(-0.15, 0.15), rng.uniform(-0.15, 0.15), rng.uniform(-0.3, 0.3)]
+    imu["misalignment"] = [rng.uniform(-0.02, 0.02) for _ in range(3)]
+    if rng.random() < 0.5:
+        config["ahrs"] = {"kind": "drifting_error",
+                          "constant": [rng.uniform(-0.02, 0.02) for _ in range(3)],
+                          "drift_sigma": [rng.uniform(0.0, 0.006)] * 3,
+                          "drift_memory": rng.uniform(10, 40)}
+    detector = config.setdefault("detector", {})
+    detector["sigma_factor"] = rng.choice([0.03, 0.05, 0.1])
+    detector["fixes"] = rng.choice([[15, 20], [30, 45]])
+    config["duration"] = 100
+    config["effects"] = [draw_effect(rng, e) for e in hidden if e in EFFECTS]
+    if "outside" in hidden:
+        return [hide_outside(rng, config)]
+    return config["effects"]
+
+
+def hide_outside(rng, config):
+    """Something that no entry of the catalogue describes: a stormy flight, or what `spoil` does."""
+    kind = rng.choice(["strong_gusts", "compass_twice_round", "distance_squared"])
+    if kind == "strong_gusts":
+        config["turbulence"] = {"sigma": [0.6, 0.6, 0.3], "memory": 2.0}
+    return {"id": f"outside:{kind}"}
+
+
+def spoil(log, hidden, gates):
+    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder;
+    gates: id -> position."""
+    if hidden == "outside:compass_twice_round":
+        rewrite(log / "attitude.csv", turn_heading)
+    elif hidden == "outside:distance_squared":
+        rewrite(log / "fixes.csv", lambda row, at: stretch(row, at, gates))
+
+
+def rewrite(path, change):
+    lines = path.read_text().splitlines()
+    at = {name.split(" ")[0]: i for i, name in enumerate(lines[0].split(","))}
+    rows = [",".join(change(line.split(","), at)) for line in lines[1:]]
+    path.write_text("\n".join([lines[0], *rows]) + "\n")
+
+
+def turn_heading(row, at):
+    """Heading too large by 0.15 rad sin(2 psi): a rotation about z of E' before the attitude."""
+    w, x, y, z = (float(row[at[n]]) for n in ("qw", "qx", "qy", "qz"))
+    psi = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    half = 0.075 * math.sin(2 * psi)
+    c, s = math.cos(half), math.sin(half)
+    for name, value in zip(("qw", "qx", "qy", "qz"),
+                           (c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)):
+        row[at[name]] = f"{value:.9f}"
+    return row
+
+
+def stretch(row, at, gates):
+    """Vectors to gates too long by 6 % for each metre of distance."""
+    gate = gates[int(row[at["gate"]])]
+    vector = [g - float(row[at[n]]) for g, n in zip(gate, "xyz")]
+    factor = 1 + 0.06 * math.dist(vector, (0, 0, 0))
+    for name, g, v in zip("xyz", gate, vector):
+        row[at[name]] = f"{g - factor * v:.6f}"
+    return row

@@ -1,0 +1,95 @@
+#!/usr/bin/python3
+"""The blind set: hides effects in simulated flights, diagnoses the logs alone, then judges.
+
+    scripts/blind/run.py --build=build --work=/tmp/blind --flights=300 --seed=1 --jobs=2
+
+Three steps, each in a folder of its own, so that the diagnosis never sees the truth: logs/ (native
+logs), sealed/ (configurations, truth, what was hidden), results/ (diagnosis.yaml by flight). The
+table goes to standard output and WORK/table.md.
+"""
+import argparse
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import yaml
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from draw import COURSES, EFFECTS, draw_flight, spoil
+from judge import table
+
+SOURCE = Path(__file__).resolve().parents[2]
+
+
+def plan(flights, seed):
+    """(name, seed, course, hidden ids): a fifth hides nothing, a tenth two effects, a tenth what is
+    outside of the catalogue; the rest one effect, all in turn."""
+    ids = list(EFFECTS)
+    for i in range(flights):
+        kind, turn = i % 10, i // 10
+        if kind in (0, 5):
+            hidden = []
+        elif kind == 9:
+            hidden = ["outside"]
+        elif kind == 4:
+            hidden = [ids[turn % len(ids)], ids[(turn * 5 + 7) % len(ids)]]
+            hidden = hidden if hidden[0] != hidden[1] else hidden[:1]
+        else:
+            singles = [1, 2, 3, 6, 7, 8]
+            hidden = [ids[(turn * len(singles) + singles.index(kind)) % len(ids)]]
+        yield f"f{i:03d}", seed * 1000 + i, COURSES[(i + turn) % len(COURSES)], hidden
+
+
+def fly(arguments, name, seed, course, hidden):
+    sealed, logs = arguments.work / "sealed", arguments.work / "logs"
+    config = yaml.safe_load((SOURCE / f"config/simulate/{course}.yaml").read_text())
+    truth = draw_flight(config, seed, hidden)
+    file = sealed / f"{name}.yaml"
+    file.write_text(yaml.safe_dump(config))
+    simulate = subprocess.run([arguments.build / "apps/trueline-simulate", f"--config={file}",
+                               f"--out={logs / name}", f"--seed={seed}", "--quiet"],
+                              capture_output=True, text=True, check=False)
+    flown = simulate.returncode == 0
+    if flown:
+        (logs / f"{name}.truth.yaml").rename(sealed / f"{name}.truth.yaml")
+        written = yaml.safe_load((logs / name / "log.yaml").read_text())
+        gates = {gate["id"]: gate["position"] for gate in written["gates"]}
+        spoil(logs / name, truth[0]["id"] if truth else "", gates)
+    (sealed / f"{name}.hidden.yaml").write_text(
+        yaml.safe_dump({"course": course, "effects": truth, "flown": flown}))
+    return flown
+
+
+def diagnose(arguments, name):
+    subprocess.run([arguments.build / "apps/trueline-diagnose", f"--log={arguments.work / 'logs' / name}",
+                    f"--out={arguments.work / 'results' / name}", "--quiet", "--report=false"],
+                   capture_output=True, check=False)
+
+
+def one(arguments, flight):
+    if fly(arguments, *flight):
+        diagnose(arguments, flight[0])
+    shutil.rmtree(arguments.work / "logs" / flight[0], ignore_errors=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--build", type=Path, default=SOURCE / "build")
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--flights", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    arguments = parser.parse_args()
+    for folder in ("logs", "sealed", "results"):
+        (arguments.work / folder).mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        list(pool.map(lambda flight: one(arguments, flight), plan(arguments.flights, arguments.seed)))
+    text = table(arguments.work)
+    (arguments.work / "table.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

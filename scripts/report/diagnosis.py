@@ -1,0 +1,95 @@
+"""The page of trueline-diagnose: verdict, causes, everything that was tried, residuals."""
+from pathlib import Path
+
+import plotly.graph_objects as go
+
+from charts import BAD, FIXES, decimate, embed, style
+from csv_table import read_table
+from errors import ReportError
+from page import Page, escape, paragraph
+from tables import badge, bullets, number, percent, table, tiles, with_sigma
+from yaml_file import read_mapping
+
+VERB_HELP = "the result of trueline-diagnose"
+VERDICTS = {"clean": "Nothing of the catalogue is proved by this flight.",
+            "explained": "The causes below are proved by this flight.",
+            "ambiguous": "Something is wrong, and more than one effect would explain it.",
+            "unexplained": "The residual is real, and no effect of the catalogue explains it."}
+
+
+def add_arguments(parser):
+    parser.add_argument("--result", required=True, type=Path,
+                        help="the folder that trueline-diagnose has written")
+
+
+def build(arguments):
+    path = arguments.result / "diagnosis.yaml"
+    result = read_mapping(path, "run trueline-diagnose first")
+    if result.get("verdict") not in VERDICTS:
+        raise ReportError(f"{path}: 'verdict' is missing or not known")
+    page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
+    page.add("verdict", "Result", *_verdict(result))
+    page.add("candidates", "What was tried", *_candidates(result))
+    page.add("residuals", "Residuals", *_residuals(result, arguments.result))
+    return page
+
+
+def _verdict(result):
+    residual = result["residual"]
+    blocks = [paragraph(VERDICTS[result["verdict"]]),
+              tiles([(result["verdict"], "verdict"),
+                     (number(residual["rms_before"]), "fixes' residual before, sigma"),
+                     (number(residual["rms_after"]), "after"),
+                     ("yes" if residual["white"] else "no", "residual white")])]
+    for cause in result.get("causes") or []:
+        blocks += _cause(cause)
+    if result.get("goes_with"):
+        blocks += ["<h3>The residual goes with</h3>", bullets(result["goes_with"])]
+    return blocks
+
+
+def _cause(cause):
+    rows = [[escape(name), with_sigma(p["value"], p["sigma"]) if "sigma" in p else number(p["value"]),
+             escape(p["unit"])] for name, p in cause["parameters"].items()]
+    blocks = [f"<h3>{escape(cause['id'])} {badge(percent(cause['confidence']))}</h3>",
+              table([("parameter", 0), ("value", 1), ("unit", 0)], rows)]
+    if cause["confused_with"]:
+        blocks.append(paragraph(f"As good on this flight: {', '.join(cause['confused_with'])}. "
+                                f"To tell them apart: {cause['separate_by']}."))
+    gain = cause.get("gain")
+    if gain:
+        low, high = gain["interval95"]
+        blocks.append(paragraph(
+            f"Final-point error on {gain['arcs']} held-out arcs: {number(gain['before'])} m before, "
+            f"{number(gain['after'])} m after (95 % of the gain: {number(low)} to {number(high)} m)."))
+    return blocks
+
+
+def _candidates(result):
+    headers = [("effect", 0), ("score z", 1), ("p", 1), ("would have been found from", 0)]
+    rows = [[escape(c.get("which", c["id"])), number(c["score_z"]), number(c["p_value"], 2),
+             escape(", ".join(f"{n} {number(v, 2)}" for n, v in c["detectable_size"].items()))]
+            for c in result["candidates"]]
+    note = ("Every effect, tested alone on the base fit. The size in the last column would have been "
+            "found with 95 % power; smaller ones may be there unseen.")
+    return [paragraph(note, "note"), table(headers, rows)]
+
+
+def _residuals(result, folder):
+    frame = read_table(folder / "residuals.csv", ["t", "x_before", "y_before", "x_after", "y_after"],
+                       ["kind"])
+    blocks = []
+    for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y")):
+        part = decimate(frame[frame.kind == kind], 1500)
+        if part.empty:
+            continue
+        figure = go.Figure()
+        for when, colour in (("before", BAD), ("after", FIXES)):
+            for axis in "xy":
+                figure.add_scattergl(x=part.t, y=part[f"{axis}_{when}"], mode="markers",
+                                     name=f"{axis} {when}",
+                                     marker=dict(color=colour, size=4,
+                                                 symbol="circle" if axis == "x" else "diamond"))
+        style(figure, 320, xaxis_title="time [s]", yaxis_title="residual [sigma]")
+        blocks += [f"<h3>{what}</h3>", embed(figure, f"plot-{kind}")]
+    return blocks or [paragraph("There are no residuals.")]
