@@ -16,6 +16,7 @@ constexpr int kErrors = Model::kErrors;
 constexpr int kMoving = Model::kMovingErrors;
 constexpr int kNoise = 6;
 constexpr double kLongestStep = 0.01;  // s; longer gaps in the IMU are stepped through
+constexpr double kSettling = 1.0;      // s, before innovations are judged
 using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 
 class Filter {
@@ -43,6 +44,7 @@ class Filter {
     }
     run.state = x_;
     run.cov = cov_;
+    run.log_likelihood = log_likelihood_;
     return run;
   }
 
@@ -93,7 +95,9 @@ class Filter {
     const AugmentedRows HP = H * *cov;
     Eigen::Matrix<double, 6, 6> S = HP * H.transpose();
     S.diagonal() += sigma.cwiseAbs2();
-    const Eigen::Matrix<double, kErrors + kNoise, 6> K = S.llt().solve(HP).transpose();
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(S);
+    Judge(t, innovation.dot(llt.solve(innovation)), llt.matrixLLT().diagonal().prod());
+    const Eigen::Matrix<double, kErrors + kNoise, 6> K = llt.solve(HP).transpose();
     const Eigen::Matrix<double, kErrors + kNoise, 1> step = K * innovation;
     *cov -= K * HP;
     x_ = Plus(x_, RotorError(step.head<kErrors>()));
@@ -142,10 +146,21 @@ class Filter {
     const Eigen::MatrixXd HP = H * cov_;
     Eigen::MatrixXd S = HP * H.transpose();
     S.diagonal().array() += 1.0;  // errors are in sigmas
-    const Eigen::MatrixXd K = S.llt().solve(HP).transpose();
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    // Innovations are in sigmas: their scale belongs to the density.
+    const double unit = std::pow(options_.noise.position, 3) *
+                        (data_.attitude ? std::pow(options_.noise.attitude, 3) : 1.0);
+    Judge(pose.t, innovation.dot(llt.solve(innovation)), unit * llt.matrixLLT().diagonal().prod());
+    const Eigen::MatrixXd K = llt.solve(HP).transpose();
     cov_ -= K * HP;
     cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
     x_ = Plus(x_, RotorError(K * innovation));
+  }
+
+  // Adds one innovation's density; `root_determinant` is that of its covariance's Cholesky factor.
+  void Judge(double t, double squared, double root_determinant) {
+    if (t < data_.poses.front().t + kSettling) return;
+    log_likelihood_ -= 0.5 * squared + std::log(root_determinant);
   }
 
   RotorEstimate Estimate(double t) const {
@@ -162,6 +177,7 @@ class Filter {
   const RotorEkfOptions& options_;
   RotorState x_;
   RotorErrorMatrix cov_;
+  double log_likelihood_ = 0.0;
 };
 
 }  // namespace

@@ -40,6 +40,8 @@ struct RotorEkfRun {
   std::vector<RotorEstimate> history;  // after each pose
   RotorState state;                    // at the end
   RotorErrorMatrix cov;
+  // Log likelihood of all innovations after the first second, for comparing options on one flight.
+  double log_likelihood = 0.0;
 };
 
 // Filters the flight once, forward. A filter that diverges (not finite) throws InputError: the
