@@ -7,7 +7,7 @@ namespace trueline {
 
 bool IsRotorFlight(const YamlMap& map) { return map.Has("trajectory"); }
 
-RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
+RotorSimulation ReadRotorFlightVehicle(const YamlMap& map) {
   const double gravity = map.Get<double>("gravity", 9.81);
   RotorSimulation simulation(ReadRotorVehicle(map.Child("vehicle"), gravity));
   const YamlMap biases = map.ChildOrEmpty("biases");
@@ -20,6 +20,11 @@ RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
   }
   simulation.limits = ReadLimits(map.ChildOrEmpty("limits"));
   ReadRotorSimulation(map.ChildOrEmpty("simulation"), &simulation);
+  return simulation;
+}
+
+RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
+  const RotorSimulation simulation = ReadRotorFlightVehicle(map);
   PiecewisePolynomial path =
       ReadTrajectory(map.Child("trajectory"), simulation.vehicle, simulation.limits);
   map.Finish();

@@ -22,7 +22,10 @@ struct RotorSimulation {
   RotorNoise noise;         // of sensors, and the white disturbances that really act
   double imu_rate = 250.0;  // Hz, of rotor speeds too
   double pose_rate = 30.0;  // Hz, stamped at the nearest IMU sample, as a camera that it triggers
-  FlightLimits limits;      // of rotor speeds
+  // Rotor speeds saturate this share outside of the limits that trajectories keep to, so that there
+  // is room for control.
+  FlightLimits limits;
+  double control_margin = 0.3;
 
   // What the estimators do not know.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from errors import ReportError
 
-VERBS = ["calibration", "rotors", "benchmark", "observe", "design"]
+VERBS = ["calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design"]
 
 
 def parse_arguments(argv):
