@@ -65,4 +65,23 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
   return learned;
 }
 
+double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
+                       const RotorEkfOptions& options, double range) {
+  const auto likelihood = [&](double delay) {
+    RotorData shifted = data;
+    for (double& t : shifted.speed_times) t += delay;
+    return LogLikelihood(model, shifted, options);
+  };
+  constexpr double kFinest = 0.0025;  // s
+  double best = 0.0, value = likelihood(0.0);
+  for (double step = 0.5 * range; step >= kFinest; step *= 0.5) {
+    const double centre = best;
+    for (const double delay : {centre - step, centre + step}) {
+      const double trial = likelihood(delay);
+      if (trial > value) value = trial, best = delay;
+    }
+  }
+  return best;
+}
+
 }  // namespace trueline

@@ -18,4 +18,10 @@ struct LearnedNoise {
 LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
                         const RotorEkfOptions& options);
 
+// The delay (s) of the rotor speeds of the greatest likelihood, within +-`range`, to 2.5 ms: clocks
+// and filters of rotor sensors and IMU differ, and inertia suffers first. `data` as MakeRotorData
+// gives it; the delay is on top of the one it was made with.
+double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
+                       const RotorEkfOptions& options, double range);
+
 }  // namespace trueline

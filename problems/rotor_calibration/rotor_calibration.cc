@@ -144,6 +144,25 @@ void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
   *unobservable = seen.combinations;
 }
 
+namespace {
+
+// Noise and delay of the rotor speeds, from the flight's first `seconds`. The delay is looked for
+// between two rounds on the noise: with a wrong delay the disturbances look large.
+void Learn(const RotorAeroModel& model, const FlightLog& log,
+           const RotorCalibrationOptions& options, double seconds, RotorDataOptions* streams,
+           RotorEkfOptions* filter) {
+  constexpr double kDelayRange = 0.04;  // s
+  const auto some = [&] {
+    return MakeRotorData(log, model.num_rotors(), Part(*streams, 0.0, seconds));
+  };
+  if (options.learn_noise) filter->noise = LearnNoise(model, some(), *filter).noise;
+  if (!options.learn_rotor_delay) return;
+  streams->rotor_delay += LearnRotorDelay(model, some(), *filter, kDelayRange);
+  if (options.learn_noise) filter->noise = LearnNoise(model, some(), *filter).noise;
+}
+
+}  // namespace
+
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
   const RotorAeroModel model(options.vehicle.model.rotors(), log.gravity);
   const int rotors = model.num_rotors();
@@ -151,13 +170,11 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.warnings = options.warnings;
   const double whole = Duration(MakeRotorData(log, rotors, options.data));
   const double fitted = (1.0 - options.hold_out) * whole;
-  const RotorData data = MakeRotorData(log, rotors, Part(options.data, 0.0, fitted));
+  RotorDataOptions streams = options.data;
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
-  if (options.learn_noise) {
-    const RotorData some =
-        MakeRotorData(log, rotors, Part(options.data, 0.0, std::min(fitted, kLearnOn)));
-    filter.noise = LearnNoise(model, some, filter).noise;
-  }
+  Learn(model, log, options, std::min(fitted, kLearnOn), &streams, &filter);
+  const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
+  result.rotor_delay = streams.rotor_delay;
   result.noise = filter.noise;
   result.filter = RunRotorEkf(model, data, filter);
   RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
@@ -167,9 +184,9 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.origin = data.origin;
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
   DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
-  CompareHalves(model, log, batch, options.data, fitted, &result);
+  CompareHalves(model, log, batch, streams, fitted, &result);
   if (options.hold_out > 0.0) {
-    ScorePredictions(model, MakeRotorData(log, rotors, Part(options.data, fitted, 0.0)), options,
+    ScorePredictions(model, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
                      &result);
   }
   result.verdict = JudgeRotors(result);

@@ -18,10 +18,11 @@ struct RotorCalibrationOptions {
   RotorPrior prior;
   RotorNoise noise;
   RotorDataOptions data;
-  double hold_out = 0.25;    // share of the flight, at its end, that predictions are judged on
-  bool learn_noise = true;   // from the flight (learn_noise.h); else `noise` is believed
-  double robust_pose = 3.0;  // sigmas, see RotorBatchOptions
-  double wander = 0.0;       // of the filter's constants, see RotorEkfOptions
+  double hold_out = 0.25;   // share of the flight, at its end, that predictions are judged on
+  bool learn_noise = true;  // from the flight (learn_noise.h); else `noise` is believed
+  bool learn_rotor_delay = false;  // on top of data.rotor_delay
+  double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
+  double wander = 0.0;             // of the filter's constants, see RotorEkfOptions
   std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
   std::vector<std::string> warnings;                // from reading
 
@@ -41,6 +42,7 @@ struct RotorCalibration {
   RotorBatchResult batch;
   RotorEkfRun filter;
   RotorNoise noise;                           // used
+  double rotor_delay = 0.0;                   // s, used
   std::vector<ParameterEstimate> parameters;  // the batch's
   std::vector<std::string> unobservable;
   std::vector<HorizonScore> predictions;

@@ -41,9 +41,12 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
   ReadOption(map, "attitude", &data.attitude);
   ReadPositive(map, "pose_rate", &data.pose_rate);
   ReadNotNegative(map, "start", &data.start);
+  ReadNotNegative(map, "end", &data.end);
   ReadNotNegative(map, "hold_out", &options->hold_out);
   if (options->hold_out > 0.8) map.Fail("hold_out", "is a share of the flight, at most 0.8");
   ReadOption(map, "learn_noise", &options->learn_noise);
+  ReadOption(map, "rotor_delay", &data.rotor_delay);
+  ReadOption(map, "learn_rotor_delay", &options->learn_rotor_delay);
   ReadNotNegative(map, "robust_pose", &options->robust_pose);
   ReadNotNegative(map, "wander", &options->wander);
   ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
@@ -77,8 +80,11 @@ YAML::Node ToYaml(const RotorCalibrationOptions& options) {
   node["attitude"] = options.data.attitude;
   node["pose_rate"] = options.data.pose_rate;
   node["start"] = options.data.start;
+  node["end"] = options.data.end;
   node["hold_out"] = options.hold_out;
   node["learn_noise"] = options.learn_noise;
+  node["rotor_delay"] = options.data.rotor_delay;
+  node["learn_rotor_delay"] = options.learn_rotor_delay;
   node["robust_pose"] = options.robust_pose;
   node["wander"] = options.wander;
   node["noise"] = ToYaml(options.noise);

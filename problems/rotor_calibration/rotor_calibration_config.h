@@ -13,7 +13,8 @@ namespace trueline {
 RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
                                             const FlightLog& log);
 
-// Keys fit_to, attitude, pose_rate, start, duration, hold_out, learn_noise, robust_pose, wander,
+// Keys fit_to, attitude, pose_rate, start, end, hold_out, learn_noise, rotor_delay,
+// learn_rotor_delay, robust_pose, wander,
 // noise, prior, over the values there; leaves `vehicle` to the caller.
 void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options);
 

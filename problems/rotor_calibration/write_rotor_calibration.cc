@@ -62,6 +62,7 @@ YAML::Node CalibrationNode(const RotorCalibration& c, const YAML::Node& provenan
   node["unobservable"] = c.unobservable;
   node["open_loop"] = PredictionNode(c);
   node["noise"] = ToYaml(c.noise);
+  node["rotor_delay"] = c.rotor_delay;
   node["fit"]["chi_square"] = Round(c.chi_square, 4);
   node["fit"]["iterations"] = c.batch.iterations;
   node["fit"]["solve_time"] = Round(c.batch.solve_time, 3);

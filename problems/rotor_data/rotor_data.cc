@@ -51,6 +51,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   TimeNs begin = std::max({log.imu.front().t, poses.front().t, log.rotors.front().t});
   TimeNs end = std::min({log.imu.back().t, poses.back().t, log.rotors.back().t});
   begin += FromSeconds(options.start);
+  end -= FromSeconds(options.end);
   if (options.duration > 0.0) end = std::min(end, begin + FromSeconds(options.duration));
   if (SecondsBetween(begin, end) < kShortest) {
     throw ErrorAt(log.directory, 0,
@@ -72,7 +73,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     next = t + 0.8 / options.pose_rate;
   }
   for (const ChannelsSample& s : log.rotors) {
-    data.speed_times.push_back(SecondsBetween(begin, s.t));
+    data.speed_times.push_back(SecondsBetween(begin, s.t) + options.rotor_delay);
     data.speeds.push_back(s.values);
   }
   return data;

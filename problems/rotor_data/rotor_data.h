@@ -40,10 +40,12 @@ struct RotorData {
 
 struct RotorDataOptions {
   PoseSource source = PoseSource::kPose;
-  bool attitude = true;     // false: position only
-  double pose_rate = 30.0;  // Hz; faster streams are thinned to about this rate
-  double start = 0.0;       // s after the streams' common start
-  double duration = 0.0;    // s; 0: to the end
+  bool attitude = true;      // false: position only
+  double rotor_delay = 0.0;  // s, what rotors.csv states acts so much later (negative: earlier)
+  double pose_rate = 30.0;   // Hz; faster streams are thinned to about this rate
+  double start = 0.0;        // s after the streams' common start
+  double end = 0.0;          // s before the streams' common end
+  double duration = 0.0;     // s; 0: to the end
 };
 
 // Cuts the log to where all streams are. Throws InputError naming the stream that is missing or too

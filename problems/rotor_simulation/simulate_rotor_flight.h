@@ -25,7 +25,7 @@ struct RotorSimulation {
   // Rotor speeds saturate this share outside of the limits that trajectories keep to, so that there
   // is room for control.
   FlightLimits limits;
-  double control_margin = 0.3;
+  double control_margin = 0.4;
 
   // What the estimators do not know.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B

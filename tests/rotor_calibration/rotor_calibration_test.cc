@@ -81,6 +81,16 @@ TEST(LearnNoise, FindsTheNoiseThatFlew) {
   EXPECT_NEAR(std::log(learned.noise.position / sim.noise.position), 0.0, 0.3);
 }
 
+TEST(LearnRotorDelay, FindsLateStamps) {
+  const RotorSimulation sim(WuestVehicle());
+  RotorData data = MakeRotorData(FlyFor(6.0), 4, {});
+  for (double& t : data.speed_times) t += 0.015;
+  RotorEkfOptions options;
+  options.noise = sim.noise;
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  EXPECT_NEAR(LearnRotorDelay(EstimationModel(sim.vehicle), data, options, 0.04), -0.015, 0.003);
+}
+
 std::string TextOf(const std::filesystem::path& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
@@ -118,6 +128,12 @@ TEST(RotorOptions, ShippedConfigurationsAreRead) {
       ResolveRotorOptions(Source() / "config/calibrate/rotors.yaml", "", log);
   EXPECT_EQ(options.prior.Free().size(), 18u);
   EXPECT_EQ(options.vehicle.model.num_rotors(), 4);
+  for (const char* name : {"rotors_neurobem", "rotors_nanodrone"}) {
+    const auto file = Source() / "config/calibrate" / (std::string(name) + ".yaml");
+    const RotorCalibrationOptions real = ResolveRotorOptions(file, "", log);
+    EXPECT_EQ(real.prior.sigma[0], 0.0) << name;  // weighed
+    EXPECT_GT(real.data.end, 0.0);
+  }
   const RotorFlightConfig flight =
       ReadRotorFlight(YamlMap::FromFile(Source() / "config/rotors/random.yaml"));
   EXPECT_NEAR(flight.path.duration(), 20.0, 1e-9);
