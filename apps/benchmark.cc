@@ -6,8 +6,10 @@
 
 #include "problems/benchmark/write_benchmark.h"
 #include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/report/render.h"
+#include "problems/rotor_experiment/write_rotor_experiment.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -28,6 +30,8 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
       a trial in seconds: one seed, the ends of the sweep, 30 s of flight
   TRUELINE_DATA=data trueline-benchmark --config=config/experiments/real_flights.yaml --out=out/real
       recorded flights, imported on the fly from the folder data
+  trueline-benchmark --config=config/experiments/rotors_figure3.yaml --out=out/figure3
+      random, Lissajous and designed flights calibrated by rotor speeds, as Boehm et al. 2020
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
@@ -35,10 +39,42 @@ problems/benchmark/experiment.h lists the keys of an experiment.
 
 Exit codes: 0 done, 2 bad input or usage, 3 no flight gave a result, 1 a defect.)";
 
+void Report(const std::string& verb) {
+  if (!FLAGS_report) return;
+  const std::string warning = trueline::RenderReport(verb, {"--result=" + FLAGS_out}, FLAGS_out);
+  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+}
+
+int RunRotors() {
+  trueline::RotorExperiment experiment = trueline::ReadRotorExperiment(FLAGS_config);
+  if (FLAGS_short) trueline::ShortenRotorExperiment(&experiment);
+  trueline::EnsureWritable(FLAGS_out);
+  const auto progress = [](const std::string& what) {
+    if (!FLAGS_quiet) fmt::print(stderr, "{} ...\n", what);
+  };
+  const auto trials = trueline::RunRotorExperiment(experiment, FLAGS_threads, progress);
+  bool any = false;
+  for (const trueline::RotorTrial& trial : trials) {
+    any |= trial.failure.empty();
+    if (trial.failure.empty()) continue;
+    trueline::Warn(fmt::format("no result for {}, seed {}: {}", experiment.kinds[trial.kind].name,
+                               trial.seed, trial.failure),
+                   FLAGS_quiet);
+  }
+  trueline::WriteRotorExperiment(experiment, trials, FLAGS_out);
+  if (any) Report("rotor_experiment");
+  if (!FLAGS_quiet) {
+    fmt::print("{}",
+               trueline::RotorExperimentTable(trueline::SummariseRotorTrials(experiment, trials)));
+  }
+  return any ? trueline::kExitDone : trueline::kExitNoResult;
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
+  if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors();
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenExperiment(&experiment);
   const std::filesystem::path out = FLAGS_out;
@@ -51,11 +87,7 @@ int Run() {
                    FLAGS_quiet);
   }
   trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out);
-  if (FLAGS_report) {
-    const std::string warning =
-        trueline::RenderReport("benchmark", {"--result=" + FLAGS_out}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-  }
+  Report("benchmark");
   if (!FLAGS_quiet) fmt::print("{}", trueline::BenchmarkTable(experiment, run));
   const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(),
                                [](const auto& outcome) { return outcome.failure.empty(); });

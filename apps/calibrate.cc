@@ -11,11 +11,14 @@
 #include "problems/common/progress.h"
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
+#include "problems/rotor_calibration/rotor_calibration_config.h"
+#include "problems/rotor_calibration/write_rotor_calibration.h"
 
 DEFINE_string(log, "",
               "the flight: a native log directory; further ones of the same vehicle, separated by "
               "commas, join in the smoother's whole-flight solution");
 DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
 DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
 DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
 DEFINE_string(gamma_sweep, "1,2,3,4,5", "window lengths to compare; empty for none");
@@ -41,6 +44,8 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
       all of both flights of one vehicle at once; they share its drag and misalignment
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       starts from what an earlier flight of the same vehicle showed
+  trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
+      mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses
 
 Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 1 a defect.)";
 
@@ -52,12 +57,20 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
-int Run() {
+void Report(const std::string& verb, const std::vector<std::string>& arguments) {
+  if (!FLAGS_report) return;
+  const std::string warning = trueline::RenderReport(verb, arguments, FLAGS_out);
+  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+}
+
+int Finish(const trueline::Verdict& verdict, const std::string& table) {
+  if (!FLAGS_quiet) fmt::print("{}", table);
+  return verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
+}
+
+int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
-  if (FLAGS_log.empty() || FLAGS_out.empty()) {
-    throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
-  }
   trueline::EnsureWritable(FLAGS_out);  // before the work, not after it
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
@@ -68,17 +81,35 @@ int Run() {
   trueline::CheckOtherLogs(logs, options);
   const trueline::Calibration calibration = Fit(log, logs, options);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
-
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
                              FLAGS_out);
-  if (FLAGS_report) {
-    const std::string warning = trueline::RenderReport(
-        "calibration", {"--result=" + FLAGS_out, "--log=" + log.directory}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  Report("calibration", {"--result=" + FLAGS_out, "--log=" + log.directory});
+  return Finish(calibration.verdict, trueline::CalibrationTable(calibration));
+}
+
+int RunRotors() {
+  trueline::EnsureWritable(FLAGS_out);
+  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  const trueline::RotorCalibrationOptions options =
+      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
+  const trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
+  for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WriteRotorCalibration(calibration, log,
+                                  trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
+                                  FLAGS_out);
+  Report("rotors", {"--result=" + FLAGS_out});
+  return Finish(calibration.verdict, trueline::RotorCalibrationTable(calibration));
+}
+
+int Run() {
+  if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
+    throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
-  if (!FLAGS_quiet) fmt::print("{}", trueline::CalibrationTable(calibration));
-  return calibration.verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
+  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+    throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
+  }
+  return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/log/native_log.h"
+#include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 
@@ -32,6 +33,8 @@ constexpr char kUsage[] = R"(flies a drone round a course of gates and writes it
       100 s of the hippodrome; /tmp/flight is a native log, /tmp/flight.truth.yaml the truth.
   trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight7 --seed=7 --randomise
       another drone of the same kind: drag, biases and misalignment drawn from the stated ranges.
+  trueline-simulate --config=config/rotors/random.yaml --out=/tmp/flight
+      a flight along a trajectory, with rotor speeds and poses, for --drive=rotors
 
 An effect that calibration doesn't model is switched on in the configuration:
   effects:
@@ -74,11 +77,27 @@ SimulationProgress ShowProgress(double duration) {
   };
 }
 
+int RunRotorFlight(const YamlMap& map) {
+  const RotorFlightConfig config = ReadRotorFlight(map);
+  RotorTruth truth;
+  const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
+  WriteNativeLog(log, FLAGS_out);
+  WriteFileAtomically(TruthPath(FLAGS_out),
+                      RotorTruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
+  if (!FLAGS_quiet) {
+    fmt::print("{} IMU samples, {} poses; {:.3f} m off the trajectory (RMS)\n", log.imu.size(),
+               log.pose.size(), truth.path_error_rms);
+  }
+  return kExitDone;
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw InputError("--config and --out are needed; see trueline-simulate --help");
   }
-  SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(FLAGS_config));
+  const YamlMap map = YamlMap::FromFile(FLAGS_config);
+  if (IsRotorFlight(map)) return RunRotorFlight(map);
+  SimulationConfig config = ReadSimulationConfig(map);
   if (FLAGS_duration < 0.0) throw InputError("--duration must be above 0 s");
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));

@@ -157,7 +157,7 @@ void ReadStreams(const fs::path& directory, FlightLog* log) {
   streams.Read<ScalarSample>("battery.csv", {{"voltage", Dimension::kVoltage}}, ReadScalar,
                              &log->battery);
   streams.Read<ScalarSample>("range.csv", {{"range", Dimension::kLength}}, ReadScalar, &log->range);
-  if (log->fixes.empty() && log->mocap.empty()) {
+  if (log->fixes.empty() && log->mocap.empty() && log->pose.empty()) {
     throw ErrorAt(
         directory.string(), 0,
         "has neither fixes.csv nor mocap.csv; add position fixes from gate detections, or "

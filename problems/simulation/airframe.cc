@@ -42,7 +42,7 @@ Airframe::Wrench Airframe::RotorWrench(const Flow& flow, const RotorArray& rotor
 }
 
 BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& command,
-                        const Vector3d& gust_E) const {
+                        const Vector3d& gust_E, const Vector3d& twist_B) const {
   const Eigen::Matrix3d R_E_B = state.Attitude().toRotationMatrix();
   Load load{vehicle_.mass, Vector3d::Zero()};
   Apply(stages_.load, t, &load);
@@ -67,17 +67,20 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
   result.rate.w_B =
-      (wrench.moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia);
+      (wrench.moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) +
+      twist_B;
   result.rate.rotors = (command - state.rotors) / motor_lag_;
   return result;
 }
 
 BodyState Airframe::Step(double t, double dt, const BodyState& state, const RotorArray& command,
-                         const Vector3d& gust_E) const {
-  const BodyState k1 = Rate(t, state, command, gust_E).rate;
-  const BodyState k2 = Rate(t + dt / 2, AddScaled(state, dt / 2, k1), command, gust_E).rate;
-  const BodyState k3 = Rate(t + dt / 2, AddScaled(state, dt / 2, k2), command, gust_E).rate;
-  const BodyState k4 = Rate(t + dt, AddScaled(state, dt, k3), command, gust_E).rate;
+                         const Vector3d& gust_E, const Vector3d& twist_B) const {
+  const BodyState k1 = Rate(t, state, command, gust_E, twist_B).rate;
+  const BodyState k2 =
+      Rate(t + dt / 2, AddScaled(state, dt / 2, k1), command, gust_E, twist_B).rate;
+  const BodyState k3 =
+      Rate(t + dt / 2, AddScaled(state, dt / 2, k2), command, gust_E, twist_B).rate;
+  const BodyState k4 = Rate(t + dt, AddScaled(state, dt, k3), command, gust_E, twist_B).rate;
   BodyState next = AddScaled(state, dt / 6, k1);
   next = AddScaled(next, dt / 3, k2);
   next = AddScaled(next, dt / 3, k3);

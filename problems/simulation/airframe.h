@@ -34,12 +34,13 @@ class Airframe {
  public:
   Airframe(const VehicleConfig& vehicle, double gravity, const Stages& stages);
 
-  // `command`: wanted rotor speeds (rad/s); `gust_E`: turbulence's specific force (m/s^2).
-  BodyRate Rate(double t, const BodyState& state, const RotorArray& command,
-                const Vector3d& gust_E) const;
+  // `command`: wanted rotor speeds (rad/s); `gust_E`: turbulence's specific force (m/s^2);
+  // `twist_B`: the angular acceleration (rad/s^2) that it gives.
+  BodyRate Rate(double t, const BodyState& state, const RotorArray& command, const Vector3d& gust_E,
+                const Vector3d& twist_B = Vector3d::Zero()) const;
   // One classical Runge-Kutta step of `dt` with command and gust held.
   BodyState Step(double t, double dt, const BodyState& state, const RotorArray& command,
-                 const Vector3d& gust_E) const;
+                 const Vector3d& gust_E, const Vector3d& twist_B = Vector3d::Zero()) const;
 
  private:
   struct Wrench {

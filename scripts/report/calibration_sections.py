@@ -21,6 +21,16 @@ MEANINGS = {  # Li et al. 2019, eq. 16
     "psi_E_Ep": "heading error of the AHRS",
     "phi_I_B": "roll of the IMU in the body", "theta_I_B": "pitch of the IMU in the body",
     "psi_I_B": "heading of the IMU in the body",
+    # Driven by rotor speeds (Wuest et al. 2019)
+    "m": "mass", "k_f": "scale of thrust", "k_m": "scale of the rotors' reaction moment",
+    "inflow": "thrust lost in a climb", "pose_delay": "age of a pose at its stamp",
+    "K_z": "linear drag along body z, by mass",
+    **{f"I_{a}": f"moment of inertia about body {a}" for a in "xyz"},
+    **{f"r_BM_{a}": f"centre of mass along {a}" for a in "xyz"},
+    **{f"r_BP_{a}": f"pose sensor along {a}" for a in "xyz"},
+    **{f"r_BI_{a}": f"IMU along {a}" for a in "xyz"},
+    **{f"b_a_{a}": f"accelerometer bias along {a}" for a in "xyz"},
+    **{f"b_w_{a}": f"gyro bias along {a}" for a in "xyz"},
 }
 
 

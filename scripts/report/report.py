@@ -16,7 +16,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from errors import ReportError
 
-VERBS = ["calibration", "benchmark", "observe", "design", "diagnosis"]
+VERBS = [
+    "calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design", "diagnosis",
+]
 
 
 def parse_arguments(argv):

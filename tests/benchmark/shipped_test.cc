@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "problems/common/error.h"
+#include "problems/rotor_experiment/rotor_experiment.h"
 #include "tests/benchmark/short_experiment.h"
 
 namespace trueline::testing_benchmark {
@@ -41,6 +42,7 @@ TEST_P(ShippedSlow, GivesArcsOfEveryEstimatorOnEveryFlight) {
 std::vector<std::string> ExperimentNames() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(SourceFolder() / "config/experiments")) {
+    if (IsRotorExperiment(entry.path())) continue;  // tests/rotor_experiment runs those
     names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());

@@ -1,0 +1,205 @@
+#include "problems/rotor_batch/rotor_batch.h"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "problems/common/error.h"
+#include "problems/rotor_batch/constants_information.h"
+#include "problems/rotor_batch/rotor_costs.h"
+#include "problems/rotor_data/rough_nodes.h"
+
+namespace trueline {
+
+PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise& noise,
+                          const RotorNode& node, const RotorConstants& constants) {
+  std::array<RotorJet, RotorAeroModel::kStates> x;
+  std::array<RotorJet, 6> error;
+  SeedErrors(Joined(node, constants), x.data());
+  PoseError(pose, attitude, noise, x.data(), error.data());
+  const int rows = attitude ? 6 : 3;
+  PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, 12),
+                 Eigen::MatrixXd(rows, RotorAeroModel::kConstants)};
+  for (int i = 0; i < rows; ++i) {
+    r.error[i] = error[i].a;
+    r.d_node.row(i) = error[i].v.head<12>().transpose();
+    r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>().transpose();
+  }
+  return r;
+}
+
+namespace {
+
+constexpr int kInertia = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
+
+void CheckPrior(const RotorPrior& prior) {
+  const int free = static_cast<int>((prior.sigma.segment<3>(kInertia).array() > 0.0).count());
+  if (free != 0 && free != 3) {
+    throw InputError("I_x, I_y and I_z are either all known (sigma 0) or all unknown");
+  }
+  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertia)) || !(prior.mean[0] > 0.0)) {
+    throw InputError(
+        "the prior's mass or inertia is not that of a body: moments must be positive and each "
+        "below the sum of the other two");
+  }
+}
+
+class Batch {
+ public:
+  Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
+      : data_(data), options_(options) {
+    CheckPrior(options.prior);
+    for (RotorSegment& segment : CutSegments(data)) {
+      segments_.emplace_back(model, data, options.noise, std::move(segment));
+    }
+    chart_ = ToChart(options.prior.mean);
+    nodes_ = RoughNodes(data, options.prior.mean);
+  }
+
+  RotorBatchResult Run() {
+    RotorBatchResult result;
+    Build();
+    for (int k = 0; k <= options_.reweights; ++k) {
+      SetWeights();
+      Solve(&result);
+    }
+    result.mean = FromChart(chart_);
+    result.nodes = nodes_;
+    result.cov = Covariance(&result.log_evidence);
+    result.log_evidence -= result.cost;
+    return result;
+  }
+
+  // Takes weights and information at given states.
+  Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
+    nodes_ = nodes;
+    chart_ = ToChart(constants);
+    SetWeights();
+    double ignored = 0.0;
+    return Covariance(&ignored);
+  }
+
+ private:
+  void Build() {
+    ceres::Problem::Options ownership;
+    ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    problem_ = std::make_unique<ceres::Problem>(ownership);
+    for (RotorNode& node : nodes_) problem_->AddParameterBlock(node.data(), 13, &manifold_);
+    problem_->AddParameterBlock(chart_.data(), RotorAeroModel::kConstants);
+    std::vector<int> known;
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      if (options_.prior.sigma[i] == 0.0) known.push_back(i);
+    }
+    if (known.size() == RotorAeroModel::kConstants) {
+      problem_->SetParameterBlockConstant(chart_.data());
+    } else {
+      known_ = std::make_unique<ceres::SubsetManifold>(RotorAeroModel::kConstants, known);
+      problem_->SetManifold(chart_.data(), known_.get());
+      problem_->AddResidualBlock(new ConstantsPriorCost(options_.prior), nullptr, chart_.data());
+    }
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      problem_->AddResidualBlock(new SegmentCost(&segments_[i]), nullptr, nodes_[i].data(),
+                                 nodes_[i + 1].data(), chart_.data());
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      ceres::LossFunction* loss =
+          options_.robust_pose > 0.0 ? new ceres::HuberLoss(options_.robust_pose) : nullptr;
+      problem_->AddResidualBlock(new PoseCost(data_.poses[i], data_.attitude, options_.noise), loss,
+                                 nodes_[i].data(), chart_.data());
+    }
+  }
+
+  void SetWeights() {
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      segments_[i].SetWeight(nodes_[i], FromChart(chart_));
+    }
+  }
+
+  void Solve(RotorBatchResult* result) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    options.max_num_iterations = options_.max_iterations;
+    options.function_tolerance = 1e-8;
+    options.initial_trust_region_radius = 1e6;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, problem_.get(), &summary);
+    result->converged = summary.termination_type == ceres::CONVERGENCE;
+    result->iterations += static_cast<int>(summary.iterations.size());
+    result->cost = summary.final_cost;
+    result->residuals = summary.num_residuals;
+    result->solve_time += summary.total_time_in_seconds;
+  }
+
+  // What is left of a pose's weight under Huber's loss, for residuals of this norm.
+  double PoseWeight(double norm) const {
+    const double scale = options_.robust_pose;
+    return scale > 0.0 && norm > scale ? scale / norm : 1.0;
+  }
+
+  // Also the part of the log evidence that the determinants give.
+  Eigen::MatrixXd Covariance(double* log_evidence) const {
+    const RotorConstants constants = FromChart(chart_);
+    const std::vector<int> free = options_.prior.Free();
+    ConstantsInformation information(free, options_.prior.sigma);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const PoseResidual pose =
+          EvaluatePose(data_.poses[i], data_.attitude, options_.noise, nodes_[i], constants);
+      const double root = std::sqrt(PoseWeight(pose.error.norm()));
+      information.AddAtNode(root * pose.d_node, root * pose.d_constants);
+      *log_evidence -=
+          static_cast<double>(data_.attitude ? 3 : 0) * std::log(options_.noise.attitude) +
+          3.0 * std::log(options_.noise.position);
+      if (i == segments_.size()) break;
+      SegmentResidual step = segments_[i].Evaluate(nodes_[i], nodes_[i + 1], constants, true);
+      segments_[i].Whiten(&step);
+      information.StepToNext(step.d_start, step.d_next, step.d_constants);
+      *log_evidence -= 0.5 * segments_[i].LogDeterminant();
+    }
+    const auto size = static_cast<Eigen::Index>(free.size());
+    const Eigen::MatrixXd posterior = information.Finish() + Eigen::MatrixXd::Identity(size, size);
+    const Eigen::LLT<Eigen::MatrixXd> llt(posterior);
+    *log_evidence -=
+        0.5 * information.log_determinant() + llt.matrixLLT().diagonal().array().log().sum();
+    const Eigen::MatrixXd scaled = llt.solve(Eigen::MatrixXd::Identity(size, size));
+    Eigen::MatrixXd cov =
+        Eigen::MatrixXd::Zero(RotorAeroModel::kConstants, RotorAeroModel::kConstants);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      for (Eigen::Index j = 0; j < size; ++j) {
+        cov(free[i], free[j]) =
+            scaled(i, j) * options_.prior.sigma[free[i]] * options_.prior.sigma[free[j]];
+      }
+    }
+    return cov;
+  }
+
+  const RotorData& data_;
+  const RotorBatchOptions& options_;
+  std::vector<SegmentModel> segments_;
+  std::vector<RotorNode> nodes_;
+  RotorConstants chart_;
+  RotorNodeManifold manifold_;
+  std::unique_ptr<ceres::SubsetManifold> known_;
+  std::unique_ptr<ceres::Problem> problem_;
+};
+
+}  // namespace
+
+RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
+                               const RotorBatchOptions& options) {
+  return Batch(model, data, options).Run();
+}
+
+Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,
+                           const RotorBatchOptions& options, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants) {
+  return Batch(model, data, options).BoundAt(nodes, constants);
+}
+
+}  // namespace trueline

@@ -1,0 +1,47 @@
+// Batch calibration on the rotor-driven model: maximum a posteriori of all constants and of the
+// states at all poses (multiple shooting), with white disturbances between them. Solved by Ceres
+// with a sparse Cholesky factorisation of SuiteSparse.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "problems/rotor_data/rotor_data.h"
+#include "problems/rotor_data/rotor_noise.h"
+#include "problems/rotor_data/rotor_prior.h"
+
+namespace trueline {
+
+struct RotorBatchOptions {
+  RotorNoise noise;
+  RotorPrior prior;
+  double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: squares
+  int reweights = 1;         // times that weights are taken anew at the solution
+  int max_iterations = 60;
+};
+
+struct RotorBatchResult {
+  RotorConstants mean;
+  Eigen::MatrixXd cov;           // kConstants x kConstants, zero where known
+  std::vector<RotorNode> nodes;  // at each pose
+  bool converged = false;
+  int iterations = 0;
+  double cost = 0.0;          // half the sum of squared whitened residuals
+  double log_evidence = 0.0;  // Laplace's approximation, up to a constant of the data's number
+  int residuals = 0;
+  double solve_time = 0.0;  // s
+
+  RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
+};
+
+// Throws InputError for priors that no body has (inertia half known, or not physical).
+RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
+                               const RotorBatchOptions& options);
+
+// Bayesian Cramer-Rao bound (Van Trees) of the constants at given states, one for each pose: the
+// inverse of the information of data and prior, kConstants x kConstants.
+Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,
+                           const RotorBatchOptions& options, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants);
+
+}  // namespace trueline

@@ -1,0 +1,191 @@
+#include "problems/rotor_batch/segment.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cost_functions/models/rotation.h"
+#include "problems/rotor_data/rotor_step.h"
+
+namespace trueline {
+namespace {
+
+using Model = RotorAeroModel;
+constexpr int kMoving = Model::kMovingErrors;
+constexpr int kErrors = Model::kErrors;
+constexpr double kLongestStep = 0.01;  // s
+// Standard deviations that the end of a segment never falls below, so that one of a single step
+// still has a covariance of full rank: rad, m, m/s, rad/s.
+constexpr std::array<double, 4> kFloor = {1e-6, 1e-6, 1e-6, 1e-6};
+
+}  // namespace
+
+std::vector<RotorSegment> CutSegments(const RotorData& data) {
+  std::vector<RotorSegment> segments;
+  segments.reserve(data.poses.size());
+  std::size_t imu = 0;
+  while (imu < data.imu.size() && data.imu[imu].t < data.poses.front().t - 1e-9) ++imu;
+  for (std::size_t i = 0; i + 1 < data.poses.size(); ++i) {
+    RotorSegment segment;
+    double t = data.poses[i].t;
+    const double end = data.poses[i + 1].t;
+    while (t < end - 1e-9) {
+      const bool sample = imu < data.imu.size() && data.imu[imu].t <= t + 1e-9;
+      if (sample) ++imu, ++segment.num_imu;
+      double next = std::min(end, t + kLongestStep);
+      if (imu < data.imu.size()) next = std::min(next, data.imu[imu].t);
+      segment.steps.push_back({t, next - t, sample ? static_cast<int>(imu) - 1 : -1});
+      t = next;
+    }
+    segments.push_back(std::move(segment));
+  }
+  return segments;
+}
+
+struct SegmentModel::Shot {
+  Eigen::VectorXd readings;  // 6 for each IMU sample
+  RotorState end;
+  Eigen::MatrixXd d_readings;  // rows x kErrors
+  Eigen::Matrix<double, kMoving, kErrors> d_end;
+};
+
+SegmentModel::SegmentModel(const RotorAeroModel& model, const RotorData& data,
+                           const RotorNoise& noise, RotorSegment segment)
+    : model_(model), data_(data), noise_(noise), segment_(std::move(segment)) {}
+
+// `disturbance`: filled with d(rows) / d(all disturbances, each scaled to its sigma).
+SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives,
+                                       Eigen::MatrixXd* disturbance) const {
+  Shot shot;
+  shot.readings.resize(6 * segment_.num_imu);
+  if (!derivatives) {
+    RotorState x = x0;
+    const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+    int row = 0;
+    for (const RotorSegment::Step& step : segment_.steps) {
+      if (step.imu >= 0) {
+        model_.Imu(x.data(), data_.SpeedsAt(step.t).data(), shot.readings.data() + row);
+        row += 6;
+      }
+      RotorMidpointStep(model_, data_.SpeedsAt(step.t + 0.5 * step.dt).data(), none.data(), step.dt,
+                        x.data());
+    }
+    x.head<4>().normalize();
+    shot.end = x;
+    return shot;
+  }
+  shot.d_readings.resize(6 * segment_.num_imu, kErrors);
+  if (disturbance != nullptr) {
+    disturbance->setZero(segment_.NumRows(), 6 * static_cast<int>(segment_.steps.size()));
+  }
+  std::array<RotorJet, Model::kStates> x;
+  std::array<RotorJet, 6> none, y;
+  none.fill(RotorJet(0.0));
+  SeedErrors(x0, x.data());
+  // A disturbance acts as if the start had been moved by A^-1 G, A the transition up to its end.
+  Eigen::Matrix<double, kMoving, Eigen::Dynamic> at_start(kMoving, 6 * segment_.steps.size());
+  int row = 0, column = 0;
+  for (const RotorSegment::Step& step : segment_.steps) {
+    RotorState now;
+    for (int i = 0; i < Model::kStates; ++i) now[i] = x[i].a;
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << Eigen::Vector3d::Constant(noise_.force_density / std::sqrt(step.dt)),
+        Eigen::Vector3d::Constant(noise_.angular_density / std::sqrt(step.dt));
+    if (step.imu >= 0) {
+      model_.Imu(x.data(), data_.SpeedsAt(step.t).data(), y.data());
+      for (int i = 0; i < 6; ++i) {
+        shot.readings[row + i] = y[i].a;
+        shot.d_readings.row(row + i) = y[i].v.transpose();
+      }
+      if (disturbance != nullptr) {
+        disturbance->block(row, 0, 6, column).noalias() =
+            shot.d_readings.block(row, 0, 6, kMoving) * at_start.leftCols(column);
+        disturbance->block(row, column, 6, 6) = DisturbanceFeedthrough(now) * sigma.asDiagonal();
+      }
+      row += 6;
+    }
+    RotorMidpointStep(model_, data_.SpeedsAt(step.t + 0.5 * step.dt).data(), none.data(), step.dt,
+                      x.data());
+    if (disturbance != nullptr) {
+      const Eigen::Matrix<double, kMoving, kMoving> transition =
+          MovingSensitivity(x.data()).leftCols<kMoving>();
+      at_start.middleCols<6>(column) =
+          transition.partialPivLu().solve(DisturbanceInput(now, step.dt) * sigma.asDiagonal());
+    }
+    column += 6;
+  }
+  shot.d_end = MovingSensitivity(x.data());
+  for (int i = 0; i < Model::kStates; ++i) shot.end[i] = x[i].a;
+  shot.end.head<4>().normalize();
+  if (disturbance != nullptr) {
+    disturbance->bottomRows(kMoving) = shot.d_end.leftCols<kMoving>() * at_start;
+  }
+  return shot;
+}
+
+SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& next,
+                                       const RotorConstants& constants, bool derivatives) const {
+  const Shot shot = Shoot(Joined(start, constants), derivatives, nullptr);
+  const int readings = 6 * segment_.num_imu;
+  SegmentResidual residual;
+  residual.error.resize(segment_.NumRows());
+  int row = 0;
+  for (const RotorSegment::Step& step : segment_.steps) {
+    if (step.imu < 0) continue;
+    const RotorImu& imu = data_.imu[step.imu];
+    residual.error.segment<3>(row) = imu.accel - shot.readings.segment<3>(row);
+    residual.error.segment<3>(row + 3) = imu.gyro - shot.readings.segment<3>(row + 3);
+    row += 6;
+  }
+  residual.error.tail<kMoving>() = Minus(shot.end, Joined(next, constants)).head<kMoving>();
+  if (!derivatives) return residual;
+
+  // e = 2 vec(q_end^* q_next): de = (w + [v]x) d_next + (-w + [v]x) d_end, (w, v) the turn.
+  Vec4<double> turn =
+      HamiltonProduct(Conjugate(Vec4<double>(shot.end.head<4>())), Vec4<double>(next.head<4>()));
+  if (turn[0] < 0.0) turn = -turn;
+  const Eigen::Matrix3d side = Skew<double>(turn.tail<3>());
+  const Eigen::Matrix3d along = turn[0] * Eigen::Matrix3d::Identity();
+  Eigen::Matrix<double, kMoving, kErrors> d_end = -shot.d_end;
+  d_end.topRows<3>() = (side - along) * shot.d_end.topRows<3>();
+  residual.d_next = Eigen::MatrixXd::Zero(residual.error.size(), kMoving);
+  residual.d_next.bottomRows<kMoving>().setIdentity();
+  residual.d_next.block<3, 3>(readings, 0) = along + side;
+  residual.d_start.resize(residual.error.size(), kMoving);
+  residual.d_start << -shot.d_readings.leftCols(kMoving), d_end.leftCols<kMoving>();
+  residual.d_constants.resize(residual.error.size(), Model::kConstants);
+  residual.d_constants << -shot.d_readings.rightCols(Model::kConstants),
+      d_end.rightCols<Model::kConstants>();
+  return residual;
+}
+
+void SegmentModel::SetWeight(const RotorNode& start, const RotorConstants& constants) {
+  Eigen::MatrixXd disturbance;
+  Shoot(Joined(start, constants), true, &disturbance);
+  Eigen::MatrixXd cov = disturbance * disturbance.transpose();
+  for (int i = 0; i < segment_.num_imu; ++i) {
+    cov.diagonal().segment<3>(6 * i).array() += noise_.accel * noise_.accel;
+    cov.diagonal().segment<3>(6 * i + 3).array() += noise_.gyro * noise_.gyro;
+  }
+  for (int i = 0; i < 4; ++i) {
+    cov.diagonal().segment<3>(6 * segment_.num_imu + 3 * i).array() += kFloor[i] * kFloor[i];
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(cov);
+  CHECK(llt.info() == Eigen::Success);
+  lower_ = llt.matrixL();
+}
+
+void SegmentModel::Whiten(SegmentResidual* residual) const {
+  const auto L = lower_.triangularView<Eigen::Lower>();
+  L.solveInPlace(residual->error);
+  if (residual->d_start.size() == 0) return;
+  L.solveInPlace(residual->d_start);
+  L.solveInPlace(residual->d_next);
+  L.solveInPlace(residual->d_constants);
+}
+
+double SegmentModel::LogDeterminant() const { return 2.0 * lower_.diagonal().array().log().sum(); }
+
+}  // namespace trueline

@@ -1,0 +1,65 @@
+// The flight between two poses, predicted from the state at the first one by integration at the
+// IMU's rate (multiple shooting), with derivatives and with the covariance of all that the
+// prediction is compared with: IMU readings and the state at the second pose, correlated because
+// one disturbance moves them all.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "problems/rotor_data/rotor_data.h"
+#include "problems/rotor_data/rotor_noise.h"
+#include "problems/rotor_data/rotor_state.h"
+
+namespace trueline {
+
+struct RotorSegment {
+  struct Step {
+    double t;   // s
+    double dt;  // s
+    int imu;    // index of the reading at its start, -1 for none
+  };
+  std::vector<Step> steps;
+  int num_imu = 0;
+  int NumRows() const { return 6 * num_imu + RotorAeroModel::kMovingErrors; }
+};
+
+// One segment between each two poses that follow each other.
+std::vector<RotorSegment> CutSegments(const RotorData& data);
+
+// Rows: (accelerometer, gyro) of each reading, then the 12 of the state at the end.
+struct SegmentResidual {
+  Eigen::VectorXd error;        // measured less predicted (end: next node less prediction)
+  Eigen::MatrixXd d_start;      // rows x 12, by the error of the node at the start
+  Eigen::MatrixXd d_next;       // rows x 12
+  Eigen::MatrixXd d_constants;  // rows x kConstants, by the model's constants (SI)
+};
+
+class SegmentModel {
+ public:
+  SegmentModel(const RotorAeroModel& model, const RotorData& data, const RotorNoise& noise,
+               RotorSegment segment);
+
+  // Not whitened. Derivatives where `derivatives`.
+  SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
+                           const RotorConstants& constants, bool derivatives) const;
+  // Takes the covariance of the rows at this state; Whiten uses it.
+  void SetWeight(const RotorNode& start, const RotorConstants& constants);
+  // Multiplies by L^-1 of the covariance L L'.
+  void Whiten(SegmentResidual* residual) const;
+  // log of the determinant of the covariance, for the evidence.
+  double LogDeterminant() const;
+  const RotorSegment& segment() const { return segment_; }
+
+ private:
+  struct Shot;  // readings, end and derivatives by the start
+  Shot Shoot(const RotorState& x, bool derivatives, Eigen::MatrixXd* disturbance) const;
+
+  const RotorAeroModel& model_;
+  const RotorData& data_;
+  RotorNoise noise_;
+  RotorSegment segment_;
+  Eigen::MatrixXd lower_;  // L
+};
+
+}  // namespace trueline

@@ -1,0 +1,87 @@
+#include "problems/rotor_calibration/learn_noise.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::array<double RotorNoise::*, 6> kFigures = {
+    &RotorNoise::force_density, &RotorNoise::angular_density, &RotorNoise::accel,
+    &RotorNoise::gyro,          &RotorNoise::position,        &RotorNoise::attitude};
+constexpr double kFirstStep = 1.2;  // of the logarithm
+constexpr double kLastStep = 0.15;
+constexpr double kRange = 1000.0;
+constexpr int kMostRuns = 150;
+
+double LogLikelihood(const RotorAeroModel& model, const RotorData& data,
+                     const RotorEkfOptions& options) {
+  try {
+    const double value = RunRotorEkf(model, data, options).log_likelihood;
+    return std::isfinite(value) ? value : -std::numeric_limits<double>::infinity();
+  } catch (const InputError&) {  // it diverged: this noise does not fit
+    return -std::numeric_limits<double>::infinity();
+  }
+}
+
+}  // namespace
+
+LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
+                        const RotorEkfOptions& options) {
+  RotorEkfOptions best = options;
+  LearnedNoise learned;
+  const double first = LogLikelihood(model, data, options);
+  double value = first;
+  learned.runs = 1;
+  std::array<double, 6> steps;
+  steps.fill(kFirstStep);
+  bool open = true;
+  while (open && learned.runs < kMostRuns) {
+    open = false;
+    for (std::size_t i = 0; i < kFigures.size(); ++i) {
+      if (std::abs(steps[i]) < kLastStep) continue;
+      open = true;
+      RotorEkfOptions trial = best;
+      double& figure = trial.noise.*kFigures[i];
+      figure *= std::exp(steps[i]);
+      const double ratio = figure / (options.noise.*kFigures[i]);
+      const bool inside = ratio < kRange && ratio > 1.0 / kRange;
+      const double likelihood =
+          inside ? LogLikelihood(model, data, trial) : -std::numeric_limits<double>::infinity();
+      ++learned.runs;
+      if (likelihood > value) {
+        value = likelihood;
+        best = trial;
+      } else {
+        steps[i] *= -0.5;
+      }
+    }
+  }
+  learned.noise = best.noise;
+  learned.gain = value - first;
+  return learned;
+}
+
+double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
+                       const RotorEkfOptions& options, double range) {
+  const auto likelihood = [&](double delay) {
+    RotorData shifted = data;
+    for (double& t : shifted.speed_times) t += delay;
+    return LogLikelihood(model, shifted, options);
+  };
+  constexpr double kFinest = 0.0025;  // s
+  double best = 0.0, value = likelihood(0.0);
+  for (double step = 0.5 * range; step >= kFinest; step *= 0.5) {
+    const double centre = best;
+    for (const double delay : {centre - step, centre + step}) {
+      const double trial = likelihood(delay);
+      if (trial > value) value = trial, best = delay;
+    }
+  }
+  return best;
+}
+
+}  // namespace trueline

@@ -1,0 +1,27 @@
+// The noise that a flight really has: sensor sigmas and disturbance densities of the greatest
+// likelihood of the filter's innovations. Intervals are only as honest as the noise they come from,
+// and no log states it.
+#pragma once
+
+#include "problems/rotor_ekf/rotor_ekf.h"
+
+namespace trueline {
+
+struct LearnedNoise {
+  RotorNoise noise;
+  double gain = 0.0;  // of log likelihood, over the noise that it started from
+  int runs = 0;       // of the filter
+};
+
+// Coordinate search on the logarithm of each of the six figures of RotorNoise, each kept within a
+// factor of 1,000 of its start. Constants stay unknown meanwhile.
+LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
+                        const RotorEkfOptions& options);
+
+// The delay (s) of the rotor speeds of the greatest likelihood, within +-`range`, to 2.5 ms: clocks
+// and filters of rotor sensors and IMU differ, and inertia suffers first. `data` as MakeRotorData
+// gives it; the delay is on top of the one it was made with.
+double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
+                       const RotorEkfOptions& options, double range);
+
+}  // namespace trueline

@@ -1,0 +1,67 @@
+// Calibration of one flight by the rotor-driven model: log in; constants with intervals, a verdict,
+// the filter's estimates over time, and what the constants predict on flight that was held out.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/calibration/calibration.h"
+#include "problems/rotor_batch/rotor_batch.h"
+#include "problems/rotor_calibration/open_loop.h"
+#include "problems/rotor_ekf/rotor_ekf.h"
+
+namespace trueline {
+
+struct RotorCalibrationOptions {
+  RotorVehicle vehicle;  // rotors, and nominal constants
+  RotorPrior prior;
+  RotorNoise noise;
+  RotorDataOptions data;
+  double hold_out = 0.25;   // share of the flight, at its end, that predictions are judged on
+  bool learn_noise = true;  // from the flight (learn_noise.h); else `noise` is believed
+  bool learn_rotor_delay = false;  // on top of data.rotor_delay
+  double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
+  double wander = 0.0;             // of the filter's constants, see RotorEkfOptions
+  std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
+  std::vector<std::string> warnings;                // from reading
+
+  explicit RotorCalibrationOptions(RotorVehicle nominal)
+      : vehicle(std::move(nominal)), prior(PriorFromVehicle(vehicle)) {}
+};
+
+struct HorizonScore {
+  double horizon;  // s
+  int count = 0;
+  double before = 0.0;  // m, mean error with the nominal constants
+  double after = 0.0;   // m, with the calibrated ones
+  double after_rms = 0.0;
+};
+
+struct RotorCalibration {
+  RotorBatchResult batch;
+  RotorEkfRun filter;
+  RotorNoise noise;                           // used
+  double rotor_delay = 0.0;                   // s, used
+  std::vector<ParameterEstimate> parameters;  // the batch's
+  std::vector<std::string> unobservable;
+  std::vector<HorizonScore> predictions;
+  std::vector<OpenLoopError> open_loop;  // with the calibrated constants
+  std::vector<double> pose_times;        // s, of the batch's nodes
+  TimeNs origin = 0;                     // that times count from
+  double chi_square = 0.0;               // whitened squares by degree of freedom
+  double halves = 0.0;  // largest difference of the fits to each half, in its sigma
+  std::string halves_parameter;
+  Verdict verdict;
+  std::vector<std::string> warnings;
+};
+
+// Throws InputError for logs without the streams that are needed.
+RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);
+
+// Parameters with status, and the combinations that the flight does not show.
+void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
+                       std::vector<ParameterEstimate>* parameters,
+                       std::vector<std::string>* unobservable);
+
+}  // namespace trueline

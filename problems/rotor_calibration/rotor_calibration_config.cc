@@ -1,0 +1,105 @@
+#include "problems/rotor_calibration/rotor_calibration_config.h"
+
+#include "problems/common/yaml_options.h"
+
+namespace trueline {
+namespace {
+
+const std::map<std::string, PoseSource> kSources = {{"pose", PoseSource::kPose},
+                                                    {"mocap", PoseSource::kMocap}};
+
+RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
+  std::string warning;
+  RotorCalibrationOptions options(VehicleFromLog(log, &warning));
+  options.warnings.push_back(warning);
+  return options;
+}
+
+// Mass, inertia and geometry of the earlier flight are known to what it left open.
+void ApplyRotorModel(const std::string& file, RotorPrior* prior) {
+  const YamlMap model = YamlMap::FromFile(file);
+  const YamlMap parameters = model.Child("parameters");
+  for (const std::string& name : parameters.Keys()) {
+    const int i = FindRotorConstant(name);
+    if (i < 0) {
+      parameters.Fail(name,
+                      "is no constant of the rotor-driven model; --model needs the "
+                      "model.yaml of a calibration with --drive=rotors");
+    }
+    if (name.starts_with("b_")) continue;
+    const YamlMap entry = parameters.Child(name);
+    prior->mean[i] = entry.Get<double>("value");
+    prior->sigma[i] = entry.Get<double>("sigma");
+  }
+}
+
+}  // namespace
+
+void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
+  RotorDataOptions& data = options->data;
+  ReadOption(map, "fit_to", kSources, &data.source);
+  ReadOption(map, "attitude", &data.attitude);
+  ReadPositive(map, "pose_rate", &data.pose_rate);
+  ReadNotNegative(map, "start", &data.start);
+  ReadNotNegative(map, "end", &data.end);
+  ReadNotNegative(map, "hold_out", &options->hold_out);
+  if (options->hold_out > 0.8) map.Fail("hold_out", "is a share of the flight, at most 0.8");
+  ReadOption(map, "learn_noise", &options->learn_noise);
+  ReadOption(map, "rotor_delay", &data.rotor_delay);
+  ReadOption(map, "learn_rotor_delay", &options->learn_rotor_delay);
+  ReadNotNegative(map, "robust_pose", &options->robust_pose);
+  ReadNotNegative(map, "wander", &options->wander);
+  ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
+  ReadRotorPrior(map.ChildOrEmpty("prior"), &options->prior);
+}
+
+RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
+                                            const FlightLog& log) {
+  if (config.empty()) {
+    RotorCalibrationOptions options = OptionsFromLog(log);
+    if (log.pose.empty()) options.data.source = PoseSource::kMocap;
+    if (!model.empty()) ApplyRotorModel(model, &options.prior);
+    return options;
+  }
+  const YamlMap map = YamlMap::FromFile(config);
+  RotorCalibrationOptions options =
+      map.Has("vehicle")
+          ? RotorCalibrationOptions(ReadRotorVehicle(map.Child("vehicle"), log.gravity))
+          : OptionsFromLog(log);
+  if (log.pose.empty()) options.data.source = PoseSource::kMocap;
+  if (!model.empty()) ApplyRotorModel(model, &options.prior);
+  ReadRotorOptions(map, &options);
+  map.Finish();
+  return options;
+}
+
+YAML::Node ToYaml(const RotorCalibrationOptions& options) {
+  YAML::Node node;
+  node["drive"] = "rotors";
+  node["fit_to"] = NameOf(kSources, options.data.source);
+  node["attitude"] = options.data.attitude;
+  node["pose_rate"] = options.data.pose_rate;
+  node["start"] = options.data.start;
+  node["end"] = options.data.end;
+  node["hold_out"] = options.hold_out;
+  node["learn_noise"] = options.learn_noise;
+  node["rotor_delay"] = options.data.rotor_delay;
+  node["learn_rotor_delay"] = options.learn_rotor_delay;
+  node["robust_pose"] = options.robust_pose;
+  node["wander"] = options.wander;
+  node["noise"] = ToYaml(options.noise);
+  node["prior"] = ToYaml(options.prior);
+  for (const RotorSpec& rotor : options.vehicle.model.rotors()) {
+    YAML::Node entry;
+    for (const double value : rotor.position) entry["position"].push_back(value);
+    for (const double value : rotor.axis) entry["axis"].push_back(value);
+    entry["spin"] = rotor.spin;
+    entry["k_f"] = rotor.k_f;
+    entry["k_m"] = rotor.k_m;
+    entry.SetStyle(YAML::EmitterStyle::Flow);
+    node["rotors"].push_back(entry);
+  }
+  return node;
+}
+
+}  // namespace trueline

@@ -1,0 +1,19 @@
+// The result files of trueline-calibrate --drive=rotors.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "problems/rotor_calibration/rotor_calibration.h"
+
+namespace trueline {
+
+// calibration.yaml, model.yaml, trajectory.csv, windows.csv (the filter's estimates after each half
+// second, and the batch's at the end) and predictions.csv. Each whole or not there.
+void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog& log,
+                           const YAML::Node& provenance, const std::filesystem::path& directory);
+
+// For people.
+std::string RotorCalibrationTable(const RotorCalibration& calibration);
+
+}  // namespace trueline

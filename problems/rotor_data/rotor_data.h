@@ -1,0 +1,55 @@
+// A flight as the rotor-driven estimators see it: rotor speeds at any time, IMU samples, and poses
+// (or positions) at which nodes are placed.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Which stream of poses is fitted.
+enum class PoseSource { kPose, kMocap };
+
+struct RotorPose {
+  double t;             // s
+  Eigen::Vector3d p_E;  // m, of P
+  Eigen::Quaterniond q_E_P;
+};
+
+struct RotorImu {
+  double t;               // s
+  Eigen::Vector3d accel;  // m/s^2
+  Eigen::Vector3d gyro;   // rad/s
+};
+
+// A stretch of flight without gaps. Times are seconds from `origin`.
+struct RotorData {
+  TimeNs origin = 0;
+  bool attitude = true;  // of the poses is measured; else it is only where fits start from
+  std::vector<RotorImu> imu;
+  std::vector<RotorPose> poses;
+  std::vector<double> speed_times;          // s
+  std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
+
+  // Linear between samples, held outside.
+  std::vector<double> SpeedsAt(double t) const;
+};
+
+struct RotorDataOptions {
+  PoseSource source = PoseSource::kPose;
+  bool attitude = true;      // false: position only
+  double rotor_delay = 0.0;  // s, what rotors.csv states acts so much later (negative: earlier)
+  double pose_rate = 30.0;   // Hz; faster streams are thinned to about this rate
+  double start = 0.0;        // s after the streams' common start
+  double end = 0.0;          // s before the streams' common end
+  double duration = 0.0;     // s; 0: to the end
+};
+
+// Cuts the log to where all streams are. Throws InputError naming the stream that is missing or too
+// short.
+RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options);
+
+}  // namespace trueline

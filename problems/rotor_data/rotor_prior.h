@@ -1,0 +1,28 @@
+// What is known of a vehicle before a flight: nominal constants with their standard deviations.
+#pragma once
+
+#include <vector>
+
+#include "problems/observability/vehicle_config.h"
+#include "problems/rotor_data/rotor_state.h"
+
+namespace trueline {
+
+struct RotorPrior {
+  RotorConstants mean = RotorConstants::Zero();
+  RotorConstants sigma = RotorConstants::Zero();  // zero: known, not estimated
+
+  std::vector<int> Free() const;
+};
+
+// The 18 constants of Wuest et al. 2019 free (r_BI_z, k_f and k_m known, no drag, inflow or delay)
+// about a vehicle's nominal values, with sigmas as for a new payload: mass 20 %, inertia 30 %,
+// centre of mass 20 mm, pose sensor 50 mm, IMU 20 mm, biases 0.5 m/s^2 and 0.1 rad/s.
+RotorPrior PriorFromVehicle(const RotorVehicle& vehicle);
+
+// `map` holds NAME: sigma, or NAME: {mean: ..., sigma: ...}; sigma 0 makes it known. Throws
+// InputError for unknown names, naming those there are.
+void ReadRotorPrior(const YamlMap& map, RotorPrior* prior);
+YAML::Node ToYaml(const RotorPrior& prior);
+
+}  // namespace trueline

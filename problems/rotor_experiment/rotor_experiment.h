@@ -1,0 +1,79 @@
+// The experiment of Boehm et al. 2020, sec. III, and its likes: kinds of trajectories, each flown
+// many times in simulation, calibrated by filter and batch from drawn initial guesses, with the
+// Cramer-Rao bound of each flight beside them.
+//
+//   drive: rotors
+//   name: ...; about: ...
+//   vehicle, biases, limits, simulation     # as config/rotors/random.yaml
+//   duration: 20                            # s, of random flights and figures
+//   flights: 10                             # of each kind
+//   seed: 1
+//   prior: {...}                            # as trueline-calibrate; initial guesses are drawn of
+//   it noise: {...}                            # believed; left out: that of the simulation
+//   learn_noise: false                      # learned on the first flight of each kind instead
+//   kinds:
+//     - {name: random, kind: random}        # a new trajectory for each flight
+//     - {name: best Lissajous, kind: lissajous, best_of: 40, by: [r_BP_x, r_BP_y, r_BP_z]}
+//     - {name: designed, kind: file, file: ../rotors/designed_r_BP.yaml}
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "problems/rotor_batch/rotor_batch.h"
+#include "problems/rotor_ekf/rotor_ekf.h"
+#include "problems/rotor_simulation/simulate_rotor_flight.h"
+
+namespace trueline {
+
+struct FlightKindSource {
+  std::string name;
+  std::string kind;     // random | lissajous | file
+  std::string file;     // a trajectory.yaml
+  int best_of = 40;     // figures, of which the one with the smallest bound is flown
+  std::vector<int> by;  // constants whose bound is judged
+};
+
+struct RotorExperiment {
+  std::string file, name, about;
+  RotorSimulation simulation;
+  RotorPrior prior;
+  RotorNoise believed;
+  bool learn_noise = false;
+  double duration = 20.0;  // s
+  int flights = 10;
+  std::uint64_t seed = 1;
+  std::vector<FlightKindSource> kinds;
+  YAML::Node config;  // for provenance
+
+  explicit RotorExperiment(RotorSimulation flown) : simulation(std::move(flown)) {}
+};
+
+// One flight, calibrated. Errors are estimate less truth.
+struct RotorTrial {
+  int kind = 0;
+  std::uint64_t seed = 0;
+  std::string failure;         // empty where all went well
+  RotorConstants first_guess;  // less truth
+  RotorConstants filter_error, filter_sigma;
+  RotorConstants batch_error, batch_sigma;
+  RotorConstants bound;                        // sigma
+  double filter_nees = 0.0, batch_nees = 0.0;  // by degree of freedom
+  double path_error = 0.0;                     // m
+  std::vector<RotorEstimate> history;          // of the filter, errors in `mean`
+};
+
+// Whether a file of config/experiments is one of these.
+bool IsRotorExperiment(const std::filesystem::path& file);
+// Throws InputError naming file, line and key.
+RotorExperiment ReadRotorExperiment(const std::filesystem::path& file);
+// The same cut to a trial: two flights of 5 s for each kind, best of 3 figures.
+void ShortenRotorExperiment(RotorExperiment* experiment);
+
+// The result does not depend on `threads`.
+std::vector<RotorTrial> RunRotorExperiment(const RotorExperiment& experiment, int threads,
+                                           const std::function<void(const std::string&)>& progress);
+
+}  // namespace trueline

@@ -1,0 +1,19 @@
+// The result files of an experiment with rotor-driven flights.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "problems/rotor_experiment/rotor_experiment_summary.h"
+
+namespace trueline {
+
+// summary.yaml; trials.csv (each constant of each flight); history.csv (the filter's errors over
+// time by kind: mean, spread between flights, RMSE, stated sigma).
+void WriteRotorExperiment(const RotorExperiment& experiment, const std::vector<RotorTrial>& trials,
+                          const std::filesystem::path& directory);
+
+std::string RotorExperimentTable(const std::vector<KindSummary>& summaries);
+
+}  // namespace trueline

@@ -1,0 +1,52 @@
+// A flight along a trajectory in closed loop, with the independent physics of problems/simulation,
+// and its log with rotor speeds, IMU and poses.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+#include "problems/observability/vehicle_config.h"
+#include "problems/rotor_data/rotor_noise.h"
+#include "problems/rotor_data/rotor_state.h"
+#include "problems/simulation/config.h"
+#include "problems/trajectory/limits.h"
+
+namespace trueline {
+
+struct RotorSimulation {
+  explicit RotorSimulation(RotorVehicle flown) : vehicle(std::move(flown)) {}
+
+  RotorVehicle vehicle;     // the true one; biases in its parameters
+  RotorNoise noise;         // of sensors, and the white disturbances that really act
+  double imu_rate = 250.0;  // Hz, of rotor speeds too
+  double pose_rate = 30.0;  // Hz, stamped at the nearest IMU sample, as a camera that it triggers
+  // Rotor speeds saturate this share outside of the limits that trajectories keep to, so that there
+  // is room for control.
+  FlightLimits limits;
+  double control_margin = 0.4;
+
+  // What the estimators do not know.
+  Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
+  double motor_lag = 0.02;                         // s
+  bool log_commands = false;  // rotors.csv holds the commands, so that the lag is unknown
+  std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
+};
+
+// States at the times of the IMU samples.
+struct RotorTruth {
+  RotorConstants constants = RotorConstants::Zero();
+  std::vector<RotorNode> states;
+  double path_error_rms = 0.0;  // m
+};
+
+// Throws InputError where the vehicle loses the trajectory.
+FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
+                              std::uint64_t seed, RotorTruth* truth = nullptr);
+
+// Keys of an experiment's `simulation`: imu_rate, pose_rate, noise, drag, motor_lag, log_commands,
+// effects; vehicle and limits are read elsewhere. Throws InputError naming file, line and key.
+void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
+
+}  // namespace trueline

@@ -1,0 +1,111 @@
+"""The page of trueline-calibrate --drive=rotors: verdict, constants, estimates over time, track."""
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+import charts
+from calibration_sections import headline, parameter_table, provenance, unobservable
+from csv_table import read_table
+from page import Page, paragraph
+from tables import number, table
+from yaml_file import read_mapping
+
+VERB_HELP = "the result of trueline-calibrate --drive=rotors"
+REMEDY = "--result must be a folder that trueline-calibrate --drive=rotors has written"
+COLOURS = {"filter": "#1f6feb", "batch": "#e07b00"}
+COLUMNS, ROW_HEIGHT = 3, 210
+
+
+@dataclass
+class RotorResult:
+    summary: dict
+    windows: pd.DataFrame
+    trajectory: pd.DataFrame
+
+    @property
+    def verdict(self):
+        return self.summary["verdict"]
+
+
+def add_arguments(parser):
+    parser.add_argument("--result", required=True, type=Path,
+                        help="the folder that trueline-calibrate has written")
+
+
+def build(arguments):
+    folder = arguments.result
+    result = RotorResult(
+        read_mapping(folder / "calibration.yaml", REMEDY),
+        read_table(folder / "windows.csv", ["t_start", "t_end", "value", "sigma"],
+                   ["estimator", "parameter", "unit", "status"], REMEDY),
+        read_table(folder / "trajectory.csv", ["t", "x", "y", "z"], [], REMEDY))
+    page = Page("Calibration by rotor speeds", str(result.summary["provenance"].get("log", "")))
+    page.add("verdict", "Result", *headline(result), _predictions(result))
+    page.add("parameters", "Constants", parameter_table(result), unobservable(result))
+    page.add("time", "Over time", paragraph(
+        "The filter's estimates with one sigma (shaded), and the batch fit of the whole flight with "
+        "its 95 % interval at the end.", "note"), charts.embed(_over_time(result), "plot-time"))
+    page.add("track", "Track", charts.embed(_track(result), "plot-track"))
+    page.add("provenance", "Provenance", *provenance(result))
+    return page
+
+
+def _predictions(result):
+    rows = [[f"{s['horizon']:g}", number(s["before"]), number(s["after"]), number(s["after_rms"]),
+             str(s["count"])] for s in result.summary.get("open_loop") or []]
+    if not rows:
+        return ""
+    return "<h3>Open-loop prediction on held-out flight</h3>" + table(
+        [("Horizon [s]", True), ("Nominal vehicle, mean [m]", True), ("Calibrated, mean [m]", True),
+         ("RMS [m]", True), ("Starts", True)], rows)
+
+
+def _over_time(result):
+    windows = result.windows
+    start = windows.t_start.min()
+    parameters = list(dict.fromkeys(windows.parameter))
+    rows = -(-len(parameters) // COLUMNS)
+    units = dict(zip(windows.parameter, windows.unit))
+    figure = make_subplots(rows=rows, cols=COLUMNS, vertical_spacing=0.30 / rows,
+                           horizontal_spacing=0.07,
+                           subplot_titles=[charts.unit_label(p, units[p]) for p in parameters])
+    for index, name in enumerate(parameters):
+        where = dict(row=index // COLUMNS + 1, col=index % COLUMNS + 1)
+        group = windows[windows.parameter == name]
+        figure.add_traces(_band(group[group.estimator == "filter"], start, index == 0),
+                          rows=[where["row"]] * 2, cols=[where["col"]] * 2)
+        figure.add_trace(_end(group[group.estimator == "batch"], start, index == 0), **where)
+    charts.style(figure, 90 + ROW_HEIGHT * rows)
+    figure.update_annotations(font=dict(size=13, color=charts.INK))
+    figure.update_xaxes(title_text="Flight [s]", row=rows)
+    return figure
+
+
+def _band(history, start, in_legend):
+    t = charts.rounded(history.t_end - start)
+    edges = [*(history.value + history.sigma), *(history.value - history.sigma)[::-1]]
+    band = go.Scatter(x=[*t, *t[::-1]], y=charts.rounded(edges, 8), fill="toself", mode="none",
+                      fillcolor="rgba(31,111,235,0.18)", hoverinfo="skip", showlegend=False)
+    line = charts.lines(t, charts.rounded(history.value, 8), "Filter", COLOURS["filter"],
+                        showlegend=in_legend, legendgroup="filter")
+    return [band, line]
+
+
+def _end(batch, start, in_legend):
+    return go.Scatter(x=charts.rounded(batch.t_end - start), y=charts.rounded(batch.value, 8),
+                      error_y=dict(type="data", array=charts.rounded(1.96 * batch.sigma, 8)),
+                      mode="markers", name="Batch", legendgroup="batch", showlegend=in_legend,
+                      marker=dict(color=COLOURS["batch"], size=8))
+
+
+def _track(result):
+    frame = charts.decimate(result.trajectory, 4000)
+    figure = go.Figure(charts.lines(charts.rounded(frame.y), charts.rounded(frame.x), "Fitted path",
+                                    COLOURS["filter"]))
+    charts.style(figure, 480)
+    figure.update_xaxes(title_text="East [m]")
+    figure.update_yaxes(title_text="North [m]", scaleanchor="x")
+    return figure

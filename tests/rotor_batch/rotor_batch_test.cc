@@ -1,0 +1,205 @@
+#include "problems/rotor_batch/rotor_batch.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/common/error.h"
+#include "problems/rotor_batch/constants_chart.h"
+#include "problems/rotor_batch/constants_information.h"
+#include "problems/rotor_batch/rotor_node_manifold.h"
+#include "problems/rotor_batch/segment.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+struct Case {
+  RotorSimulation sim{WuestVehicle()};
+  RotorAeroModel model = EstimationModel(sim.vehicle);
+  RotorTruth truth;
+  RotorData data;
+  RotorBatchOptions options;
+
+  explicit Case(double duration, std::uint64_t seed = 11) {
+    const FlightLog log = SimulateRotorFlight(sim, RandomPath(duration, 4), seed, &truth);
+    data = MakeRotorData(log, 4, {});
+    options.noise = sim.noise;
+    options.prior = DrawnPrior(sim.vehicle, seed);
+  }
+  RotorNode TrueNode(int i) const {
+    return truth.states[std::lround(data.poses[i].t * sim.imu_rate)];
+  }
+};
+
+RotorNode Moved(const RotorNode& node, int error, double by) {
+  RotorError step = RotorError::Zero();
+  step[error] = by;
+  return Plus(Joined(node, RotorConstants::Zero()), step).head<13>();
+}
+
+TEST(RotorSegment, DerivativesAgreeWithDifferences) {
+  const Case c(3.0);
+  const SegmentModel segment(c.model, c.data, c.sim.noise, CutSegments(c.data)[40]);
+  const RotorNode start = Moved(c.TrueNode(40), 1, 0.05), next = c.TrueNode(41);
+  RotorConstants constants = c.truth.constants;
+  constants.tail<5>() << -0.3, -0.4, -0.2, 1e-5, 0.01;  // drag, inflow, delay
+  const SegmentResidual r = segment.Evaluate(start, next, constants, true);
+  const double h = 1e-6;
+  const auto difference = [&](const RotorNode& s, const RotorNode& n, const RotorConstants& k,
+                              const RotorNode& s0, const RotorNode& n0, const RotorConstants& k0,
+                              double step) -> Eigen::VectorXd {
+    return (segment.Evaluate(s, n, k, false).error - segment.Evaluate(s0, n0, k0, false).error) /
+           step;
+  };
+  for (int i = 0; i < 12; ++i) {
+    const Eigen::VectorXd d_start = difference(Moved(start, i, h), next, constants,
+                                               Moved(start, i, -h), next, constants, 2 * h);
+    EXPECT_LT((d_start - r.d_start.col(i)).norm(), 1e-4 * (1.0 + d_start.norm())) << i;
+    const Eigen::VectorXd d_next = difference(start, Moved(next, i, h), constants, start,
+                                              Moved(next, i, -h), constants, 2 * h);
+    EXPECT_LT((d_next - r.d_next.col(i)).norm(), 1e-4 * (1.0 + d_next.norm())) << i;
+  }
+  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+    const double step = 1e-5 * std::max(1e-3, std::abs(constants[i]));
+    RotorConstants up = constants, down = constants;
+    up[i] += step, down[i] -= step;
+    const Eigen::VectorXd d = difference(start, next, up, start, next, down, 2 * step);
+    EXPECT_LT((d - r.d_constants.col(i)).norm(), 1e-4 * (1.0 + d.norm())) << i;
+  }
+}
+
+// At the truth the whitened rows are white: their squares' mean is 1, for disturbances and readings
+// together, though each step's disturbance moves many rows.
+TEST(RotorSegment, WhitenedErrorsAtTheTruthAreWhite) {
+  const Case c(8.0);
+  double sum = 0.0, neighbours = 0.0;
+  int rows = 0, i = 0;
+  for (RotorSegment& cut : CutSegments(c.data)) {
+    SegmentModel segment(c.model, c.data, c.sim.noise, std::move(cut));
+    segment.SetWeight(c.TrueNode(i), c.truth.constants);
+    SegmentResidual r = segment.Evaluate(c.TrueNode(i), c.TrueNode(i + 1), c.truth.constants, true);
+    segment.Whiten(&r);
+    sum += r.error.squaredNorm();
+    neighbours += r.error.head(r.error.size() - 1).dot(r.error.tail(r.error.size() - 1));
+    rows += static_cast<int>(r.error.size());
+    ++i;
+  }
+  EXPECT_NEAR(sum / rows, 1.0, 4.0 * std::sqrt(2.0 / rows));
+  EXPECT_NEAR(neighbours / rows, 0.0, 4.0 / std::sqrt(rows));
+}
+
+TEST(ConstantsInformation, AgreesWithDenseElimination) {
+  Random random(3, "test");
+  const auto matrix = [&](int rows, int cols) {
+    Eigen::MatrixXd m(rows, cols);
+    for (Eigen::Index i = 0; i < m.size(); ++i) m(i) = random.Normal();
+    return m;
+  };
+  const std::vector<int> free = {0, 4, 7};
+  RotorConstants scale = RotorConstants::Constant(2.0);
+  ConstantsInformation chain(free, scale);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * 12 + 3, 3 * 12 + 3);
+  const auto add = [&](int node, const Eigen::MatrixXd& d_node, const Eigen::MatrixXd& d_next,
+                       const Eigen::MatrixXd& d_constants) {
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(d_node.rows(), dense.cols());
+    J.middleCols(12 * node, 12) = d_node;
+    if (d_next.size() > 0) J.middleCols(12 * (node + 1), 12) = d_next;
+    for (int i = 0; i < 3; ++i) J.col(36 + i) = 2.0 * d_constants.col(free[i]);
+    dense += J.transpose() * J;
+  };
+  for (int node = 0; node < 3; ++node) {
+    const Eigen::MatrixXd at = matrix(6, 12), at_constants = matrix(6, 26);
+    chain.AddAtNode(at, at_constants);
+    add(node, at, {}, at_constants);
+    if (node == 2) break;
+    const Eigen::MatrixXd d = matrix(30, 12), next = matrix(30, 12), constants = matrix(30, 26);
+    chain.StepToNext(d, next, constants);
+    add(node, d, next, constants);
+  }
+  const Eigen::MatrixXd cov = dense.inverse().bottomRightCorner(3, 3);
+  EXPECT_LT((chain.Finish().inverse() - cov).norm(), 1e-8 * cov.norm());
+}
+
+TEST(ConstantsChart, EveryPointIsABody) {
+  RotorConstants constants = Case(2.0).truth.constants;
+  EXPECT_LT((FromChart(ToChart(constants)) - constants).norm(), 1e-14);
+  RotorConstants chart = ToChart(constants);
+  chart.head<4>() << -9.0, 2.0, -30.0, 1.0;
+  EXPECT_GT(FromChart(chart)[0], 0.0);
+  EXPECT_TRUE(IsPhysicalInertia(FromChart(chart).segment<3>(1)));
+  const double h = 1e-6;
+  const ConstantsJacobian jacobian = ChartJacobian(ToChart(constants));
+  for (int i = 0; i < 4; ++i) {
+    RotorConstants up = ToChart(constants), down = up;
+    up[i] += h, down[i] -= h;
+    const RotorConstants d = (FromChart(up) - FromChart(down)) / (2 * h);
+    EXPECT_LT((d - jacobian.col(i)).norm(), 1e-8);
+  }
+}
+
+TEST(RotorNodeManifold, JacobiansAreInverse) {
+  const RotorNodeManifold manifold;
+  const RotorNode node = Moved(Case(2.0).TrueNode(10), 0, 0.4);
+  Eigen::Matrix<double, 13, 12, Eigen::RowMajor> plus;
+  Eigen::Matrix<double, 12, 13, Eigen::RowMajor> minus;
+  manifold.PlusJacobian(node.data(), plus.data());
+  manifold.MinusJacobian(node.data(), minus.data());
+  EXPECT_LT((minus * plus - Eigen::Matrix<double, 12, 12>::Identity()).norm(), 1e-12);
+  for (int i = 0; i < 12; ++i) {
+    const RotorNode d = (Moved(node, i, 1e-6) - Moved(node, i, -1e-6)) / 2e-6;
+    EXPECT_LT((d - plus.col(i)).norm(), 1e-8) << i;
+  }
+}
+
+TEST(RotorBatch, FindsTheConstantsWithinItsSigmas) {
+  const Case c(8.0);
+  const RotorBatchResult result = RunRotorBatch(c.model, c.data, c.options);
+  EXPECT_TRUE(result.converged);
+  const std::vector<int> free = c.options.prior.Free();
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::VectorXd error(n);
+  Eigen::MatrixXd cov(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    error[i] = result.mean[free[i]] - c.truth.constants[free[i]];
+    for (Eigen::Index j = 0; j < n; ++j) cov(i, j) = result.cov(free[i], free[j]);
+  }
+  EXPECT_LT(error.dot(cov.llt().solve(error)) / static_cast<double>(n), 2.0);
+  // Degrees of freedom: rows less 12 for each node.
+  const double dof = result.residuals - 12.0 * static_cast<double>(result.nodes.size());
+  EXPECT_NEAR(2.0 * result.cost / dof, 1.0, 0.05);
+}
+
+TEST(RotorBatch, FindsDragThatFliesWithTheVehicle) {
+  Case c(8.0);
+  c.sim.drag = {-0.5, -0.3, -0.2};
+  c.data = MakeRotorData(SimulateRotorFlight(c.sim, RandomPath(8.0, 4), 2), 4, {});
+  for (const char* name : {"K_x", "K_y", "K_z"})
+    c.options.prior.sigma[FindRotorConstant(name)] = 1.0;
+  const RotorBatchResult result = RunRotorBatch(c.model, c.data, c.options);
+  const RotorConstants sigma = result.Sigma();
+  for (int i = 0; i < 3; ++i) {
+    const int k = FindRotorConstant("K_x") + i;
+    EXPECT_LT(std::abs(result.mean[k] - c.sim.drag[i]), 3.5 * sigma[k]);
+    EXPECT_LT(sigma[k], 0.3);
+  }
+}
+
+// The evidence prefers the disturbance that is there.
+TEST(RotorBatch, EvidenceFindsTheDisturbance) {
+  Case c(4.0);
+  std::vector<double> evidence;
+  for (const double factor : {0.4, 1.0, 2.5}) {
+    c.options.noise.force_density = factor * c.sim.noise.force_density;
+    evidence.push_back(RunRotorBatch(c.model, c.data, c.options).log_evidence);
+  }
+  EXPECT_GT(evidence[1], evidence[0] + 3.0);
+  EXPECT_GT(evidence[1], evidence[2] + 3.0);
+}
+
+TEST(RotorBatch, RefusesImpossiblePriors) {
+  Case c(2.0);
+  c.options.prior.sigma[FindRotorConstant("I_z")] = 0.0;
+  EXPECT_THROW(RunRotorBatch(c.model, c.data, c.options), InputError);
+}
+
+}  // namespace
+}  // namespace trueline

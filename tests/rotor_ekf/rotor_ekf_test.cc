@@ -1,0 +1,96 @@
+#include "problems/rotor_ekf/rotor_ekf.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/rotor_batch/rotor_batch.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+struct Case {
+  RotorSimulation sim{WuestVehicle()};
+  RotorAeroModel model = EstimationModel(sim.vehicle);
+  RotorTruth truth;
+  RotorData data;
+  RotorEkfOptions options;
+
+  Case(double duration, bool attitude) {
+    const FlightLog log = SimulateRotorFlight(sim, RandomPath(duration, 4), 11, &truth);
+    RotorDataOptions stream;
+    stream.attitude = attitude;
+    data = MakeRotorData(log, 4, stream);
+    options.noise = sim.noise;
+    options.prior = DrawnPrior(sim.vehicle, 5);
+  }
+  // Mean of the squared errors of the constants over their variances, by their whole covariance.
+  double Nees(const RotorEkfRun& run) const {
+    const std::vector<int> free = options.prior.Free();
+    const auto n = static_cast<Eigen::Index>(free.size());
+    Eigen::VectorXd error(n);
+    Eigen::MatrixXd cov(n, n);
+    const int first = RotorAeroModel::kMovingErrors;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      error[i] = run.history.back().mean[free[i]] - truth.constants[free[i]];
+      for (Eigen::Index j = 0; j < n; ++j) cov(i, j) = run.cov(first + free[i], first + free[j]);
+    }
+    return error.dot(cov.llt().solve(error)) / static_cast<double>(n);
+  }
+};
+
+// 31 states of the paper: 13 moving and 18 constants.
+TEST(RotorEkf, EstimatesThePapersStates) {
+  EXPECT_EQ(PriorFromVehicle(WuestVehicle()).Free().size() + RotorAeroModel::kMoving, 31u);
+}
+
+TEST(RotorEkf, FindsTheConstantsWithinItsSigmas) {
+  const Case c(10.0, true);
+  const RotorEkfRun run = RunRotorEkf(c.model, c.data, c.options);
+  EXPECT_LT(c.Nees(run), 2.0);  // 18 degrees of freedom: 1 +- 0.33 if consistent
+  for (const char* name : {"m", "I_x", "I_y", "r_BM_x", "r_BM_y"}) {
+    const int i = FindRotorConstant(name);
+    EXPECT_LT(run.history.back().sigma[i], 0.2 * c.options.prior.sigma[i]) << name;
+  }
+}
+
+// The batch's bound is computed by other code (shooting, elimination along a chain); the filter's
+// covariance must come down to it.
+TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
+  Case c(10.0, true);
+  RotorBatchOptions batch;
+  batch.noise = c.options.noise;
+  batch.prior = c.options.prior;
+  std::vector<RotorNode> nodes;
+  for (const RotorPose& pose : c.data.poses) {
+    nodes.push_back(c.truth.states[std::lround(pose.t * c.sim.imu_rate)]);
+  }
+  const Eigen::MatrixXd bound = RotorBound(c.model, c.data, batch, nodes, c.truth.constants);
+  c.options.prior.mean = c.truth.constants;  // linearised near the truth
+  const RotorEkfRun run = RunRotorEkf(c.model, c.data, c.options);
+  for (const int i : c.options.prior.Free()) {
+    EXPECT_NEAR(run.history.back().sigma[i] / std::sqrt(bound(i, i)), 1.0, 0.15)
+        << RotorConstantNames()[i].name;
+  }
+}
+
+TEST(RotorEkf, PositionsAloneWithImuAreEnough) {
+  const Case c(10.0, false);
+  const RotorEkfRun run = RunRotorEkf(c.model, c.data, c.options);
+  EXPECT_LT(c.Nees(run), 2.5);
+  const int mass = FindRotorConstant("m");
+  EXPECT_LT(run.history.back().sigma[mass], 0.05 * c.options.prior.sigma[mass]);
+}
+
+TEST(RotorEkf, KnownConstantsStayAndWanderWidens) {
+  Case c(3.0, true);
+  const int inflow = FindRotorConstant("inflow"), bias = FindRotorConstant("b_a_x");
+  const RotorEkfRun still = RunRotorEkf(c.model, c.data, c.options);
+  EXPECT_EQ(still.history.back().mean[inflow], 0.0);
+  EXPECT_EQ(still.history.back().sigma[inflow], 0.0);
+  c.options.wander = 0.3;
+  const RotorEkfRun wandering = RunRotorEkf(c.model, c.data, c.options);
+  EXPECT_GT(wandering.history.back().sigma[bias], 1.2 * still.history.back().sigma[bias]);
+}
+
+}  // namespace
+}  // namespace trueline

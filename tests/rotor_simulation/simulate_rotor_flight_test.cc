@@ -1,0 +1,96 @@
+// Simulated rotor-driven flights: they follow their trajectory, and what they log agrees with the
+// estimators' model, which shares no code with the simulator's physics.
+#include "problems/rotor_simulation/simulate_rotor_flight.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/common/error.h"
+#include "problems/rotor_data/rotor_data.h"
+#include "problems/rotor_data/rotor_step.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+RotorSimulation Quiet() {
+  RotorSimulation sim{WuestVehicle()};
+  sim.noise = {1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9};
+  return sim;
+}
+
+// Farthest that the model's own integration, restarted from the truth every half second, gets from
+// the truth, m.
+double FarthestOpenLoop(const RotorSimulation& sim) {
+  RotorTruth truth;
+  const FlightLog log = SimulateRotorFlight(sim, RandomPath(5.0, 3), 1, &truth);
+  const RotorData data = MakeRotorData(log, 4, {});
+  const RotorAeroModel model = EstimationModel(sim.vehicle);
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const double dt = 1.0 / sim.imu_rate;
+  double farthest = 0.0;
+  RotorState x;
+  for (std::size_t k = 0; k + 1 < data.imu.size(); ++k) {
+    if (k % 125 == 0) x = Joined(truth.states[k], truth.constants);
+    farthest = std::max(farthest, (x.segment<3>(4) - truth.states[k].segment<3>(4)).norm());
+    RotorMidpointStep(model, data.SpeedsAt((static_cast<double>(k) + 0.5) * dt).data(), none.data(),
+                      dt, x.data());
+  }
+  return farthest;
+}
+
+TEST(SimulateRotorFlight, FollowsItsTrajectory) {
+  RotorTruth truth;
+  SimulateRotorFlight(RotorSimulation{WuestVehicle()}, RandomPath(6.0, 1), 1, &truth);
+  EXPECT_LT(truth.path_error_rms, 0.1);
+  EXPECT_GT(truth.path_error_rms, 1e-4);  // it flies on noisy sensors
+}
+
+TEST(SimulateRotorFlight, EstimatorsModelPredictsItWithoutDisturbances) {
+  EXPECT_LT(FarthestOpenLoop(Quiet()), 2e-3);
+}
+
+TEST(SimulateRotorFlight, EffectsAreNotInTheEstimatorsModel) {
+  RotorSimulation sim = Quiet();
+  sim.drag = {-0.4, -0.4, -0.2};
+  EXPECT_GT(FarthestOpenLoop(sim), 5e-3);
+  sim = Quiet();
+  sim.effects = {{"rotor_loss", {{"rotor", 0.0}, {"factor", 0.95}}}};
+  EXPECT_GT(FarthestOpenLoop(sim), 5e-2);
+}
+
+TEST(SimulateRotorFlight, ImuReadsWhatTheModelSays) {
+  const RotorSimulation sim = Quiet();
+  RotorTruth truth;
+  const FlightLog log = SimulateRotorFlight(sim, RandomPath(5.0, 2), 1, &truth);
+  const RotorData data = MakeRotorData(log, 4, {});
+  const RotorAeroModel model = EstimationModel(sim.vehicle);
+  for (std::size_t k = 0; k < data.imu.size(); k += 50) {
+    const RotorState x = Joined(truth.states[k], truth.constants);
+    Eigen::Matrix<double, 6, 1> y;
+    model.Imu(x.data(), data.SpeedsAt(data.imu[k].t).data(), y.data());
+    EXPECT_LT((y.head<3>() - data.imu[k].accel).norm(), 1e-6);
+    EXPECT_LT((y.tail<3>() - data.imu[k].gyro).norm(), 1e-6);
+  }
+}
+
+TEST(SimulateRotorFlight, RatesAndSeeds) {
+  const RotorSimulation sim{WuestVehicle()};
+  const PiecewisePolynomial path = RandomPath(4.0, 1);
+  const FlightLog a = SimulateRotorFlight(sim, path, 7), b = SimulateRotorFlight(sim, path, 7);
+  const FlightLog c = SimulateRotorFlight(sim, path, 8);
+  EXPECT_EQ(a.imu.size(), 1000u);
+  EXPECT_NEAR(static_cast<double>(a.pose.size()), 120.0, 1.0);
+  EXPECT_EQ(a.imu[500].accel, b.imu[500].accel);
+  EXPECT_NE(a.imu[500].accel, c.imu[500].accel);
+  ASSERT_TRUE(a.vehicle.has_value());
+  EXPECT_EQ(a.vehicle->rotors.size(), 4u);
+}
+
+TEST(SimulateRotorFlight, UnknownEffectIsRefused) {
+  const YamlMap map(YAML::Load("effects: [{id: gremlins, k: 1.0}]"), "test.yaml", "");
+  RotorSimulation sim{WuestVehicle()};
+  EXPECT_THROW(ReadRotorSimulation(map, &sim), InputError);
+}
+
+}  // namespace
+}  // namespace trueline
