@@ -80,8 +80,12 @@ VgdOptions EveryOptionChanged() {
   o.tolerance = 1e-5;
   o.max_block = 0.02;
   o.passes = {0.9, 4, 5.0};
-  o.drive = {
-      ThrustSource::kLevelFlight, AttitudeSource::kComplementaryFilter, {0.2, 0.01}, 0.03, 0.4};
+  o.drive = {ThrustSource::kLevelFlight,
+             AttitudeSource::kComplementaryFilter,
+             {0.2, 0.01},
+             0.03,
+             0.4,
+             {}};  // effects come from a model file
   return o;
 }
 
