@@ -119,6 +119,7 @@ TEST(VgdOptions, EveryShippedFileRunsAFlight) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(ConfigFile(""))) {
     SCOPED_TRACE(entry.path().string());
+    if (entry.path().filename().string().starts_with("rotors")) continue;  // of the other drive
     const VgdOptions options = ReadEstimatorOptions(YamlMap::FromFile(entry.path())).vgd;
     SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
     config.duration = 15.0;
