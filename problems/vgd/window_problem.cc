@@ -214,8 +214,9 @@ ceres::Solver::Summary WindowProblem::Solve() {
     options.minimizer_type = ceres::LINE_SEARCH;
     options.line_search_direction_type = ceres::STEEPEST_DESCENT;
   } else {
-    // Steps are clipped to the bounds; a line search on top would double the cost of each.
-    options.max_num_line_search_step_size_iterations = 0;
+    // Steps are clipped to the bounds; a line search on top would double the cost of each. (A rigid
+    // fit, which has no states to give way, creeps along its bounds without one.)
+    if (segments_.size() > 1) options.max_num_line_search_step_size_iterations = 0;
     options.linear_solver_type =
         segments_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY;
   }
