@@ -45,16 +45,16 @@ int Run() {
     throw trueline::InputError("--alpha must lie between 0 and 1");
   }
   trueline::DiagnosisOptions options;
-  options.vgd = trueline::ResolveCalibrationOptions(
-                    {FLAGS_config, FLAGS_model, "vgd", "", "", 0}).methods.vgd;
+  options.vgd = trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0})
+                    .methods.vgd;
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
   trueline::EnsureWritable(FLAGS_out);
   const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
   const trueline::Diagnosis diagnosis = trueline::Diagnose(log, options);
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
-  trueline::WriteDiagnosis(diagnosis,
-                           trueline::Provenance(log, 0, trueline::ToYaml(options.vgd)), FLAGS_out);
+  trueline::WriteDiagnosis(diagnosis, trueline::Provenance(log, 0, trueline::ToYaml(options.vgd)),
+                           FLAGS_out);
   if (FLAGS_report) {
     const std::string warning =
         trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);

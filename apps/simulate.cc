@@ -20,7 +20,8 @@ DEFINE_string(config, "", "Course, vehicle, sensors and effects (YAML), as in co
 DEFINE_string(out, "", "Directory for the native log; DIR.truth.yaml is written beside it");
 DEFINE_uint64(seed, 0, "Seed of all noise; the same seed gives the same bytes");
 DEFINE_double(duration, 0.0, "Length of the log in s, instead of the configuration's");
-DEFINE_string(model, "", "model.yaml whose vehicle and effects are flown on the configuration's course");
+DEFINE_string(model, "",
+              "model.yaml whose vehicle and effects are flown on the configuration's course");
 DEFINE_bool(randomise, false, "Draw true parameters from the configuration's 'randomise' ranges");
 DEFINE_bool(quiet, false, "Print nothing");
 

@@ -42,14 +42,14 @@ inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
 
 // Moments of the drive over a block, with tau the time since its start.
 struct MotionBlock {
-  double h = 0.0;                                                           // s, length
-  double t = 0.0;                                                           // s, start, from the log's
-  double a_dt = 0.0;                                                        // int a_z dtau
-  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();                           // int R dtau
-  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();                          // int R a_z dtau
-  Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();                       // int tau R dtau
-  Eigen::Matrix3d Ra_tau_dt = Eigen::Matrix3d::Zero();                      // int tau R a_z dtau
-  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int R (x) R dtau
+  double h = 0.0;                                       // s, length
+  double t = 0.0;                                       // s, start, from the log's
+  double a_dt = 0.0;                                    // int a_z dtau
+  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();       // int R dtau
+  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();      // int R a_z dtau
+  Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();   // int tau R dtau
+  Eigen::Matrix3d Ra_tau_dt = Eigen::Matrix3d::Zero();  // int tau R a_z dtau
+  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();      // int R (x) R dtau
   Eigen::Matrix<double, 6, 6> RR_tau_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int tau R (x) R
 
   // Appends `dt` seconds of constant drive (its value at the middle: second order).
@@ -110,14 +110,13 @@ struct BlockModel {
 // Acceleration in E' (m/s^2) that the effects add to a block in which the velocity is v_Ep on
 // average; attitude and thrust are the block's means.
 template <typename T>
-Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m,
-                             const Vector3<T>& v_Ep) {
+Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const Vector3<T>& v_Ep) {
   const Eigen::Matrix3d R_I_Ep = m.R_dt.transpose() / m.h;
   const Vector3<T> ground_B = b.R_B_I * Times(R_I_Ep, v_Ep);
   const Vector3<T> wind_Ep = b.R_Ep_E * b.effects->wind_E.template cast<T>();
   const Vector3<T> wind_B = b.R_B_I * Times(R_I_Ep, wind_Ep);
-  const Vector3<T> f_B = b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, -m.a_dt / m.h,
-                                               m.t + 0.5 * m.h);
+  const Vector3<T> f_B =
+      b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, -m.a_dt / m.h, m.t + 0.5 * m.h);
   const Vector3<T> f_I = b.R_B_I.transpose() * f_B;
   return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
 }
@@ -143,8 +142,10 @@ void Propagate(const BlockModel<T>& b, const MotionBlock& m, MotionState<T>* sta
   // p gains v h + int (h - tau) dv.
   Vector3<T> dp = dv * h - dv_tau - dv_tau_drag, dv_all = dv;
   if (b.effects != nullptr) {
+    // Twice, so that drag of both kinds sees the velocity that the effects themselves make.
     const Vector3<T> v_mean = state->v + dv * T(0.5);
-    const Vector3<T> added = AddedAcceleration(b, m, v_mean) * h;
+    const Vector3<T> half = AddedAcceleration(b, m, v_mean) * T(0.5 * m.h);
+    const Vector3<T> added = AddedAcceleration<T>(b, m, v_mean + half) * h + A * half;
     dv_all += added;
     dp += added * T(0.5 * m.h);
   }

@@ -18,8 +18,7 @@ Eigen::VectorXd RobustWeights(const BaseFlight& flight, const Eigen::VectorXd& r
     const int size = fix ? 3 : 2;
     const double sigma = fix ? noise.fix_scale * flight.FixSigma(row) : noise.force_sigma;
     const double norm = r.segment(row, size).norm() / sigma;
-    weight.segment(row, size).setConstant(
-        std::sqrt(RobustWeight(FixLoss::kHuber, kHuber, norm)));
+    weight.segment(row, size).setConstant(std::sqrt(RobustWeight(FixLoss::kHuber, kHuber, norm)));
     row += size;
   }
   return weight;

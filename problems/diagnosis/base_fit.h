@@ -14,13 +14,11 @@ struct BaseFit {
   Columns columns;         // nuisances and the effects in the model, at their values
   FlightRows rows;         // at x, columns included
 
-  LinearFlight Linear(const BaseFlight& flight) const {
-    return {flight, rows, x, weight, columns};
-  }
+  LinearFlight Linear(const BaseFlight& flight) const { return {flight, rows, x, weight, columns}; }
 };
 
-// Gauss-Newton over all unknowns from `fit.x`; `fit.columns` and `fit.noise` are taken as given, the
-// columns' values are part of the solution. Robust weights are Huber's, renewed at each step.
+// Gauss-Newton over all unknowns from `fit.x`; `fit.columns` and `fit.noise` are taken as given,
+// the columns' values are part of the solution. Robust weights are Huber's, renewed at each step.
 void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 
 // Strengths that make the flight most probable (empirical Bayes), by a search along the coordinates

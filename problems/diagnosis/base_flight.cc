@@ -125,8 +125,7 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
   const auto& span = plan_.segments[s];
   const TimeNs t = Clamp(fix.t, span);
   const StateNode& node = *segments_[s]->StateAt(t);
-  const GustGain gain =
-      GainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
+  const GustGain gain = GainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
   // What lies outside of the segment (after a shift in time) is read along the velocity.
   const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
   Eigen::Vector3d p = node.value.head<3>() + beyond;
@@ -150,8 +149,7 @@ void BaseFlight::ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* ro
   const Eigen::Matrix<double, 2, 2> R_I_E =
       track_.steps()[track_.StepAt(t)].drive.R_Ep_I.transpose().topLeftCorner<2, 2>();
   const double u = SecondsBetween(span.begin, t) / SecondsBetween(span.begin, span.end);
-  const Eigen::Vector2d gust =
-      (1.0 - u) * x.nodes[s].tail<kGustSize>() + u * NextGust(plan_, x, s);
+  const Eigen::Vector2d gust = (1.0 - u) * x.nodes[s].tail<kGustSize>() + u * NextGust(plan_, x, s);
   rows->r.segment<2>(row) = node.value + R_I_E * gust - sample.accel_xy;
   if (rows->d_node.size() == 0) return;
   rows->d_node.block<2, kDriftSize>(row, 0) = node.d_drift();

@@ -14,8 +14,9 @@
 
 namespace trueline {
 
-// Unknowns of one segment: drift of the AHRS error (3, in units of its prior's sigma), state (p_E in
-// m, v_E in m/s), gust (specific force in E, horizontal, m/s^2; linear between segments' starts).
+// Unknowns of one segment: drift of the AHRS error (3, in units of its prior's sigma), state (p_E
+// in m, v_E in m/s), gust (specific force in E, horizontal, m/s^2; linear between segments'
+// starts).
 inline constexpr int kGustSize = 2;
 inline constexpr int kNodeSize = kDriftSize + kStateSize + kGustSize;
 inline constexpr int kStateAt = kDriftSize;
@@ -48,12 +49,12 @@ struct FlightUnknowns {
   std::vector<NodeVector> nodes;            // by segment
 };
 
-// Residuals and derivatives at one point, in physical units; rows in the order fixes (x, y, z each),
-// forces (x, y each), links (p, v by segment).
+// Residuals and derivatives at one point, in physical units; rows in the order fixes (x, y, z
+// each), forces (x, y each), links (p, v by segment).
 struct FlightRows {
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  Eigen::VectorXd r;                // m, m/s^2; links: m, m/s
+  Eigen::VectorXd r;                  // m, m/s^2; links: m, m/s
   RowMatrix d_node, d_next, d_theta;  // empty unless asked for
 };
 

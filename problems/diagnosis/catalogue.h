@@ -1,4 +1,5 @@
-// The catalogue of effects that a diagnosis of the IMU-driven model looks for: one declaration each.
+// The catalogue of effects that a diagnosis of the IMU-driven model looks for: one declaration
+// each.
 #pragma once
 
 #include <string>
@@ -13,9 +14,9 @@ enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix };
 struct EffectParameterInfo {
   std::string name;
   std::string unit;
-  double step;       // of the difference quotient that gives the sensitivity
-  double plausible;  // largest size that a real vehicle has
-  double ordinary;   // size that every vehicle has, too small to be called a cause
+  double step;              // of the difference quotient that gives the sensitivity
+  double plausible;         // largest size that a real vehicle has
+  double ordinary;          // size that every vehicle has, too small to be called a cause
   bool either_sign = true;  // physics allows both
   double neutral = 0.0;
 };
@@ -25,7 +26,7 @@ struct EffectInfo {
   EntersAt enters;
   std::vector<EffectParameterInfo> parameters;  // those that are estimated
   std::string physics;                          // one sentence
-  std::string separate_by;  // manoeuvre that tells it from what looks alike
+  std::string separate_by;                      // manoeuvre that tells it from what looks alike
 };
 
 const std::vector<EffectInfo>& Catalogue();
@@ -41,7 +42,7 @@ struct Candidate {
   Effect At(const Eigen::VectorXd& parameters) const;
   Eigen::VectorXd Neutral() const;
   Eigen::VectorXd Ordinary() const;  // sizes that are no cause
-  std::string Label() const;  // id, with gate or time where there is one
+  std::string Label() const;         // id, with gate or time where there is one
 };
 
 struct CandidateScope {

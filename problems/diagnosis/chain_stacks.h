@@ -9,9 +9,10 @@ namespace trueline {
 
 // How strong everything is that the model leaves out; learned from the flight (LearnNoise).
 struct NoiseStrengths {
-  double fix_scale = 1.0;    // of the detector's own sigmas
-  double force_sigma = 0.1;  // m/s^2, of a smoothed sample of the accelerometer's x or y, white part
-  double gust = 0.05;        // m/s^2, stationary sigma of each horizontal axis
+  double fix_scale = 1.0;  // of the detector's own sigmas
+  double force_sigma =
+      0.1;             // m/s^2, of a smoothed sample of the accelerometer's x or y, white part
+  double gust = 0.05;  // m/s^2, stationary sigma of each horizontal axis
   double gust_memory = 0.8;  // s
   ProcessNoise process;      // white acceleration, drift of the AHRS error
 };
@@ -42,10 +43,10 @@ struct LinearFlight {
 
 // Rows over a segment's own unknowns, the next segment's and the border (theta, columns, residual).
 struct RowStack {
-  std::vector<int> row;      // of FlightRows; -1 for links and priors
-  std::vector<int> cluster;  // by row
+  std::vector<int> row;          // of FlightRows; -1 for links and priors
+  std::vector<int> cluster;      // by row
   FlightRows::RowMatrix values;  // rows x (kNodeSize + kNodeSize + border)
-  double log_weights = 0.0;  // sum of the logarithms of what whitens
+  double log_weights = 0.0;      // sum of the logarithms of what whitens
 
   RowStack(int count, int border) : row(count, -1), cluster(count, 0) {
     values.setZero(count, 2 * kNodeSize + border);

@@ -34,8 +34,8 @@ Reduced Reduce(const LinearFlight& linear, const ChainElimination& elimination,
   Reduced reduced;
   reduced.M = C.topLeftCorner(z, z);
   reduced.b = C.col(z).head(z);
-  reduced.rss = C(z, z) + linear.x.theta.squaredNorm() +
-                prior.precision.dot(prior.value.cwiseAbs2());
+  reduced.rss =
+      C(z, z) + linear.x.theta.squaredNorm() + prior.precision.dot(prior.value.cwiseAbs2());
   reduced.M.diagonal().head<kThetaSize>().array() += 1.0;  // theta's prior, in its own sigmas
   reduced.b.head<kThetaSize>() += linear.x.theta;
   reduced.M.diagonal().tail(columns) += prior.precision;
@@ -51,8 +51,7 @@ double LogEvidence(const Reduced& reduced, int nuisances) {
   if (all.info() != Eigen::Success || nuisance.info() != Eigen::Success) return -1e300;
   const double rss = reduced.rss - reduced.b.dot(all.solve(reduced.b));
   const Matrix L = nuisance.matrixL();
-  return reduced.log_weights - 0.5 * rss - 0.5 * reduced.log_det -
-         L.diagonal().array().log().sum();
+  return reduced.log_weights - 0.5 * rss - 0.5 * reduced.log_det - L.diagonal().array().log().sum();
 }
 
 ChainSystem::ChainSystem(const LinearFlight& linear, const NoiseStrengths& noise)
@@ -62,10 +61,10 @@ ChainSystem::ChainSystem(const LinearFlight& linear, const NoiseStrengths& noise
   eliminated_.resize(segments);
   double log_weights = 0.0;
   for (int s = 0; s < segments; ++s) {
-    stacks_.push_back(Join({FixStack(linear, s, noise.fix_scale),
-                            ForceStack(linear, s, noise.force_sigma), LinkStack(linear, s, noise),
-                            StartStack(linear, s, noise)},
-                           linear.width()));
+    stacks_.push_back(
+        Join({FixStack(linear, s, noise.fix_scale), ForceStack(linear, s, noise.force_sigma),
+              LinkStack(linear, s, noise), StartStack(linear, s, noise)},
+             linear.width()));
     const Matrix gram = stacks_[s].values.transpose() * stacks_[s].values;
     elimination.Add(gram, &eliminated_[s]);
     log_weights += stacks_[s].log_weights;

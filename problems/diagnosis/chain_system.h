@@ -22,8 +22,8 @@ struct Reduced {
 // From the eliminated border, with the priors of theta and columns.
 Reduced Reduce(const LinearFlight& linear, const ChainElimination& elimination, double log_weights);
 
-// Logarithm of the marginal likelihood with the first `nuisances` border unknowns integrated out and
-// the others at their best, up to a constant that no strength changes.
+// Logarithm of the marginal likelihood with the first `nuisances` border unknowns integrated out
+// and the others at their best, up to a constant that no strength changes.
 double LogEvidence(const Reduced& reduced, int nuisances);
 
 class ChainSystem {

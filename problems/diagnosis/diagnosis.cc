@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kAsGood = 6.0;  // of twice the log likelihood: within this, two effects fit alike
 
-constexpr int kRefits = 8;       // at most, of a model with a new cause
+constexpr int kRefits = 8;  // at most, of a model with a new cause
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -95,7 +95,8 @@ bool Plausible(const Tested& t) {
 }
 
 CandidateReport Report(const Tested& t, double alpha, int clusters) {
-  CandidateReport report{t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
+  CandidateReport report{
+      t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
   for (const EffectParameterInfo& info : t.candidate.info->parameters) {
     report.parameters.push_back(info.name);
     report.units.push_back(info.unit);
@@ -120,7 +121,8 @@ std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const T
   std::set<std::string> ids;
   for (const Tested& t : tested) {
     const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
-    if (as_good && t.candidate.info->id != best.candidate.info->id) ids.insert(t.candidate.info->id);
+    if (as_good && t.candidate.info->id != best.candidate.info->id)
+      ids.insert(t.candidate.info->id);
   }
   return {ids.begin(), ids.end()};
 }
@@ -222,7 +224,8 @@ std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
     if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
   };
   note(noise.gust, 0.35, "forces from outside of {:.2f} m/s^2 that come and go");
-  note(noise.process.acceleration, 0.25, "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
+  note(noise.process.acceleration, 0.25,
+       "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
   note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that wanders by {:.1f} deg");
   note(noise.process.heading / kDegree, 6.0, "a heading that wanders by {:.1f} deg");
   note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
@@ -296,9 +299,8 @@ FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fix
 
 std::string VerdictOf(const Diagnosis& diagnosis) {
   if (diagnosis.causes.empty()) return diagnosis.unexplained_by.empty() ? "clean" : "unexplained";
-  const bool ambiguous =
-      std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
-                  [](const Cause& c) { return !c.confused_with.empty(); });
+  const bool ambiguous = std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
+                                     [](const Cause& c) { return !c.confused_with.empty(); });
   return ambiguous ? "ambiguous" : "explained";
 }
 

@@ -12,7 +12,7 @@ namespace trueline {
 
 struct DiagnosisOptions {
   VgdOptions vgd;
-  bool fit_to_mocap = false;   // mocap positions as data, beside the gates' fixes
+  bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
   double mocap_interval = 0.1;  // s, between mocap positions that are used
   double mocap_sigma = 0.01;    // m
   double alpha = 0.01;          // chance of a false cause, over the whole catalogue
@@ -61,7 +61,7 @@ struct Diagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> unexplained_by;  // what the residual goes with, strongest first
+  std::vector<std::string> unexplained_by;   // what the residual goes with, strongest first
   double rms_before = 0.0, rms_after = 0.0;  // of whitened fixes
   double whiteness_p = 1.0;
   std::vector<ModelParameter> parameters;  // the model with the causes in it

@@ -9,9 +9,11 @@
 namespace trueline {
 namespace {
 
-constexpr double kApart = 4.0;   // sigmas of a fix from the path: hardly noise
-constexpr double kAgree = 3.0;   // sigmas between two that agree
-constexpr int kFewest = 6;       // fixes that make a place
+constexpr double kApart = 4.0;       // sigmas of a fix from the path: hardly noise
+constexpr double kAgree = 3.0;       // sigmas between two that agree
+constexpr int kFewest = 6;           // fixes that make a place
+constexpr double kElsewhere = 0.25;  // m from the gate: nearer than this it is a poor detection
+constexpr double kShare = 0.3;       // of the outliers, at least, agree on the place
 constexpr double kWidest = 2.0;  // m, smallest box that outliers are thought to fill, to each side
 
 struct Outlier {
@@ -66,6 +68,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   std::vector<Outlier> best;
   const Outlier* centre = nullptr;
   for (const Outlier& o : outliers) {
+    if (o.d.norm() < kElsewhere) continue;
     std::vector<Outlier> agreeing = AgreeingWith(o, outliers);
     if (agreeing.size() > best.size()) {
       best = std::move(agreeing);
@@ -73,7 +76,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
     }
   }
   const int n = static_cast<int>(outliers.size()), m = static_cast<int>(best.size());
-  if (m < kFewest || 2 * m < n) return std::nullopt;
+  if (m < kFewest || m < kShare * n) return std::nullopt;
   FalseGate found;
   found.p = ChanceOf(n, m, kAgree * std::sqrt(2.0) * centre->sigma, outliers);
   if (found.p >= alpha) return std::nullopt;
@@ -87,7 +90,8 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   }
   found.offset /= weights;
   const auto& log = flight.log().fixes;
-  const auto count = std::count_if(log.begin(), log.end(), [&](const Fix& f) { return f.gate >= 0; });
+  const auto count =
+      std::count_if(log.begin(), log.end(), [&](const Fix& f) { return f.gate >= 0; });
   found.fraction = m / static_cast<double>(count);
   found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
   return found;

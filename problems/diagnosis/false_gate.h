@@ -12,8 +12,9 @@ struct FalseGate {
   double fraction = 0.0;           // of the fixes (of `gate`)
   double sigma = 0.0;              // of the fraction
   int gate = -1;                   // the only gate that it happens at; -1: any
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, E: what is taken for the gate stands there
-  double p = 1.0;  // that so many outliers agree by chance
+  Eigen::Vector3d offset =
+      Eigen::Vector3d::Zero();  // m, E: what is taken for the gate stands there
+  double p = 1.0;               // that so many outliers agree by chance
 };
 
 // Detectors have outliers; only those that agree on a place are a false gate.

@@ -8,9 +8,9 @@
 namespace trueline {
 namespace {
 
-constexpr double kMargin = 0.3;    // s, around passes: effects move fixes and attitude in time
-constexpr int kMinClusters = 4;    // fewer units of evidence tell nothing apart from chance
-constexpr double kMaxPass = 4.0;   // s; a longer run of fixes (mocap) gives several clusters
+constexpr double kMargin = 0.3;   // s, around passes: effects move fixes and attitude in time
+constexpr int kMinClusters = 4;   // fewer units of evidence tell nothing apart from chance
+constexpr double kMaxPass = 4.0;  // s; a longer run of fixes (mocap) gives several clusters
 
 struct Stretch {
   TimeNs begin, end;
@@ -92,8 +92,9 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
 }
 
 int FlightPlan::SegmentOf(TimeNs t) const {
-  const auto it = std::lower_bound(segments.begin(), segments.end(), t,
-                                   [](const SegmentSpan& s, TimeNs value) { return s.end < value; });
+  const auto it =
+      std::lower_bound(segments.begin(), segments.end(), t,
+                       [](const SegmentSpan& s, TimeNs value) { return s.end < value; });
   return it == segments.end() ? static_cast<int>(segments.size()) - 1
                               : static_cast<int>(it - segments.begin());
 }

@@ -10,7 +10,8 @@
 namespace trueline {
 namespace {
 
-constexpr int kBlock = 3;  // clusters in a block: arcs of one block share nothing with the other fold
+constexpr int kBlock =
+    3;  // clusters in a block: arcs of one block share nothing with the other fold
 
 // Final-point errors by the number of the pass that the arc follows.
 std::map<int, double> ArcErrors(const FlightLog& log, const VgdOptions& options) {
@@ -38,8 +39,8 @@ void Bootstrap(const std::vector<double>& differences, Gain* gain) {
 
 }  // namespace
 
-Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options, const CauseSearch& search,
-                 const std::vector<Found>& found) {
+Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options,
+                 const CauseSearch& search, const std::vector<Found>& found) {
   Gain gain;
   VgdOptions vgd = options.vgd;
   vgd.adapt_drift = false;  // the same drift before and after, so that only the causes differ

@@ -9,7 +9,7 @@ namespace trueline {
 // of passes; the arcs of every second block are predicted with the causes' parameters fitted on the
 // other blocks alone, and the other way round.
 // `after`: the log without what belongs to no gate.
-Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options, const CauseSearch& search,
-                 const std::vector<Found>& found);
+Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options,
+                 const CauseSearch& search, const std::vector<Found>& found);
 
 }  // namespace trueline

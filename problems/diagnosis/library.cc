@@ -12,13 +12,13 @@ using Eigen::Vector3d;
 
 // What a term of force may depend on, at the middle of a segment.
 struct Situation {
-  Vector3d v_B;             // m/s
+  Vector3d v_B;  // m/s
   Eigen::Matrix3d R_E_B;
-  double thrust;            // m/s^2
-  double turn;              // rad/s, of the heading
-  double heading;           // rad
-  double s;                 // time from -1 to 1 over the flight
-  Vector3d p_E;             // m
+  double thrust;   // m/s^2
+  double turn;     // rad/s, of the heading
+  double heading;  // rad
+  double s;        // time from -1 to 1 over the flight
+  Vector3d p_E;    // m
 };
 
 using Force = std::function<Vector3d(const Situation&)>;  // m/s^2, in E
@@ -146,9 +146,9 @@ Eigen::VectorXd OrdinarySizes(const Eigen::MatrixXd& columns, const BaseFlight& 
   for (int i = 0; i < columns.cols(); ++i) {
     const auto column = columns.col(i);
     const double h = SecondsBetween(flight.plan().segments[0].begin, flight.plan().segments[0].end);
-    const double rms =
-        samples > 0 ? column.segment(forces_at, 2 * samples).norm() / std::sqrt(samples)
-                    : column.tail(6 * links).norm() / (h * std::sqrt(links));
+    const double rms = samples > 0
+                           ? column.segment(forces_at, 2 * samples).norm() / std::sqrt(samples)
+                           : column.tail(6 * links).norm() / (h * std::sqrt(links));
     sizes[i] = kOfNoInterest / std::max(rms, 1e-9);
   }
   return sizes;
@@ -159,8 +159,7 @@ std::vector<LibraryTerm> FixTerms(const BaseFlight& flight) {
   const FlightPlan& plan = flight.plan();
   LibraryTerm square{
       "square of the distance to the gate", Eigen::MatrixXd::Zero(flight.rows(), 1), {}};
-  LibraryTerm map{
-      "time, as a map that drifts", Eigen::MatrixXd::Zero(flight.rows(), 2), {}};
+  LibraryTerm map{"time, as a map that drifts", Eigen::MatrixXd::Zero(flight.rows(), 2), {}};
   const auto& log = flight.log();
   const double duration = SecondsBetween(log.imu.front().t, log.imu.back().t);
   for (std::size_t i = 0; i < plan.fixes.size(); ++i) {

@@ -88,8 +88,8 @@ ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
 Vector DetectableSize(const ScoreTest& test, double alpha, int clusters) {
   const int size = static_cast<int>(test.value.size());
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
-  const double by_cluster = NonCentralityFor(
-      size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
+  const double by_cluster =
+      NonCentralityFor(size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
   // One parameter at a time, the effect's others at zero: v^2 / information is the non-centrality.
   const Vector model = test.cov_model.inverse().diagonal().cwiseInverse();
   const Vector cluster = test.cov_cluster.inverse().diagonal().cwiseInverse();

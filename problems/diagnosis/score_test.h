@@ -10,7 +10,8 @@ namespace trueline {
 // that every vehicle has is no cause, however well a long flight shows it.
 struct ScoreTest {
   Eigen::VectorXd value;  // step from where the columns stand, by parameter
-  Eigen::VectorXd sigma;  // the larger of the noise model's and that of the scatter between clusters
+  Eigen::VectorXd
+      sigma;  // the larger of the noise model's and that of the scatter between clusters
   Eigen::MatrixXd cov_model, cov_cluster;  // of the value plus an ordinary size
   double chi2 = 0.0;                       // by the noise model, all parameters jointly
   double chi2_cluster = 0.0;               // by the scatter between clusters

@@ -27,7 +27,8 @@ const std::vector<OrdinaryError>& OrdinaryErrors() {
          {"pitch_1", "rad", 0.01, 0.1, 0.01},
          {"roll_2", "rad", 0.01, 0.1, 0.01},
          {"pitch_2", "rad", 0.01, 0.1, 0.01}},
-        "", ""},
+        "",
+        ""},
        0.01}};  // rad
   return errors;
 }
@@ -40,8 +41,7 @@ Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, Ba
   Columns all = Columns::None(flight->rows());
   for (const OrdinaryError& error : OrdinaryErrors()) {
     const Candidate candidate{&error.info, {}};
-    Columns columns =
-        FreeColumns(Sensitivity(base, candidate, candidate.Neutral(), x, flight));
+    Columns columns = FreeColumns(Sensitivity(base, candidate, candidate.Neutral(), x, flight));
     columns.precision.setConstant(1.0 / (error.sigma * error.sigma));
     all = all.With(columns);
   }
@@ -124,8 +124,8 @@ void CauseSearch::Fit(std::vector<Found>* found, int refits) {
       std::vector<Effect> others = effects_;
       others.erase(others.begin() + static_cast<long>(k));
       const SensitivityBase without{log_, plan_, options_, others, path_};
-      columns = columns.With(FreeColumns(Sensitivity(without, (*found)[k].candidate,
-                                                     (*found)[k].value, fit_.x, flight_.get())));
+      columns = columns.With(FreeColumns(
+          Sensitivity(without, (*found)[k].candidate, (*found)[k].value, fit_.x, flight_.get())));
     }
     flight_->SetForceEffects(ForceEffectsOf(effects_));
     fit_.columns = columns;
@@ -147,9 +147,8 @@ void CauseSearch::TestTogether(std::vector<Tested>* tested) const {
     at += static_cast<int>(t.columns.cols());
   }
   const Columns all = fit_.columns.With(FreeColumns(stacked));
-  const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, all},
-                           fit_.noise);
-  for (int at = nuisances(); Tested& t : *tested) {
+  const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, all}, fit_.noise);
+  for (int at = nuisances(); Tested & t : *tested) {
     t.test = TestColumns(system, nuisances(), at, t.ordinary);
     t.gain = t.test.chi2;
     at += static_cast<int>(t.columns.cols());
@@ -188,9 +187,9 @@ std::vector<Tested> CauseSearch::TestAll(const std::vector<Candidate>& candidate
   for (const Candidate& candidate : candidates) {
     flight_->Evaluate(fit_.x, false);
     ++family[candidate.info->id];
-    tested.push_back(
-        {candidate, Sensitivity(base, candidate, candidate.Neutral(), fit_.x, flight_.get()),
-         candidate.Ordinary(), ScoreTest(), 0.0, 1.0});
+    tested.push_back({candidate,
+                      Sensitivity(base, candidate, candidate.Neutral(), fit_.x, flight_.get()),
+                      candidate.Ordinary(), ScoreTest(), 0.0, 1.0});
   }
   if (tested.empty()) return tested;
   TestTogether(&tested);
@@ -260,8 +259,8 @@ std::vector<Eigen::VectorXd> CauseSearch::ValuesFrom(const std::vector<Found>& f
 
 ThetaVector CauseSearch::Sigmas() const {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  const Eigen::MatrixXd cov = system.reduced().M.ldlt().solve(
-      Eigen::MatrixXd::Identity(system.border(), system.border()));
+  const Eigen::MatrixXd cov =
+      system.reduced().M.ldlt().solve(Eigen::MatrixXd::Identity(system.border(), system.border()));
   return ParameterScaling(options_).sigma.cwiseProduct(
       cov.diagonal().head<kThetaSize>().cwiseSqrt());
 }

@@ -12,7 +12,7 @@ struct SensitivityBase {
   const FlightLog& log;  // as recorded
   const FlightPlan& plan;
   const VgdOptions& options;
-  const std::vector<Effect>& effects;  // already in the model
+  const std::vector<Effect>& effects;       // already in the model
   const std::vector<VelocitySample>& path;  // of the base solution
 };
 

@@ -145,9 +145,8 @@ void ForEachGateVector(FlightLog* log, const std::function<void(Fix*, const Vect
 }
 
 void UndoFixScale(const Effect& effect, const Context&, FlightLog* log) {
-  ForEachGateVector(log, [s = effect["s"]](Fix* fix, const Vector3d& u_E) {
-    fix->p_E += u_E - u_E / (1.0 + s);
-  });
+  ForEachGateVector(
+      log, [s = effect["s"]](Fix* fix, const Vector3d& u_E) { fix->p_E += u_E - u_E / (1.0 + s); });
 }
 
 void UndoCameraMisalignment(const Effect& effect, const Context& context, FlightLog* log) {

@@ -6,8 +6,8 @@
 
 namespace trueline {
 
-// The list under `effects:`, each {id: ..., parameter: value, ...}. Throws InputError for an id that
-// no estimator can take out of a log, and for values that are not finite numbers.
+// The list under `effects:`, each {id: ..., parameter: value, ...}. Throws InputError for an id
+// that no estimator can take out of a log, and for values that are not finite numbers.
 std::vector<Effect> ReadEffects(const YamlMap& model);
 
 }  // namespace trueline

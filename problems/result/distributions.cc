@@ -97,6 +97,10 @@ double FCritical(double p, double d1, double d2) {
 }
 
 double NonCentralityFor(double critical, double dof, double power) {
+  if (dof == 1.0) {  // (z_critical + z_power)^2
+    const double root = std::sqrt(critical) + std::sqrt(ChiSquareCritical(2.0 * (1.0 - power), 1));
+    return root * root;
+  }
   const auto below = [&](double lambda) {
     const double mean = dof + lambda;
     const double variance = 2.0 * (dof + 2.0 * lambda) / (9.0 * mean * mean);

@@ -14,7 +14,8 @@ double ChiSquareCritical(double p, double dof);
 double FCritical(double p, double d1, double d2);
 
 // Non-centrality at which chi-square with `dof` exceeds `critical` with probability `power`
-// (Abdel-Aty's cube-root approximation, good to a few per cent).
+// (0.5 < power < 1; Abdel-Aty's cube-root approximation where dof is above 1, good to a few per
+// cent).
 double NonCentralityFor(double critical, double dof, double power);
 
 }  // namespace trueline

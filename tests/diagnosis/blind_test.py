@@ -1,0 +1,38 @@
+#!/usr/bin/python3
+"""A small blind set, always the same: no false cause, and nearly all hidden effects named."""
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
+BUILD = Path(os.environ["TRUELINE_TEST_BUILD_DIR"])
+sys.path.insert(0, str(SOURCE / "scripts/blind"))
+sys.dont_write_bytecode = True
+
+from judge import named, read, times_detectable
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        subprocess.run(["/usr/bin/python3", SOURCE / "scripts/blind/run.py", f"--build={BUILD}",
+                        f"--work={work}", "--flights=10", "--seed=3", "--jobs=2"],
+                       check=True, capture_output=True)
+        flights = list(read(work))
+    assert len(flights) >= 8, f"only {len(flights)} flights were flown and diagnosed"
+    seen = hits = 0
+    for hidden, diagnosis in flights:
+        causes, effects = named(diagnosis), hidden["effects"]
+        if not effects:
+            assert not causes, f"{hidden['course']}: nothing is hidden, yet {causes} is named"
+        elif len(effects) == 1 and times_detectable(effects[0], diagnosis) >= 2:
+            seen += 1
+            hits += bool(causes) and effects[0]["id"] in causes[0]
+    assert seen >= 2 and hits >= 0.75 * seen, f"{hits} of {seen} hidden effects are named"
+    print(f"{len(flights)} flights, {hits} of {seen} effects named")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+// The chain's elimination against one dense least-squares solution of the same rows.
+#include "problems/diagnosis/chain_system.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+
+#include "problems/diagnosis/base_fit.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+class ShortChain : public testing::Test {
+ protected:
+  void SetUp() override {
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+    config.duration = 22.0;
+    flown_ = testing_simulation::Fly(config, 4);
+    data_ = std::make_unique<FlightData>(flown_.log, options_.drive, options_.passes,
+                                         options_.drag_measurement);
+    plan_ = FlightPlan::For(*data_, options_);
+    flight_ = std::make_unique<BaseFlight>(flown_.log, plan_, options_, ForceEffects());
+    fit_.x = flight_->RoughStart(data_->passes);
+    fit_.noise = StartingNoise(options_);
+    Solve(flight_.get(), 3, &fit_);
+    fit_.columns.d_rows = Eigen::MatrixXd::Random(flight_->rows(), 2);
+    fit_.columns.precision = Eigen::Vector2d(0.0, 4.0);
+    fit_.columns.value = Eigen::Vector2d(0.1, -0.3);
+  }
+
+  VgdOptions options_;
+  testing_simulation::Flown flown_;
+  std::unique_ptr<FlightData> data_;
+  FlightPlan plan_;
+  std::unique_ptr<BaseFlight> flight_;
+  BaseFit fit_;
+};
+
+// All rows as one matrix over (nodes, border, residual), priors of the border at the end.
+Eigen::MatrixXd DenseRows(const LinearFlight& linear, const NoiseStrengths& noise) {
+  const int segments = static_cast<int>(linear.flight.plan().segments.size());
+  const int nodes = segments * kNodeSize, width = linear.width(), z = width - 1;
+  std::vector<RowStack> stacks;
+  std::vector<int> owner;
+  int count = z;
+  for (int s = 0; s < segments; ++s) {
+    for (const RowStack& stack :
+         {FixStack(linear, s, noise.fix_scale), ForceStack(linear, s, noise.force_sigma),
+          LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
+      stacks.push_back(stack);
+      owner.push_back(s);
+      count += static_cast<int>(stack.row.size());
+    }
+  }
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(count, nodes + width);
+  int at = 0;
+  for (std::size_t i = 0; i < stacks.size(); ++i) {
+    const int rows = static_cast<int>(stacks[i].row.size()), s = owner[i];
+    dense.block(at, s * kNodeSize, rows, kNodeSize) = stacks[i].node();
+    if (s + 1 < segments) dense.block(at, (s + 1) * kNodeSize, rows, kNodeSize) = stacks[i].next();
+    dense.block(at, nodes, rows, width) = stacks[i].border();
+    at += rows;
+  }
+  for (int i = 0; i < z; ++i, ++at) {
+    const bool theta = i < kThetaSize;
+    const double root = theta ? 1.0 : std::sqrt(linear.columns.precision[i - kThetaSize]);
+    dense(at, nodes + i) = root;
+    dense(at, nodes + z) =
+        root * (theta ? linear.x.theta[i] : linear.columns.value[i - kThetaSize]);
+  }
+  return dense;
+}
+
+TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
+  const LinearFlight linear = fit_.Linear(*flight_);
+  const ChainSystem system(linear, fit_.noise);
+  const Eigen::MatrixXd dense = DenseRows(linear, fit_.noise);
+  const int unknowns = static_cast<int>(dense.cols()) - 1, z = linear.width() - 1;
+  const Eigen::VectorXd x =
+      -dense.leftCols(unknowns).colPivHouseholderQr().solve(dense.col(unknowns));
+  const Eigen::VectorXd border = -system.reduced().M.ldlt().solve(system.reduced().b);
+  EXPECT_LT((border - x.tail(z)).norm(), 1e-4 * (1.0 + x.tail(z).norm()));
+
+  Eigen::VectorXd with_residual(z + 1);
+  with_residual << border, 1.0;
+  const auto nodes = system.NodesFor(with_residual);
+  for (std::size_t s = 0; s < nodes.size(); ++s) {
+    const auto expected = x.segment<kNodeSize>(static_cast<int>(s) * kNodeSize);
+    EXPECT_LT((nodes[s].col(0) - expected).norm(), 1e-4 * (1.0 + expected.norm())) << s;
+  }
+  // The rest that is left over, and that each cluster's share of it adds up.
+  const double rest = (dense.leftCols(unknowns) * x + dense.col(unknowns)).squaredNorm();
+  EXPECT_NEAR(system.reduced().rss - system.reduced().b.dot(-border), rest, 1e-5 * rest);
+  const double priors =
+      (dense.bottomRows(z).leftCols(unknowns) * x + dense.bottomRows(z).col(unknowns))
+          .squaredNorm();
+  EXPECT_NEAR(system.ClusterProducts(with_residual, with_residual).sum(), rest - priors,
+              1e-5 * rest);
+}
+
+// The fit's nuisances keep whitened residuals at their stated size.
+TEST_F(ShortChain, ResidualsOfAnOrdinaryFlightAreOrdinary) {
+  const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
+  Eigen::VectorXd e(system.border() + 1);
+  e << -system.reduced().M.ldlt().solve(system.reduced().b), 1.0;
+  const Eigen::VectorXd whitened = system.Whitened(e).head(3 * plan_.fixes.size());
+  EXPECT_NEAR(std::sqrt(whitened.squaredNorm() / static_cast<double>(whitened.size())), 1.0, 0.2);
+}
+
+}  // namespace
+}  // namespace trueline

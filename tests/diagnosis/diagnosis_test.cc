@@ -1,0 +1,118 @@
+// Whole diagnoses of simulated flights: nothing is found where nothing is hidden, and what is
+// hidden is named, with its size.
+#include "problems/diagnosis/diagnosis.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "problems/calibration/calibration_config.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/diagnosis/write_diagnosis.h"
+#include "problems/effects/read_effects.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+
+FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, std::uint64_t seed) {
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
+  config.effects = effects;
+  config.detector.sigma_factor = 0.05;
+  return testing_simulation::Fly(config, seed).log;
+}
+
+Diagnosis DiagnoseQuickly(const FlightLog& log) {
+  DiagnosisOptions options;
+  options.measure_gain = false;
+  return Diagnose(log, options);
+}
+
+void ExpectNamed(const Diagnosis& diagnosis, const std::string& id,
+                 const std::map<std::string, double>& truth) {
+  ASSERT_FALSE(diagnosis.causes.empty()) << id;
+  const Cause& cause = diagnosis.causes[0];
+  ASSERT_EQ(cause.candidate.info->id, id);
+  const Effect found = cause.effect();
+  for (int i = 0; i < cause.value.size(); ++i) {
+    const std::string& name = cause.candidate.info->parameters[i].name;
+    EXPECT_NEAR(found[name], truth.at(name), 3.5 * cause.sigma[i]) << id << " " << name;
+  }
+}
+
+TEST(Diagnose, ACleanFlightIsClean) {
+  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({}, 21));
+  EXPECT_EQ(diagnosis.verdict, "clean");
+  EXPECT_TRUE(diagnosis.causes.empty());
+  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.25);
+  EXPECT_GT(diagnosis.candidates.size(), 20U);
+  for (const CandidateReport& c : diagnosis.candidates) EXPECT_GT(c.detectable.minCoeff(), 0.0);
+}
+
+TEST(Diagnose, NamesAWind) {
+  const std::map<std::string, double> truth{{"w_x", 1.0}, {"w_y", -0.6}};
+  ExpectNamed(DiagnoseQuickly(FlyHiding({{"wind", truth}}, 22)), "wind", truth);
+}
+
+TEST(Diagnose, NamesFalseGates) {
+  const std::map<std::string, double> truth{
+      {"fraction", 0.12}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}};
+  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({{"false_gate", truth}}, 23));
+  ExpectNamed(diagnosis, "false_gate", truth);
+  if (HasFatalFailure()) return;
+  EXPECT_NEAR(diagnosis.causes[0].candidate.fixed.at("dy"), 1.5, 0.15);
+}
+
+TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
+  const std::vector<simulation::EffectSetting> hidden = {
+      {"quadratic_drag", {{"c", 0.25}}},
+      {"attitude_latency", {{"tau", 0.06}}},
+      {"imu_lever_arm", {{"r_x", 0.05}, {"r_y", -0.04}, {"r_z", 0.03}}},
+      {"fix_latency", {{"tau", 0.12}}},
+      {"camera_misalignment", {{"roll", 0.03}, {"pitch", 0.1}, {"yaw", 0.1}}}};
+  for (const auto& effect : hidden) {
+    ExpectNamed(DiagnoseQuickly(FlyHiding({effect}, 24)), effect.id, effect.values);
+  }
+}
+
+TEST(Diagnose, TheBetterModelPredictsBetterAndIsTakenByModelFlags) {
+  const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
+  const Diagnosis diagnosis = Diagnose(log, DiagnosisOptions());
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
+  EXPECT_GT(diagnosis.causes[0].gain.low, 0.0);  // 95 % sure to be better on arcs held out
+
+  const auto folder = std::filesystem::temp_directory_path() / "trueline_diagnosis_test";
+  WriteDiagnosis(diagnosis, YAML::Node(), folder);
+  VgdOptions options;
+  const std::vector<Effect> effects = ApplyModel(folder / "model.yaml", &options);
+  ASSERT_EQ(effects.size(), diagnosis.causes.size());
+  EXPECT_NEAR(options.drive.force_effects.wind_E.x(), 1.2, 0.3);
+  EXPECT_EQ(YAML::LoadFile(folder / "diagnosis.yaml")["causes"][0]["id"].as<std::string>(), "wind");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Diagnose, SaysWhatIsMissing) {
+  FlightLog log = FlyHiding({}, 26);
+  DiagnosisOptions options;
+  options.fit_to_mocap = true;
+  log.mocap.clear();
+  log.directory = "flights/lap";
+  const auto error = [&] {
+    try {
+      Diagnose(log, options);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(error(), HasSubstr("flights/lap/mocap.csv"));
+  options.fit_to_mocap = false;
+  log.fixes.resize(30);
+  EXPECT_THAT(error(), HasSubstr("fly more laps"));
+}
+
+}  // namespace
+}  // namespace trueline

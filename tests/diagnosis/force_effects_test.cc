@@ -1,0 +1,64 @@
+// Aerodynamic effects in the preintegrated chain against plain integration at the IMU's rate.
+#include <gtest/gtest.h>
+
+#include "problems/window/motion_chain.h"
+#include "tests/window/flown_log.h"
+
+namespace trueline {
+namespace {
+
+// Heun's steps of eq. 15 with the effects written out by themselves.
+MotionState<double> Reference(const DriveTrack& track, const ForceEffects& e, double K_x,
+                              double K_y, MotionState<double> x, TimeNs end) {
+  double t = 0.0;
+  const auto acceleration = [&](const Drive& drive, const Eigen::Vector3d& v_E, double at) {
+    const Eigen::Matrix3d& R = drive.R_Ep_I;  // no misalignment, no AHRS error
+    const Eigen::Vector3d air = R.transpose() * (v_E - e.wind_E);
+    const double factor = at >= e.step_time ? e.step_factor : 1.0;
+    Eigen::Vector3d f_B(factor * K_x * air.x(), factor * K_y * air.y(), drive.a_z);
+    const double drag = e.quadratic_drag * air.norm() - e.rotor_drag * drive.a_z;
+    f_B.head<2>() -= drag * air.head<2>();
+    return Eigen::Vector3d(R * f_B + Eigen::Vector3d(0.0, 0.0, 9.81));
+  };
+  for (const DriveStep& step : track.steps()) {
+    if (step.t >= end) break;
+    const Eigen::Vector3d a1 = acceleration(step.drive, x.v, t + 0.5 * step.dt);
+    const Eigen::Vector3d a2 = acceleration(step.drive, x.v + a1 * step.dt, t + 0.5 * step.dt);
+    x.p += x.v * step.dt + 0.25 * step.dt * step.dt * (a1 + a2);
+    x.v += 0.5 * step.dt * (a1 + a2);
+    t += step.dt;
+  }
+  return x;
+}
+
+TEST(ForceEffects, TheChainFollowsPlainIntegration) {
+  const FlightLog log = testing_window::FlownLog(3.0);
+  const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
+  ForceEffects effects;
+  effects.quadratic_drag = 0.1;
+  effects.rotor_drag = 0.02;
+  effects.wind_E = Eigen::Vector3d(2.0, -1.0, 0.0);
+  effects.step_time = 1.5;
+  effects.step_factor = 1.4;
+  ImuDrivenParameters<double> parameters;
+  parameters.K_x = -0.4;
+  parameters.K_y = -0.6;
+  MotionState<double> start;
+  start.v = Eigen::Vector3d(3.0, 1.0, 0.2);
+  const TimeNs end = FromSeconds(2.5);
+  const MotionChain chain(track, track.begin(), {end});
+  MotionState<double> chained, without;
+  const ImuDrivenModel<double> model(parameters, 9.81);
+  const auto store = [](MotionState<double>* out) {
+    return [out](std::size_t, const MotionState<double>& x, const Vector3<double>&) { *out = x; };
+  };
+  chain.Integrate(model, start, store(&chained), &effects);
+  chain.Integrate(model, start, store(&without));
+  const MotionState<double> reference = Reference(track, effects, -0.4, -0.6, start, end);
+  EXPECT_GT((without.p - reference.p).norm(), 0.5);
+  EXPECT_LT((chained.p - reference.p).norm(), 5e-3);
+  EXPECT_LT((chained.v - reference.v).norm(), 5e-3);
+}
+
+}  // namespace
+}  // namespace trueline
