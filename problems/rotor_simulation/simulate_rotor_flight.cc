@@ -77,7 +77,7 @@ class Flight {
         tracker_(RotorFlight(config.vehicle.model, config.vehicle.parameters, path),
                  config.vehicle.model.gravity(), period_,
                  (1.0 - config.control_margin) * config.limits.min_speed,
-                 (1.0 + config.control_margin) * config.limits.max_speed),
+                 (1.0 + config.control_margin) * config.limits.max_speed, config.motor_lag),
         imu_(MakeImu(config), config.vehicle.model.num_rotors(), seed, stages_),
         force_(seed, "force"),
         twist_(seed, "twist"),

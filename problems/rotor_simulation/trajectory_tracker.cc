@@ -21,11 +21,13 @@ Vector3d Turn(const Quaterniond& error) { return (error.w() < 0.0 ? -2.0 : 2.0) 
 }  // namespace
 
 TrajectoryTracker::TrajectoryTracker(const RotorFlight& flight, double gravity, double step,
-                                     double min_speed, double max_speed, const TrackerGains& gains)
+                                     double min_speed, double max_speed, double lag,
+                                     const TrackerGains& gains)
     : vehicle_(flight.vehicle()),
       gravity_(gravity),
       min_speed_(min_speed),
       max_speed_(max_speed),
+      lead_(static_cast<int>(std::lround(lag / step))),
       gains_(gains) {
   const int steps = static_cast<int>(std::floor(flight.path().duration() / step + 1e-9));
   wanted_.reserve(steps + 1);
@@ -68,14 +70,23 @@ BodyState TrajectoryTracker::Start() const {
   return state;
 }
 
+// Where a rotor would saturate, the yaw moment gives way first, as in every flight controller: it
+// takes much of the rotors' range, and the vehicle falls without roll and pitch, not without yaw.
 RotorArray TrajectoryTracker::SpeedsFor(double thrust, const Vector3d& moment) const {
-  const Eigen::Vector4d wrench(thrust, moment.x(), moment.y(), moment.z());
-  const RotorArray squared = (vehicle_.speeds_from_wrench * wrench).array();
-  return squared.max(min_speed_ * min_speed_).min(max_speed_ * max_speed_).sqrt();
+  const double low = min_speed_ * min_speed_, high = max_speed_ * max_speed_;
+  RotorArray squared;
+  for (const double yaw : {1.0, 0.8, 0.6, 0.4, 0.2, 0.0}) {
+    const Eigen::Vector4d wrench(thrust, moment.x(), moment.y(), yaw * moment.z());
+    squared = (vehicle_.speeds_from_wrench * wrench).array();
+    if (squared.minCoeff() >= low && squared.maxCoeff() <= high) break;
+  }
+  return squared.max(low).min(high).sqrt();
 }
 
 RotorArray TrajectoryTracker::Command(int k, const BodyState& state) const {
   const Wanted& wanted = wanted_[k];
+  // Rotors answer late: what they have to give is read ahead by their lag.
+  const Wanted& ahead = wanted_[std::min(k + lead_, num_steps())];
   const Vector3d thrust_E = wanted.a_E + gains_.position * (wanted.p_E - state.p_E) +
                             gains_.velocity * (wanted.v_E - state.v_E) -
                             Vector3d(0.0, 0.0, gravity_);
@@ -83,10 +94,11 @@ RotorArray TrajectoryTracker::Command(int k, const BodyState& state) const {
   const Quaterniond q_B_wanted = q_E_B.conjugate() * AttitudeFor(thrust_E, wanted.yaw);
   const Quaterniond q_B_reference = q_E_B.conjugate() * wanted.q_E_B;
   const Vector3d w = q_B_reference * wanted.w_B + gains_.attitude * Turn(q_B_wanted);
-  const Vector3d dw = q_B_reference * wanted.dw_B + gains_.rate * (w - state.w_B);
+  const Vector3d dw = q_B_reference * ahead.dw_B + gains_.rate * (w - state.w_B);
   const Vector3d momentum = vehicle_.inertia.cwiseProduct(state.w_B);
-  return SpeedsFor(-vehicle_.mass * thrust_E.dot(q_E_B * Vector3d::UnitZ()),
-                   vehicle_.inertia.cwiseProduct(dw) + state.w_B.cross(momentum));
+  return SpeedsFor(
+      -vehicle_.mass * (thrust_E + ahead.a_E - wanted.a_E).dot(q_E_B * Vector3d::UnitZ()),
+      vehicle_.inertia.cwiseProduct(dw) + state.w_B.cross(momentum));
 }
 
 }  // namespace trueline::simulation

@@ -20,9 +20,10 @@ struct TrackerGains {
 
 class TrajectoryTracker {
  public:
-  // `step`: s between commands. `limits`: rotor speeds in rad/s.
+  // `step`: s between commands. `min_speed`, `max_speed`: rad/s, at which
+  // rotors saturate. `lag`: s, of their speed behind the command.
   TrajectoryTracker(const RotorFlight& flight, double gravity, double step, double min_speed,
-                    double max_speed, const TrackerGains& gains = {});
+                    double max_speed, double lag, const TrackerGains& gains = {});
 
   int num_steps() const { return static_cast<int>(wanted_.size()) - 1; }
   // State of the reference at its start, rotors turning as it asks.
@@ -45,6 +46,7 @@ class TrajectoryTracker {
 
   FlatVehicle vehicle_;
   double gravity_, min_speed_, max_speed_;
+  int lead_;  // steps
   TrackerGains gains_;
   std::vector<Wanted> wanted_;
 };
