@@ -297,6 +297,22 @@ FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fix
   return kept;
 }
 
+// A false gate that is still there once the catalogue's effects have explained what they can: a
+// camera that is turned far enough sets all fixes of a pass aside, too.
+std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
+                                                const DiagnosisOptions& options,
+                                                CauseSearch* search) {
+  const double alpha = options.alpha / 100.0;
+  auto found = FindFalseGate(search->flight(), search->fit(), alpha);
+  if (!found) return std::nullopt;
+  CauseSearch trial(data, OpenPriors(options.vgd));
+  std::vector<Found> none;
+  trial.Fit(&none, 0);
+  Diagnosis scratch;
+  SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, &trial, &scratch);
+  return FindFalseGate(trial.flight(), trial.fit(), alpha) ? found : std::nullopt;
+}
+
 std::string VerdictOf(const Diagnosis& diagnosis) {
   if (diagnosis.causes.empty()) return diagnosis.unexplained_by.empty() ? "clean" : "unexplained";
   const bool ambiguous = std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
@@ -316,7 +332,7 @@ Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& given) {
   std::vector<Found> none;
   search->Fit(&none, 0);
   diagnosis.rms_before = RmsOfFixes(search->flight(), search->Whitened());
-  const auto false_gate = FindFalseGate(search->flight(), search->fit(), options.alpha / 100.0);
+  const auto false_gate = FalseGateBeyondEffects(data, options, search.get());
   FlightLog gain_log = log;
   if (false_gate) {
     search.reset();
