@@ -184,10 +184,10 @@ void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
 }
 
 std::string DiagnosisTable(const Diagnosis& diagnosis) {
-  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<34}{}\n", "candidate", "score z", "p",
+  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
                                   "estimate", "would have been found from");
   for (const CandidateReport& c : diagnosis.candidates) {
-    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<34}{}\n", c.label, c.z, c.p,
+    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
                          Sizes(c, c.value), Sizes(c, c.detectable));
   }
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);

@@ -7,12 +7,12 @@ from charts import BAD, FIXES, decimate, embed, style
 from csv_table import read_table
 from errors import ReportError
 from page import Page, escape, paragraph
-from tables import badge, bullets, number, percent, table, tiles, with_sigma
+from tables import badge, bullets, number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-diagnose"
-VERDICTS = {"clean": "Nothing of the catalogue is proved by this flight.",
-            "explained": "The causes below are proved by this flight.",
+VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table says what would have.",
+            "explained": "The causes below explain what the model gets wrong, with what they gain.",
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
             "unexplained": "The residual is real, and no effect of the catalogue explains it."}
 
@@ -48,10 +48,15 @@ def _verdict(result):
     return blocks
 
 
+def _chance(confidence):
+    p = 1.0 - confidence
+    return f"p = {p:.2g}" if p > 1e-6 else "p below 1e-6"
+
+
 def _cause(cause):
     rows = [[escape(name), with_sigma(p["value"], p["sigma"]) if "sigma" in p else number(p["value"]),
              escape(p["unit"])] for name, p in cause["parameters"].items()]
-    blocks = [f"<h3>{escape(cause['id'])} {badge(percent(cause['confidence']))}</h3>",
+    blocks = [f"<h3>{escape(cause['id'])} {badge(_chance(cause['confidence']))}</h3>",
               table([("parameter", 0), ("value", 1), ("unit", 0)], rows)]
     if cause["confused_with"]:
         blocks.append(paragraph(f"As good on this flight: {', '.join(cause['confused_with'])}. "
