@@ -8,6 +8,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 #include "problems/report/render.h"
 #include "problems/rotor_experiment/write_rotor_experiment.h"
 
@@ -49,9 +50,7 @@ int RunRotors() {
   trueline::RotorExperiment experiment = trueline::ReadRotorExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenRotorExperiment(&experiment);
   trueline::EnsureWritable(FLAGS_out);
-  const auto progress = [](const std::string& what) {
-    if (!FLAGS_quiet) fmt::print(stderr, "{} ...\n", what);
-  };
+  const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
   const auto trials = trueline::RunRotorExperiment(experiment, FLAGS_threads, progress);
   bool any = false;
   for (const trueline::RotorTrial& trial : trials) {

@@ -160,8 +160,8 @@ void ReadStreams(const fs::path& directory, FlightLog* log) {
   if (log->fixes.empty() && log->mocap.empty() && log->pose.empty()) {
     throw ErrorAt(
         directory.string(), 0,
-        "has neither fixes.csv nor mocap.csv; add position fixes from gate detections, or "
-        "a ground truth that fixes can be sampled from");
+        "has neither fixes.csv nor mocap.csv, nor pose.csv; add position fixes from gate "
+        "detections, a ground truth that fixes can be sampled from, or a pose sensor's output");
   }
 }
 

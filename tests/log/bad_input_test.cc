@@ -170,7 +170,7 @@ TEST(BadInput, HeaderWithoutRows) {
 TEST(BadInput, NeitherFixesNorMocap) {
   const LogFiles log;
   std::filesystem::remove(log / "fixes.csv");
-  EXPECT_THAT(log.Error(), AllOf(HasSubstr("has neither fixes.csv nor mocap.csv"),
+  EXPECT_THAT(log.Error(), AllOf(HasSubstr("has neither fixes.csv nor mocap.csv, nor pose.csv"),
                                  HasSubstr("add position fixes")));
 }
 
