@@ -51,12 +51,12 @@ TEST(Diagnose, ACleanFlightIsClean) {
   for (const CandidateReport& c : diagnosis.candidates) EXPECT_GT(c.detectable.minCoeff(), 0.0);
 }
 
-TEST(Diagnose, NamesAWind) {
+TEST(Diagnose, SlowNamesAWind) {
   const std::map<std::string, double> truth{{"w_x", 1.0}, {"w_y", -0.6}};
   ExpectNamed(DiagnoseQuickly(FlyHiding({{"wind", truth}}, 22)), "wind", truth);
 }
 
-TEST(Diagnose, NamesFalseGates) {
+TEST(Diagnose, SlowNamesFalseGates) {
   const std::map<std::string, double> truth{
       {"fraction", 0.12}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}};
   const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({{"false_gate", truth}}, 23));
@@ -77,7 +77,7 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   }
 }
 
-TEST(Diagnose, TheBetterModelPredictsBetterAndIsTakenByModelFlags) {
+TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
   const Diagnosis diagnosis = Diagnose(log, DiagnosisOptions());
   ASSERT_FALSE(diagnosis.causes.empty());
