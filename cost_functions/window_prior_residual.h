@@ -1,49 +1,45 @@
 // What was marginalised out of a window, as a prior on its first unknowns:
-// sqrt_information * ((theta, drift, state) - mean), in the units of the parameter blocks.
+// sqrt_information * (x - mean), with x the given blocks in their order and units.
 #pragma once
 
-#include <ceres/sized_cost_function.h>
+#include <ceres/cost_function.h>
 
-#include "cost_functions/segment_node.h"
+#include <Eigen/Core>
+#include <vector>
 
 namespace trueline {
 
-class WindowPriorResidual : public ceres::SizedCostFunction<kThetaSize + kDriftSize + kStateSize,
-                                                            kThetaSize, kDriftSize, kStateSize> {
+class WindowPriorResidual : public ceres::CostFunction {
  public:
-  static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;
-  using Vector = Eigen::Matrix<double, kSize, 1>;
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-
-  WindowPriorResidual(const Vector& mean, const Matrix& sqrt_information)
-      : mean_(mean), sqrt_information_(sqrt_information) {}
+  // sizes: of the blocks; they sum to the size of `mean`. sqrt_information is square.
+  WindowPriorResidual(const Eigen::VectorXd& mean, const Eigen::MatrixXd& sqrt_information,
+                      const std::vector<int>& sizes)
+      : mean_(mean), sqrt_information_(sqrt_information) {
+    set_num_residuals(static_cast<int>(mean.size()));
+    mutable_parameter_block_sizes()->assign(sizes.begin(), sizes.end());
+  }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    Vector x;
-    x << Eigen::Map<const Eigen::Matrix<double, kThetaSize, 1>>(parameters[0]),
-        Eigen::Map<const Eigen::Matrix<double, kDriftSize, 1>>(parameters[1]),
-        Eigen::Map<const Eigen::Matrix<double, kStateSize, 1>>(parameters[2]);
-    Eigen::Map<Vector> r(residuals);
-    r = sqrt_information_ * (x - mean_);
-    if (jacobians != nullptr) {
-      Write<0, kThetaSize>(jacobians[0]);
-      Write<kThetaSize, kDriftSize>(jacobians[1]);
-      Write<kThetaSize + kDriftSize, kStateSize>(jacobians[2]);
+    Eigen::VectorXd x(mean_.size());
+    int first = 0;
+    for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i) {
+      const int size = parameter_block_sizes()[i];
+      x.segment(first, size) = Eigen::Map<const Eigen::VectorXd>(parameters[i], size);
+      if (jacobians != nullptr && jacobians[i] != nullptr) {
+        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        Eigen::Map<RowMajor>(jacobians[i], mean_.size(), size) =
+            sqrt_information_.middleCols(first, size);
+      }
+      first += size;
     }
+    Eigen::Map<Eigen::VectorXd>(residuals, mean_.size()) = sqrt_information_ * (x - mean_);
     return true;
   }
 
  private:
-  template <int kFirst, int kCols>
-  void Write(double* jacobian) const {
-    if (jacobian == nullptr) return;
-    Eigen::Map<Eigen::Matrix<double, kSize, kCols, Eigen::RowMajor>> J(jacobian);
-    J = sqrt_information_.template middleCols<kCols>(kFirst);
-  }
-
-  Vector mean_;
-  Matrix sqrt_information_;
+  Eigen::VectorXd mean_;
+  Eigen::MatrixXd sqrt_information_;
 };
 
 }  // namespace trueline

@@ -17,6 +17,7 @@ import subprocess
 
 import yaml
 
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
 NAMES = ["K_x", "K_y", "b_ax", "b_ay", "b_az", "phi_E_Ep", "theta_E_Ep", "psi_E_Ep", "phi_I_B",
          "theta_I_B", "psi_I_B"]
 
@@ -72,7 +73,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default="build", type=pathlib.Path)
-    parser.add_argument("--config", default="config/simulate/long_flight.yaml")
+    parser.add_argument("--config", default=SOURCE / "config/simulate/long_flight.yaml")
     parser.add_argument("--calibrate", default="")
     parser.add_argument("--duration", default=60.0, type=float, help="s")
     parser.add_argument("--flights", default=500, type=int)

@@ -1,6 +1,7 @@
 // What the IMU-driven model leaves out: unmodelled acceleration as white noise (velocity walks: a
-// Wiener process), and the drift of the AHRS error around its constant part as a Gauss-Markov
-// process, which tilts gravity into the horizontal. A long memory makes the drift a Wiener process.
+// Wiener process), the drift of the AHRS error around its constant part as a Gauss-Markov process,
+// which tilts gravity into the horizontal, and gusts, which the accelerometer feels, as another. A
+// long memory makes the drift a Wiener process.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +16,18 @@ struct ProcessNoise {
   double tilt = 0.0;          // rad, stationary sigma of the drift of phi and theta of E'
   double heading = 0.0;       // rad, the same of psi
   double memory = 1.0;        // s, time in which the drift falls to 1/e
+  double gust = 0.0;          // m/s^2, stationary sigma of each horizontal axis
+  double gust_memory = 0.8;   // s
 
   bool Any() const { return acceleration > 0.0 || tilt > 0.0 || heading > 0.0; }
   // Share of the drift that is left after `seconds`.
   double Decay(double seconds) const { return std::exp(-seconds / memory); }
+  double GustDecay(double seconds) const { return std::exp(-seconds / gust_memory); }
+  // Of the change of a gust in `seconds`, m/s^2.
+  double GustStepSigma(double seconds) const {
+    const double beta = GustDecay(seconds);
+    return gust * std::sqrt(1.0 - beta * beta);
+  }
   Eigen::Vector3d DriftSigma() const { return {tilt, tilt, heading}; }
 };
 

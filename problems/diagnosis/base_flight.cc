@@ -7,17 +7,6 @@
 namespace trueline {
 namespace {
 
-// What a gust that goes linearly from g0 to g1 over h seconds adds to (p, v) after t seconds, as
-// factors of g0 and g1.
-struct GustGain {
-  double p0, p1, v0, v1;
-};
-
-GustGain GainAt(double t, double h) {
-  const double t2 = t * t;
-  return {t2 / 2 - t2 * t / (6 * h), t2 * t / (6 * h), t - t2 / (2 * h), t2 / (2 * h)};
-}
-
 // Where a sample is read: moved into the segment, should an effect have shifted it past the ends.
 TimeNs Clamp(TimeNs t, const FlightPlan::SegmentSpan& span) {
   return std::clamp(t, span.begin + 1, span.end);
@@ -125,7 +114,7 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
   const auto& span = plan_.segments[s];
   const TimeNs t = Clamp(fix.t, span);
   const StateNode& node = *segments_[s]->StateAt(t);
-  const GustGain gain = GainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
+  const GustGain gain = GustGainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
   // What lies outside of the segment (after a shift in time) is read along the velocity.
   const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
   Eigen::Vector3d p = node.value.head<3>() + beyond;
@@ -164,7 +153,7 @@ void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) cons
   const int row = LinkRow(s);
   const StateNode& end = *segments_[s]->end_node();
   const double h = SecondsBetween(span.begin, span.end);
-  const GustGain gain = GainAt(h, h);
+  const GustGain gain = GustGainAt(h, h);
   Eigen::Matrix<double, 6, 2> d0 = Eigen::Matrix<double, 6, 2>::Zero(), d1 = d0;
   d0.topRows<2>().diagonal().setConstant(gain.p0);
   d0.middleRows<2>(3).diagonal().setConstant(gain.v0);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cost_functions/models/gust.h"
 #include "problems/diagnosis/smooth_forces.h"
 #include "problems/effects/effect.h"
 #include "problems/vgd/segment.h"
@@ -17,7 +18,6 @@ namespace trueline {
 // Unknowns of one segment: drift of the AHRS error (3, in units of its prior's sigma), state (p_E
 // in m, v_E in m/s), gust (specific force in E, horizontal, m/s^2; linear between segments'
 // starts).
-inline constexpr int kGustSize = 2;
 inline constexpr int kNodeSize = kDriftSize + kStateSize + kGustSize;
 inline constexpr int kStateAt = kDriftSize;
 inline constexpr int kGustAt = kDriftSize + kStateSize;

@@ -9,7 +9,7 @@
 #include "problems/common/error.h"
 #include "problems/ekf/ekf_run.h"
 #include "problems/kinematic/vgd_kinematic.h"
-#include "problems/vgd/drift_strength.h"
+#include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 
 namespace trueline {
@@ -24,7 +24,7 @@ VgdOptions WithGamma(const Estimators& estimators, int gamma) {
 }
 
 EstimatorRun RunVgdAt(Estimators* e, int gamma) {
-  return RunVgd(e->flight(), WithGamma(*e, gamma), e->Tilts());
+  return RunVgd(e->flight(), WithGamma(*e, gamma), e->Processes());
 }
 
 EstimatorRun RunKinematicAt(Estimators* e, int gamma) {
@@ -32,7 +32,7 @@ EstimatorRun RunKinematicAt(Estimators* e, int gamma) {
 }
 
 EstimatorRun RunSmootherAt(Estimators* e, int gamma) {
-  return RunSmoother(e->flight(), WithGamma(*e, gamma), e->options().smoother, e->Tilts());
+  return RunSmoother(e->flight(), WithGamma(*e, gamma), e->options().smoother, e->Processes());
 }
 
 EstimatorRun RunEkfAt(Estimators* e, int gamma) {
@@ -66,9 +66,9 @@ void CheckEstimator(const std::string& name) {
 
 bool HasWindows(const std::string& name) { return name != "ekf"; }
 
-const std::vector<double>& Estimators::Tilts() {
-  if (!tilts_) tilts_ = LearnTilts(flight_, options_.vgd);
-  return *tilts_;
+const std::vector<ProcessNoise>& Estimators::Processes() {
+  if (!processes_) processes_ = LearnProcess(flight_, options_.vgd);
+  return *processes_;
 }
 
 EstimatorRun Estimators::Run(const std::string& name, int gamma) {

@@ -48,13 +48,13 @@ class Estimators {
 
   const FlightData& flight() const { return flight_; }
   const EstimatorOptions& options() const { return options_; }
-  // By window, as LearnTilts gives them.
-  const std::vector<double>& Tilts();
+  // By window, as LearnProcess gives them.
+  const std::vector<ProcessNoise>& Processes();
 
  private:
   const FlightData& flight_;
   const EstimatorOptions& options_;
-  std::optional<std::vector<double>> tilts_;
+  std::optional<std::vector<ProcessNoise>> processes_;
 };
 
 // One run alone.

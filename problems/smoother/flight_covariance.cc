@@ -22,6 +22,7 @@ std::vector<double*> FlightProblem::OrderedBlocks() {
     for (std::size_t s = sections_[k].first_segment; s < EndOf(k); ++s) {
       blocks.push_back(x_.drift[s].data());
       blocks.push_back(x_.states[s].data());
+      if (gusts_.Any()) blocks.push_back(gusts_.block(s));
     }
     if (const auto it = offsets_.find(k); it != offsets_.end()) {
       blocks.push_back(it->second.data());
@@ -68,7 +69,7 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
       means.value.segment<kDriftSize>(kAhrsInTheta) += share * x_.drift[s];
       G.block<kThetaSize, kThetaSize>(theta_at, 0).diagonal().array() += share;
       G.block<kDriftSize, kDriftSize>(at, kAhrsInTheta).diagonal().setConstant(share);
-      at += kDriftSize + kStateSize;
+      at += kDriftSize + kStateSize + (gusts_.Any() ? kGustSize : 0);
     }
     if (offsets_.count(k) > 0) at += 6;
   }

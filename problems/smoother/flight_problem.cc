@@ -84,6 +84,7 @@ void FlightProblem::AllocateUnknowns() {
       problem_.SetParameterUpperBound(theta.data(), i, (prior.upper - prior.mean) / prior.sigma);
     }
   }
+  AllocateGusts();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     if (flights_[sections_[k].flight].false_passes.count(passes_[k]) == 0) continue;
     offsets_[k].setZero();
@@ -104,6 +105,16 @@ void FlightProblem::AllocateUnknowns() {
   for (auto& [id, offset] : gates_) {
     problem_.AddResidualBlock(Prior(Eigen::Vector3d::Ones()), nullptr, offset.data());
   }
+}
+
+void FlightProblem::AllocateGusts() {
+  if (!options_.vgd.UsesGusts()) return;
+  x_.gusts.assign(segments_.size(), Eigen::Vector2d::Zero());
+  std::vector<bool> linked(segments_.size(), true);
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    if (k + 1 == sections_.size() || !sections_[k + 1].continues) linked[EndOf(k) - 1] = false;
+  }
+  gusts_ = GustBlocks(options_.vgd.process, std::move(linked), &x_.gusts, &problem_);
 }
 
 // Nothing of an earlier flight is known but the airframe.
@@ -168,7 +179,9 @@ void FlightProblem::AddFix(const Fix& fix, std::size_t segment, const FlightShar
   } else {
     residual = new FixResidual(node, fix.p_E, fix.sigma);
   }
-  problem_.AddResidualBlock(residual, MakeLoss(options_.vgd.loss, options_.vgd.loss_scale), blocks);
+  // What a turned camera or late fixes change of this is of second order.
+  gusts_.Add(&problem_, residual, MakeLoss(options_.vgd.loss, options_.vgd.loss_scale), blocks,
+             segment, segments_[segment]->StateGustsAt(fix.t).topRows<3>() / fix.sigma);
 }
 
 void FlightProblem::AddMeasurements(std::size_t section) {
@@ -184,9 +197,10 @@ void FlightProblem::AddMeasurements(std::size_t section) {
   for (const ForceSample& force : data.forces) {
     const std::size_t s = SegmentAt(section, force.t);
     has_forces_ = true;
-    problem_.AddResidualBlock(
-        new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
-        new ceres::HuberLoss(2.5), Blocks(s));
+    gusts_.Add(&problem_,
+               new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
+               new ceres::HuberLoss(2.5), Blocks(s), s,
+               segments_[s]->ForceGustsAt(force.t) / data.force_sigma);
   }
 }
 
@@ -199,6 +213,7 @@ void FlightProblem::AddContinuity(std::size_t section) {
       log_weights_ -= sigma.array().log().sum();
       problem_.AddResidualBlock(Prior(scaling_.DriftUnit().cwiseQuotient(sigma)), nullptr,
                                 x_.drift[s].data());
+      if (gusts_.Any()) gusts_.AddPrior(&problem_, s, &log_weights_);
       continue;
     }
     const Segment& last = *segments_[s - 1];
@@ -207,9 +222,11 @@ void FlightProblem::AddContinuity(std::size_t section) {
     log_weights_ += weight.diagonal().array().log().sum();
     std::vector<double*> blocks = Blocks(s - 1);
     blocks.insert(blocks.end(), {x_.drift[s].data(), x_.states[s].data()});
-    problem_.AddResidualBlock(new ContinuityResidual(last.end_node(), scaling_.DriftUnit(),
-                                                     process.Decay(seconds), weight),
-                              nullptr, blocks);
+    gusts_.Add(&problem_,
+               new ContinuityResidual(last.end_node(), scaling_.DriftUnit(), process.Decay(seconds),
+                                      weight),
+               nullptr, blocks, s - 1, -weight.leftCols<6>() * StateByGusts(seconds, seconds));
+    if (gusts_.Any()) gusts_.AddStep(&problem_, s - 1, seconds, &log_weights_);
   }
 }
 
@@ -248,6 +265,7 @@ void FlightProblem::Refresh(bool derivatives) {
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     segments_[s]->Evaluate(x_.theta[section_of_[s]].data(), x_.drift[s].data(), x_.states[s].data(),
                            derivatives);
+    if (gusts_.Any()) segments_[s]->AddGusts(gusts_.At(s));
   }
   integrated_ = x_;
   has_derivatives_ = derivatives;

@@ -18,6 +18,7 @@
 
 #include "cost_functions/mounted_fix_residual.h"
 #include "problems/smoother/smoother.h"
+#include "problems/vgd/gust_blocks.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/flight_data.h"
 
@@ -85,6 +86,7 @@ class FlightProblem : private ceres::EvaluationCallback {
     std::vector<Eigen::Matrix<double, kThetaSize, 1>> theta;  // by section
     std::vector<Eigen::Vector3d> drift;                       // by segment
     std::vector<Eigen::Matrix<double, 6, 1>> states;          // by segment
+    std::vector<Eigen::Vector2d> gusts;                       // by segment, or none
 
     bool operator==(const Unknowns&) const = default;
   };
@@ -93,6 +95,7 @@ class FlightProblem : private ceres::EvaluationCallback {
   void Refresh(bool derivatives);
   void BuildSections();
   void AllocateUnknowns();
+  void AllocateGusts();
   void AddFlightPriors(std::size_t section);
   void AddStep(std::size_t section);
   void AddMeasurements(std::size_t section);
@@ -119,6 +122,7 @@ class FlightProblem : private ceres::EvaluationCallback {
   std::map<int, Eigen::Vector3d> gates_;                        // by id
   std::map<std::size_t, Eigen::Matrix<double, 6, 1>> offsets_;  // of false passes, by section
   ceres::Problem problem_;
+  GustBlocks gusts_;
   bool has_forces_ = false;
   double log_weights_ = 0.0;
 };

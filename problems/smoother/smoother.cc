@@ -6,7 +6,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/yaml_options.h"
-#include "problems/vgd/drift_strength.h"
+#include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
@@ -15,16 +15,17 @@ namespace trueline {
 namespace {
 
 using Prior = WindowPrior;
-using PriorMatrix = Eigen::Matrix<double, Prior::kSize, Prior::kSize>;
 
-PriorMatrix CovarianceOf(const Prior& prior) {
-  const PriorMatrix information = prior.sqrt_information.transpose() * prior.sqrt_information;
-  return information.ldlt().solve(PriorMatrix::Identity());
+Eigen::MatrixXd CovarianceOf(const Prior& prior) {
+  const Eigen::MatrixXd information = prior.sqrt_information.transpose() * prior.sqrt_information;
+  return information.ldlt().solve(
+      Eigen::MatrixXd::Identity(information.rows(), information.cols()));
 }
 
-void SetCovariance(const PriorMatrix& cov, Prior* prior) {
-  const PriorMatrix L = cov.llt().matrixL();
-  prior->sqrt_information = L.triangularView<Eigen::Lower>().solve(PriorMatrix::Identity());
+void SetCovariance(const Eigen::MatrixXd& cov, Prior* prior) {
+  const Eigen::MatrixXd L = cov.llt().matrixL();
+  prior->sqrt_information =
+      L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(cov.rows(), cov.cols()));
 }
 
 // Lets the shared parameters walk for `seconds`.
@@ -34,23 +35,28 @@ void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, dou
   for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
   walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
   if (walk.isZero()) return;
-  PriorMatrix cov = CovarianceOf(*prior);
+  Eigen::MatrixXd cov = CovarianceOf(*prior);
   cov.diagonal().head<kThetaSize>() += walk.cwiseQuotient(scaling.sigma).cwiseAbs2() * seconds;
   SetCovariance(cov, prior);
 }
 
-// After a break: what is known of theta stays, drift starts anew, and the state is open.
+// After a break: what is known of theta stays, drift and gust start anew, and the state is open.
 Prior KeepParameters(const Prior& past, const VgdOptions& vgd, const LineFit& start) {
   constexpr double kOpen = 100.0;  // m and m/s
   Prior prior;
-  prior.mean << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(), start.p, start.v;
-  PriorMatrix cov = PriorMatrix::Zero();
+  const Eigen::Index size = past.mean.size();
+  prior.mean = Eigen::VectorXd::Zero(size);
+  prior.mean.head<Prior::kSize>() << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(), start.p,
+      start.v;
+  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(size, size);
   cov.topLeftCorner<kThetaSize, kThetaSize>() =
       CovarianceOf(past).topLeftCorner<kThetaSize, kThetaSize>();
   const Eigen::Vector3d drift =
       vgd.process.DriftSigma().cwiseMax(1e-5).cwiseQuotient(ParameterScaling(vgd).DriftUnit());
   cov.diagonal().segment<kDriftSize>(kThetaSize) = drift.cwiseAbs2();
-  cov.diagonal().tail<kStateSize>().setConstant(kOpen * kOpen);
+  cov.diagonal().segment<kStateSize>(kThetaSize + kDriftSize).setConstant(kOpen * kOpen);
+  const double gust_variance = vgd.process.gust * vgd.process.gust;
+  cov.diagonal().tail(size - Prior::kSize).setConstant(gust_variance);
   SetCovariance(cov, &prior);
   return prior;
 }
@@ -61,8 +67,8 @@ class Lag {
   Lag(const FlightData& flight, const VgdOptions& vgd, const SmootherOptions& options)
       : flight_(flight), vgd_(vgd), options_(options), start_(PriorMeans(vgd)) {}
 
-  WindowEstimate Advance(int tau, double tilt) {
-    vgd_.process.tilt = tilt;
+  WindowEstimate Advance(int tau, const ProcessNoise& process) {
+    vgd_.process = process;
     WindowQuestion question{flight_, vgd_, options_.false_pass, start_, first_, tau, past_, {}};
     if (past_) {
       const Pass& first = flight_.passes[first_];
@@ -161,11 +167,12 @@ YAML::Node ToYaml(const SmootherOptions& options) {
 
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
                          const SmootherOptions& options) {
-  return RunSmoother(flight, vgd, options, LearnTilts(flight, vgd));
+  return RunSmoother(flight, vgd, options, LearnProcess(flight, vgd));
 }
 
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
-                         const SmootherOptions& options, const std::vector<double>& tilts) {
+                         const SmootherOptions& options,
+                         const std::vector<ProcessNoise>& processes) {
   if (!vgd.process.Any()) {
     throw InputError(
         "the smoother needs process noise: set a strength under 'process' in the configuration");
@@ -173,7 +180,7 @@ EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
   EstimatorRun run{"smoother", vgd.gamma, {}, flight.warnings};
   Lag lag(flight, vgd, options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    run.windows.push_back(lag.Advance(tau, tilts[tau - 1]));
+    run.windows.push_back(lag.Advance(tau, processes[tau - 1]));
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
   }

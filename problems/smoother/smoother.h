@@ -25,9 +25,10 @@ YAML::Node ToYaml(const SmootherOptions& options);
 
 // Causal, with a lag of vgd.gamma passes. Needs vgd.process (throws InputError without: a rigid
 // trajectory has no state to cut at). After a break in the flight only the parameters carry on.
-// `tilts`: the AHRS's drift by window, as LearnTilts gives it.
+// `processes`: by window, as LearnProcess gives them.
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
-                         const SmootherOptions& options, const std::vector<double>& tilts);
+                         const SmootherOptions& options,
+                         const std::vector<ProcessNoise>& processes);
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
                          const SmootherOptions& options);
 

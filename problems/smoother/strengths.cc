@@ -39,6 +39,7 @@ class Evidence {
     if (whole.learn_strengths) {
       add("tilt_drift", "rad", process.tilt);
       add("acceleration", "m/s^2/sqrt(Hz)", process.acceleration);
+      if (options.vgd.UsesGusts()) add("gust", "m/s^2", process.gust);
     }
     if (whole.attitude_latency > 0.0) {
       unknowns_.push_back({"attitude_latency", "s", options.vgd.drive.attitude_latency,
@@ -56,6 +57,7 @@ class Evidence {
       const double value = unknowns_[i].Value(z[i]);
       if (unknowns_[i].name == "tilt_drift") vgd.process.tilt = value;
       if (unknowns_[i].name == "acceleration") vgd.process.acceleration = value;
+      if (unknowns_[i].name == "gust") vgd.process.gust = value;
       if (unknowns_[i].name == "attitude_latency") vgd.drive.attitude_latency = value;
     }
     return vgd;

@@ -101,13 +101,40 @@ std::size_t Segment::IndexOf(TimeNs t) const {
   return static_cast<std::size_t>(it - times.begin());
 }
 
-const ForceNode* Segment::ForceAt(TimeNs t) const {
+const Segment::Force& Segment::FindForce(TimeNs t) const {
   const std::size_t index = IndexOf(t);
   const auto it = std::lower_bound(
       forces_.begin(), forces_.end(), index,
       [](const Force& force, std::size_t value) { return force.time_index < value; });
   CHECK(it != forces_.end() && it->time_index == index);
-  return &it->node;
+  return *it;
+}
+
+const ForceNode* Segment::ForceAt(TimeNs t) const { return &FindForce(t).node; }
+
+Eigen::Matrix<double, 6, 4> Segment::StateGustsAt(TimeNs t) const {
+  return StateByGusts(SecondsBetween(start(), t), SecondsBetween(start(), end()));
+}
+
+// E' for E: the gust's direction is off by the AHRS's small error.
+Eigen::Matrix<double, 2, 4> Segment::ForceByGusts(const Force& force) const {
+  const TimeNs t = times()[force.time_index];
+  const double u = SecondsBetween(start(), t) / SecondsBetween(start(), end());
+  const Eigen::Matrix2d R_I_E = force.drive.R_Ep_I.transpose().topLeftCorner<2, 2>();
+  Eigen::Matrix<double, 2, 4> d;
+  d << (1.0 - u) * R_I_E, u * R_I_E;
+  return d;
+}
+
+Eigen::Matrix<double, 2, 4> Segment::ForceGustsAt(TimeNs t) const {
+  return ForceByGusts(FindForce(t));
+}
+
+void Segment::AddGusts(const GustPair& gusts) {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    states_[i].value += StateGustsAt(times()[i]) * gusts;
+  }
+  for (Force& force : forces_) force.node.value += ForceByGusts(force) * gusts;
 }
 
 template <typename T>

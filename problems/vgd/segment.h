@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "cost_functions/models/gust.h"
 #include "cost_functions/segment_node.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/window/motion_chain.h"
@@ -30,12 +31,17 @@ class Segment {
   // Integrates from the given scaled parameters (sizes kThetaSize, kDriftSize, kStateSize) and
   // fills all nodes; their derivatives only where asked for.
   void Evaluate(const double* theta, const double* drift, const double* state, bool derivatives);
+  // Adds what gusts do to the values of all nodes; to be called once after Evaluate.
+  void AddGusts(const GustPair& gusts);
 
   // Force beyond linear drag; the track's unless replaced.
   void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }
 
   const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
   const ForceNode* ForceAt(TimeNs t) const;
+  // Derivatives of these nodes to the gusts at the segment's ends.
+  Eigen::Matrix<double, 6, 4> StateGustsAt(TimeNs t) const;
+  Eigen::Matrix<double, 2, 4> ForceGustsAt(TimeNs t) const;
   const StateNode* end_node() const { return &states_.back(); }
   TimeNs start() const { return chain_.start(); }
   TimeNs end() const { return chain_.times().back(); }
@@ -53,6 +59,8 @@ class Segment {
     Drive drive;
     ForceNode node;
   };
+  const Force& FindForce(TimeNs t) const;
+  Eigen::Matrix<double, 2, 4> ForceByGusts(const Force& force) const;
 
   MotionChain chain_;
   const ParameterScaling* scaling_;

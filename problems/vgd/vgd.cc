@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "problems/common/random.h"
-#include "problems/vgd/drift_strength.h"
+#include "problems/vgd/learn_process.h"
 #include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
 #include "problems/window/rough_path.h"
@@ -30,16 +30,16 @@ WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, 
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
-  return RunVgd(flight, options, LearnTilts(flight, options));
+  return RunVgd(flight, options, LearnProcess(flight, options));
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
-                    const std::vector<double>& tilts) {
+                    const std::vector<ProcessNoise>& processes) {
   EstimatorRun run{"vgd", options.gamma, {}, flight.warnings};
   VgdOptions adapted = options;
   Theta start = PriorMeans(options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
-    adapted.process.tilt = tilts[tau - 1];
+    adapted.process = processes[tau - 1];
     run.windows.push_back(SolveWindow(flight, adapted, tau, start));
     if (run.windows.back().converged) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());

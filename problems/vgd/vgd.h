@@ -11,9 +11,9 @@ namespace trueline {
 
 // Runs over all windows in time order; each starts from the optimum before it. Windows never
 // reach over an IMU gap: they get shorter, and an arc with a gap in it is not predicted.
-// `tilts`: the AHRS's drift by window, as LearnTilts gives it.
+// `processes`: by window, as LearnProcess gives them.
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
-                    const std::vector<double>& tilts);
+                    const std::vector<ProcessNoise>& processes);
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options);
 
 // One window on its own: passes tau - gamma + 1 ... tau (from 1). `start` replaces the priors'

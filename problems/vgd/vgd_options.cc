@@ -45,6 +45,8 @@ void ReadProcess(const YamlMap& map, ProcessNoise* process) {
   ReadNotNegative(map, "tilt_deg", &process->tilt, kDegree);
   ReadNotNegative(map, "heading_deg", &process->heading, kDegree);
   ReadPositive(map, "memory_s", &process->memory);
+  ReadNotNegative(map, "gust_mps2", &process->gust);
+  ReadPositive(map, "gust_memory_s", &process->gust_memory);
   map.Finish();
 }
 
@@ -113,6 +115,8 @@ YAML::Node ToYaml(const VgdOptions& options) {
   node["process"]["tilt_deg"] = options.process.tilt / kDegree;
   node["process"]["heading_deg"] = options.process.heading / kDegree;
   node["process"]["memory_s"] = options.process.memory;
+  node["process"]["gust_mps2"] = options.process.gust;
+  node["process"]["gust_memory_s"] = options.process.gust_memory;
   node["adapt_drift"] = options.adapt_drift;
   node["knot_interval_s"] = options.knot_interval;
   node["drag_measurement"]["enabled"] = options.drag_measurement.enabled;

@@ -52,9 +52,14 @@ struct VgdOptions {
   // What the model lacks. With all of it zero the trajectory is one rigid integration over the
   // window, as in the paper; else it may bend at knots, as much as this noise allows.
   // A complementary filter's tilt error follows manoeuvres with its own time constant.
-  ProcessNoise process{
-      .acceleration = 0.05, .tilt = 1.5 * kDegree, .heading = 0.5 * kDegree, .memory = 1.0};
-  bool adapt_drift = true;     // learn the tilt's sigma from the flight, starting at process.tilt
+  ProcessNoise process{.acceleration = 0.05,
+                       .tilt = 1.5 * kDegree,
+                       .heading = 0.5 * kDegree,
+                       .memory = 1.0,
+                       .gust = 0.06,
+                       .gust_memory = 0.8};
+  // Learn the sigmas of tilt and gust from the flight, starting at the process's.
+  bool adapt_drift = true;
   double knot_interval = 0.5;  // s
 
   DragMeasurementOptions drag_measurement;
@@ -66,6 +71,9 @@ struct VgdOptions {
 
   PassOptions passes;
   DriveOptions drive;
+
+  // Only the accelerometer tells a gust from a tilt.
+  bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
 };
 
 // Reads the keys of `map` (see config/calibrate/default.yaml) over the defaults; strict.

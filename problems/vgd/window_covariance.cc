@@ -34,16 +34,16 @@ Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::
 // right corner of the triangle of [J r]. (Orthogonal steps keep the digits that the normal
 // equations' Schur complement loses.)
 WindowPrior EliminateFirst(const Eigen::MatrixXd& J, const Eigen::VectorXd& r,
-                           const Eigen::Matrix<double, WindowPrior::kSize, 1>& at) {
-  constexpr int n = WindowPrior::kSize;
+                           const Eigen::VectorXd& at) {
+  const Eigen::Index n = at.size();
   const Eigen::Index cols = J.cols(), rows = std::max(J.rows(), cols);
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, cols + 1);
   system.topRows(J.rows()) << J, r;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(system);
   WindowPrior prior;
   prior.sqrt_information =
-      qr.matrixQR().block<n, n>(cols - n, cols - n).triangularView<Eigen::Upper>();
-  const Eigen::Matrix<double, n, 1> rest = qr.matrixQR().block<n, 1>(cols - n, cols);
+      qr.matrixQR().block(cols - n, cols - n, n, n).triangularView<Eigen::Upper>();
+  const Eigen::VectorXd rest = qr.matrixQR().block(cols - n, cols, n, 1);
   prior.mean = at - prior.sqrt_information.completeOrthogonalDecomposition().solve(rest);
   return prior;
 }
@@ -56,8 +56,9 @@ Eigen::SparseMatrix<double> WindowProblem::Hessian() {
   options.parameter_blocks.push_back(x_.theta.data());
   for (Offset& offset : offsets_) options.parameter_blocks.push_back(offset.value.data());
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    if (drifts) options.parameter_blocks.push_back(x_.drift[s].data());
-    options.parameter_blocks.push_back(x_.states[s].data());
+    const std::vector<double*> blocks = BlocksOf(s);
+    options.parameter_blocks.insert(options.parameter_blocks.end(),
+                                    drifts ? blocks.begin() : blocks.begin() + 1, blocks.end());
   }
   ceres::CRSMatrix crs;
   problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs);
@@ -86,19 +87,22 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
     options.residual_blocks.push_back(offset.prior);
   }
   for (std::size_t s = 0; s < kept; ++s) {
-    options.parameter_blocks.push_back(x_.drift[s].data());
-    options.parameter_blocks.push_back(x_.states[s].data());
+    const std::vector<double*> blocks = BlocksOf(s);
+    options.parameter_blocks.insert(options.parameter_blocks.end(), blocks.begin(), blocks.end());
     options.residual_blocks.insert(options.residual_blocks.end(), segment_blocks_[s].begin(),
                                    segment_blocks_[s].end());
   }
   options.parameter_blocks.push_back(x_.theta.data());
-  options.parameter_blocks.push_back(x_.drift[kept].data());
-  options.parameter_blocks.push_back(x_.states[kept].data());
+  Eigen::VectorXd at = x_.theta;
+  for (double* block : BlocksOf(kept)) {
+    options.parameter_blocks.push_back(block);
+    const int size = problem_.ParameterBlockSize(block);
+    at.conservativeResize(at.size() + size);
+    at.tail(size) = Eigen::Map<const Eigen::VectorXd>(block, size);
+  }
   std::vector<double> residuals;
   ceres::CRSMatrix crs;
   problem_.Evaluate(options, nullptr, &residuals, nullptr, &crs);
-  Eigen::Matrix<double, WindowPrior::kSize, 1> at;
-  at << x_.theta, x_.drift[kept], x_.states[kept];
   return EliminateFirst(ToEigen(crs),
                         Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size()), at);
 }
@@ -108,7 +112,8 @@ WindowProblem::Covariance() {
   const Eigen::SparseMatrix<double> H = Hessian();
   // What is asked for, as linear functions of the unknowns: theta and the final state.
   constexpr int kAsked = kParameters + 6;
-  const int last_state = static_cast<int>(H.cols()) - kStateSize;
+  const int gust_size = gusts_.Any() ? kGustSize : 0;
+  const int last_state = static_cast<int>(H.cols()) - gust_size - kStateSize;
   const StateNode& end = *segments_.back()->end_node();
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
   G.topLeftCorner<kThetaSize, kThetaSize>().setIdentity();
@@ -117,6 +122,11 @@ WindowProblem::Covariance() {
     G.block<kDriftSize, 6>(last_state - kDriftSize, kParameters) = end.d_drift().transpose();
   }
   G.block<kStateSize, 6>(last_state, kParameters) = end.d_state.transpose();
+  if (gusts_.Any()) {  // held to the end
+    const auto d = segments_.back()->StateGustsAt(segments_.back()->end());
+    G.block<kGustSize, 6>(last_state + kStateSize, kParameters) =
+        (d.leftCols<kGustSize>() + d.rightCols<kGustSize>()).transpose();
+  }
   return G.transpose() * SolveHessian(H, G);
 }
 

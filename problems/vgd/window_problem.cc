@@ -69,6 +69,11 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
     problem_.AddParameterBlock(x_.drift[s].data(), kDriftSize);
     problem_.AddParameterBlock(x_.states[s].data(), kStateSize);
   }
+  if (!options_.UsesGusts()) return;
+  x_.gusts.assign(count, Eigen::Vector2d::Zero());
+  std::vector<bool> linked(count, true);
+  linked.back() = false;
+  gusts_ = GustBlocks(options_.process, std::move(linked), &x_.gusts, &problem_);
 }
 
 std::size_t WindowProblem::SegmentOf(TimeNs t) const {
@@ -111,8 +116,9 @@ void WindowProblem::AddFixes(const WindowData& data) {
     } else {
       residual = new FixResidual(node, fix.p_E, sigma);
     }
-    segment_blocks_[s].push_back(problem_.AddResidualBlock(
-        residual, MakeLoss(options_.loss, options_.loss_scale), unknowns));
+    segment_blocks_[s].push_back(
+        gusts_.Add(&problem_, residual, MakeLoss(options_.loss, options_.loss_scale), unknowns, s,
+                   segments_[s]->StateGustsAt(fix.t).topRows<3>() / sigma));
   }
 }
 
@@ -120,9 +126,11 @@ void WindowProblem::AddForces(const WindowData& data) {
   if (!options_.drag_measurement.enabled) return;
   for (const ForceSample& force : data.forces) {
     const std::size_t s = SegmentOf(force.t);
-    force_blocks_.push_back(problem_.AddResidualBlock(
+    force_blocks_.push_back(gusts_.Add(
+        &problem_,
         new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
-        new ceres::HuberLoss(2.5), x_.theta.data(), x_.drift[s].data(), x_.states[s].data()));
+        new ceres::HuberLoss(2.5), {x_.theta.data(), x_.drift[s].data(), x_.states[s].data()}, s,
+        segments_[s]->ForceGustsAt(force.t) / data.force_sigma));
     segment_blocks_[s].push_back(force_blocks_.back());
   }
 }
@@ -132,11 +140,16 @@ void WindowProblem::AddContinuity(double gravity) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
     const Matrix9d sqrt_information = StepSqrtInformation(options_.process, seconds, gravity);
     log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
-    segment_blocks_[s].push_back(problem_.AddResidualBlock(
-        new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
-                               options_.process.Decay(seconds), sqrt_information),
-        nullptr, x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), x_.drift[s + 1].data(),
-        x_.states[s + 1].data()));
+    segment_blocks_[s].push_back(
+        gusts_.Add(&problem_,
+                   new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
+                                          options_.process.Decay(seconds), sqrt_information),
+                   nullptr,
+                   {x_.theta.data(), x_.drift[s].data(), x_.states[s].data(),
+                    x_.drift[s + 1].data(), x_.states[s + 1].data()},
+                   s, -sqrt_information.leftCols<6>() * StateByGusts(seconds, seconds)));
+    if (!gusts_.Any()) continue;
+    segment_blocks_[s].push_back(gusts_.AddStep(&problem_, s, seconds, &log_weights_));
   }
 }
 
@@ -155,13 +168,25 @@ void WindowProblem::AddPriors() {
       new ceres::NormalPrior(scaling_.DriftUnit().cwiseQuotient(sigma).asDiagonal(),
                              Eigen::VectorXd::Zero(kDriftSize)),
       nullptr, x_.drift.front().data()));
+  if (gusts_.Any()) prior_blocks_.push_back(gusts_.AddPrior(&problem_, 0, &log_weights_));
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
   log_weights_ += past.sqrt_information.householderQr().logAbsDeterminant();
+  std::vector<double*> blocks{x_.theta.data()};
+  std::vector<int> sizes{kThetaSize};
+  for (double* block : BlocksOf(0)) {
+    blocks.push_back(block);
+    sizes.push_back(problem_.ParameterBlockSize(block));
+  }
   prior_blocks_.push_back(problem_.AddResidualBlock(
-      new WindowPriorResidual(past.mean, past.sqrt_information), nullptr, x_.theta.data(),
-      x_.drift.front().data(), x_.states.front().data()));
+      new WindowPriorResidual(past.mean, past.sqrt_information, sizes), nullptr, blocks));
+}
+
+std::vector<double*> WindowProblem::BlocksOf(std::size_t segment) {
+  std::vector<double*> blocks{x_.drift[segment].data(), x_.states[segment].data()};
+  if (gusts_.Any()) blocks.push_back(gusts_.block(segment));
+  return blocks;
 }
 
 void WindowProblem::SetBounds() {
@@ -177,15 +202,15 @@ void WindowProblem::SetBounds() {
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
   x_.theta.head<9>() = (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  for (Eigen::Vector2d& gust : x_.gusts) gust.setZero();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
     if (s == 0 || segments_[s]->start() <= path.end()) {
       const LineFit guess = path.At(segments_[s]->start());
       x_.states[s] << guess.p, guess.v;
     } else {
-      Segment& before = *segments_[s - 1];
-      before.Evaluate(x_.theta.data(), x_.drift[s - 1].data(), x_.states[s - 1].data(), false);
-      x_.states[s] = before.end_node()->value;
+      Integrate(s - 1, false);
+      x_.states[s] = segments_[s - 1]->end_node()->value;
     }
   }
 }
@@ -197,11 +222,14 @@ void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_eva
 // Ceres asks more than once for the same point (with bounds, it announces it as new each time).
 void WindowProblem::Refresh(bool derivatives) {
   if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
-  for (std::size_t s = 0; s < segments_.size(); ++s) {
-    segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
-  }
+  for (std::size_t s = 0; s < segments_.size(); ++s) Integrate(s, derivatives);
   integrated_ = x_;
   has_derivatives_ = derivatives;
+}
+
+void WindowProblem::Integrate(std::size_t s, bool derivatives) {
+  segments_[s]->Evaluate(x_.theta.data(), x_.drift[s].data(), x_.states[s].data(), derivatives);
+  if (gusts_.Any()) segments_[s]->AddGusts(gusts_.At(s));
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {

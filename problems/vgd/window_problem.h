@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "problems/vgd/gust_blocks.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/force_samples.h"
 #include "problems/window/rough_path.h"
@@ -35,12 +36,13 @@ struct WindowData {
 // Where a solve starts: the nine of eq. 16 in their own units.
 using Theta = Eigen::Matrix<double, 9, 1>;
 
-// What earlier flight says of a window's first unknowns: (theta, drift, state) at its beginning, in
-// the units of the parameter blocks. Residual: sqrt_information * (x - mean).
+// What earlier flight says of a window's first unknowns: (theta, drift, state, and the gust where
+// there are any) at its beginning, in the units of the parameter blocks. Residual: sqrt_information
+// * (x - mean).
 struct WindowPrior {
-  static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;
-  Eigen::Matrix<double, kSize, 1> mean;
-  Eigen::Matrix<double, kSize, kSize> sqrt_information;
+  static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;  // without a gust
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd sqrt_information;  // square
 };
 
 // The unknowns, residuals and integration of a window. Segments end at knots where the model is
@@ -97,6 +99,7 @@ class WindowProblem : private ceres::EvaluationCallback {
     Eigen::Matrix<double, kThetaSize, 1> theta;
     std::vector<Eigen::Vector3d> drift;               // by segment
     std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
+    std::vector<Eigen::Vector2d> gusts;               // by segment, or none
 
     bool operator==(const Unknowns&) const = default;
   };
@@ -109,6 +112,9 @@ class WindowProblem : private ceres::EvaluationCallback {
   void AddPriors();
   void AddPast(const WindowPrior& past);
   void AddOffsets(const WindowData& data);
+  void Integrate(std::size_t segment, bool derivatives);
+  // The unknowns at a segment's start.
+  std::vector<double*> BlocksOf(std::size_t segment);
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
   Eigen::SparseMatrix<double> Hessian();
@@ -120,6 +126,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   Unknowns integrated_;           // where the nodes stand
   bool has_derivatives_ = false;  // whether they hold derivatives there
   ceres::Problem problem_;
+  GustBlocks gusts_;
   std::vector<ceres::ResidualBlockId> force_blocks_;
   std::vector<ceres::ResidualBlockId> prior_blocks_;
   struct Offset {

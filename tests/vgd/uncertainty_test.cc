@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "problems/calibration/calibration.h"
-#include "problems/vgd/drift_strength.h"
 #include "problems/vgd/identifiability.h"
+#include "problems/vgd/learn_process.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -109,17 +109,17 @@ double LearnedTilt(double drift_sigma) {
   config.ahrs.drift_memory = 1.0;
   const VgdOptions options;
   const Flight flight(config, 6, options);
-  return LearnTilts(flight.data, options).back();
+  return LearnProcess(flight.data, options).back().tilt;
 }
 
-TEST(DriftStrength, SlowLearnsHowMuchAVehicleDrifts) {
+TEST(ProcessLearner, SlowLearnsHowMuchAVehicleDrifts) {
   const double little = LearnedTilt(0.002), much = LearnedTilt(0.12);
   EXPECT_LE(little, 0.5 * VgdOptions().process.tilt);
   EXPECT_GE(much, 1.5 * VgdOptions().process.tilt);
 }
 
-TEST(DriftStrength, KnowsTheOptionsValueBeforeAnyFlight) {
-  EXPECT_EQ(DriftStrength(VgdOptions()).Tilt(), VgdOptions().process.tilt);
+TEST(ProcessLearner, KnowsTheOptionsValueBeforeAnyFlight) {
+  EXPECT_EQ(ProcessLearner(VgdOptions()).Process().tilt, VgdOptions().process.tilt);
 }
 
 // The default fit on the default flight: its 95 % ellipses hold about 95 % of the arcs' ends.

@@ -1,0 +1,120 @@
+#include "problems/vgd/learn_process.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "problems/vgd/vgd.h"
+#include "problems/vgd/window_data.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kTiltFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of options.process.tilt
+constexpr double kGustFactors[] = {0.25, 1.0, 3.0, 9.0};              // of options.process.gust
+const double kPriorSpread = std::log(3.0);  // of the candidates' logarithms
+constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
+constexpr int kPasses = 2;       // in one piece of evidence: two straights and the arc between them
+// Less probable than the best by this much (logarithm): out of the race.
+constexpr double kOut = 10.0;
+
+// One of the two passes is false: how rare that is, and how its fixes are off then.
+const double kLogFalse = std::log(0.1);
+constexpr double kFalseOffset = 2.0;      // m
+constexpr double kFalseOffsetRate = 0.2;  // m/s
+// Less evidence than the best candidate's by this much may be a false pass's doing.
+constexpr double kDoubt = 5.0;
+
+double LogSum(double a, double b) {
+  return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+}
+
+double LogPrior(double factor) {
+  const double z = std::log(factor) / kPriorSpread;
+  return -0.5 * z * z;
+}
+
+}  // namespace
+
+ProcessLearner::ProcessLearner(const VgdOptions& options) : options_(options) {
+  for (const double tilt : kTiltFactors) {
+    for (const double gust : kGustFactors) {
+      if (!options.UsesGusts() && gust != 1.0) continue;
+      Candidate candidate{options.process, LogPrior(tilt) + LogPrior(gust)};
+      candidate.process.tilt *= tilt;
+      candidate.process.gust *= gust;
+      candidates_.push_back(candidate);
+    }
+  }
+}
+
+ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const WindowData& data,
+                                          const ProcessNoise& process) {
+  options_.process = process;
+  WindowProblem problem(flight.track, data, options_);
+  const std::span<const Pass> path = data.offsets.empty() ? data.passes : data.passes.first(1);
+  problem.SetStart(PriorMeans(options_), RoughPath(flight.log.fixes, path));
+  const double cost = problem.Solve().final_cost;
+  return {cost, problem.LogEvidence()};
+}
+
+std::vector<ProcessLearner::Candidate*> ProcessLearner::Contenders() {
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates_) best = std::max(best, candidate.log_probability);
+  std::vector<Candidate*> contenders;
+  for (Candidate& candidate : candidates_) {
+    if (candidate.log_probability > best - kOut) {
+      contenders.push_back(&candidate);
+    } else {
+      candidate.log_probability = -std::numeric_limits<double>::infinity();
+    }
+  }
+  return contenders;
+}
+
+void ProcessLearner::Learn(const FlightData& flight, int tau) {
+  if (tau % kPasses != 0 || !flight.HasArc(tau - 1)) return;
+  WindowData data = CutWindow(flight, options_, tau - kPasses, tau, false);
+  const std::vector<Candidate*> contenders = Contenders();
+  std::vector<double> evidence;
+  double least_cost = std::numeric_limits<double>::infinity();
+  for (const Candidate* candidate : contenders) {
+    const Fit fit = Solve(flight, data, candidate->process);
+    least_cost = std::min(least_cost, fit.cost);
+    evidence.push_back(fit.log_evidence);
+  }
+  // Where no drift makes the two passes fit together, the fixes are false; such a pair would shout
+  // down all others. (A cost is half a sum of squares of about one for each residual.)
+  const double residuals = 3.0 * data.fixes.size() + 2.0 * data.forces.size();
+  if (least_cost > 0.5 * kMisfit * residuals) return;
+  const double best = *std::max_element(evidence.begin(), evidence.end());
+  // Which of the two is the false one makes no difference to the drift.
+  data.offsets = {{kPasses - 1, kFalseOffset, kFalseOffsetRate}};
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    if (evidence[i] < best - kDoubt) {
+      const double if_false = Solve(flight, data, contenders[i]->process).log_evidence + kLogFalse;
+      evidence[i] = LogSum(evidence[i], if_false);
+    }
+    contenders[i]->log_probability += evidence[i];
+  }
+}
+
+const ProcessNoise& ProcessLearner::Process() const {
+  const auto best = std::max_element(
+      candidates_.begin(), candidates_.end(),
+      [](const Candidate& a, const Candidate& b) { return a.log_probability < b.log_probability; });
+  return best->process;
+}
+
+std::vector<ProcessNoise> LearnProcess(const FlightData& flight, const VgdOptions& options) {
+  std::vector<ProcessNoise> processes(flight.passes.size(), options.process);
+  if (!options.adapt_drift || options.process.tilt <= 0.0) return processes;
+  ProcessLearner learner(options);
+  for (std::size_t i = 0; i < processes.size(); ++i) {
+    learner.Learn(flight, static_cast<int>(i) + 1);
+    processes[i] = learner.Process();
+  }
+  return processes;
+}
+
+}  // namespace trueline
