@@ -65,6 +65,7 @@ ImuReading Imu::Ideal(const Motion& motion, const Vector3d& f_B) const {
   Vector3d bias = config_.accel_bias + accel_walk_.value();
   Apply(stages_.accel_bias, motion.t, &bias);
   reading.accel += bias;
+  reading.accel_walk = accel_walk_.value();
   reading.gyro = q_I_B_ * motion.w_B + config_.gyro_bias + gyro_walk_.value();
   return reading;
 }

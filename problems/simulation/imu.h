@@ -7,8 +7,9 @@
 namespace trueline::simulation {
 
 struct ImuReading {
-  Vector3d accel;  // m/s^2, in I
-  Vector3d gyro;   // rad/s, in I
+  Vector3d accel;                          // m/s^2, in I
+  Vector3d gyro;                           // rad/s, in I
+  Vector3d accel_walk = Vector3d::Zero();  // what the bias has walked, in accel
 };
 
 // Shakes of the rotors: each rotor adds a sinusoid at each harmonic of its own turning, in a

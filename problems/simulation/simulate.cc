@@ -92,6 +92,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
   Trajectory trajectory(rate);
   PathErrors errors;
   double s_start = 0.0;
+  Eigen::Vector3d accel_walk = Eigen::Vector3d::Zero();
   for (int k = -warm_up; k < count; ++k) {
     TruthSample sample;
     ImuReading reading;
@@ -100,6 +101,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
     if (k >= 0 && k % 32 == 0) errors.Note(flight.PathError());
     flight.Step(k / rate, 1.0 / rate, &sample, &reading);
     trajectory.Add(sample);
+    if (k >= 0) accel_walk += reading.accel_walk / count;
     if (k >= 0) log.imu.push_back({FromSeconds(k / rate), reading.accel, reading.gyro});
   }
 
@@ -117,6 +119,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
   truth->trajectory.assign(trajectory.samples().begin() + warm_up, trajectory.samples().end());
   truth->laps = (flight.distance_flown() - s_start) / course.path.length();
   truth->passes = static_cast<int>(camera.Views(trajectory).size());
+  truth->accel_walk_mean = accel_walk;
   DescribeAhrs(truth);
   DescribeFlight(errors, truth);
   return log;

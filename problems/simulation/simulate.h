@@ -16,6 +16,7 @@ struct SimulationTruth {
   std::uint64_t seed = 0;
   std::vector<simulation::TruthSample> trajectory;  // the log's time, at the IMU's rate
 
+  Eigen::Vector3d accel_walk_mean = Eigen::Vector3d::Zero();   // m/s^2, of the bias over the log
   Eigen::Vector3d ahrs_error_mean = Eigen::Vector3d::Zero();   // rad, angles Phi_E^E' over the log
   Eigen::Vector3d ahrs_error_sigma = Eigen::Vector3d::Zero();  // rad, their spread over the log
   double tilt_error_rms = 0.0;  // rad, angle between the z axes of E and E'

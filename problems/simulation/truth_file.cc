@@ -29,7 +29,7 @@ bool Has(const SimulationTruth& truth, const std::vector<std::string>& ids) {
   return false;
 }
 
-// Eq. 16. Where the AHRS's error is not constant its mean over the flight stands for it.
+// Eq. 16. Where the AHRS's error or the bias walks, its mean over the flight stands for it.
 void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
   const SimulationConfig& config = truth.config;
   const bool drag_constant = !Has(truth, {"drag_step"});
@@ -38,7 +38,8 @@ void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
   *out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
   Parameter(out, "K_x", config.vehicle.drag.x(), "1/s", drag_constant);
   Parameter(out, "K_y", config.vehicle.drag.y(), "1/s", drag_constant);
-  Parameter(out, "b_az", config.imu.accel_bias.z(), "m/s^2", bias_constant);
+  Parameter(out, "b_az", config.imu.accel_bias.z() + truth.accel_walk_mean.z(), "m/s^2",
+            bias_constant);
   Parameter(out, "phi_E_Ep", truth.ahrs_error_mean.x(), "rad", ahrs_constant);
   Parameter(out, "theta_E_Ep", truth.ahrs_error_mean.y(), "rad", ahrs_constant);
   Parameter(out, "psi_E_Ep", truth.ahrs_error_mean.z(), "rad", ahrs_constant);
@@ -52,7 +53,7 @@ void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
 // IMU biases in I (SI); Phi_E^E' of eq. 14 over the flight (rad).
 void Sensors(const SimulationTruth& truth, YAML::Emitter* out) {
   *out << YAML::Key << "imu" << YAML::Value << YAML::BeginMap;
-  Vector(out, "accel_bias", truth.config.imu.accel_bias);
+  Vector(out, "accel_bias", truth.config.imu.accel_bias + truth.accel_walk_mean);
   Vector(out, "gyro_bias", truth.config.imu.gyro_bias);
   *out << YAML::EndMap;
   *out << YAML::Key << "ahrs_error" << YAML::Value << YAML::BeginMap;

@@ -51,12 +51,21 @@ double FlightProblem::LogEvidence() {
   return log_weights_ - cost - 0.5 * log_det;
 }
 
+namespace {
+
+constexpr std::size_t kDoubtful = 200;  // segments at most that stand for all: a column pair each
+
+}  // namespace
+
 FlightProblem::Means FlightProblem::MeanUnknowns() {
   const int extra = options_.detector.Any() ? kMountSize + kGateSize * int(gates_.size()) : 0;
   const int asked = kThetaSize + extra;
   const Eigen::SparseMatrix<double> H = Hessian();
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.rows(), asked);
-  Means means{Eigen::VectorXd::Zero(asked), {}};
+  Means means;
+  means.value = Eigen::VectorXd::Zero(asked);
+  std::vector<std::pair<std::size_t, int>> doubtful;  // segment, where its velocity stands
+  const std::size_t step = 1 + segments_.size() / kDoubtful;
   double total = 0.0;
   for (const auto& segment : segments_) total += SecondsBetween(segment->start(), segment->end());
   int at = 0;
@@ -69,6 +78,9 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
       means.value.segment<kDriftSize>(kAhrsInTheta) += share * x_.drift[s];
       G.block<kThetaSize, kThetaSize>(theta_at, 0).diagonal().array() += share;
       G.block<kDriftSize, kDriftSize>(at, kAhrsInTheta).diagonal().setConstant(share);
+      if (segments_[s]->force_count() > 0 && s % step == 0) {
+        doubtful.emplace_back(s, at + kDriftSize + 3);
+      }
       at += kDriftSize + kStateSize + (gusts_.Any() ? kGustSize : 0);
     }
     if (offsets_.count(k) > 0) at += 6;
@@ -82,6 +94,17 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
   }
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(H);
   means.cov = G.transpose() * ldlt.solve(G);
+  for (const FlightShare& share : flights_) {
+    means.force_sigma = std::max(means.force_sigma, share.flight->forces.sigma);
+  }
+  for (const auto& [s, velocity_at] : doubtful) {
+    const Eigen::Matrix<double, 3, 2> axes = segments_[s]->BodyAxesAtStart();
+    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(H.rows(), 2);
+    g.block<3, 2>(velocity_at, 0) = axes;
+    const Eigen::Vector2d variance = g.cwiseProduct(ldlt.solve(g)).colwise().sum();
+    means.doubt.Add(axes.transpose() * x_.states[s].tail<3>(), variance,
+                    static_cast<int>(step) * segments_[s]->force_count());
+  }
   return means;
 }
 

@@ -18,6 +18,7 @@
 
 #include "cost_functions/mounted_fix_residual.h"
 #include "problems/smoother/smoother.h"
+#include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/gust_blocks.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/flight_data.h"
@@ -66,6 +67,8 @@ class FlightProblem : private ceres::EvaluationCallback {
   struct Means {
     Eigen::VectorXd value;
     Eigen::MatrixXd cov;
+    DragDoubt doubt;
+    double force_sigma = 0.0;  // m/s^2, the largest of the flights'
   };
   Means MeanUnknowns();
   std::vector<int> GateIds() const;

@@ -48,6 +48,7 @@ Prior KeepParameters(const Prior& past, const VgdOptions& vgd, const LineFit& st
   prior.mean = Eigen::VectorXd::Zero(size);
   prior.mean.head<Prior::kSize>() << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(), start.p,
       start.v;
+  prior.doubt = past.doubt;
   Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(size, size);
   cov.topLeftCorner<kThetaSize, kThetaSize>() =
       CovarianceOf(past).topLeftCorner<kThetaSize, kThetaSize>();

@@ -59,11 +59,12 @@ std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   return asked;
 }
 
-void StoreParameters(const DetectorUnknowns& detector, FlightProblem* problem,
+void StoreParameters(const FlightProblemOptions& options, FlightProblem* problem,
                      WholeFlight* result) {
-  const Names all = NamesOf(*problem, detector);
+  const Names all = NamesOf(*problem, options.detector);
   const std::vector<int> asked = Asked(*problem, all);
-  const FlightProblem::Means means = problem->MeanUnknowns();
+  FlightProblem::Means means = problem->MeanUnknowns();
+  WidenDrag(means.doubt, options.vgd, means.force_sigma, all.sigma, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
     names.push_back(all.names[i]);
@@ -75,8 +76,10 @@ void StoreParameters(const DetectorUnknowns& detector, FlightProblem* problem,
   result->unobservable = shown.combinations;
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const int i = asked[k];
-    result->parameters.push_back({names[k], all.mean[i] + all.sigma[i] * means.value[i],
-                                  sigma[k] * std::sqrt(cov(k, k)), units[k], shown.status[k]});
+    const double value = all.mean[i] + all.sigma[i] * means.value[i];
+    const bool at_bound = i < 9 && AtBound(options.vgd.priors[i], value);
+    result->parameters.push_back({names[k], value, sigma[k] * std::sqrt(cov(k, k)), units[k],
+                                  at_bound ? "at_bound" : shown.status[k]});
   }
 }
 
@@ -131,7 +134,7 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
     result.passes += static_cast<int>(passes.size());
     result.seconds += SecondsBetween(passes.front().begin, passes.back().end);
   }
-  StoreParameters(options.detector, &problem, &result);
+  StoreParameters(problem_options, &problem, &result);
   result.trajectory = problem.Trajectory();
   return result;
 }

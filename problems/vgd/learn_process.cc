@@ -11,14 +11,16 @@ namespace trueline {
 namespace {
 
 constexpr double kTiltFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of options.process.tilt
-constexpr double kGustFactors[] = {0.25, 1.0, 3.0, 9.0};              // of options.process.gust
+constexpr double kGustFactors[] = {0.25, 1.0, 2.0, 4.0, 8.0};         // of options.process.gust
 const double kPriorSpread = std::log(3.0);  // of the candidates' logarithms
 constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
-constexpr int kPasses = 2;       // in one piece of evidence: two straights and the arc between them
+// A piece of evidence: three passes and the arcs between them (two at the flight's start). The next
+// one begins with the last pass of this, so that every arc counts once.
+constexpr int kPasses = 3, kStride = 2;
 // Less probable than the best by this much (logarithm): out of the race.
 constexpr double kOut = 10.0;
 
-// One of the two passes is false: how rare that is, and how its fixes are off then.
+// One of the passes is false: how rare that is, and how its fixes are off then.
 const double kLogFalse = std::log(0.1);
 constexpr double kFalseOffset = 2.0;      // m
 constexpr double kFalseOffsetRate = 0.2;  // m/s
@@ -52,7 +54,8 @@ ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const Window
                                           const ProcessNoise& process) {
   options_.process = process;
   WindowProblem problem(flight.track, data, options_);
-  const std::span<const Pass> path = data.offsets.empty() ? data.passes : data.passes.first(1);
+  const std::span<const Pass> path =
+      data.offsets.empty() ? data.passes : data.passes.first(data.passes.size() - 1);
   problem.SetStart(PriorMeans(options_), RoughPath(flight.log.fixes, path));
   const double cost = problem.Solve().final_cost;
   return {cost, problem.LogEvidence()};
@@ -73,8 +76,10 @@ std::vector<ProcessLearner::Candidate*> ProcessLearner::Contenders() {
 }
 
 void ProcessLearner::Learn(const FlightData& flight, int tau) {
-  if (tau % kPasses != 0 || !flight.HasArc(tau - 1)) return;
-  WindowData data = CutWindow(flight, options_, tau - kPasses, tau, false);
+  int first = tau - 1;
+  while (first > 0 && tau - first < kPasses && flight.HasArc(first)) --first;
+  if (tau % kStride != 0 || tau - first < 2) return;
+  WindowData data = CutWindow(flight, options_, first, tau, false);
   const std::vector<Candidate*> contenders = Contenders();
   std::vector<double> evidence;
   double least_cost = std::numeric_limits<double>::infinity();
@@ -83,13 +88,13 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
     least_cost = std::min(least_cost, fit.cost);
     evidence.push_back(fit.log_evidence);
   }
-  // Where no drift makes the two passes fit together, the fixes are false; such a pair would shout
+  // Where no drift makes the passes fit together, the fixes are false; such a pair would shout
   // down all others. (A cost is half a sum of squares of about one for each residual.)
   const double residuals = 3.0 * data.fixes.size() + 2.0 * data.forces.size();
   if (least_cost > 0.5 * kMisfit * residuals) return;
   const double best = *std::max_element(evidence.begin(), evidence.end());
-  // Which of the two is the false one makes no difference to the drift.
-  data.offsets = {{kPasses - 1, kFalseOffset, kFalseOffsetRate}};
+  // Which of them is the false one makes little difference to the drift.
+  data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (evidence[i] < best - kDoubt) {
       const double if_false = Solve(flight, data, contenders[i]->process).log_evidence + kLogFalse;

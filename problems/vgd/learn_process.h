@@ -9,10 +9,10 @@
 namespace trueline {
 
 // Empirical Bayes over a grid of candidates for the stationary sigmas of tilt and gust. The
-// evidence (marginal likelihood, by Laplace's approximation) of every second pass with its
-// neighbour is added up as the flight goes on, so that a prediction rests on past flight only. One
-// sigma for all vehicles would be too wide for some and too narrow for others, and the stated
-// uncertainty with it. That one of two passes saw something else than its gate is allowed for: it
+// evidence (marginal likelihood, by Laplace's approximation) of every arc between two passes is
+// added up as the flight goes on, so that a prediction rests on past flight only. One sigma for all
+// vehicles would be too wide for some and too narrow for others, and the stated uncertainty with
+// it. That one of the passes saw something else than its gate is allowed for: it
 // would otherwise pass for drift.
 class ProcessLearner {
  public:

@@ -130,6 +130,11 @@ Eigen::Matrix<double, 2, 4> Segment::ForceGustsAt(TimeNs t) const {
   return ForceByGusts(FindForce(t));
 }
 
+Eigen::Matrix<double, 3, 2> Segment::BodyAxesAtStart() const {
+  if (forces_.empty()) return Eigen::Matrix<double, 3, 2>::Zero();
+  return forces_.front().drive.R_Ep_I.leftCols<2>();
+}
+
 void Segment::AddGusts(const GustPair& gusts) {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     states_[i].value += StateGustsAt(times()[i]) * gusts;

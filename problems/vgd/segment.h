@@ -42,6 +42,9 @@ class Segment {
   // Derivatives of these nodes to the gusts at the segment's ends.
   Eigen::Matrix<double, 6, 4> StateGustsAt(TimeNs t) const;
   Eigen::Matrix<double, 2, 4> ForceGustsAt(TimeNs t) const;
+  int force_count() const { return static_cast<int>(forces_.size()); }
+  // Body x and y in E where the first force is measured (zero without), to the AHRS's error.
+  Eigen::Matrix<double, 3, 2> BodyAxesAtStart() const;
   const StateNode* end_node() const { return &states_.back(); }
   TimeNs start() const { return chain_.start(); }
   TimeNs end() const { return chain_.times().back(); }

@@ -21,6 +21,11 @@ struct ParameterPrior {
   double upper;
 };
 
+inline bool AtBound(const ParameterPrior& prior, double value) {
+  const double margin = 1e-6 * prior.sigma;
+  return !(value > prior.lower + margin && value < prior.upper - margin);
+}
+
 enum class FixLoss { kHuber, kCauchy, kNone, kNorm };
 enum class VgdSolver { kTrustRegion, kGradientDescent };
 

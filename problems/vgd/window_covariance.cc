@@ -103,19 +103,46 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   std::vector<double> residuals;
   ceres::CRSMatrix crs;
   problem_.Evaluate(options, nullptr, &residuals, nullptr, &crs);
-  return EliminateFirst(ToEigen(crs),
-                        Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size()), at);
+  WindowPrior prior = EliminateFirst(
+      ToEigen(crs), Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size()), at);
+  prior.doubt = past_doubt_;
+  prior.doubt.Add(own_doubt_, static_cast<double>(kept) / static_cast<double>(segments_.size()));
+  return prior;
 }
 
-Eigen::Matrix<double, WindowProblem::kParameters + 6, WindowProblem::kParameters + 6>
-WindowProblem::Covariance() {
+namespace {
+
+// Segments that one of them stands for.
+std::size_t Stride(std::size_t segments) {
+  constexpr std::size_t kMost = 12;
+  return 1 + (segments - 1) / kMost;
+}
+
+}  // namespace
+
+// A few that stand for all, evenly over the window.
+std::vector<std::size_t> WindowProblem::DoubtfulSegments() const {
+  std::vector<std::size_t> chosen;
+  if (!HasForces()) return chosen;
+  for (std::size_t s = 0; s < segments_.size(); s += Stride(segments_.size())) {
+    if (segments_[s]->force_count() > 0) chosen.push_back(s);
+  }
+  return chosen;
+}
+
+WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
   const Eigen::SparseMatrix<double> H = Hessian();
-  // What is asked for, as linear functions of the unknowns: theta and the final state.
+  // What is asked for, as linear functions of the unknowns: theta and the final state; then the
+  // velocity along body x and y at some segments' starts.
   constexpr int kAsked = kParameters + 6;
-  const int gust_size = gusts_.Any() ? kGustSize : 0;
-  const int last_state = static_cast<int>(H.cols()) - gust_size - kStateSize;
+  const int size = (options_.process.Any() ? kDriftSize : 0) + kStateSize +
+                   (gusts_.Any() ? kGustSize : 0);  // of a segment's unknowns
+  const int first = static_cast<int>(H.cols() - size * segments_.size());
+  const int state_at = options_.process.Any() ? kDriftSize : 0;
+  const int last_state = first + size * static_cast<int>(segments_.size() - 1) + state_at;
+  const std::vector<std::size_t> doubtful = DoubtfulSegments();
   const StateNode& end = *segments_.back()->end_node();
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked);
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.cols(), kAsked + 2 * doubtful.size());
   G.topLeftCorner<kThetaSize, kThetaSize>().setIdentity();
   G.block<kThetaSize, 6>(0, kParameters) = end.d_theta.transpose();
   if (options_.process.Any()) {
@@ -127,7 +154,25 @@ WindowProblem::Covariance() {
     G.block<kGustSize, 6>(last_state + kStateSize, kParameters) =
         (d.leftCols<kGustSize>() + d.rightCols<kGustSize>()).transpose();
   }
-  return G.transpose() * SolveHessian(H, G);
+  for (std::size_t k = 0; k < doubtful.size(); ++k) {
+    const int velocity_at = first + size * static_cast<int>(doubtful[k]) + state_at + 3;
+    G.block<3, 2>(velocity_at, kAsked + 2 * k) = segments_[doubtful[k]]->BodyAxesAtStart();
+  }
+  const Eigen::MatrixXd X = SolveHessian(H, G);
+  Uncertainty result;
+  result.cov = G.leftCols<kAsked>().transpose() * X.leftCols<kAsked>();
+  own_doubt_ = DragDoubt();
+  for (std::size_t k = 0; k < doubtful.size(); ++k) {
+    const Segment& segment = *segments_[doubtful[k]];
+    const auto at = kAsked + 2 * k;
+    const Eigen::Vector2d variance(G.col(at).dot(X.col(at)), G.col(at + 1).dot(X.col(at + 1)));
+    const Eigen::Vector3d v_E = x_.states[doubtful[k]].tail<3>();
+    own_doubt_.Add(segment.BodyAxesAtStart().transpose() * v_E, variance,
+                   static_cast<int>(Stride(segments_.size())) * segment.force_count());
+  }
+  result.doubt = past_doubt_;
+  result.doubt.Add(own_doubt_);
+  return result;
 }
 
 }  // namespace trueline

@@ -67,7 +67,8 @@ Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd
 }
 
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
-                     const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
+                     const WindowProblem::Uncertainty& uncertainty, double force_sigma,
+                     WindowEstimate* estimate) {
   const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
   const auto names = ParameterNames(count > 9), units = ParameterUnits(count > 9);
   const Parameters value = problem->Parameters();
@@ -75,19 +76,16 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
   sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
   const Eigen::VectorXd prior = sigma_prior.head(count), reference = ReferenceSigma(prior);
-  const Identifiability identifiability =
-      AnalyseIdentifiability(names, units, reference,
-                             UnderReference(cov_all.topLeftCorner(count, count), prior, reference));
+  Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
+  Eigen::MatrixXd shown = UnderReference(cov, prior, reference);
+  WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
+  WidenDrag(uncertainty.doubt, options, force_sigma, reference, &shown);
+  const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
-    if (i < 9) {
-      const double margin = 1e-6 * prior[i];
-      const bool inside = value[i] > options.priors[i].lower + margin &&
-                          value[i] < options.priors[i].upper - margin;
-      if (!inside) status = "at_bound";
-    }
-    const double sigma = sigma_prior[i] * std::sqrt(cov_all(i, i));
+    if (i < 9 && AtBound(options.priors[i], value[i])) status = "at_bound";
+    const double sigma = sigma_prior[i] * std::sqrt(cov(i, i));
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
   }
 }
@@ -119,11 +117,11 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
   estimate.iterations = static_cast<int>(summary.iterations.size()) - 1;
   estimate.converged = summary.termination_type == ceres::CONVERGENCE;
   estimate.cost = summary.final_cost;
-  const Eigen::MatrixXd cov = problem->Covariance();
-  StoreParameters(options, problem, cov, &estimate);
+  const WindowProblem::Uncertainty uncertainty = problem->FindUncertainty();
+  StoreParameters(options, problem, uncertainty, data.force_sigma, &estimate);
   StoreMisfits(*problem, data, options, &estimate);
   StoreTrajectory(*problem, data.passes.back().begin, data.passes.back().end, &estimate);
-  if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, cov, &estimate);
+  if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, uncertainty.cov, &estimate);
   estimate.solve_time = summary.total_time_in_seconds;
   return estimate;
 }

@@ -172,6 +172,7 @@ void WindowProblem::AddPriors() {
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
+  past_doubt_ = past.doubt;
   log_weights_ += past.sqrt_information.householderQr().logAbsDeterminant();
   std::vector<double*> blocks{x_.theta.data()};
   std::vector<int> sizes{kThetaSize};

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/gust_blocks.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/force_samples.h"
@@ -43,6 +44,7 @@ struct WindowPrior {
   static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;  // without a gust
   Eigen::VectorXd mean;
   Eigen::MatrixXd sqrt_information;  // square
+  DragDoubt doubt;                   // of the drag that is known by it
 };
 
 // The unknowns, residuals and integration of a window. Segments end at knots where the model is
@@ -72,15 +74,24 @@ class WindowProblem : private ceres::EvaluationCallback {
 
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
   // Hessian; finite also where the data leave directions open (the prior holds them).
-  Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance();
+  Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance() {
+    return FindUncertainty().cov;
+  }
+  // The same, and how well the velocity is known where the accelerometer measures drag.
+  struct Uncertainty {
+    Eigen::Matrix<double, kParameters + 6, kParameters + 6> cov;
+    DragDoubt doubt;
+  };
+  Uncertainty FindUncertainty();
 
   // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
   // at the present unknowns (the optimum), up to a constant that no option of `process`, no prior
   // of a pass's offset and no `past` changes.
   double LogEvidence();
 
-  // What the flight before `t`, where a pass begins, says of the unknowns from there on: all
-  // residuals before t, linearised at the present unknowns, with the states before t marginalised.
+  // What the flight before `t`, where a pass begins, says of the unknowns from there on, after
+  // FindUncertainty: all residuals before t, linearised at the present unknowns, with the states
+  // before t marginalised.
   WindowPrior Marginalise(TimeNs t);
 
   // State at the window's end, in E: the prediction.
@@ -118,6 +129,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   void SetBounds();
   std::size_t SegmentOf(TimeNs t) const;
   Eigen::SparseMatrix<double> Hessian();
+  std::vector<std::size_t> DoubtfulSegments() const;
 
   VgdOptions options_;
   ParameterScaling scaling_;
@@ -138,7 +150,8 @@ class WindowProblem : private ceres::EvaluationCallback {
   std::vector<Offset> offsets_;  // ascending in time; sized before blocks point into it
   // By segment: what hangs on it, the step to the next one included.
   std::vector<std::vector<ceres::ResidualBlockId>> segment_blocks_;
-  double log_weights_ = 0.0;  // sum of log det of what whitens processes and priors
+  DragDoubt past_doubt_, own_doubt_;  // the window's own as of FindUncertainty
+  double log_weights_ = 0.0;          // sum of log det of what whitens processes and priors
 };
 
 }  // namespace trueline

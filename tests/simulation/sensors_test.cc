@@ -40,6 +40,21 @@ TEST(Sensors, BiasesAddToTheReading) {
   EXPECT_LT((log.imu[9].gyro - config.imu.gyro_bias).norm(), 1e-6);
 }
 
+// Where the bias walks, the truth file's bias is its mean over the log: what a fit can find.
+TEST(Sensors, TruthOfAWalkingBiasIsItsMean) {
+  SimulationConfig config = Hover(4.0);
+  config.imu.accel_noise_density = config.imu.gyro_noise_density = 0.0;
+  config.imu.accel_bias_walk = 0.2;
+  SimulationTruth truth;
+  const FlightLog log = Simulate(config, 1, &truth);
+  Vector3d mean = Vector3d::Zero();
+  for (const ImuSample& sample : log.imu) {
+    mean += (sample.accel - Vector3d(0, 0, -9.81)) / static_cast<double>(log.imu.size());
+  }
+  EXPECT_GT(truth.accel_walk_mean.norm(), 0.01);
+  EXPECT_LT((config.imu.accel_bias + truth.accel_walk_mean - mean).norm(), 1e-3);
+}
+
 TEST(Sensors, MisalignedImuSeesGravityLean) {
   SimulationConfig config = Hover(1.0);
   config.imu.accel_noise_density = 0.0;

@@ -20,9 +20,12 @@ SimulationConfig Hippodrome(double duration) {
   return config;
 }
 
+// Without the accelerometer's x and y: what they say of drag is doubted the more, the more of it
+// there is.
 VgdOptions FixedStrengths() {
   VgdOptions options;
   options.adapt_drift = false;
+  options.drag_measurement.enabled = false;
   return options;
 }
 

@@ -61,7 +61,8 @@ TEST(WholeFlight, IsAWindowOverTheFlight) {
 
 // Two flights of a vehicle share its airframe, and know it better than one.
 TEST(WholeFlight, FlightsOfOneVehicleShareTheAirframe) {
-  const VgdOptions options;
+  VgdOptions options;
+  options.drag_measurement.enabled = false;
   const testing_vgd::Flight first(Drifting(25.0), 1, options), second(Drifting(25.0), 2, options);
   const WholeFlight one = RunWholeFlight({{&first.data, {}}}, options, NoWalks(), Given());
   const WholeFlight both =
@@ -89,6 +90,7 @@ void ExpectFound(double value, double sigma, double truth) {
 // What the simulator gets wrong on purpose is found, within four of its sigmas and at all.
 TEST(WholeFlight, FindsTheLatencyOfFixes) {
   WholeFlightOptions whole = Given();
+  whole.learn_strengths = true;
   whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
   const WholeFlight result = SolveWith("fix_latency", {{"tau", 0.06}}, whole);
   const ParameterEstimate& found = Find(result, "fix_latency");

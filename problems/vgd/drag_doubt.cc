@@ -1,0 +1,68 @@
+#include "problems/vgd/drag_doubt.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trueline {
+
+void DragDoubt::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, int samples) {
+  samples_ += samples;
+  sum_ += samples * v_B;
+  squares_ += samples * v_B.cwiseAbs2();
+  variance_ += samples * variance;
+}
+
+void DragDoubt::Add(const DragDoubt& other, double share) {
+  samples_ += share * other.samples_;
+  sum_ += share * other.sum_;
+  squares_ += share * other.squares_;
+  variance_ += share * other.variance_;
+}
+
+Eigen::Vector2d DragDoubt::Spread() const {
+  if (samples_ == 0.0) return Eigen::Vector2d::Zero();
+  return (squares_ / samples_ - (sum_ / samples_).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+}
+
+Eigen::Vector2d DragDoubt::Uncertainty() const {
+  if (samples_ == 0.0) return Eigen::Vector2d::Zero();
+  return (variance_ / samples_).cwiseSqrt();
+}
+
+Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
+                                 double force_sigma) const {
+  const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
+  Eigen::Vector2d sigma = Eigen::Vector2d::Zero();
+  for (int i = 0; i < 2; ++i) {
+    if (!(spread[i] > 0.0)) continue;
+    const double attenuation = std::min(1.0, std::pow(uncertainty[i] / spread[i], 2));
+    // The accelerometer's share of what is known of K; the mean of v says nothing (b_ax, b_ay).
+    const double information = samples_ * std::pow(spread[i] / force_sigma, 2);
+    const double share = std::min(1.0, information * variance[i]);
+    sigma[i] = std::abs(drag[i]) * attenuation * share;
+  }
+  return sigma;
+}
+
+void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
+               const Eigen::VectorXd& unit, Eigen::MatrixXd* cov) {
+  if (!options.drag_measurement.enabled) return;
+  Eigen::Vector2d drag, variance;
+  for (int i = 0; i < 2; ++i) {
+    drag[i] = options.priors[i].mean;
+    variance[i] = unit[i] * unit[i] * (*cov)(i, i);
+  }
+  const Eigen::Vector2d sigma = doubt.Sigma(drag, variance, force_sigma);
+  for (int i = 0; i < 2; ++i) {
+    const double known = (*cov)(i, i);
+    const double added = std::min(std::pow(sigma[i] / unit[i], 2), 1.0 - known);
+    if (!(known > 0.0 && added > 0.0)) continue;
+    // What hangs on it is as doubtful.
+    const Eigen::VectorXd along = cov->col(i) / known;
+    *cov += added * along * along.transpose();
+  }
+  const Eigen::VectorXd shrink = cov->diagonal().cwiseMax(1.0).cwiseSqrt().cwiseInverse();
+  *cov = (shrink.asDiagonal() * *cov * shrink.asDiagonal()).eval();
+}
+
+}  // namespace trueline

@@ -1,0 +1,155 @@
+// Gusts as unknowns: what they do to the path, their derivatives, and what they are worth.
+#include "cost_functions/models/gust.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/calibration/calibration.h"
+#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/window_data.h"
+#include "tests/vgd/flights.h"
+
+namespace trueline {
+namespace {
+
+using testing_vgd::Flight;
+
+TEST(Gust, MovesTheStateAsItsTwiceIntegral) {
+  const GustPair gusts(0.3, -0.2, 0.1, 0.4);
+  const double h = 0.5, t_end = 0.37, dt = 1e-5;
+  Eigen::Matrix<double, 6, 1> x = Eigen::Matrix<double, 6, 1>::Zero();
+  for (double t = 0.5 * dt; t < t_end; t += dt) {
+    const double u = t / h;
+    const Eigen::Vector2d a = (1.0 - u) * gusts.head<2>() + u * gusts.tail<2>();
+    x.head<2>() += dt * (x.segment<2>(3) + 0.5 * dt * a);
+    x.segment<2>(3) += dt * a;
+  }
+  EXPECT_LT((StateByGusts(t_end, h) * gusts - x).norm(), 1e-5);
+}
+
+// All residuals of a window against all of its unknowns, by central differences: gusts through
+// fixes, forces and steps, linked segments and the last one.
+TEST(Gust, WindowsDerivativesAreThoseOfItsResiduals) {
+  VgdOptions options;
+  options.gamma = 1;
+  options.loss = FixLoss::kNone;
+  SimulationConfig config = testing_vgd::ExactHippodrome(6.0);
+  const Flight flight(config, 2, options);
+  const WindowData data = CutWindow(flight.data, options, 0, 1, true);
+  WindowProblem window(flight.data.track, data, options);
+  window.SetStart(PriorMeans(options), RoughPath(flight.data.log.fixes, data.passes));
+  ceres::Problem& problem = window.problem();
+  ceres::Problem::EvaluateOptions all;
+  all.apply_loss_function = false;
+  problem.GetParameterBlocks(&all.parameter_blocks);
+  std::vector<double> residuals;
+  ceres::CRSMatrix jacobian;
+  problem.Evaluate(all, nullptr, &residuals, nullptr, &jacobian);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(jacobian.num_rows, jacobian.num_cols);
+  for (int row = 0; row < jacobian.num_rows; ++row) {
+    for (int k = jacobian.rows[row]; k < jacobian.rows[row + 1]; ++k) {
+      J(row, jacobian.cols[k]) = jacobian.values[k];
+    }
+  }
+  const auto at = [&] {
+    std::vector<double> r;
+    problem.Evaluate(all, nullptr, &r, nullptr, nullptr);
+    return Eigen::VectorXd(Eigen::Map<Eigen::VectorXd>(r.data(), long(r.size())));
+  };
+  int col = 0, gust_blocks = 0;
+  for (double* block : all.parameter_blocks) {
+    const int size = problem.ParameterBlockSize(block);
+    gust_blocks += size == kGustSize;
+    for (int i = 0; i < size; ++i, ++col) {
+      const double kept = block[i], step = 1e-4;
+      block[i] = kept + step;
+      const Eigen::VectorXd up = at();
+      block[i] = kept - step;
+      const Eigen::VectorXd down = at();
+      block[i] = kept;
+      const Eigen::VectorXd numeric = (up - down) / (2.0 * step);
+      EXPECT_LT((J.col(col) - numeric).norm(), 1e-5 * (1.0 + numeric.norm())) << size << " " << i;
+    }
+  }
+  EXPECT_GE(gust_blocks, 3);
+}
+
+TEST(Gust, NeedsTheAccelerometerAndAProcess) {
+  VgdOptions options;
+  EXPECT_TRUE(options.UsesGusts());
+  options.drag_measurement.enabled = false;
+  EXPECT_FALSE(options.UsesGusts());
+  EXPECT_FALSE(testing_vgd::RigidOptions().UsesGusts());
+}
+
+// Arcs inside of their 95 % ellipses, and the mean error, in gusts of 0.25 m/s^2 that last.
+struct Arcs {
+  double inside = 0.0, error = 0.0;  // share, m
+  int count = 0;
+};
+
+Arcs FlyThroughGusts(const VgdOptions& options) {
+  Arcs arcs;
+  for (int seed = 1; seed <= 3; ++seed) {
+    SimulationConfig config = testing_vgd::ExactHippodrome(40.0);
+    config.turbulence.sigma = {0.25, 0.25, 0.1};
+    config.turbulence.memory = 0.8;
+    const Flight flight(config, seed, options);
+    const ArcSummary summary = SummariseArcs(RunVgd(flight.data, options));
+    arcs.count += summary.error.count;
+    arcs.inside += summary.inside_95;
+    arcs.error += summary.error.mean * summary.error.count;
+  }
+  arcs.inside /= arcs.count;
+  arcs.error /= arcs.count;
+  return arcs;
+}
+
+TEST(Gust, SlowAreNotTakenForDragOrCertainty) {
+  VgdOptions without;
+  without.process.gust = 0.0;
+  const Arcs with_gusts = FlyThroughGusts(VgdOptions()), none = FlyThroughGusts(without);
+  EXPECT_GT(with_gusts.count, 30);
+  EXPECT_GT(with_gusts.inside, 0.8);
+  EXPECT_GT(with_gusts.inside, none.inside);
+  EXPECT_LT(with_gusts.error, none.error);
+}
+
+// Velocity that changes by less than it is known to says nothing of drag; one that changes by ten
+// times as much says all of it.
+TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
+  DragDoubt doubt;
+  for (int i = 0; i < 100; ++i) {
+    const double sign = i % 2 == 0 ? 1.0 : -1.0;
+    doubt.Add({1.0 + 0.5 * sign, 0.02 * sign}, {0.05 * 0.05, 0.04 * 0.04}, 10);
+  }
+  EXPECT_NEAR(doubt.Spread().x(), 0.5, 1e-9);
+  EXPECT_NEAR(doubt.Uncertainty().y(), 0.04, 1e-9);
+  const double force_sigma = 0.2;
+  // What the accelerometer alone would show: sigma / (spread sqrt(samples)).
+  const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
+  const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
+  EXPECT_NEAR(sigma.x(), 0.5 * 0.01, 1e-6);
+  EXPECT_NEAR(sigma.y(), 0.5, 1e-6);
+  // Where most of what is known comes from the motion, there is less doubt.
+  EXPECT_NEAR(doubt.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.02, 1e-6);
+  DragDoubt twice = doubt;
+  twice.Add(doubt);
+  EXPECT_NEAR(twice.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.04, 1e-6);
+}
+
+TEST(DragDoubt, WidensWhatHangsOnDragAndNothingBeyondItsPrior) {
+  VgdOptions options;
+  Eigen::MatrixXd cov = 0.04 * Eigen::MatrixXd::Identity(11, 11);
+  cov(1, 6) = cov(6, 1) = 0.02;
+  DragDoubt doubt;
+  doubt.Add({0.0, 0.1}, {0.0, 0.01}, 1000);
+  doubt.Add({0.0, -0.1}, {0.0, 0.01}, 1000);
+  WidenDrag(doubt, options, 0.2, Eigen::VectorXd::Ones(11), &cov);
+  EXPECT_NEAR(cov(0, 0), 0.04, 1e-12);
+  EXPECT_NEAR(cov(1, 1), 0.29, 1e-9);  // 0.04 and all of a drag of 0.5
+  EXPECT_NEAR(cov(6, 6), 0.04 + 0.25 * 0.25, 1e-9);
+  EXPECT_NEAR(cov(5, 5), 0.04, 1e-12);
+}
+
+}  // namespace
+}  // namespace trueline
