@@ -90,7 +90,7 @@ TEST(Smoother, CarriesParametersOverABreak) {
   EXPECT_GT(Find(alone, "K_x").sigma, 1.3 * Find(before, "K_x").sigma);
   EXPECT_LT(Find(after, "K_x").sigma, 1.05 * Find(before, "K_x").sigma);
   for (int tau = kBreak; tau < static_cast<int>(broken.passes.size()) - 1; ++tau) {
-    EXPECT_LT(run.windows[tau].arc->FinalPointError(), 1.0) << tau;
+    EXPECT_LT(run.windows[tau].arc->FinalPointError(), 1.2) << tau;  // m
   }
 }
 
