@@ -134,6 +134,7 @@ Theta TrueTheta(const std::map<std::string, double>& truth) {
 // error.
 void UseTrueNoise(const SimulationTruth& truth, VgdOptions* vgd) {
   const simulation::TurbulenceConfig& air = truth.config.turbulence;
+  vgd->process.gust = 0.0;
   vgd->process.acceleration = air.sigma.head<2>().maxCoeff() * std::sqrt(2.0 * air.memory);
   vgd->process.tilt = truth.ahrs_error_sigma.head<2>().norm() / std::sqrt(2.0);
   vgd->process.heading = truth.ahrs_error_sigma.z();
