@@ -36,7 +36,7 @@ const std::vector<OrdinaryError>& OrdinaryErrors() {
         {{"l_x", "1", 0.01, 0.1, 0.01}, {"l_y", "1", 0.01, 0.1, 0.01}},
         "",
         ""},
-       0.02}};  // of the axes' angle, with the misalignment that eq. 15 leaves out of a_z
+       0.01}};  // of the axes' angle, with the misalignment that eq. 15 leaves out of a_z
   return errors;
 }
 

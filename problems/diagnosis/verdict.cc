@@ -28,8 +28,8 @@ std::string VerdictOf(const Diagnosis& diagnosis) {
         causes.empty() && diagnosis.set_aside.empty() && diagnosis.unexplained_by.empty();
     return clean ? "clean" : "unexplained";
   }
-  // What is left is more than any flight has: the causes are not the whole story.
-  if (!ExtraordinaryNoise(diagnosis.noise).empty()) return "unexplained";
+  // Something real is left: the causes are a part of the story.
+  if (!diagnosis.unexplained_by.empty()) return "unexplained";
   const bool ambiguous = std::any_of(causes.begin(), causes.end(), [&](const Cause& c) {
     return claimed(c) && !c.confused_with.empty();
   });

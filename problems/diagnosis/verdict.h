@@ -9,7 +9,7 @@ namespace trueline {
 std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise);
 
 // clean | explained | ambiguous | unexplained. A cause that another flight does not confirm, or
-// that makes held-out arcs worse, is no explanation.
+// that makes held-out arcs worse, is no explanation; nor are causes that leave something real.
 std::string VerdictOf(const Diagnosis& diagnosis);
 
 }  // namespace trueline
