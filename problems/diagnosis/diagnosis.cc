@@ -79,10 +79,13 @@ std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
 
 // Causes that make held-out arcs worse for sure are no explanations, however well they fit: the
 // last one found goes first, the others are measured anew.
-void DropHarmful(const GainLogs& logs, const DiagnosisOptions& options, CauseSearch* search,
-                 Rounds* rounds, Diagnosis* diagnosis) {
+void DropHarmful(const FlightLog& data, const GainLogs& logs, const DiagnosisOptions& options,
+                 CauseSearch* search, Rounds* rounds, Diagnosis* diagnosis) {
+  if (diagnosis->causes.empty()) return;
+  const auto spare = FittedSearch(data, options);
+  const HeldOutErrors bare = ErrorsOf(FitHalves(logs.recorded, *spare, {}), *spare, options.vgd);
   while (!diagnosis->causes.empty()) {
-    MeasureGains(logs, options, rounds->found, search, diagnosis);
+    MeasureGains(logs, options, rounds->found, *search, bare, spare.get(), diagnosis);
     const auto harmful = std::find_if(diagnosis->causes.rbegin(), diagnosis->causes.rend(),
                                       [](const Cause& c) { return Harmful(c); });
     if (harmful == diagnosis->causes.rend()) return;
@@ -125,7 +128,7 @@ class OneFlight {
     diagnosis_.unexplained_by = rounds.goes_with;
     StoreCauses(*search_, rounds, &diagnosis_);
     if (options_.measure_gain && !log_.fixes.empty()) {
-      DropHarmful(gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
+      DropHarmful(data_, gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
     }
     Describe(before, replays, rounds);
     return diagnosis_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/diagnosis/cause_rounds.h"
 #include "problems/diagnosis/misfit.h"
@@ -70,20 +71,24 @@ HalfFits FitHalves(const FlightLog& log, const CauseSearch& search,
 }
 
 HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const VgdOptions& options) {
-  HeldOutErrors errors;
-  for (const int half : {0, 1}) {
-    const FlightLog corrected = CorrectLog(fits.log, fits.by_half[half].effects, fits.path);
-    AddArcs(corrected, fits.by_half[half], half, search.plan(), options, &errors.arcs);
-    if (fits.log.mocap.empty()) continue;
+  std::array<HeldOutErrors, 2> errors;
+  ParallelFor(2, 0, [&](int half) {
+    const PartFit& fit = fits.by_half[half];
+    const FlightLog corrected = CorrectLog(fits.log, fit.effects, fits.path);
+    AddArcs(corrected, fit, half, search.plan(), options, &errors[half].arcs);
+    if (fits.log.mocap.empty()) return;
     std::vector<int> segments;
     for (int s = 0; s < static_cast<int>(search.plan().segments.size()); s += 2) {
       if (HalfOf(search.plan().segments[s].cluster) == half) segments.push_back(s);
     }
-    const auto replays =
-        ReplayPart(search, fits.log, corrected, options.drive, fits.by_half[half], segments);
-    for (const ReplayError& r : replays) errors.replays[r.segment] = r.error_E.head<2>().norm();
-  }
-  return errors;
+    for (const ReplayError& r :
+         ReplayPart(search, fits.log, corrected, options.drive, fit, segments)) {
+      errors[half].replays[r.segment] = r.error_E.head<2>().norm();
+    }
+  });
+  errors[0].arcs.merge(errors[1].arcs);
+  errors[0].replays.merge(errors[1].replays);
+  return errors[0];
 }
 
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after) {
@@ -118,38 +123,35 @@ bool Harmful(const Cause& cause) {
 
 namespace {
 
-HeldOutErrors Errors(const FlightLog& log, std::vector<Found> found, const VgdOptions& vgd,
-                     CauseSearch* search) {
-  Refit(search, &found);
-  return ErrorsOf(FitHalves(log, *search, found), *search, vgd);
-}
-
 void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arcs, Gain* replays) {
   *arcs = GainBetween(before.arcs, after.arcs);
   *replays = GainBetween(before.replays, after.replays);
 }
 
+// Errors of the model without one cause, the others refitted.
+HeldOutErrors ErrorsWithout(std::size_t cause, const FlightLog& log, std::vector<Found> found,
+                            const VgdOptions& vgd, CauseSearch* spare) {
+  found.erase(found.begin() + static_cast<long>(cause));
+  Refit(spare, &found);
+  return ErrorsOf(FitHalves(log, *spare, found), *spare, vgd);
+}
+
 }  // namespace
 
 void MeasureGains(const GainLogs& logs, const DiagnosisOptions& options,
-                  const std::vector<Found>& found, CauseSearch* search, Diagnosis* diagnosis) {
+                  const std::vector<Found>& found, const CauseSearch& search,
+                  const HeldOutErrors& bare, CauseSearch* spare, Diagnosis* diagnosis) {
   std::vector<Cause>& causes = diagnosis->causes;
-  const bool false_gate = causes.size() > found.size();
-  const HeldOutErrors bare = Errors(logs.recorded, {}, options.vgd, search);
-  std::vector<HeldOutErrors> without;
-  for (std::size_t i = 0; causes.size() > 1 && i < found.size(); ++i) {
-    std::vector<Found> others = found;
-    others.erase(others.begin() + static_cast<long>(i));
-    without.push_back(Errors(logs.kept, others, options.vgd, search));
-  }
-  const HeldOutErrors all = Errors(logs.kept, found, options.vgd, search);
+  const std::size_t searched_from = causes.size() - found.size();  // after a false gate
+  const HeldOutErrors all = ErrorsOf(FitHalves(logs.kept, search, found), search, options.vgd);
   SetGains(bare, all, &diagnosis->gain, &diagnosis->open_loop);
   for (std::size_t i = 0; i < causes.size(); ++i) {
-    const bool is_false_gate = false_gate && i == 0;
-    const HeldOutErrors& before =
-        causes.size() == 1 ? bare
-        : is_false_gate ? ErrorsOf(FitHalves(logs.recorded, *search, found), *search, options.vgd)
-                        : without[i - (false_gate ? 1 : 0)];
+    HeldOutErrors before = bare;
+    if (causes.size() > 1 && i < searched_from) {
+      before = ErrorsOf(FitHalves(logs.recorded, search, found), search, options.vgd);
+    } else if (causes.size() > 1) {
+      before = ErrorsWithout(i - searched_from, logs.kept, found, options.vgd, spare);
+    }
     SetGains(before, all, &causes[i].gain, &causes[i].open_loop);
   }
 }

@@ -42,9 +42,10 @@ struct GainLogs {
 };
 
 // Gain of each cause against the model of the others, and of all together, into `diagnosis`; its
-// causes must be those of `found`, after a false gate where there is one. `search` is refitted on
-// the way and ends as it was.
+// causes must be those of `found`, after a false gate where there is one. `search` was fitted with
+// `found`; `bare`: errors of the model without causes; `spare` is refitted on the way.
 void MeasureGains(const GainLogs& logs, const DiagnosisOptions& options,
-                  const std::vector<Found>& found, CauseSearch* search, Diagnosis* diagnosis);
+                  const std::vector<Found>& found, const CauseSearch& search,
+                  const HeldOutErrors& bare, CauseSearch* spare, Diagnosis* diagnosis);
 
 }  // namespace trueline

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "problems/common/parallel.h"
 #include "problems/diagnosis/library.h"
 
 namespace trueline {
@@ -172,9 +173,8 @@ void CauseSearch::RelearnBest(std::vector<Tested>* tested) const {
   });
   NoiseStrengths noise = fit_.noise;
   const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), 2, &noise);
-  for (int k = 0; k < std::min<int>(kRelearned, static_cast<int>(order.size())); ++k) {
-    LearnUnder(evidence, &(*tested)[order[k]]);
-  }
+  ParallelFor(std::min<int>(kRelearned, static_cast<int>(order.size())), 0,
+              [&](int k) { LearnUnder(evidence, &(*tested)[order[k]]); });
 }
 
 void CauseSearch::LearnUnder(double base_evidence, Tested* tested) const {
