@@ -29,17 +29,20 @@ TEST(Gain, TakesTheArcsThatBothPredict) {
   EXPECT_EQ(GainBetween(before, {}).arcs, 0);
 }
 
-// Neighbouring arcs that err alike are worth less than as many independent ones.
+// Three neighbours that err alike are worth one: the interval is wider than 60 arcs would give.
 TEST(Gain, RunsOfAlikeArcsWidenTheInterval) {
-  std::map<int, double> nothing, alike, apart;
+  std::map<int, double> nothing, alike;
   Random random(5, "runs");
+  double squares = 0.0;
   for (int i = 0; i < 60; ++i) {
     nothing[i] = 0.0;
-    apart[i] = random.Normal();
     alike[i] = i % 3 == 0 ? random.Normal() : alike[i - 1];
+    squares += alike[i] * alike[i];
   }
-  const Gain a = GainBetween(alike, nothing), b = GainBetween(apart, nothing);
-  EXPECT_GT(a.high - a.low, 1.3 * (b.high - b.low));
+  const Gain gain = GainBetween(alike, nothing);
+  const double as_independent = 2 * 1.96 * std::sqrt(squares) / 60.0;
+  EXPECT_GT(gain.high - gain.low, 1.3 * as_independent);
+  EXPECT_LT(gain.high - gain.low, 2.0 * as_independent);
 }
 
 Cause WithGains(const Gain& arcs, const Gain& replays) {
