@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "problems/result/distributions.h"
+#include "problems/diagnosis/variance_shares.h"
 
 namespace trueline {
 namespace {
@@ -93,49 +93,6 @@ std::vector<MisfitGrowth> GrowthOf(const std::vector<MisfitRow>& rows) {
   return growth;
 }
 
-// Bins of about equal number; -1 where there is no value.
-std::vector<int> QuantileBins(const std::vector<double>& values, int bins) {
-  std::vector<double> sorted;
-  for (const double v : values) {
-    if (std::isfinite(v)) sorted.push_back(v);
-  }
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<int> bin;
-  for (const double v : values) {
-    const auto below = std::lower_bound(sorted.begin(), sorted.end(), v) - sorted.begin();
-    const auto size = static_cast<long>(std::max<std::size_t>(1, sorted.size()));
-    bin.push_back(std::isfinite(v) ? static_cast<int>(below * bins / size) : -1);
-  }
-  return bin;
-}
-
-struct Explained {
-  double share, p;
-};
-
-// One-way analysis of variance of two axes; rows without a bin count as one of their own.
-Explained Analyse(const std::vector<Eigen::Vector2d>& errors, const std::vector<int>& bin) {
-  std::map<int, std::pair<Eigen::Vector2d, int>> sums;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    auto& [sum, count] = sums.try_emplace(bin[i], Eigen::Vector2d::Zero(), 0).first->second;
-    sum += errors[i];
-    ++count;
-    mean += errors[i] / static_cast<double>(errors.size());
-  }
-  double within = 0.0, total = 0.0;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const auto& [sum, count] = sums.at(bin[i]);
-    within += (errors[i] - sum / count).squaredNorm();
-    total += (errors[i] - mean).squaredNorm();
-  }
-  const double n = static_cast<double>(errors.size()), k = static_cast<double>(sums.size());
-  if (k < 2 || n <= k + 1 || total <= 0.0) return {0.0, 1.0};
-  const double by_chance = (k - 1) * within / (n - k), between = total - within;
-  const double F = (between / (k - 1)) / (within / (n - k));
-  return {std::max(0.0, (between - by_chance) / total), FTail(F, 2 * (k - 1), 2 * (n - k))};
-}
-
 struct Quantity {
   std::string name;
   std::function<double(const ReplaySituation&)> value;
@@ -161,7 +118,7 @@ const std::vector<Quantity>& Quantities() {
 MisfitShare ShareOf(const std::string& name, const std::vector<int>& bin,
                     const std::vector<Eigen::Vector2d>& body,
                     const std::vector<Eigen::Vector2d>& earth) {
-  const Explained in_body = Analyse(body, bin), in_earth = Analyse(earth, bin);
+  const VarianceShare in_body = VarianceShareOf(body, bin), in_earth = VarianceShareOf(earth, bin);
   return {name, in_body.share, in_earth.share,
           in_body.share > in_earth.share ? in_body.p : in_earth.p};
 }

@@ -33,6 +33,9 @@ FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options) {
     data.attitude = RunComplementaryFilter(data.imu, drive.filter);
     drive.attitude = AttitudeSource::kLogged;
   }
+  if (!options->fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
+  }
   if (!options->fit_to_mocap) return data;
   if (log.mocap.empty()) {
     throw ErrorAt(log.directory + "/mocap.csv", 0,

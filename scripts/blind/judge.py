@@ -37,7 +37,8 @@ def named(diagnosis):
 
 def within(effect, cause):
     """(parameters within 2 sigma, parameters compared)."""
-    compared = [name for name in cause["parameters"] if name in effect and name not in NOT_COMPARED]
+    compared = [name for name, parameter in cause["parameters"].items()
+                if name in effect and name not in NOT_COMPARED and "sigma" in parameter]
     good = sum(abs(cause["parameters"][n]["value"] - effect[n]) <= 2 * cause["parameters"][n]["sigma"]
                for n in compared)
     return good, len(compared)
