@@ -63,8 +63,8 @@ HalfFits FitHalves(const FlightLog& log, const CauseSearch& search,
                    const std::vector<Found>& found) {
   HalfFits fits{log, search.path(), {}};
   for (const int half : {0, 1}) {
-    std::vector<bool> used;
-    for (int c = 0; c < search.plan().clusters; ++c) used.push_back(HalfOf(c) != half);
+    std::vector<bool> used(search.plan().clusters);
+    for (int c = 0; c < search.plan().clusters; ++c) used[c] = HalfOf(c) != half;
     fits.by_half[half] = search.FitOf(found, used);
   }
   return fits;
@@ -107,8 +107,8 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   gain.before = Mean(errors_before);
   gain.after = Mean(errors_after);
   Random random(1, "gain");
-  std::vector<double> means;
-  for (int draw = 0; draw < kDraws; ++draw) means.push_back(MeanOfRuns(differences, &random));
+  std::vector<double> means(kDraws);
+  for (double& mean : means) mean = MeanOfRuns(differences, &random);
   gain.low = Quantile(means, 0.025);
   gain.high = Quantile(means, 0.975);
   return gain;
