@@ -84,6 +84,7 @@ std::vector<MisfitGrowth> GrowthOf(const std::vector<MisfitRow>& rows) {
   std::map<double, int> replays;
   for (const MisfitRow& row : rows) ++replays[row.before.horizon];
   std::vector<MisfitGrowth> growth;
+  growth.reserve(replays.size());
   for (const auto& [h, count] : replays) {
     growth.push_back({h, count, Rms(rows, h, [](const MisfitRow& r) { return r.before.error_E; }),
                       Rms(rows, h, [](const MisfitRow& r) { return r.after.error_E; }),
@@ -148,6 +149,7 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
   shares.push_back(ShareOf("place on the course", place, body, earth));
   for (const Quantity& quantity : Quantities()) {
     std::vector<double> values;
+    values.reserve(chosen.size());
     for (const MisfitRow* row : chosen) values.push_back(quantity.value(row->at));
     if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
       continue;
