@@ -11,7 +11,7 @@
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
 
-DEFINE_string(log, "", "the flight: a native log directory");
+DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
@@ -29,6 +29,8 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
       what they are worth on arcs that took no part; result/model.yaml is the better model
   trueline-diagnose --log=flight --out=result --fit_to=mocap
       the same with mocap as data, which shows smaller effects
+  trueline-diagnose --log=flight,flight2 --out=result
+      claims only what repeats on the second flight of the same vehicle
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
 
@@ -50,11 +52,14 @@ int Run() {
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
   trueline::EnsureWritable(FLAGS_out);
-  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
-  const trueline::Diagnosis diagnosis = trueline::Diagnose(log, options);
+  std::vector<trueline::FlightLog> logs;
+  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
+    logs.push_back(trueline::ReadNativeLog(directory));
+  }
+  const trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
-  trueline::WriteDiagnosis(diagnosis, trueline::Provenance(log, 0, trueline::ToYaml(options.vgd)),
-                           FLAGS_out);
+  trueline::WriteDiagnosis(
+      diagnosis, trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), FLAGS_out);
   if (FLAGS_report) {
     const std::string warning =
         trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);

@@ -36,12 +36,14 @@ struct FlightPlan {
   std::vector<std::size_t> forces;  // indices into the log's SmoothForces
   std::vector<int> fix_cluster;     // by entry of `fixes`
   std::vector<int> force_cluster;
+  std::vector<TimeNs> cluster_starts;
   int clusters = 0;
 
   // Throws InputError where nothing can be fitted: less than `min_clusters` passes.
   static FlightPlan For(const FlightData& flight, const VgdOptions& options);
 
   int SegmentOf(TimeNs t) const;  // the nearest one for times outside
+  int ClusterAt(TimeNs t) const;
 };
 
 struct FlightUnknowns {

@@ -1,6 +1,7 @@
 // Diagnosis: what the calibrated model gets wrong on a flight, and its name.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,8 @@
 #include "problems/diagnosis/score_test.h"
 
 namespace trueline {
+
+struct Misfit;  // misfit.h
 
 struct DiagnosisOptions {
   VgdOptions vgd;
@@ -20,11 +23,19 @@ struct DiagnosisOptions {
   bool measure_gain = true;
 };
 
-// Improvement on arcs that took no part in fitting the effect's parameters.
+// Improvement on arcs (or replays) that took no part in fitting parameters and causes.
 struct Gain {
   int arcs = 0;
-  double before = 0.0, after = 0.0;  // m, mean final-point error
-  double low = 0.0, high = 0.0;      // m, 95 % of before - after, paired bootstrap over arcs
+  double before = 0.0, after = 0.0;  // m, mean error
+  double low = 0.0, high = 0.0;      // m, 95 % of before - after, paired bootstrap
+};
+
+// A cause on another flight of the vehicle.
+struct Repeat {
+  std::string log;
+  std::string outcome;           // repeats | differs | not shown | can't be tested
+  Eigen::VectorXd value, sigma;  // as that flight has it; empty where it can't be tested
+  double p = 1.0;                // of the one test
 };
 
 struct Cause {
@@ -32,7 +43,10 @@ struct Cause {
   Eigen::VectorXd value, sigma;  // of the estimated parameters
   double p = 1.0;                // after the correction for the number of candidates
   std::vector<std::string> confused_with;
-  Gain gain;
+  Gain gain;                      // final points, against the model with the other causes alone
+  Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
+  std::vector<Repeat> repeats;    // by further flight
+  std::optional<bool> confirmed;  // by most of them; empty where there is one flight only
 
   Effect effect() const { return candidate.At(value); }
 };
@@ -60,19 +74,23 @@ struct RowReport {
 struct Diagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
+  std::vector<Cause> set_aside;  // stood out, but make held-out arcs worse
+  Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
   std::vector<std::string> unexplained_by;   // what the residual goes with, strongest first
   double rms_before = 0.0, rms_after = 0.0;  // of whitened fixes
-  double whiteness_p = 1.0;
+  double whiteness_p_before = 1.0, whiteness_p = 1.0;
   std::vector<ModelParameter> parameters;  // the model with the causes in it
   NoiseStrengths noise;
   std::vector<RowReport> rows;
+  std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;
   double base_seconds = 0.0, seconds = 0.0;
   int clusters = 0;
 };
 
-// Throws InputError where the log can't be diagnosed.
-Diagnosis Diagnose(const FlightLog& log, const DiagnosisOptions& options);
+// Causes are searched on the first flight; each counts only if it repeats on the others, where
+// there are any. Throws InputError where a log can't be diagnosed.
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const DiagnosisOptions& options);
 
 }  // namespace trueline

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMargin = 0.3;   // s, around passes: effects move fixes and attitude in time
 constexpr int kMinClusters = 4;   // fewer units of evidence tell nothing apart from chance
-constexpr double kMaxPass = 4.0;  // s; a longer run of fixes (mocap) gives several clusters
+constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
 
 struct Stretch {
   TimeNs begin, end;
@@ -42,7 +42,7 @@ std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
   std::vector<TimeNs> starts;
   for (const Pass& pass : flight.passes) {
     const double length = SecondsBetween(pass.begin, pass.end);
-    const int pieces = std::max(1, static_cast<int>(length / kMaxPass));
+    const int pieces = std::max(1, static_cast<int>(length / kCluster));
     for (int k = 0; k < pieces; ++k) {
       starts.push_back(pass.begin + (pass.end - pass.begin) * k / pieces);
     }
@@ -50,23 +50,18 @@ std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
   return starts;
 }
 
-int ClusterAt(const std::vector<TimeNs>& starts, TimeNs t) {
-  const auto after = std::upper_bound(starts.begin(), starts.end(), t);
-  return std::max(0, static_cast<int>(after - starts.begin()) - 1);
-}
-
 }  // namespace
 
 FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
   FlightPlan plan;
-  const std::vector<TimeNs> starts = ClusterStarts(flight);
+  plan.cluster_starts = ClusterStarts(flight);
   const std::vector<ForceSample> forces = SmoothForces(flight.log.imu);
-  plan.clusters = static_cast<int>(starts.size());
+  plan.clusters = static_cast<int>(plan.cluster_starts.size());
   const auto add_inside = [&](const Stretch& s, const auto& samples, auto* indices, auto* cluster) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
       if (samples[i].t <= s.begin || samples[i].t >= s.end) continue;
       indices->push_back(i);
-      cluster->push_back(ClusterAt(starts, samples[i].t));
+      cluster->push_back(plan.ClusterAt(samples[i].t));
     }
   };
   for (const Stretch& s : FindStretches(flight)) {
@@ -75,7 +70,7 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
     for (int k = 0; k < count; ++k) {
       const TimeNs from = s.begin + (s.end - s.begin) * k / count;
       const TimeNs to = s.begin + (s.end - s.begin) * (k + 1) / count;
-      plan.segments.push_back({from, to, k + 1 < count, ClusterAt(starts, to)});
+      plan.segments.push_back({from, to, k + 1 < count, plan.ClusterAt(to)});
     }
     add_inside(s, flight.log.fixes, &plan.fixes, &plan.fix_cluster);
     if (options.drag_measurement.enabled) {
@@ -89,6 +84,11 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
         flight.log.directory, plan.clusters, kMinClusters));
   }
   return plan;
+}
+
+int FlightPlan::ClusterAt(TimeNs t) const {
+  const auto after = std::upper_bound(cluster_starts.begin(), cluster_starts.end(), t);
+  return std::max(0, static_cast<int>(after - cluster_starts.begin()) - 1);
 }
 
 int FlightPlan::SegmentOf(TimeNs t) const {

@@ -1,77 +1,159 @@
 #include "problems/diagnosis/gain.h"
 
 #include <algorithm>
-#include <map>
+#include <cmath>
 
+#include "problems/common/parallel.h"
 #include "problems/common/random.h"
+#include "problems/diagnosis/cause_rounds.h"
+#include "problems/diagnosis/misfit.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/vgd.h"
 
 namespace trueline {
 namespace {
 
-constexpr int kBlock =
-    3;  // clusters in a block: arcs of one block share nothing with the other fold
+constexpr int kRun = 3;  // arcs that share a window, and clusters in a block of one half
 
-// Final-point errors by the number of the pass that the arc follows.
-std::map<int, double> ArcErrors(const FlightLog& log, const VgdOptions& options) {
-  const FlightData flight(log, options.drive, options.passes, options.drag_measurement);
-  std::map<int, double> errors;
-  for (const WindowEstimate& window : RunVgd(flight, options).windows) {
-    if (window.arc && window.arc->truth) errors[window.tau] = window.arc->FinalPointError();
+int HalfOf(int cluster) { return (cluster / kRun) % 2; }
+
+// The window's parameters are what the other half says, give or take a share of what vehicles
+// differ by: drag and biases that gusts have bent must not be held to their stated sigmas.
+VgdOptions OptionsFor(const VgdOptions& options, const PartFit& fit) {
+  constexpr double kShare = 0.3;
+  VgdOptions vgd = options;
+  vgd.adapt_drift = false;  // the same drift for all models, so that only they differ
+  for (std::size_t i = 0; i < vgd.priors.size(); ++i) {
+    ParameterPrior& prior = vgd.priors[i];
+    prior.mean = std::clamp(fit.value[static_cast<int>(i)], prior.lower, prior.upper);
+    prior.sigma = std::hypot(kShare * prior.sigma, fit.sigma[static_cast<int>(i)]);
   }
-  return errors;
+  vgd.drive.force_effects = ForceEffectsOf(fit.effects);
+  return vgd;
 }
 
-void Bootstrap(const std::vector<double>& differences, Gain* gain) {
-  constexpr int kDraws = 2000;
-  Random random(1, "gain");
-  std::vector<double> means;
-  const int last = static_cast<int>(differences.size()) - 1;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    double sum = 0.0;
-    for (int i = 0; i <= last; ++i) sum += differences[random.UniformInt(0, last)];
-    means.push_back(sum / (last + 1));
+// Arcs of one half, predicted with what the other half says.
+void AddArcs(const FlightLog& corrected, const PartFit& fit, int half, const FlightPlan& plan,
+             const VgdOptions& options, std::map<int, double>* errors) {
+  const VgdOptions vgd = OptionsFor(options, fit);
+  const FlightData flight(corrected, vgd.drive, vgd.passes, vgd.drag_measurement);
+  for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
+    const Pass& pass = flight.passes[tau - 1];
+    const int cluster = plan.ClusterAt((pass.begin + pass.end) / 2);
+    if (!flight.HasArc(tau) || HalfOf(cluster) != half) continue;
+    const WindowEstimate window = SolveWindow(flight, vgd, tau, PriorMeans(vgd));
+    if (window.arc && window.arc->truth) (*errors)[cluster] = window.arc->FinalPointError();
   }
-  gain->low = Quantile(means, 0.025);
-  gain->high = Quantile(means, 0.975);
+}
+
+double MeanOfRuns(const std::vector<double>& values, Random* random) {
+  const int count = static_cast<int>(values.size());
+  double sum = 0.0;
+  int drawn = 0;
+  while (drawn < count) {
+    const int first = random->UniformInt(0, count - 1);
+    for (int k = 0; k < kRun && drawn < count; ++k, ++drawn) sum += values[(first + k) % count];
+  }
+  return sum / count;
 }
 
 }  // namespace
 
-Gain MeasureGain(const FlightLog& log, const FlightLog& after, const DiagnosisOptions& options,
-                 const CauseSearch& search, const std::vector<Found>& found) {
-  Gain gain;
-  VgdOptions vgd = options.vgd;
-  vgd.adapt_drift = false;  // the same drift before and after, so that only the causes differ
-  const std::map<int, double> before = ArcErrors(log, vgd);
-  std::vector<double> differences, errors_before, errors_after;
-  for (const int fold : {0, 1}) {
-    // Arc tau follows pass tau (from 1), which is in cluster tau - 1 where passes are clusters.
-    const auto held_out = [&](int cluster) { return (cluster / kBlock) % 2 == fold; };
-    std::vector<bool> used;
-    for (int c = 0; c < search.plan().clusters; ++c) used.push_back(!held_out(c));
-    const std::vector<Eigen::VectorXd> values = search.ValuesFrom(found, used);
-    std::vector<Effect> effects;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      effects.push_back(found[i].candidate.At(values[i]));
-    }
-    VgdOptions extended = vgd;
-    extended.drive.force_effects = ForceEffectsOf(effects);
-    const FlightLog corrected = CorrectLog(after, effects, search.path());
-    for (const auto& [tau, error] : ArcErrors(corrected, extended)) {
-      if (!held_out(tau - 1) || before.count(tau) == 0) continue;
-      errors_before.push_back(before.at(tau));
-      errors_after.push_back(error);
-      differences.push_back(before.at(tau) - error);
-    }
+HalfFits FitHalves(const FlightLog& log, const CauseSearch& search,
+                   const std::vector<Found>& found) {
+  HalfFits fits{log, search.path(), {}};
+  for (const int half : {0, 1}) {
+    std::vector<bool> used(search.plan().clusters);
+    for (int c = 0; c < search.plan().clusters; ++c) used[c] = HalfOf(c) != half;
+    fits.by_half[half] = search.FitOf(found, used);
   }
+  return fits;
+}
+
+HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const VgdOptions& options) {
+  std::array<HeldOutErrors, 2> errors;
+  ParallelFor(2, 0, [&](int half) {
+    const PartFit& fit = fits.by_half[half];
+    const FlightLog corrected = CorrectLog(fits.log, fit.effects, fits.path);
+    AddArcs(corrected, fit, half, search.plan(), options, &errors[half].arcs);
+    if (fits.log.mocap.empty()) return;
+    std::vector<int> segments;
+    for (int s = 0; s < static_cast<int>(search.plan().segments.size()); s += 2) {
+      if (HalfOf(search.plan().segments[s].cluster) == half) segments.push_back(s);
+    }
+    for (const ReplayError& r :
+         ReplayPart(search, fits.log, corrected, options.drive, fit, segments)) {
+      errors[half].replays[r.segment] = r.error_E.head<2>().norm();
+    }
+  });
+  errors[0].arcs.merge(errors[1].arcs);
+  errors[0].replays.merge(errors[1].replays);
+  return errors[0];
+}
+
+Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after) {
+  constexpr int kDraws = 2000;
+  std::vector<double> differences, errors_before, errors_after;
+  for (const auto& [cluster, error] : after) {
+    const auto other = before.find(cluster);
+    if (other == before.end()) continue;
+    errors_before.push_back(other->second);
+    errors_after.push_back(error);
+    differences.push_back(other->second - error);
+  }
+  Gain gain;
   gain.arcs = static_cast<int>(differences.size());
   if (gain.arcs == 0) return gain;
   gain.before = Mean(errors_before);
   gain.after = Mean(errors_after);
-  Bootstrap(differences, &gain);
+  Random random(1, "gain");
+  std::vector<double> means(kDraws);
+  for (double& mean : means) mean = MeanOfRuns(differences, &random);
+  gain.low = Quantile(means, 0.025);
+  gain.high = Quantile(means, 0.975);
   return gain;
+}
+
+bool Harmful(const Cause& cause) {
+  const Gain &arcs = cause.gain, &replays = cause.open_loop;
+  const auto worse = [](const Gain& g) { return g.arcs > 0 && g.high < 0.0; };
+  const auto better = [](const Gain& g) { return g.arcs > 0 && g.low > 0.0; };
+  return (worse(arcs) && !better(replays)) || (worse(replays) && !better(arcs));
+}
+
+namespace {
+
+void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arcs, Gain* replays) {
+  *arcs = GainBetween(before.arcs, after.arcs);
+  *replays = GainBetween(before.replays, after.replays);
+}
+
+// Errors of the model without one cause, the others refitted.
+HeldOutErrors ErrorsWithout(std::size_t cause, const FlightLog& log, std::vector<Found> found,
+                            const VgdOptions& vgd, CauseSearch* spare) {
+  found.erase(found.begin() + static_cast<long>(cause));
+  Refit(spare, &found);
+  return ErrorsOf(FitHalves(log, *spare, found), *spare, vgd);
+}
+
+}  // namespace
+
+void MeasureGains(const GainLogs& logs, const DiagnosisOptions& options,
+                  const std::vector<Found>& found, const CauseSearch& search,
+                  const HeldOutErrors& bare, CauseSearch* spare, Diagnosis* diagnosis) {
+  std::vector<Cause>& causes = diagnosis->causes;
+  const std::size_t searched_from = causes.size() - found.size();  // after a false gate
+  const HeldOutErrors all = ErrorsOf(FitHalves(logs.kept, search, found), search, options.vgd);
+  SetGains(bare, all, &diagnosis->gain, &diagnosis->open_loop);
+  for (std::size_t i = 0; i < causes.size(); ++i) {
+    HeldOutErrors before = bare;
+    if (causes.size() > 1 && i < searched_from) {
+      before = ErrorsOf(FitHalves(logs.recorded, search, found), search, options.vgd);
+    } else if (causes.size() > 1) {
+      before = ErrorsWithout(i - searched_from, logs.kept, found, options.vgd, spare);
+    }
+    SetGains(before, all, &causes[i].gain, &causes[i].open_loop);
+  }
 }
 
 }  // namespace trueline

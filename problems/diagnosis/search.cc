@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "problems/common/parallel.h"
 #include "problems/diagnosis/library.h"
 
 namespace trueline {
@@ -11,8 +12,9 @@ namespace {
 
 constexpr int kRelearned = 6;  // candidates for which the noise is learned anew
 
-// What every attitude filter does to some extent is no cause but part of every flight: it takes
-// some acceleration for gravity, and its integral winds up in turns. Nuisances with these priors.
+// What every vehicle has to some extent is no cause but part of every flight: the attitude filter
+// takes some acceleration for gravity and its integral winds up in turns; the thrust axis reads a
+// share of the other two, which grows with drag. Nuisances with these priors.
 struct OrdinaryError {
   EffectInfo info;
   double sigma;
@@ -29,7 +31,13 @@ const std::vector<OrdinaryError>& OrdinaryErrors() {
          {"pitch_2", "rad", 0.01, 0.1, 0.01}},
         "",
         ""},
-       0.01}};  // rad
+       0.01},  // rad
+      {{"accel_cross_axis",
+        EntersAt::kAccelerometer,
+        {{"l_x", "1", 0.01, 0.1, 0.01}, {"l_y", "1", 0.01, 0.1, 0.01}},
+        "",
+        ""},
+       0.01}};  // of the axes' angle, with the misalignment that eq. 15 leaves out of a_z
   return errors;
 }
 
@@ -165,9 +173,8 @@ void CauseSearch::RelearnBest(std::vector<Tested>* tested) const {
   });
   NoiseStrengths noise = fit_.noise;
   const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), 2, &noise);
-  for (int k = 0; k < std::min<int>(kRelearned, static_cast<int>(order.size())); ++k) {
-    LearnUnder(evidence, &(*tested)[order[k]]);
-  }
+  ParallelFor(std::min<int>(kRelearned, static_cast<int>(order.size())), 0,
+              [&](int k) { LearnUnder(evidence, &(*tested)[order[k]]); });
 }
 
 void CauseSearch::LearnUnder(double base_evidence, Tested* tested) const {
@@ -208,7 +215,7 @@ std::vector<CauseSearch::Described> CauseSearch::TestLibrary() {
   RelearnBest(&tested);
   std::vector<Described> described;
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    described.push_back({terms[i].name, tested[i].test.p(), tested[i].Merit()});
+    described.push_back({terms[i].name, tested[i].test.p(), tested[i].Merit(), terms[i].columns});
   }
   std::sort(described.begin(), described.end(),
             [](const Described& a, const Described& b) { return a.merit > b.merit; });
@@ -216,11 +223,16 @@ std::vector<CauseSearch::Described> CauseSearch::TestLibrary() {
 }
 
 ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t which) const {
+  return TestFound(found, which, Eigen::MatrixXd(flight_->rows(), 0));
+}
+
+ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t which,
+                                 const Eigen::MatrixXd& beside) const {
   // The found effect's columns moved to the end; all else is nuisance.
   int at = FilterColumns();
   for (std::size_t k = 0; k < which; ++k) at += static_cast<int>(found[k].value.size());
-  const int size = static_cast<int>(found[which].value.size()), count = fit_.columns.count();
-  Columns columns = fit_.columns;
+  Columns columns = fit_.columns.With(FreeColumns(beside));
+  const int size = static_cast<int>(found[which].value.size()), count = columns.count();
   Eigen::PermutationMatrix<Eigen::Dynamic> order(count);
   int to = 0;
   for (int c = 0; c < count; ++c) {
@@ -232,29 +244,36 @@ ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t wh
   columns.value = order * columns.value;
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, columns},
                            fit_.noise);
-  // Its evidence is that of its whole value, not of the last step.
+  // Its evidence is that of its whole value; the last step counts only where others may take over.
   ScoreTest test = TestColumns(system, kThetaSize + count - size, kThetaSize + count - size,
                                found[which].candidate.Ordinary());
-  test.Judge(found[which].value - found[which].candidate.Neutral(), plan_.clusters);
+  Eigen::VectorXd whole = found[which].value - found[which].candidate.Neutral();
+  if (beside.cols() > 0) whole += test.value;
+  test.Judge(whole, plan_.clusters);
   return test;
 }
 
-std::vector<Eigen::VectorXd> CauseSearch::ValuesFrom(const std::vector<Found>& found,
-                                                     const std::vector<bool>& used) const {
+PartFit CauseSearch::FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const {
   Eigen::VectorXd weight = fit_.weight;
   for (int row = 0; row < weight.size(); ++row) {
     if (!used[flight_->ClusterOfRow(row)]) weight[row] = 0.0;
   }
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, weight, fit_.columns},
                            fit_.noise);
-  const Eigen::VectorXd step = -system.reduced().M.ldlt().solve(system.reduced().b);
-  std::vector<Eigen::VectorXd> values;
-  int at = kThetaSize + (FilterColumns());
+  const ParameterScaling scaling(options_);
+  const Eigen::MatrixXd cov =
+      system.reduced().M.ldlt().solve(Eigen::MatrixXd::Identity(system.border(), system.border()));
+  const Eigen::VectorXd step = -cov * system.reduced().b;
+  const ThetaVector theta = fit_.x.theta + step.head<kThetaSize>();
+  PartFit part{scaling.mean + scaling.sigma.cwiseProduct(theta),
+               scaling.sigma.cwiseProduct(cov.diagonal().head<kThetaSize>().cwiseSqrt()),
+               {}};
+  int at = kThetaSize + FilterColumns();
   for (const Found& f : found) {
-    values.push_back(f.value + step.segment(at, f.value.size()));
+    part.effects.push_back(f.candidate.At(f.value + step.segment(at, f.value.size())));
     at += static_cast<int>(f.value.size());
   }
-  return values;
+  return part;
 }
 
 ThetaVector CauseSearch::Sigmas() const {

@@ -27,6 +27,12 @@ struct Tested {
   double Merit() const { return gain - 2.0 * static_cast<double>(test.value.size()); }
 };
 
+// A model from a part of a flight.
+struct PartFit {
+  ThetaVector value, sigma;  // physical parameters
+  std::vector<Effect> effects;
+};
+
 class CauseSearch {
  public:
   // `log` must outlive this.
@@ -40,15 +46,19 @@ class CauseSearch {
   struct Described {
     std::string name;
     double p, merit;
+    Eigen::MatrixXd columns;
   };
   std::vector<Described> TestLibrary();
-  // One cause of the last Fit against the model without it, the others kept.
+  // One cause of the last Fit against the model without it, the others kept; `beside` (rows x any)
+  // are columns of no effect that may explain the residual as well.
+  ScoreTest TestFound(const std::vector<Found>& found, std::size_t which,
+                      const Eigen::MatrixXd& beside) const;
   ScoreTest TestFound(const std::vector<Found>& found, std::size_t which) const;
-  // Parameters of the found effects from the clusters that `used` names alone.
-  std::vector<Eigen::VectorXd> ValuesFrom(const std::vector<Found>& found,
-                                          const std::vector<bool>& used) const;
+  // The model of the last Fit from the clusters that `used` names alone.
+  PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
 
   const BaseFit& fit() const { return fit_; }
+  const std::vector<Effect>& effects() const { return effects_; }
   BaseFlight& flight() { return *flight_; }
   const FlightPlan& plan() const { return plan_; }
   // Physical parameters (kThetaSize) with their sigmas.

@@ -1,5 +1,7 @@
 #include "problems/diagnosis/sensitivity.h"
 
+#include "problems/common/parallel.h"
+
 namespace trueline {
 namespace {
 
@@ -57,26 +59,25 @@ Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candid
   const EntersAt enters = candidate.info->enters;
   std::vector<Effect> at = base.effects;
   at.push_back(candidate.At(parameters));
-  Eigen::VectorXd here;
-  if (enters == EntersAt::kForce) here = ForceResiduals(at, x, flight);
-  if (enters == EntersAt::kAttitude || enters == EntersAt::kAccelerometer) {
-    here = DriveResiduals(base, at, x);
-  }
+  const Eigen::VectorXd here =
+      enters == EntersAt::kForce ? ForceResiduals(at, x, flight) : flight->Evaluate(x, false).r;
   Eigen::MatrixXd columns(flight->rows(), infos.size());
-  for (std::size_t i = 0; i < infos.size(); ++i) {
+  const auto fill = [&](int i) {
     Eigen::VectorXd moved = parameters;
-    moved[static_cast<int>(i)] += infos[i].step;
+    moved[i] += infos[i].step;
     std::vector<Effect> beyond = base.effects;
     beyond.push_back(candidate.At(moved));
-    auto column = columns.col(static_cast<int>(i));
     if (enters == EntersAt::kFix) {
-      column = FixDifference(base, at, beyond, *flight) / infos[i].step;
+      columns.col(i) = FixDifference(base, at, beyond, *flight) / infos[i].step;
     } else if (enters == EntersAt::kForce) {
-      column = (ForceResiduals(beyond, x, flight) - here) / infos[i].step;
+      columns.col(i) = (ForceResiduals(beyond, x, flight) - here) / infos[i].step;
     } else {
-      column = (DriveResiduals(base, beyond, x) - here) / infos[i].step;
+      columns.col(i) = (DriveResiduals(base, beyond, x) - here) / infos[i].step;
     }
-  }
+  };
+  // Force effects share the flight that they are set on.
+  const int threads = enters == EntersAt::kForce ? 1 : 0;
+  ParallelFor(static_cast<int>(infos.size()), threads, fill);
   if (enters == EntersAt::kForce) flight->SetForceEffects(ForceEffectsOf(base.effects));
   return columns;
 }

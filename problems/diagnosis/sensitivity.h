@@ -17,7 +17,7 @@ struct SensitivityBase {
 };
 
 // Columns (rows of FlightRows x parameters) of one candidate on top of the base's effects, at
-// `parameters`. `flight` is the base flight at `x`, with `r` its residuals.
+// `parameters`. `flight` is the base flight at `x` with all of these effects in it already.
 Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candidate,
                             const Eigen::VectorXd& parameters, const FlightUnknowns& x,
                             BaseFlight* flight);

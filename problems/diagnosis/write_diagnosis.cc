@@ -1,9 +1,12 @@
 #include "problems/diagnosis/write_diagnosis.h"
 
 #include <fmt/ostream.h>
-#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
 
 #include "problems/common/atomic_file.h"
+#include "problems/diagnosis/misfit.h"
 
 namespace trueline {
 namespace {
@@ -40,15 +43,35 @@ YAML::Node ParametersNode(const Cause& cause) {
   return node;
 }
 
-YAML::Node GainNode(const Gain& gain) {
+YAML::Node GainNode(const Gain& gain, const char* metric, const char* count) {
   YAML::Node node;
-  node["metric"] = "final_point_error";
+  node["metric"] = metric;
   node["before"] = Round(gain.before, 4);
   node["after"] = Round(gain.after, 4);
   node["interval95"].push_back(Round(gain.low, 4));
   node["interval95"].push_back(Round(gain.high, 4));
   node["interval95"].SetStyle(YAML::EmitterStyle::Flow);
-  node["arcs"] = gain.arcs;
+  node[count] = gain.arcs;
+  return node;
+}
+
+void AddGains(const Gain& arcs, const Gain& replays, YAML::Node* node) {
+  if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, "final_point_error", "arcs");
+  if (replays.arcs > 0) {
+    (*node)["gain_open_loop"] = GainNode(replays, "open_loop_error_1s", "replays");
+  }
+}
+
+YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
+  YAML::Node node;
+  node["log"] = repeat.log;
+  node["outcome"] = repeat.outcome;
+  if (repeat.value.size() == 0) return node;
+  node["p_value"] = Round(repeat.p, 3);
+  for (int i = 0; i < repeat.value.size(); ++i) {
+    const EffectParameterInfo& info = cause.candidate.info->parameters[i];
+    node["parameters"][info.name] = Value(repeat.value[i], repeat.sigma[i], info.unit);
+  }
   return node;
 }
 
@@ -56,11 +79,15 @@ YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
   node["id"] = cause.candidate.info->id;
   node["parameters"] = ParametersNode(cause);
+  if (cause.confirmed) node["confirmed"] = *cause.confirmed;
+  for (const Repeat& repeat : cause.repeats) {
+    node["other_flights"].push_back(RepeatNode(cause, repeat));
+  }
   node["confidence"] = Round(1.0 - cause.p, 6);
   node["confused_with"] = cause.confused_with;
   node["confused_with"].SetStyle(YAML::EmitterStyle::Flow);
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
-  if (cause.gain.arcs > 0) node["gain"] = GainNode(cause.gain);
+  AddGains(cause.gain, cause.open_loop, &node);
   return node;
 }
 
@@ -90,11 +117,47 @@ YAML::Node NoiseNode(const NoiseStrengths& noise) {
   return Flow(node);
 }
 
+YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
+                    const std::array<const char*, 3>& names) {
+  YAML::Node node;
+  for (int i = 0; i < 3; ++i) {
+    node[names[i]].push_back(Round(before[i], 3));
+    node[names[i]].push_back(Round(after[i], 3));
+  }
+  return Flow(node);
+}
+
+// Open-loop errors [before, after] and what they go with.
+YAML::Node MisfitNode(const Misfit& misfit) {
+  YAML::Node node;
+  node["measured_by"] = misfit.against_mocap ? "mocap" : "fitted path";
+  for (const MisfitGrowth& g : misfit.growth) {
+    YAML::Node row;
+    row["horizon_s"] = Round(g.horizon, 3);
+    row["replays"] = g.replays;
+    row["rms_earth_m"] = AxesNode(g.before_E, g.after_E, {"north", "east", "down"});
+    row["rms_body_m"] = AxesNode(g.before_B, g.after_B, {"forward", "right", "down"});
+    node["growth"].push_back(row);
+  }
+  node["shares_horizon_s"] = Round(misfit.shares_horizon, 3);
+  for (const MisfitShare& share : misfit.shares) {
+    YAML::Node row;
+    row["by"] = share.by;
+    row["body"] = Round(share.body, 2);
+    row["earth"] = Round(share.earth, 2);
+    row["p_value"] = Round(share.p, 2);
+    node["share_of_variance"].push_back(Flow(row));
+  }
+  return node;
+}
+
 YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   node["verdict"] = diagnosis.verdict;
   node["causes"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
+  for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
+  AddGains(diagnosis.gain, diagnosis.open_loop, &node);
   if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
@@ -106,7 +169,9 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   residual["unit"] = "sigma";
   residual["white"] = diagnosis.whiteness_p > 0.01;
   residual["whiteness_p"] = Round(diagnosis.whiteness_p, 3);
+  residual["whiteness_p_before"] = Round(diagnosis.whiteness_p_before, 3);
   node["residual"] = Flow(residual);
+  if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = NoiseNode(diagnosis.noise);
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;
@@ -121,12 +186,13 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   }
   node["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Cause& cause : diagnosis.causes) {
+    if (!cause.confirmed.value_or(true)) continue;
     YAML::Node effect;
     effect["id"] = cause.candidate.info->id;
     for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
     node["effects"].push_back(Flow(effect));
   }
-  if (diagnosis.causes.empty()) node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  if (node["effects"].size() == 0) node["effects"].SetStyle(YAML::EmitterStyle::Flow);
   node["provenance"] = provenance;
   return node;
 }
@@ -151,27 +217,34 @@ void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& pat
   file.Commit();
 }
 
-std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
-  std::vector<std::string> texts;
-  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
-    texts.push_back(fmt::format("{} {:.2g}", c.parameters[i], values[static_cast<int>(i)]));
-  }
-  return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
+std::string Axes(const ReplayError& replay) {
+  return fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", replay.error_E.x(),
+                     replay.error_E.y(), replay.error_E.z(), replay.error_B.x(), replay.error_B.y(),
+                     replay.error_B.z());
 }
 
-std::string CauseText(const Cause& cause) {
-  std::string text = fmt::format("  {}: ", cause.candidate.Label());
-  for (int i = 0; i < cause.value.size(); ++i) {
-    const EffectParameterInfo& info = cause.candidate.info->parameters[i];
-    text += fmt::format("{} = {:.4g} +- {:.2g} {}  ", info.name, cause.value[i], cause.sigma[i],
-                        info.unit);
+void WriteMisfit(const Misfit& misfit, const std::filesystem::path& path) {
+  AtomicFile file(path);
+  std::string header = "t [s],horizon [s]";
+  for (const char* when : {"before", "after"}) {
+    for (const char* axis : {"north", "east", "down", "forward", "right", "below"}) {
+      header += fmt::format(",{}_{} [m]", axis, when);
+    }
   }
-  text += fmt::format("(p {:.1g})\n    {}\n", cause.p, cause.candidate.info->physics);
-  if (!cause.confused_with.empty()) {
-    text += fmt::format("    as good on this flight: {}; to tell them apart: {}\n",
-                        fmt::join(cause.confused_with, ", "), cause.candidate.info->separate_by);
+  fmt::print(file.stream(),
+             "{},time [s],speed [m/s],acceleration [m/s^2],thrust [m/s^2],rate [rad/s],heading "
+             "[rad],gate [1],gate_distance [m],height [m],battery [V],x [m],y [m]\n",
+             header);
+  const auto number = [](double v) { return std::isfinite(v) ? fmt::format("{:.5g}", v) : ""; };
+  for (const MisfitRow& r : misfit.rows) {
+    fmt::print(file.stream(), "{:.6f},{:.4g},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+               ToSeconds(r.before.end), r.before.horizon, Axes(r.before), Axes(r.after),
+               number(r.at.time), number(r.at.speed), number(r.at.acceleration),
+               number(r.at.thrust), number(r.at.rate), number(r.at.heading), r.at.gate,
+               number(r.at.gate_distance), number(r.at.height), number(r.at.battery),
+               number(r.at.north), number(r.at.east));
   }
-  return text;
+  file.Commit();
 }
 
 }  // namespace
@@ -180,29 +253,8 @@ void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory) {
   WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(diagnosis, provenance)));
   WriteResiduals(diagnosis, directory / "residuals.csv");
+  if (diagnosis.misfit) WriteMisfit(*diagnosis.misfit, directory / "misfit.csv");
   WriteFileAtomically(directory / "diagnosis.yaml", Emit(DiagnosisNode(diagnosis, provenance)));
-}
-
-std::string DiagnosisTable(const Diagnosis& diagnosis) {
-  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
-                                  "estimate", "would have been found from");
-  for (const CandidateReport& c : diagnosis.candidates) {
-    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
-                         Sizes(c, c.value), Sizes(c, c.detectable));
-  }
-  table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
-  for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
-  for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
-  if (!diagnosis.causes.empty() && diagnosis.causes[0].gain.arcs > 0) {
-    const Gain& gain = diagnosis.causes[0].gain;
-    table += fmt::format(
-        "  final-point error on {} held-out arcs: {:.3f} m before, {:.3f} m after (95 % of the "
-        "gain: {:.3f} to {:.3f} m)\n",
-        gain.arcs, gain.before, gain.after, gain.low, gain.high);
-  }
-  table += fmt::format("residual of fixes: {:.2f} sigma before, {:.2f} after\n",
-                       diagnosis.rms_before, diagnosis.rms_after);
-  return table;
 }
 
 }  // namespace trueline

@@ -41,6 +41,13 @@ void UndoAccelScale(const Effect& effect, const Context&, FlightLog* log) {
   for (ImuSample& s : log->imu) s.accel.z() /= 1.0 + effect["s"];
 }
 
+// The thrust axis reads small shares of the other two: they are not at right angles.
+void UndoAccelCrossAxis(const Effect& effect, const Context&, FlightLog* log) {
+  for (ImuSample& s : log->imu) {
+    s.accel.z() -= effect["l_x"] * s.accel.x() + effect["l_y"] * s.accel.y();
+  }
+}
+
 void UndoAccelBiasDrift(const Effect& effect, const Context& context, FlightLog* log) {
   for (ImuSample& s : log->imu) s.accel.z() -= effect["d"] * context.Since(s.t);
 }
@@ -95,6 +102,17 @@ void UndoAccelerationError(const Effect& effect, const Context& context, FlightL
     tilt -= std::expm1(-std::abs(k) * SecondsBetween(last, s.t)) * (side * apparent - tilt);
     last = s.t;
     TurnBack(Vector3d(tilt.x(), tilt.y(), 0.0), &s.q_Ep_I);
+  }
+}
+
+// The angle between the body's z axis and down, divided by 1 + s; heading and direction stay.
+void UndoTiltScale(const Effect& effect, const Context&, FlightLog* log) {
+  for (AttitudeSample& sample : log->attitude) {
+    const Vector3d down_I = sample.q_Ep_I * Vector3d::UnitZ();
+    const Quaterniond tilt = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), down_I);
+    const Eigen::AngleAxisd whole(tilt);
+    const Eigen::AngleAxisd part(whole.angle() / (1.0 + effect["s"]), whole.axis());
+    sample.q_Ep_I = Quaterniond(part) * tilt.conjugate() * sample.q_Ep_I;
   }
 }
 
@@ -175,8 +193,10 @@ const std::vector<std::pair<std::string, Undo>>& Undoers() {
       {"accel_scale_z", UndoAccelScale},
       {"accel_bias_drift", UndoAccelBiasDrift},
       {"imu_lever_arm", UndoLeverArm},
+      {"accel_cross_axis", UndoAccelCrossAxis},
       {"ahrs_acceleration_error", UndoAccelerationError},
       {"body_tilt_drift", UndoBodyTiltDrift},
+      {"tilt_scale", UndoTiltScale},
       {"heading_drift", UndoHeadingDrift},
       {"heading_distortion", UndoHeadingDistortion},
       {"gate_moved", UndoGateMoved},

@@ -1,8 +1,9 @@
-"""The page of trueline-diagnose: verdict, causes, everything that was tried, residuals."""
+"""The page of trueline-diagnose: verdict, causes, misfit, everything that was tried, residuals."""
 from pathlib import Path
 
 import plotly.graph_objects as go
 
+import misfit_sections
 from charts import BAD, FIXES, decimate, embed, style
 from csv_table import read_table
 from errors import ReportError
@@ -14,7 +15,8 @@ VERB_HELP = "the result of trueline-diagnose"
 VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table says what would have.",
             "explained": "The causes below explain what the model gets wrong, with what they gain.",
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
-            "unexplained": "The residual is real, and no effect of the catalogue explains it."}
+            "unexplained": "A residual is left that is real and that nothing explains which would hold "
+                           "on flight that took no part in the search."}
 
 
 def add_arguments(parser):
@@ -29,6 +31,7 @@ def build(arguments):
         raise ReportError(f"{path}: 'verdict' is missing or not known")
     page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
     page.add("verdict", "Result", *_verdict(result))
+    page.add("misfit", "Misfit", *misfit_sections.sections(result, arguments.result))
     page.add("candidates", "What was tried", *_candidates(result))
     page.add("residuals", "Residuals", *_residuals(result, arguments.result))
     return page
@@ -43,6 +46,14 @@ def _verdict(result):
                      ("yes" if residual["white"] else "no", "residual white")])]
     for cause in result.get("causes") or []:
         blocks += _cause(cause)
+    if len(result.get("causes") or []) > 1:
+        blocks += ["<h3>All causes together</h3>", *_gains(result)]
+    if result.get("set_aside"):
+        blocks += ["<h3>Set aside</h3>",
+                   paragraph("These stand out of the noise, but flight that took no part in their fit "
+                             "is predicted worse with them: they stand in for something else.")]
+        for cause in result["set_aside"]:
+            blocks += _cause(cause)
     if result.get("goes_with"):
         blocks += ["<h3>The residual goes with</h3>", bullets(result["goes_with"])]
     return blocks
@@ -56,16 +67,31 @@ def _chance(confidence):
 def _cause(cause):
     rows = [[escape(name), with_sigma(p["value"], p["sigma"]) if "sigma" in p else number(p["value"]),
              escape(p["unit"])] for name, p in cause["parameters"].items()]
-    blocks = [f"<h3>{escape(cause['id'])} {badge(_chance(cause['confidence']))}</h3>",
+    repeated = {True: badge("confirmed"), False: badge("not confirmed")}.get(cause.get("confirmed"), "")
+    blocks = [f"<h3>{escape(cause['id'])} {badge(_chance(cause['confidence']))} {repeated}</h3>",
               table([("parameter", 0), ("value", 1), ("unit", 0)], rows)]
+    for flight in cause.get("other_flights") or []:
+        sizes = ", ".join(f"{name} {with_sigma(p['value'], p['sigma'])} {p['unit']}"
+                          for name, p in (flight.get("parameters") or {}).items())
+        blocks.append(paragraph(f"On {flight['log']}: {flight['outcome']}"
+                                f"{', ' if sizes else ''}{sizes}."))
     if cause["confused_with"]:
         blocks.append(paragraph(f"As good on this flight: {', '.join(cause['confused_with'])}. "
                                 f"To tell them apart: {cause['separate_by']}."))
-    gain = cause.get("gain")
-    if gain:
+    return blocks + _gains(cause)
+
+
+def _gains(node):
+    """What a cause, or all of them, are worth on flight that took no part in the fit."""
+    blocks = []
+    for key, what, count in (("gain", "Final-point error", "arcs"),
+                             ("gain_open_loop", "Open-loop error over 1 s", "replays")):
+        if key not in node:
+            continue
+        gain = node[key]
         low, high = gain["interval95"]
         blocks.append(paragraph(
-            f"Final-point error on {gain['arcs']} held-out arcs: {number(gain['before'])} m before, "
+            f"{what} on {gain[count]} held-out {count}: {number(gain['before'])} m before, "
             f"{number(gain['after'])} m after (95 % of the gain: {number(low)} to {number(high)} m)."))
     return blocks
 
@@ -83,7 +109,7 @@ def _candidates(result):
 def _residuals(result, folder):
     frame = read_table(folder / "residuals.csv", ["t", "x_before", "y_before", "x_after", "y_after"],
                        ["kind"])
-    blocks = []
+    blocks = [paragraph(_whiteness(result["residual"]), "note")]
     for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y")):
         part = decimate(frame[frame.kind == kind], 1500)
         if part.empty:
@@ -97,4 +123,13 @@ def _residuals(result, folder):
                                                  symbol="circle" if axis == "x" else "diamond"))
         style(figure, 320, xaxis_title="time [s]", yaxis_title="residual [sigma]")
         blocks += [f"<h3>{what}</h3>", embed(figure, f"plot-{kind}")]
-    return blocks or [paragraph("There are no residuals.")]
+    return blocks
+
+
+def _whiteness(residual):
+    chances = [f"{number(residual[key], 2)} {when}"
+               for key, when in (("whiteness_p_before", "before"), ("whiteness_p", "after"))
+               if key in residual]
+    return ("Residuals of the fit, with what the model leaves out (gusts, drifts) fitted beside it. "
+            "Whiteness is tested by the products of neighbouring fixes: their sum over its own "
+            f"scatter is normal where the residual is white. Chance of as much: {', '.join(chances)}.")

@@ -62,6 +62,29 @@ TEST(CorrectLog, TakesOutWhatTurnsTheAttitude) {
   }
 }
 
+// Roll and pitch alone are the tilt; the heading stays.
+TEST(CorrectLog, DividesTheTiltByItsScale) {
+  FlightLog log;
+  log.imu.push_back({0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+  const auto turned = [](double angle, const Eigen::Vector3d& axis_E) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis_E) *
+                              Eigen::AngleAxisd(2.0, Eigen::Vector3d::UnitZ()));
+  };
+  const Eigen::Vector3d axis_E = Eigen::Vector3d(0.6, -0.8, 0.0);
+  log.attitude = {{0, turned(0.55, axis_E)}, {1, turned(0.0, axis_E)}};
+  const FlightLog corrected = CorrectLog(log, {{"tilt_scale", {{"s", 0.1}}}});
+  EXPECT_LT(corrected.attitude[0].q_Ep_I.angularDistance(turned(0.5, axis_E)), 1e-9);
+  EXPECT_LT(corrected.attitude[1].q_Ep_I.angularDistance(turned(0.0, axis_E)), 1e-9);
+}
+
+TEST(CorrectLog, TakesTheOtherAxesOutOfTheThrustAxis) {
+  FlightLog log;
+  log.imu.push_back({0, Eigen::Vector3d(2.0, -1.0, -9.5), Eigen::Vector3d::Zero()});
+  const FlightLog corrected =
+      CorrectLog(log, {{"accel_cross_axis", {{"l_x", 0.02}, {"l_y", 0.01}}}});
+  EXPECT_NEAR(corrected.imu[0].accel.z(), -9.5 - 0.04 + 0.01, 1e-12);
+}
+
 TEST(CorrectLog, TakesOutWhatMovesFixes) {
   const std::vector<Case> cases = {
       {{"fix_scale", {{"s", 0.1}}}, 1e-3},

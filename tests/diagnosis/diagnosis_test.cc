@@ -8,6 +8,7 @@
 #include "problems/calibration/calibration_config.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/read_effects.h"
 #include "tests/simulation/short_flight.h"
@@ -27,7 +28,7 @@ FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, std::
 Diagnosis DiagnoseQuickly(const FlightLog& log) {
   DiagnosisOptions options;
   options.measure_gain = false;
-  return Diagnose(log, options);
+  return Diagnose({log}, options);
 }
 
 void ExpectNamed(const Diagnosis& diagnosis, const std::string& id,
@@ -79,10 +80,16 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
 
 TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
-  const Diagnosis diagnosis = Diagnose(log, DiagnosisOptions());
+  const Diagnosis diagnosis = Diagnose({log}, DiagnosisOptions());
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
   EXPECT_GT(diagnosis.causes[0].gain.low, 0.0);  // 95 % sure to be better on arcs held out
+  EXPECT_GT(diagnosis.causes[0].open_loop.low, 0.0);
+  ASSERT_FALSE(diagnosis.misfit->growth.empty());
+  for (const MisfitGrowth& g : diagnosis.misfit->growth) {
+    const double before = g.before_E.head<2>().norm(), after = g.after_E.head<2>().norm();
+    EXPECT_LT(after, g.horizon >= 1.0 ? 0.5 * before : 2.0 * before) << g.horizon;
+  }
 
   const auto folder = std::filesystem::temp_directory_path() / "trueline_diagnosis_test";
   WriteDiagnosis(diagnosis, YAML::Node(), folder);
@@ -94,6 +101,45 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   std::filesystem::remove_all(folder);
 }
 
+// A wind of the first flight blows in the second one too, or it does not.
+TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
+  const std::map<std::string, double> wind{{"w_x", 1.0}, {"w_y", -0.6}};
+  const FlightLog first = FlyHiding({{"wind", wind}}, 22);
+  const FlightLog again = FlyHiding({{"wind", wind}}, 28), calm = FlyHiding({}, 28);
+  DiagnosisOptions options;
+  options.measure_gain = false;
+
+  const Diagnosis repeated = Diagnose({first, again}, options);
+  ASSERT_EQ(repeated.causes.size(), 1U);
+  EXPECT_EQ(repeated.causes[0].repeats.at(0).outcome, "repeats");
+  EXPECT_NEAR(repeated.causes[0].repeats[0].value[0], 1.0, 0.25);
+  EXPECT_TRUE(repeated.causes[0].confirmed.value());
+  EXPECT_EQ(repeated.verdict, "explained");
+
+  const Diagnosis alone = Diagnose({first, calm}, options);
+  ASSERT_EQ(alone.causes.size(), 1U);
+  EXPECT_FALSE(alone.causes[0].confirmed.value());
+  EXPECT_EQ(alone.verdict, "unexplained");
+  const auto folder = std::filesystem::temp_directory_path() / "trueline_unconfirmed_test";
+  WriteDiagnosis(alone, YAML::Node(), folder);
+  EXPECT_FALSE(YAML::LoadFile(folder / "diagnosis.yaml")["causes"][0]["confirmed"].as<bool>());
+  EXPECT_EQ(YAML::LoadFile(folder / "model.yaml")["effects"].size(), 0U);  // nothing is claimed
+  std::filesystem::remove_all(folder);
+}
+
+// The simulator does not know this one: the attitude is tilted further here.
+TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
+  FlightLog log = FlyHiding({}, 29);
+  for (AttitudeSample& sample : log.attitude) {
+    const Eigen::Vector3d down_E = sample.q_Ep_I * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down_E);
+    if (axis.norm() < 1e-6) continue;
+    const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
+    sample.q_Ep_I = Eigen::AngleAxisd(more, axis.normalized()) * sample.q_Ep_I;
+  }
+  ExpectNamed(DiagnoseQuickly(log), "tilt_scale", {{"s", 0.12}});
+}
+
 TEST(Diagnose, SaysWhatIsMissing) {
   FlightLog log = FlyHiding({}, 26);
   DiagnosisOptions options;
@@ -102,7 +148,7 @@ TEST(Diagnose, SaysWhatIsMissing) {
   log.directory = "flights/lap";
   const auto error = [&] {
     try {
-      Diagnose(log, options);
+      Diagnose({log}, options);
     } catch (const InputError& e) {
       return std::string(e.what());
     }
@@ -112,6 +158,9 @@ TEST(Diagnose, SaysWhatIsMissing) {
   options.fit_to_mocap = false;
   log.fixes.resize(30);
   EXPECT_THAT(error(), HasSubstr("fly more laps"));
+  log.fixes.clear();
+  log.mocap.push_back({0, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()});
+  EXPECT_THAT(error(), HasSubstr("use --fit_to=mocap"));
 }
 
 }  // namespace

@@ -1,0 +1,164 @@
+#include "problems/diagnosis/cause_rounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace trueline {
+
+bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
+  for (int i = 0; i < value.size(); ++i) {
+    const EffectParameterInfo& info = candidate.info->parameters[i];
+    if (std::abs(value[i]) > info.plausible) return false;
+    if (!info.either_sign && value[i] < 0.0) return false;
+  }
+  return true;
+}
+
+void Refit(CauseSearch* search, std::vector<Found>* found) {
+  constexpr int kRefits = 8;  // at most
+  search->Fit(found, kRefits);
+}
+
+void Rounds::Remove(std::size_t which) {
+  found.erase(found.begin() + static_cast<long>(which));
+  p.erase(p.begin() + static_cast<long>(which));
+  confused.erase(confused.begin() + static_cast<long>(which));
+}
+
+namespace {
+
+constexpr double kAsGood = 6.0;  // of twice the log likelihood: within this, two effects fit alike
+
+using Terms = std::vector<CauseSearch::Described>;
+
+int DistinctIds(const std::vector<Candidate>& candidates) {
+  std::set<std::string> ids;
+  for (const Candidate& c : candidates) ids.insert(c.info->id);
+  return static_cast<int>(ids.size());
+}
+
+// What is found is not looked for again; a step may happen once.
+std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
+  std::erase_if(candidates, [&](const Candidate& c) {
+    return std::any_of(found.begin(), found.end(), [&](const Found& f) {
+      const bool same_id = f.candidate.info->id == c.info->id;
+      return same_id && (c.fixed.count("gate") == 0 || f.candidate.fixed == c.fixed);
+    });
+  });
+  return candidates;
+}
+
+bool Plausible(const Tested& t) {
+  return Plausible(t.candidate, t.candidate.Neutral() + t.test.value);
+}
+
+CandidateReport Report(const Tested& t, double alpha, int clusters) {
+  CandidateReport report{
+      t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
+  for (const EffectParameterInfo& info : t.candidate.info->parameters) {
+    report.parameters.push_back(info.name);
+    report.units.push_back(info.unit);
+  }
+  report.value = t.candidate.Neutral() + t.test.value;
+  report.sigma = t.test.sigma;
+  report.detectable = DetectableSize(t.test, alpha, clusters);
+  return report;
+}
+
+// The best of those that stand out, or none.
+const Tested* Best(const std::vector<Tested>& tested, double alpha) {
+  const Tested* best = nullptr;
+  for (const Tested& t : tested) {
+    if (t.p >= alpha || !Plausible(t)) continue;
+    if (best == nullptr || t.Merit() > best->Merit()) best = &t;
+  }
+  return best;
+}
+
+std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const Tested& best) {
+  std::set<std::string> ids;
+  for (const Tested& t : tested) {
+    const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
+    if (as_good && t.candidate.info->id != best.candidate.info->id)
+      ids.insert(t.candidate.info->id);
+  }
+  return {ids.begin(), ids.end()};
+}
+
+// What does not stand any more beside the others, once refitted, goes; true if any did. It is not
+// tried again.
+bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Candidate>* candidates,
+                       Rounds* rounds) {
+  for (std::size_t i = rounds->found.size(); i-- > 0;) {
+    const Found& f = rounds->found[i];
+    const double p = search.TestFound(rounds->found, i).p();
+    if (p < alpha && Plausible(f.candidate, f.value)) continue;
+    *candidates = Without(*candidates, {f});
+    rounds->Remove(i);
+    return true;
+  }
+  return false;
+}
+
+// Terms that are no effect's and explain clearly more than any effect does.
+Terms Stands(Terms described, double alpha, double merit) {
+  constexpr double kClearlyBetter = 10.0;  // of merit
+  const double tried = static_cast<double>(described.size());
+  std::erase_if(described, [&](const CauseSearch::Described& d) {
+    return d.p * tried >= alpha || d.merit <= merit + kClearlyBetter;
+  });
+  return described;
+}
+
+// A cause that the strongest of such terms explains away was the term's nearest likeness and no
+// more.
+void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Rounds* rounds) {
+  for (std::size_t i = rounds->found.size(); i-- > 0;) {
+    if (search->TestFound(rounds->found, i, terms.front().columns).p() < alpha) continue;
+    rounds->Remove(i);
+    Refit(search, &rounds->found);
+  }
+}
+
+// Takes a cause into the model, and drops those that it explains away.
+void Take(const Tested& best, double p, std::vector<std::string> confused, double alpha,
+          CauseSearch* search, std::vector<Candidate>* candidates, Rounds* rounds) {
+  rounds->found.push_back({best.candidate, best.candidate.Neutral() + best.test.value});
+  rounds->p.push_back(p);
+  rounds->confused.push_back(std::move(confused));
+  Refit(search, &rounds->found);
+  while (DropExplainedAway(*search, alpha, candidates, rounds)) Refit(search, &rounds->found);
+}
+
+}  // namespace
+
+Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& options,
+                    CauseSearch* search) {
+  const int tried = std::max(1, DistinctIds(all));
+  const double alpha = options.alpha / tried;
+  std::vector<Candidate> candidates = all;
+  Rounds rounds;
+  for (int round = 0; round <= options.max_causes; ++round) {
+    const std::vector<Tested> tested = search->TestAll(Without(candidates, rounds.found));
+    if (round == 0) {
+      for (const Tested& t : tested) {
+        rounds.candidates.push_back(Report(t, alpha, search->plan().clusters));
+      }
+    }
+    const Tested* best = Best(tested, alpha);
+    const double merit = best == nullptr ? 0.0 : best->Merit();
+    const Terms terms = Stands(search->TestLibrary(), options.alpha, merit);
+    if (!terms.empty()) {
+      for (const auto& term : terms) rounds.goes_with.push_back(term.name);
+      DropLikenesses(terms, alpha, search, &rounds);
+      break;
+    }
+    if (best == nullptr || round == options.max_causes) break;
+    Take(*best, std::min(1.0, best->p * tried), ConfusedWith(tested, *best), alpha, search,
+         &candidates, &rounds);
+  }
+  return rounds;
+}
+
+}  // namespace trueline

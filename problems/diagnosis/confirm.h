@@ -1,0 +1,18 @@
+// Whether what was found on one flight repeats on another of the same vehicle.
+#pragma once
+
+#include "problems/diagnosis/diagnosis.h"
+
+namespace trueline {
+
+// Adds to each cause of the flight `first` how it comes out on `log` (both as recorded): all causes
+// are fitted there together, and each is tested alone, once. It repeats where it stands out with p
+// < 0.05, by the same sign and by 0.5 to 2 times the size, or by a size that differs no more than
+// the sigmas let it.
+void AddRepeats(const FlightLog& first, const FlightLog& log, const DiagnosisOptions& options,
+                std::vector<Cause>* causes);
+
+// Confirmed is what repeats on more than half of the further flights.
+void Confirm(std::vector<Cause>* causes);
+
+}  // namespace trueline

@@ -1,0 +1,74 @@
+// The table of trueline-diagnose, for people.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "problems/diagnosis/write_diagnosis.h"
+
+namespace trueline {
+namespace {
+
+std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
+    texts.push_back(fmt::format("{} {:.2g}", c.parameters[i], values[static_cast<int>(i)]));
+  }
+  return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
+}
+
+std::string GainText(const Gain& gain, const std::string& what) {
+  if (gain.arcs == 0) return "";
+  return fmt::format(
+      "    {} {}: {:.3f} m before, {:.3f} m after (95 % of the gain: {:.3f} to {:.3f} m)\n", what,
+      gain.arcs, gain.before, gain.after, gain.low, gain.high);
+}
+
+std::string GainTexts(const Gain& arcs, const Gain& replays) {
+  return GainText(arcs, "final-point error, held-out arcs") +
+         GainText(replays, "open-loop error over 1 s, held-out replays");
+}
+
+std::string CauseText(const Cause& cause) {
+  std::string text = fmt::format("  {}: ", cause.candidate.Label());
+  for (int i = 0; i < cause.value.size(); ++i) {
+    const EffectParameterInfo& info = cause.candidate.info->parameters[i];
+    text += fmt::format("{} = {:.4g} +- {:.2g} {}  ", info.name, cause.value[i], cause.sigma[i],
+                        info.unit);
+  }
+  text += fmt::format("(p {:.1g})\n    {}\n", cause.p, cause.candidate.info->physics);
+  for (const Repeat& repeat : cause.repeats) {
+    text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
+    for (int i = 0; i < repeat.value.size(); ++i) {
+      text += fmt::format(", {:.3g} +- {:.2g}", repeat.value[i], repeat.sigma[i]);
+    }
+    text += "\n";
+  }
+  text += GainTexts(cause.gain, cause.open_loop);
+  if (!cause.confused_with.empty()) {
+    text += fmt::format("    as good on this flight: {}; to tell them apart: {}\n",
+                        fmt::join(cause.confused_with, ", "), cause.candidate.info->separate_by);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string DiagnosisTable(const Diagnosis& diagnosis) {
+  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
+                                  "estimate", "would have been found from");
+  for (const CandidateReport& c : diagnosis.candidates) {
+    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
+                         Sizes(c, c.value), Sizes(c, c.detectable));
+  }
+  table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
+  for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
+  for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
+  if (!diagnosis.set_aside.empty()) table += "set aside, since held-out arcs get worse:\n";
+  for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
+  if (diagnosis.causes.size() > 1)
+    table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
+  table += fmt::format("residual of fixes: {:.2f} sigma before, {:.2f} after\n",
+                       diagnosis.rms_before, diagnosis.rms_after);
+  return table;
+}
+
+}  // namespace trueline

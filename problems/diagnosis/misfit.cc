@@ -1,0 +1,190 @@
+#include "problems/diagnosis/misfit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "problems/diagnosis/variance_shares.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+// The last value that a slow stream had at t.
+double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
+  const auto after = std::upper_bound(samples.begin(), samples.end(), t,
+                                      [](TimeNs at, const ScalarSample& s) { return at < s.t; });
+  return after == samples.begin() ? kNone : std::prev(after)->value;
+}
+
+// Gate of the nearest fix within a second, and the distance to it (m).
+void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, ReplaySituation* at) {
+  const auto after = std::lower_bound(log.fixes.begin(), log.fixes.end(), t,
+                                      [](const Fix& f, TimeNs value) { return f.t < value; });
+  double nearest = 1.0;  // s
+  const auto consider = [&](const Fix& fix) {
+    if (fix.gate < 0 || std::abs(SecondsBetween(t, fix.t)) > nearest) return;
+    nearest = std::abs(SecondsBetween(t, fix.t));
+    at->gate = fix.gate;
+  };
+  if (after != log.fixes.end()) consider(*after);
+  if (after != log.fixes.begin()) consider(*std::prev(after));
+  for (const Gate& gate : log.gates) {
+    if (gate.id == at->gate) at->gate_distance = (gate.position - p_E).norm();
+  }
+}
+
+ReplaySituation SituationOf(const FlightLog& log, CauseSearch* search, const ReplayError& replay) {
+  const FlightPlan& plan = search->plan();
+  const TimeNs middle = replay.end - FromSeconds(0.5 * replay.horizon);
+  const int s = plan.SegmentOf(middle);
+  const NodeVector& node = search->fit().x.nodes[s];
+  const Eigen::Vector3d p_E = node.segment<3>(kStateAt), v_E = node.segment<3>(kStateAt + 3);
+  const DriveTrack& track = search->flight().track();
+  const Drive& drive = track.steps()[track.StepAt(middle)].drive;
+  ReplaySituation at{};
+  at.time = SecondsBetween(log.imu.front().t, middle);
+  at.speed = v_E.norm();
+  if (plan.segments[s].linked) {
+    const Eigen::Vector3d next = search->fit().x.nodes[s + 1].segment<3>(kStateAt + 3);
+    const double h = SecondsBetween(plan.segments[s].begin, plan.segments[s].end);
+    at.acceleration = (next - v_E).norm() / h;
+  }
+  at.thrust = -drive.a_z;
+  const auto imu = std::lower_bound(log.imu.begin(), log.imu.end(), middle,
+                                    [](const ImuSample& i, TimeNs t) { return i.t < t; });
+  at.rate = imu == log.imu.end() ? kNone : imu->gyro.norm();
+  at.heading = std::atan2(drive.R_Ep_I(1, 0), drive.R_Ep_I(0, 0));
+  at.gate = -1;
+  at.gate_distance = kNone;
+  NearestGate(log, middle, p_E, &at);
+  at.height = -p_E.z();
+  at.battery = LastBefore(log.battery, middle);
+  at.north = p_E.x();
+  at.east = p_E.y();
+  return at;
+}
+
+Eigen::Vector3d Rms(const std::vector<MisfitRow>& rows, double horizon,
+                    const std::function<Eigen::Vector3d(const MisfitRow&)>& error) {
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const MisfitRow& row : rows) {
+    if (row.before.horizon != horizon) continue;
+    squares += error(row).cwiseAbs2();
+    ++count;
+  }
+  return (squares / std::max(1, count)).cwiseSqrt();
+}
+
+std::vector<MisfitGrowth> GrowthOf(const std::vector<MisfitRow>& rows) {
+  std::map<double, int> replays;
+  for (const MisfitRow& row : rows) ++replays[row.before.horizon];
+  std::vector<MisfitGrowth> growth;
+  growth.reserve(replays.size());
+  for (const auto& [h, count] : replays) {
+    growth.push_back({h, count, Rms(rows, h, [](const MisfitRow& r) { return r.before.error_E; }),
+                      Rms(rows, h, [](const MisfitRow& r) { return r.after.error_E; }),
+                      Rms(rows, h, [](const MisfitRow& r) { return r.before.error_B; }),
+                      Rms(rows, h, [](const MisfitRow& r) { return r.after.error_B; })});
+  }
+  return growth;
+}
+
+struct Quantity {
+  std::string name;
+  std::function<double(const ReplaySituation&)> value;
+  int bins;  // 0: categories as they are
+};
+
+const std::vector<Quantity>& Quantities() {
+  using S = const ReplaySituation&;
+  static const std::vector<Quantity> quantities = {
+      {"speed", [](S s) { return s.speed; }, 5},
+      {"acceleration", [](S s) { return s.acceleration; }, 5},
+      {"thrust", [](S s) { return s.thrust; }, 5},
+      {"turn rate", [](S s) { return s.rate; }, 5},
+      {"heading", [](S s) { return std::floor(4.0 * s.heading / M_PI); }, 0},
+      {"gate", [](S s) { return static_cast<double>(s.gate); }, 0},
+      {"distance to the gate", [](S s) { return s.gate_distance; }, 4},
+      {"height", [](S s) { return s.height; }, 4},
+      {"time", [](S s) { return s.time; }, 5},
+      {"battery", [](S s) { return s.battery; }, 4}};
+  return quantities;
+}
+
+MisfitShare ShareOf(const std::string& name, const std::vector<int>& bin,
+                    const std::vector<Eigen::Vector2d>& body,
+                    const std::vector<Eigen::Vector2d>& earth) {
+  const VarianceShare in_body = VarianceShareOf(body, bin), in_earth = VarianceShareOf(earth, bin);
+  return {name, in_body.share, in_earth.share,
+          in_body.share > in_earth.share ? in_body.p : in_earth.p};
+}
+
+// Of replays that do not overlap.
+std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double horizon) {
+  std::vector<const MisfitRow*> chosen;
+  std::vector<Eigen::Vector2d> body, earth;
+  TimeNs last = std::numeric_limits<TimeNs>::min();
+  for (const MisfitRow& row : rows) {
+    const TimeNs start = row.before.end - FromSeconds(row.before.horizon);
+    if (row.before.horizon != horizon || start < last) continue;
+    last = row.before.end - 1;
+    chosen.push_back(&row);
+    body.emplace_back(row.before.error_B.head<2>());
+    earth.emplace_back(row.before.error_E.head<2>());
+  }
+  std::vector<MisfitShare> shares;
+  std::vector<double> north, east;
+  for (const MisfitRow* row : chosen) {
+    north.push_back(row->at.north);
+    east.push_back(row->at.east);
+  }
+  std::vector<int> place = QuantileBins(north, 3);
+  const std::vector<int> across = QuantileBins(east, 3);
+  for (std::size_t i = 0; i < place.size(); ++i) place[i] = 3 * place[i] + across[i];
+  shares.push_back(ShareOf("place on the course", place, body, earth));
+  for (const Quantity& quantity : Quantities()) {
+    std::vector<double> values;
+    values.reserve(chosen.size());
+    for (const MisfitRow* row : chosen) values.push_back(quantity.value(row->at));
+    if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
+      continue;
+    }
+    std::vector<int> bin(values.begin(), values.end());
+    if (quantity.bins > 0) bin = QuantileBins(values, quantity.bins);
+    shares.push_back(ShareOf(quantity.name, bin, body, earth));
+  }
+  std::stable_sort(shares.begin(), shares.end(), [](const MisfitShare& a, const MisfitShare& b) {
+    return std::max(a.body, a.earth) > std::max(b.body, b.earth);
+  });
+  return shares;
+}
+
+}  // namespace
+
+Misfit TakeApart(const FlightLog& log, CauseSearch* search, const std::vector<ReplayError>& before,
+                 const std::vector<ReplayError>& after) {
+  std::map<std::pair<int, double>, const ReplayError*> later;
+  for (const ReplayError& replay : after) later[{replay.segment, replay.horizon}] = &replay;
+  Misfit misfit;
+  misfit.against_mocap = !log.mocap.empty();
+  for (const ReplayError& replay : before) {
+    const auto match = later.find({replay.segment, replay.horizon});
+    if (!after.empty() && match == later.end()) continue;
+    misfit.rows.push_back(
+        {replay, after.empty() ? replay : *match->second, SituationOf(log, search, replay)});
+  }
+  misfit.growth = GrowthOf(misfit.rows);
+  // The median arc may stand in for a second.
+  for (const MisfitGrowth& g : misfit.growth) {
+    if (std::abs(g.horizon - 1.0) < 0.12) misfit.shares_horizon = g.horizon;
+  }
+  misfit.shares = SharesOf(misfit.rows, misfit.shares_horizon);
+  return misfit;
+}
+
+}  // namespace trueline

@@ -1,0 +1,72 @@
+#include "problems/diagnosis/prepare_log.h"
+
+#include <algorithm>
+#include <set>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+// Mocap at options.mocap_interval where IMU and attitude cover it: what goes beyond them would make
+// one long pass that can't be integrated as a whole.
+void AddMocap(const FlightLog& log, const DiagnosisOptions& options, FlightLog* data) {
+  constexpr double kMargin = 0.05;  // s
+  const TimeNs from = std::max(data->imu.front().t, data->attitude.front().t);
+  const TimeNs to = std::min(data->imu.back().t, data->attitude.back().t);
+  TimeNs next = from + FromSeconds(kMargin);
+  for (const PoseSample& pose : log.mocap) {
+    if (pose.t < next || pose.t > to - FromSeconds(kMargin)) continue;
+    data->fixes.push_back({pose.t, pose.p_E, options.mocap_sigma, -1});
+    next = pose.t + FromSeconds(options.mocap_interval);
+  }
+  std::sort(data->fixes.begin(), data->fixes.end(),
+            [](const Fix& a, const Fix& b) { return a.t < b.t; });
+}
+
+}  // namespace
+
+FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options) {
+  FlightLog data = log;
+  DriveOptions& drive = options->vgd.drive;
+  if (data.attitude.empty() || drive.attitude == AttitudeSource::kComplementaryFilter) {
+    data.attitude = RunComplementaryFilter(data.imu, drive.filter);
+    drive.attitude = AttitudeSource::kLogged;
+  }
+  if (!options->fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
+  }
+  if (!options->fit_to_mocap) return data;
+  if (log.mocap.empty()) {
+    throw ErrorAt(log.directory + "/mocap.csv", 0,
+                  "is not there or empty; --fit_to=mocap needs it (use --fit_to=fixes)");
+  }
+  AddMocap(log, *options, &data);
+  return data;
+}
+
+VgdOptions OpenPriors(VgdOptions options) {
+  constexpr double kOpenDrag = 1.0;  // 1/s
+  for (int i = 0; i < 2; ++i) {
+    options.priors[i].sigma = std::max(kOpenDrag, options.priors[i].sigma);
+  }
+  return options;
+}
+
+CandidateScope ScopeOf(const FlightLog& log, const DiagnosisOptions& options) {
+  const bool accelerometer = options.vgd.drive.thrust == ThrustSource::kAccelerometer;
+  return {accelerometer, options.vgd.drag_measurement.enabled, !log.attitude.empty(),
+          SecondsBetween(log.imu.front().t, log.imu.back().t)};
+}
+
+FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fixes) {
+  FlightLog kept = log;
+  const std::set<std::size_t> left_out(fixes.begin(), fixes.end());
+  kept.fixes.clear();
+  for (std::size_t i = 0; i < log.fixes.size(); ++i) {
+    if (left_out.count(i) == 0) kept.fixes.push_back(log.fixes[i]);
+  }
+  return kept;
+}
+
+}  // namespace trueline

@@ -1,0 +1,39 @@
+#include "problems/diagnosis/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trueline {
+
+std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
+  std::vector<std::string> findings;
+  const auto note = [&](double value, double usual, const std::string& what) {
+    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
+  };
+  note(noise.gust, 0.35, "forces from outside of {:.2f} m/s^2 that come and go");
+  note(noise.process.acceleration, 0.25,
+       "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
+  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that wanders by {:.1f} deg");
+  note(noise.process.heading / kDegree, 6.0, "a heading that wanders by {:.1f} deg");
+  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
+  return findings;
+}
+
+std::string VerdictOf(const Diagnosis& diagnosis) {
+  const auto claimed = [](const Cause& c) { return c.confirmed.value_or(true); };
+  const auto& causes = diagnosis.causes;
+  if (std::none_of(causes.begin(), causes.end(), claimed)) {
+    const bool clean =
+        causes.empty() && diagnosis.set_aside.empty() && diagnosis.unexplained_by.empty();
+    return clean ? "clean" : "unexplained";
+  }
+  // Something real is left: the causes are a part of the story.
+  if (!diagnosis.unexplained_by.empty()) return "unexplained";
+  const bool ambiguous = std::any_of(causes.begin(), causes.end(), [&](const Cause& c) {
+    return claimed(c) && !c.confused_with.empty();
+  });
+  return ambiguous ? "ambiguous" : "explained";
+}
+
+}  // namespace trueline

@@ -1,0 +1,159 @@
+"""Renders a made-up diagnosis and looks at the page in a real browser.
+
+Set TRUELINE_SCREENSHOT_DIAGNOSIS=FILE.png to keep a picture of the whole page.
+"""
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import yaml
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from browser import Browser
+from synthetic_result import HOSTILE, write_csv
+
+SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+REPORT = SOURCE / "scripts" / "report" / "report.py"
+PLOTS = ["plot-growth", "plot-quantities", "plot-places", "plot-fix", "plot-force"]
+AXES = ["north", "east", "down", "forward", "right", "below"]
+HORIZONS = [0.25, 1.0]
+STARTS = 40
+
+
+def cause(effect, value, unit, **more):
+    gain = {"metric": "final_point_error", "before": 0.4, "after": 0.2, "interval95": [0.1, 0.3],
+            "arcs": 15}
+    open_loop = {"metric": "open_loop_error_1s", "before": 0.3, "after": 0.1,
+                 "interval95": [0.15, 0.25], "replays": 50}
+    return {"id": effect, "parameters": {"k": {"value": value, "sigma": abs(value) / 10, "unit": unit}},
+            "confidence": 0.998, "confused_with": [], "gain": gain, "gain_open_loop": open_loop, **more}
+
+
+def result():
+    growth = [{"horizon_s": h, "replays": STARTS,
+               "rms_earth_m": {a: [0.3 * h * h, 0.1 * h * h] for a in ("north", "east", "down")},
+               "rms_body_m": {a: [0.3 * h * h, 0.1 * h * h] for a in ("forward", "right", "down")}}
+              for h in HORIZONS]
+    repeat = {"log": "flights/second", "outcome": "repeats", "p_value": 0.001,
+              "parameters": {"k": {"value": 0.031, "sigma": 0.004, "unit": "s/m"}}}
+    lonely = {"log": "flights/second", "outcome": "can't be tested"}
+    return {"verdict": "explained",
+            "causes": [cause("rotor_drag", 0.03, "s/m", confirmed=True, other_flights=[repeat]),
+                       cause("gate_moved", 0.5, "m", confirmed=False, other_flights=[lonely])],
+            "set_aside": [cause("fix_scale", -0.12, "1")],
+            "gain": cause("", 1.0, "")["gain"], "goes_with": [f"heading {HOSTILE}"],
+            "candidates": [{"id": "wind", "score_z": 1.2, "p_value": 0.31,
+                            "detectable_size": {"w_x": 0.21, "w_y": 0.24}}],
+            "residual": {"rms_before": 1.9, "rms_after": 1.02, "unit": "sigma", "white": True,
+                         "whiteness_p": 0.4, "whiteness_p_before": 0.001},
+            "misfit": {"measured_by": "mocap", "growth": growth, "shares_horizon_s": 1.0,
+                       "share_of_variance": [
+                           {"by": "heading", "body": 0.02, "earth": 0.61, "p_value": 1e-5},
+                           {"by": "speed", "body": 0.1, "earth": 0.0, "p_value": 0.3}]},
+            "provenance": {"log": f"flights/first {HOSTILE}"}}
+
+
+def write_result(folder):
+    folder.mkdir(parents=True)
+    (folder / "diagnosis.yaml").write_text(yaml.safe_dump(result(), sort_keys=False))
+    rows = []
+    for i in range(STARTS):
+        for h in HORIZONS:
+            error = 0.3 * h * h * math.sin(i)
+            rows.append((float(i) + h, h, *[error] * 6, *[error / 3] * 6, float(i), 2 + math.sin(i),
+                         1.0, 9.8, 0.5, math.sin(i), i % 2, 3.0, 1.5, "", math.sin(i), math.cos(i)))
+    columns = ",".join(f"{a}_{when} [m]" for when in ("before", "after") for a in AXES)
+    write_csv(folder / "misfit.csv",
+              f"t [s],horizon [s],{columns},time [s],speed [m/s],acceleration [m/s^2],"
+              "thrust [m/s^2],rate [rad/s],heading [rad],gate [1],gate_distance [m],height [m],"
+              "battery [V],x [m],y [m]", rows)
+    write_csv(folder / "residuals.csv", "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],"
+              "x_after [1],y_after [1],z_after [1]",
+              [(0.1 * i, kind, 0, 1.0, -1.0, 0.5, 0.5, -0.5, 0.2)
+               for i in range(50) for kind in ("fix", "force")])
+
+
+def render(folder, out):
+    return subprocess.run(["/usr/bin/python3", REPORT, "diagnosis", f"--result={folder}",
+                           f"--out={out}"], capture_output=True, text=True)
+
+
+class PageInBrowser(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root)
+        write_result(cls.root / "result")
+        page = cls.root / "report.html"
+        outcome = render(cls.root / "result", page)
+        assert outcome.returncode == 0, outcome.stderr
+        cls.browser = cls.enterClassContext(Browser())
+        cls.browser.open(page.as_uri())
+        cls.browser.wait_for(
+            f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(PLOTS)}")
+        cls.messages = cls.browser.console()
+        if picture := os.environ.get("TRUELINE_SCREENSHOT_DIAGNOSIS"):
+            height = cls.browser.run("return document.documentElement.scrollHeight")
+            cls.browser.resize(1366, height + 140)
+            cls.browser.screenshot(picture)
+
+    def text(self, selector):
+        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
+
+    def test_every_plot_is_drawn_without_errors(self):
+        found = self.browser.run(
+            "return [...document.querySelectorAll('.js-plotly-plot')].map(p => p.id)")
+        self.assertEqual(found, PLOTS)
+        self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
+
+    def test_text_from_data_can_not_become_markup(self):
+        self.assertIsNone(self.browser.run("return window.hacked || null"))
+
+    def test_causes_say_whether_they_repeat_and_what_they_gain(self):
+        text = self.text("#verdict")
+        for words in ("not confirmed", "flights/second: repeats, k 0.0310 ± 0.0040 s/m",
+                      "flights/second: can't be tested", "Set aside", "15 held-out arcs",
+                      "50 held-out replays", "All causes together"):
+            self.assertIn(words, text)
+
+    def test_growth_and_shares_are_shown(self):
+        self.assertIn("61 %", self.text("#misfit"))
+        lines = self.browser.run(
+            "return document.getElementById('plot-growth').data.map(d => [d.name, d.x.length])")
+        self.assertEqual(len(lines), 12)  # six axes before and after
+        self.assertTrue(all(points == len(HORIZONS) for _, points in lines))
+        needles = self.browser.run(
+            "return document.getElementById('plot-places').data.map(d => d.x.length)")
+        self.assertEqual(needles, [3 * STARTS, STARTS, 3 * STARTS, STARTS])
+        # A quantity that is not logged has no chart.
+        titles = self.browser.run("return Object.entries(document.getElementById('plot-quantities')"
+                                  ".layout).filter(([k]) => k.startsWith('xaxis'))"
+                                  ".map(([, a]) => a.title.text)")
+        self.assertIn("speed [m/s]", titles)
+        self.assertNotIn("battery [V]", titles)
+
+    def test_the_test_of_whiteness_is_named(self):
+        self.assertIn("0.001 before, 0.4 after", self.text("#residuals"))
+
+
+class Rendering(unittest.TestCase):
+    def test_a_missing_table_is_named(self):
+        root = Path(tempfile.mkdtemp(prefix="trueline_report_"))
+        self.addCleanup(shutil.rmtree, root)
+        write_result(root / "result")
+        (root / "result" / "misfit.csv").unlink()
+        outcome = render(root / "result", root / "report.html")
+        self.assertEqual(outcome.returncode, 2)
+        self.assertIn("misfit.csv: no such file", outcome.stderr)
+        self.assertFalse((root / "report.html").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
