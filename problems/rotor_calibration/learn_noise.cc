@@ -84,4 +84,19 @@ double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
   return best;
 }
 
+void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
+                     const RotorLearning& learning, RotorDataOptions* streams,
+                     RotorEkfOptions* filter) {
+  constexpr double kDelayRange = 0.04;  // s
+  const auto some = [&] {
+    RotorDataOptions part = *streams;
+    part.duration = learning.seconds;
+    return MakeRotorData(log, model.num_rotors(), part);
+  };
+  if (learning.noise) filter->noise = LearnNoise(model, some(), *filter).noise;
+  if (!learning.rotor_delay) return;
+  streams->rotor_delay += LearnRotorDelay(model, some(), *filter, kDelayRange);
+  if (learning.noise) filter->noise = LearnNoise(model, some(), *filter).noise;
+}
+
 }  // namespace trueline

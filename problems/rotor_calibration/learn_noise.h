@@ -24,4 +24,17 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
 double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
                        const RotorEkfOptions& options, double range);
 
+// Which of them is learned, and on how much of a flight.
+struct RotorLearning {
+  bool noise = true;
+  bool rotor_delay = false;
+  double seconds = 20.0;  // of flight, from its start
+};
+
+// Both: noise, delay, and noise again, since with a wrong delay the disturbances look large.
+// `streams` and `filter` hold what to start from, and get the result.
+void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
+                     const RotorLearning& learning, RotorDataOptions* streams,
+                     RotorEkfOptions* filter);
+
 }  // namespace trueline
