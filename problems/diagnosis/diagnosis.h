@@ -22,6 +22,7 @@ struct DiagnosisOptions {
 
 // Improvement on arcs that took no part in fitting the effect's parameters.
 struct Gain {
+  std::string metric = "final_point_error";
   int arcs = 0;
   double before = 0.0, after = 0.0;  // m, mean final-point error
   double low = 0.0, high = 0.0;      // m, 95 % of before - after, paired bootstrap over arcs

@@ -30,7 +30,7 @@ YAML::Node ParametersNode(const Cause& cause) {
   for (const auto& [name, value] : cause.candidate.fixed) {
     YAML::Node fixed;
     fixed["value"] = Round(value, 6);
-    fixed["unit"] = name == "t_step" ? "s" : "id";
+    fixed["unit"] = name == "t_step" ? "s" : name == "rotor" ? "index" : "id";
     node[name] = Flow(fixed);
   }
   for (int i = 0; i < cause.value.size(); ++i) {
@@ -42,7 +42,7 @@ YAML::Node ParametersNode(const Cause& cause) {
 
 YAML::Node GainNode(const Gain& gain) {
   YAML::Node node;
-  node["metric"] = "final_point_error";
+  node["metric"] = gain.metric;
   node["before"] = Round(gain.before, 4);
   node["after"] = Round(gain.after, 4);
   node["interval95"].push_back(Round(gain.low, 4));
@@ -51,6 +51,8 @@ YAML::Node GainNode(const Gain& gain) {
   node["arcs"] = gain.arcs;
   return node;
 }
+
+}  // namespace
 
 YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
@@ -75,6 +77,20 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   }
   return Flow(node);
 }
+
+YAML::Node EffectsNode(const std::vector<Cause>& causes) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (const Cause& cause : causes) {
+    YAML::Node effect;
+    effect["id"] = cause.candidate.info->id;
+    for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
+    node.push_back(Flow(effect));
+  }
+  if (causes.empty()) node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+namespace {
 
 // What the model leaves out, as learned with the causes in it.
 YAML::Node NoiseNode(const NoiseStrengths& noise) {
@@ -119,14 +135,7 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   for (const ModelParameter& p : diagnosis.parameters) {
     node["parameters"][p.name] = Value(p.value, p.sigma, p.unit);
   }
-  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const Cause& cause : diagnosis.causes) {
-    YAML::Node effect;
-    effect["id"] = cause.candidate.info->id;
-    for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
-    node["effects"].push_back(Flow(effect));
-  }
-  if (diagnosis.causes.empty()) node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  node["effects"] = EffectsNode(diagnosis.causes);
   node["provenance"] = provenance;
   return node;
 }
@@ -159,6 +168,8 @@ std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
   return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
 }
 
+}  // namespace
+
 std::string CauseText(const Cause& cause) {
   std::string text = fmt::format("  {}: ", cause.candidate.Label());
   for (int i = 0; i < cause.value.size(); ++i) {
@@ -174,7 +185,15 @@ std::string CauseText(const Cause& cause) {
   return text;
 }
 
-}  // namespace
+std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
+  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
+                                  "estimate", "would have been found from");
+  for (const CandidateReport& c : candidates) {
+    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
+                         Sizes(c, c.value), Sizes(c, c.detectable));
+  }
+  return table;
+}
 
 void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory) {
@@ -184,12 +203,7 @@ void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
 }
 
 std::string DiagnosisTable(const Diagnosis& diagnosis) {
-  std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
-                                  "estimate", "would have been found from");
-  for (const CandidateReport& c : diagnosis.candidates) {
-    table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
-                         Sizes(c, c.value), Sizes(c, c.detectable));
-  }
+  std::string table = CandidateLines(diagnosis.candidates);
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";

@@ -38,7 +38,7 @@ def _verdict(result):
     residual = result["residual"]
     blocks = [paragraph(VERDICTS[result["verdict"]]),
               tiles([(result["verdict"], "verdict"),
-                     (number(residual["rms_before"]), "fixes' residual before, sigma"),
+                     (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
                      (number(residual["rms_after"]), "after"),
                      ("yes" if residual["white"] else "no", "residual white")])]
     for cause in result.get("causes") or []:
@@ -46,6 +46,10 @@ def _verdict(result):
     if result.get("goes_with"):
         blocks += ["<h3>The residual goes with</h3>", bullets(result["goes_with"])]
     return blocks
+
+
+def _what(result):
+    return "disturbances" if result.get("drive") == "rotors" else "fixes' residual"
 
 
 def _chance(confidence):
@@ -64,8 +68,11 @@ def _cause(cause):
     gain = cause.get("gain")
     if gain:
         low, high = gain["interval95"]
+        held_out = (f"Final-point error on {gain['arcs']} held-out arcs"
+                    if gain["metric"] == "final_point_error" else
+                    f"Open-loop error over 0.5 s on {gain['arcs']} s of held-out flight")
         blocks.append(paragraph(
-            f"Final-point error on {gain['arcs']} held-out arcs: {number(gain['before'])} m before, "
+            f"{held_out}: {number(gain['before'])} m before, "
             f"{number(gain['after'])} m after (95 % of the gain: {number(low)} to {number(high)} m)."))
     return blocks
 
@@ -84,7 +91,9 @@ def _residuals(result, folder):
     frame = read_table(folder / "residuals.csv", ["t", "x_before", "y_before", "x_after", "y_after"],
                        ["kind"])
     blocks = []
-    for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y")):
+    for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y"),
+                       ("specific_force", "Specific force that the model lacks, x and y"),
+                       ("angular_acceleration", "Angular acceleration that the model lacks, x and y")):
         part = decimate(frame[frame.kind == kind], 1500)
         if part.empty:
             continue
