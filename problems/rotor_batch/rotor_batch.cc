@@ -65,7 +65,8 @@ class Batch {
     if (start != nullptr) StartFrom(*start);
     RotorBatchResult result;
     Build();
-    for (int k = 0; k <= options_.reweights; ++k) {
+    // A solution nearby has the right weights already.
+    for (int k = start != nullptr ? options_.reweights : 0; k <= options_.reweights; ++k) {
       SetWeights();
       Solve(&result);
     }

@@ -14,9 +14,11 @@ struct LearnedNoise {
 };
 
 // Coordinate search on the logarithm of each of the six figures of RotorNoise, each kept within a
-// factor of 1,000 of its start. Constants stay unknown meanwhile.
+// factor of 1,000 of `stated`. Constants stay unknown meanwhile. `first_step`: of the logarithm;
+// smaller where the start is known to be near.
 LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
-                        const RotorEkfOptions& options);
+                        const RotorEkfOptions& options, const RotorNoise& stated,
+                        double first_step = 1.2);
 
 // The delay (s) of the rotor speeds of the greatest likelihood, within +-`range`, to 2.5 ms: clocks
 // and filters of rotor sensors and IMU differ, and inertia suffers first. `data` as MakeRotorData
@@ -28,7 +30,9 @@ double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
 struct RotorLearning {
   bool noise = true;
   bool rotor_delay = false;
-  double seconds = 20.0;  // of flight, from its start
+  double seconds = 20.0;   // of flight, from its start
+  RotorNoise stated = {};  // that figures are kept near
+  double first_step = 1.2;
 };
 
 // Both: noise, delay, and noise again, since with a wrong delay the disturbances look large.

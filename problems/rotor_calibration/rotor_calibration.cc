@@ -157,10 +157,10 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   const double fitted = (1.0 - options.hold_out) * whole;
   RotorDataOptions streams = options.data;
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
-  LearnFromFlight(
-      model, log,
-      {options.learn_noise, options.learn_rotor_delay, std::min(fitted, RotorLearning().seconds)},
-      &streams, &filter);
+  LearnFromFlight(model, log,
+                  {options.learn_noise, options.learn_rotor_delay,
+                   std::min(fitted, RotorLearning().seconds), options.noise},
+                  &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
   result.rotor_delay = streams.rotor_delay;
   result.noise = filter.noise;

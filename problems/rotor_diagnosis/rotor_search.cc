@@ -10,9 +10,12 @@
 namespace trueline {
 namespace {
 
-constexpr double kCluster = 1.0;  // s, over which residuals may hang together
-constexpr double kLocal = 0.1;    // share of a parameter's step, for slopes at a value
-constexpr int kMostSteps = 8;     // of a refit
+constexpr double kCluster = 1.0;   // s, over which residuals may hang together
+constexpr double kLocal = 0.1;     // share of a parameter's step, for slopes at a value
+constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
+constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
+constexpr int kHalvings = 4;
+constexpr int kMostSteps = 6;  // of a refit
 
 TestedSystem SystemOf(const RotorNormal& normal) {
   return {normal.M(), normal.b(), [&normal](const Eigen::VectorXd& e, const Eigen::MatrixXd& v) {
@@ -72,10 +75,11 @@ Eigen::VectorXd ColumnUnits(const EffectInfo& info) {
 }
 
 RotorSearch::RotorSearch(const FlightLog& log, const RotorCalibrationOptions& options)
-    : log_(log), options_(options) {
+    : log_(log), options_(options), stated_(options.noise) {
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
   LearnFromFlight(ModelFor(options, log.gravity), log,
-                  {options.learn_noise, options.learn_rotor_delay}, &options_.data, &filter);
+                  {options.learn_noise, options.learn_rotor_delay, kLearnOn, stated_},
+                  &options_.data, &filter);
   options_.noise = filter.noise;
 }
 
@@ -139,15 +143,25 @@ void RotorSearch::Fit(std::vector<RotorFound>* found) {
     Refit(*found);
     if (found->empty()) return;
     for (int i = 0; i < kMostSteps; ++i) {
+      const std::vector<RotorFound> before = *found;
+      const double cost = batch_.cost;
       const bool settled = Step(found);
       Refit(*found);
       if (settled) break;
+      // Constants that took the effect's part (inertia, where a moment is missing) make steps long.
+      for (int k = 0; k < kHalvings && batch_.cost > cost; ++k) {
+        for (std::size_t f = 0; f < before.size(); ++f) {
+          (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
+        }
+        Refit(*found);
+      }
     }
     if (round == 1 || !options_.learn_noise) return;
     RotorEkfOptions filter{options_.noise, world_->prior, options_.wander};
     RotorDataOptions streams = options_.data;
     streams.motor_lag += RotorExtensionOf(effects_).motor_lag;
-    LearnFromFlight(world_->model, log_, {true, false}, &streams, &filter);
+    LearnFromFlight(world_->model, log_, {true, false, kLearnOn, stated_, kNearStep}, &streams,
+                    &filter);
     options_.noise = filter.noise;
   }
 }

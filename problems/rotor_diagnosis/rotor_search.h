@@ -38,7 +38,7 @@ class RotorSearch {
   RotorSearch(const FlightLog& log, const RotorCalibrationOptions& options);
   // Starts with what another search has learned.
   RotorSearch(const RotorSearch& other, const FlightLog& log)
-      : log_(log), options_(other.options_) {}
+      : log_(log), options_(other.options_), stated_(other.stated_) {}
 
   // Solves with the causes in the model; their values are refined, then the noise.
   void Fit(std::vector<RotorFound>* found);
@@ -65,7 +65,8 @@ class RotorSearch {
   bool Step(std::vector<RotorFound>* found) const;
 
   const FlightLog& log_;
-  RotorCalibrationOptions options_;
+  RotorCalibrationOptions options_;  // noise and delay as learned
+  RotorNoise stated_;
   std::vector<Effect> effects_;
   std::vector<RotorFound> found_;
   std::unique_ptr<RotorWorld> world_;

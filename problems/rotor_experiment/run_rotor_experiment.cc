@@ -157,7 +157,7 @@ RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial
   RotorEkfOptions options;
   options.noise = experiment.believed;
   options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);
-  return LearnNoise(ModelOf(experiment), flown.data, options).noise;
+  return LearnNoise(ModelOf(experiment), flown.data, options, experiment.believed).noise;
 }
 
 }  // namespace

@@ -20,8 +20,8 @@ EFFECTS = {
     "motor_lag": {"tau": (0.01, 0.06, not SIGNED)},
     "translational_lift": {"k": (0.03, 0.4, not SIGNED)},
     "ground_effect": {"k": (0.1, 0.35, not SIGNED)},
-    "payload_step": {"t_step": (5.0, 15.0, not SIGNED), "mass": (0.003, 0.05, SIGNED)},
-    "com_step": {"t_step": (5.0, 15.0, not SIGNED), "dx": (0.001, 0.008, SIGNED),
+    "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.003, 0.05, SIGNED)},
+    "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.001, 0.008, SIGNED),
                  "dy": (0.001, 0.008, SIGNED)},
     "rotor_tilt": {"roll": (0.005, 0.05, SIGNED), "pitch": (0.005, 0.05, SIGNED)},
 }
@@ -57,7 +57,7 @@ def draw_flight(config, seed, hidden):
     config["biases"] = {"accel": [rng.uniform(-0.3, 0.3) for _ in range(3)],
                         "gyro": [rng.uniform(-0.03, 0.03) for _ in range(3)]}
     config["limits"]["travel"] = rng.choice([1.0, 2.0])
-    config["trajectory"] = {"kind": "random", "duration": rng.choice([15, 20, 30]), "seed": seed}
+    config["trajectory"] = {"kind": "random", "duration": rng.choice([12, 15, 20]), "seed": seed}
     simulation = config["simulation"]
     simulation["height"] = config["limits"]["travel"] + rng.uniform(0.1, 0.4)
     noise = rng.choice([POOR, GOOD])

@@ -37,7 +37,7 @@ TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
 TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   const Solved s;
   RotorEffects effects;
-  effects.tilt_roll = 1e-5;
+  effects.com = {1e-6, 2e-6};
   effects.speed_drag = 2e-9;
   const RotorAeroModel moved(s.sim.vehicle.model.rotors(), 9.81, effects);
   const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
