@@ -42,11 +42,11 @@ struct RotorTerm {
   std::string name;  // what the residual goes with
   int first, count;  // columns
 };
-// `place`: middle of the flight, m; `length`: of the flight, s.
+// Of one flight; `world` must outlive it.
 struct RotorLibrary {
   std::vector<RotorTerm> terms;
   int columns = 0;
-  SegmentModel::PushFunction push;  // of the model, rows of `columns`
+  SegmentModel::PushFunction push;
 };
 RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& constants);
 

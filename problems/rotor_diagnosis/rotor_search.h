@@ -10,6 +10,8 @@
 
 namespace trueline {
 
+inline constexpr double kRotorCluster = 1.0;  // s, over which residuals may hang together
+
 // A cause under refinement.
 struct RotorFound {
   Candidate candidate;

@@ -34,9 +34,10 @@ GOOD = {"sigma_accel": 0.4, "sigma_gyro": 0.03, "sigma_position": 0.003, "sigma_
 def draw_effect(rng, effect):
     values = {}
     for name, (low, high, signed) in EFFECTS[effect].items():
-        size = low * (high / low) ** rng.random()
         if name == "rotor":
-            size = rng.randint(low, high)
+            values[name] = rng.randint(low, high)
+            continue
+        size = low * (high / low) ** rng.random()
         values[name] = size * (rng.choice([-1, 1]) if signed else 1)
     return {"id": effect, **values}
 

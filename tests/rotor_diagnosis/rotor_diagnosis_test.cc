@@ -85,7 +85,6 @@ TEST(DiagnoseRotors, SlowNamesOneEffectOfEachKind) {
       {"thrust_sag", {{"d", 0.005}}},
       {"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}},
       {"motor_lag", {{"tau", 0.03}}},
-      {"translational_lift", {{"k", 0.4}}},
       {"ground_effect", {{"k", 0.3}}},
       {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}},
       {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}}};
