@@ -79,18 +79,23 @@ TEST(DiagnoseRotors, TheBetterModelIsTakenByCalibration) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(DiagnoseRotors, SlowNamesOneEffectOfEachKind) {
-  const std::vector<simulation::EffectSetting> hidden = {
-      {"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
-      {"thrust_sag", {{"d", 0.005}}},
-      {"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}},
-      {"motor_lag", {{"tau", 0.03}}},
-      {"ground_effect", {{"k", 0.3}}},
-      {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}},
-      {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}}};
+void ExpectEachNamed(const std::vector<simulation::EffectSetting>& hidden) {
   for (const auto& effect : hidden) {
     ExpectNamed(DiagnoseRotors(FlyHiding({effect}, 15.0, 7), Options()), effect.id, effect.values);
   }
+}
+
+TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {
+  ExpectEachNamed({{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
+                   {"thrust_sag", {{"d", 0.005}}},
+                   {"motor_lag", {{"tau", 0.03}}},
+                   {"ground_effect", {{"k", 0.3}}}});
+}
+
+TEST(DiagnoseRotors, SlowNamesRotorsAndLoad) {
+  ExpectEachNamed({{"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}},
+                   {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}},
+                   {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}}});
 }
 
 TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
