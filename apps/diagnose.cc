@@ -10,9 +10,12 @@
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/log/native_log.h"
 #include "problems/report/render.h"
+#include "problems/rotor_calibration/rotor_calibration_config.h"
+#include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
@@ -21,6 +24,13 @@ DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
+
+void Report() {
+  if (!FLAGS_report) return;
+  const std::string warning =
+      trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);
+  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+}
 
 constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a flight.
 
@@ -33,10 +43,33 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
       claims only what repeats on the second flight of the same vehicle
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
+  trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
+      what the model driven by rotor speeds gets wrong: drag, a weak rotor, a load that slips, ...
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
+int RunRotors() {
+  trueline::EnsureWritable(FLAGS_out);
+  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  const trueline::RotorDiagnosisOptions options{
+      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log), FLAGS_alpha};
+  const trueline::RotorDiagnosis diagnosis = trueline::DiagnoseRotors(log, options);
+  for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WriteRotorDiagnosis(
+      diagnosis, trueline::Provenance(log, 0, trueline::ToYaml(options.calibration)), FLAGS_out);
+  Report();
+  if (!FLAGS_quiet) {
+    fmt::print("{}", trueline::RotorDiagnosisTable(diagnosis));
+    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
+               diagnosis.base_seconds);
+  }
+  return trueline::kExitDone;
+}
+
 int Run() {
+  if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
+    throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
+  }
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-diagnose --help");
   }
@@ -46,6 +79,7 @@ int Run() {
   if (!(FLAGS_alpha > 0.0 && FLAGS_alpha < 1.0)) {
     throw trueline::InputError("--alpha must lie between 0 and 1");
   }
+  if (FLAGS_drive == "rotors") return RunRotors();
   trueline::DiagnosisOptions options;
   options.vgd = trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0})
                     .methods.vgd;
@@ -60,11 +94,7 @@ int Run() {
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteDiagnosis(
       diagnosis, trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), FLAGS_out);
-  if (FLAGS_report) {
-    const std::string warning =
-        trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-  }
+  Report();
   if (!FLAGS_quiet) {
     fmt::print("{}", trueline::DiagnosisTable(diagnosis));
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,

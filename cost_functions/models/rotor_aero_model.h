@@ -1,14 +1,22 @@
 // The rotor-driven model as estimators use it: that of Boehm et al. 2020 with what real flights add
 // (linear drag, inflow of the rotors, a late pose sensor) as further constants, zero by default,
-// and with the disturbances that make it a stochastic model.
+// with effects that a diagnosis has found, and with the disturbances that make it a stochastic
+// model.
 #pragma once
 
 #include <utility>
 #include <vector>
 
 #include "cost_functions/models/rotor_driven_model.h"
+#include "cost_functions/models/rotor_effects.h"
 
 namespace trueline {
+
+// What drives the model at one time.
+struct RotorInput {
+  double t;                    // s, since the flight's first sample
+  std::vector<double> speeds;  // rad/s
+};
 
 class RotorAeroModel {
  public:
@@ -25,31 +33,58 @@ class RotorAeroModel {
   static constexpr int kMovingErrors = kMoving - 1;
   static constexpr int kErrors = kStates - 1;
 
-  RotorAeroModel(std::vector<RotorSpec> rotors, double gravity)
-      : base_(std::move(rotors), gravity) {}
+  RotorAeroModel(std::vector<RotorSpec> rotors, double gravity, RotorEffects effects = {})
+      : base_(std::move(rotors), gravity), effects_(effects), tilt_(effects.Tilt()) {}
 
   const Base& base() const { return base_; }
   int num_rotors() const { return base_.num_rotors(); }
+  const RotorEffects& effects() const { return effects_; }
 
-  // dx/dt of the first kMoving states. `speeds`: of the rotors [rad/s]. `disturbance`: specific
-  // force in body axes [m/s^2], then angular acceleration [rad/s^2]; 6 numbers.
   template <class T>
-  void Derivative(const T* x, const double* speeds, const T* disturbance, T* dx) const {
-    const std::vector<T> u = Squares<T>(speeds);
-    base_.Derivative(x, u.data(), dx);
-    const Vec4<T> q(x[0], x[1], x[2], x[3]);
-    const Vec3<T> push = RotateByUnit(q, Vec3<T>(AirForce(x, speeds) + Part(disturbance, 0)));
-    for (int i = 0; i < 3; ++i) dx[Base::kVelocity + i] += push[i];
-    for (int i = 0; i < 3; ++i) dx[Base::kRate + i] += disturbance[3 + i];
+  struct Push {
+    Vec3<T> force;  // m/s^2, specific force where p_E_M is, in body axes
+    Vec3<T> turn;   // rad/s^2, angular acceleration
+  };
+
+  // Of rotors and air. p_E_M stays where the centre of mass was as built: a centre that has moved
+  // by c since leaves it with the force of the centre less dw x c + w x (w x c).
+  template <class T>
+  Push<T> PushOn(const T* x, const RotorInput& input) const {
+    const T ground = effects_.GroundFactor(T(-x[Base::kPosition + 2]));
+    const Base::RotorSums<double> sums = SumRotors(input);
+    const auto wrench =
+        Base::WrenchOf(x, Base::RotorSums<T>{Times(ground, sums.force), Times(ground, sums.lever),
+                                             sums.reaction.template cast<T>()});
+    const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
+    Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
+                         per_mass * wrench.force[2]) +
+                     AirForce(x, input.speeds),
+                 {}};
+    const Eigen::Vector3d shift = effects_.CentreShift(input.t);
+    if (shift.isZero(0.0)) {
+      push.turn = Base::AngularAcceleration(x, wrench.moment);
+      return push;
+    }
+    const Vec3<T> c = shift.cast<T>(), w = Base::Vector(x, Base::kRate);
+    push.turn = Base::AngularAcceleration(x, Vec3<T>(wrench.moment - Cross(c, wrench.force)));
+    push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
+    return push;
+  }
+
+  // dx/dt of the first kMoving states. `disturbance`: specific force in body axes [m/s^2], then
+  // angular acceleration [rad/s^2]; 6 numbers.
+  template <class T>
+  void Derivative(const T* x, const RotorInput& input, const T* disturbance, T* dx) const {
+    const Push<T> push = PushOn(x, input);
+    base_.Move(x, Vec3<T>(push.force + Part(disturbance, 0)),
+               Vec3<T>(push.turn + Part(disturbance, 3)), dx);
   }
 
   // Accelerometer [m/s^2] then gyro [rad/s]: 6 numbers.
   template <class T>
-  void Imu(const T* x, const double* speeds, T* y) const {
-    const std::vector<T> u = Squares<T>(speeds);
-    base_.Imu(x, u.data(), y);
-    const Vec3<T> air = AirForce(x, speeds);
-    for (int i = 0; i < 3; ++i) y[i] += air[i];
+  void Imu(const T* x, const RotorInput& input, T* y) const {
+    const Push<T> push = PushOn(x, input);
+    Base::Read(x, push.force, push.turn, y);
   }
 
   // Position of P in E [m] as stamped.
@@ -74,24 +109,37 @@ class RotorAeroModel {
     return Vec3<T>(v[index], v[index + 1], v[index + 2]);
   }
   template <class T>
-  std::vector<T> Squares(const double* speeds) const {
-    std::vector<T> u;
-    u.reserve(num_rotors());
-    for (int i = 0; i < num_rotors(); ++i) u.emplace_back(speeds[i] * speeds[i]);
-    return u;
+  static Vec3<T> Times(const T& factor, const Eigen::Vector3d& v) {
+    return Vec3<T>(factor * T(v[0]), factor * T(v[1]), factor * T(v[2]));
+  }
+  Base::RotorSums<double> SumRotors(const RotorInput& input) const {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(), lever = force, reaction = force;
+    for (int i = 0; i < num_rotors(); ++i) {
+      const RotorSpec& rotor = base_.rotors()[i];
+      const double u = input.speeds[i] * input.speeds[i];
+      const Eigen::Vector3d axis = tilt_ * rotor.axis;
+      const Eigen::Vector3d thrust = rotor.k_f * u * effects_.ThrustFactor(i, input.t) * axis;
+      force += thrust;
+      lever += rotor.position.cross(thrust);
+      reaction += rotor.spin * rotor.k_m * u * axis;
+    }
+    return {force, lever, reaction};
   }
   // Specific force of the air on body and rotors beyond thrust, in body axes.
   template <class T>
-  Vec3<T> AirForce(const T* x, const double* speeds) const {
+  Vec3<T> AirForce(const T* x, const std::vector<double>& speeds) const {
     const Vec4<T> back = Conjugate(Vec4<T>(x[0], x[1], x[2], x[3]));
     const Vec3<T> v_B = RotateByUnit(back, Base::Vector(x, Base::kVelocity));
     double sum = 0.0;
-    for (int i = 0; i < num_rotors(); ++i) sum += speeds[i];
-    return Vec3<T>(x[kDrag] * v_B[0], x[kDrag + 1] * v_B[1],
-                   (x[kDrag + 2] - T(sum) * x[kInflow]) * v_B[2]);
+    for (const double speed : speeds) sum += speed;
+    const Vec3<T> drag(x[kDrag] * v_B[0], x[kDrag + 1] * v_B[1],
+                       (x[kDrag + 2] - T(sum) * x[kInflow]) * v_B[2]);
+    return drag + effects_.AirForce(v_B, sum);
   }
 
   Base base_;
+  RotorEffects effects_;
+  Eigen::Matrix3d tilt_;
 };
 
 }  // namespace trueline

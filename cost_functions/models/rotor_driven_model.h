@@ -61,7 +61,23 @@ class RotorDrivenModel {
     Vec3<T> moment;  // N m, about M
   };
 
-  // F = sum k_f u_i n_i; M = sum (t_i - r_BM) x (k_f u_i n_i) + k_m,i u_i n_i.
+  // All rotors together, nominal k_f and k_m.
+  template <class T>
+  struct RotorSums {
+    Vec3<T> force;     // N, sum k_f u_i n_i
+    Vec3<T> lever;     // N m, about the origin of B: sum t_i x k_f u_i n_i
+    Vec3<T> reaction;  // N m, sum k_m,i u_i n_i
+  };
+
+  // M = lever - r_BM x F + reaction, with the scales of k_f and k_m.
+  template <class T>
+  static Wrench<T> WrenchOf(const T* x, const RotorSums<T>& sums) {
+    const Vec3<T> force = Scaled(x[kThrustScale], sums.force);
+    const Vec3<T> lever = Scaled(x[kThrustScale], sums.lever);
+    return {force,
+            lever + Scaled(x[kTorqueScale], sums.reaction) - Cross(Vector(x, kCentre), force)};
+  }
+
   template <class T>
   Wrench<T> ForceAndMoment(const T* x, const T* u) const {
     Vec3<T> force(T(0.0), T(0.0), T(0.0)), lever = force, reaction = force;
@@ -76,9 +92,7 @@ class RotorDrivenModel {
       }
       AddScaled(rotor.axis, T(rotor.spin * rotor.k_m) * u[i], &reaction);
     }
-    force = Scaled(x[kThrustScale], force);
-    lever = Scaled(x[kThrustScale], lever);
-    return {force, lever + Scaled(x[kTorqueScale], reaction) - Cross(Vector(x, kCentre), force)};
+    return WrenchOf(x, RotorSums<T>{force, lever, reaction});
   }
 
   // dw/dt [rad/s^2] from I dw/dt = M - w x I w.
@@ -95,10 +109,15 @@ class RotorDrivenModel {
   template <class T>
   void Derivative(const T* x, const T* u, T* dx) const {
     const Wrench<T> wrench = ForceAndMoment(x, u);
+    Move(x, SpecificForce(x, wrench), AngularAcceleration(x, wrench.moment), dx);
+  }
+
+  // The same from specific force [m/s^2] and angular acceleration [rad/s^2] in body axes.
+  template <class T>
+  void Move(const T* x, const Vec3<T>& force, const Vec3<T>& dw, T* dx) const {
     const Vec4<T> q(x[0], x[1], x[2], x[3]);
     const Vec4<T> twice_dq = TimesPure(q, Vector(x, kRate));
-    const Vec3<T> push = RotateByUnit(q, SpecificForce(x, wrench));
-    const Vec3<T> dw = AngularAcceleration(x, wrench.moment);
+    const Vec3<T> push = RotateByUnit(q, force);
     const T half(0.5);
     for (int i = 0; i < 4; ++i) dx[kAttitude + i] = half * twice_dq[i];
     for (int i = 0; i < 3; ++i) {
@@ -113,10 +132,15 @@ class RotorDrivenModel {
   template <class T>
   void Imu(const T* x, const T* u, T* y) const {
     const Wrench<T> wrench = ForceAndMoment(x, u);
+    Read(x, SpecificForce(x, wrench), AngularAcceleration(x, wrench.moment), y);
+  }
+
+  // The same from specific force and angular acceleration.
+  template <class T>
+  static void Read(const T* x, const Vec3<T>& force, const Vec3<T>& dw, T* y) {
     const Vec3<T> w = Vector(x, kRate);
-    const Vec3<T> dw = AngularAcceleration(x, wrench.moment);
     const Vec3<T> arm = Vector(x, kImuArm) - Vector(x, kCentre);
-    const Vec3<T> accel = SpecificForce(x, wrench) + Cross(dw, arm) + Cross(w, Cross(w, arm));
+    const Vec3<T> accel = force + Cross(dw, arm) + Cross(w, Cross(w, arm));
     for (int i = 0; i < 3; ++i) y[i] = accel[i] + x[kAccelBias + i];
     for (int i = 0; i < 3; ++i) y[3 + i] = w[i] + x[kGyroBias + i];
   }

@@ -114,7 +114,8 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
   const auto& span = plan_.segments[s];
   const TimeNs t = Clamp(fix.t, span);
   const StateNode& node = *segments_[s]->StateAt(t);
-  const GustGain gain = GustGainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
+  const GustGain gain =
+      GustGainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
   // What lies outside of the segment (after a shift in time) is read along the velocity.
   const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
   Eigen::Vector3d p = node.value.head<3>() + beyond;

@@ -150,6 +150,10 @@ std::string NameOf(EntersAt enters) {
       return "attitude";
     case EntersAt::kAccelerometer:
       return "accelerometer";
+    case EntersAt::kThrust:
+      return "thrust";
+    case EntersAt::kLoad:
+      return "load";
     case EntersAt::kFix:
       break;
   }
@@ -178,6 +182,7 @@ Eigen::VectorXd Candidate::Ordinary() const {
 
 std::string Candidate::Label() const {
   if (fixed.count("gate") > 0) return fmt::format("{} {}", info->id, fixed.at("gate"));
+  if (fixed.count("rotor") > 0) return fmt::format("{} {}", info->id, fixed.at("rotor"));
   if (fixed.count("t_step") > 0) return fmt::format("{} {:.0f} s", info->id, fixed.at("t_step"));
   return info->id;
 }

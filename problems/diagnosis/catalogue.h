@@ -9,7 +9,7 @@
 
 namespace trueline {
 
-enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix };
+enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix, kThrust, kLoad };
 
 struct EffectParameterInfo {
   std::string name;

@@ -23,9 +23,13 @@ std::string GainText(const Gain& gain, const std::string& what) {
 }
 
 std::string GainTexts(const Gain& arcs, const Gain& replays) {
-  return GainText(arcs, "final-point error, held-out arcs") +
+  const bool final_point = arcs.metric == "final_point_error";
+  return GainText(arcs, final_point ? "final-point error, held-out arcs"
+                                    : "open-loop error over 0.5 s, seconds held out") +
          GainText(replays, "open-loop error over 1 s, held-out replays");
 }
+
+}  // namespace
 
 std::string CauseText(const Cause& cause) {
   std::string text = fmt::format("  {}: ", cause.candidate.Label());
@@ -50,15 +54,18 @@ std::string CauseText(const Cause& cause) {
   return text;
 }
 
-}  // namespace
-
-std::string DiagnosisTable(const Diagnosis& diagnosis) {
+std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
   std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
                                   "estimate", "would have been found from");
-  for (const CandidateReport& c : diagnosis.candidates) {
+  for (const CandidateReport& c : candidates) {
     table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
                          Sizes(c, c.value), Sizes(c, c.detectable));
   }
+  return table;
+}
+
+std::string DiagnosisTable(const Diagnosis& diagnosis) {
+  std::string table = CandidateLines(diagnosis.candidates);
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";

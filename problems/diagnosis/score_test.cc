@@ -19,7 +19,7 @@ struct Projected {
 };
 
 // Nuisances out of the reduced normal equations (Frisch-Waugh).
-Projected Project(const Reduced& reduced, int nuisances, int candidate, int size) {
+Projected Project(const TestedSystem& reduced, int nuisances, int candidate, int size) {
   const Eigen::LDLT<Matrix> nn(reduced.M.topLeftCorner(nuisances, nuisances));
   const Matrix ne = reduced.M.block(0, candidate, nuisances, size);
   Projected out;
@@ -31,18 +31,19 @@ Projected Project(const Reduced& reduced, int nuisances, int candidate, int size
 }
 
 // Scores by cluster of the fit with the effect in it; they add up to zero.
-Matrix ClusterScores(const ChainSystem& system, const Projected& projected, const Vector& value,
+Matrix ClusterScores(const TestedSystem& system, const Projected& projected, const Vector& value,
                      int candidate) {
   const int size = static_cast<int>(value.size());
   const int nuisances = static_cast<int>(projected.rest.size());
-  Matrix v = Matrix::Zero(system.border() + 1, size);
+  const auto border = static_cast<int>(system.b.size());
+  Matrix v = Matrix::Zero(border + 1, size);
   v.topRows(nuisances) = -projected.gain;
   v.middleRows(candidate, size).setIdentity();
-  Vector e = Vector::Zero(system.border() + 1);
+  Vector e = Vector::Zero(border + 1);
   e.head(nuisances) = -projected.rest - projected.gain * value;
   e.segment(candidate, size) = value;
-  e[system.border()] = 1.0;
-  return system.ClusterProducts(e, v);
+  e[border] = 1.0;
+  return system.cluster_products(e, v);
 }
 
 }  // namespace
@@ -64,8 +65,17 @@ void ScoreTest::LimitTo(double gain) {
 
 ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
                       const Vector& ordinary) {
+  const auto products = [&](const Vector& e, const Matrix& v) {
+    return system.ClusterProducts(e, v);
+  };
+  return TestColumns({system.reduced().M, system.reduced().b, products}, nuisances, candidate,
+                     ordinary);
+}
+
+ScoreTest TestColumns(const TestedSystem& system, int nuisances, int candidate,
+                      const Vector& ordinary) {
   const int size = static_cast<int>(ordinary.size());
-  const Projected projected = Project(system.reduced(), nuisances, candidate, size);
+  const Projected projected = Project(system, nuisances, candidate, size);
   // Directions that the flight does not show at all must not divide by zero.
   const double floor = 1e-12 * std::max(1e-12, projected.information.diagonal().maxCoeff());
   const Matrix I = Matrix::Identity(size, size);

@@ -2,6 +2,8 @@
 // effects already found are projected out.
 #pragma once
 
+#include <functional>
+
 #include "problems/diagnosis/base_fit.h"
 
 namespace trueline {
@@ -26,9 +28,19 @@ struct ScoreTest {
   void LimitTo(double gain);
 };
 
+// A linearised flight with its states eliminated: 1/2 z'Mz + b'z over its border unknowns z, and
+// what ChainSystem::ClusterProducts gives.
+struct TestedSystem {
+  const Eigen::MatrixXd& M;
+  const Eigen::VectorXd& b;
+  std::function<Eigen::MatrixXd(const Eigen::VectorXd&, const Eigen::MatrixXd&)> cluster_products;
+};
+
 // `system` holds all columns; nuisances: how many of its border unknowns are projected out (they
 // come first), candidate: where the effect's columns stand in the border; `ordinary` sizes, one for
 // each of them.
+ScoreTest TestColumns(const TestedSystem& system, int nuisances, int candidate,
+                      const Eigen::VectorXd& ordinary);
 ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
                       const Eigen::VectorXd& ordinary);
 

@@ -33,7 +33,7 @@ YAML::Node ParametersNode(const Cause& cause) {
   for (const auto& [name, value] : cause.candidate.fixed) {
     YAML::Node fixed;
     fixed["value"] = Round(value, 6);
-    fixed["unit"] = name == "t_step" ? "s" : "id";
+    fixed["unit"] = name == "t_step" ? "s" : name == "rotor" ? "index" : "id";
     node[name] = Flow(fixed);
   }
   for (int i = 0; i < cause.value.size(); ++i) {
@@ -43,7 +43,7 @@ YAML::Node ParametersNode(const Cause& cause) {
   return node;
 }
 
-YAML::Node GainNode(const Gain& gain, const char* metric, const char* count) {
+YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* count) {
   YAML::Node node;
   node["metric"] = metric;
   node["before"] = Round(gain.before, 4);
@@ -56,7 +56,7 @@ YAML::Node GainNode(const Gain& gain, const char* metric, const char* count) {
 }
 
 void AddGains(const Gain& arcs, const Gain& replays, YAML::Node* node) {
-  if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, "final_point_error", "arcs");
+  if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, arcs.metric, "arcs");
   if (replays.arcs > 0) {
     (*node)["gain_open_loop"] = GainNode(replays, "open_loop_error_1s", "replays");
   }
@@ -74,6 +74,8 @@ YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
   }
   return node;
 }
+
+}  // namespace
 
 YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
@@ -102,6 +104,21 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   }
   return Flow(node);
 }
+
+YAML::Node EffectsNode(const std::vector<Cause>& causes) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (const Cause& cause : causes) {
+    if (!cause.confirmed.value_or(true)) continue;
+    YAML::Node effect;
+    effect["id"] = cause.candidate.info->id;
+    for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
+    node.push_back(Flow(effect));
+  }
+  if (node.size() == 0) node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+namespace {
 
 // What the model leaves out, as learned with the causes in it.
 YAML::Node NoiseNode(const NoiseStrengths& noise) {
@@ -184,15 +201,7 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   for (const ModelParameter& p : diagnosis.parameters) {
     node["parameters"][p.name] = Value(p.value, p.sigma, p.unit);
   }
-  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const Cause& cause : diagnosis.causes) {
-    if (!cause.confirmed.value_or(true)) continue;
-    YAML::Node effect;
-    effect["id"] = cause.candidate.info->id;
-    for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
-    node["effects"].push_back(Flow(effect));
-  }
-  if (node["effects"].size() == 0) node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  node["effects"] = EffectsNode(diagnosis.causes);
   node["provenance"] = provenance;
   return node;
 }

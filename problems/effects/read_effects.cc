@@ -6,11 +6,11 @@
 
 namespace trueline {
 
-std::vector<Effect> ReadEffects(const YamlMap& model) {
+std::vector<Effect> ReadEffects(const YamlMap& model, bool (*known)(const std::string& id)) {
   std::vector<Effect> effects;
   for (const YamlMap& entry : model.Children("effects")) {
     Effect effect{entry.Get<std::string>("id"), {}};
-    if (!IsModelled(effect.id)) {
+    if (!known(effect.id)) {
       entry.Fail("id", fmt::format("'{}' is no effect that an estimator can take; see the ids that "
                                    "trueline-diagnose lists",
                                    effect.id));

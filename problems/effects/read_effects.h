@@ -7,7 +7,9 @@
 namespace trueline {
 
 // The list under `effects:`, each {id: ..., parameter: value, ...}. Throws InputError for an id
-// that no estimator can take out of a log, and for values that are not finite numbers.
-std::vector<Effect> ReadEffects(const YamlMap& model);
+// that `known` does not know (by default: what no estimator can take out of a log), and for values
+// that are not finite numbers.
+std::vector<Effect> ReadEffects(const YamlMap& model,
+                                bool (*known)(const std::string& id) = IsModelled);
 
 }  // namespace trueline

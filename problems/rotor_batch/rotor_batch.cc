@@ -11,6 +11,7 @@
 #include "problems/common/error.h"
 #include "problems/rotor_batch/constants_information.h"
 #include "problems/rotor_batch/rotor_costs.h"
+#include "problems/rotor_batch/rotor_normal.h"
 #include "problems/rotor_data/rough_nodes.h"
 
 namespace trueline {
@@ -60,10 +61,12 @@ class Batch {
     nodes_ = RoughNodes(data, options.prior.mean);
   }
 
-  RotorBatchResult Run() {
+  RotorBatchResult Run(const RotorBatchResult* start) {
+    if (start != nullptr) StartFrom(*start);
     RotorBatchResult result;
     Build();
-    for (int k = 0; k <= options_.reweights; ++k) {
+    // A solution nearby has the right weights already.
+    for (int k = start != nullptr ? options_.reweights : 0; k <= options_.reweights; ++k) {
       SetWeights();
       Solve(&result);
     }
@@ -84,6 +87,15 @@ class Batch {
   }
 
  private:
+  void StartFrom(const RotorBatchResult& start) {
+    RotorConstants constants = start.mean;
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      if (options_.prior.sigma[i] == 0.0) constants[i] = options_.prior.mean[i];
+    }
+    chart_ = ToChart(constants);
+    nodes_ = start.nodes;
+  }
+
   void Build() {
     ceres::Problem::Options ownership;
     ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -137,12 +149,6 @@ class Batch {
     result->solve_time += summary.total_time_in_seconds;
   }
 
-  // What is left of a pose's weight under Huber's loss, for residuals of this norm.
-  double PoseWeight(double norm) const {
-    const double scale = options_.robust_pose;
-    return scale > 0.0 && norm > scale ? scale / norm : 1.0;
-  }
-
   // Also the part of the log evidence that the determinants give.
   Eigen::MatrixXd Covariance(double* log_evidence) const {
     const RotorConstants constants = FromChart(chart_);
@@ -151,7 +157,7 @@ class Batch {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const PoseResidual pose =
           EvaluatePose(data_.poses[i], data_.attitude, options_.noise, nodes_[i], constants);
-      const double root = std::sqrt(PoseWeight(pose.error.norm()));
+      const double root = std::sqrt(options_.PoseWeight(pose.error.norm()));
       information.AddAtNode(root * pose.d_node, root * pose.d_constants);
       *log_evidence -=
           static_cast<double>(data_.attitude ? 3 : 0) * std::log(options_.noise.attitude) +
@@ -192,8 +198,12 @@ class Batch {
 }  // namespace
 
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
-                               const RotorBatchOptions& options) {
-  return Batch(model, data, options).Run();
+                               const RotorBatchOptions& options, const RotorBatchResult* start) {
+  RotorBatchResult result = Batch(model, data, options).Run(start);
+  if (!options.widen) return result;
+  result.widened = WideningFactors(model, data, options, result);
+  result.cov = result.widened.asDiagonal() * result.cov * result.widened.asDiagonal();
+  return result;
 }
 
 Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,

@@ -18,12 +18,20 @@ struct RotorBatchOptions {
   double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: squares
   int reweights = 1;         // times that weights are taken anew at the solution
   int max_iterations = 60;
+  bool widen =
+      false;  // intervals where residuals scatter more than the noise says (rotor_normal.h)
+
+  // What is left of a pose's weight under Huber's loss, for residuals of this norm (sigmas).
+  double PoseWeight(double norm) const {
+    return robust_pose > 0.0 && norm > robust_pose ? robust_pose / norm : 1.0;
+  }
 };
 
 struct RotorBatchResult {
   RotorConstants mean;
-  Eigen::MatrixXd cov;           // kConstants x kConstants, zero where known
-  std::vector<RotorNode> nodes;  // at each pose
+  Eigen::MatrixXd cov;                              // kConstants x kConstants, zero where known
+  RotorConstants widened = RotorConstants::Ones();  // factor of each sigma in it, 1 or above
+  std::vector<RotorNode> nodes;                     // at each pose
   bool converged = false;
   int iterations = 0;
   double cost = 0.0;          // half the sum of squared whitened residuals
@@ -34,9 +42,11 @@ struct RotorBatchResult {
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
-// Throws InputError for priors that no body has (inertia half known, or not physical).
+// `start`: a solution nearby to start from, or null. Throws InputError for priors that no body has
+// (inertia half known, or not physical).
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
-                               const RotorBatchOptions& options);
+                               const RotorBatchOptions& options,
+                               const RotorBatchResult* start = nullptr);
 
 // Bayesian Cramer-Rao bound (Van Trees) of the constants at given states, one for each pose: the
 // inverse of the information of data and prior, kConstants x kConstants.

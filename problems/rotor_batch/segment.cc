@@ -44,6 +44,13 @@ std::vector<RotorSegment> CutSegments(const RotorData& data) {
   return segments;
 }
 
+Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next) {
+  Vec4<double> turn =
+      HamiltonProduct(Conjugate(Vec4<double>(end.head<4>())), Vec4<double>(next.head<4>()));
+  if (turn[0] < 0.0) turn = -turn;
+  return Skew<double>(turn.tail<3>()) - turn[0] * Eigen::Matrix3d::Identity();
+}
+
 struct SegmentModel::Shot {
   Eigen::VectorXd readings;  // 6 for each IMU sample
   RotorState end;
@@ -66,10 +73,10 @@ SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives,
     int row = 0;
     for (const RotorSegment::Step& step : segment_.steps) {
       if (step.imu >= 0) {
-        model_.Imu(x.data(), data_.SpeedsAt(step.t).data(), shot.readings.data() + row);
+        model_.Imu(x.data(), data_.InputAt(step.t), shot.readings.data() + row);
         row += 6;
       }
-      RotorMidpointStep(model_, data_.SpeedsAt(step.t + 0.5 * step.dt).data(), none.data(), step.dt,
+      RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
                         x.data());
     }
     x.head<4>().normalize();
@@ -94,7 +101,7 @@ SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives,
     sigma << Eigen::Vector3d::Constant(noise_.force_density / std::sqrt(step.dt)),
         Eigen::Vector3d::Constant(noise_.angular_density / std::sqrt(step.dt));
     if (step.imu >= 0) {
-      model_.Imu(x.data(), data_.SpeedsAt(step.t).data(), y.data());
+      model_.Imu(x.data(), data_.InputAt(step.t), y.data());
       for (int i = 0; i < 6; ++i) {
         shot.readings[row + i] = y[i].a;
         shot.d_readings.row(row + i) = y[i].v.transpose();
@@ -106,7 +113,7 @@ SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives,
       }
       row += 6;
     }
-    RotorMidpointStep(model_, data_.SpeedsAt(step.t + 0.5 * step.dt).data(), none.data(), step.dt,
+    RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
                       x.data());
     if (disturbance != nullptr) {
       const Eigen::Matrix<double, kMoving, kMoving> transition =
@@ -142,17 +149,11 @@ SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& 
   residual.error.tail<kMoving>() = Minus(shot.end, Joined(next, constants)).head<kMoving>();
   if (!derivatives) return residual;
 
-  // e = 2 vec(q_end^* q_next): de = (w + [v]x) d_next + (-w + [v]x) d_end, (w, v) the turn.
-  Vec4<double> turn =
-      HamiltonProduct(Conjugate(Vec4<double>(shot.end.head<4>())), Vec4<double>(next.head<4>()));
-  if (turn[0] < 0.0) turn = -turn;
-  const Eigen::Matrix3d side = Skew<double>(turn.tail<3>());
-  const Eigen::Matrix3d along = turn[0] * Eigen::Matrix3d::Identity();
   Eigen::Matrix<double, kMoving, kErrors> d_end = -shot.d_end;
-  d_end.topRows<3>() = (side - along) * shot.d_end.topRows<3>();
+  d_end.topRows<3>() = AttitudeErrorSlope(shot.end, next) * shot.d_end.topRows<3>();
   residual.d_next = Eigen::MatrixXd::Zero(residual.error.size(), kMoving);
   residual.d_next.bottomRows<kMoving>().setIdentity();
-  residual.d_next.block<3, 3>(readings, 0) = along + side;
+  residual.d_next.block<3, 3>(readings, 0) = -AttitudeErrorSlope(shot.end, next).transpose();
   residual.d_start.resize(residual.error.size(), kMoving);
   residual.d_start << -shot.d_readings.leftCols(kMoving), d_end.leftCols<kMoving>();
   residual.d_constants.resize(residual.error.size(), Model::kConstants);
@@ -184,6 +185,10 @@ void SegmentModel::Whiten(SegmentResidual* residual) const {
   L.solveInPlace(residual->d_start);
   L.solveInPlace(residual->d_next);
   L.solveInPlace(residual->d_constants);
+}
+
+void SegmentModel::Whiten(Eigen::MatrixXd* rows) const {
+  lower_.triangularView<Eigen::Lower>().solveInPlace(*rows);
 }
 
 double SegmentModel::LogDeterminant() const { return 2.0 * lower_.diagonal().array().log().sum(); }

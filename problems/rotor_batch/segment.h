@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <functional>
 #include <vector>
 
 #include "problems/rotor_data/rotor_data.h"
@@ -35,6 +36,9 @@ struct SegmentResidual {
   Eigen::MatrixXd d_constants;  // rows x kConstants, by the model's constants (SI)
 };
 
+// e = 2 vec(q_end^* q_next): de = S d_end - S' d_next with S = [v]x - w, (w, v) the turn.
+Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next);
+
 class SegmentModel {
  public:
   SegmentModel(const RotorAeroModel& model, const RotorData& data, const RotorNoise& noise,
@@ -43,10 +47,18 @@ class SegmentModel {
   // Not whitened. Derivatives where `derivatives`.
   SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
                            const RotorConstants& constants, bool derivatives) const;
+  // Small pushes on the vehicle that a model lacks, at a time and state: specific force [m/s^2],
+  // then angular acceleration [rad/s^2], by unit of size: 6 x columns.
+  using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
+  // d(error of Evaluate) / d(size of each push): rows x columns, not whitened.
+  Eigen::MatrixXd Respond(const RotorNode& start, const RotorNode& next,
+                          const RotorConstants& constants, int columns,
+                          const PushFunction& push) const;
   // Takes the covariance of the rows at this state; Whiten uses it.
   void SetWeight(const RotorNode& start, const RotorConstants& constants);
   // Multiplies by L^-1 of the covariance L L'.
   void Whiten(SegmentResidual* residual) const;
+  void Whiten(Eigen::MatrixXd* rows) const;
   // log of the determinant of the covariance, for the evidence.
   double LogDeterminant() const;
   const RotorSegment& segment() const { return segment_; }

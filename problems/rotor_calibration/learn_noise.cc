@@ -12,8 +12,7 @@ namespace {
 constexpr std::array<double RotorNoise::*, 6> kFigures = {
     &RotorNoise::force_density, &RotorNoise::angular_density, &RotorNoise::accel,
     &RotorNoise::gyro,          &RotorNoise::position,        &RotorNoise::attitude};
-constexpr double kFirstStep = 1.2;  // of the logarithm
-constexpr double kLastStep = 0.15;
+constexpr double kLastStep = 0.15;  // of the logarithm
 constexpr double kRange = 1000.0;
 constexpr int kMostRuns = 150;
 
@@ -30,14 +29,15 @@ double LogLikelihood(const RotorAeroModel& model, const RotorData& data,
 }  // namespace
 
 LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
-                        const RotorEkfOptions& options) {
+                        const RotorEkfOptions& options, const RotorNoise& stated,
+                        double first_step) {
   RotorEkfOptions best = options;
   LearnedNoise learned;
   const double first = LogLikelihood(model, data, options);
   double value = first;
   learned.runs = 1;
   std::array<double, 6> steps;
-  steps.fill(kFirstStep);
+  steps.fill(first_step);
   bool open = true;
   while (open && learned.runs < kMostRuns) {
     open = false;
@@ -47,7 +47,7 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
       RotorEkfOptions trial = best;
       double& figure = trial.noise.*kFigures[i];
       figure *= std::exp(steps[i]);
-      const double ratio = figure / (options.noise.*kFigures[i]);
+      const double ratio = figure / (stated.*kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
       const double likelihood =
           inside ? LogLikelihood(model, data, trial) : -std::numeric_limits<double>::infinity();
@@ -82,6 +82,24 @@ double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
     }
   }
   return best;
+}
+
+void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
+                     const RotorLearning& learning, RotorDataOptions* streams,
+                     RotorEkfOptions* filter) {
+  constexpr double kDelayRange = 0.04;  // s
+  const auto some = [&] {
+    RotorDataOptions part = *streams;
+    part.duration = learning.seconds;
+    return MakeRotorData(log, model.num_rotors(), part);
+  };
+  const auto learn = [&] {
+    filter->noise = LearnNoise(model, some(), *filter, learning.stated, learning.first_step).noise;
+  };
+  if (learning.noise) learn();
+  if (!learning.rotor_delay) return;
+  streams->rotor_delay += LearnRotorDelay(model, some(), *filter, kDelayRange);
+  if (learning.noise) learn();
 }
 
 }  // namespace trueline

@@ -14,14 +14,31 @@ struct LearnedNoise {
 };
 
 // Coordinate search on the logarithm of each of the six figures of RotorNoise, each kept within a
-// factor of 1,000 of its start. Constants stay unknown meanwhile.
+// factor of 1,000 of `stated`. Constants stay unknown meanwhile. `first_step`: of the logarithm;
+// smaller where the start is known to be near.
 LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
-                        const RotorEkfOptions& options);
+                        const RotorEkfOptions& options, const RotorNoise& stated,
+                        double first_step = 1.2);
 
 // The delay (s) of the rotor speeds of the greatest likelihood, within +-`range`, to 2.5 ms: clocks
 // and filters of rotor sensors and IMU differ, and inertia suffers first. `data` as MakeRotorData
 // gives it; the delay is on top of the one it was made with.
 double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
                        const RotorEkfOptions& options, double range);
+
+// Which of them is learned, and on how much of a flight.
+struct RotorLearning {
+  bool noise = true;
+  bool rotor_delay = false;
+  double seconds = 20.0;   // of flight, from its start
+  RotorNoise stated = {};  // that figures are kept near
+  double first_step = 1.2;
+};
+
+// Both: noise, delay, and noise again, since with a wrong delay the disturbances look large.
+// `streams` and `filter` hold what to start from, and get the result.
+void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
+                     const RotorLearning& learning, RotorDataOptions* streams,
+                     RotorEkfOptions* filter);
 
 }  // namespace trueline

@@ -33,8 +33,7 @@ RotorState Integrate(const RotorAeroModel& model, const RotorData& data, RotorSt
   const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep - 1e-9)));
   const double dt = (to - from) / steps;
   for (int k = 0; k < steps; ++k) {
-    RotorMidpointStep(model, data.SpeedsAt(from + (k + 0.5) * dt).data(), none.data(), dt,
-                      x.data());
+    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
     x.head<4>().normalize();
   }
   return x;

@@ -11,7 +11,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kLearnOn = 20.0;      // s of flight that noise is learned on
 constexpr double kNotABody = 1e-3;     // share of the trace, of the smallest second moment
 constexpr double kHalvesDiffer = 4.0;  // sigmas
 constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
@@ -144,27 +143,13 @@ void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
   *unobservable = seen.combinations;
 }
 
-namespace {
-
-// Noise and delay of the rotor speeds, from the flight's first `seconds`. The delay is looked for
-// between two rounds on the noise: with a wrong delay the disturbances look large.
-void Learn(const RotorAeroModel& model, const FlightLog& log,
-           const RotorCalibrationOptions& options, double seconds, RotorDataOptions* streams,
-           RotorEkfOptions* filter) {
-  constexpr double kDelayRange = 0.04;  // s
-  const auto some = [&] {
-    return MakeRotorData(log, model.num_rotors(), Part(*streams, 0.0, seconds));
-  };
-  if (options.learn_noise) filter->noise = LearnNoise(model, some(), *filter).noise;
-  if (!options.learn_rotor_delay) return;
-  streams->rotor_delay += LearnRotorDelay(model, some(), *filter, kDelayRange);
-  if (options.learn_noise) filter->noise = LearnNoise(model, some(), *filter).noise;
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity) {
+  return RotorAeroModel(options.vehicle.model.rotors(), gravity,
+                        RotorExtensionOf(options.effects).effects);
 }
 
-}  // namespace
-
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
-  const RotorAeroModel model(options.vehicle.model.rotors(), log.gravity);
+  const RotorAeroModel model = ModelFor(options, log.gravity);
   const int rotors = model.num_rotors();
   RotorCalibration result;
   result.warnings = options.warnings;
@@ -172,12 +157,16 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   const double fitted = (1.0 - options.hold_out) * whole;
   RotorDataOptions streams = options.data;
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
-  Learn(model, log, options, std::min(fitted, kLearnOn), &streams, &filter);
+  LearnFromFlight(model, log,
+                  {options.learn_noise, options.learn_rotor_delay,
+                   std::min(fitted, RotorLearning().seconds), options.noise},
+                  &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
   result.rotor_delay = streams.rotor_delay;
   result.noise = filter.noise;
   result.filter = RunRotorEkf(model, data, filter);
   RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
+  batch.widen = options.widen;
   result.batch = RunRotorBatch(model, data, batch);
   const double nodes = static_cast<double>(result.batch.nodes.size());
   result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - 12.0 * nodes);

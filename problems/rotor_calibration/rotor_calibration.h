@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "problems/calibration/calibration.h"
+#include "problems/effects/rotor_extension.h"
 #include "problems/rotor_batch/rotor_batch.h"
 #include "problems/rotor_calibration/open_loop.h"
 #include "problems/rotor_ekf/rotor_ekf.h"
@@ -18,10 +19,13 @@ struct RotorCalibrationOptions {
   RotorPrior prior;
   RotorNoise noise;
   RotorDataOptions data;
-  double hold_out = 0.25;   // share of the flight, at its end, that predictions are judged on
-  bool learn_noise = true;  // from the flight (learn_noise.h); else `noise` is believed
+  std::vector<Effect> effects;  // that a diagnosis found; their constants and lag are in `prior`
+                                // and `data` already
+  double hold_out = 0.25;       // share of the flight, at its end, that predictions are judged on
+  bool learn_noise = true;      // from the flight (learn_noise.h); else `noise` is believed
   bool learn_rotor_delay = false;  // on top of data.rotor_delay
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
+  bool widen = true;               // see RotorBatchOptions
   double wander = 0.0;             // of the filter's constants, see RotorEkfOptions
   std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
   std::vector<std::string> warnings;                // from reading
@@ -55,6 +59,9 @@ struct RotorCalibration {
   Verdict verdict;
   std::vector<std::string> warnings;
 };
+
+// The model of the vehicle with its effects.
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity);
 
 // Throws InputError for logs without the streams that are needed.
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);

@@ -1,6 +1,7 @@
 #include "problems/rotor_calibration/rotor_calibration_config.h"
 
 #include "problems/common/yaml_options.h"
+#include "problems/effects/read_effects.h"
 
 namespace trueline {
 namespace {
@@ -16,7 +17,8 @@ RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
 }
 
 // Mass, inertia and geometry of the earlier flight are known to what it left open.
-void ApplyRotorModel(const std::string& file, RotorPrior* prior) {
+void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) {
+  RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);
   const YamlMap parameters = model.Child("parameters");
   for (const std::string& name : parameters.Keys()) {
@@ -31,6 +33,10 @@ void ApplyRotorModel(const std::string& file, RotorPrior* prior) {
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
   }
+  options->effects = ReadEffects(model, IsRotorEffect);
+  const RotorExtension extension = RotorExtensionOf(options->effects);
+  prior->mean += extension.added;
+  options->data.motor_lag += extension.motor_lag;
 }
 
 }  // namespace
@@ -48,6 +54,7 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
   ReadOption(map, "rotor_delay", &data.rotor_delay);
   ReadOption(map, "learn_rotor_delay", &options->learn_rotor_delay);
   ReadNotNegative(map, "robust_pose", &options->robust_pose);
+  ReadOption(map, "widen", &options->widen);
   ReadNotNegative(map, "wander", &options->wander);
   ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &options->prior);
@@ -58,7 +65,7 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
   if (config.empty()) {
     RotorCalibrationOptions options = OptionsFromLog(log);
     if (log.pose.empty()) options.data.source = PoseSource::kMocap;
-    if (!model.empty()) ApplyRotorModel(model, &options.prior);
+    if (!model.empty()) ApplyRotorModel(model, &options);
     return options;
   }
   const YamlMap map = YamlMap::FromFile(config);
@@ -67,7 +74,7 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
           ? RotorCalibrationOptions(ReadRotorVehicle(map.Child("vehicle"), log.gravity))
           : OptionsFromLog(log);
   if (log.pose.empty()) options.data.source = PoseSource::kMocap;
-  if (!model.empty()) ApplyRotorModel(model, &options.prior);
+  if (!model.empty()) ApplyRotorModel(model, &options);
   ReadRotorOptions(map, &options);
   map.Finish();
   return options;
@@ -86,9 +93,16 @@ YAML::Node ToYaml(const RotorCalibrationOptions& options) {
   node["rotor_delay"] = options.data.rotor_delay;
   node["learn_rotor_delay"] = options.learn_rotor_delay;
   node["robust_pose"] = options.robust_pose;
+  node["widen"] = options.widen;
   node["wander"] = options.wander;
   node["noise"] = ToYaml(options.noise);
   node["prior"] = ToYaml(options.prior);
+  for (const Effect& effect : options.effects) {
+    YAML::Node entry;
+    entry["id"] = effect.id;
+    for (const auto& [name, value] : effect.values) entry[name] = value;
+    node["effects"].push_back(entry);
+  }
   for (const RotorSpec& rotor : options.vehicle.model.rotors()) {
     YAML::Node entry;
     for (const double value : rotor.position) entry["position"].push_back(value);

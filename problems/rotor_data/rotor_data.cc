@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/common/error.h"
 
@@ -10,6 +11,21 @@ namespace trueline {
 namespace {
 
 constexpr double kShortest = 1.0;  // s
+
+// Commands, held from one to the next, into the speeds of rotors that follow them.
+void Follow(double lag, RotorData* data) {
+  std::vector<double> command = data->speeds.front();
+  for (std::size_t i = 1; i < data->speeds.size(); ++i) {
+    const double left = std::exp(-(data->speed_times[i] - data->speed_times[i - 1]) / lag);
+    const std::vector<double>& before = data->speeds[i - 1];
+    std::vector<double>& speeds = data->speeds[i];
+    for (std::size_t r = 0; r < speeds.size(); ++r) {
+      const double next = speeds[r];
+      speeds[r] = command[r] + left * (before[r] - command[r]);
+      command[r] = next;
+    }
+  }
+}
 
 void CheckStreams(const FlightLog& log, int rotors, const std::vector<PoseSample>& poses,
                   const char* pose_file) {
@@ -31,17 +47,17 @@ void CheckStreams(const FlightLog& log, int rotors, const std::vector<PoseSample
 
 }  // namespace
 
-std::vector<double> RotorData::SpeedsAt(double t) const {
+RotorInput RotorData::InputAt(double t) const {
   const auto after = std::upper_bound(speed_times.begin(), speed_times.end(), t);
-  if (after == speed_times.begin()) return speeds.front();
-  if (after == speed_times.end()) return speeds.back();
+  if (after == speed_times.begin()) return {t + since_start, speeds.front()};
+  if (after == speed_times.end()) return {t + since_start, speeds.back()};
   const std::size_t i = after - speed_times.begin();
   const double share = (t - speed_times[i - 1]) / (speed_times[i] - speed_times[i - 1]);
   std::vector<double> result(speeds[i].size());
   for (std::size_t r = 0; r < result.size(); ++r) {
     result[r] = (1.0 - share) * speeds[i - 1][r] + share * speeds[i][r];
   }
-  return result;
+  return {t + since_start, std::move(result)};
 }
 
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options) {
@@ -60,6 +76,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   }
   RotorData data;
   data.origin = begin;
+  data.since_start = SecondsBetween(log.imu.front().t, begin);
   data.attitude = options.attitude;
   const auto within = [&](TimeNs t) { return t >= begin && t <= end; };
   for (const ImuSample& s : log.imu) {
@@ -76,6 +93,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     data.speed_times.push_back(SecondsBetween(begin, s.t) + options.rotor_delay);
     data.speeds.push_back(s.values);
   }
+  if (options.motor_lag > 0.0) Follow(options.motor_lag, &data);
   return data;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cost_functions/models/rotor_aero_model.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
@@ -28,20 +29,22 @@ struct RotorImu {
 // A stretch of flight without gaps. Times are seconds from `origin`.
 struct RotorData {
   TimeNs origin = 0;
-  bool attitude = true;  // of the poses is measured; else it is only where fits start from
+  double since_start = 0.0;  // s, of `origin` since the log's first IMU sample
+  bool attitude = true;      // of the poses is measured; else it is only where fits start from
   std::vector<RotorImu> imu;
   std::vector<RotorPose> poses;
   std::vector<double> speed_times;          // s
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
 
-  // Linear between samples, held outside.
-  std::vector<double> SpeedsAt(double t) const;
+  // At `t` (s from `origin`): speeds linear between samples, held outside.
+  RotorInput InputAt(double t) const;
 };
 
 struct RotorDataOptions {
   PoseSource source = PoseSource::kPose;
   bool attitude = true;      // false: position only
   double rotor_delay = 0.0;  // s, what rotors.csv states acts so much later (negative: earlier)
+  double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   double pose_rate = 30.0;   // Hz; faster streams are thinned to about this rate
   double start = 0.0;        // s after the streams' common start
   double end = 0.0;          // s before the streams' common end

@@ -9,19 +9,19 @@
 
 namespace trueline {
 
-// One explicit midpoint step of `dt` seconds of a state of kStates numbers. `speeds` are those at
-// the middle of the step [rad/s]; `disturbance` (6 numbers, see RotorAeroModel) is held.
+// One explicit midpoint step of `dt` seconds of a state of kStates numbers. `input` is that at the
+// middle of the step; `disturbance` (6 numbers, see RotorAeroModel) is held.
 template <class T>
-void RotorMidpointStep(const RotorAeroModel& model, const double* speeds, const T* disturbance,
+void RotorMidpointStep(const RotorAeroModel& model, const RotorInput& input, const T* disturbance,
                        double dt, T* x) {
   using Model = RotorAeroModel;
   std::array<T, Model::kMoving> slope;
-  model.Derivative(x, speeds, disturbance, slope.data());
+  model.Derivative(x, input, disturbance, slope.data());
   std::array<T, Model::kStates> middle;
   for (int i = 0; i < Model::kStates; ++i) {
     middle[i] = i < Model::kMoving ? T(x[i] + slope[i] * T(0.5 * dt)) : x[i];
   }
-  model.Derivative(middle.data(), speeds, disturbance, slope.data());
+  model.Derivative(middle.data(), input, disturbance, slope.data());
   for (int i = 0; i < Model::kMoving; ++i) x[i] += slope[i] * T(dt);
 }
 

@@ -82,7 +82,7 @@ class Filter {
     std::array<RotorJet, Model::kStates> x;
     std::array<RotorJet, 6> y;
     SeedErrors(x_, x.data());
-    model_.Imu(x.data(), data_.SpeedsAt(t).data(), y.data());
+    model_.Imu(x.data(), data_.InputAt(t), y.data());
     Eigen::Matrix<double, 6, 1> innovation, sigma;
     sigma << Eigen::Vector3d::Constant(options_.noise.accel),
         Eigen::Vector3d::Constant(options_.noise.gyro);
@@ -109,8 +109,7 @@ class Filter {
     std::array<RotorJet, kNoise> disturbance;
     for (int i = 0; i < kNoise; ++i) disturbance[i] = RotorJet(w[i]);
     SeedErrors(x_, x.data());
-    RotorMidpointStep(model_, data_.SpeedsAt(t + 0.5 * dt).data(), disturbance.data(), dt,
-                      x.data());
+    RotorMidpointStep(model_, data_.InputAt(t + 0.5 * dt), disturbance.data(), dt, x.data());
     Eigen::Matrix<double, kMoving, kErrors + kNoise> F;
     F.leftCols<kErrors>() = MovingSensitivity(x.data());
     F.rightCols<kNoise>() = DisturbanceInput(x_, dt);

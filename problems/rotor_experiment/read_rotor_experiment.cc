@@ -47,6 +47,7 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   ReadCount(map, "flights", &experiment.flights);
   ReadOption(map, "seed", &experiment.seed);
   ReadOption(map, "learn_noise", &experiment.learn_noise);
+  ReadOption(map, "widen", &experiment.widen);
   experiment.prior = PriorFromVehicle(experiment.simulation.vehicle);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &experiment.prior);
   experiment.believed = experiment.simulation.noise;

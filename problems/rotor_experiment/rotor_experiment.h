@@ -42,6 +42,7 @@ struct RotorExperiment {
   RotorPrior prior;
   RotorNoise believed;
   bool learn_noise = false;
+  bool widen = true;       // see RotorBatchOptions
   double duration = 20.0;  // s
   int flights = 10;
   std::uint64_t seed = 1;

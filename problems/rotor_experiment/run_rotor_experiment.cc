@@ -134,7 +134,9 @@ RotorTrial RunTrial(const RotorExperiment& experiment, const PiecewisePolynomial
     trial.path_error = flown.truth.path_error_rms;
     trial.first_guess = prior.mean - flown.truth.constants;
     RunFilter(model, flown, noise, prior, &trial);
-    const RotorBatchResult batch = RunRotorBatch(model, flown.data, {noise, prior});
+    RotorBatchOptions options{noise, prior};
+    options.widen = experiment.widen;
+    const RotorBatchResult batch = RunRotorBatch(model, flown.data, options);
     trial.batch_error = batch.mean - flown.truth.constants;
     trial.batch_sigma = batch.Sigma();
     trial.batch_nees = Nees(batch.cov, trial.batch_error, prior.Free());
@@ -155,7 +157,7 @@ RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial
   RotorEkfOptions options;
   options.noise = experiment.believed;
   options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);
-  return LearnNoise(ModelOf(experiment), flown.data, options).noise;
+  return LearnNoise(ModelOf(experiment), flown.data, options, experiment.believed).noise;
 }
 
 }  // namespace

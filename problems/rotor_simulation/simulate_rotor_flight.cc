@@ -66,6 +66,12 @@ simulation::NavigatorConfig MakeNavigator(const RotorSimulation& config) {
   return navigator;
 }
 
+PiecewisePolynomial Raised(const PiecewisePolynomial& path, double height) {
+  std::vector<FlatMatrix> pieces = path.coefficients();
+  for (FlatMatrix& piece : pieces) piece(2, 0) -= height;
+  return {path.breaks(), pieces};
+}
+
 // Vehicle, air and sensors, stepped together from one IMU sample to the next.
 class Flight {
  public:
@@ -74,7 +80,8 @@ class Flight {
         period_(1.0 / config.imu_rate),
         stages_(MakeStages(config)),
         airframe_(MakeVehicle(config), config.vehicle.model.gravity(), stages_),
-        tracker_(RotorFlight(config.vehicle.model, config.vehicle.parameters, path),
+        tracker_(RotorFlight(config.vehicle.model, config.vehicle.parameters,
+                             Raised(path, config.height)),
                  config.vehicle.model.gravity(), period_,
                  (1.0 - config.control_margin) * config.limits.min_speed,
                  (1.0 + config.control_margin) * config.limits.max_speed, config.motor_lag),
@@ -180,6 +187,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   config->imu_rate = map.Get<double>("imu_rate", config->imu_rate);
   config->pose_rate = map.Get<double>("pose_rate", config->pose_rate);
+  config->height = map.Get<double>("height", config->height);
+  if (!(config->height >= 0.0)) map.Fail("height", "must be 0 m or more");
   if (!(config->imu_rate >= 50.0)) map.Fail("imu_rate", "must be 50 Hz or more");
   if (!(config->pose_rate > 0.0 && config->pose_rate <= config->imu_rate)) {
     map.Fail("pose_rate", "must be above 0 and at most imu_rate");
@@ -197,6 +206,9 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     }
     effect.id = entry.Get<std::string>("id");
     entry.Finish();
+    if (effect.id == "ground_effect" && config->height == 0.0) {
+      entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
+    }
     config->effects.push_back(effect);
   }
   simulation::HangEffects(config->effects, 9.81);  // refuses what is unknown, before any flight

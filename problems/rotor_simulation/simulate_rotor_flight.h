@@ -26,6 +26,7 @@ struct RotorSimulation {
   // is room for control.
   FlightLimits limits;
   double control_margin = 0.4;
+  double height = 0.0;  // m, of the trajectory's start above the floor (p_z = 0)
 
   // What the estimators do not know.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
@@ -45,8 +46,9 @@ struct RotorTruth {
 FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 
-// Keys of an experiment's `simulation`: imu_rate, pose_rate, noise, drag, motor_lag, log_commands,
-// effects; vehicle and limits are read elsewhere. Throws InputError naming file, line and key.
+// Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
+// log_commands, effects; vehicle and limits are read elsewhere. Throws InputError naming file, line
+// and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
 
 }  // namespace trueline

@@ -63,12 +63,15 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
 
   const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
   result.rate.p_E = state.v_E;
-  result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
   result.rate.w_B =
       (wrench.moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) +
       twist_B;
+  // f_B is where the centre of mass was as built; a centre that has moved by `com` turns about
+  // itself.
+  result.f_B -= result.rate.w_B.cross(load.com) + state.w_B.cross(state.w_B.cross(load.com));
+  result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
   result.rate.rotors = (command - state.rotors) / motor_lag_;
   return result;
 }

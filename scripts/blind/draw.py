@@ -3,6 +3,10 @@ hidden, all from one seed. The physics is the simulator's; nothing here knows th
 import math
 import random
 
+import yaml
+
+FOLDER = "simulate"  # of the configurations
+DIAGNOSE = []        # flags of trueline-diagnose
 COURSES = ["hippodrome", "iros2016", "fast"]
 
 # Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
@@ -78,12 +82,13 @@ def hide_outside(rng, config):
     return {"id": f"outside:{kind}"}
 
 
-def spoil(log, hidden, gates):
-    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder;
-    gates: id -> position."""
+def spoil(log, hidden):
+    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
     if hidden == "outside:compass_twice_round":
         rewrite(log / "attitude.csv", turn_heading)
     elif hidden == "outside:distance_squared":
+        written = yaml.safe_load((log / "log.yaml").read_text())
+        gates = {gate["id"]: gate["position"] for gate in written["gates"]}
         rewrite(log / "fixes.csv", lambda row, at: stretch(row, at, gates))
 
 

@@ -2,12 +2,14 @@
 """The blind set: hides effects in simulated flights, diagnoses the logs alone, then judges.
 
     scripts/blind/run.py --build=build --work=/tmp/blind --flights=300 --seed=1 --jobs=2
+    scripts/blind/run.py --drive=rotors ...     the same for the model driven by rotor speeds
 
 Three steps, each in a folder of its own, so that the diagnosis never sees the truth: logs/ (native
 logs), sealed/ (configurations, truth, what was hidden), results/ (diagnosis.yaml by flight). The
 table goes to standard output and WORK/table.md.
 """
 import argparse
+import importlib
 import shutil
 import subprocess
 import sys
@@ -17,16 +19,15 @@ from pathlib import Path
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from draw import COURSES, EFFECTS, draw_flight, spoil
 from judge import table
 
 SOURCE = Path(__file__).resolve().parents[2]
 
 
-def plan(flights, seed):
-    """(name, seed, course, hidden ids): a fifth hides nothing, a tenth two effects, a tenth what is
-    outside of the catalogue; the rest one effect, all in turn."""
-    ids = list(EFFECTS)
+def plan(draw, flights, seed):
+    """(name, seed, course, hidden ids), by the drive's module `draw`: a fifth hides nothing, a tenth
+    two effects, a tenth what is outside of the catalogue; the rest one effect, all in turn."""
+    ids = list(draw.EFFECTS)
     for i in range(flights):
         kind, turn = i % 10, i // 10
         if kind in (0, 5):
@@ -39,13 +40,13 @@ def plan(flights, seed):
         else:
             singles = [1, 2, 3, 6, 7, 8]
             hidden = [ids[(turn * len(singles) + singles.index(kind)) % len(ids)]]
-        yield f"f{i:03d}", seed * 1000 + i, COURSES[(i + turn) % len(COURSES)], hidden
+        yield f"f{i:03d}", seed * 1000 + i, draw.COURSES[(i + turn) % len(draw.COURSES)], hidden
 
 
-def fly(arguments, name, seed, course, hidden):
+def fly(arguments, draw, name, seed, course, hidden):
     sealed, logs = arguments.work / "sealed", arguments.work / "logs"
-    config = yaml.safe_load((SOURCE / f"config/simulate/{course}.yaml").read_text())
-    truth = draw_flight(config, seed, hidden)
+    config = yaml.safe_load((SOURCE / f"config/{draw.FOLDER}/{course}.yaml").read_text())
+    truth = draw.draw_flight(config, seed, hidden)
     file = sealed / f"{name}.yaml"
     file.write_text(yaml.safe_dump(config))
     simulate = subprocess.run([arguments.build / "apps/trueline-simulate", f"--config={file}",
@@ -54,23 +55,23 @@ def fly(arguments, name, seed, course, hidden):
     flown = simulate.returncode == 0
     if flown:
         (logs / f"{name}.truth.yaml").rename(sealed / f"{name}.truth.yaml")
-        written = yaml.safe_load((logs / name / "log.yaml").read_text())
-        gates = {gate["id"]: gate["position"] for gate in written["gates"]}
-        spoil(logs / name, truth[0]["id"] if truth else "", gates)
+        draw.spoil(logs / name, truth[0]["id"] if truth else "")
     (sealed / f"{name}.hidden.yaml").write_text(
         yaml.safe_dump({"course": course, "effects": truth, "flown": flown}))
     return flown
 
 
-def diagnose(arguments, name):
+def diagnose(arguments, draw, name):
+    drive = [flag.format(source=SOURCE) for flag in draw.DIAGNOSE]
     subprocess.run([arguments.build / "apps/trueline-diagnose", f"--log={arguments.work / 'logs' / name}",
-                    f"--out={arguments.work / 'results' / name}", "--quiet", "--report=false"],
+                    f"--out={arguments.work / 'results' / name}", "--quiet", "--report=false",
+                    *drive],
                    capture_output=True, check=False)
 
 
-def one(arguments, flight):
-    if fly(arguments, *flight):
-        diagnose(arguments, flight[0])
+def one(arguments, draw, flight):
+    if fly(arguments, draw, *flight):
+        diagnose(arguments, draw, flight[0])
     shutil.rmtree(arguments.work / "logs" / flight[0], ignore_errors=True)
 
 
@@ -81,11 +82,14 @@ def main():
     parser.add_argument("--flights", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
     arguments = parser.parse_args()
+    draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
     for folder in ("logs", "sealed", "results"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        list(pool.map(lambda flight: one(arguments, flight), plan(arguments.flights, arguments.seed)))
+        flights = plan(draw, arguments.flights, arguments.seed)
+        list(pool.map(lambda flight: one(arguments, draw, flight), flights))
     text = table(arguments.work)
     (arguments.work / "table.md").write_text(text)
     print(text)

@@ -41,7 +41,7 @@ def _verdict(result):
     residual = result["residual"]
     blocks = [paragraph(VERDICTS[result["verdict"]]),
               tiles([(result["verdict"], "verdict"),
-                     (number(residual["rms_before"]), "fixes' residual before, sigma"),
+                     (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
                      (number(residual["rms_after"]), "after"),
                      ("yes" if residual["white"] else "no", "residual white")])]
     for cause in result.get("causes") or []:
@@ -57,6 +57,10 @@ def _verdict(result):
     if result.get("goes_with"):
         blocks += ["<h3>The residual goes with</h3>", bullets(result["goes_with"])]
     return blocks
+
+
+def _what(result):
+    return "disturbances" if result.get("drive") == "rotors" else "fixes' residual"
 
 
 def _chance(confidence):
@@ -90,8 +94,11 @@ def _gains(node):
             continue
         gain = node[key]
         low, high = gain["interval95"]
+        held_out = f"{what} on {gain[count]} held-out {count}"
+        if gain["metric"] not in ("final_point_error", "open_loop_error_1s"):
+            held_out = f"Open-loop error over 0.5 s on {gain[count]} s of held-out flight"
         blocks.append(paragraph(
-            f"{what} on {gain[count]} held-out {count}: {number(gain['before'])} m before, "
+            f"{held_out}: {number(gain['before'])} m before, "
             f"{number(gain['after'])} m after (95 % of the gain: {number(low)} to {number(high)} m)."))
     return blocks
 
@@ -109,8 +116,12 @@ def _candidates(result):
 def _residuals(result, folder):
     frame = read_table(folder / "residuals.csv", ["t", "x_before", "y_before", "x_after", "y_after"],
                        ["kind"])
-    blocks = [paragraph(_whiteness(result["residual"]), "note")]
-    for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y")):
+    blocks = []
+    if "white" in result["residual"]:
+        blocks.append(paragraph(_whiteness(result["residual"]), "note"))
+    for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y"),
+                       ("specific_force", "Specific force that the model lacks, x and y"),
+                       ("angular_acceleration", "Angular acceleration that the model lacks, x and y")):
         part = decimate(frame[frame.kind == kind], 1500)
         if part.empty:
             continue

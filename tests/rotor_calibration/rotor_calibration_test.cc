@@ -74,7 +74,8 @@ TEST(LearnNoise, FindsTheNoiseThatFlew) {
   options.noise.gyro *= 4.0;
   options.noise.force_density *= 0.25;
   options.prior = DrawnPrior(WuestVehicle(), 2);
-  const LearnedNoise learned = LearnNoise(EstimationModel(sim.vehicle), data, options);
+  const LearnedNoise learned =
+      LearnNoise(EstimationModel(sim.vehicle), data, options, options.noise);
   EXPECT_GT(learned.gain, 100.0);
   EXPECT_NEAR(std::log(learned.noise.gyro / sim.noise.gyro), 0.0, 0.2);
   EXPECT_NEAR(std::log(learned.noise.force_density / sim.noise.force_density), 0.0, 0.7);

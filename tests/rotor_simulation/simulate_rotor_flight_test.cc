@@ -32,8 +32,8 @@ double FarthestOpenLoop(const RotorSimulation& sim) {
   for (std::size_t k = 0; k + 1 < data.imu.size(); ++k) {
     if (k % 125 == 0) x = Joined(truth.states[k], truth.constants);
     farthest = std::max(farthest, (x.segment<3>(4) - truth.states[k].segment<3>(4)).norm());
-    RotorMidpointStep(model, data.SpeedsAt((static_cast<double>(k) + 0.5) * dt).data(), none.data(),
-                      dt, x.data());
+    RotorMidpointStep(model, data.InputAt((static_cast<double>(k) + 0.5) * dt), none.data(), dt,
+                      x.data());
   }
   return farthest;
 }
@@ -67,7 +67,7 @@ TEST(SimulateRotorFlight, ImuReadsWhatTheModelSays) {
   for (std::size_t k = 0; k < data.imu.size(); k += 50) {
     const RotorState x = Joined(truth.states[k], truth.constants);
     Eigen::Matrix<double, 6, 1> y;
-    model.Imu(x.data(), data.SpeedsAt(data.imu[k].t).data(), y.data());
+    model.Imu(x.data(), data.InputAt(data.imu[k].t), y.data());
     EXPECT_LT((y.head<3>() - data.imu[k].accel).norm(), 1e-6);
     EXPECT_LT((y.tail<3>() - data.imu[k].gyro).norm(), 1e-6);
   }

@@ -1,0 +1,25 @@
+// Effects on a rotor-driven flight, by id as model.yaml holds them, as what they change: the model,
+// its constants (linear drag and inflow are constants of RotorAeroModel) or the rotors' input.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cost_functions/models/rotor_effects.h"
+#include "problems/effects/effect.h"
+#include "problems/rotor_data/rotor_state.h"
+
+namespace trueline {
+
+struct RotorExtension {
+  RotorEffects effects;
+  RotorConstants added = RotorConstants::Zero();  // to the constants
+  double motor_lag = 0.0;                         // s
+};
+
+RotorExtension RotorExtensionOf(const std::vector<Effect>& effects);
+
+// True for ids that RotorExtensionOf acts on.
+bool IsRotorEffect(const std::string& effect_id);
+
+}  // namespace trueline

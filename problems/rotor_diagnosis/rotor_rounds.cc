@@ -1,0 +1,143 @@
+#include "problems/rotor_diagnosis/rotor_rounds.h"
+
+#include <algorithm>
+#include <set>
+
+namespace trueline {
+namespace {
+
+constexpr double kAsGood = 6.0;          // of merit: within this, two effects fit alike
+constexpr double kClearlyBetter = 10.0;  // of merit, of terms that are no effect
+
+bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
+  for (int i = 0; i < value.size(); ++i) {
+    const EffectParameterInfo& info = candidate.info->parameters[i];
+    if (std::abs(value[i]) > info.plausible) return false;
+    if (!info.either_sign && value[i] < 0.0) return false;
+  }
+  return true;
+}
+
+bool Plausible(const RotorTested& t) { return Plausible(t.candidate, t.value); }
+
+int DistinctIds(const std::vector<Candidate>& candidates) {
+  std::set<std::string> ids;
+  for (const Candidate& c : candidates) ids.insert(c.info->id);
+  return static_cast<int>(ids.size());
+}
+
+// An effect that was found is not looked for again, but for the loss of another rotor.
+std::vector<Candidate> Without(std::vector<Candidate> candidates,
+                               const std::vector<RotorFound>& found) {
+  std::erase_if(candidates, [&](const Candidate& c) {
+    return std::any_of(found.begin(), found.end(), [&](const RotorFound& f) {
+      const bool other_rotor = c.fixed.count("rotor") > 0 && f.candidate.fixed != c.fixed;
+      return f.candidate.info->id == c.info->id && !other_rotor;
+    });
+  });
+  return candidates;
+}
+
+CandidateReport Report(const RotorTested& t, double alpha, int clusters) {
+  CandidateReport report{
+      t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
+  for (const EffectParameterInfo& info : t.candidate.info->parameters) {
+    report.parameters.push_back(info.name);
+    report.units.push_back(info.unit);
+  }
+  report.value = t.value;
+  report.sigma = SizesFromSteps(*t.candidate.info, t.test.sigma);
+  report.detectable = SizesFromSteps(*t.candidate.info, DetectableSize(t.test, alpha, clusters));
+  return report;
+}
+
+// The best of those that stand out, or none.
+const RotorTested* Best(const std::vector<RotorTested>& tested, double alpha) {
+  const RotorTested* best = nullptr;
+  for (const RotorTested& t : tested) {
+    if (t.p >= alpha || !Plausible(t)) continue;
+    if (best == nullptr || t.Merit() > best->Merit()) best = &t;
+  }
+  return best;
+}
+
+std::vector<std::string> ConfusedWith(const std::vector<RotorTested>& tested,
+                                      const RotorTested& best) {
+  std::set<std::string> ids;
+  for (const RotorTested& t : tested) {
+    const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
+    if (as_good && t.candidate.info->id != best.candidate.info->id) {
+      ids.insert(t.candidate.info->id);
+    }
+  }
+  return {ids.begin(), ids.end()};
+}
+
+// A step's time, to a fraction of the spacing of those that were tried.
+RotorFound Refined(const RotorTested& best, RotorSearch* search) {
+  RotorTested sharp = best;
+  if (best.candidate.fixed.count("t_step") > 0) {
+    constexpr int kTried = 17;
+    double range = StepSpacing(search->world().data);
+    for (int round = 0; round < 2; ++round, range /= 8.0) {
+      for (RotorTested& t : search->TestAll(StepsAround(sharp.candidate, range, kTried))) {
+        if (t.gain > sharp.gain && Plausible(t)) sharp = t;
+      }
+    }
+  }
+  return {sharp.candidate, sharp.value};
+}
+
+std::vector<std::string> Stands(const std::vector<RotorDescribed>& described, double alpha,
+                                double merit) {
+  std::vector<std::string> names;
+  for (const RotorDescribed& d : described) {
+    if (d.p * static_cast<double>(described.size()) < alpha && d.merit > merit + kClearlyBetter) {
+      names.push_back(d.name);
+    }
+  }
+  return names;
+}
+
+bool DropExplainedAway(const RotorSearch& search, double alpha, std::vector<Candidate>* candidates,
+                       RotorRounds* rounds) {
+  for (std::size_t i = rounds->found.size(); i-- > 0;) {
+    const RotorFound& f = rounds->found[i];
+    const double p = search.TestFound(rounds->found, i).p();
+    if (p < alpha && Plausible(f.candidate, f.value)) continue;
+    *candidates = Without(*candidates, {f});
+    rounds->Erase(i);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+RotorRounds SearchRotorCauses(std::vector<Candidate> candidates, double chance, int max_causes,
+                              RotorSearch* search) {
+  const int tried = std::max(1, DistinctIds(candidates));
+  const double alpha = chance / tried;
+  RotorRounds rounds;
+  for (int round = 0; round <= max_causes; ++round) {
+    const std::vector<RotorTested> tested = search->TestAll(Without(candidates, rounds.found));
+    if (round == 0) {
+      for (const RotorTested& t : tested) {
+        rounds.candidates.push_back(Report(t, alpha, search->clusters()));
+      }
+    }
+    const RotorTested* best = Best(tested, alpha);
+    const double merit = best == nullptr ? 0.0 : best->Merit();
+    rounds.unexplained_by = Stands(search->described(), chance, merit);
+    if (best == nullptr || round == max_causes) break;
+    if (!rounds.unexplained_by.empty()) break;
+    rounds.p.push_back(std::min(1.0, best->p * tried));
+    rounds.confused.push_back(ConfusedWith(tested, *best));
+    rounds.found.push_back(Refined(*best, search));
+    search->Fit(&rounds.found);
+    while (DropExplainedAway(*search, alpha, &candidates, &rounds)) search->Fit(&rounds.found);
+  }
+  return rounds;
+}
+
+}  // namespace trueline

@@ -1,0 +1,90 @@
+"""Draws rotor-driven flights for the blind set: vehicle, trajectory, sensors, noise and what is
+hidden, all from one seed. The vehicle differs from the nominal one that the diagnosis is told."""
+import random
+
+from draw import rewrite, turn_heading
+
+FOLDER = "rotors"
+COURSES = ["random"]
+DIAGNOSE = ["--drive=rotors", "--config={source}/config/calibrate/rotors.yaml"]
+
+# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
+SIGNED = True
+EFFECTS = {
+    "linear_drag": {"K_x": (-1.0, -0.1, not SIGNED), "K_y": (-1.0, -0.1, not SIGNED),
+                    "K_z": (-0.6, -0.05, not SIGNED)},
+    "thrust_sag": {"d": (5e-4, 1e-2, not SIGNED)},
+    "rotor_loss": {"rotor": (0, 3, not SIGNED), "factor": (0.8, 0.98, not SIGNED)},
+    "rotor_inflow": {"k": (2e-5, 3e-4, not SIGNED)},
+    "rotor_speed_drag": {"k": (2e-5, 3e-4, not SIGNED)},
+    "motor_lag": {"tau": (0.01, 0.06, not SIGNED)},
+    "translational_lift": {"k": (0.03, 0.4, not SIGNED)},
+    "ground_effect": {"k": (0.1, 0.35, not SIGNED)},
+    "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.003, 0.05, SIGNED)},
+    "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.001, 0.008, SIGNED),
+                 "dy": (0.001, 0.008, SIGNED)},
+    "rotor_tilt": {"roll": (0.005, 0.05, SIGNED), "pitch": (0.005, 0.05, SIGNED)},
+}
+POOR = {"sigma_accel": 2.2, "sigma_gyro": 0.1732, "sigma_position": 0.01, "sigma_attitude": 0.01,
+        "force_density": 0.1, "angular_density": 0.5}
+GOOD = {"sigma_accel": 0.4, "sigma_gyro": 0.03, "sigma_position": 0.003, "sigma_attitude": 0.005,
+        "force_density": 0.05, "angular_density": 0.3}
+
+
+def draw_effect(rng, effect):
+    values = {}
+    for name, (low, high, signed) in EFFECTS[effect].items():
+        if name == "rotor":
+            values[name] = rng.randint(low, high)
+            continue
+        size = low * (high / low) ** rng.random()
+        values[name] = size * (rng.choice([-1, 1]) if signed else 1)
+    return {"id": effect, **values}
+
+
+def draw_vehicle(rng, vehicle):
+    vehicle["mass"] *= rng.uniform(0.9, 1.1)
+    vehicle["inertia"] = [i * rng.uniform(0.9, 1.1) for i in vehicle["inertia"]]
+    for arm, spread in (("r_BM", 0.005), ("r_BP", 0.03), ("r_BI", 0.01)):
+        vehicle[arm] = [x + rng.uniform(-spread, spread) for x in vehicle[arm]]
+    vehicle["r_BI"][2] = 0.0  # known: it can't be told from the other levers
+
+
+def draw_flight(config, seed, hidden):
+    """`config`: a shipped configuration as a dict, changed in place. `hidden`: ids, or ["outside"].
+    Returns what is hidden, for the seal."""
+    rng = random.Random(seed)
+    draw_vehicle(rng, config["vehicle"])
+    config["biases"] = {"accel": [rng.uniform(-0.3, 0.3) for _ in range(3)],
+                        "gyro": [rng.uniform(-0.03, 0.03) for _ in range(3)]}
+    config["limits"]["travel"] = rng.choice([1.0, 2.0])
+    config["trajectory"] = {"kind": "random", "duration": rng.choice([12, 15, 20]), "seed": seed}
+    simulation = config["simulation"]
+    simulation["height"] = config["limits"]["travel"] + rng.uniform(0.1, 0.4)
+    noise = rng.choice([POOR, GOOD])
+    simulation["noise"] = {name: value * rng.uniform(0.7, 1.4) for name, value in noise.items()}
+    simulation["motor_lag"] = rng.uniform(0.01, 0.03)
+    simulation["effects"] = [draw_effect(rng, e) for e in hidden if e in EFFECTS]
+    simulation["log_commands"] = "motor_lag" in hidden  # measured speeds hide no lag
+    if "outside" in hidden:
+        return [hide_outside(rng, simulation)]
+    return simulation["effects"]
+
+
+def hide_outside(rng, simulation):
+    """Something that no entry of the catalogue describes."""
+    kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale",
+                       "quadratic_drag"])
+    if kind == "strong_gusts":
+        simulation["noise"]["force_density"] = 1.0
+    elif kind == "accelerometer_scale":
+        simulation["effects"] = [{"id": "accel_scale_z", "s": 0.2}]
+    elif kind == "quadratic_drag":
+        simulation["effects"] = [{"id": "quadratic_drag", "c": 0.8}]
+    return {"id": f"outside:{kind}"}
+
+
+def spoil(log, hidden):
+    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
+    if hidden == "outside:heading_twice_round":
+        rewrite(log / "pose.csv", turn_heading)

@@ -1,0 +1,119 @@
+// Whole diagnoses of simulated rotor-driven flights, to their files.
+#include "problems/rotor_diagnosis/rotor_diagnosis.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/calibration/write_calibration.h"
+#include "problems/common/error.h"
+#include "problems/rotor_calibration/rotor_calibration_config.h"
+#include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+using Values = std::map<std::string, double>;
+
+FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, double duration,
+                    std::uint64_t seed) {
+  RotorSimulation sim(WuestVehicle());
+  sim.noise = {0.4, 0.03, 0.003, 0.005, 0.05, 0.3};
+  sim.height = 1.2;
+  sim.effects = effects;
+  sim.log_commands = !effects.empty() && effects[0].id == "motor_lag";
+  return SimulateRotorFlight(sim, RandomPath(duration, seed), seed);
+}
+
+RotorDiagnosisOptions Options() {
+  RotorDiagnosisOptions options{RotorCalibrationOptions(WuestVehicle())};
+  options.calibration.prior = DrawnPrior(WuestVehicle(), 2);
+  options.calibration.noise = {0.4, 0.03, 0.003, 0.005, 0.05, 0.3};
+  options.calibration.learn_noise = false;
+  return options;
+}
+
+void ExpectNamed(const RotorDiagnosis& diagnosis, const std::string& id, const Values& truth) {
+  ASSERT_EQ(diagnosis.causes.size(), 1u) << id;
+  const Cause& cause = diagnosis.causes[0];
+  EXPECT_EQ(cause.candidate.info->id, id);
+  const Effect found = cause.effect();
+  for (int i = 0; i < cause.value.size(); ++i) {
+    const std::string& name = cause.candidate.info->parameters[i].name;
+    EXPECT_NEAR(found[name], truth.at(name), 3.5 * cause.sigma[i]) << id << " " << name;
+  }
+}
+
+TEST(DiagnoseRotors, ACleanFlightIsClean) {
+  const RotorDiagnosis diagnosis = DiagnoseRotors(FlyHiding({}, 10.0, 5), Options());
+  EXPECT_EQ(diagnosis.verdict, "clean");
+  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.15);
+  EXPECT_EQ(diagnosis.rows.size(), 299u);
+  std::set<std::string> ids;
+  for (const CandidateReport& c : diagnosis.candidates) {
+    ids.insert(c.id);
+    EXPECT_GT(c.detectable.minCoeff(), 0.0) << c.label;
+  }
+  EXPECT_EQ(ids.size(), 11u);
+}
+
+TEST(DiagnoseRotors, TheBetterModelIsTakenByCalibration) {
+  const Values truth{{"roll", 0.03}, {"pitch", -0.02}};
+  const FlightLog log = FlyHiding({{"rotor_tilt", truth}}, 12.0, 6);
+  const RotorDiagnosis diagnosis = DiagnoseRotors(log, Options());
+  ExpectNamed(diagnosis, "rotor_tilt", truth);
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_EQ(diagnosis.verdict, "explained");
+  EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
+  EXPECT_LT(diagnosis.causes[0].gain.after, diagnosis.causes[0].gain.before);
+  EXPECT_LT(diagnosis.rms_after, diagnosis.rms_before);
+
+  const auto folder = std::filesystem::path(testing::TempDir()) / "trueline_rotor_diagnosis";
+  WriteRotorDiagnosis(diagnosis, YAML::Node(), folder);
+  const YAML::Node yaml = YAML::LoadFile((folder / "diagnosis.yaml").string());
+  EXPECT_EQ(yaml["causes"][0]["id"].as<std::string>(), "rotor_tilt");
+  EXPECT_EQ(yaml["causes"][0]["parameters"]["roll"]["unit"].as<std::string>(), "rad");
+  const RotorCalibrationOptions next =
+      ResolveRotorOptions("", (folder / "model.yaml").string(), log);
+  EXPECT_NEAR(ModelFor(next, 9.81).effects().tilt_roll, 0.03, 0.005);
+  EXPECT_NEAR(next.prior.mean[0], 0.2463, 0.01);
+  std::filesystem::remove_all(folder);
+}
+
+void ExpectEachNamed(const std::vector<simulation::EffectSetting>& hidden) {
+  for (const auto& effect : hidden) {
+    ExpectNamed(DiagnoseRotors(FlyHiding({effect}, 15.0, 7), Options()), effect.id, effect.values);
+  }
+}
+
+TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {
+  ExpectEachNamed({{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
+                   {"thrust_sag", {{"d", 0.005}}},
+                   {"motor_lag", {{"tau", 0.03}}},
+                   {"ground_effect", {{"k", 0.3}}}});
+}
+
+TEST(DiagnoseRotors, SlowNamesRotorsAndLoad) {
+  ExpectEachNamed({{"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}},
+                   {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}},
+                   {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}}});
+}
+
+TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
+  const RotorDiagnosis diagnosis =
+      DiagnoseRotors(FlyHiding({{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.03}}},
+                                {"payload_step", {{"t_step", 8.0}, {"mass", -0.02}}}},
+                               15.0, 8),
+                     Options());
+  std::set<std::string> ids;
+  for (const Cause& cause : diagnosis.causes) ids.insert(cause.candidate.info->id);
+  EXPECT_EQ(ids, (std::set<std::string>{"payload_step", "rotor_tilt"}));
+}
+
+TEST(DiagnoseRotors, SaysWhatIsMissing) {
+  FlightLog log = FlyHiding({}, 3.0, 9);
+  log.rotors.clear();
+  EXPECT_THROW(DiagnoseRotors(log, Options()), InputError);
+}
+
+}  // namespace
+}  // namespace trueline

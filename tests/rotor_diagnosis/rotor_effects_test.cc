@@ -1,0 +1,81 @@
+// The effects of the estimators' model against the simulator's own physics of the same ids.
+#include <gtest/gtest.h>
+
+#include "problems/effects/rotor_extension.h"
+#include "problems/rotor_data/rotor_data.h"
+#include "problems/rotor_data/rotor_step.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+RotorSimulation QuietAboveTheFloor() {
+  RotorSimulation sim(WuestVehicle());
+  sim.noise = {1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9};
+  sim.height = 1.2;
+  return sim;
+}
+
+struct Misses {
+  double farthest = 0.0;  // m, of the model restarted from the truth every half second
+  double accel = 0.0;     // m/s^2, largest error of a reading
+};
+
+Misses MissesOf(const RotorSimulation& sim, const std::vector<Effect>& effects) {
+  RotorTruth truth;
+  const FlightLog log = SimulateRotorFlight(sim, RandomPath(6.0, 3), 1, &truth);
+  const RotorExtension extension = RotorExtensionOf(effects);
+  RotorDataOptions streams;
+  streams.motor_lag = extension.motor_lag;
+  const RotorData data = MakeRotorData(log, 4, streams);
+  const RotorAeroModel model(sim.vehicle.model.rotors(), sim.vehicle.model.gravity(),
+                             extension.effects);
+  const RotorConstants constants = truth.constants + extension.added;
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const double dt = 1.0 / sim.imu_rate;
+  Misses misses;
+  RotorState x;
+  for (std::size_t k = 0; k + 1 < data.imu.size(); ++k) {
+    if (k % 125 == 0) x = Joined(truth.states[k], constants);
+    misses.farthest =
+        std::max(misses.farthest, (x.segment<3>(4) - truth.states[k].segment<3>(4)).norm());
+    Eigen::Matrix<double, 6, 1> y;
+    const RotorState now = Joined(truth.states[k], constants);
+    model.Imu(now.data(), data.InputAt(data.imu[k].t), y.data());
+    misses.accel = std::max(misses.accel, (y.head<3>() - data.imu[k].accel).norm());
+    RotorMidpointStep(model, data.InputAt((static_cast<double>(k) + 0.5) * dt), none.data(), dt,
+                      x.data());
+  }
+  return misses;
+}
+
+class RotorEffectsTest : public testing::TestWithParam<Effect> {};
+
+TEST_P(RotorEffectsTest, ModelPredictsWhatTheSimulatorFlies) {
+  RotorSimulation sim = QuietAboveTheFloor();
+  const Effect& effect = GetParam();
+  sim.effects = {{effect.id, effect.values}};
+  sim.log_commands = effect.id == "motor_lag";
+  const Misses with = MissesOf(sim, {effect}), without = MissesOf(sim, {});
+  EXPECT_LT(with.farthest, 2e-3);
+  EXPECT_GT(without.farthest, 2.0 * with.farthest);
+  EXPECT_LT(with.accel, effect.id == "motor_lag" ? 0.1 : 1e-6);  // commands are held between rows
+  EXPECT_GT(without.accel, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RotorEffectsTest,
+    testing::Values(Effect{"linear_drag", {{"K_x", -0.4}, {"K_y", -0.3}, {"K_z", -0.2}}},
+                    Effect{"thrust_sag", {{"d", 0.01}}},
+                    Effect{"rotor_loss", {{"rotor", 2}, {"factor", 0.93}}},
+                    Effect{"rotor_inflow", {{"k", 1e-4}}},
+                    Effect{"rotor_speed_drag", {{"k", 1e-4}}}, Effect{"motor_lag", {{"tau", 0.03}}},
+                    Effect{"translational_lift", {{"k", 0.3}}},
+                    Effect{"ground_effect", {{"k", 0.2}}},
+                    Effect{"payload_step", {{"t_step", 2.0}, {"mass", 0.02}}},
+                    Effect{"com_step", {{"t_step", 2.0}, {"dx", 0.005}, {"dy", -0.004}}},
+                    Effect{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.05}}}),
+    [](const auto& tested) { return tested.param.id; });
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,71 @@
+// The linearised batch against the batch itself, and pushes against differences of the model.
+#include "problems/rotor_batch/rotor_normal.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/rotor_diagnosis/rotor_columns.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+struct Solved {
+  RotorSimulation sim{WuestVehicle()};
+  RotorAeroModel model = EstimationModel(sim.vehicle);
+  RotorTruth truth;
+  RotorData data = MakeRotorData(SimulateRotorFlight(sim, RandomPath(5.0, 2), 4, &truth), 4, {});
+  RotorBatchOptions options{sim.noise, DrawnPrior(sim.vehicle, 1)};
+  RotorBatchResult batch = RunRotorBatch(model, data, options);
+};
+
+TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
+  const Solved s;
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, {}, 1.0);
+  const std::vector<int> free = s.options.prior.Free();
+  const Eigen::MatrixXd cov = normal.M().inverse();
+  ASSERT_EQ(normal.border(), static_cast<int>(free.size()));
+  EXPECT_EQ(normal.clusters(), 4);
+  for (int i = 0; i < normal.border(); ++i) {
+    const double unit = s.options.prior.sigma[free[i]];
+    EXPECT_NEAR(cov(i, i) * unit * unit / s.batch.cov(free[i], free[i]), 1.0, 0.02);
+  }
+  // At the solution the slope is zero, against what its curvature makes of a tenth of a sigma.
+  const Eigen::VectorXd step = normal.M().llt().solve(normal.b());
+  EXPECT_LT(step.cwiseQuotient(cov.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 0.1);
+}
+
+TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
+  const Solved s;
+  RotorEffects effects;
+  effects.com = {1e-6, 2e-6};
+  effects.speed_drag = 2e-9;
+  const RotorAeroModel moved(s.sim.vehicle.model.rotors(), 9.81, effects);
+  const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
+    const RotorInput input = s.data.InputAt(t);
+    const auto a = s.model.PushOn(x.data(), input), b = moved.PushOn(x.data(), input);
+    *out << b.force - a.force, b.turn - a.turn;
+  };
+  const std::vector<RotorSegment> segments = CutSegments(s.data);
+  for (const int i : {3, 40, 90}) {
+    const SegmentModel base(s.model, s.data, s.options.noise, segments[i]);
+    const SegmentModel other(moved, s.data, s.options.noise, segments[i]);
+    const RotorNode &start = s.batch.nodes[i], &next = s.batch.nodes[i + 1];
+    const Eigen::VectorXd difference = other.Evaluate(start, next, s.batch.mean, false).error -
+                                       base.Evaluate(start, next, s.batch.mean, false).error;
+    const Eigen::VectorXd slope = base.Respond(start, next, s.batch.mean, 1, push);
+    EXPECT_LT((difference - slope).norm(), 0.02 * difference.norm());
+  }
+}
+
+// Scores that vary between clusters as the noise says give the noise's intervals.
+TEST(RotorNormal, ClusterCovarianceAgreesWhereTheModelIsExact) {
+  const Solved s;
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, {}, 0.25);
+  const Eigen::MatrixXd cov = normal.ClusterCovariance();
+  double ratio = 0.0;
+  for (const int i : s.options.prior.Free()) ratio += std::sqrt(cov(i, i) / s.batch.cov(i, i));
+  EXPECT_NEAR(ratio / 18.0, 1.0, 0.25);
+}
+
+}  // namespace
+}  // namespace trueline
