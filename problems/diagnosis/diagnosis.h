@@ -25,10 +25,10 @@ struct DiagnosisOptions {
 
 // Improvement on arcs (or replays) that took no part in fitting parameters and causes.
 struct Gain {
-  std::string metric = "final_point_error";
   int arcs = 0;
   double before = 0.0, after = 0.0;  // m, mean error
   double low = 0.0, high = 0.0;      // m, 95 % of before - after, paired bootstrap
+  std::string metric = "final_point_error";
 };
 
 // A cause on another flight of the vehicle.
