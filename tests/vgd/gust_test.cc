@@ -108,7 +108,7 @@ TEST(Gust, SlowAreNotTakenForDragOrCertainty) {
   VgdOptions without;
   without.process.gust = 0.0;
   const Arcs with_gusts = FlyThroughGusts(VgdOptions()), none = FlyThroughGusts(without);
-  EXPECT_GT(with_gusts.count, 30);
+  EXPECT_GT(with_gusts.count, 20);
   EXPECT_GT(with_gusts.inside, 0.8);
   EXPECT_GT(with_gusts.inside, none.inside);
   EXPECT_LT(with_gusts.error, none.error);
