@@ -131,6 +131,26 @@ void Take(const Tested& best, double p, std::vector<std::string> confused, doubl
   while (DropExplainedAway(*search, alpha, candidates, rounds)) Refit(search, &rounds->found);
 }
 
+// Before it is refitted an effect may look weaker than a term that only resembles it: takes the
+// best cause on trial, and gives it back where such a term still stands.
+bool TakeOnTrial(const std::vector<Tested>& tested, const Tested& best, int tried,
+                 const DiagnosisOptions& options, CauseSearch* search,
+                 std::vector<Candidate>* candidates, Rounds* rounds) {
+  const Rounds before = *rounds;
+  const std::vector<Candidate> candidates_before = *candidates;
+  const double alpha = options.alpha / tried;
+  Take(best, std::min(1.0, best.p * tried), ConfusedWith(tested, best), alpha, search, candidates,
+       rounds);
+  const std::vector<Tested> left = search->TestAll(Without(*candidates, rounds->found));
+  const Tested* next = Best(left, alpha);
+  const double merit = next == nullptr ? 0.0 : next->Merit();
+  if (Stands(search->TestLibrary(), options.alpha, merit).empty()) return true;
+  *rounds = before;
+  *candidates = candidates_before;
+  Refit(search, &rounds->found);
+  return false;
+}
+
 }  // namespace
 
 Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& options,
@@ -149,12 +169,16 @@ Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& o
     const Tested* best = Best(tested, alpha);
     const double merit = best == nullptr ? 0.0 : best->Merit();
     const Terms terms = Stands(search->TestLibrary(), options.alpha, merit);
+    const bool last = best == nullptr || round == options.max_causes;
     if (!terms.empty()) {
+      if (!last && TakeOnTrial(tested, *best, tried, options, search, &candidates, &rounds)) {
+        continue;
+      }
       for (const auto& term : terms) rounds.goes_with.push_back(term.name);
       DropLikenesses(terms, alpha, search, &rounds);
       break;
     }
-    if (best == nullptr || round == options.max_causes) break;
+    if (last) break;
     Take(*best, std::min(1.0, best->p * tried), ConfusedWith(tested, *best), alpha, search,
          &candidates, &rounds);
   }

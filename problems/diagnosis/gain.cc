@@ -83,7 +83,7 @@ HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const Vg
     }
     for (const ReplayError& r :
          ReplayPart(search, fits.log, corrected, options.drive, fit, segments)) {
-      errors[half].replays[r.segment] = r.error_E.head<2>().norm();
+      errors[half].replays[r.segment] = r.error_E.norm();
     }
   });
   errors[0].arcs.merge(errors[1].arcs);

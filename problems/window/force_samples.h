@@ -10,10 +10,10 @@ namespace trueline {
 // Use of the accelerometer's x and y axes, which the paper's fit leaves aside.
 struct DragMeasurementOptions {
   bool enabled = true;
-  double interval = 0.05;  // s, over which the accelerometer is averaged
+  double interval = 0.1;  // s, over which the accelerometer is averaged
   // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
   // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
-  double sigma = 0.2;
+  double sigma = 0.14;
   double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
 };
 

