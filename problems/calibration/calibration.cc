@@ -71,7 +71,8 @@ void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   } else if (BinomialCdf(arcs.inside_95, arcs.error.count, 0.95) < kChance) {
     verdict->reasons.push_back(fmt::format(
         "the stated uncertainty is too small: {} of {} arcs end inside of their 95 % ellipse; the "
-        "flight holds more than the noise assumed (in gusts of another memory, set process: gust_memory_s)",
+        "flight holds more than the noise assumed (in gusts of another memory, set process: "
+        "gust_memory_s)",
         arcs.inside_95, arcs.error.count));
   }
 }
