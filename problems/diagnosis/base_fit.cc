@@ -52,8 +52,9 @@ double Step(const BaseFlight& flight, BaseFit* fit) {
 
 NoiseStrengths StartingNoise(const VgdOptions& options) {
   NoiseStrengths noise;
-  noise.force_sigma = 0.1;
   noise.process = options.process;
+  noise.process.gust = 0.05;  // learned whatever the options say of it
+  noise.process.gust_memory = 0.8;
   return noise;
 }
 

@@ -1,19 +1,10 @@
 #include "problems/diagnosis/cause_rounds.h"
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+
+#include "problems/diagnosis/choose.h"
 
 namespace trueline {
-
-bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
-  for (int i = 0; i < value.size(); ++i) {
-    const EffectParameterInfo& info = candidate.info->parameters[i];
-    if (std::abs(value[i]) > info.plausible) return false;
-    if (!info.either_sign && value[i] < 0.0) return false;
-  }
-  return true;
-}
 
 void Refit(CauseSearch* search, std::vector<Found>* found) {
   constexpr int kRefits = 8;  // at most
@@ -28,15 +19,7 @@ void Rounds::Remove(std::size_t which) {
 
 namespace {
 
-constexpr double kAsGood = 6.0;  // of twice the log likelihood: within this, two effects fit alike
-
 using Terms = std::vector<CauseSearch::Described>;
-
-int DistinctIds(const std::vector<Candidate>& candidates) {
-  std::set<std::string> ids;
-  for (const Candidate& c : candidates) ids.insert(c.info->id);
-  return static_cast<int>(ids.size());
-}
 
 // What is found is not looked for again; a step may happen once.
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
@@ -49,41 +32,12 @@ std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vec
   return candidates;
 }
 
-bool Plausible(const Tested& t) {
-  return Plausible(t.candidate, t.candidate.Neutral() + t.test.value);
-}
-
 CandidateReport Report(const Tested& t, double alpha, int clusters) {
-  CandidateReport report{
-      t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
-  for (const EffectParameterInfo& info : t.candidate.info->parameters) {
-    report.parameters.push_back(info.name);
-    report.units.push_back(info.unit);
-  }
-  report.value = t.candidate.Neutral() + t.test.value;
+  CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
+  report.value = ValueOf(t);
   report.sigma = t.test.sigma;
   report.detectable = DetectableSize(t.test, alpha, clusters);
   return report;
-}
-
-// The best of those that stand out, or none.
-const Tested* Best(const std::vector<Tested>& tested, double alpha) {
-  const Tested* best = nullptr;
-  for (const Tested& t : tested) {
-    if (t.p >= alpha || !Plausible(t)) continue;
-    if (best == nullptr || t.Merit() > best->Merit()) best = &t;
-  }
-  return best;
-}
-
-std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const Tested& best) {
-  std::set<std::string> ids;
-  for (const Tested& t : tested) {
-    const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
-    if (as_good && t.candidate.info->id != best.candidate.info->id)
-      ids.insert(t.candidate.info->id);
-  }
-  return {ids.begin(), ids.end()};
 }
 
 // What does not stand any more beside the others, once refitted, goes; true if any did. It is not
@@ -124,7 +78,7 @@ void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Round
 // Takes a cause into the model, and drops those that it explains away.
 void Take(const Tested& best, double p, std::vector<std::string> confused, double alpha,
           CauseSearch* search, std::vector<Candidate>* candidates, Rounds* rounds) {
-  rounds->found.push_back({best.candidate, best.candidate.Neutral() + best.test.value});
+  rounds->found.push_back({best.candidate, ValueOf(best)});
   rounds->p.push_back(p);
   rounds->confused.push_back(std::move(confused));
   Refit(search, &rounds->found);

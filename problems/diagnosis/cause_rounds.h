@@ -24,7 +24,4 @@ Rounds SearchCauses(const std::vector<Candidate>& candidates, const DiagnosisOpt
 // Refits a model with causes to convergence.
 void Refit(CauseSearch* search, std::vector<Found>* found);
 
-// Value within what a real vehicle has, of a sign that physics allows.
-bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value);
-
 }  // namespace trueline

@@ -88,8 +88,8 @@ RowStack LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& nois
   stack.values.topRows<9>() = (whiten * stack.values.topRows<9>()).eval();
   stack.log_weights += whiten.diagonal().array().log().sum();  // it is triangular
 
-  const double beta = std::exp(-h / noise.gust_memory);
-  const double w = 1.0 / (noise.gust * std::sqrt(1.0 - beta * beta));
+  const double beta = noise.process.GustDecay(h);
+  const double w = 1.0 / noise.process.GustStepSigma(h);
   stack.node().block<2, 2>(9, kGustAt).diagonal().setConstant(-beta * w);
   stack.next().block<2, 2>(9, kGustAt).diagonal().setConstant(w);
   stack.values.col(residual).segment<2>(9) = w * (there.tail<2>() - beta * here.tail<2>());
@@ -106,7 +106,7 @@ RowStack StartStack(const LinearFlight& linear, int s, const NoiseStrengths& noi
   w.head<3>() = linear.flight.scaling().DriftUnit().cwiseQuotient(drift);
   w.segment<3>(kStateAt).setConstant(1.0 / kOpenPosition);
   w.segment<3>(kStateAt + 3).setConstant(1.0 / kOpenVelocity);
-  w.tail<2>().setConstant(1.0 / noise.gust);
+  w.tail<2>().setConstant(1.0 / noise.process.gust);
   NodeVector at_prior = linear.x.nodes[s];
   at_prior.segment<kStateSize>(kStateAt).setZero();  // open: wherever it is
   stack.node() = w.asDiagonal();

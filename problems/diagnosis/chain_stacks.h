@@ -10,11 +10,9 @@ namespace trueline {
 // How strong everything is that the model leaves out; learned from the flight (LearnNoise).
 struct NoiseStrengths {
   double fix_scale = 1.0;  // of the detector's own sigmas
-  double force_sigma =
-      0.1;             // m/s^2, of a smoothed sample of the accelerometer's x or y, white part
-  double gust = 0.05;  // m/s^2, stationary sigma of each horizontal axis
-  double gust_memory = 0.8;  // s
-  ProcessNoise process;      // white acceleration, drift of the AHRS error
+  // m/s^2, of a smoothed sample of the accelerometer's x or y, white part.
+  double force_sigma = 0.1;
+  ProcessNoise process;
 };
 
 // Effect parameters and other quantities that act on all rows linearly.

@@ -23,8 +23,8 @@ const std::vector<Coordinate>& Coordinates() {
   static const std::vector<Coordinate> coordinates = {
       {.member = &NoiseStrengths::fix_scale, .usual = 1.0, .spread = 0.3},
       {.member = &NoiseStrengths::force_sigma, .usual = 0.06, .spread = 1.0, .least = 0.04},
-      {.member = &NoiseStrengths::gust, .usual = 0.08, .spread = 1.2},
-      {.member = &NoiseStrengths::gust_memory, .usual = 0.8, .spread = 0.4, .most = 1.6},
+      {.process = &ProcessNoise::gust, .usual = 0.08, .spread = 1.2},
+      {.process = &ProcessNoise::gust_memory, .usual = 0.8, .spread = 0.4, .most = 1.6},
       {.process = &ProcessNoise::acceleration, .usual = 0.03, .spread = 1.2},
       {.process = &ProcessNoise::tilt, .usual = 0.5 * kDegree, .spread = 1.2},
       {.process = &ProcessNoise::heading, .usual = 0.3 * kDegree, .spread = 1.2},

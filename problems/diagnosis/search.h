@@ -27,6 +27,8 @@ struct Tested {
   double Merit() const { return gain - 2.0 * static_cast<double>(test.value.size()); }
 };
 
+inline Eigen::VectorXd ValueOf(const Tested& t) { return t.candidate.Neutral() + t.test.value; }
+
 // A model from a part of a flight.
 struct PartFit {
   ThetaVector value, sigma;  // physical parameters

@@ -11,7 +11,7 @@ std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
   const auto note = [&](double value, double usual, const std::string& what) {
     if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
   };
-  note(noise.gust, 0.35, "forces from outside of {:.2f} m/s^2 that come and go");
+  note(noise.process.gust, 0.35, "forces from outside of {:.2f} m/s^2 that come and go");
   note(noise.process.acceleration, 0.25,
        "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
   note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that wanders by {:.1f} deg");

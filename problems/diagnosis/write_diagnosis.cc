@@ -125,8 +125,8 @@ YAML::Node NoiseNode(const NoiseStrengths& noise) {
   YAML::Node node;
   node["fix_scale"] = Round(noise.fix_scale, 3);
   node["force_sigma_mps2"] = Round(noise.force_sigma, 3);
-  node["gust_mps2"] = Round(noise.gust, 3);
-  node["gust_memory_s"] = Round(noise.gust_memory, 3);
+  node["gust_mps2"] = Round(noise.process.gust, 3);
+  node["gust_memory_s"] = Round(noise.process.gust_memory, 3);
   node["acceleration_mps2_per_sqrt_hz"] = Round(noise.process.acceleration, 3);
   node["tilt_deg"] = Round(noise.process.tilt / kDegree, 3);
   node["heading_deg"] = Round(noise.process.heading / kDegree, 3);

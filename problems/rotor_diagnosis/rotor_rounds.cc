@@ -1,30 +1,13 @@
 #include "problems/rotor_diagnosis/rotor_rounds.h"
 
 #include <algorithm>
-#include <set>
+
+#include "problems/diagnosis/choose.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kAsGood = 6.0;          // of merit: within this, two effects fit alike
 constexpr double kClearlyBetter = 10.0;  // of merit, of terms that are no effect
-
-bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
-  for (int i = 0; i < value.size(); ++i) {
-    const EffectParameterInfo& info = candidate.info->parameters[i];
-    if (std::abs(value[i]) > info.plausible) return false;
-    if (!info.either_sign && value[i] < 0.0) return false;
-  }
-  return true;
-}
-
-bool Plausible(const RotorTested& t) { return Plausible(t.candidate, t.value); }
-
-int DistinctIds(const std::vector<Candidate>& candidates) {
-  std::set<std::string> ids;
-  for (const Candidate& c : candidates) ids.insert(c.info->id);
-  return static_cast<int>(ids.size());
-}
 
 // An effect that was found is not looked for again, but for the loss of another rotor.
 std::vector<Candidate> Without(std::vector<Candidate> candidates,
@@ -39,38 +22,11 @@ std::vector<Candidate> Without(std::vector<Candidate> candidates,
 }
 
 CandidateReport Report(const RotorTested& t, double alpha, int clusters) {
-  CandidateReport report{
-      t.candidate.info->id, t.candidate.Label(), t.test.z(), t.p, {}, {}, {}, {}, {}};
-  for (const EffectParameterInfo& info : t.candidate.info->parameters) {
-    report.parameters.push_back(info.name);
-    report.units.push_back(info.unit);
-  }
+  CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
   report.value = t.value;
   report.sigma = SizesFromSteps(*t.candidate.info, t.test.sigma);
   report.detectable = SizesFromSteps(*t.candidate.info, DetectableSize(t.test, alpha, clusters));
   return report;
-}
-
-// The best of those that stand out, or none.
-const RotorTested* Best(const std::vector<RotorTested>& tested, double alpha) {
-  const RotorTested* best = nullptr;
-  for (const RotorTested& t : tested) {
-    if (t.p >= alpha || !Plausible(t)) continue;
-    if (best == nullptr || t.Merit() > best->Merit()) best = &t;
-  }
-  return best;
-}
-
-std::vector<std::string> ConfusedWith(const std::vector<RotorTested>& tested,
-                                      const RotorTested& best) {
-  std::set<std::string> ids;
-  for (const RotorTested& t : tested) {
-    const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t);
-    if (as_good && t.candidate.info->id != best.candidate.info->id) {
-      ids.insert(t.candidate.info->id);
-    }
-  }
-  return {ids.begin(), ids.end()};
 }
 
 // A step's time, to a fraction of the spacing of those that were tried.
@@ -81,7 +37,7 @@ RotorFound Refined(const RotorTested& best, RotorSearch* search) {
     double range = StepSpacing(search->world().data);
     for (int round = 0; round < 2; ++round, range /= 8.0) {
       for (RotorTested& t : search->TestAll(StepsAround(sharp.candidate, range, kTried))) {
-        if (t.gain > sharp.gain && Plausible(t)) sharp = t;
+        if (t.gain > sharp.gain && Plausible(t.candidate, t.value)) sharp = t;
       }
     }
   }

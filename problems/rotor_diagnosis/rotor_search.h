@@ -29,6 +29,8 @@ struct RotorTested {
   double Merit() const { return gain - 2.0 * static_cast<double>(value.size()); }
 };
 
+inline const Eigen::VectorXd& ValueOf(const RotorTested& t) { return t.value; }
+
 struct RotorDescribed {
   std::string name;
   double p, merit;
