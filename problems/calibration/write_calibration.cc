@@ -161,6 +161,7 @@ YAML::Node WholeFlightNode(const WholeFlight& whole) {
   node["iterations"] = whole.iterations;
   node["parameters"] = ParameterNode(whole.parameters);
   node["unobservable"] = whole.unobservable;
+  node["notes"] = whole.notes;
   for (const LearnedStrength& strength : whole.strengths) {
     YAML::Node entry;
     entry["value"] = Round(strength.value, 4);

@@ -7,7 +7,7 @@ namespace trueline {
 bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value) {
   for (int i = 0; i < value.size(); ++i) {
     const EffectParameterInfo& info = candidate.info->parameters[i];
-    if (std::abs(value[i]) > info.plausible) return false;
+    if (std::abs(value[i]) >= info.plausible) return false;
     if (!info.either_sign && value[i] < 0.0) return false;
   }
   return true;

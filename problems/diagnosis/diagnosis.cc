@@ -83,9 +83,13 @@ void DropHarmful(const FlightLog& data, const GainLogs& logs, const DiagnosisOpt
                  CauseSearch* search, Rounds* rounds, Diagnosis* diagnosis) {
   if (diagnosis->causes.empty()) return;
   const auto spare = FittedSearch(data, options);
-  const HeldOutErrors bare = ErrorsOf(FitHalves(logs.recorded, *spare, {}), *spare, options.vgd);
+  // One process for all models, so that only they differ: what the flight shows without causes. A
+  // larger one would let windows forget their past, and hide what the model does on an arc.
+  DiagnosisOptions measured = options;
+  measured.vgd.process = spare->fit().noise.process;
+  const HeldOutErrors bare = ErrorsOf(FitHalves(logs.recorded, *spare, {}), *spare, measured.vgd);
   while (!diagnosis->causes.empty()) {
-    MeasureGains(logs, options, rounds->found, *search, bare, spare.get(), diagnosis);
+    MeasureGains(logs, measured, rounds->found, *search, bare, spare.get(), diagnosis);
     const auto harmful = std::find_if(diagnosis->causes.rbegin(), diagnosis->causes.rend(),
                                       [](const Cause& c) { return Harmful(c); });
     if (harmful == diagnosis->causes.rend()) return;

@@ -56,9 +56,9 @@ Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, Ba
   return all;
 }
 
-// Moves the found effects by `step`; true once it is small against the steps that sensitivities are
-// taken over. Noise learned anew makes the steps shrink by a constant ratio, which is used to look
-// ahead (Aitken).
+// Moves the found effects by `step`, within what is plausible; true once it is small against the
+// steps that sensitivities are taken over. Noise learned anew makes the steps shrink by a constant
+// ratio, which is used to look ahead (Aitken).
 bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
   constexpr double kFurthest = 4.0;  // times the step
   bool settled = true;
@@ -67,7 +67,8 @@ bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Fou
     for (int k = 0; k < f.value.size(); ++k, ++at) {
       const double ratio = last->size() > 0 ? step[at] / (*last)[at] : 0.0;
       const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
-      f.value[k] += step[at] * std::min(kFurthest, ahead);
+      const double most = f.candidate.info->parameters[k].plausible;
+      f.value[k] = std::clamp(f.value[k] + step[at] * std::min(kFurthest, ahead), -most, most);
       settled = settled && std::abs(step[at]) < 0.2 * f.candidate.info->parameters[k].step;
     }
   }
@@ -120,6 +121,24 @@ void CauseSearch::Rebuild(const std::vector<Found>& found) {
 }
 
 void CauseSearch::Fit(std::vector<Found>* found, int refits) {
+  FitFromHere(found, refits);
+  if (IsSound()) return;
+  // Far from the optimum Gauss-Newton can run away: begin again from the fixes, without effects.
+  for (Found& f : *found) f.value = f.candidate.Neutral();
+  started_ = false;
+  std::vector<Found> none;
+  FitFromHere(&none, 0);
+  FitFromHere(found, refits);
+}
+
+bool CauseSearch::IsSound() const {
+  constexpr double kMostScatter = 100.0;  // of fixes, times what is stated
+  return fit_.x.theta.allFinite() && fit_.noise.fix_scale < kMostScatter &&
+         std::all_of(fit_.x.nodes.begin(), fit_.x.nodes.end(),
+                     [](const NodeVector& node) { return node.allFinite(); });
+}
+
+void CauseSearch::FitFromHere(std::vector<Found>* found, int refits) {
   Eigen::VectorXd last;
   for (int i = 0; i <= refits; ++i) {
     Rebuild(*found);

@@ -75,6 +75,8 @@ class CauseSearch {
   void StorePath();
   int FilterColumns() const;  // nuisances for an ordinary attitude filter; they come first
   void Rebuild(const std::vector<Found>& found);
+  void FitFromHere(std::vector<Found>* found, int refits);
+  bool IsSound() const;
   void TestTogether(std::vector<Tested>* tested) const;
   void RelearnBest(std::vector<Tested>* tested) const;
   void LearnUnder(double base_evidence, Tested* tested) const;

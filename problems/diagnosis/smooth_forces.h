@@ -7,8 +7,10 @@ namespace trueline {
 
 inline constexpr double kForceInterval = 0.125;  // s, between samples
 
-// Weighted means (a raised cosine, two intervals wide) every kForceInterval. Plain means let beats
-// between rotor harmonics and their length through, and those follow thrust as an effect would.
+// Every kForceInterval the middle of a parabola through the samples within an interval to either
+// side, weighted by a raised cosine. Means would miss the curvature of forces in fast turns, which
+// looks like drag; without the taper, beats between rotor harmonics and the window's length pass,
+// which follow thrust as an effect would.
 std::vector<ForceSample> SmoothForces(const std::vector<ImuSample>& imu);
 
 }  // namespace trueline

@@ -39,6 +39,7 @@ ceres::CostFunction* Prior(const Vector& weight) {
 FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
                              const FlightProblemOptions& options)
     : flights_(flights), options_(options), scaling_(options.vgd), problem_(ProblemOptions(this)) {
+  scaling_.forces_show_drag = options.forces_show_drag;
   BuildSections();
   AllocateUnknowns();
   for (std::size_t k = 0; k < sections_.size(); ++k) {

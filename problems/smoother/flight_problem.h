@@ -10,6 +10,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/SparseCore>
+#include <array>
 #include <limits>
 #include <map>
 #include <memory>
@@ -45,6 +46,7 @@ struct FlightProblemOptions {
   VgdOptions vgd;
   SmootherOptions walks;
   DetectorUnknowns detector;
+  std::array<bool, 2> forces_show_drag = {true, true};  // as in ParameterScaling
 };
 
 class FlightProblem : private ceres::EvaluationCallback {

@@ -59,11 +59,22 @@ std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   return asked;
 }
 
-void StoreParameters(const FlightProblemOptions& options, FlightProblem* problem,
-                     WholeFlight* result) {
-  const Names all = NamesOf(*problem, options.detector);
-  const std::vector<int> asked = Asked(*problem, all);
-  FlightProblem::Means means = problem->MeanUnknowns();
+std::vector<std::string> DragNotes(const DragDoubt& doubt) {
+  std::vector<std::string> notes;
+  for (const int i : {0, 1}) {
+    if (doubt.ShowsDrag()[i]) continue;
+    notes.push_back(fmt::format(
+        "{} is not read from the accelerometer: the vehicle's speed along {}_B seems to vary by "
+        "{:.3f} m/s and is known to {:.3f} m/s only; fly with changes of speed along that axis",
+        kImuDrivenNames[i], "xy"[i], doubt.Spread()[i], doubt.Uncertainty()[i]));
+  }
+  return notes;
+}
+
+void StoreParameters(const FlightProblemOptions& options, const FlightProblem& problem,
+                     FlightProblem::Means means, WholeFlight* result) {
+  const Names all = NamesOf(problem, options.detector);
+  const std::vector<int> asked = Asked(problem, all);
   WidenDrag(means.doubt, options.vgd, means.force_sigma, all.sigma, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
@@ -122,9 +133,19 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   problem_options.vgd = strengths.vgd;
   const std::vector<FlightShare>& shares = strengths.flights.empty() ? flights : strengths.shares;
 
-  FlightProblem problem(shares, problem_options);
-  problem.SetStart();
-  const ceres::Solver::Summary summary = problem.Solve();
+  auto problem = std::make_unique<FlightProblem>(shares, problem_options);
+  problem->SetStart();
+  ceres::Solver::Summary summary = problem->Solve();
+  FlightProblem::Means means = problem->MeanUnknowns();
+  if (problem->HasForces() && !means.doubt.ShowsAllDrag()) {
+    problem_options.forces_show_drag = means.doubt.ShowsDrag();
+    auto without = std::make_unique<FlightProblem>(shares, problem_options);
+    without->StartFrom(*problem);
+    summary = without->Solve();
+    problem = std::move(without);
+    result.notes = DragNotes(means.doubt);
+    means = problem->MeanUnknowns();
+  }
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.solve_time = summary.total_time_in_seconds;
@@ -134,8 +155,8 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
     result.passes += static_cast<int>(passes.size());
     result.seconds += SecondsBetween(passes.front().begin, passes.back().end);
   }
-  StoreParameters(problem_options, &problem, &result);
-  result.trajectory = problem.Trajectory();
+  StoreParameters(problem_options, *problem, std::move(means), &result);
+  result.trajectory = problem->Trajectory();
   return result;
 }
 

@@ -34,6 +34,7 @@ struct WholeFlight {
   // Means over the flights; AHRS errors with their drift.
   std::vector<ParameterEstimate> parameters;
   std::vector<std::string> unobservable;
+  std::vector<std::string> notes;  // what was left out of the fit, and what would show it
   std::vector<LearnedStrength> strengths;
   std::vector<TrajectoryPoint> trajectory;  // smoothed, at fixes, knots and force samples
   int iterations = 0;

@@ -29,6 +29,12 @@ Eigen::Vector2d DragDoubt::Uncertainty() const {
   return (variance_ / samples_).cwiseSqrt();
 }
 
+std::array<bool, 2> DragDoubt::ShowsDrag() const {
+  constexpr double kClearly = 2.0;  // three quarters of the variance are motion
+  const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
+  return {spread[0] > kClearly * uncertainty[0], spread[1] > kClearly * uncertainty[1]};
+}
+
 Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
                                  double force_sigma) const {
   const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "problems/vgd/vgd_options.h"
 
@@ -25,6 +26,11 @@ class DragDoubt {
   // (1/s). variance: posterior, of K_x, K_y ((1/s)^2). force_sigma: of a sample (m/s^2).
   Eigen::Vector2d Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
                         double force_sigma) const;
+
+  // Whether the velocity along x, y moves by clearly more than it is known to. Where it does not,
+  // the accelerometer's relation to it says more of errors than of drag.
+  std::array<bool, 2> ShowsDrag() const;
+  bool ShowsAllDrag() const { return ShowsDrag()[0] && ShowsDrag()[1]; }
 
   // m/s, root mean squares around the mean: what moves, and how well it is known.
   Eigen::Vector2d Spread() const;
