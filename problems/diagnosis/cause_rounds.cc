@@ -75,6 +75,36 @@ void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Round
   }
 }
 
+// s between the times that are tried for a step; zero without one.
+double StepSpacing(const std::vector<Candidate>& candidates) {
+  double last = 0.0, spacing = 0.0;
+  for (const Candidate& c : candidates) {
+    const auto t = c.fixed.find("t_step");
+    if (t == c.fixed.end()) continue;
+    spacing = t->second - last;
+    last = t->second;
+  }
+  return spacing;
+}
+
+// A step at the best time between those that were tried: three to either side.
+Tested Sharpened(const Tested& best, double spacing, CauseSearch* search) {
+  constexpr int kReach = 3;
+  const auto t = best.candidate.fixed.find("t_step");
+  if (t == best.candidate.fixed.end()) return best;
+  std::vector<Candidate> around;
+  for (int k = -kReach; k <= kReach; ++k) {
+    around.push_back(best.candidate);
+    around.back().fixed["t_step"] = t->second + k * spacing / (2 * kReach + 1);
+  }
+  const std::vector<Tested> tested = search->TestAll(around);
+  Tested sharp = *std::max_element(
+      tested.begin(), tested.end(),
+      [](const Tested& a, const Tested& b) { return a.Merit() < b.Merit(); });
+  sharp.p = best.p;  // corrected for the times that were tried at first
+  return sharp;
+}
+
 // Takes a cause into the model, and drops those that it explains away.
 void Take(const Tested& best, double p, std::vector<std::string> confused, double alpha,
           CauseSearch* search, std::vector<Candidate>* candidates, Rounds* rounds) {
@@ -111,6 +141,7 @@ Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& o
                     CauseSearch* search) {
   const int tried = std::max(1, DistinctIds(all));
   const double alpha = options.alpha / tried;
+  const double spacing = StepSpacing(all);
   std::vector<Candidate> candidates = all;
   Rounds rounds;
   for (int round = 0; round <= options.max_causes; ++round) {
@@ -124,8 +155,9 @@ Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& o
     const double merit = best == nullptr ? 0.0 : best->Merit();
     const Terms terms = Stands(search->TestLibrary(), options.alpha, merit);
     const bool last = best == nullptr || round == options.max_causes;
+    const Tested sharp = last ? Tested() : Sharpened(*best, spacing, search);
     if (!terms.empty()) {
-      if (!last && TakeOnTrial(tested, *best, tried, options, search, &candidates, &rounds)) {
+      if (!last && TakeOnTrial(tested, sharp, tried, options, search, &candidates, &rounds)) {
         continue;
       }
       for (const auto& term : terms) rounds.goes_with.push_back(term.name);
@@ -133,7 +165,7 @@ Rounds SearchCauses(const std::vector<Candidate>& all, const DiagnosisOptions& o
       break;
     }
     if (last) break;
-    Take(*best, std::min(1.0, best->p * tried), ConfusedWith(tested, *best), alpha, search,
+    Take(sharp, std::min(1.0, sharp.p * tried), ConfusedWith(tested, sharp), alpha, search,
          &candidates, &rounds);
   }
   return rounds;

@@ -115,9 +115,17 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
 }
 
 bool Harmful(const Cause& cause) {
+  // Laps repeat, and what else is wrong may favour a worse model by a little on both halves; nor do
+  // positions show all that a sensor does.
+  constexpr double kMatters = 1.1;        // times the error before
+  constexpr double kBeyondDoubt = 1e-12;  // chance that it is none
   const Gain &arcs = cause.gain, &replays = cause.open_loop;
-  const auto worse = [](const Gain& g) { return g.arcs > 0 && g.high < 0.0; };
+  const auto worse = [](const Gain& g) {
+    return g.arcs > 0 && g.high < 0.0 && g.after > kMatters * g.before;
+  };
   const auto better = [](const Gain& g) { return g.arcs > 0 && g.low > 0.0; };
+  const auto not_worse = [](const Gain& g) { return g.arcs > 0 && g.after < g.before; };
+  if (cause.p < kBeyondDoubt && (not_worse(arcs) || not_worse(replays))) return false;
   return (worse(arcs) && !better(replays)) || (worse(replays) && !better(arcs));
 }
 

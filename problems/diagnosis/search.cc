@@ -56,20 +56,21 @@ Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, Ba
   return all;
 }
 
-// Moves the found effects by `step`, within what is plausible; true once it is small against the
-// steps that sensitivities are taken over. Noise learned anew makes the steps shrink by a constant
-// ratio, which is used to look ahead (Aitken).
+// Moves the found effects by `step`, within what is plausible; true once what is left is small
+// against the steps that sensitivities are taken over. Noise learned anew makes the steps shrink by
+// a constant ratio, which is used to look ahead (Aitken); so one step alone settles nothing.
 bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
   constexpr double kFurthest = 4.0;  // times the step
-  bool settled = true;
+  bool settled = last->size() > 0 || step.size() == 0;
   int at = 0;
   for (Found& f : *found) {
     for (int k = 0; k < f.value.size(); ++k, ++at) {
+      const EffectParameterInfo& info = f.candidate.info->parameters[k];
       const double ratio = last->size() > 0 ? step[at] / (*last)[at] : 0.0;
       const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
-      const double most = f.candidate.info->parameters[k].plausible;
-      f.value[k] = std::clamp(f.value[k] + step[at] * std::min(kFurthest, ahead), -most, most);
-      settled = settled && std::abs(step[at]) < 0.2 * f.candidate.info->parameters[k].step;
+      const double move = step[at] * std::min(kFurthest, ahead);
+      f.value[k] = std::clamp(f.value[k] + move, -info.plausible, info.plausible);
+      settled = settled && std::abs(move) < 0.2 * info.step;
     }
   }
   *last = step;
