@@ -98,9 +98,9 @@ Tested Sharpened(const Tested& best, double spacing, CauseSearch* search) {
     around.back().fixed["t_step"] = t->second + k * spacing / (2 * kReach + 1);
   }
   const std::vector<Tested> tested = search->TestAll(around);
-  Tested sharp = *std::max_element(
-      tested.begin(), tested.end(),
-      [](const Tested& a, const Tested& b) { return a.Merit() < b.Merit(); });
+  Tested sharp =
+      *std::max_element(tested.begin(), tested.end(),
+                        [](const Tested& a, const Tested& b) { return a.Merit() < b.Merit(); });
   sharp.p = best.p;  // corrected for the times that were tried at first
   return sharp;
 }

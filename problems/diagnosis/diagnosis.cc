@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "problems/diagnosis/cause_rounds.h"
+#include "problems/diagnosis/choose.h"
 #include "problems/diagnosis/confirm.h"
 #include "problems/diagnosis/false_gate.h"
 #include "problems/diagnosis/gain.h"
@@ -13,6 +14,7 @@
 #include "problems/diagnosis/prepare_log.h"
 #include "problems/diagnosis/residual_rows.h"
 #include "problems/diagnosis/verdict.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {
@@ -56,6 +58,22 @@ Cause CauseOf(const FalseGate& found) {
   return cause;
 }
 
+// `search` must have been fitted without the fixes of `found`.
+CandidateReport ReportOf(const std::optional<FalseGate>& found, double alpha, CauseSearch* search) {
+  const double p = found ? found->p : 1.0;
+  CandidateReport report = NamedReport({&InfoOf("false_gate"), {}},
+                                       std::sqrt(ChiSquareCritical(std::max(p, 1e-300), 1.0)), p);
+  report.value = Eigen::VectorXd::Constant(1, found ? found->fraction : 0.0);
+  report.sigma = Eigen::VectorXd::Constant(1, found ? found->sigma : 0.0);
+  report.detectable =
+      Eigen::VectorXd::Constant(1, DetectableFraction(search->flight(), search->fit(), alpha));
+  return report;
+}
+
+bool HasGates(const FlightLog& log) {
+  return std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& f) { return f.gate >= 0; });
+}
+
 // A search with nothing but the base fit.
 std::unique_ptr<CauseSearch> FittedSearch(const FlightLog& data, const DiagnosisOptions& options) {
   auto search = std::make_unique<CauseSearch>(data, OpenPriors(options.vgd));
@@ -64,12 +82,15 @@ std::unique_ptr<CauseSearch> FittedSearch(const FlightLog& data, const Diagnosis
   return search;
 }
 
+// Any of the flight's places might be it.
+double FalseGateAlpha(const DiagnosisOptions& options) { return options.alpha / 100.0; }
+
 // A false gate that is still there once the catalogue's effects have explained what they can: a
 // camera that is turned far enough sets all fixes of a pass aside, too.
 std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
                                                 const DiagnosisOptions& options,
                                                 CauseSearch* search) {
-  const double alpha = options.alpha / 100.0;
+  const double alpha = FalseGateAlpha(options);
   auto found = FindFalseGate(search->flight(), search->fit(), alpha);
   if (!found) return std::nullopt;
   const auto trial = FittedSearch(data, options);
@@ -129,6 +150,7 @@ class OneFlight {
     Rounds rounds =
         SearchCauses(CandidatesFor(data_, ScopeOf(data_, options_)), options_, search_.get());
     diagnosis_.candidates = rounds.candidates;
+    if (HasGates(log_)) diagnosis_.candidates.push_back(false_gate_);
     diagnosis_.unexplained_by = rounds.goes_with;
     StoreCauses(*search_, rounds, &diagnosis_);
     if (options_.measure_gain && !log_.fixes.empty()) {
@@ -141,11 +163,13 @@ class OneFlight {
  private:
   void TakeOutFalseGate() {
     const auto found = FalseGateBeyondEffects(data_, options_, search_.get());
-    if (!found) return;
-    if (!options_.fit_to_mocap) gain_logs_.kept = WithoutFixes(log_, found->fixes);
-    data_ = WithoutFixes(data_, found->fixes);
-    search_ = FittedSearch(data_, options_);
-    diagnosis_.causes.push_back(CauseOf(*found));
+    if (found) {
+      if (!options_.fit_to_mocap) gain_logs_.kept = WithoutFixes(log_, found->fixes);
+      data_ = WithoutFixes(data_, found->fixes);
+      search_ = FittedSearch(data_, options_);
+      diagnosis_.causes.push_back(CauseOf(*found));
+    }
+    false_gate_ = ReportOf(found, FalseGateAlpha(options_), search_.get());
   }
 
   void Describe(const Eigen::VectorXd& before, const std::vector<ReplayError>& replays,
@@ -169,6 +193,7 @@ class OneFlight {
   FlightLog data_;
   GainLogs gain_logs_;
   std::unique_ptr<CauseSearch> search_;
+  CandidateReport false_gate_;
   Diagnosis diagnosis_;
 };
 

@@ -54,6 +54,20 @@ double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers
   return std::min(1.0, n * (1.0 - ChiSquareTail(2.0 * n * share, 2.0 * (m - 1))));
 }
 
+// Fixes of gates at which an offset of d (m) would stand out from the path.
+template <class Fixes>
+int Visible(const Fixes& fixes, double d) {
+  constexpr double kSurely = 1.5;  // sigmas beyond kApart
+  return static_cast<int>(std::count_if(fixes.begin(), fixes.end(), [d](const auto& fix) {
+    return fix.gate >= 0 && d > (kApart + kSurely) * fix.sigma;
+  }));
+}
+
+int CountOfGates(const std::vector<Fix>& fixes) {
+  return static_cast<int>(
+      std::count_if(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; }));
+}
+
 int OnlyGate(const std::vector<Outlier>& agreeing) {
   const int gate = agreeing.front().gate;
   const bool same = std::all_of(agreeing.begin(), agreeing.end(),
@@ -89,12 +103,39 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
     weights += 1.0 / (o.sigma * o.sigma);
   }
   found.offset /= weights;
-  const auto& log = flight.log().fixes;
-  const auto count =
-      std::count_if(log.begin(), log.end(), [&](const Fix& f) { return f.gate >= 0; });
-  found.fraction = m / static_cast<double>(count);
+  // Far from the gate an offset drowns in noise: shares are those of the fixes that show it.
+  const double d = found.offset.norm();
+  int count = Visible(flight.log().fixes, d);
+  if (const int visible = Visible(best, d); visible >= kFewest) {
+    found.fraction = visible / static_cast<double>(count);
+  } else {
+    count = CountOfGates(flight.log().fixes);
+    found.fraction = m / static_cast<double>(count);
+  }
   found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
   return found;
+}
+
+double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double alpha) {
+  constexpr double kOffset = 1.0;  // m
+  constexpr double kPower = 0.95;
+  const std::vector<Outlier> outliers = OutliersOf(flight, fit);
+  const int visible = Visible(flight.log().fixes, kOffset),
+            others = static_cast<int>(outliers.size());
+  if (visible == 0) return 1.0;
+  double sigma = 0.0;
+  for (const Fix& fix : flight.log().fixes)
+    sigma = std::max(sigma, std::min(fix.sigma, kOffset / kApart));
+  int least = kFewest;
+  while (least < visible &&
+         (least < kShare * (others + least) ||
+          ChanceOf(others + least, least, kAgree * std::sqrt(2.0) * sigma, outliers) >= alpha)) {
+    ++least;
+  }
+  // So many on the average that a Poisson count reaches `least` with that power.
+  double mean = least;
+  while (ChiSquareTail(2.0 * mean, 2.0 * least) > 1.0 - kPower) mean += 0.1;
+  return std::min(1.0, mean / visible);
 }
 
 }  // namespace trueline

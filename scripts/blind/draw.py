@@ -9,36 +9,38 @@ FOLDER = "simulate"  # of the configurations
 DIAGNOSE = []        # flags of trueline-diagnose
 COURSES = ["hippodrome", "iros2016", "fast"]
 
-# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
+# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They reach
+# from what can't be seen to a few times what can; of two at once the upper half.
 SIGNED = True
 EFFECTS = {
-    "quadratic_drag": {"c": (0.05, 0.4, not SIGNED)},
-    "rotor_drag": {"k": (0.01, 0.08, not SIGNED)},
-    "wind": {"w_x": (0.3, 2.0, SIGNED), "w_y": (0.3, 2.0, SIGNED)},
-    "drag_step": {"t_step": (30.0, 70.0, not SIGNED), "factor": (1.5, 2.5, not SIGNED)},
-    "accel_scale_z": {"s": (0.02, 0.15, SIGNED)},
-    "accel_bias_drift": {"d": (0.0005, 0.005, SIGNED)},
+    "quadratic_drag": {"c": (0.05, 0.5, not SIGNED)},
+    "rotor_drag": {"k": (0.02, 0.15, not SIGNED)},
+    "wind": {"w_x": (0.3, 2.5, SIGNED), "w_y": (0.3, 2.5, SIGNED)},
+    "drag_step": {"t_step": (30.0, 70.0, not SIGNED), "factor": (1.3, 2.5, not SIGNED)},
+    "accel_scale_z": {"s": (0.04, 0.45, SIGNED)},
+    "accel_bias_drift": {"d": (0.0005, 0.008, SIGNED)},
     "imu_lever_arm": {"r_x": (0.02, 0.1, SIGNED), "r_y": (0.02, 0.1, SIGNED),
                       "r_z": (0.01, 0.05, SIGNED)},
-    "ahrs_acceleration_error": {"k": (0.2, 1.0, not SIGNED)},
-    "heading_drift": {"d": (0.0005, 0.005, SIGNED)},
-    "heading_distortion": {"a_sin": (0.03, 0.15, SIGNED), "a_cos": (0.03, 0.15, SIGNED)},
-    "attitude_latency": {"tau": (0.02, 0.1, not SIGNED)},
-    "fix_latency": {"tau": (0.03, 0.15, not SIGNED)},
-    "fix_scale": {"s": (0.04, 0.2, SIGNED)},
-    "camera_misalignment": {"roll": (0.02, 0.1, SIGNED), "pitch": (0.03, 0.15, SIGNED),
-                            "yaw": (0.03, 0.15, SIGNED)},
-    "gate_moved": {"gate": (1, 1, not SIGNED), "dx": (0.2, 0.8, SIGNED), "dy": (0.2, 0.8, SIGNED),
-                   "dz": (0.05, 0.3, SIGNED)},
+    "ahrs_acceleration_error": {"k": (0.2, 1.5, not SIGNED)},
+    "heading_drift": {"d": (0.001, 0.01, SIGNED)},
+    "heading_distortion": {"a_sin": (0.03, 0.25, SIGNED), "a_cos": (0.03, 0.25, SIGNED)},
+    "attitude_latency": {"tau": (0.02, 0.16, not SIGNED)},
+    "fix_latency": {"tau": (0.03, 0.2, not SIGNED)},
+    "fix_scale": {"s": (0.04, 0.3, SIGNED)},
+    "camera_misalignment": {"roll": (0.02, 0.15, SIGNED), "pitch": (0.03, 0.2, SIGNED),
+                            "yaw": (0.03, 0.2, SIGNED)},
+    "gate_moved": {"gate": (1, 1, not SIGNED), "dx": (0.2, 1.0, SIGNED), "dy": (0.2, 1.0, SIGNED),
+                   "dz": (0.05, 0.4, SIGNED)},
     "false_gate": {"fraction": (0.05, 0.25, not SIGNED), "dx": (0.5, 2.0, SIGNED),
                    "dy": (0.5, 2.0, SIGNED), "dz": (0.1, 0.5, SIGNED)},
 }
 
 
-def draw_effect(rng, effect):
+def draw_effect(rng, effect, least=0.0):
+    """`least`: share of the range (of its logarithm) that is left out from below."""
     values = {}
     for name, (low, high, signed) in EFFECTS[effect].items():
-        size = low * (high / low) ** rng.random()
+        size = low * (high / low) ** rng.uniform(least, 1.0)
         values[name] = int(size) if name == "gate" else size * (rng.choice([-1, 1]) if signed else 1)
     return {"id": effect, **values}
 
@@ -68,7 +70,8 @@ def draw_flight(config, seed, hidden):
     detector["sigma_factor"] = rng.choice([0.03, 0.05, 0.1])
     detector["fixes"] = rng.choice([[15, 20], [30, 45]])
     config["duration"] = 100
-    config["effects"] = [draw_effect(rng, e) for e in hidden if e in EFFECTS]
+    least = 0.5 if len(hidden) > 1 else 0.0
+    config["effects"] = [draw_effect(rng, e, least) for e in hidden if e in EFFECTS]
     if "outside" in hidden:
         return [hide_outside(rng, config)]
     return config["effects"]
