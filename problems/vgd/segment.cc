@@ -50,11 +50,24 @@ void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
   SplitDerivatives(d, node);
 }
 
+// Thrust around t: a single sample vibrates, and a noisy factor of drag would weaken it.
+double MeanThrust(const DriveTrack& track, TimeNs t) {
+  constexpr double kReach = 0.05;  // s, to either side
+  const auto& steps = track.steps();
+  const std::size_t middle = track.StepAt(t);
+  std::size_t first = middle, last = middle;
+  while (first > 0 && SecondsBetween(steps[first - 1].t, t) <= kReach) --first;
+  while (last + 1 < steps.size() && SecondsBetween(t, steps[last + 1].t) <= kReach) ++last;
+  double sum = 0.0;
+  for (std::size_t i = first; i <= last; ++i) sum -= steps[i].drive.a_z;
+  return sum / static_cast<double>(last - first + 1);
+}
+
 // Specific force in I by eq. 7-9 from the velocity in E'.
-// `t` in s from the log's start.
+// `thrust` in m/s^2, `t` in s from the log's start.
 template <typename T>
 Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effects,
-                      const Drive& drive, const Vector3<T>& v_Ep, double t) {
+                      const Drive& drive, const Vector3<T>& v_Ep, double thrust, double t) {
   const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
   const Vector3<T> v_B = model.R_B_I() * Times(R_I_Ep, v_Ep);
   Vector3<T> f_B = model.SpecificForce(drive.a_z, v_B);
@@ -62,7 +75,7 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
     const Vector3<T> wind_Ep = model.R_Ep_E() * effects.wind_E.template cast<T>();
     const Vector3<T> wind_B = model.R_B_I() * Times(R_I_Ep, wind_Ep);
     const auto& p = model.parameters();
-    f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, -drive.a_z, t);
+    f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, thrust, t);
   }
   return model.R_B_I().transpose() * f_B;
 }
@@ -88,7 +101,7 @@ Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> time
       states_(chain_.times().size()) {
   for (const TimeNs t : force_times) {
     forces_.push_back({IndexOf(t), SecondsBetween(track.log_start(), t),
-                       track.steps()[track.StepAt(t)].drive, ForceNode()});
+                       track.steps()[track.StepAt(t)].drive, MeanThrust(track, t), ForceNode()});
     forces_.back().node.d_theta.rightCols<2>() =
         Eigen::Vector2d(scaling.sigma.tail<2>()).asDiagonal();
   }
@@ -158,7 +171,8 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   const auto visit = [&](std::size_t i, const MotionState<T>& x, const Vector3<T>& v_Ep) {
     Store(x.p, x.v, &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    Store(ForceInImu(accelerometer, effects_, force->drive, v_Ep, force->t), b_a, &force->node);
+    Store(ForceInImu(accelerometer, effects_, force->drive, v_Ep, force->thrust, force->t), b_a,
+          &force->node);
     ++force;
   };
   chain_.Integrate(model, start, visit, &effects_);

@@ -65,6 +65,7 @@ class Segment {
     std::size_t time_index;
     double t;  // s from the log's start
     Drive drive;
+    double thrust;  // m/s^2, a short mean
     ForceNode node;
   };
   const Force& FindForce(TimeNs t) const;
