@@ -65,11 +65,18 @@ Terms Stands(Terms described, double alpha, double merit) {
   return described;
 }
 
-// A cause that the strongest of such terms explains away was the term's nearest likeness and no
-// more.
+// Whether most of a cause's size is left in `test`, which had something else beside it.
+bool Keeps(const Found& f, const ScoreTest& test) {
+  const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
+  return alone.dot(test.value.cwiseQuotient(test.sigma)) > -0.5 * alone.squaredNorm();
+}
+
+// A cause that the strongest of such terms explains away, or mostly so, was the term's nearest
+// likeness and no more.
 void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Rounds* rounds) {
   for (std::size_t i = rounds->found.size(); i-- > 0;) {
-    if (search->TestFound(rounds->found, i, terms.front().columns).p() < alpha) continue;
+    const ScoreTest test = search->TestFound(rounds->found, i, terms.front().columns);
+    if (test.p() < alpha && Keeps(rounds->found[i], test)) continue;
     rounds->Remove(i);
     Refit(search, &rounds->found);
   }

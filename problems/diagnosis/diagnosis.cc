@@ -153,7 +153,7 @@ class OneFlight {
     if (HasGates(log_)) diagnosis_.candidates.push_back(false_gate_);
     diagnosis_.unexplained_by = rounds.goes_with;
     StoreCauses(*search_, rounds, &diagnosis_);
-    if (options_.measure_gain && !log_.fixes.empty()) {
+    if (options_.measure_gain) {
       DropHarmful(data_, gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
     }
     Describe(before, replays, rounds);

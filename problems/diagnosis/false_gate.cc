@@ -54,6 +54,34 @@ double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers
   return std::min(1.0, n * (1.0 - ChiSquareTail(2.0 * n * share, 2.0 * (m - 1))));
 }
 
+// Whether fixes of the same gate from the same distance lie on the path elsewhere: what is wrong
+// with all of them (a lens, a size) is no false gate.
+bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
+                   const std::vector<Outlier>& agreeing) {
+  constexpr double kSameDistance = 0.5;  // m
+  constexpr double kLeastShare = 0.2;
+  const auto& gates = flight.log().gates;
+  const auto distance = [&](int gate, const Eigen::Vector3d& path) {
+    const auto at =
+        std::find_if(gates.begin(), gates.end(), [gate](const Gate& g) { return g.id == gate; });
+    return at == gates.end() ? 0.0 : (at->position - path).norm();
+  };
+  int bystanders = 0, all = 0;
+  for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
+    const Fix& fix = flight.log().fixes[flight.plan().fixes[i]];
+    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    const double here = distance(fix.gate, fix.p_E - d);
+    const bool alike = std::any_of(agreeing.begin(), agreeing.end(), [&](const Outlier& o) {
+      const Eigen::Vector3d path = flight.log().fixes[o.fix].p_E - o.d;
+      return o.gate == fix.gate && std::abs(distance(o.gate, path) - here) < kSameDistance;
+    });
+    if (fix.gate < 0 || !alike) continue;
+    ++all;
+    bystanders += d.norm() <= kApart * fix.sigma;
+  }
+  return bystanders >= kLeastShare * all;
+}
+
 // Fixes of gates at which an offset of d (m) would stand out from the path.
 template <class Fixes>
 int Visible(const Fixes& fixes, double d) {
@@ -93,7 +121,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   if (m < kFewest || m < kShare * n) return std::nullopt;
   FalseGate found;
   found.p = ChanceOf(n, m, kAgree * std::sqrt(2.0) * centre->sigma, outliers);
-  if (found.p >= alpha) return std::nullopt;
+  if (found.p >= alpha || !HasBystanders(flight, fit, best)) return std::nullopt;
   found.gate = OnlyGate(best);
   double weights = 0.0;
   for (const Outlier& o : best) {

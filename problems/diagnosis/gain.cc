@@ -75,7 +75,9 @@ HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const Vg
   ParallelFor(2, 0, [&](int half) {
     const PartFit& fit = fits.by_half[half];
     const FlightLog corrected = CorrectLog(fits.log, fit.effects, fits.path);
-    AddArcs(corrected, fit, half, search.plan(), options, &errors[half].arcs);
+    if (!corrected.fixes.empty()) {
+      AddArcs(corrected, fit, half, search.plan(), options, &errors[half].arcs);
+    }
     if (fits.log.mocap.empty()) return;
     std::vector<int> segments;
     for (int s = 0; s < static_cast<int>(search.plan().segments.size()); s += 2) {
@@ -120,12 +122,13 @@ bool Harmful(const Cause& cause) {
   constexpr double kMatters = 1.1;        // times the error before
   constexpr double kBeyondDoubt = 1e-12;  // chance that it is none
   const Gain &arcs = cause.gain, &replays = cause.open_loop;
-  const auto worse = [](const Gain& g) {
-    return g.arcs > 0 && g.high < 0.0 && g.after > kMatters * g.before;
+  const auto ratio = [](const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; };
+  const auto worse = [&](const Gain& g) {
+    return g.arcs > 0 && g.high < 0.0 && ratio(g) > kMatters;
   };
   const auto better = [](const Gain& g) { return g.arcs > 0 && g.low > 0.0; };
-  const auto not_worse = [](const Gain& g) { return g.arcs > 0 && g.after < g.before; };
-  if (cause.p < kBeyondDoubt && (not_worse(arcs) || not_worse(replays))) return false;
+  if (cause.p < kBeyondDoubt && std::min(ratio(arcs), ratio(replays)) < 1.0) return false;
+  if (!better(arcs) && !better(replays) && ratio(arcs) * ratio(replays) > kMatters) return true;
   return (worse(arcs) && !better(replays)) || (worse(replays) && !better(arcs));
 }
 

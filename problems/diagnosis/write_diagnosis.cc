@@ -55,8 +55,12 @@ YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* cou
   return node;
 }
 
+// A flight without blind arcs is measured by its replays alone.
 void AddGains(const Gain& arcs, const Gain& replays, YAML::Node* node) {
   if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, arcs.metric, "arcs");
+  if (arcs.arcs == 0 && replays.arcs > 0) {
+    (*node)["gain"] = GainNode(replays, "open_loop_error_1s", "arcs");
+  }
   if (replays.arcs > 0) {
     (*node)["gain_open_loop"] = GainNode(replays, "open_loop_error_1s", "replays");
   }

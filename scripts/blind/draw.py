@@ -79,17 +79,23 @@ def draw_flight(config, seed, hidden):
 
 def hide_outside(rng, config):
     """Something that no entry of the catalogue describes: a stormy flight, or what `spoil` does."""
-    kind = rng.choice(["strong_gusts", "compass_twice_round", "distance_squared"])
+    kinds = ["strong_gusts", "distance_squared"]
+    if config["name"] != "hippodrome":  # two legs tell once round from twice round by nothing
+        kinds.append("compass_twice_round")
+    kind = rng.choice(kinds)
+    hidden = {"id": f"outside:{kind}"}
     if kind == "strong_gusts":
         config["turbulence"] = {"sigma": [0.6, 0.6, 0.3], "memory": 2.0}
-    return {"id": f"outside:{kind}"}
+    elif kind == "compass_twice_round":
+        hidden["phase"] = rng.uniform(0.25 * math.pi, 0.75 * math.pi)  # legs lie along the axes
+    return hidden
 
 
 def spoil(log, hidden):
     """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
-    if hidden == "outside:compass_twice_round":
-        rewrite(log / "attitude.csv", turn_heading)
-    elif hidden == "outside:distance_squared":
+    if hidden["id"] == "outside:compass_twice_round":
+        rewrite(log / "attitude.csv", lambda row, at: turn_heading(row, at, hidden["phase"]))
+    elif hidden["id"] == "outside:distance_squared":
         written = yaml.safe_load((log / "log.yaml").read_text())
         gates = {gate["id"]: gate["position"] for gate in written["gates"]}
         rewrite(log / "fixes.csv", lambda row, at: stretch(row, at, gates))
@@ -102,11 +108,12 @@ def rewrite(path, change):
     path.write_text("\n".join([lines[0], *rows]) + "\n")
 
 
-def turn_heading(row, at):
-    """Heading too large by 0.15 rad sin(2 psi): a rotation about z of E' before the attitude."""
+def turn_heading(row, at, phase):
+    """Heading too large by 0.15 rad sin(2 psi + phase): a rotation about z of E' before the
+    attitude."""
     w, x, y, z = (float(row[at[n]]) for n in ("qw", "qx", "qy", "qz"))
     psi = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    half = 0.075 * math.sin(2 * psi)
+    half = 0.075 * math.sin(2 * psi + phase)
     c, s = math.cos(half), math.sin(half)
     for name, value in zip(("qw", "qx", "qy", "qz"),
                            (c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)):

@@ -86,5 +86,5 @@ def hide_outside(rng, simulation):
 
 def spoil(log, hidden):
     """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
-    if hidden == "outside:heading_twice_round":
+    if hidden["id"] == "outside:heading_twice_round":
         rewrite(log / "pose.csv", turn_heading)

@@ -55,7 +55,7 @@ def fly(arguments, draw, name, seed, course, hidden):
     flown = simulate.returncode == 0
     if flown:
         (logs / f"{name}.truth.yaml").rename(sealed / f"{name}.truth.yaml")
-        draw.spoil(logs / name, truth[0]["id"] if truth else "")
+        draw.spoil(logs / name, truth[0] if truth else {"id": ""})
     (sealed / f"{name}.hidden.yaml").write_text(
         yaml.safe_dump({"course": course, "effects": truth, "flown": flown}))
     return flown
