@@ -40,6 +40,14 @@ CandidateReport Report(const Tested& t, double alpha, int clusters) {
   return report;
 }
 
+// Whether a force cause leaves a drag that drives the vehicle: it and drag have taken each other's
+// part.
+bool DrivesTheVehicle(const CauseSearch& search, const Found& f) {
+  if (f.candidate.info->enters != EntersAt::kForce) return false;
+  const ThetaVector value = search.Parameters(), sigma = search.Sigmas();
+  return value[0] > 3.0 * sigma[0] || value[1] > 3.0 * sigma[1];  // K_x, K_y
+}
+
 // What does not stand any more beside the others, once refitted, goes; true if any did. It is not
 // tried again.
 bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Candidate>* candidates,
@@ -47,7 +55,8 @@ bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Cand
   for (std::size_t i = rounds->found.size(); i-- > 0;) {
     const Found& f = rounds->found[i];
     const double p = search.TestFound(rounds->found, i).p();
-    if (p < alpha && Plausible(f.candidate, f.value)) continue;
+    const bool plausible = Plausible(f.candidate, f.value) && !DrivesTheVehicle(search, f);
+    if (p < alpha && plausible) continue;
     *candidates = Without(*candidates, {f});
     rounds->Remove(i);
     return true;

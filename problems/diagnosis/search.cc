@@ -6,6 +6,7 @@
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/library.h"
+#include "problems/diagnosis/verdict.h"
 
 namespace trueline {
 namespace {
@@ -191,17 +192,19 @@ void CauseSearch::RelearnBest(std::vector<Tested>* tested) const {
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return (*tested)[a].Merit() > (*tested)[b].Merit();
   });
+  // Noise that has swallowed something large is far from what the right candidate leaves.
+  const int sweeps = ExtraordinaryNoise(fit_.noise).empty() ? 2 : 6;
   NoiseStrengths noise = fit_.noise;
-  const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), 2, &noise);
+  const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), sweeps, &noise);
   ParallelFor(std::min<int>(kRelearned, static_cast<int>(order.size())), 0,
-              [&](int k) { LearnUnder(evidence, &(*tested)[order[k]]); });
+              [&](int k) { LearnUnder(evidence, sweeps, &(*tested)[order[k]]); });
 }
 
-void CauseSearch::LearnUnder(double base_evidence, Tested* tested) const {
+void CauseSearch::LearnUnder(double base_evidence, int sweeps, Tested* tested) const {
   const Columns all = fit_.columns.With(FreeColumns(tested->columns));
   NoiseStrengths noise = fit_.noise;
   const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
-  tested->gain = 2.0 * (LearnNoise(linear, FilterColumns(), 2, &noise) - base_evidence);
+  tested->gain = 2.0 * (LearnNoise(linear, FilterColumns(), sweeps, &noise) - base_evidence);
   const ChainSystem system(linear, noise);
   tested->test = TestColumns(system, nuisances(), nuisances(), tested->ordinary);
   tested->test.LimitTo(std::max(0.0, tested->gain));

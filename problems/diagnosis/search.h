@@ -79,7 +79,7 @@ class CauseSearch {
   bool IsSound() const;
   void TestTogether(std::vector<Tested>* tested) const;
   void RelearnBest(std::vector<Tested>* tested) const;
-  void LearnUnder(double base_evidence, Tested* tested) const;
+  void LearnUnder(double base_evidence, int sweeps, Tested* tested) const;
   int nuisances() const { return kThetaSize + fit_.columns.count(); }
 
   const FlightLog& log_;

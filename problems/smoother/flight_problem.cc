@@ -253,7 +253,7 @@ void FlightProblem::SetStart() {
 void FlightProblem::StartFrom(const FlightProblem& other) {
   x_ = other.x_;
   mount_ = other.mount_;
-  gates_ = other.gates_;
+  for (auto& [id, offset] : gates_) offset = other.gates_.at(id);  // in place: blocks point there
   for (auto& [section, offset] : offsets_) offset = other.offsets_.at(section);
 }
 

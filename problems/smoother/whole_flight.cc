@@ -99,6 +99,7 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
 WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map) {
   WholeFlightOptions options;
   ReadOption(map, "learn_strengths", &options.learn_strengths);
+  ReadOption(map, "withhold_drag", &options.withhold_drag);
   ReadPositive(map, "learn_time_s", &options.learn_time);
   ReadNotNegative(map, "fix_latency_sigma_s", &options.detector.fix_latency);
   ReadNotNegative(map, "camera_misalignment_sigma_deg", &options.detector.camera_misalignment,
@@ -112,6 +113,7 @@ WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map) {
 YAML::Node ToYaml(const WholeFlightOptions& options) {
   YAML::Node node;
   node["learn_strengths"] = options.learn_strengths;
+  node["withhold_drag"] = options.withhold_drag;
   node["learn_time_s"] = options.learn_time;
   node["fix_latency_sigma_s"] = options.detector.fix_latency;
   node["camera_misalignment_sigma_deg"] = options.detector.camera_misalignment / kDegree;
@@ -137,7 +139,7 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   problem->SetStart();
   ceres::Solver::Summary summary = problem->Solve();
   FlightProblem::Means means = problem->MeanUnknowns();
-  if (problem->HasForces() && !means.doubt.ShowsAllDrag()) {
+  if (options.withhold_drag && problem->HasForces() && !means.doubt.ShowsAllDrag()) {
     problem_options.forces_show_drag = means.doubt.ShowsDrag();
     auto without = std::make_unique<FlightProblem>(shares, problem_options);
     without->StartFrom(*problem);

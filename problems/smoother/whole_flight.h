@@ -13,6 +13,9 @@ struct WholeFlightOptions {
   // Learns how strongly the AHRS drifts and how large unmodelled accelerations are, by the maximum
   // of the marginal likelihood, starting at `process`.
   bool learn_strengths = true;
+  // Leaves drag out of what the accelerometer shows along an axis that the vehicle hardly moves
+  // along (DragDoubt::ShowsDrag).
+  bool withhold_drag = true;
   double learn_time = 120.0;  // s of each flight, from its start, that strengths are learned from
   // Unknowns beyond the model's, by the sigma of their prior; zero: not asked.
   DetectorUnknowns detector;

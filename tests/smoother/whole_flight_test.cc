@@ -45,7 +45,9 @@ TEST(WholeFlight, IsAWindowOverTheFlight) {
   const testing_vgd::Flight flight(Drifting(30.0), 1, options);
   const int tau = static_cast<int>(flight.data.passes.size());
   const WindowEstimate window = SolveWindow(flight.data, options, tau, PriorMeans(options));
-  const WholeFlight whole = RunWholeFlight({{&flight.data, {}}}, options, NoWalks(), Given());
+  WholeFlightOptions given = Given();
+  given.withhold_drag = false;  // windows widen intervals instead
+  const WholeFlight whole = RunWholeFlight({{&flight.data, {}}}, options, NoWalks(), given);
   EXPECT_TRUE(whole.converged);
   for (const char* name : {"K_x", "K_y", "b_az", "phi_I_B", "theta_I_B", "psi_I_B", "b_ax"}) {
     const ParameterEstimate& expected = testing_vgd::Find(window, name);
@@ -57,6 +59,23 @@ TEST(WholeFlight, IsAWindowOverTheFlight) {
   const TrajectoryPoint &last = window.fitted.back(), &smoothed = whole.trajectory.back();
   EXPECT_EQ(last.t, smoothed.t);
   EXPECT_LT((last.p_E - smoothed.p_E).norm(), 1e-4);  // m
+}
+
+// In closed loop the vehicle hardly moves sideways: no size of drag is read from what it seems to.
+TEST(WholeFlight, WithholdsDragThatNothingShows) {
+  VgdOptions options;
+  options.process.tilt = 0.015;  // rad, as simulated
+  const testing_vgd::Flight flight(Drifting(40.0), 3, options);
+  WholeFlightOptions reads = Given();
+  reads.withhold_drag = false;
+  const WholeFlight whole = RunWholeFlight({{&flight.data, {}}}, options, NoWalks(), Given());
+  const WholeFlight read = RunWholeFlight({{&flight.data, {}}}, options, NoWalks(), reads);
+  EXPECT_TRUE(read.notes.empty());
+  ASSERT_FALSE(whole.notes.empty());
+  EXPECT_NE(whole.notes.back().find("K_y"), std::string::npos) << whole.notes.back();
+  const ParameterEstimate& K_y = Find(whole, "K_y");
+  EXPECT_EQ(K_y.status, "unobservable");
+  EXPECT_NEAR(K_y.value, -0.55, 1.96 * K_y.sigma);
 }
 
 // Two flights of a vehicle share its airframe, and know it better than one.
