@@ -129,6 +129,11 @@ void DropHarmful(const FlightLog& data, const GainLogs& logs, const DiagnosisOpt
   diagnosis->gain = diagnosis->open_loop = Gain();
 }
 
+// All gates, all times: with two gates, a move of one is that of the other, too.
+void Exclude(const Candidate& which, std::vector<Candidate>* candidates) {
+  std::erase_if(*candidates, [&](const Candidate& c) { return c.info->id == which.info->id; });
+}
+
 // The diagnosis of one flight; everything but the verdict.
 class OneFlight {
  public:
@@ -147,20 +152,36 @@ class OneFlight {
     const Eigen::VectorXd before = search_->Whitened();
     const std::vector<ReplayError> replays = ReplayOpenLoop(search_.get(), log_);
     diagnosis_.base_seconds = SecondsSince(start_);
-    Rounds rounds =
-        SearchCauses(CandidatesFor(data_, ScopeOf(data_, options_)), options_, search_.get());
-    diagnosis_.candidates = rounds.candidates;
+    const Rounds rounds = Search();
     if (HasGates(log_)) diagnosis_.candidates.push_back(false_gate_);
     diagnosis_.unexplained_by = rounds.goes_with;
-    StoreCauses(*search_, rounds, &diagnosis_);
-    if (options_.measure_gain) {
-      DropHarmful(data_, gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
-    }
     Describe(before, replays, rounds);
     return diagnosis_;
   }
 
  private:
+  // Searches again without what held-out flight speaks against: it may have stood in another's way.
+  Rounds Search() {
+    constexpr int kSearches = 3;
+    const std::vector<Cause> found_before = diagnosis_.causes;
+    std::vector<Candidate> candidates = CandidatesFor(data_, ScopeOf(data_, options_));
+    for (int i = 1;; ++i) {
+      Rounds rounds = SearchCauses(candidates, options_, search_.get());
+      if (i == 1) diagnosis_.candidates = rounds.candidates;
+      StoreCauses(*search_, rounds, &diagnosis_);
+      const std::size_t aside = diagnosis_.set_aside.size();
+      if (options_.measure_gain) {
+        DropHarmful(data_, gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
+      }
+      if (diagnosis_.set_aside.size() == aside || i == kSearches) return rounds;
+      for (std::size_t k = aside; k < diagnosis_.set_aside.size(); ++k) {
+        Exclude(diagnosis_.set_aside[k].candidate, &candidates);
+      }
+      diagnosis_.causes = found_before;
+      search_ = FittedSearch(data_, options_);
+    }
+  }
+
   void TakeOutFalseGate() {
     const auto found = FalseGateBeyondEffects(data_, options_, search_.get());
     if (found) {

@@ -119,17 +119,14 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
 bool Harmful(const Cause& cause) {
   // Laps repeat, and what else is wrong may favour a worse model by a little on both halves; nor do
   // positions show all that a sensor does.
-  constexpr double kMatters = 1.1;        // times the error before
   constexpr double kBeyondDoubt = 1e-12;  // chance that it is none
+  const double limit = cause.p < kBeyondDoubt ? 1.25 : 1.1;
   const Gain &arcs = cause.gain, &replays = cause.open_loop;
   const auto ratio = [](const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; };
-  const auto worse = [&](const Gain& g) {
-    return g.arcs > 0 && g.high < 0.0 && ratio(g) > kMatters;
-  };
+  const auto worse = [](const Gain& g) { return g.arcs > 0 && g.high < 0.0; };
   const auto better = [](const Gain& g) { return g.arcs > 0 && g.low > 0.0; };
-  if (cause.p < kBeyondDoubt && std::min(ratio(arcs), ratio(replays)) < 1.0) return false;
-  if (!better(arcs) && !better(replays) && ratio(arcs) * ratio(replays) > kMatters) return true;
-  return (worse(arcs) && !better(replays)) || (worse(replays) && !better(arcs));
+  const bool clear = worse(arcs) || worse(replays) || !(better(arcs) || better(replays));
+  return clear && ratio(arcs) * ratio(replays) > limit;
 }
 
 namespace {

@@ -33,7 +33,7 @@ HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const Vg
 // The difference over what both predict. Neighbours share fixes, so that the bootstrap draws runs.
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after);
 
-// Clearly worse by one measure, or worse on the whole, and not clearly better by the other.
+// Whether a cause makes held-out flight worse by both measures taken together.
 bool Harmful(const Cause& cause);
 
 // What is measured on: the flight as recorded, and without the fixes that belong to no gate.
