@@ -85,8 +85,8 @@ std::unique_ptr<CauseSearch> FittedSearch(const FlightLog& data, const Diagnosis
 // Any of the flight's places might be it.
 double FalseGateAlpha(const DiagnosisOptions& options) { return options.alpha / 100.0; }
 
-// A false gate that is still there once the catalogue's effects have explained what they can: a
-// camera that is turned far enough sets all fixes of a pass aside, too.
+// A false gate that is still there once the catalogue's effects have explained what they can, and
+// no general term stands: a camera that is turned far enough sets all fixes of a pass aside, too.
 std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
                                                 const DiagnosisOptions& options,
                                                 CauseSearch* search) {
@@ -94,7 +94,9 @@ std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
   auto found = FindFalseGate(search->flight(), search->fit(), alpha);
   if (!found) return std::nullopt;
   const auto trial = FittedSearch(data, options);
-  SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, trial.get());
+  const Rounds rounds =
+      SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, trial.get());
+  if (!rounds.goes_with.empty()) return std::nullopt;  // nor of what no effect stands for
   return FindFalseGate(trial->flight(), trial->fit(), alpha) ? found : std::nullopt;
 }
 
