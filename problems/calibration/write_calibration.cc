@@ -7,13 +7,10 @@
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
-
-double Round(double value, int digits) {  // significant digits, for people who read the YAML
-  return std::stod(fmt::format("{:.{}g}", value, digits));
-}
 
 std::string Time(TimeNs t) {  // seconds, exact to the nanosecond
   return fmt::format("{}{}.{:09d}", t < 0 ? "-" : "", std::abs(t / kNsPerSecond),
@@ -126,8 +123,8 @@ YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
   YAML::Node node(YAML::NodeType::Map);
   for (const ParameterEstimate& p : parameters) {
     YAML::Node entry;
-    entry["value"] = Round(p.value, 6);
-    entry["sigma"] = Round(p.sigma, 3);
+    entry["value"] = Rounded(p.value, 6);
+    entry["sigma"] = Rounded(p.sigma, 3);
     entry["unit"] = p.unit;
     entry["status"] = p.status;
     entry.SetStyle(YAML::EmitterStyle::Flow);
@@ -142,13 +139,13 @@ YAML::Node ArcsNode(const EstimatorRun& run) {
   node["count"] = arcs.error.count;
   if (arcs.error.count == 0) return node;
   YAML::Node error;
-  error["mean"] = Round(arcs.error.mean, 4);
-  error["median"] = Round(arcs.error.median, 4);
-  error["p95"] = Round(arcs.error.p95, 4);
+  error["mean"] = Rounded(arcs.error.mean, 4);
+  error["median"] = Rounded(arcs.error.median, 4);
+  error["p95"] = Rounded(arcs.error.p95, 4);
   error["unit"] = "m";
   error.SetStyle(YAML::EmitterStyle::Flow);
   node["final_point_error"] = error;
-  node["inside_95_ellipse"] = Round(arcs.Coverage(), 3);
+  node["inside_95_ellipse"] = Rounded(arcs.Coverage(), 3);
   return node;
 }
 
@@ -156,7 +153,7 @@ YAML::Node WholeFlightNode(const WholeFlight& whole) {
   YAML::Node node;
   node["flights"] = whole.flights;
   node["passes"] = whole.passes;
-  node["duration"] = Round(whole.seconds, 6);  // s
+  node["duration"] = Rounded(whole.seconds, 6);  // s
   node["converged"] = whole.converged;
   node["iterations"] = whole.iterations;
   node["parameters"] = ParameterNode(whole.parameters);
@@ -164,21 +161,14 @@ YAML::Node WholeFlightNode(const WholeFlight& whole) {
   node["notes"] = whole.notes;
   for (const LearnedStrength& strength : whole.strengths) {
     YAML::Node entry;
-    entry["value"] = Round(strength.value, 4);
-    entry["interval95"].push_back(Round(strength.lower, 4));
-    entry["interval95"].push_back(Round(strength.upper, 4));
+    entry["value"] = Rounded(strength.value, 4);
+    entry["interval95"].push_back(Rounded(strength.lower, 4));
+    entry["interval95"].push_back(Rounded(strength.upper, 4));
     entry["unit"] = strength.unit;
     entry.SetStyle(YAML::EmitterStyle::Flow);
     node["strengths"][strength.name] = entry;
   }
   return node;
-}
-
-std::string Emit(const YAML::Node& node) {
-  YAML::Emitter emitter;
-  emitter.SetDoublePrecision(12);  // 0.0268, not 0.026800000000000001
-  emitter << node;
-  return std::string(emitter.c_str()) + "\n";
 }
 
 // Estimates of the last window; none where the flight has no window.
@@ -217,7 +207,7 @@ YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenanc
   for (const Effect& effect : calibration.effects) {
     YAML::Node entry;
     entry["id"] = effect.id;
-    for (const auto& [key, value] : effect.values) entry[key] = Round(value, 6);
+    for (const auto& [key, value] : effect.values) entry[key] = Rounded(value, 6);
     node["effects"].push_back(entry);
   }
   node["provenance"] = provenance;
@@ -257,9 +247,9 @@ void WriteCalibration(const Calibration& calibration, const FlightLog& log,
   WriteWindows(calibration, name, directory / "windows.csv");
   WriteResiduals(calibration, name, directory / "residuals.csv");
   WriteTrajectory(calibration, directory / "trajectory.csv");
-  WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(calibration, provenance)));
+  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(calibration, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
-                      Emit(CalibrationNode(calibration, provenance)));
+                      TextOf(CalibrationNode(calibration, provenance)));
 }
 
 YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config) {

@@ -7,13 +7,10 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
-
-double Round(double value, int digits) {  // significant digits, for people who read the YAML
-  return std::stod(fmt::format("{:.{}g}", value, digits));
-}
 
 YAML::Node Flow(YAML::Node node) {
   node.SetStyle(YAML::EmitterStyle::Flow);
@@ -22,8 +19,8 @@ YAML::Node Flow(YAML::Node node) {
 
 YAML::Node Value(double value, double sigma, const std::string& unit) {
   YAML::Node node;
-  node["value"] = Round(value, 6);
-  node["sigma"] = Round(sigma, 3);
+  node["value"] = Rounded(value, 6);
+  node["sigma"] = Rounded(sigma, 3);
   node["unit"] = unit;
   return Flow(node);
 }
@@ -32,7 +29,7 @@ YAML::Node ParametersNode(const Cause& cause) {
   YAML::Node node;
   for (const auto& [name, value] : cause.candidate.fixed) {
     YAML::Node fixed;
-    fixed["value"] = Round(value, 6);
+    fixed["value"] = Rounded(value, 6);
     fixed["unit"] = name == "t_step" ? "s" : name == "rotor" ? "index" : "id";
     node[name] = Flow(fixed);
   }
@@ -46,10 +43,10 @@ YAML::Node ParametersNode(const Cause& cause) {
 YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* count) {
   YAML::Node node;
   node["metric"] = metric;
-  node["before"] = Round(gain.before, 4);
-  node["after"] = Round(gain.after, 4);
-  node["interval95"].push_back(Round(gain.low, 4));
-  node["interval95"].push_back(Round(gain.high, 4));
+  node["before"] = Rounded(gain.before, 4);
+  node["after"] = Rounded(gain.after, 4);
+  node["interval95"].push_back(Rounded(gain.low, 4));
+  node["interval95"].push_back(Rounded(gain.high, 4));
   node["interval95"].SetStyle(YAML::EmitterStyle::Flow);
   node[count] = gain.arcs;
   return node;
@@ -71,7 +68,7 @@ YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
   node["log"] = repeat.log;
   node["outcome"] = repeat.outcome;
   if (repeat.value.size() == 0) return node;
-  node["p_value"] = Round(repeat.p, 3);
+  node["p_value"] = Rounded(repeat.p, 3);
   for (int i = 0; i < repeat.value.size(); ++i) {
     const EffectParameterInfo& info = cause.candidate.info->parameters[i];
     node["parameters"][info.name] = Value(repeat.value[i], repeat.sigma[i], info.unit);
@@ -89,7 +86,7 @@ YAML::Node CauseNode(const Cause& cause) {
   for (const Repeat& repeat : cause.repeats) {
     node["other_flights"].push_back(RepeatNode(cause, repeat));
   }
-  node["confidence"] = Round(1.0 - cause.p, 6);
+  node["confidence"] = Rounded(1.0 - cause.p, 6);
   node["confused_with"] = cause.confused_with;
   node["confused_with"].SetStyle(YAML::EmitterStyle::Flow);
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
@@ -101,10 +98,10 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   YAML::Node node;
   node["id"] = report.id;
   if (report.label != report.id) node["which"] = report.label;
-  node["score_z"] = Round(report.z, 4);
-  node["p_value"] = Round(report.p, 4);
+  node["score_z"] = Rounded(report.z, 4);
+  node["p_value"] = Rounded(report.p, 4);
   for (std::size_t i = 0; i < report.parameters.size(); ++i) {
-    node["detectable_size"][report.parameters[i]] = Round(report.detectable[i], 3);
+    node["detectable_size"][report.parameters[i]] = Rounded(report.detectable[i], 3);
   }
   return Flow(node);
 }
@@ -115,7 +112,7 @@ YAML::Node EffectsNode(const std::vector<Cause>& causes) {
     if (!cause.confirmed.value_or(true)) continue;
     YAML::Node effect;
     effect["id"] = cause.candidate.info->id;
-    for (const auto& [name, value] : cause.effect().values) effect[name] = Round(value, 6);
+    for (const auto& [name, value] : cause.effect().values) effect[name] = Rounded(value, 6);
     node.push_back(Flow(effect));
   }
   if (node.size() == 0) node.SetStyle(YAML::EmitterStyle::Flow);
@@ -127,14 +124,14 @@ namespace {
 // What the model leaves out, as learned with the causes in it.
 YAML::Node NoiseNode(const NoiseStrengths& noise) {
   YAML::Node node;
-  node["fix_scale"] = Round(noise.fix_scale, 3);
-  node["force_sigma_mps2"] = Round(noise.force_sigma, 3);
-  node["gust_mps2"] = Round(noise.process.gust, 3);
-  node["gust_memory_s"] = Round(noise.process.gust_memory, 3);
-  node["acceleration_mps2_per_sqrt_hz"] = Round(noise.process.acceleration, 3);
-  node["tilt_deg"] = Round(noise.process.tilt / kDegree, 3);
-  node["heading_deg"] = Round(noise.process.heading / kDegree, 3);
-  node["memory_s"] = Round(noise.process.memory, 3);
+  node["fix_scale"] = Rounded(noise.fix_scale, 3);
+  node["force_sigma_mps2"] = Rounded(noise.force_sigma, 3);
+  node["gust_mps2"] = Rounded(noise.process.gust, 3);
+  node["gust_memory_s"] = Rounded(noise.process.gust_memory, 3);
+  node["acceleration_mps2_per_sqrt_hz"] = Rounded(noise.process.acceleration, 3);
+  node["tilt_deg"] = Rounded(noise.process.tilt / kDegree, 3);
+  node["heading_deg"] = Rounded(noise.process.heading / kDegree, 3);
+  node["memory_s"] = Rounded(noise.process.memory, 3);
   return Flow(node);
 }
 
@@ -142,8 +139,8 @@ YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
                     const std::array<const char*, 3>& names) {
   YAML::Node node;
   for (int i = 0; i < 3; ++i) {
-    node[names[i]].push_back(Round(before[i], 3));
-    node[names[i]].push_back(Round(after[i], 3));
+    node[names[i]].push_back(Rounded(before[i], 3));
+    node[names[i]].push_back(Rounded(after[i], 3));
   }
   return Flow(node);
 }
@@ -154,19 +151,19 @@ YAML::Node MisfitNode(const Misfit& misfit) {
   node["measured_by"] = misfit.against_mocap ? "mocap" : "fitted path";
   for (const MisfitGrowth& g : misfit.growth) {
     YAML::Node row;
-    row["horizon_s"] = Round(g.horizon, 3);
+    row["horizon_s"] = Rounded(g.horizon, 3);
     row["replays"] = g.replays;
     row["rms_earth_m"] = AxesNode(g.before_E, g.after_E, {"north", "east", "down"});
     row["rms_body_m"] = AxesNode(g.before_B, g.after_B, {"forward", "right", "down"});
     node["growth"].push_back(row);
   }
-  node["shares_horizon_s"] = Round(misfit.shares_horizon, 3);
+  node["shares_horizon_s"] = Rounded(misfit.shares_horizon, 3);
   for (const MisfitShare& share : misfit.shares) {
     YAML::Node row;
     row["by"] = share.by;
-    row["body"] = Round(share.body, 2);
-    row["earth"] = Round(share.earth, 2);
-    row["p_value"] = Round(share.p, 2);
+    row["body"] = Rounded(share.body, 2);
+    row["earth"] = Rounded(share.earth, 2);
+    row["p_value"] = Rounded(share.p, 2);
     node["share_of_variance"].push_back(Flow(row));
   }
   return node;
@@ -185,12 +182,12 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
     node["candidates"].push_back(CandidateNode(c));
   }
   YAML::Node residual;
-  residual["rms_before"] = Round(diagnosis.rms_before, 4);
-  residual["rms_after"] = Round(diagnosis.rms_after, 4);
+  residual["rms_before"] = Rounded(diagnosis.rms_before, 4);
+  residual["rms_after"] = Rounded(diagnosis.rms_after, 4);
   residual["unit"] = "sigma";
   residual["white"] = diagnosis.whiteness_p > 0.01;
-  residual["whiteness_p"] = Round(diagnosis.whiteness_p, 3);
-  residual["whiteness_p_before"] = Round(diagnosis.whiteness_p_before, 3);
+  residual["whiteness_p"] = Rounded(diagnosis.whiteness_p, 3);
+  residual["whiteness_p_before"] = Rounded(diagnosis.whiteness_p_before, 3);
   node["residual"] = Flow(residual);
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = NoiseNode(diagnosis.noise);
@@ -208,13 +205,6 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   node["effects"] = EffectsNode(diagnosis.causes);
   node["provenance"] = provenance;
   return node;
-}
-
-std::string Emit(const YAML::Node& node) {
-  YAML::Emitter emitter;
-  emitter.SetDoublePrecision(12);
-  emitter << node;
-  return std::string(emitter.c_str()) + "\n";
 }
 
 void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& path) {
@@ -264,10 +254,10 @@ void WriteMisfit(const Misfit& misfit, const std::filesystem::path& path) {
 
 void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory) {
-  WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(diagnosis, provenance)));
   WriteResiduals(diagnosis, directory / "residuals.csv");
   if (diagnosis.misfit) WriteMisfit(*diagnosis.misfit, directory / "misfit.csv");
-  WriteFileAtomically(directory / "diagnosis.yaml", Emit(DiagnosisNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(diagnosis, provenance)));
 }
 
 }  // namespace trueline

@@ -20,6 +20,7 @@ namespace {
 // The airframe's parameters may step by this share of their prior sigma between sections: a tie
 // that keeps the chain banded, and far below what any flight shows.
 constexpr double kTie = 1e-4;
+constexpr double kHeld = 100.0;               // times the weight of the prior
 constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // drag and misalignment in theta
 
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
@@ -39,7 +40,6 @@ ceres::CostFunction* Prior(const Vector& weight) {
 FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
                              const FlightProblemOptions& options)
     : flights_(flights), options_(options), scaling_(options.vgd), problem_(ProblemOptions(this)) {
-  scaling_.forces_show_drag = options.forces_show_drag;
   BuildSections();
   AllocateUnknowns();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
@@ -121,6 +121,9 @@ void FlightProblem::AllocateGusts() {
 // Nothing of an earlier flight is known but the airframe.
 void FlightProblem::AddFlightPriors(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
+  for (const int i : {0, 1}) {
+    if (!options_.drag_shows[i]) weight[i] = kHeld;
+  }
   if (section > 0) {
     for (const int i : kAirframe) weight[i] = 0.0;
   }

@@ -46,7 +46,7 @@ struct FlightProblemOptions {
   VgdOptions vgd;
   SmootherOptions walks;
   DetectorUnknowns detector;
-  std::array<bool, 2> forces_show_drag = {true, true};  // as in ParameterScaling
+  std::array<bool, 2> drag_shows = {true, true};  // of K_x, K_y: else held at its prior's mean
 };
 
 class FlightProblem : private ceres::EvaluationCallback {

@@ -76,6 +76,9 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
   const Names all = NamesOf(problem, options.detector);
   const std::vector<int> asked = Asked(problem, all);
   WidenDrag(means.doubt, options.vgd, means.force_sigma, all.sigma, &means.cov);
+  for (const int i : {0, 1}) {
+    if (!options.drag_shows[i]) Widen(i, 1.0, &means.cov);
+  }
   std::vector<std::string> names, units;
   for (const int i : asked) {
     names.push_back(all.names[i]);
@@ -140,7 +143,7 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   ceres::Solver::Summary summary = problem->Solve();
   FlightProblem::Means means = problem->MeanUnknowns();
   if (options.withhold_drag && problem->HasForces() && !means.doubt.ShowsAllDrag()) {
-    problem_options.forces_show_drag = means.doubt.ShowsDrag();
+    problem_options.drag_shows = means.doubt.ShowsDrag();
     auto without = std::make_unique<FlightProblem>(shares, problem_options);
     without->StartFrom(*problem);
     summary = without->Solve();

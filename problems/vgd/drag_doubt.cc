@@ -50,6 +50,13 @@ Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vecto
   return sigma;
 }
 
+void Widen(int unknown, double variance, Eigen::MatrixXd* cov) {
+  const double known = (*cov)(unknown, unknown), added = variance - known;
+  if (!(known > 0.0 && added > 0.0)) return;
+  const Eigen::VectorXd along = cov->col(unknown) / known;
+  *cov += added * along * along.transpose();
+}
+
 void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov) {
   if (!options.drag_measurement.enabled) return;
@@ -60,12 +67,7 @@ void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_s
   }
   const Eigen::Vector2d sigma = doubt.Sigma(drag, variance, force_sigma);
   for (int i = 0; i < 2; ++i) {
-    const double known = (*cov)(i, i);
-    const double added = std::min(std::pow(sigma[i] / unit[i], 2), 1.0 - known);
-    if (!(known > 0.0 && added > 0.0)) continue;
-    // What hangs on it is as doubtful.
-    const Eigen::VectorXd along = cov->col(i) / known;
-    *cov += added * along * along.transpose();
+    Widen(i, std::min((*cov)(i, i) + std::pow(sigma[i] / unit[i], 2), 1.0), cov);
   }
   const Eigen::VectorXd shrink = cov->diagonal().cwiseMax(1.0).cwiseSqrt().cwiseInverse();
   *cov = (shrink.asDiagonal() * *cov * shrink.asDiagonal()).eval();

@@ -43,6 +43,9 @@ class DragDoubt {
   Eigen::Vector2d variance_ = Eigen::Vector2d::Zero();
 };
 
+// Makes the variance of an unknown at least that, and what hangs on it as doubtful.
+void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
+
 // Adds what is doubtful of K_x and K_y to the covariance of all parameters, in units of `unit` (a
 // sigma before the flight), with K_x and K_y first. No parameter gets less certain than its unit.
 void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,

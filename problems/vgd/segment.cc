@@ -156,22 +156,14 @@ void Segment::AddGusts(const GustPair& gusts) {
 }
 
 template <typename T>
-ImuDrivenParameters<T> Segment::AsForcesSee(ImuDrivenParameters<T> parameters) const {
-  if (!scaling_->forces_show_drag[0]) parameters.K_x = T(scaling_->mean[0]);
-  if (!scaling_->forces_show_drag[1]) parameters.K_y = T(scaling_->mean[1]);
-  return parameters;
-}
-
-template <typename T>
 void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
                         const double* b_a) {
   const ImuDrivenModel<T> model(parameters, gravity_);
-  const ImuDrivenModel<T> accelerometer(AsForcesSee(parameters), gravity_);
   auto force = forces_.begin();
   const auto visit = [&](std::size_t i, const MotionState<T>& x, const Vector3<T>& v_Ep) {
     Store(x.p, x.v, &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    Store(ForceInImu(accelerometer, effects_, force->drive, v_Ep, force->thrust, force->t), b_a,
+    Store(ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t), b_a,
           &force->node);
     ++force;
   };

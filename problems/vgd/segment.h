@@ -1,7 +1,6 @@
 // One segment of a window: its chain of blocks and the nodes at which residuals read it.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "cost_functions/models/gust.h"
@@ -14,8 +13,6 @@ namespace trueline {
 // Means and sigmas that take the scaled unknowns to parameters: parameter = mean + sigma * scaled.
 struct ParameterScaling {
   Eigen::Matrix<double, kThetaSize, 1> mean, sigma;
-  // Whether the accelerometer's x, y show K_x, K_y; else they are read with the mean of its prior.
-  std::array<bool, 2> forces_show_drag = {true, true};
 
   explicit ParameterScaling(const VgdOptions& options);
 
@@ -55,8 +52,6 @@ class Segment {
 
  private:
   std::size_t IndexOf(TimeNs t) const;
-  template <typename T>
-  ImuDrivenParameters<T> AsForcesSee(ImuDrivenParameters<T> parameters) const;
   template <typename T>
   void Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
                  const double* b_a);

@@ -7,7 +7,7 @@ import plots_residuals
 import plots_track
 from calibration_result import read_calibration
 from calibration_sections import (arc_summary, headline, parameter_table, provenance,
-                                  residual_table, unobservable)
+                                  residual_table, unobservable, whole_flight)
 from charts import embed
 from flight_log import read_log
 from page import Page, paragraph
@@ -28,6 +28,8 @@ def build(arguments):
                 f"{result.estimator}, windows of {result.gamma} passes")
     page.add("verdict", "Result", *headline(result))
     page.add("parameters", "Parameters", *_parameters(result))
+    if whole := whole_flight(result):
+        page.add("whole-flight", "Whole flight", *whole)
     page.add("track", "Track", *_track(result, log))
     page.add("errors", "Errors", *_errors(result))
     page.add("residuals", "Residuals", *_residuals(result))
@@ -36,7 +38,8 @@ def build(arguments):
 
 
 def _parameters(result):
-    blocks = [parameter_table(result), unobservable(result)]
+    blocks = [parameter_table(result.summary.get("parameters")),
+              unobservable(result.summary)]
     if not result.windows[result.windows.gamma == result.gamma].value.dropna().empty:
         blocks += [
             "<h3>By window</h3>",

@@ -55,10 +55,10 @@ def headline(result):
     return blocks
 
 
-def parameter_table(result):
-    """The last window's parameters: value ± one sigma, 95 % interval, status."""
+def parameter_table(parameters):
+    """By name, as in the YAML: value ± one sigma, 95 % interval, status."""
     rows = []
-    for name, entry in (result.summary.get("parameters") or {}).items():
+    for name, entry in (parameters or {}).items():
         value, sigma = as_number(entry.get("value")), as_number(entry.get("sigma"))
         unit, status = str(entry.get("unit", "")), str(entry.get("status", ""))
         known = status != "unobservable"
@@ -79,12 +79,38 @@ def _in_degrees(value, sigma, unit):
     return with_sigma(math.degrees(value), math.degrees(sigma)) if unit == "rad" else ""
 
 
-def unobservable(result):
+def unobservable(summary):
     """What the flight can't tell apart, in words."""
-    combinations = result.summary.get("unobservable") or []
+    combinations = summary.get("unobservable") or []
     if not combinations:
         return ""
     return paragraph("This flight does not show, or can't tell apart:") + bullets(combinations)
+
+
+def whole_flight(result):
+    """All of the flight, or of several, solved at once: what the smoother adds."""
+    whole = result.summary.get("whole_flight")
+    if not whole:
+        return []
+    flights = whole.get("flights", 1)
+    of = "this flight" if flights == 1 else f"{flights} flights of this vehicle"
+    blocks = [paragraph(f"All of {of} at once: {whole.get('passes')} passes in "
+                        f"{number(whole.get('duration'), 4, 's')}. Attitude errors, biases and gusts "
+                        "drift; values are their means.", "note")]
+    if not whole.get("converged", True):
+        blocks.append(f'<div class="warnings"><b>Not converged</b> after '
+                      f"{whole.get('iterations')} iterations: use with care.</div>")
+    blocks += [parameter_table(whole.get("parameters")), unobservable(whole)]
+    if whole.get("notes"):
+        blocks.append(bullets(whole["notes"]))
+    rows = [[f"<code>{escape(name)}</code>", number(entry["value"]),
+             " to ".join(number(end) for end in entry["interval95"]), escape(entry["unit"])]
+            for name, entry in (whole.get("strengths") or {}).items()]
+    if rows:
+        blocks += ["<h3>What drifts, and how strongly</h3>",
+                   table([("Learned", False), ("Value", True), ("95 % interval", True),
+                          ("Unit", False)], rows)]
+    return blocks
 
 
 def arc_summary(result):

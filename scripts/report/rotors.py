@@ -44,7 +44,8 @@ def build(arguments):
         read_table(folder / "trajectory.csv", ["t", "x", "y", "z"], [], REMEDY))
     page = Page("Calibration by rotor speeds", str(result.summary["provenance"].get("log", "")))
     page.add("verdict", "Result", *headline(result), _predictions(result))
-    page.add("parameters", "Constants", parameter_table(result), unobservable(result))
+    page.add("parameters", "Constants", parameter_table(result.summary.get("parameters")),
+             unobservable(result.summary))
     page.add("time", "Over time", paragraph(
         "The filter's estimates with one sigma (shaded), and the batch fit of the whole flight with "
         "its 95 % interval at the end.", "note"), charts.embed(_over_time(result), "plot-time"))

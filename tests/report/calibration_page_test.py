@@ -97,6 +97,12 @@ class PageInBrowser(unittest.TestCase):
                                   "unobservable", "at bound"])
         self.assertIn("psi_E_Ep with psi_I_B", self.text("#parameters"))
 
+    def test_the_whole_flight_has_its_own_table(self):
+        text = self.text("#whole-flight")
+        self.assertIn("2 flights of this vehicle at once: 30 passes", text)
+        self.assertIn("K_y is not read from the accelerometer", text)
+        self.assertIn("0.0075 to 0.0139", text)
+
     def test_track_has_fixes_paths_ends_and_ellipses(self):
         traces = dict(self.traces("plot-track"))
         self.assertEqual(traces["Fixes"], FIXES)

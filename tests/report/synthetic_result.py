@@ -120,6 +120,12 @@ def write_summary(directory):
         "verdict": "poor", "reasons": [f"one angle is at its bound {HOSTILE}"],
         "warnings": ["imu.csv: gap of 0.03 s at t = 12.5 s"], "estimator": "vgd", "gamma": 3,
         "parameters": parameters, "unobservable": ["psi_E_Ep with psi_I_B (ratio 1 : -1)"],
+        "whole_flight": {
+            "flights": 2, "passes": 30, "duration": 120.5, "converged": True, "iterations": 4,
+            "parameters": parameters, "unobservable": [],
+            "notes": [f"K_y is not read from the accelerometer {HOSTILE}"],
+            "strengths": {"tilt_drift": {"value": 0.0102, "interval95": [0.0075, 0.0139],
+                                         "unit": "rad"}}},
         "arcs": {"count": ARCS, "inside_95_ellipse": 0.94,
                  "final_point_error": {"mean": 0.21, "median": 0.19, "p95": 0.4, "unit": "m"}},
         "provenance": {"version": "0.1.0", "log": "log", "seed": 0,

@@ -1,0 +1,27 @@
+#include "problems/result/yaml_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace trueline {
+
+std::string Rounded(double value, int digits) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  const auto exponent = text.find('e');
+  // YAML 1.1 takes 1e-05 for a word.
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
+std::string TextOf(const YAML::Node& node) {
+  YAML::Emitter emitter;
+  emitter << node;
+  return std::string(emitter.c_str()) + "\n";
+}
+
+}  // namespace trueline

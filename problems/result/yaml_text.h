@@ -1,0 +1,17 @@
+// Result files that people read: numbers with the digits that mean something.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+
+namespace trueline {
+
+// A scalar of a node with that many significant digits: 0.0268, not 0.026800000000000001. Reads
+// back as a number by YAML 1.1 and 1.2 (1.0e-05, .nan, -.inf).
+std::string Rounded(double value, int digits);
+
+// The file's text, its end of line included.
+std::string TextOf(const YAML::Node& node);
+
+}  // namespace trueline
