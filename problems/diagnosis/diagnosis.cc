@@ -162,26 +162,50 @@ class OneFlight {
   }
 
  private:
-  // Searches again without what held-out flight speaks against: it may have stood in another's way.
+  // What a search ends with, beside `diagnosis_`.
+  struct Outcome {
+    std::unique_ptr<CauseSearch> search;
+    Rounds rounds;
+    Diagnosis diagnosis;
+
+    bool ExplainsAll() const {
+      return !rounds.found.empty() && rounds.goes_with.empty() &&
+             ExtraordinaryNoise(search->fit().noise).empty();
+    }
+  };
+
+  Outcome SearchAmong(const std::vector<Candidate>& candidates,
+                      std::unique_ptr<CauseSearch> search) {
+    Outcome outcome{std::move(search), {}, diagnosis_};
+    outcome.rounds = SearchCauses(candidates, options_, outcome.search.get());
+    StoreCauses(*outcome.search, outcome.rounds, &outcome.diagnosis);
+    if (options_.measure_gain) {
+      DropHarmful(data_, gain_logs_, options_, outcome.search.get(), &outcome.rounds,
+                  &outcome.diagnosis);
+    }
+    return outcome;
+  }
+
+  // What held-out flight speaks against may have stood in another's way: searches again without it,
+  // and takes that where it leaves nothing unexplained.
   Rounds Search() {
     constexpr int kSearches = 3;
-    const std::vector<Cause> found_before = diagnosis_.causes;
     std::vector<Candidate> candidates = CandidatesFor(data_, ScopeOf(data_, options_));
-    for (int i = 1;; ++i) {
-      Rounds rounds = SearchCauses(candidates, options_, search_.get());
-      if (i == 1) diagnosis_.candidates = rounds.candidates;
-      StoreCauses(*search_, rounds, &diagnosis_);
-      const std::size_t aside = diagnosis_.set_aside.size();
-      if (options_.measure_gain) {
-        DropHarmful(data_, gain_logs_, options_, search_.get(), &rounds, &diagnosis_);
-      }
-      if (diagnosis_.set_aside.size() == aside || i == kSearches) return rounds;
-      for (std::size_t k = aside; k < diagnosis_.set_aside.size(); ++k) {
-        Exclude(diagnosis_.set_aside[k].candidate, &candidates);
-      }
-      diagnosis_.causes = found_before;
-      search_ = FittedSearch(data_, options_);
+    Outcome best = SearchAmong(candidates, std::move(search_));
+    best.diagnosis.candidates = best.rounds.candidates;
+    std::vector<Cause> aside = best.diagnosis.set_aside;
+    for (int i = 1; i < kSearches && aside.size() > 0; ++i) {
+      for (const Cause& cause : aside) Exclude(cause.candidate, &candidates);
+      Outcome next = SearchAmong(candidates, FittedSearch(data_, options_));
+      aside = next.diagnosis.set_aside;
+      if (!aside.empty() || !next.ExplainsAll()) continue;
+      next.diagnosis.candidates = best.diagnosis.candidates;
+      next.diagnosis.set_aside = best.diagnosis.set_aside;
+      best = std::move(next);
     }
+    search_ = std::move(best.search);
+    diagnosis_ = std::move(best.diagnosis);
+    return best.rounds;
   }
 
   void TakeOutFalseGate() {
