@@ -91,6 +91,17 @@ int Visible(const Fixes& fixes, double d) {
   }));
 }
 
+// Of those, the ones that are displaced by about d (m, E) rather than by nothing or anything else.
+int DisplacedBy(const Eigen::Vector3d& d, const BaseFlight& flight, const BaseFit& fit) {
+  int count = 0;
+  for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
+    const Fix& fix = flight.log().fixes[flight.plan().fixes[i]];
+    const Eigen::Vector3d at = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    count += Visible(std::vector<Fix>{fix}, d.norm()) > 0 && (at - d).norm() < 0.5 * d.norm();
+  }
+  return count;
+}
+
 int CountOfGates(const std::vector<Fix>& fixes) {
   return static_cast<int>(
       std::count_if(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; }));
@@ -132,10 +143,9 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   }
   found.offset /= weights;
   // Far from the gate an offset drowns in noise: shares are those of the fixes that show it.
-  const double d = found.offset.norm();
-  int count = Visible(flight.log().fixes, d);
-  if (const int visible = Visible(best, d); visible >= kFewest) {
-    found.fraction = visible / static_cast<double>(count);
+  int count = Visible(flight.log().fixes, found.offset.norm());
+  if (const int displaced = DisplacedBy(-found.offset, flight, fit); displaced >= kFewest) {
+    found.fraction = displaced / static_cast<double>(count);
   } else {
     count = CountOfGates(flight.log().fixes);
     found.fraction = m / static_cast<double>(count);

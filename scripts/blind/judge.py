@@ -35,8 +35,16 @@ def named(diagnosis):
     return [[cause["id"], *cause["confused_with"]] for cause in diagnosis["causes"]]
 
 
+def as_told(effect, cause):
+    """The effect in the cause's terms: with two gates, a move of one is the opposite of the other's."""
+    if effect["id"] != "gate_moved" or cause["parameters"]["gate"]["value"] == effect["gate"]:
+        return effect
+    return {**effect, **{axis: -effect[axis] for axis in ("dx", "dy", "dz")}}
+
+
 def within(effect, cause):
     """(parameters within 2 sigma, parameters compared)."""
+    effect = as_told(effect, cause)
     compared = [name for name, parameter in cause["parameters"].items()
                 if name in effect and name not in NOT_COMPARED and "sigma" in parameter]
     good = sum(abs(cause["parameters"][n]["value"] - effect[n]) <= 2 * cause["parameters"][n]["sigma"]

@@ -1,0 +1,49 @@
+// The accelerometer's x and y as a diagnosis uses them: what turns do is kept, what rotors do is
+// not.
+#include "problems/diagnosis/smooth_forces.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace trueline {
+namespace {
+
+std::vector<ImuSample> Imu(double rate, double seconds, const std::function<double(double)>& a_x) {
+  std::vector<ImuSample> imu;
+  for (int i = 0; i < rate * seconds; ++i) {
+    imu.push_back({FromSeconds(i / rate), Eigen::Vector3d(a_x(i / rate), 0.0, -9.8),
+                   Eigen::Vector3d::Zero()});
+  }
+  return imu;
+}
+
+double LargestError(const std::vector<ImuSample>& imu, const std::function<double(double)>& truth) {
+  double largest = 0.0;
+  for (const ForceSample& sample : SmoothForces(imu)) {
+    largest = std::max(largest, std::abs(sample.accel_xy.x() - truth(ToSeconds(sample.t))));
+  }
+  return largest;
+}
+
+// Drag in a turn of 3 rad/s, whose curvature a plain mean over the same span misses by 2 %.
+TEST(SmoothForces, KeepTheCurvatureOfTurns) {
+  const auto turn = [](double t) { return 5.0 * std::sin(3.0 * t); };
+  EXPECT_LT(LargestError(Imu(512, 10, turn), turn), 0.005);
+  EXPECT_LT(LargestError(Imu(60, 10, turn), turn), 0.005);
+}
+
+TEST(SmoothForces, LeaveVibrationOut) {
+  for (const double hz : {60.0, 97.0, 180.0}) {
+    const auto vibration = [hz](double t) { return std::sin(2.0 * M_PI * hz * t); };
+    EXPECT_LT(LargestError(Imu(512, 10, vibration), [](double) { return 0.0; }), 0.01) << hz;
+  }
+}
+
+TEST(SmoothForces, NeedEnoughSamplesForAParabola) {
+  EXPECT_TRUE(SmoothForces(Imu(8, 10, [](double) { return 1.0; })).empty());
+}
+
+}  // namespace
+}  // namespace trueline
