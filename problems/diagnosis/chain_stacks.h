@@ -51,7 +51,7 @@ struct RowStack {
   }
   auto node() { return values.leftCols<kNodeSize>(); }
   auto next() { return values.middleCols<kNodeSize>(kNodeSize); }
-  auto border() { return values.rightCols(values.cols() - 2 * kNodeSize); }
+  auto border() { return values.rightCols(values.cols() - 2L * kNodeSize); }
 };
 
 // Fixes (or forces) of a segment, their sigmas times `scale`.

@@ -194,7 +194,7 @@ class OneFlight {
     Outcome best = SearchAmong(candidates, std::move(search_));
     best.diagnosis.candidates = best.rounds.candidates;
     std::vector<Cause> aside = best.diagnosis.set_aside;
-    for (int i = 1; i < kSearches && aside.size() > 0; ++i) {
+    for (int i = 1; i < kSearches && !aside.empty(); ++i) {
       for (const Cause& cause : aside) Exclude(cause.candidate, &candidates);
       Outcome next = SearchAmong(candidates, FittedSearch(data_, options_));
       aside = next.diagnosis.set_aside;

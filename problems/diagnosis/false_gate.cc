@@ -28,7 +28,7 @@ std::vector<Outlier> OutliersOf(const BaseFlight& flight, const BaseFit& fit) {
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& at = flight.log().fixes[flight.plan().fixes[i]];
     const double sigma = at.sigma;  // as stated: what is learned has swallowed the outliers
-    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
     if (at.gate >= 0 && d.norm() > kApart * sigma) {
       outliers.push_back({flight.plan().fixes[i], at.gate, d, sigma});
     }
@@ -69,7 +69,7 @@ bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
   int bystanders = 0, all = 0;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& fix = flight.log().fixes[flight.plan().fixes[i]];
-    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
     const double here = distance(fix.gate, fix.p_E - d);
     const bool alike = std::any_of(agreeing.begin(), agreeing.end(), [&](const Outlier& o) {
       const Eigen::Vector3d path = flight.log().fixes[o.fix].p_E - o.d;
@@ -96,7 +96,7 @@ int DisplacedBy(const Eigen::Vector3d& d, const BaseFlight& flight, const BaseFi
   int count = 0;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& fix = flight.log().fixes[flight.plan().fixes[i]];
-    const Eigen::Vector3d at = -fit.rows.r.segment<3>(3 * static_cast<int>(i));
+    const Eigen::Vector3d at = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
     count += Visible(std::vector<Fix>{fix}, d.norm()) > 0 && (at - d).norm() < 0.5 * d.norm();
   }
   return count;
@@ -129,7 +129,7 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
     }
   }
   const int n = static_cast<int>(outliers.size()), m = static_cast<int>(best.size());
-  if (m < kFewest || m < kShare * n) return std::nullopt;
+  if (centre == nullptr || m < kFewest || m < kShare * n) return std::nullopt;
   FalseGate found;
   found.p = ChanceOf(n, m, kAgree * std::sqrt(2.0) * centre->sigma, outliers);
   if (found.p >= alpha || !HasBystanders(flight, fit, best)) return std::nullopt;

@@ -115,7 +115,7 @@ Eigen::VectorXd ForceColumn(const BaseFlight& flight, const std::vector<Situatio
     const TimeNs t = flight.log().fixes[plan.fixes[i]].t;
     const int s = plan.SegmentOf(t);
     const double dt = SecondsBetween(plan.segments[s].begin, t);
-    column.segment<3>(3 * static_cast<int>(i)) = a_E[s] * (0.5 * dt * dt);
+    column.segment<3>(3 * static_cast<Eigen::Index>(i)) = a_E[s] * (0.5 * dt * dt);
   }
   const int forces_at = static_cast<int>(3 * plan.fixes.size());
   for (std::size_t i = 0; i < plan.forces.size(); ++i) {

@@ -231,6 +231,7 @@ std::vector<Tested> CauseSearch::TestAll(const std::vector<Candidate>& candidate
 std::vector<CauseSearch::Described> CauseSearch::TestLibrary() {
   const std::vector<LibraryTerm> terms = LibraryTerms(flight_.get(), fit_.x);
   std::vector<Tested> tested;
+  tested.reserve(terms.size());
   for (const LibraryTerm& term : terms) {
     tested.push_back({Candidate{nullptr, {}}, term.columns, term.ordinary, ScoreTest(), 0.0, 1.0});
   }

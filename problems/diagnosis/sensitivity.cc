@@ -31,7 +31,7 @@ Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Eff
   for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
     const Fix &before = here[base.plan.fixes[i]], &after = there[base.plan.fixes[i]];
     const Eigen::Vector3d v_E = flight.StateAtFix(i).tail<3>();
-    difference.segment<3>(3 * static_cast<int>(i)) =
+    difference.segment<3>(3 * static_cast<Eigen::Index>(i)) =
         v_E * SecondsBetween(before.t, after.t) - (after.p_E - before.p_E);
   }
   return difference;

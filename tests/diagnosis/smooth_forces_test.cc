@@ -12,6 +12,7 @@ namespace {
 
 std::vector<ImuSample> Imu(double rate, double seconds, const std::function<double(double)>& a_x) {
   std::vector<ImuSample> imu;
+  imu.reserve(static_cast<std::size_t>(rate * seconds));
   for (int i = 0; i < rate * seconds; ++i) {
     imu.push_back({FromSeconds(i / rate), Eigen::Vector3d(a_x(i / rate), 0.0, -9.8),
                    Eigen::Vector3d::Zero()});
