@@ -24,7 +24,10 @@ using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 class Filter {
  public:
   Filter(const Model& model, const RotorData& data, const RotorEkfOptions& options)
-      : model_(model), data_(data), options_(options), point_(options.prior.mean) {}
+      : model_(model),
+        data_(data),
+        options_(options),
+        point_(options.point.value_or(options.prior.mean)) {}
 
   RotorEkfRun Run() {
     const double begin = data_.poses.front().t;
@@ -40,6 +43,7 @@ class Filter {
     FlyUntil(data_.poses.back().t);
     run_.state = x_;
     run_.cov = cov_;
+    run_.point = point_;
     return run_;
   }
 

@@ -13,6 +13,7 @@
 // there on the filter goes on as usual.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "problems/rotor_data/rotor_data.h"
@@ -33,6 +34,8 @@ struct RotorEkfOptions {
   double sigma_rate = 1.0;      // rad/s
   double start_seconds = 2.0;   // s, that are flown several times
   int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
+  // That the first pass is linearised at; left out: the prior's mean.
+  std::optional<RotorConstants> point = {};
 };
 
 // Estimates at one time.
@@ -47,6 +50,7 @@ struct RotorEkfRun {
   std::vector<RotorEstimate> history;  // after each pose; the last pass over the first seconds
   RotorState state;                    // at the end
   RotorErrorMatrix cov;
+  RotorConstants point;  // that the first seconds are linearised at
   // Log likelihood of all innovations after the first second, for comparing options on one flight.
   double log_likelihood = 0.0;
 };

@@ -124,6 +124,10 @@ TEST(ConstantsInformation, AgreesWithDenseElimination) {
 TEST(ConstantsChart, EveryPointIsABody) {
   RotorConstants constants = Case(2.0).truth.constants;
   EXPECT_LT((FromChart(ToChart(constants)) - constants).norm(), 1e-14);
+  RotorConstants flat = constants;
+  flat[3] = flat[1] + flat[2];
+  EXPECT_TRUE(ToChart(flat).allFinite());
+  EXPECT_LT((FromChart(ToChart(flat)) - flat).norm(), 1e-5 * flat[3]);
   RotorConstants chart = ToChart(constants);
   chart.head<4>() << -9.0, 2.0, -30.0, 1.0;
   EXPECT_GT(FromChart(chart)[0], 0.0);
