@@ -1,12 +1,13 @@
 // The rotor-driven model as estimators use it: that of Boehm et al. 2020 with what real flights add
-// (linear drag, inflow of the rotors, a late pose sensor) as further constants, zero by default,
-// with effects that a diagnosis has found, and with the disturbances that make it a stochastic
-// model.
+// (linear drag, inflow of the rotors, a late pose sensor, motors that follow commands) as further
+// constants, with effects that a diagnosis has found, and with the disturbances that make it a
+// stochastic model.
 #pragma once
 
 #include <utility>
 #include <vector>
 
+#include "cost_functions/models/motor_model.h"
 #include "cost_functions/models/rotor_driven_model.h"
 #include "cost_functions/models/rotor_effects.h"
 
@@ -16,6 +17,10 @@ namespace trueline {
 struct RotorInput {
   double t;                    // s, since the flight's first sample
   std::vector<double> speeds;  // rad/s
+  // Where speeds come from commands: their derivatives by the motors' unknowns, each rotor, and the
+  // values at which they hold. Empty where speeds are measured.
+  std::vector<MotorValues> slopes = {};
+  MotorValues motors = MotorValues::Zero();
 };
 
 class RotorAeroModel {
@@ -25,7 +30,8 @@ class RotorAeroModel {
     kDrag = Base::kStates,  // K_x, K_y, K_z of f_B = diag(K) v_B [1/s]
     kInflow = kDrag + 3,    // k of f_B,z = -k sum(omega) v_B,z [1]
     kPoseDelay,             // a pose stamped t was measured at t - delay [s]
-    kStates
+    kMotors,                // lag [s], idle share [1] and voltage exponent [1] (motor_model.h)
+    kStates = kMotors + kMotorUnknowns
   };
   static constexpr int kMoving = Base::kMoving;
   static constexpr int kConstants = kStates - kMoving;
@@ -52,9 +58,10 @@ class RotorAeroModel {
   Push<T> PushOn(const T* x, const RotorInput& input) const {
     const T ground = effects_.GroundFactor(T(-x[Base::kPosition + 2]));
     const Base::RotorSums<double> sums = SumRotors(input);
-    const auto wrench =
-        Base::WrenchOf(x, Base::RotorSums<T>{Times(ground, sums.force), Times(ground, sums.lever),
-                                             sums.reaction.template cast<T>()});
+    Base::RotorSums<T> flown{Times(ground, sums.force), Times(ground, sums.lever),
+                             sums.reaction.template cast<T>()};
+    if (!input.slopes.empty()) AddMotors(x, input, ground, &flown);
+    const auto wrench = Base::WrenchOf(x, flown);
     const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
     Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
                          per_mass * wrench.force[2]) +
@@ -113,17 +120,39 @@ class RotorAeroModel {
     return Vec3<T>(factor * T(v[0]), factor * T(v[1]), factor * T(v[2]));
   }
   Base::RotorSums<double> SumRotors(const RotorInput& input) const {
+    return SumSquared(input.t, [&](int i) { return input.speeds[i] * input.speeds[i]; });
+  }
+  // `squared`: by rotor, rad^2/s^2.
+  template <class Squared>
+  Base::RotorSums<double> SumSquared(double t, const Squared& squared) const {
     Eigen::Vector3d force = Eigen::Vector3d::Zero(), lever = force, reaction = force;
     for (int i = 0; i < num_rotors(); ++i) {
       const RotorSpec& rotor = base_.rotors()[i];
-      const double u = input.speeds[i] * input.speeds[i];
+      const double u = squared(i);
       const Eigen::Vector3d axis = tilt_ * rotor.axis;
-      const Eigen::Vector3d thrust = rotor.k_f * u * effects_.ThrustFactor(i, input.t) * axis;
+      const Eigen::Vector3d thrust = rotor.k_f * u * effects_.ThrustFactor(i, t) * axis;
       force += thrust;
       lever += rotor.position.cross(thrust);
       reaction += rotor.spin * rotor.k_m * u * axis;
     }
     return {force, lever, reaction};
+  }
+  // What the sums become where the motors' unknowns are away from the values that `input` holds at;
+  // of first order, so speeds are to be taken anew where they are far away.
+  template <class T>
+  void AddMotors(const T* x, const RotorInput& input, const T& ground,
+                 Base::RotorSums<T>* sums) const {
+    for (int j = 0; j < kMotorUnknowns; ++j) {
+      const T offset = x[kMotors + j] - T(input.motors[j]);
+      const Base::RotorSums<double> slope = SumSlopes(input, j);
+      sums->force += Times(T(ground * offset), slope.force);
+      sums->lever += Times(T(ground * offset), slope.lever);
+      sums->reaction += Times(offset, slope.reaction);
+    }
+  }
+  // d(SumRotors) / d(unknown j of the motors).
+  Base::RotorSums<double> SumSlopes(const RotorInput& input, int j) const {
+    return SumSquared(input.t, [&](int i) { return 2.0 * input.speeds[i] * input.slopes[i][j]; });
   }
   // Specific force of the air on body and rotors beyond thrust, in body axes.
   template <class T>

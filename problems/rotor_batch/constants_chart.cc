@@ -8,13 +8,16 @@ namespace {
 constexpr int kMass = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
 constexpr int kInertia = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 
+constexpr double kThinnest = 1e-6;  // share of the trace that each second moment has at least
+
 }  // namespace
 
 RotorConstants ToChart(const RotorConstants& constants) {
   RotorConstants chart = constants;
   chart[kMass] = std::log(constants[kMass]);
-  chart.segment<3>(kInertia) =
-      LogSecondMomentsFromInertia(Vec3<double>(constants.segment<3>(kInertia)));
+  const Eigen::Vector3d inertia = constants.segment<3>(kInertia);
+  const Eigen::Vector3d moments = (0.5 * inertia.sum() - inertia.array()).matrix();
+  chart.segment<3>(kInertia) = moments.cwiseMax(kThinnest * inertia.sum()).array().log();
   return chart;
 }
 

@@ -11,7 +11,8 @@ namespace trueline {
 using ConstantsJacobian =
     Eigen::Matrix<double, RotorAeroModel::kConstants, RotorAeroModel::kConstants>;
 
-// The constants must be a body that can exist (IsPhysicalInertia).
+// The constants must be a body that can exist (IsPhysicalInertia); one that is as flat as can be,
+// as fits end up at where no body has the inertia, keeps a trace of thickness.
 RotorConstants ToChart(const RotorConstants& constants);
 RotorConstants FromChart(const RotorConstants& chart);
 // d constants / d chart.

@@ -37,7 +37,12 @@ namespace {
 
 constexpr int kInertia = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 
-void CheckPrior(const RotorPrior& prior) {
+void CheckPrior(const RotorPrior& prior, const RotorData& data) {
+  if (!data.motors && MotorsOf(prior.sigma).maxCoeff() > 0.0) {
+    throw InputError(
+        "motor_lag, motor_idle and motor_voltage can be fitted to motor commands only; set their "
+        "prior to 0, or say how commands turn the motors by `motors`");
+  }
   const int free = static_cast<int>((prior.sigma.segment<3>(kInertia).array() > 0.0).count());
   if (free != 0 && free != 3) {
     throw InputError("I_x, I_y and I_z are either all known (sigma 0) or all unknown");
@@ -53,7 +58,7 @@ class Batch {
  public:
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
       : data_(data), options_(options) {
-    CheckPrior(options.prior);
+    CheckPrior(options.prior, data);
     for (RotorSegment& segment : CutSegments(data)) {
       segments_.emplace_back(model, data, options.noise, std::move(segment));
     }
@@ -195,11 +200,46 @@ class Batch {
   std::unique_ptr<ceres::Problem> problem_;
 };
 
+// Values that motors can have, in the direction of an estimate.
+MotorValues Possible(const MotorValues& estimate) {
+  constexpr double kShortestLag = 1e-3;  // s
+  MotorValues at = estimate;
+  at[kLag] = std::max(at[kLag], kShortestLag);
+  at[kIdle] = std::min(at[kIdle], 0.95);
+  return at;
+}
+
+// Speeds are linear in the motors' unknowns about the values at which `data` holds them: taken anew
+// at each solution until that stays where it is.
+RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
+                                    const RotorBatchOptions& options,
+                                    const RotorBatchResult* start) {
+  constexpr int kMostTurns = 8;
+  constexpr double kSettled = 0.05;  // sigmas
+  RotorBatchResult result = Batch(model, *data, options).Run(start);
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    const MotorValues at = Possible(MotorsOf(result.mean));
+    const MotorValues moved = (at - data->motors_at).cwiseAbs();
+    if ((moved.array() <= kSettled * MotorsOf(result.Sigma()).array()).all()) break;
+    data->TurnMotors(at);
+    const RotorBatchResult before = result;
+    result = Batch(model, *data, options).Run(&before);
+    result.iterations += before.iterations;
+    result.solve_time += before.solve_time;
+  }
+  return result;
+}
+
 }  // namespace
 
-RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
+RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,
                                const RotorBatchOptions& options, const RotorBatchResult* start) {
-  RotorBatchResult result = Batch(model, data, options).Run(start);
+  RotorData turned;
+  const bool turns = MotorsOf(options.prior.sigma).maxCoeff() > 0.0;
+  if (turns && flown.motors) turned = flown;
+  const RotorData& data = turned.motors ? turned : flown;
+  RotorBatchResult result = turned.motors ? SolveTurningMotors(model, &turned, options, start)
+                                          : Batch(model, data, options).Run(start);
   if (!options.widen) return result;
   result.widened = WideningFactors(model, data, options, result);
   result.cov = result.widened.asDiagonal() * result.cov * result.widened.asDiagonal();

@@ -42,8 +42,9 @@ struct RotorBatchResult {
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
-// `start`: a solution nearby to start from, or null. Throws InputError for priors that no body has
-// (inertia half known, or not physical).
+// `start`: a solution nearby to start from, or null. Where the motors' unknowns are free, speeds
+// are taken anew from the commands as these move. Throws InputError for priors that no body has
+// (inertia half known, or not physical), or that ask for motors without commands.
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,
                                const RotorBatchResult* start = nullptr);

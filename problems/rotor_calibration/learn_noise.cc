@@ -13,14 +13,17 @@ constexpr std::array<double RotorNoise::*, 6> kFigures = {
     &RotorNoise::force_density, &RotorNoise::angular_density, &RotorNoise::accel,
     &RotorNoise::gyro,          &RotorNoise::position,        &RotorNoise::attitude};
 constexpr double kLastStep = 0.15;  // of the logarithm
-constexpr double kRange = 1000.0;
+constexpr double kRange = 100.0;
 constexpr int kMostRuns = 150;
 
+// `point`, where not null: gets where the filter was linearised, for runs with options nearby.
 double LogLikelihood(const RotorAeroModel& model, const RotorData& data,
-                     const RotorEkfOptions& options) {
+                     const RotorEkfOptions& options, RotorConstants* point = nullptr) {
   try {
-    const double value = RunRotorEkf(model, data, options).log_likelihood;
-    return std::isfinite(value) ? value : -std::numeric_limits<double>::infinity();
+    const RotorEkfRun run = RunRotorEkf(model, data, options);
+    if (!std::isfinite(run.log_likelihood)) return -std::numeric_limits<double>::infinity();
+    if (point != nullptr) *point = run.point;
+    return run.log_likelihood;
   } catch (const InputError&) {  // it diverged: this noise does not fit
     return -std::numeric_limits<double>::infinity();
   }
@@ -33,7 +36,9 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
                         double first_step) {
   RotorEkfOptions best = options;
   LearnedNoise learned;
-  const double first = LogLikelihood(model, data, options);
+  RotorConstants point = options.prior.mean;
+  const double first = LogLikelihood(model, data, options, &point);
+  best.point = point;
   double value = first;
   learned.runs = 1;
   std::array<double, 6> steps;
@@ -49,18 +54,20 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
       figure *= std::exp(steps[i]);
       const double ratio = figure / (stated.*kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
-      const double likelihood =
-          inside ? LogLikelihood(model, data, trial) : -std::numeric_limits<double>::infinity();
+      const double likelihood = inside ? LogLikelihood(model, data, trial, &point)
+                                       : -std::numeric_limits<double>::infinity();
       ++learned.runs;
       if (likelihood > value) {
         value = likelihood;
         best = trial;
+        best.point = point;
       } else {
         steps[i] *= -0.5;
       }
     }
   }
   learned.noise = best.noise;
+  learned.point = *best.point;
   learned.gain = value - first;
   return learned;
 }
@@ -94,7 +101,10 @@ void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
     return MakeRotorData(log, model.num_rotors(), part);
   };
   const auto learn = [&] {
-    filter->noise = LearnNoise(model, some(), *filter, learning.stated, learning.first_step).noise;
+    const LearnedNoise learned =
+        LearnNoise(model, some(), *filter, learning.stated, learning.first_step);
+    filter->noise = learned.noise;
+    filter->point = learned.point;
   };
   if (learning.noise) learn();
   if (!learning.rotor_delay) return;

@@ -9,12 +9,13 @@ namespace trueline {
 
 struct LearnedNoise {
   RotorNoise noise;
-  double gain = 0.0;  // of log likelihood, over the noise that it started from
-  int runs = 0;       // of the filter
+  RotorConstants point;  // that the filter ended up linearised at
+  double gain = 0.0;     // of log likelihood, over the noise that it started from
+  int runs = 0;          // of the filter
 };
 
 // Coordinate search on the logarithm of each of the six figures of RotorNoise, each kept within a
-// factor of 1,000 of `stated`. Constants stay unknown meanwhile. `first_step`: of the logarithm;
+// factor of 100 of `stated`. Constants stay unknown meanwhile. `first_step`: of the logarithm;
 // smaller where the start is known to be near.
 LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
                         const RotorEkfOptions& options, const RotorNoise& stated,

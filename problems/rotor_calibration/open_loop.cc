@@ -27,6 +27,13 @@ const RotorPose* PoseAt(const RotorData& data, double t) {
   return nearest;
 }
 
+// Speeds as motors with these constants turn.
+RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
+  RotorData driven = data;
+  if (driven.motors) driven.TurnMotors(MotorsOf(constants));
+  return driven;
+}
+
 RotorState Integrate(const RotorAeroModel& model, const RotorData& data, RotorState x, double from,
                      double to) {
   const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
@@ -49,7 +56,8 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
   RotorEkfOptions options;
   options.noise = noise;
   options.prior.mean = calibrated;
-  const RotorEkfRun run = RunRotorEkf(model, data, options);
+  const RotorEkfRun run = RunRotorEkf(model, DrivenBy(calibrated, data), options);
+  const RotorData driven = DrivenBy(constants, data);
   std::vector<OpenLoopError> errors;
   double next = data.poses.front().t + kSettling;
   for (const RotorEstimate& start : run.history) {
@@ -63,7 +71,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
       }
       if (pose == nullptr) continue;
       const RotorState end =
-          Integrate(model, data, Joined(start.moving, constants), start.t, pose->t);
+          Integrate(model, driven, Joined(start.moving, constants), start.t, pose->t);
       Eigen::Vector3d p_E;
       RotorAeroModel::Position(end.data(), p_E.data());
       errors.push_back({start.t, horizon, (p_E - pose->p_E).norm()});

@@ -48,6 +48,25 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
   }
 }
 
+// Speeds from commands are linear in the motors' unknowns: filter and noise are taken where a first
+// batch finds them, and not where the prior has them.
+void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
+                const RotorCalibrationOptions& options, double fitted, RotorDataOptions* streams,
+                RotorEkfOptions* filter) {
+  constexpr double kNear = 0.4;  // of the noise's logarithm
+  if (MotorsOf(options.prior.sigma).maxCoeff() == 0.0) return;
+  const RotorData data = MakeRotorData(log, model.num_rotors(), Part(*streams, 0.0, fitted));
+  const RotorBatchResult batch =
+      RunRotorBatch(model, data, {filter->noise, options.prior, options.robust_pose});
+  const MotorValues at = MotorsOf(batch.mean);
+  if (!(at[kLag] > 0.0)) return;  // the verdict tells
+  streams->motors_at = at;
+  LearnFromFlight(
+      model, log,
+      {options.learn_noise, false, std::min(fitted, RotorLearning().seconds), options.noise, kNear},
+      streams, filter);
+}
+
 void ScorePredictions(const RotorAeroModel& model, const RotorData& held_out,
                       const RotorCalibrationOptions& options, RotorCalibration* result) {
   constexpr double kSpacing = 0.1;  // s
@@ -161,6 +180,7 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
                   {options.learn_noise, options.learn_rotor_delay,
                    std::min(fitted, RotorLearning().seconds), options.noise},
                   &streams, &filter);
+  if (options.data.motors) TurnMotors(model, log, options, fitted, &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
   result.rotor_delay = streams.rotor_delay;
   result.noise = filter.noise;

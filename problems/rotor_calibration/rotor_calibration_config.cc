@@ -16,6 +16,27 @@ RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
   return options;
 }
 
+// Values of the motors are held by the prior and by what speeds are made with: the prior leads.
+void ShareMotors(RotorCalibrationOptions* options) {
+  if (!options->data.motors) return;
+  options->data.motors_at = MotorsOf(options->prior.mean);
+}
+
+void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
+  RotorDataOptions& data = options->data;
+  MotorCurve curve;
+  ReadPositive(map, "full_speed", &curve.full_speed);
+  ReadPositive(map, "nominal_voltage", &curve.nominal_voltage);
+  ReadPositive(map, "lag", &data.motors_at[kLag]);
+  ReadNotNegative(map, "idle", &data.motors_at[kIdle]);
+  if (data.motors_at[kIdle] >= 1.0) map.Fail("idle", "is a share of full_speed, below 1");
+  ReadNotNegative(map, "voltage", &data.motors_at[kVoltage]);
+  map.Finish();
+  data.rotors = RotorSource::kMotors;
+  data.motors = curve;
+  options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
+}
+
 // Mass, inertia and geometry of the earlier flight are known to what it left open.
 void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) {
   RotorPrior* prior = &options->prior;
@@ -58,6 +79,7 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
   ReadNotNegative(map, "wander", &options->wander);
   ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &options->prior);
+  ShareMotors(options);
 }
 
 RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
@@ -74,6 +96,7 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
           ? RotorCalibrationOptions(ReadRotorVehicle(map.Child("vehicle"), log.gravity))
           : OptionsFromLog(log);
   if (log.pose.empty()) options.data.source = PoseSource::kMocap;
+  if (map.Has("motors")) ReadMotors(map.Child("motors"), &options);
   if (!model.empty()) ApplyRotorModel(model, &options);
   ReadRotorOptions(map, &options);
   map.Finish();
@@ -82,6 +105,13 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
 
 YAML::Node ToYaml(const RotorCalibrationOptions& options) {
   YAML::Node node;
+  if (options.data.motors) {
+    node["motors"]["full_speed"] = options.data.motors->full_speed;
+    node["motors"]["nominal_voltage"] = options.data.motors->nominal_voltage;
+    node["motors"]["lag"] = options.data.motors_at[kLag];
+    node["motors"]["idle"] = options.data.motors_at[kIdle];
+    node["motors"]["voltage"] = options.data.motors_at[kVoltage];
+  }
   node["drive"] = "rotors";
   node["fit_to"] = NameOf(kSources, options.data.source);
   node["attitude"] = options.data.attitude;

@@ -14,8 +14,8 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
                                             const FlightLog& log);
 
 // Keys fit_to, attitude, pose_rate, start, end, hold_out, learn_noise, rotor_delay,
-// learn_rotor_delay, robust_pose, widen, wander,
-// noise, prior, over the values there; leaves `vehicle` to the caller.
+// learn_rotor_delay, robust_pose, widen, wander, noise, prior, over the values there; leaves
+// `vehicle` and `motors` to the caller.
 void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options);
 
 // The resolved options, for provenance.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@
 #include "problems/log/flight_log.h"
 
 namespace trueline {
+
+// Which stream tells of the rotors: measured speeds, or commands to the motors.
+enum class RotorSource { kRotors, kMotors };
 
 // Which stream of poses is fitted.
 enum class PoseSource { kPose, kMocap };
@@ -26,6 +30,13 @@ struct RotorImu {
   Eigen::Vector3d gyro;   // rad/s
 };
 
+// Commands to motors with the battery's voltage, held from one row to the next.
+struct MotorCommands {
+  MotorCurve curve;
+  std::vector<std::vector<double>> commands;  // 0 to 1, by time, then rotor
+  std::vector<double> voltages;               // V, by time
+};
+
 // A stretch of flight without gaps. Times are seconds from `origin`.
 struct RotorData {
   TimeNs origin = 0;
@@ -35,7 +46,14 @@ struct RotorData {
   std::vector<RotorPose> poses;
   std::vector<double> speed_times;          // s
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
+  // Where speeds come from commands: these, the unknowns for which the speeds hold, and the speeds'
+  // derivatives by them.
+  std::optional<MotorCommands> motors;
+  MotorValues motors_at = MotorValues::Zero();
+  std::vector<std::vector<MotorValues>> slopes;
 
+  // Takes the speeds that the commands give for other values of the unknowns.
+  void TurnMotors(const MotorValues& at);
   // At `t` (s from `origin`): speeds linear between samples, held outside.
   RotorInput InputAt(double t) const;
 };
@@ -45,14 +63,17 @@ struct RotorDataOptions {
   bool attitude = true;      // false: position only
   double rotor_delay = 0.0;  // s, what rotors.csv states acts so much later (negative: earlier)
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
-  double pose_rate = 30.0;   // Hz; faster streams are thinned to about this rate
-  double start = 0.0;        // s after the streams' common start
-  double end = 0.0;          // s before the streams' common end
-  double duration = 0.0;     // s; 0: to the end
+  RotorSource rotors = RotorSource::kRotors;
+  std::optional<MotorCurve> motors;  // where kMotors; motor_lag is then on top of motors_at's
+  MotorValues motors_at = MotorValues(0.03, 0.0, 1.0);
+  double pose_rate = 30.0;  // Hz; faster streams are thinned to about this rate
+  double start = 0.0;       // s after the streams' common start
+  double end = 0.0;         // s before the streams' common end
+  double duration = 0.0;    // s; 0: to the end
 };
 
 // Cuts the log to where all streams are. Throws InputError naming the stream that is missing or too
-// short.
+// short, or a lag of the motors that is not above zero.
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options);
 
 }  // namespace trueline

@@ -19,6 +19,9 @@ std::vector<RotorConstantInfo> MakeNames() {
   add("K_", "1/s");
   names.push_back({"inflow", "1"});
   names.push_back({"pose_delay", "s"});
+  names.push_back({"motor_lag", "s"});
+  names.push_back({"motor_idle", "1"});
+  names.push_back({"motor_voltage", "1"});
   return names;
 }
 

@@ -19,7 +19,7 @@ using RotorConstants = Eigen::Matrix<double, RotorAeroModel::kConstants, 1>;
 using RotorNode = Eigen::Matrix<double, RotorAeroModel::kMoving, 1>;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
 
-// Name and unit of each constant, in the model's order: m, I_x, ..., pose_delay.
+// Name and unit of each constant, in the model's order: m, I_x, ..., motor_voltage.
 struct RotorConstantInfo {
   std::string name;
   std::string unit;
@@ -38,6 +38,11 @@ void SeedErrors(const RotorState& x, RotorJet* out);
 // d(error state of the moving part) / d(seeds) of Jets that lie at `x`: kMovingErrors x kErrors.
 Eigen::Matrix<double, RotorAeroModel::kMovingErrors, RotorAeroModel::kErrors> MovingSensitivity(
     const RotorJet* x);
+
+// The motors' unknowns among the constants.
+inline MotorValues MotorsOf(const RotorConstants& constants) {
+  return constants.segment<kMotorUnknowns>(RotorAeroModel::kMotors - RotorAeroModel::kMoving);
+}
 
 // Constants and moving part as one state.
 RotorState Joined(const RotorNode& moving, const RotorConstants& constants);

@@ -97,6 +97,7 @@ bool Applies(const std::string& id, const RotorData& data, const RotorPrior& pri
   constexpr double kOnTheFloor = 0.02;  // m
   if (id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
   if (id == "rotor_inflow") return !InBase(prior, "inflow");
+  if (id == "motor_lag") return !data.motors;  // a constant of the base
   return id != "ground_effect" || LowestHeight(data) > kOnTheFloor;
 }
 

@@ -1,5 +1,6 @@
 #include "problems/rotor_ekf/rotor_ekf.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -17,47 +18,99 @@ constexpr int kMoving = Model::kMovingErrors;
 constexpr int kNoise = 6;
 constexpr double kLongestStep = 0.01;  // s; longer gaps in the IMU are stepped through
 constexpr double kSettling = 1.0;      // s, before innovations are judged
+constexpr double kSettled = 0.1;       // sigmas, by which a pass may still move its constants
 using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 
 class Filter {
  public:
   Filter(const Model& model, const RotorData& data, const RotorEkfOptions& options)
-      : model_(model), data_(data), options_(options) {
-    x_ = Joined(RoughNodes(data, options.prior.mean).front(), options.prior.mean);
-    RotorError sigma;
-    sigma << Eigen::Vector3d::Constant(options.sigma_attitude),
-        Eigen::Vector3d::Constant(options.sigma_position),
-        Eigen::Vector3d::Constant(options.sigma_velocity),
-        Eigen::Vector3d::Constant(options.sigma_rate), options.prior.sigma;
-    cov_ = sigma.cwiseAbs2().asDiagonal();
-  }
+      : model_(model),
+        data_(data),
+        options_(options),
+        point_(options.point.value_or(options.prior.mean)) {}
 
   RotorEkfRun Run() {
-    RotorEkfRun run;
-    std::size_t imu = 0;
-    double t = data_.poses.front().t;
-    while (imu < data_.imu.size() && data_.imu[imu].t < t) ++imu;
-    for (std::size_t i = 0; i < data_.poses.size(); ++i) {
-      UpdateWithPose(data_.poses[i]);
-      run.history.push_back(Estimate(data_.poses[i].t));
-      if (i + 1 < data_.poses.size()) Propagate(data_.poses[i + 1].t, &t, &imu);
+    const double begin = data_.poses.front().t;
+    const int passes = options_.prior.Free().empty() ? 0 : options_.passes;
+    for (int pass = 0; pass < passes; ++pass) {
+      Start();
+      FlyUntil(begin + options_.start_seconds);
+      if (MovePoint()) break;
     }
-    run.state = x_;
-    run.cov = cov_;
-    run.log_likelihood = log_likelihood_;
-    return run;
+    Start();
+    if (passes > 0) FlyUntil(begin + options_.start_seconds);
+    held_ = false;
+    FlyUntil(data_.poses.back().t);
+    run_.state = x_;
+    run_.cov = cov_;
+    run_.point = point_;
+    return run_;
   }
 
  private:
+  // At the first pose, knowing the prior.
+  void Start() {
+    x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
+    RotorError sigma;
+    sigma << Eigen::Vector3d::Constant(options_.sigma_attitude),
+        Eigen::Vector3d::Constant(options_.sigma_position),
+        Eigen::Vector3d::Constant(options_.sigma_velocity),
+        Eigen::Vector3d::Constant(options_.sigma_rate), options_.prior.sigma;
+    cov_ = sigma.cwiseAbs2().asDiagonal();
+    held_ = true;
+    t_ = data_.poses.front().t;
+    pose_ = imu_ = 0;
+    while (imu_ < data_.imu.size() && data_.imu[imu_].t < t_) ++imu_;
+    run_.history.clear();
+    run_.log_likelihood = 0.0;
+  }
+
+  // Takes all poses up to the time `end`.
+  void FlyUntil(double end) {
+    for (; pose_ < data_.poses.size() && data_.poses[pose_].t <= end; ++pose_) {
+      Propagate(data_.poses[pose_].t);
+      UpdateWithPose(data_.poses[pose_]);
+      run_.history.push_back(Estimate(t_));
+    }
+  }
+
+  // To where a pass ended, within three of the prior's sigmas of where it was, mass and inertia to
+  // no less than half of what they were: accelerations go with their inverse, and a step from too
+  // small a value overshoots. True where that is no move.
+  bool MovePoint() {
+    constexpr int kPositive = RotorDrivenModel::kCentre - RotorDrivenModel::kMass;
+    const RotorConstants from = point_;
+    const RotorConstants reach = 3.0 * options_.prior.sigma;
+    point_ = x_.tail<Model::kConstants>().cwiseMax(from - reach).cwiseMin(from + reach);
+    point_.head<kPositive>() = point_.head<kPositive>().cwiseMax(0.5 * from.head<kPositive>());
+    double move = 0.0;
+    for (const int i : options_.prior.Free()) {
+      const int error = Model::kMovingErrors + i;
+      move = std::max(move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(error, error)));
+    }
+    return move < kSettled;
+  }
+
+  // Where the model is linearised: the estimate, its constants held or not.
+  RotorState Point() const {
+    RotorState at = x_;
+    if (held_) at.tail<Model::kConstants>() = point_;
+    return at;
+  }
+  // What the estimate is away from there.
+  RotorConstants Offset(const RotorState& at) const {
+    return x_.tail<Model::kConstants>() - at.tail<Model::kConstants>();
+  }
+
   // Through all IMU samples up to the time `end`.
-  void Propagate(double end, double* t, std::size_t* imu) {
-    while (*t < end - 1e-9) {
-      const bool sample = *imu < data_.imu.size() && data_.imu[*imu].t <= *t + 1e-9;
-      if (sample) ++*imu;
-      double next = std::min(end, *t + kLongestStep);
-      if (*imu < data_.imu.size()) next = std::min(next, data_.imu[*imu].t);
-      Step(*t, next - *t, sample ? &data_.imu[*imu - 1] : nullptr);
-      *t = next;
+  void Propagate(double end) {
+    while (t_ < end - 1e-9) {
+      const bool sample = imu_ < data_.imu.size() && data_.imu[imu_].t <= t_ + 1e-9;
+      if (sample) ++imu_;
+      double next = std::min(end, t_ + kLongestStep);
+      if (imu_ < data_.imu.size()) next = std::min(next, data_.imu[imu_].t);
+      Step(t_, next - t_, sample ? &data_.imu[imu_ - 1] : nullptr);
+      t_ = next;
     }
   }
 
@@ -81,17 +134,19 @@ class Filter {
   Disturbance UpdateWithImu(double t, const RotorImu& imu, Augmented* cov) {
     std::array<RotorJet, Model::kStates> x;
     std::array<RotorJet, 6> y;
-    SeedErrors(x_, x.data());
+    const RotorState at = Point();
+    SeedErrors(at, x.data());
     model_.Imu(x.data(), data_.InputAt(t), y.data());
     Eigen::Matrix<double, 6, 1> innovation, sigma;
     sigma << Eigen::Vector3d::Constant(options_.noise.accel),
         Eigen::Vector3d::Constant(options_.noise.gyro);
     AugmentedRows H;
-    H.rightCols<kNoise>() = DisturbanceFeedthrough(x_);
+    H.rightCols<kNoise>() = DisturbanceFeedthrough(at);
     for (int i = 0; i < 6; ++i) {
       innovation[i] = (i < 3 ? imu.accel[i] : imu.gyro[i - 3]) - y[i].a;
       H.row(i).head<kErrors>() = y[i].v.transpose();
     }
+    innovation -= H.middleCols<Model::kConstants>(kMoving) * Offset(at);
     const AugmentedRows HP = H * *cov;
     Eigen::Matrix<double, 6, 6> S = HP * H.transpose();
     S.diagonal() += sigma.cwiseAbs2();
@@ -108,11 +163,13 @@ class Filter {
     std::array<RotorJet, Model::kStates> x;
     std::array<RotorJet, kNoise> disturbance;
     for (int i = 0; i < kNoise; ++i) disturbance[i] = RotorJet(w[i]);
-    SeedErrors(x_, x.data());
+    const RotorState at = Point();
+    const RotorConstants constants = x_.tail<Model::kConstants>();
+    SeedErrors(at, x.data());
     RotorMidpointStep(model_, data_.InputAt(t + 0.5 * dt), disturbance.data(), dt, x.data());
     Eigen::Matrix<double, kMoving, kErrors + kNoise> F;
     F.leftCols<kErrors>() = MovingSensitivity(x.data());
-    F.rightCols<kNoise>() = DisturbanceInput(x_, dt);
+    F.rightCols<kNoise>() = DisturbanceInput(at, dt);
     const Eigen::Matrix<double, kMoving, kErrors + kNoise> FP = F * cov;
     cov_ = cov.topLeftCorner<kErrors, kErrors>();
     cov_.topRows<kMoving>() = FP.leftCols<kErrors>();
@@ -121,8 +178,7 @@ class Filter {
     const double wander = options_.wander * options_.wander * dt;
     cov_.diagonal().tail<Model::kConstants>() += wander * options_.prior.sigma.cwiseAbs2();
     cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
-    for (int i = 0; i < Model::kStates; ++i) x_[i] = x[i].a;
-    x_.head<4>().normalize();
+    MoveTo(x, F.middleCols<Model::kConstants>(kMoving) * Offset(at), constants);
     if (!x_.allFinite()) {
       throw InputError(fmt::format(
           "the filter diverged after {:.2f} s; widen priors or noise, or check frames and rotors",
@@ -130,11 +186,23 @@ class Filter {
     }
   }
 
+  // To the end of a step from Point(), and on by what the offset of the constants makes of it.
+  void MoveTo(const std::array<RotorJet, Model::kStates>& end,
+              const Eigen::Matrix<double, kMoving, 1>& offset, const RotorConstants& constants) {
+    for (int i = 0; i < Model::kMoving; ++i) x_[i] = end[i].a;
+    x_.head<4>().normalize();
+    RotorError error = RotorError::Zero();
+    error.head<kMoving>() = offset;
+    x_ = Plus(x_, error);
+    x_.tail<Model::kConstants>() = constants;
+  }
+
   void UpdateWithPose(const RotorPose& pose) {
     const int rows = data_.attitude ? 6 : 3;
     std::array<RotorJet, Model::kStates> x;
     std::array<RotorJet, 6> error;
-    SeedErrors(x_, x.data());
+    const RotorState at = Point();
+    SeedErrors(at, x.data());
     PoseError(pose, data_.attitude, options_.noise, x.data(), error.data());
     Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> H(rows, kErrors);
     Eigen::VectorXd innovation(rows);
@@ -142,6 +210,7 @@ class Filter {
       H.row(i) = error[i].v.transpose();
       innovation[i] = -error[i].a;
     }
+    innovation -= H.rightCols<Model::kConstants>() * Offset(at);
     const Eigen::MatrixXd HP = H * cov_;
     Eigen::MatrixXd S = HP * H.transpose();
     S.diagonal().array() += 1.0;  // errors are in sigmas
@@ -159,7 +228,7 @@ class Filter {
   // Adds one innovation's density; `root_determinant` is that of its covariance's Cholesky factor.
   void Judge(double t, double squared, double root_determinant) {
     if (t < data_.poses.front().t + kSettling) return;
-    log_likelihood_ -= 0.5 * squared + std::log(root_determinant);
+    run_.log_likelihood -= 0.5 * squared + std::log(root_determinant);
   }
 
   RotorEstimate Estimate(double t) const {
@@ -176,7 +245,11 @@ class Filter {
   const RotorEkfOptions& options_;
   RotorState x_;
   RotorErrorMatrix cov_;
-  double log_likelihood_ = 0.0;
+  RotorConstants point_;  // where constants are held for linearisation
+  bool held_ = true;
+  double t_ = 0.0;                  // s
+  std::size_t pose_ = 0, imu_ = 0;  // that come next
+  RotorEkfRun run_;
 };
 
 }  // namespace

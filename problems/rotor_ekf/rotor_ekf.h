@@ -3,11 +3,17 @@
 // error state; rotor speeds are its input, IMU and poses (or positions) its updates, and constants
 // may wander as Wiener processes. Jacobians by automatic differentiation of the one model.
 //
-// It differs from the paper in one point: the accelerometer feels the disturbance that also moves
-// the vehicle. The disturbance held over an IMU period is a state of its own for that period, so
-// that reading and motion are correlated as they really are.
+// It differs from the paper in two points. The accelerometer feels the disturbance that also moves
+// the vehicle: the disturbance held over an IMU period is a state of its own for that period, so
+// that reading and motion are correlated as they really are. And the first seconds are flown
+// several times: accelerations go with 1 / m and 1 / I, so that a guess of I at 0.4 of the truth
+// makes readings look 6 times as telling of I as they are, and an extended filter is certain of the
+// wrong value before it has seen the right one. Each pass starts from the same prior and is
+// linearised at the constants where the pass before ended (Gauss-Newton over these seconds); from
+// there on the filter goes on as usual.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "problems/rotor_data/rotor_data.h"
@@ -26,6 +32,10 @@ struct RotorEkfOptions {
   double sigma_position = 1.0;  // m
   double sigma_velocity = 1.0;  // m/s
   double sigma_rate = 1.0;      // rad/s
+  double start_seconds = 2.0;   // s, that are flown several times
+  int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
+  // That the first pass is linearised at; left out: the prior's mean.
+  std::optional<RotorConstants> point = {};
 };
 
 // Estimates at one time.
@@ -37,9 +47,10 @@ struct RotorEstimate {
 };
 
 struct RotorEkfRun {
-  std::vector<RotorEstimate> history;  // after each pose
+  std::vector<RotorEstimate> history;  // after each pose; the last pass over the first seconds
   RotorState state;                    // at the end
   RotorErrorMatrix cov;
+  RotorConstants point;  // that the first seconds are linearised at
   // Log likelihood of all innovations after the first second, for comparing options on one flight.
   double log_likelihood = 0.0;
 };

@@ -1,5 +1,6 @@
 #include "problems/rotor_experiment/rotor_experiment_summary.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trueline {
@@ -59,6 +60,15 @@ double OverBound(const KindSummary& summary, EstimatorScore ConstantScore::*esti
   return std::sqrt(sum / static_cast<double>(summary.constants.size()));
 }
 
+double Median(const Trials& trials, double RotorTrial::*value) {
+  std::vector<double> values;
+  values.reserve(trials.size());
+  for (const RotorTrial* trial : trials) values.push_back(trial->*value);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 KindSummary Summarise(const std::string& name, const Trials& trials, const std::vector<int>& free) {
   KindSummary summary;
   summary.name = name;
@@ -82,6 +92,8 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
     summary.path_error += trial->path_error * trial->path_error / n;
   }
   summary.path_error = std::sqrt(summary.path_error);
+  summary.filter_nees_median = Median(trials, &RotorTrial::filter_nees);
+  summary.batch_nees_median = Median(trials, &RotorTrial::batch_nees);
   summary.batch_over_bound = OverBound(summary, &ConstantScore::batch);
   summary.filter_over_bound = OverBound(summary, &ConstantScore::filter);
   return summary;

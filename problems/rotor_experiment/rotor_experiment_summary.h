@@ -30,6 +30,7 @@ struct KindSummary {
   int flights = 0, failures = 0;
   std::vector<ConstantScore> constants, groups;
   double filter_nees = 0.0, batch_nees = 0.0;  // mean by degree of freedom; 1 where consistent
+  double filter_nees_median = 0.0, batch_nees_median = 0.0;
   double batch_over_bound = 0.0;  // root mean over constants of squared error over squared bound
   double filter_over_bound = 0.0;
   double path_error = 0.0;  // m, RMS

@@ -49,6 +49,8 @@ YAML::Node SummaryNode(const RotorExperiment& experiment,
     kind["path_error_rms"] = Round(s.path_error);
     kind["nees"]["filter"] = Round(s.filter_nees);
     kind["nees"]["batch"] = Round(s.batch_nees);
+    kind["nees_median"]["filter"] = Round(s.filter_nees_median);
+    kind["nees_median"]["batch"] = Round(s.batch_nees_median);
     kind["rmse_over_bound"]["filter"] = Round(s.filter_over_bound);
     kind["rmse_over_bound"]["batch"] = Round(s.batch_over_bound);
     kind["constants"] = ScoresNode(s.constants);
@@ -154,8 +156,11 @@ std::string RotorExperimentTable(const std::vector<KindSummary>& summaries) {
     };
     for (const ConstantScore& c : s.constants) row(c);
     for (const ConstantScore& c : s.groups) row(c);
-    table += fmt::format("  RMSE over bound: filter {:.3f}, batch {:.3f}; NEES: {:.2f}, {:.2f}\n\n",
-                         s.filter_over_bound, s.batch_over_bound, s.filter_nees, s.batch_nees);
+    table += fmt::format(
+        "  RMSE over bound: filter {:.3f}, batch {:.3f}; NEES (median): {:.2f} ({:.2f}), {:.2f} "
+        "({:.2f})\n\n",
+        s.filter_over_bound, s.batch_over_bound, s.filter_nees, s.filter_nees_median, s.batch_nees,
+        s.batch_nees_median);
   }
   return table;
 }

@@ -4,6 +4,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/random.h"
+#include "problems/common/yaml_options.h"
 #include "problems/rotor_simulation/navigator.h"
 #include "problems/rotor_simulation/trajectory_tracker.h"
 #include "problems/simulation/effects.h"
@@ -89,6 +90,7 @@ class Flight {
         force_(seed, "force"),
         twist_(seed, "twist"),
         pose_(seed, "pose"),
+        battery_(seed, "battery"),
         state_(tracker_.Start()),
         navigator_(MakeNavigator(config), state_) {}
 
@@ -109,11 +111,12 @@ class Flight {
     if (IsPoseSample(k)) LogPose(t, log);
     const RotorArray command = tracker_.Command(k, navigator_.state());
     navigator_.Add(reading, period_);
-    LogSpeeds(t, config_.log_commands ? command : state_.rotors, log);
+    if (config_.log_rotors) LogSpeeds(t, config_.log_commands ? command : state_.rotors, log);
+    const RotorArray settled = config_.motors ? DriveMotors(k, command, log) : command;
     Note(k, truth);
     for (int j = 0; j < kSubsteps; ++j) {
       const double h = period_ / kSubsteps;
-      state_ = airframe_.Step(t + j * h, h, state_, command, gust_E, twist_B);
+      state_ = airframe_.Step(t + j * h, h, state_, settled, gust_E, twist_B);
     }
   }
 
@@ -125,6 +128,19 @@ class Flight {
   }
   void LogSpeeds(double t, const RotorArray& speeds, FlightLog* log) const {
     log->rotors.push_back({FromSeconds(t), {speeds.begin(), speeds.end()}});
+  }
+  // What the motors make of the speeds asked for; logs commands, and the battery at its rate.
+  RotorArray DriveMotors(int k, const RotorArray& wanted, FlightLog* log) {
+    const simulation::MotorDrive drive(*config_.motors);
+    const double t = k * period_;
+    const RotorArray command = drive.CommandFor(wanted);
+    log->motors.push_back({FromSeconds(t), {command.begin(), command.end()}});
+    const double share = config_.motors->battery_rate * period_;
+    if (k == 0 || std::floor(k * share) > std::floor((k - 1) * share)) {
+      const double error = config_.motors->battery_sigma * battery_.Normal();
+      log->battery.push_back({FromSeconds(t), drive.Voltage(t, command) + error});
+    }
+    return drive.SettledSpeed(t, command);
   }
   void LogPose(double t, FlightLog* log) {
     const Vector3d arm = Parameter(config_, Model::kPoseArm) - Parameter(config_, Model::kCentre);
@@ -155,7 +171,7 @@ class Flight {
   simulation::Airframe airframe_;
   simulation::TrajectoryTracker tracker_;
   simulation::Imu imu_;
-  Random force_, twist_, pose_;
+  Random force_, twist_, pose_, battery_;
   BodyState state_;
   simulation::Navigator navigator_;
 };
@@ -184,6 +200,26 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   return log;
 }
 
+namespace {
+
+simulation::MotorDriveConfig ReadMotorDrive(const YamlMap& map) {
+  simulation::MotorDriveConfig drive;
+  ReadPositive(map, "full_speed", &drive.full_speed);
+  ReadPositive(map, "nominal_voltage", &drive.nominal_voltage);
+  ReadNotNegative(map, "idle", &drive.idle);
+  if (drive.idle >= 1.0) map.Fail("idle", "is a share of full_speed, below 1");
+  ReadNotNegative(map, "voltage", &drive.voltage);
+  ReadPositive(map, "battery", &drive.battery);
+  ReadNotNegative(map, "drop", &drive.drop);
+  ReadNotNegative(map, "sag", &drive.sag);
+  ReadNotNegative(map, "battery_sigma", &drive.battery_sigma);
+  ReadPositive(map, "battery_rate", &drive.battery_rate);
+  map.Finish();
+  return drive;
+}
+
+}  // namespace
+
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   config->imu_rate = map.Get<double>("imu_rate", config->imu_rate);
   config->pose_rate = map.Get<double>("pose_rate", config->pose_rate);
@@ -198,6 +234,11 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
   if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
   config->log_commands = map.Get<bool>("log_commands", config->log_commands);
+  if (map.Has("motors")) config->motors = ReadMotorDrive(map.Child("motors"));
+  config->log_rotors = map.Get<bool>("log_rotors", config->log_rotors);
+  if (!config->log_rotors && !config->motors) {
+    map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");
+  }
   for (const YamlMap& entry : map.Children("effects")) {
     simulation::EffectSetting effect;
     for (const std::string& key : entry.Keys()) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "problems/observability/vehicle_config.h"
 #include "problems/rotor_data/rotor_noise.h"
 #include "problems/rotor_data/rotor_state.h"
+#include "problems/rotor_simulation/motor_drive.h"
 #include "problems/simulation/config.h"
 #include "problems/trajectory/limits.h"
 
@@ -32,6 +34,10 @@ struct RotorSimulation {
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
   bool log_commands = false;  // rotors.csv holds the commands, so that the lag is unknown
+  // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
+  // speeds are commanded directly.
+  std::optional<simulation::MotorDriveConfig> motors;
+  bool log_rotors = true;                          // false: no rotors.csv
   std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
 };
 
@@ -47,8 +53,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 
 // Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
-// log_commands, effects; vehicle and limits are read elsewhere. Throws InputError naming file, line
-// and key.
+// log_commands, motors, log_rotors, effects; vehicle and limits are read elsewhere. Throws
+// InputError naming file, line and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
 
 }  // namespace trueline

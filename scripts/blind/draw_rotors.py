@@ -11,19 +11,19 @@ DIAGNOSE = ["--drive=rotors", "--config={source}/config/calibrate/rotors.yaml"]
 # Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
 SIGNED = True
 EFFECTS = {
-    "linear_drag": {"K_x": (-1.0, -0.1, not SIGNED), "K_y": (-1.0, -0.1, not SIGNED),
-                    "K_z": (-0.6, -0.05, not SIGNED)},
-    "thrust_sag": {"d": (5e-4, 1e-2, not SIGNED)},
-    "rotor_loss": {"rotor": (0, 3, not SIGNED), "factor": (0.8, 0.98, not SIGNED)},
-    "rotor_inflow": {"k": (2e-5, 3e-4, not SIGNED)},
-    "rotor_speed_drag": {"k": (2e-5, 3e-4, not SIGNED)},
-    "motor_lag": {"tau": (0.01, 0.06, not SIGNED)},
-    "translational_lift": {"k": (0.03, 0.4, not SIGNED)},
-    "ground_effect": {"k": (0.1, 0.35, not SIGNED)},
-    "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.003, 0.05, SIGNED)},
-    "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.001, 0.008, SIGNED),
-                 "dy": (0.001, 0.008, SIGNED)},
-    "rotor_tilt": {"roll": (0.005, 0.05, SIGNED), "pitch": (0.005, 0.05, SIGNED)},
+    "linear_drag": {"K_x": (-1.2, -0.3, not SIGNED), "K_y": (-1.2, -0.3, not SIGNED),
+                    "K_z": (-0.8, -0.1, not SIGNED)},
+    "thrust_sag": {"d": (1.5e-3, 1.5e-2, not SIGNED)},
+    "rotor_loss": {"rotor": (0, 3, not SIGNED), "factor": (0.75, 0.95, not SIGNED)},
+    "rotor_inflow": {"k": (1e-4, 8e-4, not SIGNED)},
+    "rotor_speed_drag": {"k": (8e-5, 5e-4, not SIGNED)},
+    "motor_lag": {"tau": (0.015, 0.08, not SIGNED)},
+    "translational_lift": {"k": (0.15, 0.8, not SIGNED)},
+    "ground_effect": {"k": (0.2, 0.45, not SIGNED)},
+    "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.01, 0.06, SIGNED)},
+    "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.002, 0.01, SIGNED),
+                 "dy": (0.002, 0.01, SIGNED)},
+    "rotor_tilt": {"roll": (0.02, 0.1, SIGNED), "pitch": (0.02, 0.1, SIGNED)},
 }
 POOR = {"sigma_accel": 2.2, "sigma_gyro": 0.1732, "sigma_position": 0.01, "sigma_attitude": 0.01,
         "force_density": 0.1, "angular_density": 0.5}
@@ -76,7 +76,7 @@ def hide_outside(rng, simulation):
     kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale",
                        "quadratic_drag"])
     if kind == "strong_gusts":
-        simulation["noise"]["force_density"] = 1.0
+        simulation["noise"]["force_density"] = 0.8
     elif kind == "accelerometer_scale":
         simulation["effects"] = [{"id": "accel_scale_z", "s": 0.2}]
     elif kind == "quadratic_drag":

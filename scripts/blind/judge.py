@@ -76,6 +76,7 @@ def table(work):
             if len(gains) == 2:
                 gain.add(gains[0])
                 open_loop.add(gains[1])
+            if gains:
                 either.add(any(gains))
         if not effects:
             false.add(bool(causes))
@@ -101,7 +102,7 @@ def table(work):
              f"| parameters within 2 sigma | {coverage} |",
              f"| held-out gain positive where a cause is named: final point of blind arcs | {gain} |",
              f"| the same: open-loop error over a second | {open_loop} |",
-             f"| the same: at least one of the two | {either} |", "",
+             f"| the same: at least one of those measured | {either} |", "",
              "| at twice the detectable size | named first | first, or in its confusion set |",
              "|---|---|---|"]
     total, total_among = Tally(), Tally()

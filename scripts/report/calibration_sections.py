@@ -23,6 +23,9 @@ MEANINGS = {  # Li et al. 2019, eq. 16
     "psi_I_B": "heading of the IMU in the body",
     # Driven by rotor speeds (Wuest et al. 2019)
     "m": "mass", "k_f": "scale of thrust", "k_m": "scale of the rotors' reaction moment",
+    "motor_lag": "lag of the rotors behind their commands",
+    "motor_idle": "share of full speed at a command just above zero",
+    "motor_voltage": "exponent of the battery's voltage in the rotors' speed",
     "inflow": "thrust lost in a climb", "pose_delay": "age of a pose at its stamp",
     "K_z": "linear drag along body z, by mass",
     **{f"I_{a}": f"moment of inertia about body {a}" for a in "xyz"},

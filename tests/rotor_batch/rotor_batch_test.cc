@@ -41,7 +41,7 @@ TEST(RotorSegment, DerivativesAgreeWithDifferences) {
   const SegmentModel segment(c.model, c.data, c.sim.noise, CutSegments(c.data)[40]);
   const RotorNode start = Moved(c.TrueNode(40), 1, 0.05), next = c.TrueNode(41);
   RotorConstants constants = c.truth.constants;
-  constants.tail<5>() << -0.3, -0.4, -0.2, 1e-5, 0.01;  // drag, inflow, delay
+  constants.segment<5>(FindRotorConstant("K_x")) << -0.3, -0.4, -0.2, 1e-5, 0.01;
   const SegmentResidual r = segment.Evaluate(start, next, constants, true);
   const double h = 1e-6;
   const auto difference = [&](const RotorNode& s, const RotorNode& n, const RotorConstants& k,
@@ -94,6 +94,7 @@ TEST(ConstantsInformation, AgreesWithDenseElimination) {
     for (Eigen::Index i = 0; i < m.size(); ++i) m(i) = random.Normal();
     return m;
   };
+  constexpr int constants_count = RotorAeroModel::kConstants;
   const std::vector<int> free = {0, 4, 7};
   RotorConstants scale = RotorConstants::Constant(2.0);
   ConstantsInformation chain(free, scale);
@@ -107,11 +108,12 @@ TEST(ConstantsInformation, AgreesWithDenseElimination) {
     dense += J.transpose() * J;
   };
   for (int node = 0; node < 3; ++node) {
-    const Eigen::MatrixXd at = matrix(6, 12), at_constants = matrix(6, 26);
+    const Eigen::MatrixXd at = matrix(6, 12), at_constants = matrix(6, constants_count);
     chain.AddAtNode(at, at_constants);
     add(node, at, {}, at_constants);
     if (node == 2) break;
-    const Eigen::MatrixXd d = matrix(30, 12), next = matrix(30, 12), constants = matrix(30, 26);
+    const Eigen::MatrixXd d = matrix(30, 12), next = matrix(30, 12),
+                          constants = matrix(30, constants_count);
     chain.StepToNext(d, next, constants);
     add(node, d, next, constants);
   }
@@ -122,6 +124,10 @@ TEST(ConstantsInformation, AgreesWithDenseElimination) {
 TEST(ConstantsChart, EveryPointIsABody) {
   RotorConstants constants = Case(2.0).truth.constants;
   EXPECT_LT((FromChart(ToChart(constants)) - constants).norm(), 1e-14);
+  RotorConstants flat = constants;
+  flat[3] = flat[1] + flat[2];
+  EXPECT_TRUE(ToChart(flat).allFinite());
+  EXPECT_LT((FromChart(ToChart(flat)) - flat).norm(), 1e-5 * flat[3]);
   RotorConstants chart = ToChart(constants);
   chart.head<4>() << -9.0, 2.0, -30.0, 1.0;
   EXPECT_GT(FromChart(chart)[0], 0.0);

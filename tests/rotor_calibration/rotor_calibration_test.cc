@@ -129,7 +129,8 @@ TEST(RotorOptions, ShippedConfigurationsAreRead) {
       ResolveRotorOptions(Source() / "config/calibrate/rotors.yaml", "", log);
   EXPECT_EQ(options.prior.Free().size(), 18u);
   EXPECT_EQ(options.vehicle.model.num_rotors(), 4);
-  for (const char* name : {"rotors_neurobem", "rotors_nanodrone"}) {
+  for (const char* name :
+       {"rotors_neurobem", "rotors_nanodrone", "rotors_nanobench", "rotors_indi_throw"}) {
     const auto file = Source() / "config/calibrate" / (std::string(name) + ".yaml");
     const RotorCalibrationOptions real = ResolveRotorOptions(file, "", log);
     EXPECT_EQ(real.prior.sigma[0], 0.0) << name;  // weighed

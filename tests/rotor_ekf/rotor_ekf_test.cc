@@ -53,6 +53,24 @@ TEST(RotorEkf, FindsTheConstantsWithinItsSigmas) {
   }
 }
 
+// A guess of I_x at 0.4 of the truth and of its sigma, and a light one: two sigmas low, as one
+// flight in twenty has it. An ordinary filter is then certain of a wrong value.
+TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
+  double ordinary = 0.0;
+  for (const char* name : {"I_x", "I_y", "I_z"}) {
+    Case c(6.0, true);
+    const int i = FindRotorConstant(name);
+    c.options.prior = PriorFromVehicle(WuestVehicle());
+    c.options.prior.mean = c.truth.constants;
+    c.options.prior.mean[i] *= 0.4;
+    c.options.prior.mean[0] *= 0.7;
+    EXPECT_LT(c.Nees(RunRotorEkf(c.model, c.data, c.options)), 2.0) << name;
+    c.options.passes = 0;
+    ordinary = std::max(ordinary, c.Nees(RunRotorEkf(c.model, c.data, c.options)));
+  }
+  EXPECT_GT(ordinary, 3.0);
+}
+
 // The batch's bound is computed by other code (shooting, elimination along a chain); the filter's
 // covariance must come down to it.
 TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
