@@ -5,27 +5,17 @@
 #include <cmath>
 
 #include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
-
-double Round(double value, int digits) {  // significant digits, for people who read the YAML
-  return std::stod(fmt::format("{:.{}g}", value, digits));
-}
-
-std::string Emit(const YAML::Node& node) {
-  YAML::Emitter emitter;
-  emitter.SetDoublePrecision(12);
-  emitter << node;
-  return std::string(emitter.c_str()) + "\n";
-}
 
 YAML::Node ParameterNode(const RotorCalibration& c) {
   YAML::Node node(YAML::NodeType::Map);
   for (const ParameterEstimate& p : c.parameters) {
     YAML::Node entry;
-    entry["value"] = Round(p.value, 6);
-    entry["sigma"] = Round(p.sigma, 3);
+    entry["value"] = Rounded(p.value, 6);
+    entry["sigma"] = Rounded(p.sigma, 3);
     entry["unit"] = p.unit;
     entry["status"] = p.status;
     entry.SetStyle(YAML::EmitterStyle::Flow);
@@ -41,9 +31,9 @@ YAML::Node PredictionNode(const RotorCalibration& c) {
     YAML::Node entry;
     entry["horizon"] = score.horizon;
     entry["count"] = score.count;
-    entry["before"] = Round(score.before, 4);
-    entry["after"] = Round(score.after, 4);
-    entry["after_rms"] = Round(score.after_rms, 4);
+    entry["before"] = Rounded(score.before, 4);
+    entry["after"] = Rounded(score.after, 4);
+    entry["after_rms"] = Rounded(score.after_rms, 4);
     entry["unit"] = "m";
     entry.SetStyle(YAML::EmitterStyle::Flow);
     node.push_back(entry);
@@ -63,10 +53,10 @@ YAML::Node CalibrationNode(const RotorCalibration& c, const YAML::Node& provenan
   node["open_loop"] = PredictionNode(c);
   node["noise"] = ToYaml(c.noise);
   node["rotor_delay"] = c.rotor_delay;
-  node["fit"]["chi_square"] = Round(c.chi_square, 4);
+  node["fit"]["chi_square"] = Rounded(c.chi_square, 4);
   node["fit"]["iterations"] = c.batch.iterations;
-  node["fit"]["solve_time"] = Round(c.batch.solve_time, 3);
-  node["fit"]["halves_differ"] = Round(c.halves, 3);
+  node["fit"]["solve_time"] = Rounded(c.batch.solve_time, 3);
+  node["fit"]["halves_differ"] = Rounded(c.halves, 3);
   node["fit"]["halves_parameter"] = c.halves_parameter;
   node["provenance"] = provenance;
   return node;
@@ -137,9 +127,9 @@ void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog&
   model["effects"] = YAML::Node(YAML::NodeType::Sequence);
   model["effects"].SetStyle(YAML::EmitterStyle::Flow);
   model["provenance"] = provenance;
-  WriteFileAtomically(directory / "model.yaml", Emit(model));
+  WriteFileAtomically(directory / "model.yaml", TextOf(model));
   WriteFileAtomically(directory / "calibration.yaml",
-                      Emit(CalibrationNode(calibration, provenance)));
+                      TextOf(CalibrationNode(calibration, provenance)));
 }
 
 std::string RotorCalibrationTable(const RotorCalibration& c) {

@@ -4,28 +4,18 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/write_diagnosis.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
 
-double Round(double value, int digits) {  // significant digits, for people who read the YAML
-  return std::stod(fmt::format("{:.{}g}", value, digits));
-}
-
-std::string Emit(const YAML::Node& node) {
-  YAML::Emitter emitter;
-  emitter.SetDoublePrecision(12);
-  emitter << node;
-  return std::string(emitter.c_str()) + "\n";
-}
-
 YAML::Node ResidualNode(const RotorDiagnosis& diagnosis) {
   YAML::Node node;
-  node["rms_before"] = Round(diagnosis.rms_before, 4);
-  node["rms_after"] = Round(diagnosis.rms_after, 4);
+  node["rms_before"] = Rounded(diagnosis.rms_before, 4);
+  node["rms_after"] = Rounded(diagnosis.rms_after, 4);
   node["unit"] = "sigma";
   node["white"] = diagnosis.whiteness_p > 0.01;
-  node["whiteness_p"] = Round(diagnosis.whiteness_p, 3);
+  node["whiteness_p"] = Rounded(diagnosis.whiteness_p, 3);
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -53,8 +43,8 @@ YAML::Node ModelNode(const RotorDiagnosis& diagnosis, const YAML::Node& provenan
   YAML::Node node;
   for (const ParameterEstimate& p : diagnosis.parameters) {
     YAML::Node entry;
-    entry["value"] = Round(p.value, 6);
-    entry["sigma"] = Round(p.sigma, 3);
+    entry["value"] = Rounded(p.value, 6);
+    entry["sigma"] = Rounded(p.sigma, 3);
     entry["unit"] = p.unit;
     entry.SetStyle(YAML::EmitterStyle::Flow);
     node["parameters"][p.name] = entry;
@@ -85,9 +75,9 @@ void WriteResiduals(const RotorDiagnosis& diagnosis, const std::filesystem::path
 
 void WriteRotorDiagnosis(const RotorDiagnosis& diagnosis, const YAML::Node& provenance,
                          const std::filesystem::path& directory) {
-  WriteFileAtomically(directory / "model.yaml", Emit(ModelNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(diagnosis, provenance)));
   WriteResiduals(diagnosis, directory / "residuals.csv");
-  WriteFileAtomically(directory / "diagnosis.yaml", Emit(DiagnosisNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(diagnosis, provenance)));
 }
 
 std::string RotorDiagnosisTable(const RotorDiagnosis& diagnosis) {

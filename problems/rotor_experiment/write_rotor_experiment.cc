@@ -6,18 +6,19 @@
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
 
-double Round(double value) { return std::stod(fmt::format("{:.4g}", value)); }
+constexpr int kDigits = 4;
 
 YAML::Node EstimatorNode(const EstimatorScore& score) {
   YAML::Node node;
-  node["rmse"] = Round(score.rmse);
-  node["mean_error"] = Round(score.mean_error);
-  node["sigma"] = Round(score.sigma);
-  node["coverage95"] = Round(score.coverage);
+  node["rmse"] = Rounded(score.rmse, kDigits);
+  node["mean_error"] = Rounded(score.mean_error, kDigits);
+  node["sigma"] = Rounded(score.sigma, kDigits);
+  node["coverage95"] = Rounded(score.coverage, kDigits);
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -27,8 +28,8 @@ YAML::Node ScoresNode(const std::vector<ConstantScore>& scores) {
   for (const ConstantScore& score : scores) {
     YAML::Node entry;
     entry["unit"] = score.unit;
-    entry["first_guess"] = Round(score.first_guess);
-    entry["bound"] = Round(score.bound);
+    entry["first_guess"] = Rounded(score.first_guess, kDigits);
+    entry["bound"] = Rounded(score.bound, kDigits);
     entry["filter"] = EstimatorNode(score.filter);
     entry["batch"] = EstimatorNode(score.batch);
     node[score.name] = entry;
@@ -46,13 +47,13 @@ YAML::Node SummaryNode(const RotorExperiment& experiment,
     kind["name"] = s.name;
     kind["flights"] = s.flights;
     kind["failures"] = s.failures;
-    kind["path_error_rms"] = Round(s.path_error);
-    kind["nees"]["filter"] = Round(s.filter_nees);
-    kind["nees"]["batch"] = Round(s.batch_nees);
-    kind["nees_median"]["filter"] = Round(s.filter_nees_median);
-    kind["nees_median"]["batch"] = Round(s.batch_nees_median);
-    kind["rmse_over_bound"]["filter"] = Round(s.filter_over_bound);
-    kind["rmse_over_bound"]["batch"] = Round(s.batch_over_bound);
+    kind["path_error_rms"] = Rounded(s.path_error, kDigits);
+    kind["nees"]["filter"] = Rounded(s.filter_nees, kDigits);
+    kind["nees"]["batch"] = Rounded(s.batch_nees, kDigits);
+    kind["nees_median"]["filter"] = Rounded(s.filter_nees_median, kDigits);
+    kind["nees_median"]["batch"] = Rounded(s.batch_nees_median, kDigits);
+    kind["rmse_over_bound"]["filter"] = Rounded(s.filter_over_bound, kDigits);
+    kind["rmse_over_bound"]["batch"] = Rounded(s.batch_over_bound, kDigits);
     kind["constants"] = ScoresNode(s.constants);
     kind["groups"] = ScoresNode(s.groups);
     node["kinds"].push_back(kind);
@@ -133,10 +134,8 @@ void WriteRotorExperiment(const RotorExperiment& experiment, const std::vector<R
                           const std::filesystem::path& directory) {
   WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, trials));
   WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, trials));
-  YAML::Emitter emitter;
-  emitter.SetDoublePrecision(12);
-  emitter << SummaryNode(experiment, SummariseRotorTrials(experiment, trials));
-  WriteFileAtomically(directory / "summary.yaml", std::string(emitter.c_str()) + "\n");
+  WriteFileAtomically(directory / "summary.yaml",
+                      TextOf(SummaryNode(experiment, SummariseRotorTrials(experiment, trials))));
 }
 
 std::string RotorExperimentTable(const std::vector<KindSummary>& summaries) {
