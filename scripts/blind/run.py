@@ -6,7 +6,8 @@
 
 Three steps, each in a folder of its own, so that the diagnosis never sees the truth: logs/ (native
 logs), sealed/ (configurations, truth, what was hidden), results/ (diagnosis.yaml by flight). The
-table goes to standard output and WORK/table.md.
+table goes to standard output and WORK/table.md. Flights that have a result already are not flown
+again, so that a run that was killed goes on where it stopped.
 """
 import argparse
 import importlib
@@ -70,6 +71,8 @@ def diagnose(arguments, draw, name):
 
 
 def one(arguments, draw, flight):
+    if (arguments.work / "results" / flight[0] / "diagnosis.yaml").exists():
+        return
     if fly(arguments, draw, *flight):
         diagnose(arguments, draw, flight[0])
     shutil.rmtree(arguments.work / "logs" / flight[0], ignore_errors=True)
