@@ -56,7 +56,7 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
   EXPECT_EQ(ids.size(), 11u);
 }
 
-TEST(DiagnoseRotors, TheBetterModelIsTakenByCalibration) {
+TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   const Values truth{{"roll", 0.03}, {"pitch", -0.02}};
   const FlightLog log = FlyHiding({{"rotor_tilt", truth}}, 12.0, 6);
   const RotorDiagnosis diagnosis = DiagnoseRotors(log, Options());

@@ -146,7 +146,7 @@ TEST(WholeFlight, FindsAGateThatStandsElsewhere) {
 }
 
 // A drift twice as large gives a strength about twice as large, beyond the intervals.
-TEST(WholeFlight, LearnsHowStronglyTheAhrsDrifts) {
+TEST(WholeFlight, SlowLearnsHowStronglyTheAhrsDrifts) {
   const VgdOptions options;
   std::vector<LearnedStrength> learned;
   for (const double sigma : {0.01, 0.04}) {
