@@ -20,7 +20,7 @@ namespace {
 // The airframe's parameters may step by this share of their prior sigma between sections: a tie
 // that keeps the chain banded, and far below what any flight shows.
 constexpr double kTie = 1e-4;
-constexpr double kHeld = 100.0;               // times the weight of the prior
+constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
 constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // drag and misalignment in theta
 
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
@@ -44,6 +44,7 @@ FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
   AllocateUnknowns();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     if (k == 0 || sections_[k].flight != sections_[k - 1].flight) AddFlightPriors(k);
+    HoldDrag(k);
     if (k > 0) AddStep(k);
     AddMeasurements(k);
     AddContinuity(k);
@@ -63,6 +64,7 @@ void FlightProblem::BuildSections() {
       for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
         segments_.push_back(MakeSegment(flight.track, data, knots[i], knots[i + 1], scaling_,
                                         options_.vgd.max_block));
+        segments_.back()->FollowDerivatives();
         section_of_.push_back(sections_.size() - 1);
       }
     }
@@ -121,12 +123,19 @@ void FlightProblem::AllocateGusts() {
 // Nothing of an earlier flight is known but the airframe.
 void FlightProblem::AddFlightPriors(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
-  for (const int i : {0, 1}) {
-    if (!options_.drag_shows[i]) weight[i] = kHeld;
-  }
   if (section > 0) {
     for (const int i : kAirframe) weight[i] = 0.0;
   }
+  problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
+}
+
+// In every section, so that a long flight does not outweigh it.
+void FlightProblem::HoldDrag(std::size_t section) {
+  Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Zero();
+  for (const int i : {0, 1}) {
+    if (!options_.drag_shows[i]) weight[i] = kHeld;
+  }
+  if (weight.isZero()) return;
   problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
 }
 

@@ -102,6 +102,7 @@ class FlightProblem : private ceres::EvaluationCallback {
   void AllocateUnknowns();
   void AllocateGusts();
   void AddFlightPriors(std::size_t section);
+  void HoldDrag(std::size_t section);
   void AddStep(std::size_t section);
   void AddMeasurements(std::size_t section);
   void AddFix(const Fix& fix, std::size_t segment, const FlightShare& share, double* offset,

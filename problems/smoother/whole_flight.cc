@@ -71,14 +71,20 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt) {
   return notes;
 }
 
+// What was held at its prior is as uncertain as the prior, and all that hangs on it with it.
+void WidenHeld(const std::array<bool, 2>& drag_shows, Eigen::MatrixXd* cov) {
+  if (!drag_shows[0] && !drag_shows[1]) (*cov)(0, 1) = (*cov)(1, 0) = 0.0;
+  for (const int i : {0, 1}) {
+    if (!drag_shows[i]) Widen(i, 1.0, cov);
+  }
+}
+
 void StoreParameters(const FlightProblemOptions& options, const FlightProblem& problem,
                      FlightProblem::Means means, WholeFlight* result) {
   const Names all = NamesOf(problem, options.detector);
   const std::vector<int> asked = Asked(problem, all);
   WidenDrag(means.doubt, options.vgd, means.force_sigma, all.sigma, &means.cov);
-  for (const int i : {0, 1}) {
-    if (!options.drag_shows[i]) Widen(i, 1.0, &means.cov);
-  }
+  WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
     names.push_back(all.names[i]);

@@ -170,19 +170,36 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   chain_.Integrate(model, start, visit, &effects_);
 }
 
-void Segment::Evaluate(const double* theta, const double* drift, const double* state,
-                       bool derivatives) {
-  using Vector = Eigen::Matrix<double, kThetaSize, 1>;
-  Vector scaled = Eigen::Map<const Vector>(theta);
-  scaled.segment<kDriftSize>(kAhrsInTheta) += Eigen::Map<const Eigen::Vector3d>(drift);
-  const Vector x = scaling_->mean + scaling_->sigma.cwiseProduct(scaled);
-  const double* b_a = x.data() + kNine;
-  if (!derivatives) {
-    const MotionState<double> start{Eigen::Map<const Eigen::Vector3d>(state),
-                                    Eigen::Map<const Eigen::Vector3d>(state + 3)};
-    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, b_a);
-    return;
+// A step whose part of second order (angle by angle and time squared, drag by velocity) stays
+// within a few micrometres over a second: an optimiser must not see costs jump.
+bool Segment::IsNear(const Inputs& at) const {
+  constexpr double kDrag = 0.0005;     // 1/s
+  constexpr double kBias = 0.005;      // m/s^2
+  constexpr double kAngle = 0.0003;    // rad
+  constexpr double kVelocity = 0.005;  // m/s
+  if (!follows_ || !linearised_at_) return false;
+  const Eigen::Matrix<double, kThetaSize, 1> moved =
+      scaling_->sigma.cwiseProduct(at.theta - linearised_at_->theta).cwiseAbs();
+  const Eigen::Vector3d v = at.state.tail<3>() - linearised_at_->state.tail<3>();
+  return moved.head<2>().maxCoeff() < kDrag && moved[2] < kBias &&
+         moved.segment<6>(3).maxCoeff() < kAngle && v.cwiseAbs().maxCoeff() < kVelocity;
+}
+
+void Segment::Extrapolate(const Inputs& to) {
+  const Eigen::Matrix<double, kThetaSize, 1> theta = to.theta - linearised_at_->theta;
+  const Eigen::Matrix<double, kStateSize, 1> state = to.state - linearised_at_->state;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    states_[i].value = states_there_[i] + states_[i].d_theta * theta + states_[i].d_state * state;
   }
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    ForceNode& node = forces_[i].node;
+    node.value = forces_there_[i] + node.d_theta * theta + node.d_state * state;
+  }
+}
+
+void Segment::Linearise(const Inputs& at) {
+  const Eigen::Matrix<double, kThetaSize, 1> x =
+      scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
   Jet jets[kNine];
   for (int i = 0; i < kNine; ++i) {
     jets[i] = Jet(x[i]);
@@ -190,10 +207,32 @@ void Segment::Evaluate(const double* theta, const double* drift, const double* s
   }
   MotionState<Jet> start;
   for (int i = 0; i < 3; ++i) {
-    start.p[i] = Jet(state[i]);
-    start.v[i] = Jet(state[3 + i], kNine + i);
+    start.p[i] = Jet(at.state[i]);
+    start.v[i] = Jet(at.state[3 + i], kNine + i);
   }
-  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, b_a);
+  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, x.data() + kNine);
+  linearised_at_ = at;
+  states_there_.clear();
+  for (const StateNode& node : states_) states_there_.push_back(node.value);
+  forces_there_.clear();
+  for (const Force& force : forces_) forces_there_.push_back(force.node.value);
+}
+
+void Segment::Evaluate(const double* theta, const double* drift, const double* state,
+                       bool derivatives) {
+  Inputs at{Eigen::Map<const Eigen::Matrix<double, kThetaSize, 1>>(theta),
+            Eigen::Map<const Eigen::Matrix<double, kStateSize, 1>>(state)};
+  at.theta.segment<kDriftSize>(kAhrsInTheta) += Eigen::Map<const Eigen::Vector3d>(drift);
+  if (IsNear(at)) {
+    Extrapolate(at);
+  } else if (derivatives) {
+    Linearise(at);
+  } else {
+    const Eigen::Matrix<double, kThetaSize, 1> x =
+        scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
+    const MotionState<double> start{at.state.head<3>(), at.state.tail<3>()};
+    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, x.data() + kNine);
+  }
 }
 
 }  // namespace trueline

@@ -1,6 +1,7 @@
 // One segment of a window: its chain of blocks and the nodes at which residuals read it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "cost_functions/models/gust.h"
@@ -34,6 +35,10 @@ class Segment {
   // Adds what gusts do to the values of all nodes; to be called once after Evaluate.
   void AddGusts(const GustPair& gusts);
 
+  // Near to where derivatives were taken last, nodes follow those from now on and nothing is
+  // integrated: within 0.01 mm over a second. For problems that are solved again and again.
+  void FollowDerivatives() { follows_ = true; }
+
   // Force beyond linear drag; the track's unless replaced.
   void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }
 
@@ -56,6 +61,15 @@ class Segment {
   void Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
                  const double* b_a);
 
+  // What the integration starts from: theta with drift (scaled), state.
+  struct Inputs {
+    Eigen::Matrix<double, kThetaSize, 1> theta;
+    Eigen::Matrix<double, kStateSize, 1> state;
+  };
+  bool IsNear(const Inputs& at) const;
+  void Linearise(const Inputs& at);
+  void Extrapolate(const Inputs& to);
+
   struct Force {
     std::size_t time_index;
     double t;  // s from the log's start
@@ -72,6 +86,11 @@ class Segment {
   ForceEffects effects_;
   std::vector<StateNode> states_;
   std::vector<Force> forces_;  // ascending in time
+  bool follows_ = false;
+  // Where the nodes' derivatives were taken, and their values there (without gusts).
+  std::optional<Inputs> linearised_at_;
+  std::vector<Eigen::Matrix<double, kStateSize, 1>> states_there_;
+  std::vector<Eigen::Vector2d> forces_there_;
 };
 
 }  // namespace trueline

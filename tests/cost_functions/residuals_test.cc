@@ -114,6 +114,28 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   }
 }
 
+// Small steps follow the derivatives; what that leaves out grows with the step squared, and large
+// steps are integrated.
+TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
+  Segment fresh{track_, kStart, {kFix, kEnd}, {kFix}, scaling_, 0.03};
+  double largest = 0.0;
+  segment_.FollowDerivatives();
+  for (const double step : {3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3}) {
+    SetUp();
+    segment_.Evaluate(theta_, drift_, state_, true);
+    for (double& value : theta_) value += step;
+    for (int i = 0; i < 3; ++i) state_[3 + i] -= step;
+    segment_.Evaluate(theta_, drift_, state_, false);
+    fresh.Evaluate(theta_, drift_, state_, false);
+    const double off = (segment_.StateAt(kEnd)->value - fresh.StateAt(kEnd)->value).norm();
+    EXPECT_LT(off, 1e-5) << step;
+    EXPECT_LT((segment_.ForceAt(kFix)->value - fresh.ForceAt(kFix)->value).norm(), 1e-4) << step;
+    largest = std::max(largest, off);
+    if (step >= 0.1) EXPECT_EQ(off, 0.0) << step;
+  }
+  EXPECT_GT(largest, 0.0);  // or nothing is saved
+}
+
 // e' W e = |U e|^2 must hold with the full covariance; whitening with the wrong triangle passes
 // only where the covariance is diagonal.
 TEST_F(SegmentTest, ContinuityWhitensWithAFullCovariance) {
