@@ -1,0 +1,56 @@
+// The errors that a filter carries: those of what moves, and of the constants that are not known.
+// What is known has no rows and columns in its covariance.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "problems/rotor_data/rotor_state.h"
+
+namespace trueline {
+
+class Unknowns {
+ public:
+  static constexpr int kMoving = RotorAeroModel::kMovingErrors;
+  static constexpr int kErrors = RotorAeroModel::kErrors;
+  using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kErrors, kErrors>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMoving, kErrors>;
+
+  explicit Unknowns(std::vector<int> free) : free_(std::move(free)) {}
+
+  int size() const { return kMoving + num_constants(); }
+  int num_constants() const { return static_cast<int>(free_.size()); }
+  // Index of the k-th unknown constant among all constants.
+  int constant(int k) const { return free_[static_cast<std::size_t>(k)]; }
+
+  // The columns of the unknowns, out of kErrors.
+  template <class Derived>
+  Rows Of(const Eigen::MatrixBase<Derived>& whole) const {
+    Rows rows(whole.rows(), size());
+    rows.template leftCols<kMoving>() = whole.template leftCols<kMoving>();
+    for (int k = 0; k < num_constants(); ++k) {
+      rows.col(kMoving + k) = whole.col(kMoving + constant(k));
+    }
+    return rows;
+  }
+  // All errors, zero for what is known.
+  template <class Derived>
+  RotorError Whole(const Eigen::MatrixBase<Derived>& error) const {
+    RotorError whole = RotorError::Zero();
+    whole.template head<kMoving>() = error.template head<kMoving>();
+    for (int k = 0; k < num_constants(); ++k) whole[kMoving + constant(k)] = error[kMoving + k];
+    return whole;
+  }
+  RotorErrorMatrix WholeCovariance(const Covariance& cov) const {
+    RotorErrorMatrix whole = RotorErrorMatrix::Zero();
+    for (int i = 0; i < size(); ++i) {
+      whole.col(i < kMoving ? i : kMoving + constant(i - kMoving)) = Whole(cov.col(i));
+    }
+    return whole;
+  }
+
+ private:
+  std::vector<int> free_;
+};
+
+}  // namespace trueline
