@@ -36,7 +36,7 @@ RotorFound Refined(const RotorTested& best, RotorSearch* search) {
     constexpr int kTried = 17;
     double range = StepSpacing(search->world().data);
     for (int round = 0; round < 2; ++round, range /= 8.0) {
-      for (RotorTested& t : search->TestAll(StepsAround(sharp.candidate, range, kTried))) {
+      for (RotorTested& t : search->Test(StepsAround(sharp.candidate, range, kTried))) {
         if (t.gain > sharp.gain && Plausible(t.candidate, t.value)) sharp = t;
       }
     }

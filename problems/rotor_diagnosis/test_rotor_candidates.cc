@@ -59,6 +59,12 @@ Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& st
 }
 
 std::vector<RotorTested> RotorSearch::TestAll(const std::vector<Candidate>& candidates) {
+  const RotorLibrary library = MakeRotorLibrary(*world_, batch_.mean);
+  return TestWith(&library, candidates);
+}
+
+std::vector<RotorTested> RotorSearch::TestWith(const RotorLibrary* library,
+                                               const std::vector<Candidate>& candidates) {
   std::vector<RotorVariant> variants;
   const auto add = [&](const Candidate& candidate, const Eigen::VectorXd& value,
                        const std::vector<Effect>& others) {
@@ -72,9 +78,8 @@ std::vector<RotorTested> RotorSearch::TestAll(const std::vector<Candidate>& cand
   const std::vector<int> own = Range(0, static_cast<int>(variants.size()));
   for (const Candidate& candidate : candidates) add(candidate, candidate.Neutral(), effects_);
   const int all = static_cast<int>(variants.size());
-  const RotorLibrary library = MakeRotorLibrary(*world_, batch_.mean);
   const RotorNormal normal(world_->model, world_->data, BatchOptions(), batch_,
-                           ColumnsOf(*world_, std::move(variants), &library), kRotorCluster);
+                           ColumnsOf(*world_, std::move(variants), library), kRotorCluster);
   const auto test = [&](int first, const Eigen::VectorXd& ordinary) {
     std::vector<int> columns = own;
     for (const int c : Range(first, static_cast<int>(ordinary.size()))) columns.push_back(c);
@@ -92,8 +97,9 @@ std::vector<RotorTested> RotorSearch::TestAll(const std::vector<Candidate>& cand
     tested.push_back({candidate, candidate.Neutral() + SizesFromSteps(*candidate.info, score.value),
                       score, gain, p});
   }
+  if (library == nullptr) return tested;
   described_.clear();
-  for (const RotorTerm& term : library.terms) {
+  for (const RotorTerm& term : library->terms) {
     const ScoreTest score = test(all + term.first, Eigen::VectorXd::Zero(term.count));
     described_.push_back({term.name, score.p(), score.chi2 - 2.0 * term.count});
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "problems/common/error.h"
 #include "problems/rotor_data/pose_prediction.h"
@@ -20,6 +21,7 @@ constexpr int kMoving = Model::kMovingErrors;
 constexpr int kNoise = 6;
 constexpr double kLongestStep = 0.01;  // s; longer gaps in the IMU are stepped through
 constexpr double kSettling = 1.0;      // s, before innovations are judged
+constexpr double kFarBehind = 30.0;    // of log likelihood
 constexpr double kSettled = 0.1;       // sigmas, by which a pass may still move its constants
 using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 
@@ -35,13 +37,17 @@ class Filter {
   RotorEkfRun Run() {
     const double begin = data_.poses.front().t;
     const int passes = unknowns_.num_constants() == 0 ? 0 : options_.passes;
-    for (int pass = 0; pass < passes; ++pass) {
+    bool settled = false;
+    Start();
+    for (int pass = 0; pass < passes && !settled; ++pass) {
       Start();
       FlyUntil(begin + options_.start_seconds);
-      if (MovePoint()) break;
+      settled = MovePoint();
     }
-    Start();
-    if (passes > 0) FlyUntil(begin + options_.start_seconds);
+    if (!settled && passes > 0) {
+      Start();
+      FlyUntil(begin + options_.start_seconds);
+    }
     held_ = false;
     FlyUntil(data_.poses.back().t);
     run_.state = x_;
@@ -54,17 +60,21 @@ class Filter {
   // At the first pose, knowing the prior.
   void Start() {
     x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
-    RotorError sigma;
-    sigma << Eigen::Vector3d::Constant(options_.sigma_attitude),
+    Eigen::VectorXd sigma(unknowns_.size());
+    sigma.head<kMoving>() << Eigen::Vector3d::Constant(options_.sigma_attitude),
         Eigen::Vector3d::Constant(options_.sigma_position),
         Eigen::Vector3d::Constant(options_.sigma_velocity),
-        Eigen::Vector3d::Constant(options_.sigma_rate), options_.prior.sigma;
-    cov_ = unknowns_.Of(sigma.cwiseAbs2().transpose()).row(0).asDiagonal();
+        Eigen::Vector3d::Constant(options_.sigma_rate);
+    for (int k = 0; k < unknowns_.num_constants(); ++k) {
+      sigma[kMoving + k] = options_.prior.sigma[unknowns_.constant(k)];
+    }
+    cov_ = sigma.cwiseAbs2().asDiagonal();
     held_ = true;
     t_ = data_.poses.front().t;
     pose_ = imu_ = 0;
     while (imu_ < data_.imu.size() && data_.imu[imu_].t < t_) ++imu_;
     run_.history.clear();
+    run_.likelihoods.clear();
     run_.log_likelihood = 0.0;
   }
 
@@ -74,7 +84,18 @@ class Filter {
       Propagate(data_.poses[pose_].t);
       UpdateWithPose(data_.poses[pose_]);
       run_.history.push_back(Estimate(t_));
+      run_.likelihoods.push_back(run_.log_likelihood);
+      if (!held_ && Hopeless()) return;
     }
+  }
+
+  // Far behind the run that this one is compared with.
+  bool Hopeless() {
+    if (options_.rival == nullptr) return false;
+    const std::size_t now = run_.likelihoods.size() - 1;
+    if (!(run_.log_likelihood < (*options_.rival)[now] - kFarBehind)) return false;
+    run_.log_likelihood = -std::numeric_limits<double>::infinity();
+    return true;
   }
 
   // To where a pass ended, within three of the prior's sigmas of where it was, mass and inertia to
@@ -118,13 +139,11 @@ class Filter {
     }
   }
 
-  using Rows = Unknowns::Rows;
-
   // A step's disturbance after the reading at its start (if any): mean, and covariance with the
   // state (6 x size) and with itself.
   struct Held {
     Disturbance mean;
-    Eigen::Matrix<double, kNoise, Eigen::Dynamic, 0, kNoise, kErrors> with_state;
+    Unknowns::Rows<kNoise> with_state;
     Eigen::Matrix<double, kNoise, kNoise> cov;
   };
 
@@ -148,12 +167,11 @@ class Filter {
         Eigen::Vector3d::Constant(options_.noise.gyro);
     innovation << imu.accel, imu.gyro;
     innovation -= reading.y + reading.slope.middleCols<Model::kConstants>(kMoving) * Offset(at);
-    const Rows H = unknowns_.Of(reading.slope);
+    const Unknowns::Rows<6> H = unknowns_.Of(reading.slope);
     const Eigen::Matrix<double, 6, kNoise> D = DisturbanceFeedthrough(at), DW = D * held->cov;
-    Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kErrors> HP(6, unknowns_.size());
-    HP.noalias() = H * cov_;
+    Unknowns::Rows<6> HP = Times<6>(H, cov_);
     Eigen::Matrix<double, 6, 6> S = DW * D.transpose();
-    S.noalias() += HP * H.transpose();
+    S += HP.lazyProduct(H.transpose());
     S.diagonal() += sigma.cwiseAbs2();
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(S);
     const Eigen::Matrix<double, 6, 1> weighed = llt.solve(innovation);
@@ -162,9 +180,10 @@ class Filter {
     held->mean = DW.transpose() * weighed;
     const Eigen::Matrix<double, 6, kNoise> B = llt.matrixL().solve(DW);
     llt.matrixL().solveInPlace(HP);
-    held->with_state.noalias() = -B.transpose() * HP;
+    held->with_state = -B.transpose().lazyProduct(HP);
     held->cov -= B.transpose() * B;
-    cov_.noalias() -= HP.transpose() * HP;
+    const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kErrors, 6> PH = HP.transpose();
+    cov_ -= PH.lazyProduct(HP);
     x_ = Plus(x_, step);
   }
 
@@ -174,14 +193,13 @@ class Filter {
     const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
     const RotorStepMatrix slope =
         StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at);
-    const Rows F = unknowns_.Of(slope);
-    Rows FP(kMoving, unknowns_.size());
-    FP.noalias() = F * cov_;
-    FP.noalias() += G * held.with_state;
+    const Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
+    Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
+    FP += G.lazyProduct(held.with_state);
     Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;
-    with_held.noalias() += F * held.with_state.transpose();
+    with_held += F.lazyProduct(held.with_state.transpose());
     Eigen::Matrix<double, kMoving, kMoving> moving = with_held * G.transpose();
-    moving.noalias() += FP * F.transpose();
+    moving += FP.lazyProduct(F.transpose());
     cov_.topRows<kMoving>() = FP;
     cov_.leftCols<kMoving>() = FP.transpose();
     cov_.topLeftCorner<kMoving, kMoving>() = 0.5 * (moving + moving.transpose());
@@ -223,7 +241,7 @@ class Filter {
       innovation[i] = -error[i].a;
     }
     innovation -= whole.rightCols<Model::kConstants>() * Offset(at);
-    const Rows H = unknowns_.Of(whole);
+    const Unknowns::Rows<Eigen::Dynamic> H = unknowns_.Of(whole);
     const Eigen::MatrixXd HP = H * cov_;
     Eigen::MatrixXd S = HP * H.transpose();
     S.diagonal().array() += 1.0;  // errors are in sigmas

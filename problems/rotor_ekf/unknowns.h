@@ -14,7 +14,9 @@ class Unknowns {
   static constexpr int kMoving = RotorAeroModel::kMovingErrors;
   static constexpr int kErrors = RotorAeroModel::kErrors;
   using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kErrors, kErrors>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMoving, kErrors>;
+  // Columns of the unknowns.
+  template <int kRows>
+  using Rows = Eigen::Matrix<double, kRows, Eigen::Dynamic, 0, kRows, kErrors>;
 
   explicit Unknowns(std::vector<int> free) : free_(std::move(free)) {}
 
@@ -25,8 +27,8 @@ class Unknowns {
 
   // The columns of the unknowns, out of kErrors.
   template <class Derived>
-  Rows Of(const Eigen::MatrixBase<Derived>& whole) const {
-    Rows rows(whole.rows(), size());
+  Rows<Derived::RowsAtCompileTime> Of(const Eigen::MatrixBase<Derived>& whole) const {
+    Rows<Derived::RowsAtCompileTime> rows(whole.rows(), size());
     rows.template leftCols<kMoving>() = whole.template leftCols<kMoving>();
     for (int k = 0; k < num_constants(); ++k) {
       rows.col(kMoving + k) = whole.col(kMoving + constant(k));
@@ -52,5 +54,18 @@ class Unknowns {
  private:
   std::vector<int> free_;
 };
+
+// Few rows times a covariance, column by column: general products pack their factors first, which
+// takes longer than such a product.
+template <int kRows>
+Unknowns::Rows<kRows> Times(const Unknowns::Rows<kRows>& rows, const Unknowns::Covariance& cov) {
+  Unknowns::Rows<kRows> product(kRows, cov.cols());
+  for (Eigen::Index j = 0; j < cov.cols(); ++j) {
+    Eigen::Matrix<double, kRows, 1> sum = Eigen::Matrix<double, kRows, 1>::Zero();
+    for (Eigen::Index k = 0; k < cov.rows(); ++k) sum += cov(k, j) * rows.col(k);
+    product.col(j) = sum;
+  }
+  return product;
+}
 
 }  // namespace trueline

@@ -90,7 +90,7 @@ TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {
   ExpectEachNamed({{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
                    {"thrust_sag", {{"d", 0.005}}},
                    {"motor_lag", {{"tau", 0.03}}},
-                   {"air_moment", {{"roll", 2e-4}, {"pitch", 3e-4}}},
+                   {"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}},
                    {"ground_effect", {{"k", 0.3}}}});
 }
 
@@ -113,7 +113,7 @@ TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
 
 // On further flights: a moment that stays, a load that is picked up once.
 TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
-  const simulation::EffectSetting moment{"air_moment", {{"roll", 2e-4}, {"pitch", 3e-4}}};
+  const simulation::EffectSetting moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
   const simulation::EffectSetting load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};
   const RotorDiagnosis both = DiagnoseRotors(
       {FlyHiding({moment, load}, 12.0, 10), FlyHiding({moment}, 12.0, 11)}, Options());
