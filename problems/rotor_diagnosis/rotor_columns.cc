@@ -130,7 +130,8 @@ RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& con
   RotorLibrary library;
   for (const NamedTerms& named : Library()) {
     const int count = static_cast<int>(named.terms.size());
-    library.terms.push_back({named.name, library.columns, count});
+    const bool of_sensor = named.on == TermOn::kAccelerometer || named.on == TermOn::kGyro;
+    library.terms.push_back({named.name, library.columns, count, of_sensor});
     library.columns += count;
   }
   const RotorData& data = world.data;

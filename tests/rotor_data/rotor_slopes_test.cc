@@ -43,10 +43,6 @@ RotorInput Input() {
   return input;
 }
 
-double Differ(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  return (a - b).cwiseAbs().maxCoeff() / (1.0 + b.cwiseAbs().maxCoeff());
-}
-
 class RotorSlopesTest : public testing::TestWithParam<int> {
  protected:
   RotorAeroModel plain{WuestVehicle().model.rotors(), 9.81};
