@@ -1,6 +1,7 @@
 #include "problems/rotor_data/rotor_slopes.h"
 
 #include "cost_functions/models/rotation.h"
+#include "problems/rotor_data/rotor_step.h"
 
 namespace trueline {
 namespace {
@@ -175,20 +176,16 @@ RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& inp
                               RotorState* x) {
   constexpr int kConstants = Model::kConstants, kFirst = Model::kMovingErrors;
   const RotorState start = *x;
+  RotorMidpointStep(model, input, disturbance.data(), dt, x->data());
   RotorPush first = PushWithSlope(model, start, input);
   first.force += disturbance.head<3>();
   first.turn += disturbance.tail<3>();
+  Eigen::Matrix<double, Model::kMoving, 1> rate;
+  model.base().Move(start.data(), Vec3<double>(first.force), Vec3<double>(first.turn), rate.data());
   RotorState middle = start;
-  Eigen::Matrix<double, Model::kMoving, 1> slope;
-  model.base().Move(start.data(), Vec3<double>(first.force), Vec3<double>(first.turn),
-                    slope.data());
-  middle.head<Model::kMoving>() += 0.5 * dt * slope;
+  middle.head<Model::kMoving>() += 0.5 * dt * rate;
   RotorPush second = PushWithSlope(model, middle, input);
   second.force += disturbance.head<3>();
-  second.turn += disturbance.tail<3>();
-  model.base().Move(middle.data(), Vec3<double>(second.force), Vec3<double>(second.turn),
-                    slope.data());
-  x->head<Model::kMoving>() += dt * slope;
 
   const Vector3d w = start.segment<3>(Base::kRate), w_m = middle.segment<3>(Base::kRate);
   const double quarter = 0.25 * dt;
