@@ -44,19 +44,29 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
   trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
-      what the model driven by rotor speeds gets wrong: drag, a weak rotor, a load that slips, ...
+      what the model driven by rotor speeds gets wrong: drag, a weak rotor, a load that slips, ...;
+      further flights after commas confirm here, too
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
-int RunRotors() {
+std::vector<trueline::FlightLog> ReadLogs() {
   trueline::EnsureWritable(FLAGS_out);
-  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  std::vector<trueline::FlightLog> logs;
+  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
+    logs.push_back(trueline::ReadNativeLog(directory));
+  }
+  return logs;
+}
+
+int RunRotors() {
+  const std::vector<trueline::FlightLog> logs = ReadLogs();
   const trueline::RotorDiagnosisOptions options{
-      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log), FLAGS_alpha};
-  const trueline::RotorDiagnosis diagnosis = trueline::DiagnoseRotors(log, options);
+      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()), FLAGS_alpha};
+  const trueline::RotorDiagnosis diagnosis = trueline::DiagnoseRotors(logs, options);
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteRotorDiagnosis(
-      diagnosis, trueline::Provenance(log, 0, trueline::ToYaml(options.calibration)), FLAGS_out);
+      diagnosis, trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)),
+      FLAGS_out);
   Report();
   if (!FLAGS_quiet) {
     fmt::print("{}", trueline::RotorDiagnosisTable(diagnosis));
@@ -85,11 +95,7 @@ int Run() {
                     .methods.vgd;
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
-  trueline::EnsureWritable(FLAGS_out);
-  std::vector<trueline::FlightLog> logs;
-  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
-    logs.push_back(trueline::ReadNativeLog(directory));
-  }
+  const std::vector<trueline::FlightLog> logs = ReadLogs();
   const trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteDiagnosis(

@@ -52,28 +52,47 @@ class RotorAeroModel {
     Vec3<T> turn;   // rad/s^2, angular acceleration
   };
 
-  // Of rotors and air. p_E_M stays where the centre of mass was as built: a centre that has moved
-  // by c since leaves it with the force of the centre less dw x c + w x (w x c).
+  // All rotors together in this state, with effects on them and the motors' unknowns away from the
+  // values that `input` holds at (of first order, so speeds are to be taken anew where far away).
   template <class T>
-  Push<T> PushOn(const T* x, const RotorInput& input) const {
+  Base::RotorSums<T> SumsOf(const T* x, const RotorInput& input) const {
     const T ground = effects_.GroundFactor(T(-x[Base::kPosition + 2]));
     const Base::RotorSums<double> sums = SumRotors(input);
     Base::RotorSums<T> flown{Times(ground, sums.force), Times(ground, sums.lever),
                              sums.reaction.template cast<T>()};
     if (!input.slopes.empty()) AddMotors(x, input, ground, &flown);
-    const auto wrench = Base::WrenchOf(x, flown);
+    return flown;
+  }
+  // d(SumsOf) / d(unknown j of the motors), the ground effect left out.
+  Base::RotorSums<double> SumSlopes(const RotorInput& input, int j) const {
+    return SumSquared(input.t, [&](int i) { return 2.0 * input.speeds[i] * input.slopes[i][j]; });
+  }
+  // rad/s.
+  static double SumOf(const RotorInput& input) {
+    double sum = 0.0;
+    for (const double speed : input.speeds) sum += speed;
+    return sum;
+  }
+
+  // Of rotors and air. p_E_M stays where the centre of mass was as built: a centre that has moved
+  // by c since leaves it with the force of the centre less dw x c + w x (w x c).
+  template <class T>
+  Push<T> PushOn(const T* x, const RotorInput& input) const {
+    const auto wrench = Base::WrenchOf(x, SumsOf(x, input));
     const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
+    const Vec3<T> v_B = AirSpeed(x);
+    const Vec3<T> moment = wrench.moment + effects_.AirMoment(v_B);
     Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
                          per_mass * wrench.force[2]) +
-                     AirForce(x, input.speeds),
+                     AirForce(x, v_B, SumOf(input)),
                  {}};
     const Eigen::Vector3d shift = effects_.CentreShift(input.t);
     if (shift.isZero(0.0)) {
-      push.turn = Base::AngularAcceleration(x, wrench.moment);
+      push.turn = Base::AngularAcceleration(x, moment);
       return push;
     }
     const Vec3<T> c = shift.cast<T>(), w = Base::Vector(x, Base::kRate);
-    push.turn = Base::AngularAcceleration(x, Vec3<T>(wrench.moment - Cross(c, wrench.force)));
+    push.turn = Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force)));
     push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
     return push;
   }
@@ -137,8 +156,6 @@ class RotorAeroModel {
     }
     return {force, lever, reaction};
   }
-  // What the sums become where the motors' unknowns are away from the values that `input` holds at;
-  // of first order, so speeds are to be taken anew where they are far away.
   template <class T>
   void AddMotors(const T* x, const RotorInput& input, const T& ground,
                  Base::RotorSums<T>* sums) const {
@@ -150,17 +167,15 @@ class RotorAeroModel {
       sums->reaction += Times(offset, slope.reaction);
     }
   }
-  // d(SumRotors) / d(unknown j of the motors).
-  Base::RotorSums<double> SumSlopes(const RotorInput& input, int j) const {
-    return SumSquared(input.t, [&](int i) { return 2.0 * input.speeds[i] * input.slopes[i][j]; });
+  // Velocity in body axes, m/s; the air stands still.
+  template <class T>
+  static Vec3<T> AirSpeed(const T* x) {
+    const Vec4<T> back = Conjugate(Vec4<T>(x[0], x[1], x[2], x[3]));
+    return RotateByUnit(back, Base::Vector(x, Base::kVelocity));
   }
   // Specific force of the air on body and rotors beyond thrust, in body axes.
   template <class T>
-  Vec3<T> AirForce(const T* x, const std::vector<double>& speeds) const {
-    const Vec4<T> back = Conjugate(Vec4<T>(x[0], x[1], x[2], x[3]));
-    const Vec3<T> v_B = RotateByUnit(back, Base::Vector(x, Base::kVelocity));
-    double sum = 0.0;
-    for (const double speed : speeds) sum += speed;
+  Vec3<T> AirForce(const T* x, const Vec3<T>& v_B, double sum) const {
     const Vec3<T> drag(x[kDrag] * v_B[0], x[kDrag + 1] * v_B[1],
                        (x[kDrag + 2] - T(sum) * x[kInflow]) * v_B[2]);
     return drag + effects_.AirForce(v_B, sum);

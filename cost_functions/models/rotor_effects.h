@@ -5,6 +5,8 @@
 //   rotor speed drag    f_xy += -k sum(omega) v_xy
 //   translational lift  f_z += -k (v_x^2 + v_y^2)
 //   ground effect       thrust is multiplied by 1 / (1 - (k / h)^2), h the height above p_z = 0
+//   air moment          M_x += -roll v_y, M_y += pitch v_x (body axes, about the centre of mass):
+//                       drag that acts above it, and blades that flap back in the wind of flight
 //   payload, com step   mass and its centre change once
 //   rotor tilt          all rotors' axes are turned by roll and pitch
 #pragma once
@@ -23,6 +25,8 @@ struct RotorEffects {
   double speed_drag = 0.0;        // k, 1
   double lift = 0.0;              // k, 1/m
   double ground = 0.0;            // k, m
+  double moment_roll = 0.0;       // N s
+  double moment_pitch = 0.0;      // N s
   double payload = 0.0;           // kg
   double payload_time = 0.0;      // s
   Eigen::Vector2d com{0.0, 0.0};  // dx, dy, m
@@ -59,6 +63,11 @@ struct RotorEffects {
   Vec3<T> AirForce(const Vec3<T>& v_B, double speed_sum) const {
     const T drag(-speed_drag * speed_sum);
     return Vec3<T>(drag * v_B[0], drag * v_B[1], T(-lift) * (v_B[0] * v_B[0] + v_B[1] * v_B[1]));
+  }
+  // Moment of the air about the centre of mass beyond that of thrust, N m, in body axes.
+  template <class T>
+  Vec3<T> AirMoment(const Vec3<T>& v_B) const {
+    return Vec3<T>(T(-moment_roll) * v_B[1], T(moment_pitch) * v_B[0], T(0.0));
   }
 };
 

@@ -61,13 +61,13 @@ Repeat RepeatOfFalseGate(const Cause& cause, CauseSearch* search) {
           Eigen::VectorXd::Constant(1, found->sigma), found->p};
 }
 
-Repeat RepeatOf(const Cause& cause, const Found& there, const ScoreTest& test) {
-  const char* outcome = "not shown";
-  if (test.p() < kAlpha) outcome = Agrees(cause, there.value, test.sigma) ? "repeats" : "differs";
-  return {"", outcome, there.value, test.sigma, test.p()};
-}
-
 }  // namespace
+
+Repeat RepeatOf(const Cause& cause, const Eigen::VectorXd& value, const ScoreTest& test) {
+  const char* outcome = "not shown";
+  if (test.p() < kAlpha) outcome = Agrees(cause, value, test.sigma) ? "repeats" : "differs";
+  return {"", outcome, value, test.sigma, test.p()};
+}
 
 void AddRepeats(const FlightLog& first, const FlightLog& log, const DiagnosisOptions& given,
                 std::vector<Cause>* causes) {
@@ -90,7 +90,7 @@ void AddRepeats(const FlightLog& first, const FlightLog& log, const DiagnosisOpt
   }
   if (!found.empty()) Refit(&search, &found);
   for (std::size_t k = 0; k < found.size(); ++k) {
-    repeats[tested[k]] = RepeatOf((*causes)[tested[k]], found[k], search.TestFound(found, k));
+    repeats[tested[k]] = RepeatOf((*causes)[tested[k]], found[k].value, search.TestFound(found, k));
   }
   for (std::size_t i = 0; i < causes->size(); ++i) {
     repeats[i].log = log.directory;

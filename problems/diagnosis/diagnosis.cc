@@ -253,7 +253,7 @@ Diagnosis Diagnose(const std::vector<FlightLog>& logs, const DiagnosisOptions& o
     AddRepeats(logs.front(), logs[i], options, &diagnosis.causes);
   }
   Confirm(&diagnosis.causes);
-  diagnosis.verdict = VerdictOf(diagnosis);
+  diagnosis.verdict = VerdictOf(diagnosis.causes, diagnosis.set_aside, diagnosis.unexplained_by);
   diagnosis.seconds = SecondsSince(start);
   return diagnosis;
 }

@@ -22,16 +22,15 @@ std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
   return findings;
 }
 
-std::string VerdictOf(const Diagnosis& diagnosis) {
+std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
+                      const std::vector<std::string>& unexplained_by) {
   const auto claimed = [](const Cause& c) { return c.confirmed.value_or(true); };
-  const auto& causes = diagnosis.causes;
   if (std::none_of(causes.begin(), causes.end(), claimed)) {
-    const bool clean =
-        causes.empty() && diagnosis.set_aside.empty() && diagnosis.unexplained_by.empty();
+    const bool clean = causes.empty() && set_aside.empty() && unexplained_by.empty();
     return clean ? "clean" : "unexplained";
   }
   // Something real is left: the causes are a part of the story.
-  if (!diagnosis.unexplained_by.empty()) return "unexplained";
+  if (!unexplained_by.empty()) return "unexplained";
   const bool ambiguous = std::any_of(causes.begin(), causes.end(), [&](const Cause& c) {
     return claimed(c) && !c.confused_with.empty();
   });

@@ -36,6 +36,7 @@ const std::vector<std::string>* ParametersOf(const std::string& id) {
       {"rotor_speed_drag", {"k"}},
       {"motor_lag", {"tau"}},
       {"translational_lift", {"k"}},
+      {"air_moment", {"roll", "pitch"}},
       {"ground_effect", {"k"}},
       {"payload_step", {"t_step", "mass"}},
       {"com_step", {"t_step", "dx", "dy"}},

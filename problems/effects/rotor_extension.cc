@@ -28,6 +28,11 @@ const std::map<std::string, Apply>& Appliers() {
       {"rotor_speed_drag", [](E e, X x) { x->effects.speed_drag = e["k"]; }},
       {"motor_lag", [](E e, X x) { x->motor_lag = e["tau"]; }},
       {"translational_lift", [](E e, X x) { x->effects.lift = e["k"]; }},
+      {"air_moment",
+       [](E e, X x) {
+         x->effects.moment_roll = e["roll"];
+         x->effects.moment_pitch = e["pitch"];
+       }},
       {"ground_effect", [](E e, X x) { x->effects.ground = e["k"]; }},
       {"payload_step",
        [](E e, X x) {

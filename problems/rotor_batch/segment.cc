@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/rotor_data/rotor_slopes.h"
 #include "problems/rotor_data/rotor_step.h"
 
 namespace trueline {
@@ -54,87 +55,51 @@ Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next)
 struct SegmentModel::Shot {
   Eigen::VectorXd readings;  // 6 for each IMU sample
   RotorState end;
-  Eigen::MatrixXd d_readings;  // rows x kErrors
-  Eigen::Matrix<double, kMoving, kErrors> d_end;
+  Eigen::MatrixXd d_readings;  // rows x kErrors, where asked for
+  RotorStepMatrix d_end;
 };
 
 SegmentModel::SegmentModel(const RotorAeroModel& model, const RotorData& data,
                            const RotorNoise& noise, RotorSegment segment)
     : model_(model), data_(data), noise_(noise), segment_(std::move(segment)) {}
 
-// `disturbance`: filled with d(rows) / d(all disturbances, each scaled to its sigma).
-SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives,
-                                       Eigen::MatrixXd* disturbance) const {
+SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives) const {
   Shot shot;
   shot.readings.resize(6 * segment_.num_imu);
-  if (!derivatives) {
-    RotorState x = x0;
-    const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
-    int row = 0;
-    for (const RotorSegment::Step& step : segment_.steps) {
-      if (step.imu >= 0) {
-        model_.Imu(x.data(), data_.InputAt(step.t), shot.readings.data() + row);
-        row += 6;
-      }
-      RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
-                        x.data());
-    }
-    x.head<4>().normalize();
-    shot.end = x;
-    return shot;
-  }
-  shot.d_readings.resize(6 * segment_.num_imu, kErrors);
-  if (disturbance != nullptr) {
-    disturbance->setZero(segment_.NumRows(), 6 * static_cast<int>(segment_.steps.size()));
-  }
-  std::array<RotorJet, Model::kStates> x;
-  std::array<RotorJet, 6> none, y;
-  none.fill(RotorJet(0.0));
-  SeedErrors(x0, x.data());
-  // A disturbance acts as if the start had been moved by A^-1 G, A the transition up to its end.
-  Eigen::Matrix<double, kMoving, Eigen::Dynamic> at_start(kMoving, 6 * segment_.steps.size());
-  int row = 0, column = 0;
+  if (derivatives) shot.d_readings.resize(6 * segment_.num_imu, kErrors);
+  shot.d_end.leftCols<kMoving>().setIdentity();
+  shot.d_end.rightCols<Model::kConstants>().setZero();
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  RotorState x = x0;
+  int row = 0;
   for (const RotorSegment::Step& step : segment_.steps) {
-    RotorState now;
-    for (int i = 0; i < Model::kStates; ++i) now[i] = x[i].a;
-    Eigen::Matrix<double, 6, 1> sigma;
-    sigma << Eigen::Vector3d::Constant(noise_.force_density / std::sqrt(step.dt)),
-        Eigen::Vector3d::Constant(noise_.angular_density / std::sqrt(step.dt));
-    if (step.imu >= 0) {
-      model_.Imu(x.data(), data_.InputAt(step.t), y.data());
-      for (int i = 0; i < 6; ++i) {
-        shot.readings[row + i] = y[i].a;
-        shot.d_readings.row(row + i) = y[i].v.transpose();
-      }
-      if (disturbance != nullptr) {
-        disturbance->block(row, 0, 6, column).noalias() =
-            shot.d_readings.block(row, 0, 6, kMoving) * at_start.leftCols(column);
-        disturbance->block(row, column, 6, 6) = DisturbanceFeedthrough(now) * sigma.asDiagonal();
-      }
-      row += 6;
+    if (step.imu >= 0 && derivatives) {
+      const RotorReading reading = ReadWithSlope(model_, x, data_.InputAt(step.t));
+      shot.readings.segment<6>(row) = reading.y;
+      auto d_reading = shot.d_readings.middleRows<6>(row);
+      d_reading.noalias() = reading.slope.leftCols<kMoving>() * shot.d_end;
+      d_reading.rightCols<Model::kConstants>() += reading.slope.rightCols<Model::kConstants>();
+    } else if (step.imu >= 0) {
+      model_.Imu(x.data(), data_.InputAt(step.t), shot.readings.data() + row);
     }
-    RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
-                      x.data());
-    if (disturbance != nullptr) {
-      const Eigen::Matrix<double, kMoving, kMoving> transition =
-          MovingSensitivity(x.data()).leftCols<kMoving>();
-      at_start.middleCols<6>(column) =
-          transition.partialPivLu().solve(DisturbanceInput(now, step.dt) * sigma.asDiagonal());
+    if (step.imu >= 0) row += 6;
+    const RotorInput input = data_.InputAt(step.t + 0.5 * step.dt);
+    if (!derivatives) {
+      RotorMidpointStep(model_, input, none.data(), step.dt, x.data());
+      continue;
     }
-    column += 6;
+    const RotorStepMatrix F = StepWithSlope(model_, input, none, step.dt, &x);
+    shot.d_end = (F.leftCols<kMoving>() * shot.d_end).eval();
+    shot.d_end.rightCols<Model::kConstants>() += F.rightCols<Model::kConstants>();
   }
-  shot.d_end = MovingSensitivity(x.data());
-  for (int i = 0; i < Model::kStates; ++i) shot.end[i] = x[i].a;
-  shot.end.head<4>().normalize();
-  if (disturbance != nullptr) {
-    disturbance->bottomRows(kMoving) = shot.d_end.leftCols<kMoving>() * at_start;
-  }
+  x.head<4>().normalize();
+  shot.end = x;
   return shot;
 }
 
 SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& next,
                                        const RotorConstants& constants, bool derivatives) const {
-  const Shot shot = Shoot(Joined(start, constants), derivatives, nullptr);
+  const Shot shot = Shoot(Joined(start, constants), derivatives);
   const int readings = 6 * segment_.num_imu;
   SegmentResidual residual;
   residual.error.resize(segment_.NumRows());
@@ -162,10 +127,39 @@ SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& 
   return residual;
 }
 
+// d(rows) / d(all disturbances, each scaled to its sigma).
+Eigen::MatrixXd SegmentModel::Disturbed(const RotorState& x0) const {
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const auto count = static_cast<Eigen::Index>(6 * segment_.steps.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(segment_.NumRows(), count);
+  Eigen::Matrix<double, kMoving, Eigen::Dynamic> moved(kMoving, count);
+  RotorState x = x0;
+  int row = 0, column = 0;
+  for (const RotorSegment::Step& step : segment_.steps) {
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << Eigen::Vector3d::Constant(noise_.force_density / std::sqrt(step.dt)),
+        Eigen::Vector3d::Constant(noise_.angular_density / std::sqrt(step.dt));
+    if (step.imu >= 0) {
+      const RotorReading reading = ReadWithSlope(model_, x, data_.InputAt(step.t));
+      rows.block(row, 0, 6, column).noalias() =
+          reading.slope.leftCols<kMoving>() * moved.leftCols(column);
+      rows.block<6, 6>(row, column) = DisturbanceFeedthrough(x) * sigma.asDiagonal();
+      row += 6;
+    }
+    moved.middleCols<6>(column) = DisturbanceInput(x, step.dt) * sigma.asDiagonal();
+    const RotorStepMatrix F =
+        StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), none, step.dt, &x);
+    moved.leftCols(column) = (F.leftCols<kMoving>() * moved.leftCols(column)).eval();
+    column += 6;
+  }
+  rows.bottomRows<kMoving>() = moved;
+  return rows;
+}
+
 void SegmentModel::SetWeight(const RotorNode& start, const RotorConstants& constants) {
-  Eigen::MatrixXd disturbance;
-  Shoot(Joined(start, constants), true, &disturbance);
-  Eigen::MatrixXd cov = disturbance * disturbance.transpose();
+  const Eigen::MatrixXd disturbed = Disturbed(Joined(start, constants));
+  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(disturbed.rows(), disturbed.rows());
+  cov.selfadjointView<Eigen::Lower>().rankUpdate(disturbed);
   for (int i = 0; i < segment_.num_imu; ++i) {
     cov.diagonal().segment<3>(6 * i).array() += noise_.accel * noise_.accel;
     cov.diagonal().segment<3>(6 * i + 3).array() += noise_.gyro * noise_.gyro;

@@ -48,7 +48,8 @@ class SegmentModel {
   SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
                            const RotorConstants& constants, bool derivatives) const;
   // Small pushes on the vehicle that a model lacks, at a time and state: specific force [m/s^2],
-  // then angular acceleration [rad/s^2], by unit of size: 6 x columns.
+  // then angular acceleration [rad/s^2], by unit of size: 6 x columns. Below them, what
+  // accelerometer [m/s^2] and gyro [rad/s] read beyond the motion: 6 x columns more.
   using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
   // d(error of Evaluate) / d(size of each push): rows x columns, not whitened.
   Eigen::MatrixXd Respond(const RotorNode& start, const RotorNode& next,
@@ -65,7 +66,8 @@ class SegmentModel {
 
  private:
   struct Shot;  // readings, end and derivatives by the start
-  Shot Shoot(const RotorState& x, bool derivatives, Eigen::MatrixXd* disturbance) const;
+  Shot Shoot(const RotorState& x, bool derivatives) const;
+  Eigen::MatrixXd Disturbed(const RotorState& x) const;
 
   const RotorAeroModel& model_;
   const RotorData& data_;

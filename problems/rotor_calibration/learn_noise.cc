@@ -16,17 +16,19 @@ constexpr double kLastStep = 0.15;  // of the logarithm
 constexpr double kRange = 100.0;
 constexpr int kMostRuns = 150;
 
-// `point`, where not null: gets where the filter was linearised, for runs with options nearby.
-double LogLikelihood(const RotorAeroModel& model, const RotorData& data,
-                     const RotorEkfOptions& options, RotorConstants* point = nullptr) {
+// Of log likelihood minus infinity where the filter diverges: such noise does not fit.
+RotorEkfRun Run(const RotorAeroModel& model, const RotorData& data,
+                const RotorEkfOptions& options) {
+  RotorEkfRun run;
   try {
-    const RotorEkfRun run = RunRotorEkf(model, data, options);
-    if (!std::isfinite(run.log_likelihood)) return -std::numeric_limits<double>::infinity();
-    if (point != nullptr) *point = run.point;
-    return run.log_likelihood;
-  } catch (const InputError&) {  // it diverged: this noise does not fit
-    return -std::numeric_limits<double>::infinity();
+    run = RunRotorEkf(model, data, options);
+  } catch (const InputError&) {
+    run.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   }
+  if (!std::isfinite(run.log_likelihood)) {
+    run.log_likelihood = -std::numeric_limits<double>::infinity();
+  }
+  return run;
 }
 
 }  // namespace
@@ -36,10 +38,9 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
                         double first_step) {
   RotorEkfOptions best = options;
   LearnedNoise learned;
-  RotorConstants point = options.prior.mean;
-  const double first = LogLikelihood(model, data, options, &point);
-  best.point = point;
-  double value = first;
+  RotorEkfRun leader = Run(model, data, options);
+  const double first = leader.log_likelihood;
+  best.point = std::isfinite(first) ? leader.point : options.prior.mean;
   learned.runs = 1;
   std::array<double, 6> steps;
   steps.fill(first_step);
@@ -54,13 +55,16 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
       figure *= std::exp(steps[i]);
       const double ratio = figure / (stated.*kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
-      const double likelihood = inside ? LogLikelihood(model, data, trial, &point)
-                                       : -std::numeric_limits<double>::infinity();
       ++learned.runs;
-      if (likelihood > value) {
-        value = likelihood;
+      // Runs start where the leader was linearised, and end once they are far behind it.
+      trial.rival = leader.likelihoods.empty() ? nullptr : &leader.likelihoods;
+      RotorEkfRun run;
+      if (inside) run = Run(model, data, trial);
+      if (inside && run.log_likelihood > leader.log_likelihood) {
+        trial.rival = nullptr;
         best = trial;
-        best.point = point;
+        best.point = run.point;
+        leader = std::move(run);
       } else {
         steps[i] *= -0.5;
       }
@@ -68,7 +72,7 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
   }
   learned.noise = best.noise;
   learned.point = *best.point;
-  learned.gain = value - first;
+  learned.gain = leader.log_likelihood - first;
   return learned;
 }
 
@@ -77,7 +81,7 @@ double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
   const auto likelihood = [&](double delay) {
     RotorData shifted = data;
     for (double& t : shifted.speed_times) t += delay;
-    return LogLikelihood(model, shifted, options);
+    return Run(model, shifted, options).log_likelihood;
   };
   constexpr double kFinest = 0.0025;  // s
   double best = 0.0, value = likelihood(0.0);

@@ -59,6 +59,12 @@ std::vector<EffectInfo> MakeCatalogue() {
        {{"k", "1/m", 0.01, 0.5, 0.002, false}},
        "rotors that move sideways meet more air: thrust grows with horizontal air speed",
        kFasterAndSlower},
+      {"air_moment",
+       kForce,
+       {{"roll", "N s", 1e-5, 0.1, 1e-6}, {"pitch", "N s", 1e-5, 0.1, 1e-6}},
+       "air that meets the vehicle turns it: drag acts above or below the centre of mass, and "
+       "blades that flap lift the side that meets the wind",
+       kFasterAndSlower},
       {"ground_effect",
        kThrust,
        {{"k", "m", 0.1, 0.6, 0.02, false}},

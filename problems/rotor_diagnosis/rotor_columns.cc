@@ -57,9 +57,12 @@ struct Situation {
 
 using Term = std::function<Vector3d(const Situation&)>;
 
+// Specific force and angular acceleration of the vehicle, or what sensors read beyond its motion.
+enum class TermOn { kForce, kTurn, kAccelerometer, kGyro };
+
 struct NamedTerms {
   std::string name;
-  bool moment;  // angular acceleration, else specific force
+  TermOn on;
   std::vector<Term> terms;
 };
 
@@ -76,39 +79,47 @@ std::vector<Term> Along(const std::vector<int>& axes,
 
 const std::vector<NamedTerms>& Library() {
   using S = const Situation&;
+  using enum TermOn;
+  const auto thrust = [](S a) { return a.thrust; };
   static const std::vector<NamedTerms> library = {
-      {"square of speed", false, {[](S a) -> Vector3d { return a.v_B.norm() * a.v_B; }}},
+      {"square of speed", kForce, {[](S a) -> Vector3d { return a.v_B.norm() * a.v_B; }}},
       {"sideways speed, across axes",
-       false,
+       kForce,
        {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
         [](S a) { return Vector3d(0, a.v_B.x(), 0); }}},
-      {"turn rates, as a force", false, Along({0, 1, 2}, [](S a) { return a.w_B.norm(); })},
-      {"thrust, as a force", false, Along({0, 1, 2}, [](S a) { return a.thrust; })},
-      {"square of thrust", false, Along({2}, [](S a) { return a.thrust * a.thrust; })},
-      {"time, as a force in body axes", false, Along({0, 1, 2}, [](S a) { return a.s; })},
+      {"turn rates, as a force", kForce, Along({0, 1, 2}, [](S a) { return a.w_B.norm(); })},
+      {"thrust, as a force", kForce, Along({0, 1, 2}, thrust)},
+      {"square of thrust", kForce, Along({2}, [](S a) { return a.thrust * a.thrust; })},
+      {"time, as a force in body axes", kForce, Along({0, 1, 2}, [](S a) { return a.s; })},
       {"place, north to south",
-       false,
+       kForce,
        {[](S a) -> Vector3d { return a.p_E.x() * a.R_E_B.row(0).transpose(); },
         [](S a) -> Vector3d { return a.p_E.x() * a.R_E_B.row(1).transpose(); }}},
       {"place, east to west",
-       false,
+       kForce,
        {[](S a) -> Vector3d { return a.p_E.y() * a.R_E_B.row(0).transpose(); },
         [](S a) -> Vector3d { return a.p_E.y() * a.R_E_B.row(1).transpose(); }}},
       {"a force from one side",
-       false,
+       kForce,
        {[](S a) -> Vector3d { return a.R_E_B.row(0).transpose(); },
         [](S a) -> Vector3d { return a.R_E_B.row(1).transpose(); }}},
       {"turn rates, as a moment",
-       true,
+       kTurn,
        {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
         [](S a) { return Vector3d(0, a.w_B.y(), 0); },
         [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
       {"speed, as a moment",
-       true,
+       kTurn,
        {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
         [](S a) { return Vector3d(0, a.v_B.x(), 0); }}},
-      {"time, as a moment", true, Along({0, 1, 2}, [](S a) { return a.s; })},
-      {"a constant moment", true, Along({2}, [](S) { return 1.0; })},
+      {"time, as a moment", kTurn, Along({0, 1, 2}, [](S a) { return a.s; })},
+      {"thrust, as the accelerometer reads it", kAccelerometer, Along({0, 1, 2}, thrust)},
+      {"turn rates, as the gyro reads them",
+       kGyro,
+       {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
+        [](S a) { return Vector3d(0, a.w_B.y(), 0); },
+        [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
+      {"a constant moment", kTurn, Along({2}, [](S) { return 1.0; })},
   };
   return library;
 }
@@ -119,7 +130,8 @@ RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& con
   RotorLibrary library;
   for (const NamedTerms& named : Library()) {
     const int count = static_cast<int>(named.terms.size());
-    library.terms.push_back({named.name, library.columns, count});
+    const bool of_sensor = named.on == TermOn::kAccelerometer || named.on == TermOn::kGyro;
+    library.terms.push_back({named.name, library.columns, count, of_sensor});
     library.columns += count;
   }
   const RotorData& data = world.data;
@@ -142,7 +154,7 @@ RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& con
     for (const NamedTerms& named : Library()) {
       for (const Term& term : named.terms) {
         push->col(column).setZero();
-        push->col(column).segment<3>(named.moment ? 3 : 0) = term(at);
+        push->col(column).segment<3>(3 * static_cast<int>(named.on)) = term(at);
         ++column;
       }
     }
@@ -165,10 +177,10 @@ RotorColumns ColumnsOf(const RotorWorld& world, std::vector<RotorVariant> varian
       const auto moved_push = variant.data != nullptr
                                   ? variant.model.PushOn(moved.data(), variant.data->InputAt(t))
                                   : variant.model.PushOn(moved.data(), input);
-      out->col(i) << moved_push.force - base.force, moved_push.turn - base.turn;
+      out->col(i).head<6>() << moved_push.force - base.force, moved_push.turn - base.turn;
     }
     if (terms == 0) return;
-    Eigen::MatrixXd described(6, terms);
+    Eigen::MatrixXd described = Eigen::MatrixXd::Zero(12, terms);
     library->push(t, x, &described);
     out->rightCols(terms) = described;
   };

@@ -37,10 +37,12 @@ RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& opti
                        double move);
 
 // Terms of no effect: products of velocity, rates, thrust, place and time, as specific force or
-// angular acceleration. They describe a residual, and name no cause.
+// angular acceleration or as a reading beside the motion. They describe a residual, and name no
+// cause.
 struct RotorTerm {
   std::string name;  // what the residual goes with
   int first, count;  // columns
+  bool of_sensor;    // read, and no motion of the vehicle
 };
 // Of one flight; `world` must outlive it.
 struct RotorLibrary {

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "problems/diagnosis/confirm.h"
+#include "problems/diagnosis/verdict.h"
+#include "problems/rotor_diagnosis/rotor_confirm.h"
 #include "problems/rotor_diagnosis/rotor_gain.h"
 #include "problems/rotor_diagnosis/rotor_rounds.h"
 #include "problems/rotor_diagnosis/rotor_rows.h"
@@ -61,13 +64,6 @@ double RmsOf(const std::vector<Eigen::Matrix<double, 6, 1>>& values) {
   return std::sqrt(sum / (6.0 * static_cast<double>(values.size())));
 }
 
-std::string VerdictOf(const RotorDiagnosis& diagnosis) {
-  if (diagnosis.causes.empty()) return diagnosis.unexplained_by.empty() ? "clean" : "unexplained";
-  const bool ambiguous = std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
-                                     [](const Cause& c) { return !c.confused_with.empty(); });
-  return ambiguous ? "ambiguous" : "explained";
-}
-
 void StoreRows(const RotorSearch& search, const std::vector<Eigen::Matrix<double, 6, 1>>& before,
                RotorDiagnosis* diagnosis) {
   const std::vector<Eigen::Matrix<double, 6, 1>> after = SegmentDisturbances(search);
@@ -82,9 +78,7 @@ void StoreRows(const RotorSearch& search, const std::vector<Eigen::Matrix<double
   diagnosis->whiteness_p = WhitenessOf(times, after);
 }
 
-}  // namespace
-
-RotorDiagnosis DiagnoseRotors(const FlightLog& log, const RotorDiagnosisOptions& options) {
+RotorDiagnosis DiagnoseOne(const FlightLog& log, const RotorDiagnosisOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   RotorDiagnosis diagnosis;
   diagnosis.warnings = log.warnings;
@@ -115,7 +109,20 @@ RotorDiagnosis DiagnoseRotors(const FlightLog& log, const RotorDiagnosisOptions&
     const Gain gain = MeasureRotorGain(log, search, rounds.found);
     for (Cause& cause : diagnosis.causes) cause.gain = gain;
   }
-  diagnosis.verdict = VerdictOf(diagnosis);
+  return diagnosis;
+}
+
+}  // namespace
+
+RotorDiagnosis DiagnoseRotors(const std::vector<FlightLog>& logs,
+                              const RotorDiagnosisOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  RotorDiagnosis diagnosis = DiagnoseOne(logs.front(), options);
+  for (std::size_t i = 1; i < logs.size(); ++i) {
+    AddRotorRepeats(logs[i], options, &diagnosis.causes);
+  }
+  Confirm(&diagnosis.causes);
+  diagnosis.verdict = VerdictOf(diagnosis.causes, {}, diagnosis.unexplained_by);
   diagnosis.seconds = SecondsSince(start);
   return diagnosis;
 }

@@ -41,7 +41,9 @@ struct RotorDiagnosis {
   double base_seconds = 0.0, seconds = 0.0;
 };
 
-// Throws InputError for logs without the streams that are needed, or too short.
-RotorDiagnosis DiagnoseRotors(const FlightLog& log, const RotorDiagnosisOptions& options);
+// Causes are searched on the first flight; each counts only if it repeats on the others, where
+// there are any. Throws InputError for logs without the streams that are needed, or too short.
+RotorDiagnosis DiagnoseRotors(const std::vector<FlightLog>& logs,
+                              const RotorDiagnosisOptions& options);
 
 }  // namespace trueline

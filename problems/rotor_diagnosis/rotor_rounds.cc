@@ -7,8 +7,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kClearlyBetter = 10.0;  // of merit, of terms that are no effect
-
 // An effect that was found is not looked for again, but for the loss of another rotor.
 std::vector<Candidate> Without(std::vector<Candidate> candidates,
                                const std::vector<RotorFound>& found) {
@@ -36,7 +34,7 @@ RotorFound Refined(const RotorTested& best, RotorSearch* search) {
     constexpr int kTried = 17;
     double range = StepSpacing(search->world().data);
     for (int round = 0; round < 2; ++round, range /= 8.0) {
-      for (RotorTested& t : search->TestAll(StepsAround(sharp.candidate, range, kTried))) {
+      for (RotorTested& t : search->Test(StepsAround(sharp.candidate, range, kTried))) {
         if (t.gain > sharp.gain && Plausible(t.candidate, t.value)) sharp = t;
       }
     }
@@ -44,15 +42,18 @@ RotorFound Refined(const RotorTested& best, RotorSearch* search) {
   return {sharp.candidate, sharp.value};
 }
 
-std::vector<std::string> Stands(const std::vector<RotorDescribed>& described, double alpha,
-                                double merit) {
-  std::vector<std::string> names;
+// True where the vehicle itself moves in a way that is clearly no effect's. Readings that are off
+// leave its motion to be explained.
+bool BeyondEffects(const std::vector<RotorDescribed>& described, double alpha, double merit,
+                   std::vector<std::string>* names) {
+  bool beyond = false;
+  names->clear();
   for (const RotorDescribed& d : described) {
-    if (d.p * static_cast<double>(described.size()) < alpha && d.merit > merit + kClearlyBetter) {
-      names.push_back(d.name);
-    }
+    if (!d.Stands(alpha, d.of_sensor ? 0.0 : merit)) continue;
+    names->push_back(d.name);
+    beyond = beyond || !d.of_sensor;
   }
-  return names;
+  return beyond;
 }
 
 bool DropExplainedAway(const RotorSearch& search, double alpha, std::vector<Candidate>* candidates,
@@ -84,9 +85,8 @@ RotorRounds SearchRotorCauses(std::vector<Candidate> candidates, double chance, 
     }
     const RotorTested* best = Best(tested, alpha);
     const double merit = best == nullptr ? 0.0 : best->Merit();
-    rounds.unexplained_by = Stands(search->described(), chance, merit);
-    if (best == nullptr || round == max_causes) break;
-    if (!rounds.unexplained_by.empty()) break;
+    const bool beyond = BeyondEffects(search->described(), chance, merit, &rounds.unexplained_by);
+    if (best == nullptr || round == max_causes || beyond) break;
     rounds.p.push_back(std::min(1.0, best->p * tried));
     rounds.confused.push_back(ConfusedWith(tested, *best));
     rounds.found.push_back(Refined(*best, search));

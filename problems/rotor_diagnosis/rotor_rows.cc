@@ -7,7 +7,9 @@ namespace trueline {
 std::vector<Eigen::Matrix<double, 6, 1>> SegmentDisturbances(const RotorSearch& search) {
   const RotorWorld& world = search.world();
   const RotorBatchResult& batch = search.batch();
-  const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) { out->setIdentity(6, 6); };
+  const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) {
+    out->setIdentity(12, 6);
+  };
   std::vector<Eigen::Matrix<double, 6, 1>> disturbances;
   std::vector<RotorSegment> segments = CutSegments(world.data);
   for (std::size_t i = 0; i < segments.size(); ++i) {

@@ -31,9 +31,18 @@ struct RotorTested {
 
 inline const Eigen::VectorXd& ValueOf(const RotorTested& t) { return t.value; }
 
+// A term of the library: what the residual goes with.
 struct RotorDescribed {
   std::string name;
-  double p, merit;
+  double p;      // after the correction for the number of terms
+  double merit;  // as RotorTested::Merit
+  bool of_sensor;
+
+  // Explains clearly more than what has `merit`.
+  bool Stands(double alpha, double than) const {
+    constexpr double kClearlyBetter = 10.0;
+    return p < alpha && merit > than + kClearlyBetter;
+  }
 };
 
 class RotorSearch {
@@ -48,8 +57,13 @@ class RotorSearch {
   void Fit(std::vector<RotorFound>* found);
   // Solves with the causes at their values.
   void Refit(const std::vector<RotorFound>& found);
-  // All candidates and the library on top of the last Fit.
+  // All candidates on top of the last Fit, and the library, for described(). Where a sensor's
+  // readings explain clearly more than any effect, effects are judged beside them.
   std::vector<RotorTested> TestAll(const std::vector<Candidate>& candidates);
+  // The candidates alone.
+  std::vector<RotorTested> Test(const std::vector<Candidate>& candidates) {
+    return TestWith(nullptr, candidates);
+  }
   const std::vector<RotorDescribed>& described() const { return described_; }
   // One cause of the last Fit against the model without it, the others kept; sizes in its units.
   ScoreTest TestFound(const std::vector<RotorFound>& found, std::size_t which) const;
@@ -67,6 +81,8 @@ class RotorSearch {
   std::vector<RotorVariant> VariantsFor(const Candidate& candidate, const Eigen::VectorXd& value,
                                         const std::vector<Effect>& others) const;
   bool Step(std::vector<RotorFound>* found) const;
+  std::vector<RotorTested> TestWith(const RotorLibrary* library,
+                                    const std::vector<Candidate>& candidates);
 
   const FlightLog& log_;
   RotorCalibrationOptions options_;  // noise and delay as learned

@@ -7,6 +7,8 @@
 namespace trueline {
 namespace {
 
+constexpr double kReadOff = 0.01;  // chance, over all terms, of taking good readings for bad ones
+
 TestedSystem SystemOf(const RotorNormal& normal) {
   return {normal.M(), normal.b(), [&normal](const Eigen::VectorXd& e, const Eigen::MatrixXd& v) {
             return normal.ClusterProducts(e, v);
@@ -59,6 +61,12 @@ Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& st
 }
 
 std::vector<RotorTested> RotorSearch::TestAll(const std::vector<Candidate>& candidates) {
+  const RotorLibrary library = MakeRotorLibrary(*world_, batch_.mean);
+  return TestWith(&library, candidates);
+}
+
+std::vector<RotorTested> RotorSearch::TestWith(const RotorLibrary* library,
+                                               const std::vector<Candidate>& candidates) {
   std::vector<RotorVariant> variants;
   const auto add = [&](const Candidate& candidate, const Eigen::VectorXd& value,
                        const std::vector<Effect>& others) {
@@ -72,32 +80,46 @@ std::vector<RotorTested> RotorSearch::TestAll(const std::vector<Candidate>& cand
   const std::vector<int> own = Range(0, static_cast<int>(variants.size()));
   for (const Candidate& candidate : candidates) add(candidate, candidate.Neutral(), effects_);
   const int all = static_cast<int>(variants.size());
-  const RotorLibrary library = MakeRotorLibrary(*world_, batch_.mean);
   const RotorNormal normal(world_->model, world_->data, BatchOptions(), batch_,
-                           ColumnsOf(*world_, std::move(variants), &library), kRotorCluster);
+                           ColumnsOf(*world_, std::move(variants), library), kRotorCluster);
+  std::vector<int> beside = own, read;  // columns that are no candidate's
   const auto test = [&](int first, const Eigen::VectorXd& ordinary) {
-    std::vector<int> columns = own;
+    std::vector<int> columns = beside;
     for (const int c : Range(first, static_cast<int>(ordinary.size()))) columns.push_back(c);
     return TestLast(normal.Select(columns), ordinary);
   };
-  std::vector<RotorTested> tested;
-  int first = static_cast<int>(own.size());
-  for (const Candidate& candidate : candidates) {
-    const Eigen::VectorXd ordinary = OrdinarySteps(*candidate.info);
-    const ScoreTest score = test(first, ordinary);
-    const double gain = test(first, Eigen::VectorXd::Zero(ordinary.size())).chi2;
-    first += static_cast<int>(ordinary.size());
-    const double p =
-        std::min(1.0, score.p() * std::max(1, CountOf(candidates, candidate.info->id)));
-    tested.push_back({candidate, candidate.Neutral() + SizesFromSteps(*candidate.info, score.value),
-                      score, gain, p});
-  }
+  const auto test_each = [&] {
+    std::vector<RotorTested> tested;
+    int first = static_cast<int>(own.size());
+    for (const Candidate& c : candidates) {
+      const Eigen::VectorXd ordinary = OrdinarySteps(*c.info);
+      const ScoreTest score = test(first, ordinary);
+      const double gain = test(first, Eigen::VectorXd::Zero(ordinary.size())).chi2;
+      first += static_cast<int>(ordinary.size());
+      const double p = std::min(1.0, score.p() * std::max(1, CountOf(candidates, c.info->id)));
+      tested.push_back({c, c.Neutral() + SizesFromSteps(*c.info, score.value), score, gain, p});
+    }
+    return tested;
+  };
+  std::vector<RotorTested> tested = test_each();
+  if (library == nullptr) return tested;
+  double merit = 0.0;
+  for (const RotorTested& t : tested) merit = std::max(merit, t.Merit());
+  const auto describe = [&](bool of_sensor) {
+    for (const RotorTerm& term : library->terms) {
+      if (term.of_sensor != of_sensor) continue;
+      const ScoreTest score = test(all + term.first, Eigen::VectorXd::Zero(term.count));
+      described_.push_back({term.name, score.p() * static_cast<double>(library->terms.size()),
+                            score.chi2 - 2.0 * term.count, of_sensor});
+      if (!of_sensor || !described_.back().Stands(kReadOff, merit)) continue;
+      for (const int c : Range(all + term.first, term.count)) read.push_back(c);
+    }
+  };
   described_.clear();
-  for (const RotorTerm& term : library.terms) {
-    const ScoreTest score = test(all + term.first, Eigen::VectorXd::Zero(term.count));
-    described_.push_back({term.name, score.p(), score.chi2 - 2.0 * term.count});
-  }
-  return tested;
+  describe(true);
+  beside.insert(beside.end(), read.begin(), read.end());
+  describe(false);
+  return read.empty() ? tested : test_each();
 }
 
 ScoreTest RotorSearch::TestFound(const std::vector<RotorFound>& found, std::size_t which) const {

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "problems/common/error.h"
 #include "problems/rotor_data/pose_prediction.h"
+#include "problems/rotor_data/rotor_slopes.h"
 #include "problems/rotor_data/rotor_step.h"
 #include "problems/rotor_data/rough_nodes.h"
+#include "problems/rotor_ekf/unknowns.h"
 
 namespace trueline {
 namespace {
@@ -18,6 +21,7 @@ constexpr int kMoving = Model::kMovingErrors;
 constexpr int kNoise = 6;
 constexpr double kLongestStep = 0.01;  // s; longer gaps in the IMU are stepped through
 constexpr double kSettling = 1.0;      // s, before innovations are judged
+constexpr double kFarBehind = 30.0;    // of log likelihood
 constexpr double kSettled = 0.1;       // sigmas, by which a pass may still move its constants
 using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 
@@ -27,22 +31,27 @@ class Filter {
       : model_(model),
         data_(data),
         options_(options),
+        unknowns_(options.prior.Free()),
         point_(options.point.value_or(options.prior.mean)) {}
 
   RotorEkfRun Run() {
     const double begin = data_.poses.front().t;
-    const int passes = options_.prior.Free().empty() ? 0 : options_.passes;
-    for (int pass = 0; pass < passes; ++pass) {
+    const int passes = unknowns_.num_constants() == 0 ? 0 : options_.passes;
+    bool settled = false;
+    Start();
+    for (int pass = 0; pass < passes && !settled; ++pass) {
       Start();
       FlyUntil(begin + options_.start_seconds);
-      if (MovePoint()) break;
+      settled = MovePoint();
     }
-    Start();
-    if (passes > 0) FlyUntil(begin + options_.start_seconds);
+    if (!settled && passes > 0) {
+      Start();
+      FlyUntil(begin + options_.start_seconds);
+    }
     held_ = false;
     FlyUntil(data_.poses.back().t);
     run_.state = x_;
-    run_.cov = cov_;
+    run_.cov = unknowns_.WholeCovariance(cov_);
     run_.point = point_;
     return run_;
   }
@@ -51,17 +60,21 @@ class Filter {
   // At the first pose, knowing the prior.
   void Start() {
     x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
-    RotorError sigma;
-    sigma << Eigen::Vector3d::Constant(options_.sigma_attitude),
+    Eigen::VectorXd sigma(unknowns_.size());
+    sigma.head<kMoving>() << Eigen::Vector3d::Constant(options_.sigma_attitude),
         Eigen::Vector3d::Constant(options_.sigma_position),
         Eigen::Vector3d::Constant(options_.sigma_velocity),
-        Eigen::Vector3d::Constant(options_.sigma_rate), options_.prior.sigma;
+        Eigen::Vector3d::Constant(options_.sigma_rate);
+    for (int k = 0; k < unknowns_.num_constants(); ++k) {
+      sigma[kMoving + k] = options_.prior.sigma[unknowns_.constant(k)];
+    }
     cov_ = sigma.cwiseAbs2().asDiagonal();
     held_ = true;
     t_ = data_.poses.front().t;
     pose_ = imu_ = 0;
     while (imu_ < data_.imu.size() && data_.imu[imu_].t < t_) ++imu_;
     run_.history.clear();
+    run_.likelihoods.clear();
     run_.log_likelihood = 0.0;
   }
 
@@ -71,7 +84,18 @@ class Filter {
       Propagate(data_.poses[pose_].t);
       UpdateWithPose(data_.poses[pose_]);
       run_.history.push_back(Estimate(t_));
+      run_.likelihoods.push_back(run_.log_likelihood);
+      if (!held_ && Hopeless()) return;
     }
+  }
+
+  // Far behind the run that this one is compared with.
+  bool Hopeless() {
+    if (options_.rival == nullptr) return false;
+    const std::size_t now = run_.likelihoods.size() - 1;
+    if (!(run_.log_likelihood < (*options_.rival)[now] - kFarBehind)) return false;
+    run_.log_likelihood = -std::numeric_limits<double>::infinity();
+    return true;
   }
 
   // To where a pass ended, within three of the prior's sigmas of where it was, mass and inertia to
@@ -84,9 +108,10 @@ class Filter {
     point_ = x_.tail<Model::kConstants>().cwiseMax(from - reach).cwiseMin(from + reach);
     point_.head<kPositive>() = point_.head<kPositive>().cwiseMax(0.5 * from.head<kPositive>());
     double move = 0.0;
-    for (const int i : options_.prior.Free()) {
-      const int error = Model::kMovingErrors + i;
-      move = std::max(move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(error, error)));
+    for (int k = 0; k < unknowns_.num_constants(); ++k) {
+      const int i = unknowns_.constant(k);
+      move =
+          std::max(move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(kMoving + k, kMoving + k)));
     }
     return move < kSettled;
   }
@@ -114,71 +139,76 @@ class Filter {
     }
   }
 
+  // A step's disturbance after the reading at its start (if any): mean, and covariance with the
+  // state (6 x size) and with itself.
+  struct Held {
+    Disturbance mean;
+    Unknowns::Rows<kNoise> with_state;
+    Eigen::Matrix<double, kNoise, kNoise> cov;
+  };
+
   // One step; the reading at its start (if any) also tells of the disturbance held over it.
   void Step(double t, double dt, const RotorImu* imu) {
     const RotorNoise& noise = options_.noise;
-    Disturbance variance, w = Disturbance::Zero();
+    Disturbance variance;
     variance << Eigen::Vector3d::Constant(std::pow(noise.force_density, 2) / dt),
         Eigen::Vector3d::Constant(std::pow(noise.angular_density, 2) / dt);
-    Augmented cov = Augmented::Zero();
-    cov.topLeftCorner<kErrors, kErrors>() = cov_;
-    cov.bottomRightCorner<kNoise, kNoise>() = variance.asDiagonal();
-    if (imu != nullptr) w = UpdateWithImu(t, *imu, &cov);
-    Predict(t, dt, w, cov);
+    Held held{Disturbance::Zero(), {}, variance.asDiagonal()};
+    held.with_state.setZero(kNoise, unknowns_.size());
+    if (imu != nullptr) UpdateWithImu(t, *imu, &held);
+    Predict(t, dt, held);
   }
 
-  using Augmented = Eigen::Matrix<double, kErrors + kNoise, kErrors + kNoise>;
-  using AugmentedRows = Eigen::Matrix<double, 6, kErrors + kNoise>;
-
-  // Returns the disturbance's estimate.
-  Disturbance UpdateWithImu(double t, const RotorImu& imu, Augmented* cov) {
-    std::array<RotorJet, Model::kStates> x;
-    std::array<RotorJet, 6> y;
+  void UpdateWithImu(double t, const RotorImu& imu, Held* held) {
     const RotorState at = Point();
-    SeedErrors(at, x.data());
-    model_.Imu(x.data(), data_.InputAt(t), y.data());
+    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t));
     Eigen::Matrix<double, 6, 1> innovation, sigma;
     sigma << Eigen::Vector3d::Constant(options_.noise.accel),
         Eigen::Vector3d::Constant(options_.noise.gyro);
-    AugmentedRows H;
-    H.rightCols<kNoise>() = DisturbanceFeedthrough(at);
-    for (int i = 0; i < 6; ++i) {
-      innovation[i] = (i < 3 ? imu.accel[i] : imu.gyro[i - 3]) - y[i].a;
-      H.row(i).head<kErrors>() = y[i].v.transpose();
-    }
-    innovation -= H.middleCols<Model::kConstants>(kMoving) * Offset(at);
-    const AugmentedRows HP = H * *cov;
-    Eigen::Matrix<double, 6, 6> S = HP * H.transpose();
+    innovation << imu.accel, imu.gyro;
+    innovation -= reading.y + reading.slope.middleCols<Model::kConstants>(kMoving) * Offset(at);
+    const Unknowns::Rows<6> H = unknowns_.Of(reading.slope);
+    const Eigen::Matrix<double, 6, kNoise> D = DisturbanceFeedthrough(at), DW = D * held->cov;
+    Unknowns::Rows<6> HP = Times<6>(H, cov_);
+    Eigen::Matrix<double, 6, 6> S = DW * D.transpose();
+    S += HP.lazyProduct(H.transpose());
     S.diagonal() += sigma.cwiseAbs2();
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(S);
-    Judge(t, innovation.dot(llt.solve(innovation)), llt.matrixLLT().diagonal().prod());
-    const Eigen::Matrix<double, kErrors + kNoise, 6> K = llt.solve(HP).transpose();
-    const Eigen::Matrix<double, kErrors + kNoise, 1> step = K * innovation;
-    *cov -= K * HP;
-    x_ = Plus(x_, RotorError(step.head<kErrors>()));
-    return step.tail<kNoise>();
+    const Eigen::Matrix<double, 6, 1> weighed = llt.solve(innovation);
+    Judge(t, innovation.dot(weighed), llt.matrixLLT().diagonal().prod());
+    const RotorError step = unknowns_.Whole(Eigen::VectorXd(HP.transpose() * weighed));
+    held->mean = DW.transpose() * weighed;
+    const Eigen::Matrix<double, 6, kNoise> B = llt.matrixL().solve(DW);
+    llt.matrixL().solveInPlace(HP);
+    held->with_state = -B.transpose().lazyProduct(HP);
+    held->cov -= B.transpose() * B;
+    const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kErrors, 6> PH = HP.transpose();
+    cov_ -= PH.lazyProduct(HP);
+    x_ = Plus(x_, step);
   }
 
-  void Predict(double t, double dt, const Disturbance& w, const Augmented& cov) {
-    std::array<RotorJet, Model::kStates> x;
-    std::array<RotorJet, kNoise> disturbance;
-    for (int i = 0; i < kNoise; ++i) disturbance[i] = RotorJet(w[i]);
-    const RotorState at = Point();
-    const RotorConstants constants = x_.tail<Model::kConstants>();
-    SeedErrors(at, x.data());
-    RotorMidpointStep(model_, data_.InputAt(t + 0.5 * dt), disturbance.data(), dt, x.data());
-    Eigen::Matrix<double, kMoving, kErrors + kNoise> F;
-    F.leftCols<kErrors>() = MovingSensitivity(x.data());
-    F.rightCols<kNoise>() = DisturbanceInput(at, dt);
-    const Eigen::Matrix<double, kMoving, kErrors + kNoise> FP = F * cov;
-    cov_ = cov.topLeftCorner<kErrors, kErrors>();
-    cov_.topRows<kMoving>() = FP.leftCols<kErrors>();
-    cov_.leftCols<kMoving>() = cov_.topRows<kMoving>().transpose().eval();
-    cov_.topLeftCorner<kMoving, kMoving>() = FP * F.transpose();
+  void Predict(double t, double dt, const Held& held) {
+    RotorState at = Point();
+    const RotorConstants constants = x_.tail<Model::kConstants>(), away = Offset(at);
+    const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
+    const RotorStepMatrix slope =
+        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at);
+    const Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
+    Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
+    FP += G.lazyProduct(held.with_state);
+    Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;
+    with_held += F.lazyProduct(held.with_state.transpose());
+    Eigen::Matrix<double, kMoving, kMoving> moving = with_held * G.transpose();
+    moving += FP.lazyProduct(F.transpose());
+    cov_.topRows<kMoving>() = FP;
+    cov_.leftCols<kMoving>() = FP.transpose();
+    cov_.topLeftCorner<kMoving, kMoving>() = 0.5 * (moving + moving.transpose());
     const double wander = options_.wander * options_.wander * dt;
-    cov_.diagonal().tail<Model::kConstants>() += wander * options_.prior.sigma.cwiseAbs2();
-    cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
-    MoveTo(x, F.middleCols<Model::kConstants>(kMoving) * Offset(at), constants);
+    for (int k = 0; wander > 0.0 && k < unknowns_.num_constants(); ++k) {
+      const double sigma = options_.prior.sigma[unknowns_.constant(k)];
+      cov_(kMoving + k, kMoving + k) += wander * sigma * sigma;
+    }
+    MoveTo(at, slope.rightCols<Model::kConstants>() * away, constants);
     if (!x_.allFinite()) {
       throw InputError(fmt::format(
           "the filter diverged after {:.2f} s; widen priors or noise, or check frames and rotors",
@@ -187,9 +217,9 @@ class Filter {
   }
 
   // To the end of a step from Point(), and on by what the offset of the constants makes of it.
-  void MoveTo(const std::array<RotorJet, Model::kStates>& end,
-              const Eigen::Matrix<double, kMoving, 1>& offset, const RotorConstants& constants) {
-    for (int i = 0; i < Model::kMoving; ++i) x_[i] = end[i].a;
+  void MoveTo(const RotorState& end, const Eigen::Matrix<double, kMoving, 1>& offset,
+              const RotorConstants& constants) {
+    x_ = end;
     x_.head<4>().normalize();
     RotorError error = RotorError::Zero();
     error.head<kMoving>() = offset;
@@ -204,13 +234,14 @@ class Filter {
     const RotorState at = Point();
     SeedErrors(at, x.data());
     PoseError(pose, data_.attitude, options_.noise, x.data(), error.data());
-    Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> H(rows, kErrors);
+    Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> whole(rows, kErrors);
     Eigen::VectorXd innovation(rows);
     for (int i = 0; i < rows; ++i) {
-      H.row(i) = error[i].v.transpose();
+      whole.row(i) = error[i].v.transpose();
       innovation[i] = -error[i].a;
     }
-    innovation -= H.rightCols<Model::kConstants>() * Offset(at);
+    innovation -= whole.rightCols<Model::kConstants>() * Offset(at);
+    const Unknowns::Rows<Eigen::Dynamic> H = unknowns_.Of(whole);
     const Eigen::MatrixXd HP = H * cov_;
     Eigen::MatrixXd S = HP * H.transpose();
     S.diagonal().array() += 1.0;  // errors are in sigmas
@@ -222,7 +253,7 @@ class Filter {
     const Eigen::MatrixXd K = llt.solve(HP).transpose();
     cov_ -= K * HP;
     cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
-    x_ = Plus(x_, RotorError(K * innovation));
+    x_ = Plus(x_, unknowns_.Whole(K * innovation));
   }
 
   // Adds one innovation's density; `root_determinant` is that of its covariance's Cholesky factor.
@@ -236,15 +267,17 @@ class Filter {
     estimate.t = t;
     estimate.moving = x_.head<Model::kMoving>();
     estimate.mean = x_.tail<Model::kConstants>();
-    estimate.sigma = cov_.diagonal().tail<Model::kConstants>().cwiseMax(0.0).cwiseSqrt();
+    estimate.sigma =
+        unknowns_.Whole(cov_.diagonal().cwiseMax(0.0).cwiseSqrt()).tail<Model::kConstants>();
     return estimate;
   }
 
   const Model& model_;
   const RotorData& data_;
   const RotorEkfOptions& options_;
+  Unknowns unknowns_;
   RotorState x_;
-  RotorErrorMatrix cov_;
+  Unknowns::Covariance cov_;
   RotorConstants point_;  // where constants are held for linearisation
   bool held_ = true;
   double t_ = 0.0;                  // s

@@ -36,6 +36,9 @@ struct RotorEkfOptions {
   int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
   // That the first pass is linearised at; left out: the prior's mean.
   std::optional<RotorConstants> point = {};
+  // RotorEkfRun::likelihoods of another run on the same flight, or null: a run that falls far
+  // behind ends, with a log likelihood of minus infinity.
+  const std::vector<double>* rival = nullptr;
 };
 
 // Estimates at one time.
@@ -53,6 +56,7 @@ struct RotorEkfRun {
   RotorConstants point;  // that the first seconds are linearised at
   // Log likelihood of all innovations after the first second, for comparing options on one flight.
   double log_likelihood = 0.0;
+  std::vector<double> likelihoods;  // the same up to each pose
 };
 
 // Filters the flight once, forward. A filter that diverges (not finite) throws InputError: the

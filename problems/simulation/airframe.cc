@@ -61,13 +61,14 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
       wrench.force_B / load.mass + drag.cwiseProduct(flow.v_B) + R_E_B.transpose() * gust_E;
   Apply(stages_.force, flow, &result.f_B);
 
+  Vector3d moment_B = wrench.moment_B;
+  Apply(stages_.moment, flow, &moment_B);
   const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
   result.rate.p_E = state.v_E;
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
   result.rate.w_B =
-      (wrench.moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) +
-      twist_B;
+      (moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) + twist_B;
   // f_B is where the centre of mass was as built; a centre that has moved by `com` turns about
   // itself.
   result.f_B -= result.rate.w_B.cross(load.com) + state.w_B.cross(state.w_B.cross(load.com));

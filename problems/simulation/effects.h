@@ -48,6 +48,7 @@ struct Stages {
   Stage<double, Vector3d*> wind;               // t; w_E in m/s
   Stage<double, Vector3d*> drag;               // t; K in 1/s
   Stage<const Flow&, Vector3d*> force;         // specific force f_B in m/s^2
+  Stage<const Flow&, Vector3d*> moment;        // about the centre of mass, in B, N m
   Stage<const Flow&, int, double*> rotor;      // rotor's index; its thrust, as a multiple
   Stage<double, Load*> load;                   // t; mass and its centre
   Stage<Quaterniond*> thrust_axis;             // turns all rotors' axes in B

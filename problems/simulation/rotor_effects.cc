@@ -58,6 +58,15 @@ std::vector<EffectDefinition> MakeRotorDrivenEffects() {
            f_B->z() -= k * flow.v_B.head<2>().squaredNorm();
          });
        }},
+      // Air that comes from ahead lifts the nose, air from the right lifts the right side.
+      {"air_moment",
+       {{"roll", "N s"}, {"pitch", "N s"}},
+       [](Values p, double, Stages* stages) {
+         stages->moment.push_back(
+             [roll = p["roll"], pitch = p["pitch"]](const Flow& flow, Vector3d* moment_B) {
+               *moment_B += Vector3d(-roll * flow.v_B.y(), pitch * flow.v_B.x(), 0.0);
+             });
+       }},
       // No rotor gets nearer to the floor than its own k; 0.9 keeps the formula finite there.
       {"ground_effect",
        {{"k", "m"}},

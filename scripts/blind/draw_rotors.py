@@ -19,6 +19,7 @@ EFFECTS = {
     "rotor_speed_drag": {"k": (8e-5, 5e-4, not SIGNED)},
     "motor_lag": {"tau": (0.015, 0.08, not SIGNED)},
     "translational_lift": {"k": (0.15, 0.8, not SIGNED)},
+    "air_moment": {"roll": (7e-4, 8e-3, SIGNED), "pitch": (7e-4, 8e-3, SIGNED)},
     "ground_effect": {"k": (0.2, 0.45, not SIGNED)},
     "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.01, 0.06, SIGNED)},
     "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.002, 0.01, SIGNED),
@@ -67,12 +68,14 @@ def draw_flight(config, seed, hidden):
     simulation["effects"] = [draw_effect(rng, e) for e in hidden if e in EFFECTS]
     simulation["log_commands"] = "motor_lag" in hidden  # measured speeds hide no lag
     if "outside" in hidden:
-        return [hide_outside(rng, simulation)]
+        return [hide_outside(rng, config)]
     return simulation["effects"]
 
 
-def hide_outside(rng, simulation):
-    """Something that no entry of the catalogue describes."""
+def hide_outside(rng, config):
+    """Something that no entry of the catalogue describes, large enough to be seen: what goes with
+    the square of speed needs room to get fast."""
+    simulation = config["simulation"]
     kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale",
                        "quadratic_drag"])
     if kind == "strong_gusts":
@@ -80,7 +83,9 @@ def hide_outside(rng, simulation):
     elif kind == "accelerometer_scale":
         simulation["effects"] = [{"id": "accel_scale_z", "s": 0.2}]
     elif kind == "quadratic_drag":
-        simulation["effects"] = [{"id": "quadratic_drag", "c": 0.8}]
+        config["limits"]["travel"] = 2.0
+        simulation["height"] = 2.2
+        simulation["effects"] = [{"id": "quadratic_drag", "c": 2.0}]
     return {"id": f"outside:{kind}"}
 
 

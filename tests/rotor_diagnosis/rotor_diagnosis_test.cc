@@ -44,7 +44,7 @@ void ExpectNamed(const RotorDiagnosis& diagnosis, const std::string& id, const V
 }
 
 TEST(DiagnoseRotors, ACleanFlightIsClean) {
-  const RotorDiagnosis diagnosis = DiagnoseRotors(FlyHiding({}, 10.0, 5), Options());
+  const RotorDiagnosis diagnosis = DiagnoseRotors({FlyHiding({}, 10.0, 5)}, Options());
   EXPECT_EQ(diagnosis.verdict, "clean");
   EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.15);
   EXPECT_EQ(diagnosis.rows.size(), 299u);
@@ -53,13 +53,13 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
     ids.insert(c.id);
     EXPECT_GT(c.detectable.minCoeff(), 0.0) << c.label;
   }
-  EXPECT_EQ(ids.size(), 11u);
+  EXPECT_EQ(ids.size(), 12u);
 }
 
 TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   const Values truth{{"roll", 0.03}, {"pitch", -0.02}};
   const FlightLog log = FlyHiding({{"rotor_tilt", truth}}, 12.0, 6);
-  const RotorDiagnosis diagnosis = DiagnoseRotors(log, Options());
+  const RotorDiagnosis diagnosis = DiagnoseRotors({log}, Options());
   ExpectNamed(diagnosis, "rotor_tilt", truth);
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_EQ(diagnosis.verdict, "explained");
@@ -81,7 +81,8 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
 
 void ExpectEachNamed(const std::vector<simulation::EffectSetting>& hidden) {
   for (const auto& effect : hidden) {
-    ExpectNamed(DiagnoseRotors(FlyHiding({effect}, 15.0, 7), Options()), effect.id, effect.values);
+    ExpectNamed(DiagnoseRotors({FlyHiding({effect}, 15.0, 7)}, Options()), effect.id,
+                effect.values);
   }
 }
 
@@ -89,6 +90,7 @@ TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {
   ExpectEachNamed({{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
                    {"thrust_sag", {{"d", 0.005}}},
                    {"motor_lag", {{"tau", 0.03}}},
+                   {"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}},
                    {"ground_effect", {{"k", 0.3}}}});
 }
 
@@ -100,19 +102,39 @@ TEST(DiagnoseRotors, SlowNamesRotorsAndLoad) {
 
 TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
   const RotorDiagnosis diagnosis =
-      DiagnoseRotors(FlyHiding({{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.03}}},
-                                {"payload_step", {{"t_step", 8.0}, {"mass", -0.02}}}},
-                               15.0, 8),
+      DiagnoseRotors({FlyHiding({{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.03}}},
+                                 {"payload_step", {{"t_step", 8.0}, {"mass", -0.02}}}},
+                                15.0, 8)},
                      Options());
   std::set<std::string> ids;
   for (const Cause& cause : diagnosis.causes) ids.insert(cause.candidate.info->id);
   EXPECT_EQ(ids, (std::set<std::string>{"payload_step", "rotor_tilt"}));
 }
 
+// On further flights: a moment that stays, a load that is picked up once.
+TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
+  const simulation::EffectSetting moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
+  const simulation::EffectSetting load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};
+  const RotorDiagnosis both = DiagnoseRotors(
+      {FlyHiding({moment, load}, 12.0, 10), FlyHiding({moment}, 12.0, 11)}, Options());
+  ASSERT_EQ(both.causes.size(), 2u);
+  for (const Cause& cause : both.causes) {
+    const bool stays = cause.candidate.info->id == "air_moment";
+    EXPECT_EQ(cause.repeats.at(0).outcome, stays ? "repeats" : "can't be tested");
+    EXPECT_EQ(cause.confirmed.value(), stays) << cause.candidate.info->id;
+  }
+  const RotorDiagnosis once =
+      DiagnoseRotors({FlyHiding({moment}, 12.0, 10), FlyHiding({}, 12.0, 11)}, Options());
+  ASSERT_EQ(once.causes.size(), 1u);
+  EXPECT_EQ(once.causes[0].repeats.at(0).outcome, "not shown");
+  EXPECT_FALSE(once.causes[0].confirmed.value());
+  EXPECT_EQ(once.verdict, "unexplained");
+}
+
 TEST(DiagnoseRotors, SaysWhatIsMissing) {
   FlightLog log = FlyHiding({}, 3.0, 9);
   log.rotors.clear();
-  EXPECT_THROW(DiagnoseRotors(log, Options()), InputError);
+  EXPECT_THROW(DiagnoseRotors({log}, Options()), InputError);
 }
 
 }  // namespace

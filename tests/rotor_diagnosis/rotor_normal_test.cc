@@ -43,7 +43,7 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
     const RotorInput input = s.data.InputAt(t);
     const auto a = s.model.PushOn(x.data(), input), b = moved.PushOn(x.data(), input);
-    *out << b.force - a.force, b.turn - a.turn;
+    out->topRows<6>() << b.force - a.force, b.turn - a.turn;
   };
   const std::vector<RotorSegment> segments = CutSegments(s.data);
   for (const int i : {3, 40, 90}) {

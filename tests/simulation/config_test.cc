@@ -104,6 +104,7 @@ TEST(Config, EveryEffectOfTheTableIsKnown) {
                          "rotor_speed_drag",
                          "motor_lag",
                          "translational_lift",
+                         "air_moment",
                          "ground_effect",
                          "payload_step",
                          "com_step",

@@ -91,6 +91,22 @@ TEST_F(RotorEffects, TranslationalLift) {
   });
 }
 
+// What rotors and gyroscopic terms leave of the angular acceleration is the moment of the air.
+TEST_F(RotorEffects, AirMoment) {
+  FlyEffect("air_moment", {{"roll", 3e-4}, {"pitch", 5e-4}});
+  const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
+  for (const TruthSample& s : flown.truth.trajectory) {
+    Vector3d moment(-3e-4 * Velocity(s).y(), 5e-4 * Velocity(s).x(), 0.0);
+    for (int i = 0; i < 4; ++i) {
+      const Rotor& rotor = config.vehicle.rotors[i];
+      const double squared = s.rotors[i] * s.rotors[i];
+      moment += rotor.position.cross(Vector3d(0, 0, -rotor.k_f * squared));
+      moment.z() -= rotor.spin * rotor.k_m * squared;
+    }
+    ASSERT_LT((inertia * s.dw_B + s.w_B.cross(inertia * s.w_B) - moment).norm(), 1e-9);
+  }
+}
+
 TEST_F(RotorEffects, GroundEffect) {
   FlyEffect("ground_effect", {{"k", 0.4}});
   for (const TruthSample& s : flown.truth.trajectory) {
