@@ -131,7 +131,9 @@ TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
     EXPECT_LT(off, 1e-5) << step;
     EXPECT_LT((segment_.ForceAt(kFix)->value - fresh.ForceAt(kFix)->value).norm(), 1e-4) << step;
     largest = std::max(largest, off);
-    if (step >= 0.1) EXPECT_EQ(off, 0.0) << step;
+    if (step >= 0.1) {
+      EXPECT_EQ(off, 0.0) << step;
+    }
   }
   EXPECT_GT(largest, 0.0);  // or nothing is saved
 }
