@@ -11,6 +11,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/units.h"
 #include "problems/log/native_log.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
@@ -45,7 +46,6 @@ An effect that calibration doesn't model is switched on in the configuration:
 Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
 
 void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
-  constexpr double kDegree = M_PI / 180.0;
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
   const auto row = [&](const char* name, std::size_t count) {
     if (count > 0)

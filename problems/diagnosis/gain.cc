@@ -20,13 +20,13 @@ int HalfOf(int cluster) { return (cluster / kRun) % 2; }
 // The window's parameters are what the other half says, give or take a share of what vehicles
 // differ by: drag and biases that gusts have bent must not be held to their stated sigmas.
 VgdOptions OptionsFor(const VgdOptions& options, const PartFit& fit) {
-  constexpr double kShare = 0.3;
+  constexpr double kOfPrior = 0.3;
   VgdOptions vgd = options;
   vgd.adapt_drift = false;  // the same drift for all models, so that only they differ
   for (std::size_t i = 0; i < vgd.priors.size(); ++i) {
     ParameterPrior& prior = vgd.priors[i];
     prior.mean = std::clamp(fit.value[static_cast<int>(i)], prior.lower, prior.upper);
-    prior.sigma = std::hypot(kShare * prior.sigma, fit.sigma[static_cast<int>(i)]);
+    prior.sigma = std::hypot(kOfPrior * prior.sigma, fit.sigma[static_cast<int>(i)]);
   }
   vgd.drive.force_effects = ForceEffectsOf(fit.effects);
   return vgd;

@@ -11,12 +11,12 @@ namespace {
 // Mocap at options.mocap_interval where IMU and attitude cover it: what goes beyond them would make
 // one long pass that can't be integrated as a whole.
 void AddMocap(const FlightLog& log, const DiagnosisOptions& options, FlightLog* data) {
-  constexpr double kMargin = 0.05;  // s
+  constexpr double kFromEnds = 0.05;  // s
   const TimeNs from = std::max(data->imu.front().t, data->attitude.front().t);
   const TimeNs to = std::min(data->imu.back().t, data->attitude.back().t);
-  TimeNs next = from + FromSeconds(kMargin);
+  TimeNs next = from + FromSeconds(kFromEnds);
   for (const PoseSample& pose : log.mocap) {
-    if (pose.t < next || pose.t > to - FromSeconds(kMargin)) continue;
+    if (pose.t < next || pose.t > to - FromSeconds(kFromEnds)) continue;
     data->fixes.push_back({pose.t, pose.p_E, options.mocap_sigma, -1});
     next = pose.t + FromSeconds(options.mocap_interval);
   }

@@ -4,12 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "problems/common/units.h"
 #include "problems/common/yaml_options.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kDegree = M_PI / 180.0;
 
 const std::map<std::string, EkfTuning> kTunings = {{"consistent", EkfTuning::kConsistent},
                                                    {"paper", EkfTuning::kPaper}};

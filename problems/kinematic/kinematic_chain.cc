@@ -7,10 +7,10 @@
 namespace trueline {
 namespace {
 
-using Jet = ceres::Jet<double, 6>;  // b_a, b_g
+using BiasJet = ceres::Jet<double, 6>;  // b_a, b_g
 
 // Value and derivatives of three numbers.
-void Split(const Vector3<Jet>& x, Eigen::Vector3d* value, Eigen::Matrix3d* d_ba,
+void Split(const Vector3<BiasJet>& x, Eigen::Vector3d* value, Eigen::Matrix3d* d_ba,
            Eigen::Matrix3d* d_bg) {
   for (int i = 0; i < 3; ++i) {
     (*value)[i] = x[i].a;
@@ -22,13 +22,13 @@ void Split(const Vector3<Jet>& x, Eigen::Vector3d* value, Eigen::Matrix3d* d_ba,
 }  // namespace
 
 KinematicBlock SumUp(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
-  ImuBias<Jet> bias;
+  ImuBias<BiasJet> bias;
   for (int i = 0; i < 3; ++i) {
-    bias.accel[i] = Jet(0.0, i);
-    bias.gyro[i] = Jet(0.0, 3 + i);
+    bias.accel[i] = BiasJet(0.0, i);
+    bias.gyro[i] = BiasJet(0.0, 3 + i);
   }
   KinematicBlock block;
-  KinematicState<Jet> x;
+  KinematicState<BiasJet> x;
   imu.ForEachStep(t0, t1, [&](const ImuInput& input, double dt) {
     const Eigen::Quaterniond q(x.q_E_I.w().a, x.q_E_I.x().a, x.q_E_I.y().a, x.q_E_I.z().a);
     const Eigen::Vector3d half_turn = input.gyro * (0.25 * dt);
@@ -39,12 +39,12 @@ KinematicBlock SumUp(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
   });
   Split(x.v, &block.v, &block.d_v_ba, &block.d_v_bg);
   Split(x.p, &block.p, &block.d_p_ba, &block.d_p_bg);
-  const Eigen::Quaternion<Jet>& q = x.q_E_I;
+  const Eigen::Quaternion<BiasJet>& q = x.q_E_I;
   block.turn = Eigen::Quaterniond(q.w().a, q.x().a, q.y().a, q.z().a).normalized();
-  const Eigen::Quaternion<Jet> error = block.turn.conjugate().cast<Jet>() * q;
+  const Eigen::Quaternion<BiasJet> error = block.turn.conjugate().cast<BiasJet>() * q;
   Eigen::Vector3d none;
   Eigen::Matrix3d no_effect;
-  Split(error.vec() * Jet(2.0), &none, &no_effect, &block.d_turn_bg);
+  Split(error.vec() * BiasJet(2.0), &none, &no_effect, &block.d_turn_bg);
   return block;
 }
 

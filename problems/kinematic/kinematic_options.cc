@@ -2,14 +2,11 @@
 
 #include <cmath>
 
+#include "problems/common/units.h"
 #include "problems/common/yaml_options.h"
 
 namespace trueline {
-namespace {
-
-constexpr double kDegree = M_PI / 180.0;
-
-}  // namespace
+namespace {}  // namespace
 
 KinematicOptions ReadKinematicOptions(const YamlMap& map) {
   KinematicOptions options;

@@ -13,7 +13,7 @@
 namespace trueline {
 namespace {
 
-using Jet = ceres::Jet<double, kKinematicThetaSize>;
+using ThetaJet = ceres::Jet<double, kKinematicThetaSize>;
 
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
   ceres::Problem::Options options;
@@ -35,7 +35,7 @@ std::vector<TimeNs> TimesOf(std::span<const Fix> fixes, TimeNs end) {
 
 void Store(const KinematicState<double>& x, KinematicNode* node) { node->value << x.p, x.v; }
 
-void Store(const KinematicState<Jet>& x, KinematicNode* node) {
+void Store(const KinematicState<ThetaJet>& x, KinematicNode* node) {
   for (int i = 0; i < 3; ++i) {
     node->value[i] = x.p[i].a;
     node->value[i + 3] = x.v[i].a;
@@ -113,12 +113,12 @@ void KinematicWindow::Integrate(const Eigen::Matrix<T, kKinematicThetaSize, 1>& 
 void KinematicWindow::Refresh(bool derivatives) {
   const Theta theta = Parameters();
   if (!derivatives) return Integrate<double>(theta);
-  Eigen::Matrix<Jet, kKinematicThetaSize, 1> jets;
+  Eigen::Matrix<ThetaJet, kKinematicThetaSize, 1> jets;
   for (int i = 0; i < kKinematicThetaSize; ++i) {
-    jets[i] = Jet(theta[i]);
+    jets[i] = ThetaJet(theta[i]);
     jets[i].v[i] = sigma_[i];
   }
-  Integrate<Jet>(jets);
+  Integrate<ThetaJet>(jets);
 }
 
 void KinematicWindow::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {

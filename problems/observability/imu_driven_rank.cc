@@ -9,8 +9,8 @@
 namespace trueline {
 namespace {
 
-constexpr int kExactOrder = ImuDrivenSystem::kErrors;
-constexpr int kNumericalOrder = 10;
+constexpr int kImuExactOrder = ImuDrivenSystem::kErrors;
+constexpr int kImuNumericalOrder = 10;
 constexpr double kTimeScale = 0.5;  // s, of what varies in the double points
 
 template <class C, int kMaxOrder>
@@ -68,16 +68,16 @@ class Point {
 
 DynamicMatrix<Modular> ExactMatrix(const ImuDrivenSystem& system, Turning turning, int order,
                                    std::uint64_t seed) {
-  const Point<Modular, kExactOrder> point(turning, order, seed);
-  return ObservabilityMatrix<kExactOrder, Modular>(system, point.x, point.u, order);
+  const Point<Modular, kImuExactOrder> point(turning, order, seed);
+  return ObservabilityMatrix<kImuExactOrder, Modular>(system, point.x, point.u, order);
 }
 
 Eigen::MatrixXd NumericalMatrix(const ImuDrivenSystem& system, Turning turning,
                                 std::uint64_t seed) {
-  const Point<double, kNumericalOrder> point(turning, kNumericalOrder, seed);
+  const Point<double, kImuNumericalOrder> point(turning, kImuNumericalOrder, seed);
   Eigen::MatrixXd matrix =
-      ObservabilityMatrix<kNumericalOrder, double>(system, point.x, point.u, kNumericalOrder);
-  for (int i = 0; i <= kNumericalOrder; ++i) {
+      ObservabilityMatrix<kImuNumericalOrder, double>(system, point.x, point.u, kImuNumericalOrder);
+  for (int i = 0; i <= kImuNumericalOrder; ++i) {
     const Eigen::Index outputs = system.num_outputs();
     matrix.middleRows(i * outputs, outputs) *= std::pow(kTimeScale, i);
   }

@@ -6,27 +6,27 @@ namespace trueline {
 namespace {
 
 // n derivatives suffice for n unknowns (Sedoglavic 2002).
-constexpr int kExactOrder = RotorDrivenSystem::kErrors;
-constexpr int kNumericalOrder = 12;
+constexpr int kRotorExactOrder = RotorDrivenSystem::kErrors;
+constexpr int kRotorNumericalOrder = 12;
 
 DynamicMatrix<Modular> ExactMatrix(const RotorDrivenSystem& system, Motion motion, int order,
                                    std::uint64_t seed) {
-  RotorDrivenPoints<Modular, kExactOrder> points(
+  RotorDrivenPoints<Modular, kRotorExactOrder> points(
       system.model(), std::vector<double>(RotorDrivenSystem::kStates, 0.0), seed);
   const auto point = points.Draw(motion, order);
-  return ObservabilityMatrix<kExactOrder, Modular>(system, point.x, point.u, order);
+  return ObservabilityMatrix<kRotorExactOrder, Modular>(system, point.x, point.u, order);
 }
 
 // Several random points in doubles, their rows below each other; orders scaled by the time scale.
 Eigen::MatrixXd NumericalMatrix(const RotorDrivenSystem& system, const std::vector<double>& nominal,
                                 Motion motion, std::uint64_t seed) {
-  using Points = RotorDrivenPoints<double, kNumericalOrder>;
+  using Points = RotorDrivenPoints<double, kRotorNumericalOrder>;
   Points points(system.model(), nominal, seed);
-  const auto point = points.Draw(motion, kNumericalOrder);
-  Eigen::MatrixXd matrix =
-      ObservabilityMatrix<kNumericalOrder, double>(system, point.x, point.u, kNumericalOrder);
+  const auto point = points.Draw(motion, kRotorNumericalOrder);
+  Eigen::MatrixXd matrix = ObservabilityMatrix<kRotorNumericalOrder, double>(
+      system, point.x, point.u, kRotorNumericalOrder);
   const Eigen::Index outputs = system.num_outputs();
-  for (int i = 0; i <= kNumericalOrder; ++i) {
+  for (int i = 0; i <= kRotorNumericalOrder; ++i) {
     matrix.middleRows(i * outputs, outputs) *= std::pow(Points::kTimeScale, i);
   }
   return matrix;

@@ -6,8 +6,6 @@ namespace trueline {
 namespace {
 
 constexpr int kMass = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
-constexpr int kInertia = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
-
 constexpr double kThinnest = 1e-6;  // share of the trace that each second moment has at least
 
 }  // namespace
@@ -15,17 +13,17 @@ constexpr double kThinnest = 1e-6;  // share of the trace that each second momen
 RotorConstants ToChart(const RotorConstants& constants) {
   RotorConstants chart = constants;
   chart[kMass] = std::log(constants[kMass]);
-  const Eigen::Vector3d inertia = constants.segment<3>(kInertia);
+  const Eigen::Vector3d inertia = constants.segment<3>(kInertiaConstants);
   const Eigen::Vector3d moments = (0.5 * inertia.sum() - inertia.array()).matrix();
-  chart.segment<3>(kInertia) = moments.cwiseMax(kThinnest * inertia.sum()).array().log();
+  chart.segment<3>(kInertiaConstants) = moments.cwiseMax(kThinnest * inertia.sum()).array().log();
   return chart;
 }
 
 RotorConstants FromChart(const RotorConstants& chart) {
   RotorConstants constants = chart;
   constants[kMass] = std::exp(chart[kMass]);
-  constants.segment<3>(kInertia) =
-      InertiaFromLogSecondMoments(Vec3<double>(chart.segment<3>(kInertia)));
+  constants.segment<3>(kInertiaConstants) =
+      InertiaFromLogSecondMoments(Vec3<double>(chart.segment<3>(kInertiaConstants)));
   return constants;
 }
 
@@ -34,7 +32,8 @@ ConstantsJacobian ChartJacobian(const RotorConstants& chart) {
   jacobian(kMass, kMass) = std::exp(chart[kMass]);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      jacobian(kInertia + i, kInertia + j) = i == j ? 0.0 : std::exp(chart[kInertia + j]);
+      jacobian(kInertiaConstants + i, kInertiaConstants + j) =
+          i == j ? 0.0 : std::exp(chart[kInertiaConstants + j]);
     }
   }
   return jacobian;

@@ -35,19 +35,18 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
 
 namespace {
 
-constexpr int kInertia = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
-
 void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   if (!data.motors && MotorsOf(prior.sigma).maxCoeff() > 0.0) {
     throw InputError(
         "motor_lag, motor_idle and motor_voltage can be fitted to motor commands only; set their "
         "prior to 0, or say how commands turn the motors by `motors`");
   }
-  const int free = static_cast<int>((prior.sigma.segment<3>(kInertia).array() > 0.0).count());
+  const int free =
+      static_cast<int>((prior.sigma.segment<3>(kInertiaConstants).array() > 0.0).count());
   if (free != 0 && free != 3) {
     throw InputError("I_x, I_y and I_z are either all known (sigma 0) or all unknown");
   }
-  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertia)) || !(prior.mean[0] > 0.0)) {
+  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertiaConstants)) || !(prior.mean[0] > 0.0)) {
     throw InputError(
         "the prior's mass or inertia is not that of a body: moments must be positive and each "
         "below the sum of the other two");

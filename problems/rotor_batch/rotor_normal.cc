@@ -10,7 +10,6 @@
 namespace trueline {
 namespace {
 
-constexpr int kNode = RotorAeroModel::kMovingErrors;
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
@@ -36,7 +35,7 @@ struct RotorNormal::Link {
   Matrix d_start, d_next, border;  // no rows after the last node
   Eigen::LLT<Matrix> own;          // of the node, what came before eliminated
   Matrix to_next, to_border;       // its coupling in the information
-  Matrix response;                 // of the node to border values, kNode x (border + 1)
+  Matrix response;                 // of the node to border values, kNodeErrors x (border + 1)
 };
 
 RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
@@ -93,8 +92,8 @@ RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
 
 // Nodes forward along the chain by block Cholesky, then what each becomes for border values.
 void RotorNormal::Eliminate(std::vector<Link>* links) const {
-  Matrix left = Matrix::Zero(kNode, kNode);
-  Matrix left_border = Matrix::Zero(kNode, links->front().pose_border.cols());
+  Matrix left = Matrix::Zero(kNodeErrors, kNodeErrors);
+  Matrix left_border = Matrix::Zero(kNodeErrors, links->front().pose_border.cols());
   for (std::size_t i = 0; i < links->size(); ++i) {
     Link& link = (*links)[i];
     left.noalias() += link.pose_d.transpose() * link.pose_d;

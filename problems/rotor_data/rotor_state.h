@@ -17,6 +17,9 @@ using RotorError = Eigen::Matrix<double, RotorAeroModel::kErrors, 1>;
 using RotorErrorMatrix = Eigen::Matrix<double, RotorAeroModel::kErrors, RotorAeroModel::kErrors>;
 using RotorConstants = Eigen::Matrix<double, RotorAeroModel::kConstants, 1>;
 using RotorNode = Eigen::Matrix<double, RotorAeroModel::kMoving, 1>;
+inline constexpr int kNodeErrors = RotorAeroModel::kMovingErrors;
+// The place of I_x, I_y, I_z among the constants.
+inline constexpr int kInertiaConstants = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
 
 // Name and unit of each constant, in the model's order: m, I_x, ..., motor_voltage.

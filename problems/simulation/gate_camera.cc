@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/units.h"
+
 namespace trueline::simulation {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
 constexpr double kShortestView = 0.1;  // s, and the longest hole that does not end a view
 
 }  // namespace

@@ -14,15 +14,13 @@
 namespace trueline {
 namespace {
 
-using Prior = WindowPrior;
-
-Eigen::MatrixXd CovarianceOf(const Prior& prior) {
+Eigen::MatrixXd CovarianceOf(const WindowPrior& prior) {
   const Eigen::MatrixXd information = prior.sqrt_information.transpose() * prior.sqrt_information;
   return information.ldlt().solve(
       Eigen::MatrixXd::Identity(information.rows(), information.cols()));
 }
 
-void SetCovariance(const Eigen::MatrixXd& cov, Prior* prior) {
+void SetCovariance(const Eigen::MatrixXd& cov, WindowPrior* prior) {
   const Eigen::MatrixXd L = cov.llt().matrixL();
   prior->sqrt_information =
       L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(cov.rows(), cov.cols()));
@@ -30,7 +28,7 @@ void SetCovariance(const Eigen::MatrixXd& cov, Prior* prior) {
 
 // Lets the shared parameters walk for `seconds`.
 void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
-            Prior* prior) {
+            WindowPrior* prior) {
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
   walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
@@ -41,13 +39,13 @@ void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, dou
 }
 
 // After a break: what is known of theta stays, drift and gust start anew, and the state is open.
-Prior KeepParameters(const Prior& past, const VgdOptions& vgd, const LineFit& start) {
+WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const LineFit& start) {
   constexpr double kOpen = 100.0;  // m and m/s
-  Prior prior;
+  WindowPrior prior;
   const Eigen::Index size = past.mean.size();
   prior.mean = Eigen::VectorXd::Zero(size);
-  prior.mean.head<Prior::kSize>() << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(), start.p,
-      start.v;
+  prior.mean.head<WindowPrior::kSize>() << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(),
+      start.p, start.v;
   prior.doubt = past.doubt;
   Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(size, size);
   cov.topLeftCorner<kThetaSize, kThetaSize>() =
@@ -57,7 +55,7 @@ Prior KeepParameters(const Prior& past, const VgdOptions& vgd, const LineFit& st
   cov.diagonal().segment<kDriftSize>(kThetaSize) = drift.cwiseAbs2();
   cov.diagonal().segment<kStateSize>(kThetaSize + kDriftSize).setConstant(kOpen * kOpen);
   const double gust_variance = vgd.process.gust * vgd.process.gust;
-  cov.diagonal().tail(size - Prior::kSize).setConstant(gust_variance);
+  cov.diagonal().tail(size - WindowPrior::kSize).setConstant(gust_variance);
   SetCovariance(cov, &prior);
   return prior;
 }
@@ -121,7 +119,7 @@ class Lag {
     dropped_false_.insert(dropped_false_.end(), false_.begin(), false_.end());
     false_.clear();
     if (tau >= static_cast<int>(flight_.passes.size()) || problem->segments().size() < 2) return;
-    const Prior last = problem->Marginalise(problem->segments().back()->start());
+    const WindowPrior last = problem->Marginalise(problem->segments().back()->start());
     const Pass& next = flight_.passes[tau];
     past_ = KeepParameters(last, vgd_, LineAt(next));
     Loosen(options_, problem->scaling(), SecondsBetween(flight_.passes[tau - 1].end, next.begin),
@@ -133,7 +131,7 @@ class Lag {
   SmootherOptions options_;
   Theta start_;
   int first_ = 0;  // index of the window's first pass
-  std::optional<Prior> past_;
+  std::optional<WindowPrior> past_;
   std::set<int> false_;             // passes of the window that look false
   std::vector<int> dropped_false_;  // the same of earlier ones
 };

@@ -9,14 +9,13 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
+#include "problems/common/units.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/variational_gramian.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kRpm = M_PI / 30.0;
 
 std::vector<int> StatesNamed(const YamlMap& map, const std::string& key,
                              const std::vector<std::string>& names,

@@ -14,7 +14,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kOrder = 3;  // of E2LOG in the design; the result is scored by the exact Gramian
+constexpr int kScoreOrder = 3;  // of E2LOG in the design; the result is scored by the exact Gramian
 constexpr int kErrors = RotorDrivenSystem::kErrors;
 constexpr int kMoving = RotorDrivenSystem::kMovingErrors;
 using Square = Eigen::Matrix<double, kErrors, kErrors>;
@@ -33,30 +33,33 @@ Eigen::MatrixXd Select(const Eigen::MatrixXd& matrix, const std::vector<int>& ro
   return block;
 }
 
-// Adjoint of one segment's flat Taylor coefficients (4 x (kOrder + 5)), given those of W and Phi.
+// Adjoint of one segment's flat Taylor coefficients (4 x (kScoreOrder + 5)), given those of W and
+// Phi.
 FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
                         const DesignTarget& target, const SegmentTimes& time,
                         const SegmentState& state, const Square& adjoint_gramian) {
   Tape::OfThread().Clear();
-  const FlatMatrix expansion = flight.path().ExpandPiece(time.piece, time.start, kOrder + 4);
-  Vec4<Taylor<Variable, kOrder + 4>> flat;
-  Eigen::Matrix<Variable, kFlatOutputs, kOrder + 5> inputs;
+  const FlatMatrix expansion = flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4);
+  Vec4<Taylor<Variable, kScoreOrder + 4>> flat;
+  Eigen::Matrix<Variable, kFlatOutputs, kScoreOrder + 5> inputs;
   for (int i = 0; i < kFlatOutputs; ++i) {
-    for (int j = 0; j <= kOrder + 4; ++j) {
+    for (int j = 0; j <= kScoreOrder + 4; ++j) {
       inputs(i, j) = Variable::Independent(expansion(i, j));
-      if (j == 0) flat[i] = Taylor<Variable, kOrder + 4>::Start(inputs(i, j));
+      if (j == 0) flat[i] = Taylor<Variable, kScoreOrder + 4>::Start(inputs(i, j));
       if (j > 0) flat[i].Append(inputs(i, j));
     }
   }
-  const auto start = StartFromFlat<Variable, kOrder>(flight.vehicle(), flight.parameters(), flat);
-  const auto local = ExpandSensitivity<kOrder, Variable>(system, start.x, start.u, time.duration);
+  const auto start =
+      StartFromFlat<Variable, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
+  const auto local =
+      ExpandSensitivity<kScoreOrder, Variable>(system, start.x, start.u, time.duration);
 
   std::vector<double> adjoints;
   Tape::OfThread().StartAdjoints(&adjoints);
   const auto seed = [&](const Variable& variable, double adjoint) {
     if (variable.entry() >= 0) adjoints[variable.entry()] += adjoint;
   };
-  const Quadrature rule = GaussLegendre(kOrder + 1);
+  const Quadrature rule = GaussLegendre(kScoreOrder + 1);
   const Eigen::Map<const Eigen::VectorXd> weights(target.weights.data(), system.num_outputs());
   for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
     const double t = rule.nodes[g] * time.duration;
@@ -65,7 +68,7 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
         (weights.asDiagonal() *
          (SensitivityAt<kErrors>(state.local, target.weights, t) * adjoint_gramian));
     double power = 1.0;
-    for (int i = 0; i <= kOrder; ++i, power *= t) {
+    for (int i = 0; i <= kScoreOrder; ++i, power *= t) {
       for (Eigen::Index r = 0; r < adjoint_k.rows(); ++r) {
         for (int c = 0; c < kErrors; ++c) {
           seed(local.gradients[i](r, c), adjoint_k(r, c) * power);
@@ -78,20 +81,21 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
     for (int c = 0; c < kErrors; ++c) seed(local.transition(r, c), adjoint_transition(r, c));
   }
   Tape::OfThread().Sweep(&adjoints);
-  FlatMatrix result(kFlatOutputs, kOrder + 5);
+  FlatMatrix result(kFlatOutputs, kScoreOrder + 5);
   for (int i = 0; i < kFlatOutputs; ++i) {
-    for (int j = 0; j <= kOrder + 4; ++j) result(i, j) = adjoints[inputs(i, j).entry()];
+    for (int j = 0; j <= kScoreOrder + 4; ++j) result(i, j) = adjoints[inputs(i, j).entry()];
   }
   return result;
 }
 
 SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
                            const DesignTarget& target, const SegmentTimes& time) {
-  const auto flat = FlatSeries<Taylor<double, kOrder + 4>>(
-      flight.path().ExpandPiece(time.piece, time.start, kOrder + 4));
-  const auto start = StartFromFlat<double, kOrder>(flight.vehicle(), flight.parameters(), flat);
+  const auto flat = FlatSeries<Taylor<double, kScoreOrder + 4>>(
+      flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4));
+  const auto start =
+      StartFromFlat<double, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
   SegmentState state;
-  state.local = ExpandSensitivity<kOrder, double>(system, start.x, start.u, time.duration);
+  state.local = ExpandSensitivity<kScoreOrder, double>(system, start.x, start.u, time.duration);
   state.gramian = LocalGramian<kErrors>(state.local, target.weights, time.duration);
   state.transition = state.local.transition;
   return state;
@@ -168,8 +172,8 @@ double DesignScore::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const
   const double piece = shape_.duration / shape_.pieces;
   for (int k = 0; k < count; ++k) {
     const double s = (times[k].start - flight.path().breaks()[times[k].piece]) / piece;
-    Eigen::MatrixXd basis = SplineBasis(shape_.degree, s, kOrder + 4);
-    for (int j = 1; j <= kOrder + 4; ++j) basis.row(j) /= std::pow(piece, j);
+    Eigen::MatrixXd basis = SplineBasis(shape_.degree, s, kScoreOrder + 4);
+    for (int j = 1; j <= kScoreOrder + 4; ++j) basis.row(j) /= std::pow(piece, j);
     control.middleCols(times[k].piece, shape_.degree + 1) += local[k] * basis;
   }
   *gradient = control.middleCols(shape_.degree, shape_.num_free());

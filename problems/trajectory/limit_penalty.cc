@@ -7,8 +7,8 @@
 namespace trueline {
 namespace {
 
-constexpr int kOrder = 4;  // rotor speeds need the fourth derivative
-using Series = Taylor<Variable, kOrder>;
+constexpr int kLimitOrder = 4;  // rotor speeds need the fourth derivative
+using LimitSeries = Taylor<Variable, kLimitOrder>;
 
 // value - limit, as a share of `range`; what is above minus `margin` counts, squared.
 struct Excess {
@@ -20,7 +20,8 @@ struct Excess {
   }
 };
 
-Variable SquaredExcess(const FlatState<Series>& state, const FlightLimits& limits, double margin) {
+Variable SquaredExcess(const FlatState<LimitSeries>& state, const FlightLimits& limits,
+                       double margin) {
   Excess excess{margin, Variable()};
   const double half = 0.5 * limits.travel, rate2 = limits.rate * limits.rate;
   for (int i = 0; i < 3; ++i) {
@@ -32,7 +33,7 @@ Variable SquaredExcess(const FlatState<Series>& state, const FlightLimits& limit
   excess.Add(-state.cos_tilt[0], -cosine, 1.0 - cosine);
   const double low = limits.min_speed * limits.min_speed;
   const double high = limits.max_speed * limits.max_speed;
-  for (const Series& u : state.u) {
+  for (const LimitSeries& u : state.u) {
     excess.Add(u[0], high, high - low);
     excess.Add(-u[0], -low, high - low);
   }
@@ -57,17 +58,17 @@ double LimitPenalty::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) cons
   double total = 0.0;
   std::vector<double> adjoints;
   for (int at = 0; at < per_piece_; ++at) {
-    Eigen::MatrixXd basis = SplineBasis(shape_.degree, (at + 0.5) / per_piece_, kOrder);
-    for (int j = 1; j <= kOrder; ++j) basis.row(j) /= std::pow(piece, j);
+    Eigen::MatrixXd basis = SplineBasis(shape_.degree, (at + 0.5) / per_piece_, kLimitOrder);
+    for (int j = 1; j <= kLimitOrder; ++j) basis.row(j) /= std::pow(piece, j);
     for (int k = 0; k < shape_.pieces; ++k) {
       Tape::OfThread().Clear();
       const FlatMatrix expansion = control.middleCols(k, shape_.degree + 1) * basis.transpose();
-      Eigen::Matrix<Variable, kFlatOutputs, kOrder + 1> inputs;
-      Vec4<Series> flat;
+      Eigen::Matrix<Variable, kFlatOutputs, kLimitOrder + 1> inputs;
+      Vec4<LimitSeries> flat;
       for (int i = 0; i < kFlatOutputs; ++i) {
-        for (int j = 0; j <= kOrder; ++j) {
+        for (int j = 0; j <= kLimitOrder; ++j) {
           inputs(i, j) = Variable::Independent(expansion(i, j));
-          if (j == 0) flat[i] = Series::Start(inputs(i, j));
+          if (j == 0) flat[i] = LimitSeries::Start(inputs(i, j));
           if (j > 0) flat[i].Append(inputs(i, j));
         }
       }
@@ -77,9 +78,9 @@ double LimitPenalty::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) cons
       Tape::OfThread().StartAdjoints(&adjoints);
       adjoints[excess.entry()] = 1.0 / points;
       Tape::OfThread().Sweep(&adjoints);
-      FlatMatrix local(kFlatOutputs, kOrder + 1);
+      FlatMatrix local(kFlatOutputs, kLimitOrder + 1);
       for (int i = 0; i < kFlatOutputs; ++i) {
-        for (int j = 0; j <= kOrder; ++j) local(i, j) = adjoints[inputs(i, j).entry()];
+        for (int j = 0; j <= kLimitOrder; ++j) local(i, j) = adjoints[inputs(i, j).entry()];
       }
       adjoint.middleCols(k, shape_.degree + 1) += local * basis;
     }

@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/common/units.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/design.h"
 
 namespace trueline {
 namespace {
-
-constexpr double kRpm = M_PI / 30.0;  // rad/s
 
 Eigen::Vector4d Get4(const YamlMap& map, const std::string& key, bool required) {
   const auto values = required ? map.Get<std::vector<double>>(key)

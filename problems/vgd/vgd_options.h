@@ -7,6 +7,7 @@
 
 #include "cost_functions/models/process_noise.h"
 #include "problems/common/strict_yaml.h"
+#include "problems/common/units.h"
 #include "problems/window/drive_track.h"
 #include "problems/window/force_samples.h"
 #include "problems/window/passes.h"
@@ -28,8 +29,6 @@ inline bool AtBound(const ParameterPrior& prior, double value) {
 
 enum class FixLoss { kHuber, kCauchy, kNone, kNorm };
 enum class VgdSolver { kTrustRegion, kGradientDescent };
-
-inline constexpr double kDegree = 0.017453292519943295;  // rad
 
 struct VgdOptions {
   int gamma = 3;  // passes in the window

@@ -37,7 +37,7 @@ inline FlightLog UnturnedFlight(std::uint64_t seed, const Eigen::Vector3d& accel
   return log;
 }
 
-inline FlightData DataOf(const FlightLog& log) {
+inline FlightData LinearDataOf(const FlightLog& log) {
   return FlightData(log, DriveOptions(), PassOptions(), DragMeasurementOptions());
 }
 

@@ -9,7 +9,7 @@
 namespace trueline {
 namespace {
 
-using testing_ekf::DataOf;
+using testing_ekf::LinearDataOf;
 using testing_ekf::UnturnedFlight;
 
 constexpr double kBiasSigma = 0.58;
@@ -79,7 +79,7 @@ class LinearProblem : public testing::TestWithParam<AttitudeForm> {};
 
 TEST_P(LinearProblem, FilterWindowAndBatchAgree) {
   const FlightLog log = UnturnedFlight(3, {0.3, -0.2, 0.1});
-  const FlightData flight = DataOf(log);
+  const FlightData flight = LinearDataOf(log);
   const int tau = static_cast<int>(flight.passes.size()) - 1;
   ASSERT_EQ(tau, 4);
   const Batch batch = SolveBatch(log, flight, tau);
@@ -124,7 +124,7 @@ Eigen::Matrix2d WindowCovariance(const FlightData& flight, const KinematicOption
 
 TEST(LinearProblem, WindowCovarianceIsTheBatchs) {
   const FlightLog log = UnturnedFlight(3, {0.3, -0.2, 0.1});
-  const FlightData flight = DataOf(log);
+  const FlightData flight = LinearDataOf(log);
   const Batch batch = SolveBatch(log, flight, 4);
   const Eigen::Matrix2d cov = WindowCovariance(flight, KnownAttitudeWindow(0.0));
   EXPECT_LT((cov - batch.cov_p_end.topLeftCorner<2, 2>()).norm(), 1e-9);
@@ -134,17 +134,17 @@ TEST(LinearProblem, WindowCovarianceIsTheBatchs) {
 // rigid fit's covariance says beyond the fixes' part.
 TEST(LinearProblem, WindowCovarianceKnowsTheImusNoise) {
   constexpr double kNoise = 0.2;  // m/s^2/sqrt(Hz)
-  constexpr int kSeeds = 200;
+  constexpr int kNoisyImus = 200;
   const FlightLog quiet = UnturnedFlight(3, {0.3, -0.2, 0.1});
-  const FlightData clean = DataOf(quiet);
+  const FlightData clean = LinearDataOf(quiet);
   const double expected = WindowCovariance(clean, KnownAttitudeWindow(kNoise)).trace() -
                           WindowCovariance(clean, KnownAttitudeWindow(0.0)).trace();
   double sum = 0.0;
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  for (int seed = 0; seed < kNoisyImus; ++seed) {
     FlightLog log = UnturnedFlight(3, {0.3, -0.2, 0.1});
     Random random(seed, "imu");
     for (ImuSample& sample : log.imu) sample.accel += kNoise * 10.0 * random.NormalVector3();
-    const FlightData noisy = DataOf(log);
+    const FlightData noisy = LinearDataOf(log);
     const auto end = [&](const FlightData& flight) {
       const ImuInputs imu(flight.log, flight.track);
       return SolveKinematicWindow(flight, imu, WholeFlight(), KnownAttitudeWindow(kNoise), 4,
@@ -154,7 +154,7 @@ TEST(LinearProblem, WindowCovarianceKnowsTheImusNoise) {
     sum += (end(noisy) - end(clean)).squaredNorm();
   }
   // 400 squares: a relative sigma of 7 %; the 0.1 s grid takes noise for a little older than it is.
-  EXPECT_NEAR(sum / kSeeds, expected, 0.25 * expected);
+  EXPECT_NEAR(sum / kNoisyImus, expected, 0.25 * expected);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kGravity = 9.81;
+constexpr double kStandardGravity = 9.81;
 const ImuInput kImu{{0.7, -1.2, -10.3}, {0.9, -1.4, 2.1}};
 
 NavState SomeState() {
@@ -32,14 +32,16 @@ TEST_P(StepTest, TransitionAgreesWithCentralDifferences) {
   const AttitudeForm form = GetParam();
   const NavState x = SomeState();
   Transition F;
-  const NavState next = Advance(form, x, kImu, kGravity, 0.01, &F);
+  const NavState next = Advance(form, x, kImu, kStandardGravity, 0.01, &F);
   Matrix15d numeric;
   for (int i = 0; i < kNavSize; ++i) {
     const double h = 1e-6;
     Transition unused;
     const Vector15d error = h * Vector15d::Unit(i);
-    const NavState plus = Advance(form, Moved(form, x, error), kImu, kGravity, 0.01, &unused);
-    const NavState minus = Advance(form, Moved(form, x, -error), kImu, kGravity, 0.01, &unused);
+    const NavState plus =
+        Advance(form, Moved(form, x, error), kImu, kStandardGravity, 0.01, &unused);
+    const NavState minus =
+        Advance(form, Moved(form, x, -error), kImu, kStandardGravity, 0.01, &unused);
     numeric.col(i) = (Difference(form, next, plus) - Difference(form, next, minus)) / (2.0 * h);
   }
   EXPECT_LT((F.Dense() - numeric).cwiseAbs().maxCoeff(), 1e-8);
@@ -47,7 +49,7 @@ TEST_P(StepTest, TransitionAgreesWithCentralDifferences) {
 
 TEST_P(StepTest, SparseAndDenseCovarianceAgree) {
   Transition F;
-  Advance(GetParam(), SomeState(), kImu, kGravity, 0.01, &F);
+  Advance(GetParam(), SomeState(), kImu, kStandardGravity, 0.01, &F);
   const Matrix15d P = SomeCovariance();
   const Matrix15d sparse = PropagateSparse(F, P), dense = PropagateDense(F, P);
   EXPECT_LT((sparse - dense).cwiseAbs().maxCoeff(), 1e-12 * dense.cwiseAbs().maxCoeff());
@@ -59,7 +61,7 @@ TEST_P(StepTest, NoiseAgreesWithVanLoan) {
   const double dt = 0.002;
   const ImuNoise noise{0.05, 0.003, 0.2, 0.04};
   Transition tiny;
-  Advance(form, SomeState(), kImu, kGravity, 1e-6, &tiny);
+  Advance(form, SomeState(), kImu, kStandardGravity, 1e-6, &tiny);
   const Matrix15d A = (tiny.Dense() - Matrix15d::Identity()) / 1e-6;
   Matrix15d spectral = Matrix15d::Zero();
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
@@ -76,7 +78,7 @@ TEST_P(StepTest, NoiseAgreesWithVanLoan) {
   const Eigen::MatrixXd expected =
       exponential.bottomRightCorner<15, 15>().transpose() * exponential.topRightCorner<15, 15>();
   Transition F;
-  Advance(form, SomeState(), kImu, kGravity, dt, &F);
+  Advance(form, SomeState(), kImu, kStandardGravity, dt, &F);
   const Matrix15d Q = StepNoise(F, noise);
   // Every block is held to 1 % of what its two diagonals allow at most.
   const Vector15d sigma = expected.diagonal().cwiseSqrt();
@@ -112,7 +114,7 @@ TEST(NavStateTest, StartCovarianceIsTheSameRotationInBothForms) {
 TEST(EkfTest, GateRefusesAnOutlierAndGivesInAfterEnoughOfThem) {
   EkfOptions options;
   options.max_refusals = 3;
-  Ekf filter(options, kGravity);
+  Ekf filter(options, kStandardGravity);
   NavState x;
   filter.Start(x, Matrix15d::Identity() * 0.01);
   const Eigen::Vector3d far(5.0, 0.0, 0.0);
@@ -127,7 +129,7 @@ TEST(EkfTest, UpdateAgreesWithInformationForm) {
   EkfOptions options;
   options.gating = EkfGating::kNone;
   options.attitude = AttitudeForm::kEuler;
-  Ekf filter(options, kGravity);
+  Ekf filter(options, kStandardGravity);
   const Matrix15d P = SomeCovariance();
   filter.Start(SomeState(), P);
   filter.Update(SomeState().motion.p + Eigen::Vector3d(0.1, 0.2, -0.1), 0.3);
