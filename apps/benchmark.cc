@@ -51,7 +51,8 @@ int RunRotors() {
   if (FLAGS_short) trueline::ShortenRotorExperiment(&experiment);
   trueline::EnsureWritable(FLAGS_out);
   const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
-  const auto trials = trueline::RunRotorExperiment(experiment, FLAGS_threads, progress);
+  const auto run = trueline::RunRotorExperiment(experiment, FLAGS_threads, progress);
+  const std::vector<trueline::RotorTrial>& trials = run.trials;
   bool any = false;
   for (const trueline::RotorTrial& trial : trials) {
     any |= trial.failure.empty();
@@ -60,7 +61,7 @@ int RunRotors() {
                                trial.seed, trial.failure),
                    FLAGS_quiet);
   }
-  trueline::WriteRotorExperiment(experiment, trials, FLAGS_out);
+  trueline::WriteRotorExperiment(experiment, run, FLAGS_out);
   if (any) Report("rotor_experiment");
   if (!FLAGS_quiet) {
     fmt::print("{}",

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "problems/common/yaml_options.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
@@ -9,13 +11,17 @@ namespace {
 FlightKindSource ReadKind(const YamlMap& map) {
   FlightKindSource source;
   source.name = map.Get<std::string>("name");
-  source.kind = map.GetChoice("kind", {"random", "lissajous", "file"}, "random");
+  source.kind = map.GetChoice("kind", {"random", "lissajous", "evolved", "file"}, "random");
   if (source.kind == "file") {
     const auto file = map.Get<std::string>("file");
     source.file = (std::filesystem::path(map.file()).parent_path() / file).string();
     if (!std::filesystem::exists(source.file)) map.Fail("file", "there is no " + source.file);
   }
-  if (source.kind == "lissajous") {
+  if (source.kind == "evolved") {
+    source.evaluations = 1800;
+    ReadCount(map, "evaluations", &source.evaluations);
+  }
+  if (source.kind == "lissajous" || source.kind == "evolved") {
     ReadCount(map, "best_of", &source.best_of);
     for (const auto& name :
          map.Get<std::vector<std::string>>("by", {"r_BP_x", "r_BP_y", "r_BP_z"})) {
@@ -62,7 +68,10 @@ void ShortenRotorExperiment(RotorExperiment* experiment) {
   experiment->flights = 2;
   experiment->duration = 5.0;
   experiment->learn_noise = false;
-  for (FlightKindSource& kind : experiment->kinds) kind.best_of = 3;
+  for (FlightKindSource& kind : experiment->kinds) {
+    kind.best_of = 3;
+    kind.evaluations = std::min(kind.evaluations, 24);
+  }
 }
 
 }  // namespace trueline

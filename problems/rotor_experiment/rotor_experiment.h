@@ -15,10 +15,12 @@
 //     - {name: random, kind: random}        # a new trajectory for each flight
 //     - {name: best Lissajous, kind: lissajous, best_of: 40, by: [r_BP_x, r_BP_y, r_BP_z]}
 //     - {name: designed, kind: file, file: ../rotors/designed_r_BP.yaml}
+//     - {name: evolved, kind: evolved, evaluations: 1800}   # from the best Lissajous, by its bound
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,9 +32,10 @@ namespace trueline {
 
 struct FlightKindSource {
   std::string name;
-  std::string kind;     // random | lissajous | file
+  std::string kind;     // random | lissajous | evolved | file
   std::string file;     // a trajectory.yaml
   int best_of = 40;     // figures, of which the one with the smallest bound is flown
+  int evaluations = 0;  // of bounds, to evolve it
   std::vector<int> by;  // constants whose bound is judged
 };
 
@@ -73,8 +76,13 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file);
 // The same cut to a trial: two flights of 5 s for each kind, best of 3 figures.
 void ShortenRotorExperiment(RotorExperiment* experiment);
 
+struct RotorExperimentRun {
+  std::vector<RotorTrial> trials;
+  std::vector<std::optional<PiecewisePolynomial>> paths;  // by kind, where its flights share one
+};
+
 // The result does not depend on `threads`.
-std::vector<RotorTrial> RunRotorExperiment(const RotorExperiment& experiment, int threads,
-                                           const std::function<void(const std::string&)>& progress);
+RotorExperimentRun RunRotorExperiment(const RotorExperiment& experiment, int threads,
+                                      const std::function<void(const std::string&)>& progress);
 
 }  // namespace trueline

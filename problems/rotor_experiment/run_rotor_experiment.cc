@@ -6,6 +6,8 @@
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/rotor_calibration/learn_noise.h"
+#include "problems/rotor_experiment/figure_design.h"
+#include "problems/rotor_experiment/flown.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
 #include "problems/trajectory/design.h"
 #include "problems/trajectory/trajectory_config.h"
@@ -42,65 +44,6 @@ double Nees(const Eigen::MatrixXd& cov, const RotorConstants& error, const std::
   return scaled.dot(correlation.ldlt().solve(scaled)) / static_cast<double>(n);
 }
 
-struct Flown {
-  RotorTruth truth;
-  RotorData data;
-  std::vector<RotorNode> nodes;  // the truth at each pose
-};
-
-Flown Fly(const RotorExperiment& experiment, const PiecewisePolynomial& path, std::uint64_t seed) {
-  Flown flown;
-  const RotorSimulation& sim = experiment.simulation;
-  const FlightLog log = SimulateRotorFlight(sim, path, seed, &flown.truth);
-  flown.data = MakeRotorData(log, sim.vehicle.model.num_rotors(), {});
-  for (const RotorPose& pose : flown.data.poses) {
-    flown.nodes.push_back(flown.truth.states[std::lround(pose.t * sim.imu_rate)]);
-  }
-  return flown;
-}
-
-RotorAeroModel ModelOf(const RotorExperiment& experiment) {
-  const RotorDrivenModel& model = experiment.simulation.vehicle.model;
-  return RotorAeroModel(model.rotors(), model.gravity());
-}
-
-// Mean variance bound of the constants asked for, in units of the prior; infinite for a figure that
-// can't be flown within 0.1 m.
-double FigureScore(const RotorExperiment& experiment, const FlightKindSource& kind,
-                   const PiecewisePolynomial& path) {
-  try {
-    const Flown flown = Fly(experiment, path, experiment.seed);
-    if (flown.truth.path_error_rms > 0.1) return INFINITY;
-    const RotorBatchOptions options{experiment.simulation.noise, experiment.prior};
-    const Eigen::MatrixXd cov =
-        RotorBound(ModelOf(experiment), flown.data, options, flown.nodes, flown.truth.constants);
-    double sum = 0.0;
-    for (const int i : kind.by) sum += cov(i, i) / std::pow(experiment.prior.sigma[i], 2);
-    return sum;
-  } catch (const InputError&) {  // the vehicle lost it
-    return INFINITY;
-  }
-}
-
-PiecewisePolynomial BestFigure(const RotorExperiment& experiment, const FlightKindSource& kind,
-                               int threads) {
-  const RotorSimulation& sim = experiment.simulation;
-  const auto path = [&](int i) {
-    Random random(experiment.seed + i, "figure");
-    const Lissajous figure = RandomFigure(0.5 * sim.limits.travel, 2.0, &random);
-    return ScaledToLimits(sim.vehicle.model, sim.vehicle.parameters,
-                          LissajousPath(figure, experiment.duration), sim.limits, 0.02, 2.0);
-  };
-  std::vector<double> scores(kind.best_of);
-  ParallelFor(kind.best_of, threads,
-              [&](int i) { scores[i] = FigureScore(experiment, kind, path(i)); });
-  const auto best = std::min_element(scores.begin(), scores.end()) - scores.begin();
-  if (!std::isfinite(scores[best])) {
-    throw InputError(kind.name + ": none of the figures can be flown; raise best_of");
-  }
-  return path(static_cast<int>(best));
-}
-
 PiecewisePolynomial RandomPath(const RotorExperiment& experiment, std::uint64_t seed) {
   const RotorSimulation& sim = experiment.simulation;
   SplineShape shape;
@@ -128,8 +71,8 @@ RotorTrial RunTrial(const RotorExperiment& experiment, const PiecewisePolynomial
   RotorTrial trial;
   trial.seed = seed;
   try {
-    const RotorAeroModel model = ModelOf(experiment);
-    const Flown flown = Fly(experiment, path, seed);
+    const RotorAeroModel model = ModelOf(experiment.simulation);
+    const Flown flown = Fly(experiment.simulation, path, seed);
     const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
     trial.path_error = flown.truth.path_error_rms;
     trial.first_guess = prior.mean - flown.truth.constants;
@@ -151,28 +94,37 @@ RotorTrial RunTrial(const RotorExperiment& experiment, const PiecewisePolynomial
   return trial;
 }
 
+// The path that all flights of a kind share, if they do.
+std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
+                                            const FlightKindSource& kind, int threads,
+                                            const Progress& progress) {
+  if (kind.kind == "random") return std::nullopt;
+  if (kind.kind == "file") return ReadTrajectoryFile(kind.file);
+  return DesignFigure({experiment.simulation, experiment.prior, kind.by, experiment.duration,
+                       kind.best_of, kind.evaluations, experiment.seed, threads},
+                      progress);
+}
+
 RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial& path) {
   if (!experiment.learn_noise) return experiment.believed;
-  const Flown flown = Fly(experiment, path, experiment.seed);
+  const Flown flown = Fly(experiment.simulation, path, experiment.seed);
   RotorEkfOptions options;
   options.noise = experiment.believed;
   options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);
-  return LearnNoise(ModelOf(experiment), flown.data, options, experiment.believed).noise;
+  return LearnNoise(ModelOf(experiment.simulation), flown.data, options, experiment.believed).noise;
 }
 
 }  // namespace
 
-std::vector<RotorTrial> RunRotorExperiment(const RotorExperiment& experiment, int threads,
-                                           const Progress& progress) {
-  std::vector<RotorTrial> trials;
+RotorExperimentRun RunRotorExperiment(const RotorExperiment& experiment, int threads,
+                                      const Progress& progress) {
+  RotorExperimentRun run;
   for (std::size_t k = 0; k < experiment.kinds.size(); ++k) {
     const FlightKindSource& kind = experiment.kinds[k];
     progress(kind.name);
-    std::vector<PiecewisePolynomial> one;  // the same for all flights of the kind
-    if (kind.kind == "file") one.push_back(ReadTrajectoryFile(kind.file));
-    if (kind.kind == "lissajous") one.push_back(BestFigure(experiment, kind, threads));
+    const auto one = SamePath(experiment, kind, threads, progress);
     const auto path = [&](int i) {
-      return one.empty() ? RandomPath(experiment, experiment.seed + i) : one.front();
+      return one ? *one : RandomPath(experiment, experiment.seed + i);
     };
     const RotorNoise noise = NoiseFor(experiment, path(0));
     std::vector<RotorTrial> flown(experiment.flights);
@@ -180,9 +132,10 @@ std::vector<RotorTrial> RunRotorExperiment(const RotorExperiment& experiment, in
       flown[i] = RunTrial(experiment, path(i), noise, experiment.seed + i);
       flown[i].kind = static_cast<int>(k);
     });
-    for (RotorTrial& trial : flown) trials.push_back(std::move(trial));
+    for (RotorTrial& trial : flown) run.trials.push_back(std::move(trial));
+    run.paths.push_back(one);
   }
-  return trials;
+  return run;
 }
 
 }  // namespace trueline

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/result/yaml_text.h"
+#include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
 namespace {
@@ -130,8 +132,17 @@ std::string HistoryCsv(const RotorExperiment& experiment, const std::vector<Roto
 
 }  // namespace
 
-void WriteRotorExperiment(const RotorExperiment& experiment, const std::vector<RotorTrial>& trials,
+void WriteRotorExperiment(const RotorExperiment& experiment, const RotorExperimentRun& run,
                           const std::filesystem::path& directory) {
+  const std::vector<RotorTrial>& trials = run.trials;
+  for (std::size_t k = 0; k < run.paths.size(); ++k) {
+    if (!run.paths[k] || experiment.kinds[k].kind == "file") continue;
+    std::string name = experiment.kinds[k].name;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ' ' || c == '/'; }, '_');
+    WriteFileAtomically(directory / ("trajectory_" + name + ".yaml"),
+                        TrajectoryYaml(*run.paths[k]));
+  }
   WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, trials));
   WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, trials));
   WriteFileAtomically(directory / "summary.yaml",

@@ -10,8 +10,9 @@
 namespace trueline {
 
 // summary.yaml; trials.csv (each constant of each flight); history.csv (the filter's errors over
-// time by kind: mean, spread between flights, RMSE, stated sigma).
-void WriteRotorExperiment(const RotorExperiment& experiment, const std::vector<RotorTrial>& trials,
+// time by kind: mean, spread between flights, RMSE, stated sigma); trajectory_KIND.yaml of those
+// that were chosen here, blanks in the name as '_'.
+void WriteRotorExperiment(const RotorExperiment& experiment, const RotorExperimentRun& run,
                           const std::filesystem::path& directory);
 
 std::string RotorExperimentTable(const std::vector<KindSummary>& summaries);

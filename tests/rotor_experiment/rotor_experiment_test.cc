@@ -8,7 +8,9 @@
 
 #include "problems/common/error.h"
 #include "problems/report/render.h"
+#include "problems/rotor_experiment/figure_design.h"
 #include "problems/rotor_experiment/write_rotor_experiment.h"
+#include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
 namespace {
@@ -21,15 +23,19 @@ fs::path Shipped(const std::string& name) {
   return fs::path(TRUELINE_TEST_SOURCE_DIR) / "config/experiments" / (name + ".yaml");
 }
 
-std::vector<RotorTrial> RunAll(const RotorExperiment& experiment, int threads = 0) {
+RotorExperimentRun RunWith(const RotorExperiment& experiment, int threads = 0) {
   return RunRotorExperiment(experiment, threads, [](const std::string&) {});
+}
+
+std::vector<RotorTrial> RunAll(const RotorExperiment& experiment, int threads = 0) {
+  return RunWith(experiment, threads).trials;
 }
 
 TEST(RotorExperiment, ShippedOnesAreReadAndOthersAreNot) {
   EXPECT_TRUE(IsRotorExperiment(Shipped("rotors_figure3")));
   EXPECT_FALSE(IsRotorExperiment(Shipped("figure11")));
   const RotorExperiment figure3 = ReadRotorExperiment(Shipped("rotors_figure3"));
-  EXPECT_EQ(figure3.kinds.size(), 4u);
+  EXPECT_EQ(figure3.kinds.size(), 5u);
   EXPECT_TRUE(figure3.simulation.log_commands);
   const RotorExperiment coverage = ReadRotorExperiment(Shipped("rotors_coverage"));
   EXPECT_EQ(coverage.flights, 500);
@@ -40,18 +46,40 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_matched"));
   ShortenRotorExperiment(&experiment);
   experiment.kinds.resize(2);  // random and Lissajous; the designed ones last 20 s
-  const std::vector<RotorTrial> trials = RunAll(experiment);
-  ASSERT_EQ(trials.size(), 4u);
-  for (const RotorTrial& trial : trials) EXPECT_EQ(trial.failure, "");
+  const RotorExperimentRun run = RunWith(experiment);
+  ASSERT_EQ(run.trials.size(), 4u);
+  for (const RotorTrial& trial : run.trials) EXPECT_EQ(trial.failure, "");
   const fs::path out = fs::path(testing::TempDir()) / "trueline_rotor_experiment";
   fs::remove_all(out);
-  WriteRotorExperiment(experiment, trials, out);
+  WriteRotorExperiment(experiment, run, out);
   const YAML::Node summary = YAML::LoadFile((out / "summary.yaml").string());
   ASSERT_EQ(summary["kinds"].size(), 2u);
   EXPECT_EQ(summary["kinds"][0]["flights"].as<int>(), 2);
   EXPECT_TRUE(summary["kinds"][0]["groups"]["r_BP"]["batch"]["rmse"].IsDefined());
   EXPECT_EQ(RenderReport("rotor_experiment", {"--result=" + out.string()}, out), "");
+  const PiecewisePolynomial figure = ReadTrajectoryFile(out / "trajectory_best_Lissajous.yaml");
+  EXPECT_DOUBLE_EQ(figure.duration(), experiment.duration);
   fs::remove_all(out);
+}
+
+TEST(RotorExperiment, AnEvolvedFigureHasASmallerBoundWithinTheSameLimitsSlow) {
+  RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_figure3"));
+  FigureDesign design{experiment.simulation, experiment.prior, {}, 3.0, 3, 0, 1, 0};
+  for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) {
+    design.by.push_back(FindRotorConstant(name));
+  }
+  const auto quiet = [](const std::string&) {};
+  const PiecewisePolynomial best = DesignFigure(design, quiet);
+  design.evaluations = 480;
+  const PiecewisePolynomial evolved = DesignFigure(design, quiet);
+  EXPECT_LT(FlownBound(design, evolved), 0.95 * FlownBound(design, best));
+  const RotorSimulation& sim = experiment.simulation;
+  const FlightLimits& limits = sim.limits;
+  const LimitUse use =
+      CheckLimits(RotorFlight(sim.vehicle.model, sim.vehicle.parameters, evolved), limits, 0.001);
+  EXPECT_LE(use.travel, limits.travel * (1.0 + 1e-6));
+  EXPECT_LE(use.rate, limits.rate * (1.0 + 1e-6));
+  EXPECT_LE(use.max_speed, limits.max_speed * (1.0 + 1e-6));
 }
 
 TEST(RotorExperiment, ResultsDoNotDependOnThreads) {
