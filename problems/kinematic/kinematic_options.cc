@@ -6,8 +6,6 @@
 #include "problems/common/yaml_options.h"
 
 namespace trueline {
-namespace {}  // namespace
-
 KinematicOptions ReadKinematicOptions(const YamlMap& map) {
   KinematicOptions options;
   ReadOption(map, "initial_attitude", &options.initial_attitude);

@@ -3,8 +3,6 @@
 #include <glog/logging.h>
 
 namespace trueline {
-namespace {}  // namespace
-
 ConstantsInformation::ConstantsInformation(std::vector<int> free, const RotorConstants& scale)
     : free_(std::move(free)), scale_(scale) {
   const auto size = kNodeErrors + static_cast<Eigen::Index>(free_.size());
