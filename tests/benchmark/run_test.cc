@@ -61,7 +61,7 @@ std::unique_ptr<TemporaryFolder> Run::folder_;
 fs::path Run::file_;
 std::map<std::string, std::string> Run::expected_;
 
-TEST_F(Run, GivesTheSameBytesOnTwoThreads) {
+TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
   const fs::path out = folder_->path() / "two";
   EXPECT_EQ(RunFile(file_, out, 2).reused, 0);
   ExpectSame(out);
@@ -81,7 +81,7 @@ TEST_F(Run, GoesOnWhereItWasKilled) {
   ExpectSame(out);
 }
 
-TEST_F(Run, ReusesNothingOfAnotherExperiment) {
+TEST_F(Run, SlowReusesNothingOfAnotherExperiment) {
   const TemporaryFolder other;
   fs::copy(folder_->path() / "one" / "jobs", other.path() / "jobs");
   std::string text = ThreeFlights();

@@ -132,7 +132,7 @@ TEST(LinearProblem, WindowCovarianceIsTheBatchs) {
 
 // With accelerometer noise: the scatter of the arc's end over many noisy IMUs, against what the
 // rigid fit's covariance says beyond the fixes' part.
-TEST(LinearProblem, WindowCovarianceKnowsTheImusNoise) {
+TEST(LinearProblem, SlowWindowCovarianceKnowsTheImusNoise) {
   constexpr double kNoise = 0.2;  // m/s^2/sqrt(Hz)
   constexpr int kNoisyImus = 200;
   const FlightLog quiet = UnturnedFlight(3, {0.3, -0.2, 0.1});

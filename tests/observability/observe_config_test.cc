@@ -36,7 +36,7 @@ const CaseResult& Find(const std::vector<CaseResult>& cases, const std::string& 
   throw std::runtime_error("no case " + name);
 }
 
-TEST(ObserveConfig, EveryFileThatShipsRuns) {
+TEST(ObserveConfig, SlowEveryFileThatShipsRuns) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kConfigs)) {
     const auto cases = RunFile(entry.path().filename());
@@ -64,7 +64,7 @@ TEST(ObserveConfig, TableOneHasThePapersNumbers) {
 }
 
 // The rank of a flight, by singular values, is the exact one of its kind of motion.
-TEST(ObserveConfig, FlightsShowWhatTheirKindOfMotionShowsExactly) {
+TEST(ObserveConfig, SlowFlightsShowWhatTheirKindOfMotionShowsExactly) {
   const auto flights = RunFile("flights.yaml"), kinds = RunFile("extended.yaml");
   for (const char* name : {"hover", "straight ahead and back"}) {
     const RankReport& flight = Find(flights, name).rank;

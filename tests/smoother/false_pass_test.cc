@@ -58,7 +58,7 @@ TEST(FalsePass, IsNamedAndDoesNoHarm) {
   EXPECT_LT(error, 0.6 * SummariseArcs(naive).error.mean);
 }
 
-TEST(FalsePass, GoodFlightsRaiseNoAlarm) {
+TEST(FalsePass, SlowGoodFlightsRaiseNoAlarm) {
   int alarms = 0, passes = 0;
   for (int seed = 11; seed <= 14; ++seed) {
     const EstimatorRun run = Smooth(Fly(30.0, seed).log, 0.05);
