@@ -5,8 +5,9 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/design/run_design.h"
+#include "problems/design/write_design.h"
 #include "problems/report/render.h"
-#include "problems/trajectory/design_config.h"
 
 DEFINE_string(config, "", "YAML with vehicle, limits and the states to show, as in config/design/");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -22,11 +23,15 @@ namespace {
 constexpr char kUsage[] = R"(Designs a flight that shows chosen parameters well.
 
   trueline-design --config=config/design/sensor_position.yaml --out=result
-      20 s that show where the pose sensor sits, within the limits of Boehm et al. 2020:
+      20 s that show where the pose sensor sits, within the limits of Boehm et al. 2020, by the
+      smallest singular value of their Gramian:
       trajectory.yaml (polynomials), trajectory.csv (states and rotor speeds at 100 Hz),
       score.yaml, report.html
   trueline-design --config=config/design/inertia.yaml --out=result --compare=1000
       also scores 1,000 random flights and Lissajous figures within the same limits
+  trueline-design --config=config/design/sensor_position_bound.yaml --out=result
+      the same by the bound of the batch calibration that will read the flight, which knows
+      disturbances and sensor rates: takes minutes, shows more
   trueline-observe --config=... --out=...  with  trajectory: {kind: file, file: trajectory.yaml}
       what the designed flight shows of everything else
 

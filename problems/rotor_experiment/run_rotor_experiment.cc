@@ -5,11 +5,11 @@
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
+#include "problems/design/bound_design.h"
 #include "problems/rotor_calibration/learn_noise.h"
-#include "problems/rotor_experiment/figure_design.h"
-#include "problems/rotor_experiment/flown.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
-#include "problems/trajectory/design.h"
+#include "problems/rotor_simulation/flown.h"
+#include "problems/trajectory/feasible_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
@@ -100,9 +100,10 @@ std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
                                             const Progress& progress) {
   if (kind.kind == "random") return std::nullopt;
   if (kind.kind == "file") return ReadTrajectoryFile(kind.file);
-  return DesignFigure({experiment.simulation, experiment.prior, kind.by, experiment.duration,
+  return DesignFigure({experiment.simulation, experiment.prior, kind.by, experiment.duration, 0.0,
                        kind.best_of, kind.evaluations, experiment.seed, threads},
-                      progress);
+                      progress)
+      .path;
 }
 
 RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial& path) {

@@ -6,8 +6,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/units.h"
-#include "problems/trajectory/catalogue.h"
-#include "problems/trajectory/design.h"
+#include "problems/trajectory/feasible_flight.h"
 
 namespace trueline {
 namespace {

@@ -92,4 +92,4 @@ def hide_outside(rng, config):
 def spoil(log, hidden):
     """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
     if hidden["id"] == "outside:heading_twice_round":
-        rewrite(log / "pose.csv", turn_heading)
+        rewrite(log / "pose.csv", lambda row, at: turn_heading(row, at, 0.0))

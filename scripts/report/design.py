@@ -47,18 +47,24 @@ def _rotors(path):
 
 def _score(score):
     compared = score.get("compared") or {}
-    items = [(number(score["score"]), "smallest singular value, scaled"),
-             (number(score["start_score"]), "of the random flight it began as")]
+    by_bound = score.get("criterion") == "bound"
+    items = [(number(score["score"]), "times narrower than the prior, rms" if by_bound else
+              "smallest singular value, scaled"),
+             (number(score["start_score"]), "of the best figure it began as" if by_bound else
+              "of the random flight it began as")]
     for kind in ("random", "lissajous"):
         if kind in compared:
             c = compared[kind]
             items.append((number(c["best"]), f"best of {c['count']} {kind} flights "
                                              f"(median {number(c['median'])})"))
-    items.append((f"{score['seconds']:.0f} s", f"to design, {score['iterations']} iterations"))
+    items.append((f"{score['seconds']:.0f} s", f"to design, {score['iterations']} "
+                                               f"{'flights tried' if by_bound else 'iterations'}"))
     rows = [[escape(name), number(entry["value"]), number(entry["random"]), escape(entry["unit"])]
             for name, entry in score["crlb_whole_flight"].items()]
     headers = [("parameter", 0), ("sigma", 1), ("of a random flight", 1), ("unit", 0)]
-    note = "Bound of Cramer and Rao by the exact Gramian, the motion model trusted throughout."
+    note = ("Bound of Cramer and Rao of the batch calibration, with disturbances and prior."
+            if by_bound else
+            "Bound of Cramer and Rao by the exact Gramian, the motion model trusted throughout.")
     return [tiles(items), table(headers, rows), paragraph(note, "note")]
 
 

@@ -7,7 +7,7 @@
 #include "problems/observability/empirical_gramian.h"
 #include "problems/observability/rotor_driven_rank.h"
 #include "problems/observability/variational_gramian.h"
-#include "problems/trajectory/design_score.h"
+#include "problems/design/design_score.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

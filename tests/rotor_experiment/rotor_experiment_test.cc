@@ -8,7 +8,6 @@
 
 #include "problems/common/error.h"
 #include "problems/report/render.h"
-#include "problems/rotor_experiment/figure_design.h"
 #include "problems/rotor_experiment/write_rotor_experiment.h"
 #include "problems/trajectory/trajectory_config.h"
 
@@ -60,26 +59,6 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   const PiecewisePolynomial figure = ReadTrajectoryFile(out / "trajectory_best_Lissajous.yaml");
   EXPECT_DOUBLE_EQ(figure.duration(), experiment.duration);
   fs::remove_all(out);
-}
-
-TEST(RotorExperiment, AnEvolvedFigureHasASmallerBoundWithinTheSameLimitsSlow) {
-  RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_figure3"));
-  FigureDesign design{experiment.simulation, experiment.prior, {}, 3.0, 3, 0, 1, 0};
-  for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) {
-    design.by.push_back(FindRotorConstant(name));
-  }
-  const auto quiet = [](const std::string&) {};
-  const PiecewisePolynomial best = DesignFigure(design, quiet);
-  design.evaluations = 480;
-  const PiecewisePolynomial evolved = DesignFigure(design, quiet);
-  EXPECT_LT(FlownBound(design, evolved), 0.95 * FlownBound(design, best));
-  const RotorSimulation& sim = experiment.simulation;
-  const FlightLimits& limits = sim.limits;
-  const LimitUse use =
-      CheckLimits(RotorFlight(sim.vehicle.model, sim.vehicle.parameters, evolved), limits, 0.001);
-  EXPECT_LE(use.travel, limits.travel * (1.0 + 1e-6));
-  EXPECT_LE(use.rate, limits.rate * (1.0 + 1e-6));
-  EXPECT_LE(use.max_speed, limits.max_speed * (1.0 + 1e-6));
 }
 
 TEST(RotorExperiment, ResultsDoNotDependOnThreads) {

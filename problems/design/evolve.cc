@@ -1,4 +1,4 @@
-#include "problems/trajectory/evolve.h"
+#include "problems/design/evolve.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,6 +71,9 @@ Evolved Evolve(const std::function<double(const VectorXd&)>& cost, const VectorX
                rates.rank * spread;
     const double damping = 1.0 + rates.step_path;
     step *= std::exp(rates.step_path / damping * (step_path.norm() / rates.walk - 1.0));
+    const int done = std::min(tried + options.offspring, options.evaluations);
+    const bool tenth = 10 * done / options.evaluations > 10 * tried / options.evaluations;
+    if (options.watch && tenth) options.watch(done, best.value);
   }
   return best;
 }

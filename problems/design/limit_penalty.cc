@@ -1,8 +1,8 @@
-#include "problems/trajectory/limit_penalty.h"
+#include "problems/design/limit_penalty.h"
 
 #include <cmath>
 
-#include "problems/trajectory/variable.h"
+#include "problems/design/variable.h"
 
 namespace trueline {
 namespace {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "problems/rotor_data/rotor_data.h"
 #include "problems/rotor_simulation/simulate_rotor_flight.h"
 
 namespace trueline {

@@ -1,5 +1,5 @@
 // The evolution strategy on functions whose smallest values are known.
-#include "problems/trajectory/evolve.h"
+#include "problems/design/evolve.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "problems/trajectory/design_config.h"
+#include "problems/design/design_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "problems/common/error.h"
+#include "problems/design/run_design.h"
+#include "problems/design/write_design.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
@@ -23,8 +25,12 @@ TEST(DesignConfig, EveryFileThatShipsIsReadAndCanBegin) {
     task.options.shape.pieces = 16;
     task.options.candidates = task.options.starts = task.options.iterations = 1;
     task.options.check_step = 0.01;
-    task.scale_flights = 1;
     task.compare = 0;
+    if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale_flights = 1;
+    if (auto* bound = std::get_if<BoundCriterion>(&task.criterion)) {
+      bound->evaluations = 24;
+      task.options.candidates = 3;
+    }
     const DesignOutcome outcome = RunDesignTask(task, kSilent);
     EXPECT_GT(outcome.result.score, 0.0) << entry.path();
     EXPECT_LE(outcome.result.use.worst, 1.0) << entry.path();
@@ -90,8 +96,9 @@ TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
   fs::remove_all(folder);
 }
 
-void ExpectRefused(const std::string& key, const std::string& value, const std::string& part) {
-  YAML::Node node = YAML::LoadFile((kConfigs / "quick.yaml").string());
+void ExpectRefused(const std::string& key, const std::string& value, const std::string& part,
+                   const char* shipped = "quick.yaml") {
+  YAML::Node node = YAML::LoadFile((kConfigs / shipped).string());
   node[key] = YAML::Load(value);
   try {
     ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1);
@@ -109,6 +116,13 @@ TEST(DesignConfig, MistakesAreNamed) {
   ExpectRefused("limits", "{tilt: 2.0}", "must be in (0, pi/2) rad");
   ExpectRefused("limits", "{speed: 2.0}", "unknown key");
   ExpectRefused("starts", "0", "must be at least 1");
+  ExpectRefused("criterion", "size", "gramian, bound");
+  const char* by_bound = "sensor_position_bound.yaml";
+  ExpectRefused("show", "[k_f]", "give it a sigma under 'prior'", by_bound);
+  ExpectRefused("show", "[nose]", "is no constant", by_bound);
+  ExpectRefused("show", "[]", "names nothing", by_bound);
+  ExpectRefused("ramp", "12", "at most 0.4 of the duration", by_bound);
+  ExpectRefused("starts", "2", "unknown key", by_bound);
 }
 
 }  // namespace

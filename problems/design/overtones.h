@@ -18,7 +18,9 @@ using Overtones = Eigen::Matrix<double, kOvertoneUnknowns, 1>;
 Overtones OvertonesOf(const Lissajous& figure);
 // By how much each unknown may usefully differ, for figures of `size` m and `yaw_size` rad.
 Overtones OvertoneUnits(double size, double yaw_size);
-// Frequencies outside of 0.05 to 1.5 Hz are taken at those bounds.
-PiecewisePolynomial OvertonePath(const Overtones& figure, double duration);
+// Frequencies outside of 0.05 to 1.5 Hz are taken at those bounds. The figure swells from rest at
+// the origin within `ramp` seconds and dies away as slowly at the end; 0: it starts and ends in
+// motion.
+PiecewisePolynomial OvertonePath(const Overtones& figure, double duration, double ramp);
 
 }  // namespace trueline

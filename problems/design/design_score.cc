@@ -1,4 +1,4 @@
-#include "problems/trajectory/design_score.h"
+#include "problems/design/design_score.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "problems/common/parallel.h"
+#include "problems/design/variable.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
 #include "problems/observability/local_gramian.h"
-#include "problems/trajectory/variable.h"
 
 namespace trueline {
 namespace {

@@ -1,12 +1,12 @@
-#include "problems/trajectory/design_score.h"
+#include "problems/design/design_score.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <cmath>
 
+#include "problems/design/variable.h"
 #include "problems/observability/assessment.h"
-#include "problems/trajectory/variable.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

@@ -1,4 +1,4 @@
-#include "problems/trajectory/design.h"
+#include "problems/design/design.h"
 
 #include <ceres/ceres.h>
 
@@ -8,14 +8,14 @@
 #include <numeric>
 
 #include "problems/common/parallel.h"
+#include "problems/design/limit_penalty.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
-#include "problems/trajectory/limit_penalty.h"
+#include "problems/trajectory/feasible_flight.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kRandomStep = 0.02;  // s, of the grid for random flights
 constexpr double kPenaltyStep = 0.05;
 constexpr double kMargin = 0.01;
 
@@ -77,28 +77,6 @@ Optimised Optimise(const DesignScore& score, const LimitPenalty& penalty, FlatMa
   return result;
 }
 
-PiecewisePolynomial PathOf(const SplineShape& shape, const FlatMatrix& free) {
-  return PiecewisePolynomial::FromSpline(RestToRest(shape, free), shape.degree, shape.duration);
-}
-
-// Free control points, scaled so that the flight fills its limits.
-FlatMatrix FilledToLimits(const RotorDrivenModel& model, const std::vector<double>& parameters,
-                          const SplineShape& shape, const FlightLimits& limits,
-                          const FlatMatrix& free) {
-  const auto path = PathOf(shape, free);
-  const auto fitted = ScaledToLimits(model, parameters, path, limits, kRandomStep, 4.0);
-  const int middle = fitted.num_pieces() / 2;
-  const double norm = path.coefficients()[middle].norm();
-  return norm > 0.0 ? FlatMatrix(free * (fitted.coefficients()[middle].norm() / norm)) : free;
-}
-
-FlatMatrix RandomFeasibleControl(const RotorDrivenModel& model,
-                                 const std::vector<double>& parameters, const SplineShape& shape,
-                                 const FlightLimits& limits, Random* random) {
-  return FilledToLimits(model, parameters, shape, limits,
-                        RandomControl(shape, 0.5 * limits.travel, 1.5, random));
-}
-
 // A random Lissajous figure as control points, to start a design from: figures are often better
 // than random flights, and the ends of the spline let them begin and end at rest.
 FlatMatrix FigureControl(const RotorDrivenModel& model, const std::vector<double>& parameters,
@@ -126,13 +104,6 @@ double FlightScore(const RotorDrivenSystem& system, const std::vector<double>& p
   const RotorFlight flight(system.model(), parameters, path);
   const Eigen::MatrixXd gramian = E2log(system, flight, target.weights, options);
   return ScoreStates(gramian, target.interest, target.asked, target.scale).sigma_min;
-}
-
-PiecewisePolynomial RandomFeasibleFlight(const RotorDrivenModel& model,
-                                         const std::vector<double>& parameters,
-                                         const SplineShape& shape, const FlightLimits& limits,
-                                         Random* random) {
-  return PathOf(shape, RandomFeasibleControl(model, parameters, shape, limits, random));
 }
 
 std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
@@ -172,7 +143,7 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
     Random random(options.seed + i, "design");
     candidates[i] = (i % 2 == 0 ? RandomFeasibleControl : FigureControl)(model, parameters, shape,
                                                                          options.limits, &random);
-    scores[i] = FlightScore(system, parameters, PathOf(shape, candidates[i]), target);
+    scores[i] = FlightScore(system, parameters, SplinePath(shape, candidates[i]), target);
   });
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
@@ -182,12 +153,12 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
   const LimitPenalty penalty(MakeFlatVehicle(model, parameters), shape, options.limits,
                              kPenaltyStep, kMargin);
   std::vector<DesignResult> results(options.starts,
-                                    {PathOf(shape, candidates[0]), {}, 0, 0, 0, false, 0, {}});
+                                    {SplinePath(shape, candidates[0]), {}, 0, 0, 0, false, 0, {}});
   ParallelFor(options.starts, options.threads, [&](int i) {
     const Optimised optimised = Optimise(score, penalty, candidates[order[i]], options);
     DesignResult& result = results[i];
-    result.path = ScaledToLimits(model, parameters, PathOf(shape, optimised.free), options.limits,
-                                 options.check_step, 1.0);
+    result.path = ScaledToLimits(model, parameters, SplinePath(shape, optimised.free),
+                                 options.limits, options.check_step, 1.0);
     result.score = FlightScore(system, parameters, result.path, target);
     result.start_score = scores[order[i]];
     result.iterations = optimised.iterations;

@@ -1,4 +1,4 @@
-#include "problems/rotor_experiment/flown.h"
+#include "problems/rotor_simulation/flown.h"
 
 #include <cmath>
 

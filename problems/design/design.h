@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/trajectory/design_score.h"
+#include "problems/design/design_score.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {
@@ -40,12 +40,6 @@ struct DesignResult {
 // The score of any flight: sigma_min of its scaled, marginalised E2LOG Gramian (order 4).
 double FlightScore(const RotorDrivenSystem& system, const std::vector<double>& parameters,
                    const PiecewisePolynomial& path, const DesignTarget& target);
-
-// A random flight of the shape, as large as the limits allow.
-PiecewisePolynomial RandomFeasibleFlight(const RotorDrivenModel& model,
-                                         const std::vector<double>& parameters,
-                                         const SplineShape& shape, const FlightLimits& limits,
-                                         Random* random);
 
 // Usual standard deviations of the error states: the root mean square of the Cramer-Rao bounds over
 // `count` random flights within the limits (30 in the papers). States that none of them shows keep

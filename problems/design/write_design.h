@@ -1,0 +1,17 @@
+// Files and table of a design.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "problems/design/design_config.h"
+
+namespace trueline {
+
+// trajectory.yaml, trajectory.csv and score.yaml in `directory`.
+void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
+                 const std::filesystem::path& directory);
+
+std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome);
+
+}  // namespace trueline

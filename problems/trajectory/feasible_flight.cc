@@ -1,0 +1,34 @@
+#include "problems/trajectory/feasible_flight.h"
+
+namespace trueline {
+
+PiecewisePolynomial SplinePath(const SplineShape& shape, const FlatMatrix& free) {
+  return PiecewisePolynomial::FromSpline(RestToRest(shape, free), shape.degree, shape.duration);
+}
+
+FlatMatrix FilledToLimits(const RotorDrivenModel& model, const std::vector<double>& parameters,
+                          const SplineShape& shape, const FlightLimits& limits,
+                          const FlatMatrix& free) {
+  constexpr double kStep = 0.02;  // s
+  const auto path = SplinePath(shape, free);
+  const auto fitted = ScaledToLimits(model, parameters, path, limits, kStep, 4.0);
+  const int middle = fitted.num_pieces() / 2;
+  const double norm = path.coefficients()[middle].norm();
+  return norm > 0.0 ? FlatMatrix(free * (fitted.coefficients()[middle].norm() / norm)) : free;
+}
+
+FlatMatrix RandomFeasibleControl(const RotorDrivenModel& model,
+                                 const std::vector<double>& parameters, const SplineShape& shape,
+                                 const FlightLimits& limits, Random* random) {
+  return FilledToLimits(model, parameters, shape, limits,
+                        RandomControl(shape, 0.5 * limits.travel, 1.5, random));
+}
+
+PiecewisePolynomial RandomFeasibleFlight(const RotorDrivenModel& model,
+                                         const std::vector<double>& parameters,
+                                         const SplineShape& shape, const FlightLimits& limits,
+                                         Random* random) {
+  return SplinePath(shape, RandomFeasibleControl(model, parameters, shape, limits, random));
+}
+
+}  // namespace trueline
