@@ -15,7 +15,7 @@ struct EvolveOptions {
   double step = 0.1;   // of the first generation, in the units given
   std::uint64_t seed = 0;
   int threads = 0;  // 0: all cores; the result does not depend on it
-  std::function<void(int tried, double best)> watch;  // called after each tenth, if set
+  std::function<void(int tried, double best)> watch = nullptr;  // called after each tenth
 };
 
 struct Evolved {

@@ -170,10 +170,19 @@ Matrix RotorNormal::ClusterCovariance() const {
   const Matrix scores = ClusterProducts(residual, v);
   const double count = clusters();
   const Matrix scatter = scores.transpose() * scores * (count / std::max(1.0, count - 1.0)) + I;
-  const Matrix scaled = bread * scatter * bread;
+  return InUnits(bread * scatter * bread);
+}
+
+Matrix RotorNormal::ColumnCovariance() const {
+  const Eigen::Index n = constants();
+  const Matrix moved = M_.topLeftCorner(n, n).llt().solve(M_.topRightCorner(n, border() - n));
+  return InUnits(moved * moved.transpose());
+}
+
+Matrix RotorNormal::InUnits(const Matrix& scaled) const {
   Matrix cov = Matrix::Zero(RotorAeroModel::kConstants, RotorAeroModel::kConstants);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    for (Eigen::Index j = 0; j < scaled.cols(); ++j) {
       cov(free_[i], free_[j]) = scaled(i, j) * scale_[free_[i]] * scale_[free_[j]];
     }
   }

@@ -40,9 +40,14 @@ class RotorNormal {
   // Covariance of the constants (kConstants x kConstants, SI) where scores vary between clusters
   // as they did, and not as the noise says (sandwich). Columns stay at zero.
   Eigen::MatrixXd ClusterCovariance() const;
+  // Covariance of the constants (as above) where the columns' sizes, each of sigma 1, are not
+  // estimated: what they add to that by the noise.
+  Eigen::MatrixXd ColumnCovariance() const;
 
  private:
   struct Link;
+  // Of the free constants in prior sigmas, as a matrix of all constants in SI.
+  Eigen::MatrixXd InUnits(const Eigen::MatrixXd& scaled) const;
   void Eliminate(std::vector<Link>* links) const;
   void Sum();
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_calibration/learn_noise.h"
 #include "problems/vgd/identifiability.h"
 
@@ -188,6 +189,9 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
   batch.widen = options.widen;
   result.batch = RunRotorBatch(model, data, batch);
+  result.batch.cov +=
+      ConsideredCovariance(model, data, batch, result.batch,
+                           ConsideredVariants(log, options, Part(streams, 0.0, fitted)));
   const double nodes = static_cast<double>(result.batch.nodes.size());
   result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - 12.0 * nodes);
   result.origin = data.origin;

@@ -14,6 +14,12 @@
 
 namespace trueline {
 
+// An effect that the model lacks, and its usual size; see considered.h.
+struct ConsideredEffect {
+  std::string id, parameter;
+  double sigma;  // about none, in the catalogue's unit
+};
+
 struct RotorCalibrationOptions {
   RotorVehicle vehicle;  // rotors, and nominal constants
   RotorPrior prior;
@@ -26,7 +32,8 @@ struct RotorCalibrationOptions {
   bool learn_rotor_delay = false;  // on top of data.rotor_delay
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
   bool widen = true;               // see RotorBatchOptions
-  double wander = 0.0;             // of the filter's constants, see RotorEkfOptions
+  std::vector<ConsideredEffect> considered;
+  double wander = 0.0;  // of the filter's constants, see RotorEkfOptions
   std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
   std::vector<std::string> warnings;                // from reading
 

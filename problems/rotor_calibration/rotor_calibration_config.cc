@@ -2,6 +2,7 @@
 
 #include "problems/common/yaml_options.h"
 #include "problems/effects/read_effects.h"
+#include "problems/rotor_calibration/considered.h"
 
 namespace trueline {
 namespace {
@@ -76,6 +77,7 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
   ReadOption(map, "learn_rotor_delay", &options->learn_rotor_delay);
   ReadNotNegative(map, "robust_pose", &options->robust_pose);
   ReadOption(map, "widen", &options->widen);
+  options->considered = ReadConsidered(map.ChildOrEmpty("consider"));
   ReadNotNegative(map, "wander", &options->wander);
   ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &options->prior);
@@ -124,6 +126,7 @@ YAML::Node ToYaml(const RotorCalibrationOptions& options) {
   node["learn_rotor_delay"] = options.learn_rotor_delay;
   node["robust_pose"] = options.robust_pose;
   node["widen"] = options.widen;
+  node["consider"] = ToYaml(options.considered);
   node["wander"] = options.wander;
   node["noise"] = ToYaml(options.noise);
   node["prior"] = ToYaml(options.prior);

@@ -164,27 +164,16 @@ RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& con
 
 RotorColumns ColumnsOf(const RotorWorld& world, std::vector<RotorVariant> variants,
                        const RotorLibrary* library) {
-  const int count = static_cast<int>(variants.size());
-  const int terms = library != nullptr ? library->columns : 0;
-  const auto push = [&world, variants = std::move(variants), library, count, terms](
-                        double t, const RotorState& x, Eigen::MatrixXd* out) {
-    const RotorInput input = world.data.InputAt(t);
-    const auto base = world.model.PushOn(x.data(), input);
-    for (int i = 0; i < count; ++i) {
-      const RotorVariant& variant = variants[i];
-      RotorState moved = x;
-      moved.tail<RotorAeroModel::kConstants>() += variant.added;
-      const auto moved_push = variant.data != nullptr
-                                  ? variant.model.PushOn(moved.data(), variant.data->InputAt(t))
-                                  : variant.model.PushOn(moved.data(), input);
-      out->col(i).head<6>() << moved_push.force - base.force, moved_push.turn - base.turn;
-    }
-    if (terms == 0) return;
-    Eigen::MatrixXd described = Eigen::MatrixXd::Zero(12, terms);
+  RotorColumns columns = VariantColumns(world.model, world.data, std::move(variants));
+  if (library == nullptr) return columns;
+  const auto push = [variants = columns.push, library](double t, const RotorState& x,
+                                                       Eigen::MatrixXd* out) {
+    variants(t, x, out);
+    Eigen::MatrixXd described = Eigen::MatrixXd::Zero(12, library->columns);
     library->push(t, x, &described);
-    out->rightCols(terms) = described;
+    out->rightCols(library->columns) = described;
   };
-  return {count + terms, push};
+  return {columns.count + library->columns, push};
 }
 
 }  // namespace trueline

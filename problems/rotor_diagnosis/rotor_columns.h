@@ -2,12 +2,11 @@
 // RotorNormal.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "problems/effects/rotor_extension.h"
-#include "problems/rotor_batch/rotor_normal.h"
+#include "problems/rotor_batch/rotor_variant.h"
 #include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_diagnosis/rotor_catalogue.h"
 
@@ -21,13 +20,6 @@ struct RotorWorld {
 };
 RotorWorld MakeRotorWorld(const FlightLog& log, const RotorCalibrationOptions& options,
                           const std::vector<Effect>& effects);
-
-// A model beside that of a fit. Its push less that of the fit's is a column.
-struct RotorVariant {
-  RotorAeroModel model;
-  RotorConstants added;             // to the constants of the fit
-  std::shared_ptr<RotorData> data;  // null: as in the fit
-};
 
 // `candidate` with parameter `parameter` moved by `move` from `value`, beside the effects `others`
 // that are in the model. `world`: of the fit, with `others` and the candidate at `value` in it.

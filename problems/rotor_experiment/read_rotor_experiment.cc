@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "problems/common/yaml_options.h"
+#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
@@ -54,6 +55,8 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   ReadOption(map, "seed", &experiment.seed);
   ReadOption(map, "learn_noise", &experiment.learn_noise);
   ReadOption(map, "widen", &experiment.widen);
+  experiment.unmodelled = ReadConsidered(map.ChildOrEmpty("unmodelled"));
+  experiment.considered = ReadConsidered(map.ChildOrEmpty("consider"));
   experiment.prior = PriorFromVehicle(experiment.simulation.vehicle);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &experiment.prior);
   experiment.believed = experiment.simulation.noise;

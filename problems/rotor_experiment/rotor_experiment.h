@@ -10,6 +10,9 @@
 //   seed: 1
 //   prior: {...}                            # as trueline-calibrate; initial guesses are drawn of
 //   it noise: {...}                            # believed; left out: that of the simulation
+//   unmodelled: {rotor_loss: {factor: 0.01}}   # sigmas of what each flight has and no estimator
+//                                              # models, drawn by flight
+//   consider: {rotor_loss: {factor: 0.01}}  # what intervals take in of it; as trueline-calibrate
 //   learn_noise: false                      # learned on the first flight of each kind instead
 //   kinds:
 //     - {name: random, kind: random}        # a new trajectory for each flight
@@ -24,7 +27,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/rotor_batch/rotor_batch.h"
+#include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_ekf/rotor_ekf.h"
 #include "problems/rotor_simulation/simulate_rotor_flight.h"
 
@@ -45,7 +48,9 @@ struct RotorExperiment {
   RotorPrior prior;
   RotorNoise believed;
   bool learn_noise = false;
-  bool widen = true;       // see RotorBatchOptions
+  bool widen = true;                         // see RotorBatchOptions
+  std::vector<ConsideredEffect> unmodelled;  // sizes are drawn for each flight
+  std::vector<ConsideredEffect> considered;
   double duration = 20.0;  // s
   int flights = 10;
   std::uint64_t seed = 1;

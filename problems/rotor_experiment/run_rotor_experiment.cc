@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/design/bound_design.h"
+#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_calibration/learn_noise.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
 #include "problems/rotor_simulation/flown.h"
@@ -54,16 +57,53 @@ PiecewisePolynomial RandomPath(const RotorExperiment& experiment, std::uint64_t 
                               &random);
 }
 
-void RunFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
-               const RotorPrior& prior, RotorTrial* trial) {
+// The simulation with effects that the estimators lack, of sizes drawn for this flight. Drag and
+// lag have one sign.
+RotorSimulation DrawUnmodelled(const RotorExperiment& experiment, std::uint64_t seed) {
+  RotorSimulation drawn = experiment.simulation;
+  Random random(seed, "unmodelled");
+  std::map<std::string, std::map<std::string, double>> values;
+  for (const ConsideredEffect& e : experiment.unmodelled) {
+    if (e.id == "rotor_loss") {
+      for (int i = 0; i < drawn.vehicle.model.num_rotors(); ++i) {
+        const double factor = 1.0 + e.sigma * random.Normal();
+        drawn.effects.push_back({e.id, {{"rotor", i}, {"factor", factor}}});
+      }
+      continue;
+    }
+    double size = e.sigma * random.Normal();
+    if (e.id == "linear_drag") size = -std::abs(size);
+    if (e.id == "motor_lag") {
+      constexpr double kQuickest = 0.002;  // s; no loop of control holds quicker motors
+      size = std::max(kQuickest, std::abs(size));
+      drawn.log_commands = true;
+    }
+    values[e.id][e.parameter] = size;
+  }
+  for (auto& [id, parameters] : values) {
+    for (const std::string& name : ConsiderableParameters(id)) parameters.try_emplace(name, 0.0);
+    drawn.effects.push_back({id, parameters});
+  }
+  return drawn;
+}
+
+// What the effects that are considered add to the covariance of filter and batch.
+Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown,
+                           const RotorBatchOptions& batch, const RotorBatchResult& fit) {
+  RotorCalibrationOptions options(experiment.simulation.vehicle);
+  options.prior = batch.prior;
+  options.considered = experiment.considered;
+  return ConsideredCovariance(ModelOf(experiment.simulation), flown.data, batch, fit,
+                              ConsideredVariants(flown.log, options, {}));
+}
+
+RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
+                      const RotorPrior& prior, RotorTrial* trial) {
   const RotorEkfRun run = RunRotorEkf(model, flown.data, {noise, prior});
   trial->history = run.history;
   for (RotorEstimate& estimate : trial->history) estimate.mean -= flown.truth.constants;
   trial->filter_error = trial->history.back().mean;
-  trial->filter_sigma = trial->history.back().sigma;
-  constexpr int kConstants = RotorAeroModel::kConstants;
-  trial->filter_nees =
-      Nees(run.cov.bottomRightCorner<kConstants, kConstants>(), trial->filter_error, prior.Free());
+  return run;
 }
 
 RotorTrial RunTrial(const RotorExperiment& experiment, const PiecewisePolynomial& path,
@@ -72,17 +112,24 @@ RotorTrial RunTrial(const RotorExperiment& experiment, const PiecewisePolynomial
   trial.seed = seed;
   try {
     const RotorAeroModel model = ModelOf(experiment.simulation);
-    const Flown flown = Fly(experiment.simulation, path, seed);
+    const Flown flown = Fly(DrawUnmodelled(experiment, seed), path, seed);
     const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
     trial.path_error = flown.truth.path_error_rms;
     trial.first_guess = prior.mean - flown.truth.constants;
-    RunFilter(model, flown, noise, prior, &trial);
+    const RotorEkfRun filter = RunFilter(model, flown, noise, prior, &trial);
     RotorBatchOptions options{noise, prior};
     options.widen = experiment.widen;
     const RotorBatchResult batch = RunRotorBatch(model, flown.data, options);
     trial.batch_error = batch.mean - flown.truth.constants;
-    trial.batch_sigma = batch.Sigma();
-    trial.batch_nees = Nees(batch.cov, trial.batch_error, prior.Free());
+    const Eigen::MatrixXd considered = Considered(experiment, flown, options, batch);
+    const Eigen::MatrixXd batch_cov = batch.cov + considered;
+    trial.batch_sigma = batch_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+    trial.batch_nees = Nees(batch_cov, trial.batch_error, prior.Free());
+    constexpr int kConstants = RotorAeroModel::kConstants;
+    const Eigen::MatrixXd filter_cov =
+        filter.cov.bottomRightCorner<kConstants, kConstants>() + considered;
+    trial.filter_sigma = filter_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+    trial.filter_nees = Nees(filter_cov, trial.filter_error, prior.Free());
     trial.bound = RotorBound(model, flown.data, {experiment.simulation.noise, prior}, flown.nodes,
                              flown.truth.constants)
                       .diagonal()
@@ -108,7 +155,7 @@ std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
 
 RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial& path) {
   if (!experiment.learn_noise) return experiment.believed;
-  const Flown flown = Fly(experiment.simulation, path, experiment.seed);
+  const Flown flown = Fly(DrawUnmodelled(experiment, experiment.seed), path, experiment.seed);
   RotorEkfOptions options;
   options.noise = experiment.believed;
   options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);

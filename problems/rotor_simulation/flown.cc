@@ -6,8 +6,8 @@ namespace trueline {
 
 Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed) {
   Flown flown;
-  const FlightLog log = SimulateRotorFlight(simulation, path, seed, &flown.truth);
-  flown.data = MakeRotorData(log, simulation.vehicle.model.num_rotors(), {});
+  flown.log = SimulateRotorFlight(simulation, path, seed, &flown.truth);
+  flown.data = MakeRotorData(flown.log, simulation.vehicle.model.num_rotors(), {});
   for (const RotorPose& pose : flown.data.poses) {
     flown.nodes.push_back(flown.truth.states[std::lround(pose.t * simulation.imu_rate)]);
   }

@@ -10,6 +10,7 @@
 namespace trueline {
 
 struct Flown {
+  FlightLog log;
   RotorTruth truth;
   RotorData data;
   std::vector<RotorNode> nodes;  // the truth at each pose
