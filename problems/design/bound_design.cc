@@ -10,6 +10,7 @@
 #include "problems/common/random.h"
 #include "problems/design/evolve.h"
 #include "problems/design/overtones.h"
+#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_simulation/flown.h"
 
 namespace trueline {
@@ -32,8 +33,18 @@ std::vector<double> FlownSigmas(const BoundDesign& design, const PiecewisePolyno
     const RotorSimulation& sim = design.simulation;
     const Flown flown = Fly(sim, path, design.seed);
     if (flown.truth.path_error_rms > kLost) return {};
-    const Eigen::MatrixXd cov = RotorBound(ModelOf(sim), flown.data, {sim.noise, design.prior},
-                                           flown.nodes, flown.truth.constants);
+    const RotorAeroModel model = ModelOf(sim);
+    RotorCalibrationOptions options(sim.vehicle);
+    options.prior = design.prior;
+    options.considered = design.considered;
+    RotorBatchResult truth;
+    truth.mean = flown.truth.constants;
+    truth.nodes = flown.nodes;
+    const RotorNormal normal(
+        model, flown.data, {sim.noise, design.prior}, truth,
+        VariantColumns(model, flown.data, ConsideredVariants(flown.log, options, {})),
+        design.duration);
+    const Eigen::MatrixXd cov = normal.NoiseCovariance() + normal.ColumnCovariance();
     const Eigen::VectorXd sigma = cov.diagonal().cwiseMax(0.0).cwiseSqrt();
     return {sigma.begin(), sigma.end()};
   } catch (const InputError&) {  // the vehicle lost it

@@ -1,6 +1,7 @@
 // Flights designed on the Cramer-Rao bound of the batch calibration that will read them, which
-// knows disturbances, sensor rates and prior (the Gramian of Boehm et al. 2020 does not): the best
-// of many random Lissajous figures, and that one with overtones, evolved.
+// knows disturbances, sensor rates, prior and what effects that its model lacks would do (the
+// Gramian of Boehm et al. 2020 does not): the best of many random Lissajous figures, and that one
+// with overtones, evolved.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/rotor_batch/rotor_batch.h"
+#include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_simulation/simulate_rotor_flight.h"
 #include "problems/trajectory/piecewise_polynomial.h"
 
@@ -17,8 +18,9 @@ namespace trueline {
 struct BoundDesign {
   RotorSimulation simulation;
   RotorPrior prior;
-  std::vector<int> show;   // constants whose bound is judged
-  double duration = 20.0;  // s
+  std::vector<ConsideredEffect> considered;  // see rotor_calibration/considered.h
+  std::vector<int> show;                     // constants whose bound is judged
+  double duration = 20.0;                    // s
   double ramp = 0.0;       // s, in which a figure swells from rest; 0: it begins in motion
   int candidates = 40;     // random figures
   int evaluations = 1800;  // of the evolution from the best of them; 0: the best as it is
@@ -31,8 +33,8 @@ struct DesignedFigure {
   double start_bound = 0.0;  // of the best candidate, as FlownBound
 };
 
-// Bounds (sigma) of all constants on a flight along `path`; empty where it can't be flown within
-// 0.1 m.
+// Bounds (sigma, with what is considered) of all constants on a flight along `path`; empty where it
+// can't be flown within 0.1 m.
 std::vector<double> FlownSigmas(const BoundDesign& design, const PiecewisePolynomial& path);
 // Mean variance bound of `design.show`, in units of the prior's variance; infinite where the flight
 // can't be flown.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "problems/common/yaml_options.h"
+#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
 
@@ -96,7 +97,10 @@ DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
 
 DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
   const RotorSimulation simulation = ReadRotorFlightVehicle(config);
-  BoundCriterion bound{simulation, PriorFromVehicle(simulation.vehicle), {}};
+  BoundCriterion bound{simulation,
+                       PriorFromVehicle(simulation.vehicle),
+                       ReadConsidered(config.ChildOrEmpty("consider")),
+                       {}};
   ReadRotorPrior(config.ChildOrEmpty("prior"), &bound.prior);
   std::vector<StateInfo> shown;
   for (const auto& name : config.Get<std::vector<std::string>>("show")) {

@@ -7,7 +7,7 @@
 
 #include "problems/common/strict_yaml.h"
 #include "problems/design/design.h"
-#include "problems/rotor_data/rotor_prior.h"
+#include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_simulation/simulate_rotor_flight.h"
 
 namespace trueline {
@@ -23,6 +23,7 @@ struct GramianCriterion {
 struct BoundCriterion {
   RotorSimulation simulation;
   RotorPrior prior;
+  std::vector<ConsideredEffect> considered;
   std::vector<int> show;   // constants
   double ramp = 1.5;       // s, from rest to the figure's full size, and back
   int evaluations = 1800;  // flights tried

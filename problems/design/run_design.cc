@@ -116,9 +116,10 @@ DesignOutcome DesignByBound(const DesignTask& task, const BoundCriterion& criter
                             const Progress& progress) {
   const DesignOptions& options = task.options;
   const auto started = std::chrono::steady_clock::now();
-  const BoundDesign design{criterion.simulation,   criterion.prior, criterion.show,
-                           options.shape.duration, criterion.ramp,  options.candidates,
-                           criterion.evaluations,  options.seed,    options.threads};
+  const BoundDesign design{criterion.simulation, criterion.prior,        criterion.considered,
+                           criterion.show,       options.shape.duration, criterion.ramp,
+                           options.candidates,   criterion.evaluations,  options.seed,
+                           options.threads};
   const auto score = [&](const PiecewisePolynomial& path) {
     return 1.0 / std::sqrt(FlownBound(design, path));
   };

@@ -102,7 +102,7 @@ class ConstantsPriorCost : public ceres::CostFunction {
       rows.row(static_cast<Eigen::Index>(i)) = jacobian.row(c) / prior_.sigma[c];
     }
     if (jacobians != nullptr && jacobians[0] != nullptr) WriteJacobian(rows, jacobians[0]);
-    return constants.allFinite();
+    return Eigen::Map<const Eigen::VectorXd>(residuals, num_residuals()).allFinite();
   }
 
  private:

@@ -160,6 +160,11 @@ RotorNormal RotorNormal::Select(const std::vector<int>& columns) const {
   return part;
 }
 
+Matrix RotorNormal::NoiseCovariance() const {
+  const Eigen::Index n = constants();
+  return InUnits(M_.topLeftCorner(n, n).llt().solve(Matrix::Identity(n, n)));
+}
+
 Matrix RotorNormal::ClusterCovariance() const {
   const Eigen::Index n = constants();
   const Matrix I = Matrix::Identity(n, n);

@@ -37,11 +37,12 @@ class RotorNormal {
   // The same system with the given columns alone (from 0), in that order, behind the constants.
   RotorNormal Select(const std::vector<int>& columns) const;
 
-  // Covariance of the constants (kConstants x kConstants, SI) where scores vary between clusters
-  // as they did, and not as the noise says (sandwich). Columns stay at zero.
+  // Covariance of the constants (kConstants x kConstants, SI) by noise and prior; columns stay at
+  // zero. Where the flight is linearised at the truth: the Bayesian Cramer-Rao bound (Van Trees).
+  Eigen::MatrixXd NoiseCovariance() const;
+  // The same where scores vary between clusters as they did, and not as the noise says (sandwich).
   Eigen::MatrixXd ClusterCovariance() const;
-  // Covariance of the constants (as above) where the columns' sizes, each of sigma 1, are not
-  // estimated: what they add to that by the noise.
+  // What columns' sizes, each of sigma 1 and not estimated, add to these.
   Eigen::MatrixXd ColumnCovariance() const;
 
  private:

@@ -147,9 +147,10 @@ std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
                                             const Progress& progress) {
   if (kind.kind == "random") return std::nullopt;
   if (kind.kind == "file") return ReadTrajectoryFile(kind.file);
-  return DesignFigure({experiment.simulation, experiment.prior, kind.by, experiment.duration, 0.0,
-                       kind.best_of, kind.evaluations, experiment.seed, threads},
-                      progress)
+  return DesignFigure(
+             {experiment.simulation, experiment.prior, experiment.considered, kind.by,
+              experiment.duration, 0.0, kind.best_of, kind.evaluations, experiment.seed, threads},
+             progress)
       .path;
 }
 

@@ -52,7 +52,16 @@ TEST(BoundDesign, AnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRestSlow) {
 TEST(BoundDesign, MoreFlightHasASmallerBound) {
   const DesignTask task = ShortTask(0);
   const auto& criterion = std::get<BoundCriterion>(task.criterion);
-  BoundDesign design{criterion.simulation, criterion.prior, criterion.show, 3.0, 0.0, 3, 0, 1, 0};
+  BoundDesign design{criterion.simulation,
+                     criterion.prior,
+                     criterion.considered,
+                     criterion.show,
+                     3.0,
+                     0.0,
+                     3,
+                     0,
+                     1,
+                     0};
   const double brief = FlownBound(design, DesignFigure(design, kQuiet).path);
   design.duration = 6.0;
   EXPECT_LT(FlownBound(design, DesignFigure(design, kQuiet).path), 0.8 * brief);

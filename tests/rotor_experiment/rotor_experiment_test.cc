@@ -35,7 +35,7 @@ TEST(RotorExperiment, ShippedOnesAreReadAndOthersAreNot) {
   EXPECT_TRUE(IsRotorExperiment(Shipped("rotors_figure3")));
   EXPECT_FALSE(IsRotorExperiment(Shipped("figure11")));
   const RotorExperiment figure3 = ReadRotorExperiment(Shipped("rotors_figure3"));
-  EXPECT_EQ(figure3.kinds.size(), 5u);
+  EXPECT_EQ(figure3.kinds.size(), 6u);
   EXPECT_TRUE(figure3.simulation.log_commands);
   const RotorExperiment coverage = ReadRotorExperiment(Shipped("rotors_coverage"));
   EXPECT_EQ(coverage.flights, 500);
