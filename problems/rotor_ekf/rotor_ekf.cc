@@ -38,15 +38,14 @@ class Filter {
     const double begin = data_.poses.front().t;
     const int passes = unknowns_.num_constants() == 0 ? 0 : options_.passes;
     bool settled = false;
-    Start();
     for (int pass = 0; pass < passes && !settled; ++pass) {
       Start();
       FlyUntil(begin + options_.start_seconds);
       settled = MovePoint();
     }
-    if (!settled && passes > 0) {
+    if (!settled) {
       Start();
-      FlyUntil(begin + options_.start_seconds);
+      if (passes > 0) FlyUntil(begin + options_.start_seconds);
     }
     held_ = false;
     FlyUntil(data_.poses.back().t);

@@ -67,7 +67,7 @@ TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
   ExpectSame(out);
 }
 
-TEST_F(Run, GoesOnWhereItWasKilled) {
+TEST_F(Run, SlowGoesOnWhereItWasKilled) {
   const fs::path out = folder_->path() / "killed";
   fs::create_directories(out);
   fs::copy(folder_->path() / "one" / "jobs", out / "jobs");
@@ -90,7 +90,7 @@ TEST_F(Run, SlowReusesNothingOfAnotherExperiment) {
   EXPECT_EQ(RunFile(file, other.path(), 1).reused, 0);
 }
 
-TEST_F(Run, TablesHoldEveryArcOfEveryFlight) {
+TEST_F(Run, SlowTablesHoldEveryArcOfEveryFlight) {
   std::map<std::string, int> count;
   std::istringstream lines(expected_["arcs.csv"]);
   std::string line;

@@ -25,7 +25,7 @@ DesignTask ShortTask(int evaluations) {
   return task;
 }
 
-TEST(BoundDesign, SameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
+TEST(BoundDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
   DesignTask task = ShortTask(24);
   const DesignOutcome first = RunDesignTask(task, kQuiet);
   task.options.threads = 1;
@@ -34,7 +34,7 @@ TEST(BoundDesign, SameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
   EXPECT_GT(first.random_scores.front(), 0.0);
 }
 
-TEST(BoundDesign, AnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRestSlow) {
+TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
   const DesignTask task = ShortTask(480);
   const DesignOutcome outcome = RunDesignTask(task, kQuiet);
   const DesignResult& result = outcome.result;

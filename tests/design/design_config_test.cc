@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 const fs::path kConfigs = TRUELINE_TEST_SOURCE_DIR "/config/design";
 const auto kSilent = [](const std::string&) {};
 
-TEST(DesignConfig, EveryFileThatShipsIsReadAndCanBegin) {
+TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
   for (const auto& entry : fs::directory_iterator(kConfigs)) {
     DesignTask task = ReadDesignTask(YamlMap::FromFile(entry.path()), 0, 1);
     task.options.shape.duration = 4.0;
@@ -72,7 +72,7 @@ TEST_F(QuickDesign, StartsAndEndsAtRestInTheSamePlace) {
   EXPECT_LT(start.rightCols(3).norm() + end.rightCols(3).norm(), 1e-6);
 }
 
-TEST_F(QuickDesign, SameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
+TEST_F(QuickDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
   DesignTask again = *task_;
   again.options.threads = 1;
   again.compare = 0;

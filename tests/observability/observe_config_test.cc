@@ -78,7 +78,7 @@ TEST(ObserveConfig, SlowFlightsShowWhatTheirKindOfMotionShowsExactly) {
   EXPECT_EQ(Find(flights, "lissajous").rank.rank, 30);
 }
 
-TEST(ObserveConfig, AdviceForInertiaIsToTurnAboutItsAxis) {
+TEST(ObserveConfig, SlowAdviceForInertiaIsToTurnAboutItsAxis) {
   const auto cases = RunFile("flights.yaml");
   const CaseResult& hover = Find(cases, "hover");
   const auto advice = [&](const char* state) -> std::string {

@@ -39,7 +39,7 @@ RotorCalibrationOptions Considering(const std::string& yaml) {
 
 // Against the fit of a model that has the effect: the linear step that ConsideredCovariance takes
 // is where that fit ends, to a few per cent.
-TEST(Considered, IsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
+TEST(Considered, SlowIsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
   const FlightLog log = Flown();
   for (const Effect& effect :
        std::vector<Effect>{{"linear_drag", {{"K_x", 0.1}}},
@@ -69,7 +69,7 @@ TEST(Considered, IsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
   }
 }
 
-TEST(Considered, WidensIntervalsAndLeavesValues) {
+TEST(Considered, SlowWidensIntervalsAndLeavesValues) {
   const FlightLog log = Flown();
   const RotorCalibration plain = CalibrateRotors(log, Considering("{}"));
   const RotorCalibration wide = CalibrateRotors(log, Considering("rotor_loss: {factor: 0.02}"));

@@ -87,7 +87,7 @@ TEST(RotorExperiment, BatchReachesTheBoundAndIntervalsHoldSlow) {
 
 // Drag, rotors that differ and a lag that no estimator models: intervals by the noise alone miss
 // mass and centre of mass, those that take the effects in hold.
-TEST(RotorExperiment, IntervalsTakeInWhatTheModelLacksSlow) {
+TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_coverage_unmodelled"));
   experiment.flights = 16;
   experiment.duration = 8.0;

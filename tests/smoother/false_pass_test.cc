@@ -45,7 +45,7 @@ FlightLog WithFalsePasses(FlightLog log, const std::vector<int>& passes, const E
   return log;
 }
 
-TEST(FalsePass, IsNamedAndDoesNoHarm) {
+TEST(FalsePass, SlowIsNamedAndDoesNoHarm) {
   const Eigen::Vector3d d(0.5, 3.0, 0.0);  // m
   const FlightLog clean = Fly(40.0, 1).log;
   const FlightLog spoilt = WithFalsePasses(clean, {2, 5}, d);

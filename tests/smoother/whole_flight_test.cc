@@ -110,7 +110,7 @@ void ExpectFound(double value, double sigma, double truth) {
 }
 
 // What the simulator gets wrong on purpose is found, within four of its sigmas and at all.
-TEST(WholeFlight, FindsTheLatencyOfFixes) {
+TEST(WholeFlight, SlowFindsTheLatencyOfFixes) {
   WholeFlightOptions whole = Given();
   whole.learn_strengths = true;
   whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
