@@ -39,7 +39,7 @@ class RotorAeroModel {
   static constexpr int kMovingErrors = kMoving - 1;
   static constexpr int kErrors = kStates - 1;
 
-  RotorAeroModel(std::vector<RotorSpec> rotors, double gravity, RotorEffects effects = {})
+  RotorAeroModel(std::vector<RotorSpec> rotors, double gravity, const RotorEffects& effects = {})
       : base_(std::move(rotors), gravity), effects_(effects), tilt_(effects.Tilt()) {}
 
   const Base& base() const { return base_; }
