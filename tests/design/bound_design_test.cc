@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "problems/design/run_design.h"
+#include "problems/rotor_simulation/flown.h"
 
 namespace trueline {
 namespace {
@@ -47,6 +49,28 @@ TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
   EXPECT_LT(start.norm(), 1e-6);
   EXPECT_LT(end.rightCols(3).norm(), 1e-6);
   EXPECT_LT(end.col(0).head<3>().norm(), 1e-6);
+}
+
+// The normal equations with columns against the batch's own information, and what is considered on
+// top of both.
+TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
+  const DesignTask task = ShortTask(0);
+  const auto& criterion = std::get<BoundCriterion>(task.criterion);
+  BoundDesign design{
+      criterion.simulation, criterion.prior, {}, criterion.show, 3.0, 0.0, 3, 0, 1, 0};
+  const PiecewisePolynomial path = DesignFigure(design, kQuiet).path;
+  const Flown flown = Fly(design.simulation, path, design.seed);
+  const Eigen::MatrixXd bound =
+      RotorBound(ModelOf(design.simulation), flown.data, {design.simulation.noise, design.prior},
+                 flown.nodes, flown.truth.constants);
+  const std::vector<double> sigma = FlownSigmas(design, path);
+  design.considered = criterion.considered;
+  const std::vector<double> wide = FlownSigmas(design, path);
+  for (const int i : design.prior.Free()) {
+    EXPECT_NEAR(sigma[i], std::sqrt(bound(i, i)), 1e-6 * sigma[i]) << RotorConstantNames()[i].name;
+    EXPECT_GE(wide[i], sigma[i]) << RotorConstantNames()[i].name;
+  }
+  EXPECT_GT(wide[0], 1.2 * sigma[0]);  // rotors that differ are mass that differs
 }
 
 TEST(BoundDesign, MoreFlightHasASmallerBound) {
