@@ -76,12 +76,12 @@ def _limits(score):
 
 def _path(flight):
     figure = go.Figure(go.Scatter3d(
-        x=charts.rounded(flight.x), y=charts.rounded(flight.y), z=charts.rounded(-flight.z),
+        x=charts.rounded(flight.x, 5), y=charts.rounded(flight.y, 5), z=charts.rounded(-flight.z, 5),
         mode="lines", line=dict(width=4, color=charts.rounded(flight.t), colorscale="Viridis",
                                 colorbar=dict(title="t [s]", thickness=14)),
         hovertemplate="x %{x:.2f}, y %{y:.2f}, height %{z:.2f} m<extra></extra>"))
     charts.style(figure, 560, margin=dict(l=0, r=0, t=8, b=8))
-    figure.update_layout(scene=dict(aspectmode="data", camera=dict(eye=dict(x=1.5, y=1.5, z=1.0)),
+    figure.update_layout(scene=dict(aspectmode="data", camera=dict(eye=dict(x=2.1, y=2.1, z=1.4)),
                                     xaxis_title="x, north [m]",
                                     yaxis_title="y, east [m]", zaxis_title="height [m]"))
     return figure
