@@ -91,7 +91,7 @@ class RotorAeroModel {
       push.turn = Base::AngularAcceleration(x, moment);
       return push;
     }
-    const Vec3<T> c = shift.cast<T>(), w = Base::Vector(x, Base::kRate);
+    const Vec3<T> c(T(shift.x()), T(shift.y()), T(shift.z())), w = Base::Vector(x, Base::kRate);
     push.turn = Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force)));
     push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
     return push;

@@ -9,7 +9,8 @@
 namespace trueline {
 
 inline constexpr int kTones = 3;
-inline constexpr int kToneUnknowns = 1 + 2 * kTones;  // frequency (Hz), then sine and cosine parts
+// Frequency (Hz), then sine and cosine parts.
+inline constexpr Eigen::Index kToneUnknowns = 1 + 2 * kTones;
 inline constexpr int kOvertoneUnknowns = kFlatOutputs * kToneUnknowns + 1;
 
 // x, y, z (m), yaw (rad), kToneUnknowns each; then the turn (rad/s).

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "problems/design/design_config.h"
+#include "problems/design/run_design.h"
 
 namespace trueline {
 

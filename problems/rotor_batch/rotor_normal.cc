@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "problems/rotor_batch/rotor_costs.h"
 
@@ -150,8 +151,8 @@ RotorNormal RotorNormal::Only(const std::vector<bool>& used) const {
 }
 
 RotorNormal RotorNormal::Select(const std::vector<int>& columns) const {
-  std::vector<int> kept;
-  for (int i = 0; i < constants(); ++i) kept.push_back(i);
+  std::vector<int> kept(constants());
+  std::iota(kept.begin(), kept.end(), 0);
   for (const int column : columns) kept.push_back(constants() + column);
   kept.push_back(border());
   RotorNormal part = *this;

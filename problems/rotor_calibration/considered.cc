@@ -35,6 +35,7 @@ std::vector<Effect> AtOneSigma(const ConsideredEffect& considered, int rotors) {
     return {{considered.id, {{considered.parameter, considered.sigma}}}};
   }
   std::vector<Effect> losses;
+  losses.reserve(rotors);
   for (int i = 0; i < rotors; ++i) {
     losses.push_back({considered.id, {{"rotor", i}, {"factor", 1.0 + considered.sigma}}});
   }

@@ -99,7 +99,7 @@ Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown
 
 RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
                       const RotorPrior& prior, RotorTrial* trial) {
-  const RotorEkfRun run = RunRotorEkf(model, flown.data, {noise, prior});
+  RotorEkfRun run = RunRotorEkf(model, flown.data, {noise, prior});
   trial->history = run.history;
   for (RotorEstimate& estimate : trial->history) estimate.mean -= flown.truth.constants;
   trial->filter_error = trial->history.back().mean;
