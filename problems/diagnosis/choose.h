@@ -29,10 +29,11 @@ const Tested* Best(const std::vector<Tested>& tested, double alpha) {
   return best;
 }
 
+inline constexpr double kAsGood = 6.0;  // of merit: within this, two effects fit alike
+
 // Ids of the others that fit alike.
 template <class Tested>
 std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const Tested& best) {
-  constexpr double kAsGood = 6.0;  // of merit: within this, two effects fit alike
   std::set<std::string> ids;
   for (const Tested& t : tested) {
     const bool as_good = t.Merit() > best.Merit() - kAsGood && Plausible(t.candidate, ValueOf(t));

@@ -27,6 +27,17 @@ Matrix BorderOf(const Matrix& d_constants, const std::vector<int>& free,
   return border;
 }
 
+// d(error of a pose) / d(size of each column), in sigmas.
+Matrix PoseColumns(const RotorColumns& columns, const RotorBatchOptions& options, double t,
+                   const RotorState& x, Eigen::Index rows) {
+  if (columns.read == nullptr) return Matrix::Zero(rows, columns.count);
+  Matrix read = Matrix::Zero(6, columns.count);
+  columns.read(t, x, &read);
+  read.topRows<3>() /= options.noise.position;
+  read.bottomRows<3>() /= options.noise.attitude;
+  return read.topRows(rows);
+}
+
 }  // namespace
 
 // A node with its pose and the segment to the next node, whitened; then what elimination leaves.
@@ -56,8 +67,9 @@ RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
         EvaluatePose(data.poses[i], data.attitude, options.noise, batch.nodes[i], batch.mean);
     const double root = std::sqrt(options.PoseWeight(pose.error.norm()));
     link.pose_d = root * pose.d_node;
-    link.pose_border = root * BorderOf(pose.d_constants, free_, scale_,
-                                       Matrix::Zero(pose.error.size(), columns.count), pose.error);
+    const Matrix read = PoseColumns(columns, options, data.poses[i].t,
+                                    Joined(batch.nodes[i], batch.mean), pose.error.size());
+    link.pose_border = root * BorderOf(pose.d_constants, free_, scale_, read, pose.error);
     if (i + 1 == nodes) break;
     SegmentModel segment(model, data, options.noise, std::move(segments[i]));
     segment.SetWeight(batch.nodes[i], batch.mean);

@@ -3,6 +3,7 @@
 // time, so that evidence and intervals are judged by the scatter between clusters as well.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "problems/rotor_batch/rotor_batch.h"
@@ -10,10 +11,15 @@
 
 namespace trueline {
 
-// Pushes that a model may lack, a column each.
+// What a model may lack, a column each: pushes along the flight, and what poses read beyond it.
 struct RotorColumns {
+  // Of the pose at a node, by unit of size: position [m], then turn in body axes [rad]: 6 x
+  // columns.
+  using ReadFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* read)>;
+
   int count = 0;
   SegmentModel::PushFunction push;
+  ReadFunction read = nullptr;  // null where poses read nothing but the flight
 };
 
 // Border unknowns z: the free constants in units of their prior sigma, then the columns' sizes.

@@ -56,7 +56,7 @@ std::vector<EffectInfo> MakeCatalogue() {
        "change thrust and roll quickly and often"},
       {"translational_lift",
        kThrust,
-       {{"k", "1/m", 0.01, 0.5, 0.002, false}},
+       {{"k", "1/m", 0.01, 1.0, 0.002, false}},
        "rotors that move sideways meet more air: thrust grows with horizontal air speed",
        kFasterAndSlower},
       {"air_moment",
@@ -125,6 +125,8 @@ const EffectInfo& RotorInfoOf(const std::string& id) {
 }
 
 bool EntersSquared(const EffectInfo& info) { return info.id == "ground_effect"; }
+
+bool IsStep(const Candidate& candidate) { return candidate.fixed.count("t_step") > 0; }
 
 double StepSpacing(const RotorData& data) { return Length(data) / (kSteps + 1); }
 

@@ -23,7 +23,10 @@ std::vector<Candidate> RotorCandidatesFor(const RotorData& data, int rotors,
 // The same candidate with its step at another time: `count` times within +-`range` s.
 std::vector<Candidate> StepsAround(const Candidate& candidate, double range, int count);
 
-// Seconds between the times tried for a step by RotorCandidatesFor.
+bool IsStep(const Candidate& candidate);
+// Seconds between the times tried for a step by RotorCandidatesFor; the best is looked for among as
+// many times more, evenly between.
 double StepSpacing(const RotorData& data);
+inline constexpr int kFinerSteps = 4;
 
 }  // namespace trueline

@@ -53,12 +53,16 @@ struct Situation {
   Vector3d p_E;    // m, from the middle of the flight
   double s;        // time from -1 to 1 over the flight
   double heading;  // rad
+
+  Vector3d Down() const { return R_E_B.row(2).transpose(); }  // in body axes
 };
 
 using Term = std::function<Vector3d(const Situation&)>;
 
-// Specific force and angular acceleration of the vehicle, or what sensors read beyond its motion.
-enum class TermOn { kForce, kTurn, kAccelerometer, kGyro };
+// Specific force and angular acceleration of the vehicle, or what sensors read beyond its motion:
+// in the order of the rows of SegmentModel::PushFunction and RotorColumns::ReadFunction.
+enum class TermOn { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
+constexpr int kPushRows = 12, kReadRows = 6;
 
 struct NamedTerms {
   std::string name;
@@ -82,7 +86,10 @@ const std::vector<NamedTerms>& Library() {
   using enum TermOn;
   const auto thrust = [](S a) { return a.thrust; };
   static const std::vector<NamedTerms> library = {
-      {"square of speed", kForce, {[](S a) -> Vector3d { return a.v_B.norm() * a.v_B; }}},
+      {"square of speed",
+       kForce,
+       {[](S a) { return Vector3d(a.v_B.norm() * a.v_B.x(), a.v_B.norm() * a.v_B.y(), 0); },
+        [](S a) { return Vector3d(0, 0, a.v_B.norm() * a.v_B.z()); }}},
       {"sideways speed, across axes",
        kForce,
        {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
@@ -113,51 +120,73 @@ const std::vector<NamedTerms>& Library() {
        {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
         [](S a) { return Vector3d(0, a.v_B.x(), 0); }}},
       {"time, as a moment", kTurn, Along({0, 1, 2}, [](S a) { return a.s; })},
-      {"thrust, as the accelerometer reads it", kAccelerometer, Along({0, 1, 2}, thrust)},
+      {"thrust, as the accelerometer reads it", kAccelerometer, Along({2}, thrust)},
+      {"thrust, as the accelerometer reads it across", kAccelerometer, Along({0, 1}, thrust)},
       {"turn rates, as the gyro reads them",
        kGyro,
        {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
         [](S a) { return Vector3d(0, a.w_B.y(), 0); },
         [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
+      {"heading, as the attitude is read",
+       kAttitude,
+       {[](S a) -> Vector3d { return std::sin(a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::sin(2.0 * a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(2.0 * a.heading) * a.Down(); }}},
       {"a constant moment", kTurn, Along({2}, [](S) { return 1.0; })},
   };
   return library;
 }
 
+bool IsRead(TermOn on) { return on != TermOn::kForce && on != TermOn::kTurn; }
+
+Situation SituationAt(const RotorWorld& world, const Vector3d& middle, double t,
+                      const RotorState& x) {
+  Situation at;
+  at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+  at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
+  at.w_B = x.segment<3>(RotorDrivenModel::kRate);
+  at.p_E = x.segment<3>(RotorDrivenModel::kPosition) - middle;
+  at.thrust =
+      -world.model.PushOn(x.data(), world.data.InputAt(t)).force.z() - world.model.base().gravity();
+  at.s = 2.0 * t / world.data.poses.back().t - 1.0;
+  at.heading = std::atan2(at.R_E_B(1, 0), at.R_E_B(0, 0));
+  return at;
+}
+
+// A column for each term: what it pushes with, then what it adds to readings of poses.
+Eigen::MatrixXd ValuesOf(const Situation& at, int count) {
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kPushRows + kReadRows, count);
+  int column = 0;
+  for (const NamedTerms& named : Library()) {
+    const int row = 3 * static_cast<int>(named.on);
+    for (const Term& term : named.terms) values.col(column++).segment<3>(row) = term(at);
+  }
+  return values;
+}
+
 }  // namespace
 
-RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& constants) {
+RotorLibrary MakeRotorLibrary(const RotorWorld& world) {
   RotorLibrary library;
+  int& count = library.columns.count;
   for (const NamedTerms& named : Library()) {
-    const int count = static_cast<int>(named.terms.size());
-    const bool of_sensor = named.on == TermOn::kAccelerometer || named.on == TermOn::kGyro;
-    library.terms.push_back({named.name, library.columns, count, of_sensor});
-    library.columns += count;
+    const int terms = static_cast<int>(named.terms.size());
+    library.terms.push_back({named.name, count, terms, IsRead(named.on)});
+    count += terms;
   }
   const RotorData& data = world.data;
   Vector3d middle = Vector3d::Zero();
   for (const RotorPose& pose : data.poses) middle += pose.p_E;
   middle /= static_cast<double>(data.poses.size());
-  const double length = data.poses.back().t;
-  library.push = [&world, constants, middle, length](double t, const RotorState& x,
-                                                     Eigen::MatrixXd* push) {
-    Situation at;
-    const Eigen::Quaterniond q(x[0], x[1], x[2], x[3]);
-    at.R_E_B = q.normalized().toRotationMatrix();
-    at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
-    at.w_B = x.segment<3>(RotorDrivenModel::kRate);
-    at.p_E = x.segment<3>(RotorDrivenModel::kPosition) - middle;
-    at.thrust = -world.model.PushOn(x.data(), world.data.InputAt(t)).force.z() -
-                world.model.base().gravity();
-    at.s = 2.0 * t / length - 1.0;
-    int column = 0;
-    for (const NamedTerms& named : Library()) {
-      for (const Term& term : named.terms) {
-        push->col(column).setZero();
-        push->col(column).segment<3>(3 * static_cast<int>(named.on)) = term(at);
-        ++column;
-      }
-    }
+  const auto terms_at = [&world, middle, count](double t, const RotorState& x) {
+    return ValuesOf(SituationAt(world, middle, t, x), count);
+  };
+  library.columns.push = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* push) {
+    *push = terms_at(t, x).topRows<kPushRows>();
+  };
+  library.columns.read = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* read) {
+    *read = terms_at(t, x).bottomRows<kReadRows>();
   };
   return library;
 }
@@ -166,14 +195,20 @@ RotorColumns ColumnsOf(const RotorWorld& world, std::vector<RotorVariant> varian
                        const RotorLibrary* library) {
   RotorColumns columns = VariantColumns(world.model, world.data, std::move(variants));
   if (library == nullptr) return columns;
-  const auto push = [variants = columns.push, library](double t, const RotorState& x,
+  const RotorColumns& beside = library->columns;
+  const auto push = [variants = columns.push, &beside](double t, const RotorState& x,
                                                        Eigen::MatrixXd* out) {
     variants(t, x, out);
-    Eigen::MatrixXd described = Eigen::MatrixXd::Zero(12, library->columns);
-    library->push(t, x, &described);
-    out->rightCols(library->columns) = described;
+    Eigen::MatrixXd described;
+    beside.push(t, x, &described);
+    out->rightCols(beside.count) = described;
   };
-  return {columns.count + library->columns, push};
+  const auto read = [&beside](double t, const RotorState& x, Eigen::MatrixXd* out) {
+    Eigen::MatrixXd described;
+    beside.read(t, x, &described);
+    out->rightCols(beside.count) = described;
+  };
+  return {columns.count + beside.count, push, read};
 }
 
 }  // namespace trueline

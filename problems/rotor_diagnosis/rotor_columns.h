@@ -39,10 +39,9 @@ struct RotorTerm {
 // Of one flight; `world` must outlive it.
 struct RotorLibrary {
   std::vector<RotorTerm> terms;
-  int columns = 0;
-  SegmentModel::PushFunction push;
+  RotorColumns columns;
 };
-RotorLibrary MakeRotorLibrary(const RotorWorld& world, const RotorConstants& constants);
+RotorLibrary MakeRotorLibrary(const RotorWorld& world);
 
 // All variants and then the library, side by side.
 RotorColumns ColumnsOf(const RotorWorld& world, std::vector<RotorVariant> variants,

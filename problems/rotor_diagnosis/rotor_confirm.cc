@@ -8,7 +8,7 @@ namespace trueline {
 namespace {
 
 bool Testable(const Candidate& candidate, const std::vector<Candidate>& there) {
-  if (candidate.fixed.count("t_step") > 0) return false;
+  if (IsStep(candidate)) return false;
   return std::any_of(there.begin(), there.end(),
                      [&](const Candidate& c) { return c.info->id == candidate.info->id; });
 }

@@ -1,8 +1,10 @@
 #include "problems/rotor_diagnosis/rotor_rounds.h"
 
 #include <algorithm>
+#include <map>
 
 #include "problems/diagnosis/choose.h"
+#include "problems/rotor_diagnosis/rotor_explanation.h"
 
 namespace trueline {
 namespace {
@@ -23,37 +25,86 @@ CandidateReport Report(const RotorTested& t, double alpha, int clusters) {
   CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
   report.value = t.value;
   report.sigma = SizesFromSteps(*t.candidate.info, t.test.sigma);
-  report.detectable = SizesFromSteps(*t.candidate.info, DetectableSize(t.test, alpha, clusters));
+  report.detectable =
+      SizesFromSteps(*t.candidate.info, DetectableSize(t.test, alpha / t.tried, clusters));
   return report;
 }
 
+// The best of a step at `count` times within +-`range` s of the one given.
+RotorTested BestStep(const Candidate& candidate, double range, int count,
+                     const RotorSearch& search) {
+  const std::vector<RotorTested> tested = search.Test(StepsAround(candidate, range, count));
+  return *std::max_element(
+      tested.begin(), tested.end(),
+      [](const RotorTested& a, const RotorTested& b) { return a.gain < b.gain; });
+}
+
+// For each kind of step the best one moved to the best time between its neighbours.
+std::vector<Candidate> Sharpened(std::vector<Candidate> candidates, const RotorSearch& search) {
+  std::vector<Candidate> steps;
+  for (const Candidate& c : candidates) {
+    if (IsStep(c)) steps.push_back(c);
+  }
+  std::map<std::string, RotorTested> best;
+  for (RotorTested& t : search.Test(steps)) {
+    const auto [at, added] = best.try_emplace(t.candidate.info->id, t);
+    if (!added && t.gain > at->second.gain) at->second = std::move(t);
+  }
+  const double spacing = StepSpacing(search.world().data);
+  const double range = spacing * (kFinerSteps - 1) / kFinerSteps;
+  for (const auto& [id, coarse] : best) {
+    const auto replaced = std::find_if(
+        candidates.begin(), candidates.end(),
+        [&](const Candidate& c) { return c.info->id == id && c.fixed == coarse.candidate.fixed; });
+    *replaced = BestStep(coarse.candidate, range, 2 * kFinerSteps - 1, search).candidate;
+  }
+  return candidates;
+}
+
 // A step's time, to a fraction of the spacing of those that were tried.
-RotorFound Refined(const RotorTested& best, RotorSearch* search) {
+RotorFound Refined(const RotorTested& best, const RotorSearch& search) {
+  if (!IsStep(best.candidate)) return {best.candidate, best.value};
+  constexpr int kTried = 17;
   RotorTested sharp = best;
-  if (best.candidate.fixed.count("t_step") > 0) {
-    constexpr int kTried = 17;
-    double range = StepSpacing(search->world().data);
-    for (int round = 0; round < 2; ++round, range /= 8.0) {
-      for (RotorTested& t : search->Test(StepsAround(sharp.candidate, range, kTried))) {
-        if (t.gain > sharp.gain && Plausible(t.candidate, t.value)) sharp = t;
-      }
-    }
+  double range = StepSpacing(search.world().data) / kFinerSteps;
+  for (int round = 0; round < 2; ++round, range /= 8.0) {
+    const RotorTested t = BestStep(sharp.candidate, range, kTried, search);
+    if (Plausible(t.candidate, t.value)) sharp = t;
   }
   return {sharp.candidate, sharp.value};
 }
 
-// True where the vehicle itself moves in a way that is clearly no effect's. Readings that are off
-// leave its motion to be explained.
-bool BeyondEffects(const std::vector<RotorDescribed>& described, double alpha, double merit,
-                   std::vector<std::string>* names) {
-  bool beyond = false;
-  names->clear();
-  for (const RotorDescribed& d : described) {
-    if (!d.Stands(alpha, d.of_sensor ? 0.0 : merit)) continue;
-    names->push_back(d.name);
-    beyond = beyond || !d.of_sensor;
+// Terms that explain clearly more than what has `merit`. Readings that are off leave the vehicle's
+// motion to be explained, and are judged by themselves.
+std::vector<RotorDescribed> Standing(const RotorEvidence& evidence, double alpha, double merit) {
+  std::vector<RotorDescribed> standing;
+  for (const RotorDescribed& d : evidence.described()) {
+    if (d.Stands(alpha, d.of_sensor ? 0.0 : merit)) standing.push_back(d);
   }
-  return beyond;
+  return standing;
+}
+
+// The vehicle itself moves in a way that is clearly no effect's.
+bool BeyondEffects(const std::vector<RotorDescribed>& standing) {
+  return std::any_of(standing.begin(), standing.end(),
+                     [](const RotorDescribed& d) { return !d.of_sensor; });
+}
+
+// A cause that did the work of what is no effect is none, once that stands beside it.
+bool DropStandIns(const RotorEvidence& evidence, const std::vector<RotorDescribed>& standing,
+                  const RotorSearch& search, double alpha, RotorRounds* rounds) {
+  std::vector<int> beside;
+  for (const RotorDescribed& d : standing) {
+    beside.insert(beside.end(), d.columns.begin(), d.columns.end());
+  }
+  std::vector<double> p;
+  for (std::size_t i = 0; i < rounds->found.size(); ++i) {
+    p.push_back(search.TestFoundBeside(rounds->found, i, evidence.normal(), beside).p());
+  }
+  for (std::size_t i = p.size(); i-- > 0;) {
+    if (p[i] >= alpha) rounds->Erase(i);
+  }
+  return rounds->found.size() < p.size();
 }
 
 bool DropExplainedAway(const RotorSearch& search, double alpha, std::vector<Candidate>* candidates,
@@ -77,19 +128,28 @@ RotorRounds SearchRotorCauses(std::vector<Candidate> candidates, double chance, 
   const double alpha = chance / tried;
   RotorRounds rounds;
   for (int round = 0; round <= max_causes; ++round) {
-    const std::vector<RotorTested> tested = search->TestAll(Without(candidates, rounds.found));
+    const RotorEvidence evidence =
+        search->TestAll(Sharpened(Without(candidates, rounds.found), *search));
     if (round == 0) {
-      for (const RotorTested& t : tested) {
+      for (const RotorTested& t : evidence.tested()) {
         rounds.candidates.push_back(Report(t, alpha, search->clusters()));
       }
     }
-    const RotorTested* best = Best(tested, alpha);
-    const double merit = best == nullptr ? 0.0 : best->Merit();
-    const bool beyond = BeyondEffects(search->described(), chance, merit, &rounds.unexplained_by);
-    if (best == nullptr || round == max_causes || beyond) break;
-    rounds.p.push_back(std::min(1.0, best->p * tried));
-    rounds.confused.push_back(ConfusedWith(tested, *best));
-    rounds.found.push_back(Refined(*best, search));
+    const RotorExplanation best = Explain(evidence, alpha);
+    const std::vector<RotorDescribed> standing = Standing(evidence, chance, best.merit);
+    rounds.unexplained_by.clear();
+    for (const RotorDescribed& d : standing) rounds.unexplained_by.push_back(d.name);
+    if (BeyondEffects(standing)) {
+      if (DropStandIns(evidence, standing, *search, alpha, &rounds)) search->Fit(&rounds.found);
+      break;
+    }
+    if (best.effects.empty()) break;
+    if (static_cast<int>(rounds.found.size()) >= max_causes) break;
+    for (std::size_t i = 0; i < best.effects.size(); ++i) {
+      rounds.p.push_back(std::min(1.0, best.effects[i].p * tried));
+      rounds.confused.push_back(best.confused[i]);
+      rounds.found.push_back(Refined(best.effects[i], *search));
+    }
     search->Fit(&rounds.found);
     while (DropExplainedAway(*search, alpha, &candidates, &rounds)) search->Fit(&rounds.found);
   }

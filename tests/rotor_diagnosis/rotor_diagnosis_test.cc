@@ -24,11 +24,12 @@ FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, doubl
   return SimulateRotorFlight(sim, RandomPath(duration, seed), seed);
 }
 
-RotorDiagnosisOptions Options() {
+RotorDiagnosisOptions Options(bool measure_gain = true) {
   RotorDiagnosisOptions options{RotorCalibrationOptions(WuestVehicle())};
   options.calibration.prior = DrawnPrior(WuestVehicle(), 2);
   options.calibration.noise = {0.4, 0.03, 0.003, 0.005, 0.05, 0.3};
   options.calibration.learn_noise = false;
+  options.measure_gain = measure_gain;
   return options;
 }
 
@@ -109,6 +110,52 @@ TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
   std::set<std::string> ids;
   for (const Cause& cause : diagnosis.causes) ids.insert(cause.candidate.info->id);
   EXPECT_EQ(ids, (std::set<std::string>{"payload_step", "rotor_tilt"}));
+}
+
+// Drag along three axes does most of the work of both.
+TEST(DiagnoseRotors, SlowFindsTwoThatOneCouldStandFor) {
+  const RotorDiagnosis diagnosis = DiagnoseRotors(
+      {FlyHiding({{"rotor_speed_drag", {{"k", 2e-4}}}, {"rotor_inflow", {{"k", 4e-4}}}}, 10.0, 12)},
+      Options(false));
+  std::set<std::string> named;
+  for (const Cause& cause : diagnosis.causes) {
+    named.insert(cause.candidate.info->id);
+    named.insert(cause.confused_with.begin(), cause.confused_with.end());
+  }
+  EXPECT_EQ(named.count("rotor_inflow"), 1u);
+  EXPECT_EQ(named.count("rotor_speed_drag"), 1u);
+}
+
+// A step between the times that are tried first, small enough to be lost at the nearest of them.
+TEST(DiagnoseRotors, SlowFindsAStepAtItsTime) {
+  const Values truth{{"t_step", 5.4}, {"dx", 0.0012}, {"dy", -0.0012}};
+  const RotorDiagnosis diagnosis =
+      DiagnoseRotors({FlyHiding({{"com_step", truth}}, 10.0, 13)}, Options(false));
+  ExpectNamed(diagnosis, "com_step", truth);
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_NEAR(diagnosis.causes[0].candidate.fixed.at("t_step"), 5.4, 0.1);
+}
+
+TEST(DiagnoseRotors, WhatNoVehicleHasIsUnexplained) {
+  const RotorDiagnosis diagnosis =
+      DiagnoseRotors({FlyHiding({{"translational_lift", {{"k", 1.6}}}}, 8.0, 14)}, Options());
+  EXPECT_EQ(diagnosis.verdict, "unexplained");
+  EXPECT_THAT(diagnosis.unexplained_by,
+              testing::Contains(testing::HasSubstr("translational_lift, of a size or sign")));
+  EXPECT_THAT(diagnosis.causes, testing::IsEmpty());
+}
+
+// A compass that errs with the heading, as no effect of the catalogue does.
+TEST(DiagnoseRotors, DescribesAHeadingThatIsReadWrong) {
+  FlightLog log = FlyHiding({}, 10.0, 15);
+  for (PoseSample& pose : log.pose) {
+    const double psi = 2.0 * std::atan2(pose.q_E.z(), pose.q_E.w());
+    const Eigen::AngleAxisd wrong(0.1 * std::sin(2.0 * psi + 0.5), Eigen::Vector3d::UnitZ());
+    pose.q_E = wrong * pose.q_E;
+  }
+  const RotorDiagnosis diagnosis = DiagnoseRotors({log}, Options());
+  EXPECT_EQ(diagnosis.verdict, "unexplained");
+  EXPECT_THAT(diagnosis.unexplained_by, testing::Contains("heading, as the attitude is read"));
 }
 
 // On further flights: a moment that stays, a load that is picked up once.

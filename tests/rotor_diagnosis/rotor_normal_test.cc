@@ -57,6 +57,34 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   }
 }
 
+// A pose sensor that reads what is not there: its size comes out of the column.
+TEST(RotorNormal, ReadingsOfPosesAreColumns) {
+  Solved s;
+  constexpr double kTurn = 0.01, kShift = 0.01;  // rad about z_E, m along z_E
+  const auto part = [](double t) { return std::sin(8.0 * t); };
+  for (RotorPose& pose : s.data.poses) {
+    pose.q_E_P = Eigen::AngleAxisd(kTurn * part(pose.t), Eigen::Vector3d::UnitZ()) * pose.q_E_P;
+    pose.p_E.z() += kShift * part(pose.t);
+  }
+  s.batch = RunRotorBatch(s.model, s.data, s.options);
+  RotorColumns columns{2, [](double, const RotorState&, Eigen::MatrixXd* push) { push->setZero(); },
+                       [&](double t, const RotorState& x, Eigen::MatrixXd* read) {
+                         const Eigen::Quaterniond q(x[0], x[1], x[2], x[3]);
+                         const Eigen::Vector3d down =
+                             q.normalized().inverse() * Eigen::Vector3d::UnitZ();
+                         read->col(0).tail<3>() = part(t) * down;
+                         (*read)(2, 1) = part(t);
+                       }};
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, columns, 1.0);
+  const Eigen::VectorXd step = -normal.M().llt().solve(normal.b());
+  const Eigen::VectorXd sigma = normal.M().inverse().diagonal().cwiseSqrt();
+  const int first = normal.constants();
+  EXPECT_LT(sigma[first], 0.3 * kTurn);
+  EXPECT_NEAR(step[first], kTurn, 3.0 * sigma[first]);
+  EXPECT_LT(sigma[first + 1], 0.3 * kShift);
+  EXPECT_NEAR(step[first + 1], kShift, 3.0 * sigma[first + 1]);
+}
+
 // Scores that vary between clusters as the noise says give the noise's intervals.
 TEST(RotorNormal, ClusterCovarianceAgreesWhereTheModelIsExact) {
   const Solved s;

@@ -1,0 +1,177 @@
+#include "problems/rotor_diagnosis/rotor_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "problems/diagnosis/choose.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kReadOff = 0.01;  // chance, over all terms, of taking good readings for bad ones
+
+TestedSystem SystemOf(const RotorNormal& normal) {
+  return {normal.M(), normal.b(), [&normal](const Eigen::VectorXd& e, const Eigen::MatrixXd& v) {
+            return normal.ClusterProducts(e, v);
+          }};
+}
+
+// `count` indices from `first`.
+std::vector<int> Range(int first, int count) {
+  std::vector<int> range(count);
+  std::iota(range.begin(), range.end(), first);
+  return range;
+}
+
+std::vector<int> Joined(std::vector<int> columns, const std::vector<int>& more) {
+  columns.insert(columns.end(), more.begin(), more.end());
+  return columns;
+}
+
+int SizeOf(const Candidate& candidate) {
+  return static_cast<int>(candidate.info->parameters.size());
+}
+
+Eigen::VectorXd OrdinarySteps(const EffectInfo& info) {
+  Eigen::VectorXd ordinary(info.parameters.size());
+  for (int i = 0; i < ordinary.size(); ++i) {
+    ordinary[i] = info.parameters[i].ordinary / info.parameters[i].step;
+    if (EntersSquared(info)) ordinary[i] *= ordinary[i];
+  }
+  return ordinary;
+}
+
+// Candidates of the same id, those that a step's time was sharpened among counted in.
+int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidates) {
+  const auto count = std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+    return c.info->id == candidate.info->id;
+  });
+  return static_cast<int>(count) * (IsStep(candidate) ? kFinerSteps : 1);
+}
+
+}  // namespace
+
+ScoreTest TestLast(const RotorNormal& normal, const Eigen::VectorXd& ordinary) {
+  const int candidate = normal.border() - static_cast<int>(ordinary.size());
+  return TestColumns(SystemOf(normal), candidate, candidate, ordinary);
+}
+
+Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& steps) {
+  Eigen::VectorXd sizes = steps;
+  for (int i = 0; i < sizes.size(); ++i) {
+    if (EntersSquared(info)) sizes[i] = std::copysign(std::sqrt(std::abs(sizes[i])), sizes[i]);
+    sizes[i] *= info.parameters[i].step;
+  }
+  return sizes;
+}
+
+RotorEvidence::RotorEvidence(RotorNormal normal, int own, const std::vector<Candidate>& candidates,
+                             const RotorLibrary* library)
+    : normal_(std::move(normal)), candidates_(candidates), beside_(Range(0, own)) {
+  int column = own;
+  for (const Candidate& candidate : candidates_) {
+    first_.push_back(column);
+    column += SizeOf(candidate);
+  }
+  TestEach();
+  if (library == nullptr) return;
+  double merit = 0.0;
+  for (const RotorTested& t : tested_) merit = std::max(merit, t.Merit());
+  Describe(*library, true, column, merit);
+  Describe(*library, false, column, merit);
+  if (static_cast<int>(beside_.size()) > own) TestEach();
+  DescribeImplausible();
+}
+
+std::vector<int> RotorEvidence::Columns(std::size_t which) const {
+  return Range(first_[which], SizeOf(candidates_[which]));
+}
+
+ScoreTest RotorEvidence::Test(std::vector<int> beside, int first,
+                              const Eigen::VectorXd& ordinary) const {
+  const std::vector<int> own = Range(first, static_cast<int>(ordinary.size()));
+  return TestLast(normal_.Select(Joined(std::move(beside), own)), ordinary);
+}
+
+RotorTested RotorEvidence::TestOne(std::size_t which, const std::vector<int>& beside) const {
+  const Candidate& c = candidates_[which];
+  const Eigen::VectorXd ordinary = OrdinarySteps(*c.info);
+  const ScoreTest score = Test(beside, first_[which], ordinary);
+  const double gain = Test(beside, first_[which], Eigen::VectorXd::Zero(ordinary.size())).chi2;
+  const int tried = TriedLike(c, candidates_);
+  const double p = std::min(1.0, score.p() * tried);
+  return {c, c.Neutral() + SizesFromSteps(*c.info, score.value), score, gain, p, tried};
+}
+
+void RotorEvidence::TestEach() {
+  tested_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) tested_.push_back(TestOne(i, beside_));
+}
+
+// What a sensor reads goes beside all that follows, where it stands out.
+void RotorEvidence::Describe(const RotorLibrary& library, bool of_sensor, int first, double merit) {
+  std::vector<int> read = beside_;
+  for (const RotorTerm& term : library.terms) {
+    if (term.of_sensor != of_sensor) continue;
+    const ScoreTest score = Test(beside_, first + term.first, Eigen::VectorXd::Zero(term.count));
+    described_.push_back({term.name, score.p() * static_cast<double>(library.terms.size()),
+                          score.chi2 - 2.0 * term.count, of_sensor,
+                          Range(first + term.first, term.count)});
+    const RotorDescribed& described = described_.back();
+    if (!of_sensor || !described.Stands(kReadOff, merit)) continue;
+    read = Joined(std::move(read), described.columns);
+  }
+  beside_ = std::move(read);
+}
+
+// What fits a value that no vehicle has is no effect, and is left to be explained all the same.
+void RotorEvidence::DescribeImplausible() {
+  const int ids = DistinctIds(candidates_);
+  for (const RotorTested& t : tested_) {
+    if (Plausible(t.candidate, t.value)) continue;
+    described_.push_back({t.candidate.info->id + ", of a size or sign that no vehicle has",
+                          t.p * ids,
+                          t.Merit(),
+                          false,
+                          {}});
+  }
+}
+
+// One candidate of each effect, and of each rotor's loss.
+std::vector<std::size_t> RotorEvidence::Distinct() const {
+  std::map<std::pair<std::string, double>, std::size_t> best;
+  for (std::size_t i = 0; i < tested_.size(); ++i) {
+    const std::map<std::string, double>& fixed = candidates_[i].fixed;
+    const double rotor = fixed.count("rotor") > 0 ? fixed.at("rotor") : -1.0;
+    const auto [at, added] = best.try_emplace({candidates_[i].info->id, rotor}, i);
+    if (!added && tested_[i].gain > tested_[at->second].gain) at->second = i;
+  }
+  std::vector<std::size_t> indices;
+  for (const auto& [name, index] : best) indices.push_back(index);
+  return indices;
+}
+
+std::vector<RotorPair> RotorEvidence::Pairs(double alpha, double merit) const {
+  const auto stands = [&](const RotorTested& t) {
+    return t.p < alpha && Plausible(t.candidate, t.value);
+  };
+  std::vector<RotorPair> pairs;
+  const std::vector<std::size_t> distinct = Distinct();
+  for (const std::size_t i : distinct) {
+    const std::vector<int> with_i = Joined(beside_, Columns(i));
+    for (const std::size_t j : distinct) {
+      if (j <= i) continue;
+      RotorPair pair{tested_[i], TestOne(j, with_i), 0.0};
+      pair.merit = pair.first.Merit() + pair.second.Merit();
+      if (pair.merit <= merit || !stands(pair.second)) continue;
+      pair.first = TestOne(i, Joined(beside_, Columns(j)));
+      if (stands(pair.first)) pairs.push_back(std::move(pair));
+    }
+  }
+  return pairs;
+}
+
+}  // namespace trueline
