@@ -63,27 +63,8 @@ RotorError Minus(const RotorState& a, const RotorState& b) {
 }
 
 void SeedErrors(const RotorState& x, RotorJet* out) {
-  const Vec4<double> q = x.head<4>();
-  for (int i = 0; i < 4; ++i) out[i] = RotorJet(q[i]);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec4<double> column = TimesPure(q, Vec3<double>(0.5 * Vec3<double>::Unit(axis)));
-    for (int i = 0; i < 4; ++i) out[i].v[axis] = column[i];
-  }
-  for (int i = 4; i < Model::kStates; ++i) out[i] = RotorJet(x[i], i - 1);
-}
-
-Eigen::Matrix<double, Model::kMovingErrors, Model::kErrors> MovingSensitivity(const RotorJet* x) {
-  Eigen::Matrix<double, Model::kMovingErrors, Model::kErrors> sensitivity;
-  const Vec4<double> back = Conjugate(Vec4<double>(x[0].a, x[1].a, x[2].a, x[3].a));
-  Eigen::Matrix4d left;  // left * dq = back * dq
-  for (int i = 0; i < 4; ++i) {
-    left.col(i) = HamiltonProduct(back, Vec4<double>(Vec4<double>::Unit(i)));
-  }
-  Eigen::Matrix<double, 4, Model::kErrors> dq;
-  for (int i = 0; i < 4; ++i) dq.row(i) = x[i].v.transpose();
-  sensitivity.topRows<3>() = 2.0 * left.bottomRows<3>() * dq;
-  for (int i = 4; i < Model::kMoving; ++i) sensitivity.row(i - 1) = x[i].v.transpose();
-  return sensitivity;
+  for (int i = 0; i < Model::kStates; ++i) out[i] = RotorJet(x[i]);
+  for (int column = 0; column < Model::kErrors; ++column) SeedError(x, column, column, out);
 }
 
 RotorState Joined(const RotorNode& moving, const RotorConstants& constants) {

@@ -36,11 +36,32 @@ RotorState Plus(const RotorState& x, const RotorError& error);
 // The error that takes `a` to `b` (attitude: 2 vec(q_a^* q_b), signed for the shorter way).
 RotorError Minus(const RotorState& a, const RotorState& b);
 
+// Lets `out`, which lies at `x`, move with error `column` as its seed `seed`.
+template <class Jet>
+void SeedError(const RotorState& x, int column, int seed, Jet* out) {
+  if (column >= 3) {
+    out[column + 1].v[seed] = 1.0;
+    return;
+  }
+  const Vec4<double> q = x.head<4>();
+  const Vec4<double> slope = TimesPure(q, Vec3<double>(0.5 * Vec3<double>::Unit(column)));
+  for (int i = 0; i < 4; ++i) out[i].v[seed] = slope[i];
+}
 // `x` with derivatives by its error state.
 void SeedErrors(const RotorState& x, RotorJet* out);
-// d(error state of the moving part) / d(seeds) of Jets that lie at `x`: kMovingErrors x kErrors.
-Eigen::Matrix<double, RotorAeroModel::kMovingErrors, RotorAeroModel::kErrors> MovingSensitivity(
-    const RotorJet* x);
+// d(error state of the moving part) / d(seeds) of Jets that lie at `x`: kMovingErrors x seeds.
+template <class Jet>
+Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensitivity(
+    const Jet* x) {
+  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> sensitivity;
+  const Vec4<double> back = Conjugate(Vec4<double>(x[0].a, x[1].a, x[2].a, x[3].a));
+  for (int j = 0; j < Jet::DIMENSION; ++j) {
+    const Vec4<double> dq(x[0].v[j], x[1].v[j], x[2].v[j], x[3].v[j]);
+    sensitivity.col(j).template head<3>() = 2.0 * HamiltonProduct(back, dq).template tail<3>();
+  }
+  for (int i = 4; i < RotorAeroModel::kMoving; ++i) sensitivity.row(i - 1) = x[i].v.transpose();
+  return sensitivity;
+}
 
 // The motors' unknowns among the constants.
 inline MotorValues MotorsOf(const RotorConstants& constants) {
