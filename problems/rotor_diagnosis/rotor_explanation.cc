@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "problems/diagnosis/choose.h"
 
@@ -20,13 +21,14 @@ Ids United(const Ids& ids, const Ids& more) {
 const std::string& IdOf(const RotorTested& t) { return t.candidate.info->id; }
 
 // Of those that stand out and fit as well as the best, the one with the fewest parameters.
-const RotorTested* Simplest(const std::vector<RotorTested>& tested, double alpha) {
-  const RotorTested* best = Best(tested, alpha);
-  const RotorTested* simplest = best;
+const RotorTested* Simplest(const std::vector<RotorTested>& tested, double alpha, double merit) {
+  const RotorTested* simplest = nullptr;
   for (const RotorTested& t : tested) {
-    const bool as_good =
-        t.p < alpha && Plausible(t.candidate, t.value) && t.Merit() > best->Merit() - kAsGood;
-    if (as_good && t.value.size() < simplest->value.size()) simplest = &t;
+    if (t.p >= alpha || t.Merit() < merit - kAsGood || !Plausible(t.candidate, t.value)) continue;
+    if (simplest == nullptr || std::make_pair(-t.value.size(), t.Merit()) >
+                                   std::make_pair(-simplest->value.size(), simplest->Merit())) {
+      simplest = &t;
+    }
   }
   return simplest;
 }
@@ -45,10 +47,11 @@ Ids InPlaceOf(const RotorTested& replaced, const RotorTested& kept,
 }  // namespace
 
 RotorExplanation Explain(const RotorEvidence& evidence, double alpha) {
-  const RotorTested* best = Simplest(evidence.tested(), alpha);
-  if (best == nullptr) return {};
-  const std::vector<RotorPair> pairs = evidence.Pairs(alpha, best->Merit() - kAsGood);
-  double with_best = best->Merit();
+  const RotorTested* greatest = Best(evidence.tested(), alpha);
+  if (greatest == nullptr) return {};
+  double with_best = greatest->Merit();
+  const RotorTested* best = Simplest(evidence.tested(), alpha, with_best);
+  const std::vector<RotorPair> pairs = evidence.Pairs(alpha, with_best - kAsGood);
   const RotorPair* rival = nullptr;  // of two others
   for (const RotorPair& pair : pairs) {
     if (pair.Has(IdOf(*best))) {

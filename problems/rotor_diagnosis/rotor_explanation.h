@@ -12,10 +12,10 @@ struct RotorExplanation {
 };
 
 // Of effects that fit alike the one with the fewest parameters is taken, and one before two, as it
-// is likelier: two only where they explain clearly more than
-// the best single one, alone or with any other. Where one effect with many parameters does the work
-// of two with few (drag along three axes that of blades and inflow, while rotor speeds hardly
-// change), both fit alike, and the two are among those that the one is confused with.
+// is likelier: two only where they explain clearly more than the best single one, alone or with any
+// other. Where one effect with many parameters does the work of two with few (drag along three axes
+// that of blades and inflow, while rotor speeds hardly change), both fit alike, and the two are
+// among those that the one is confused with.
 RotorExplanation Explain(const RotorEvidence& evidence, double alpha);
 
 }  // namespace trueline
