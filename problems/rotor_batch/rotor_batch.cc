@@ -4,12 +4,14 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 
 #include "problems/common/error.h"
 #include "problems/rotor_batch/constants_information.h"
+#include "problems/rotor_batch/fixed_point.h"
 #include "problems/rotor_batch/rotor_costs.h"
 #include "problems/rotor_batch/rotor_normal.h"
 #include "problems/rotor_data/rough_nodes.h"
@@ -34,6 +36,11 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
 }
 
 namespace {
+
+// Shares of the inertia's trace: a second moment of mass below one is none, and starts at the other
+// where it is to grow.
+constexpr double kFlat = 1e-5;
+constexpr double kThick = 1e-2;
 
 void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   if (!data.motors && MotorsOf(prior.sigma).maxCoeff() > 0.0) {
@@ -65,15 +72,42 @@ class Batch {
     nodes_ = RoughNodes(data, options.prior.mean);
   }
 
-  RotorBatchResult Run(const RotorBatchResult* start) {
-    if (start != nullptr) StartFrom(*start);
+  RotorBatchResult Run() {
     RotorBatchResult result;
     Build();
-    // A solution nearby has the right weights already.
-    for (int k = start != nullptr ? options_.reweights : 0; k <= options_.reweights; ++k) {
-      SetWeights();
+    for (int k = 0; k <= options_.reweights; ++k) {
+      SetWeights(FromChart(chart_));
       Solve(&result);
     }
+    return Finished(std::move(result));
+  }
+
+  // From a solution nearby, with the weights that hold at given states and constants.
+  RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants) {
+    nodes_ = nodes;
+    SetWeights(FromChart(ToChart(WithKnown(constants))));
+    chart_ = ToChart(WithKnown(start.mean));
+    nodes_ = start.nodes;
+    RotorBatchResult result;
+    Build();
+    HoldFlat();
+    Solve(&result);
+    if (FreeFlat()) Solve(&result);
+    return Finished(std::move(result));
+  }
+
+  // Takes weights and information at given states.
+  Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
+    nodes_ = nodes;
+    chart_ = ToChart(constants);
+    SetWeights(FromChart(chart_));
+    double ignored = 0.0;
+    return Covariance(&ignored);
+  }
+
+ private:
+  RotorBatchResult Finished(RotorBatchResult result) const {
     result.mean = FromChart(chart_);
     result.nodes = nodes_;
     result.cov = Covariance(&result.log_evidence);
@@ -81,23 +115,11 @@ class Batch {
     return result;
   }
 
-  // Takes weights and information at given states.
-  Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
-    nodes_ = nodes;
-    chart_ = ToChart(constants);
-    SetWeights();
-    double ignored = 0.0;
-    return Covariance(&ignored);
-  }
-
- private:
-  void StartFrom(const RotorBatchResult& start) {
-    RotorConstants constants = start.mean;
+  RotorConstants WithKnown(RotorConstants constants) const {
     for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
       if (options_.prior.sigma[i] == 0.0) constants[i] = options_.prior.mean[i];
     }
-    chart_ = ToChart(constants);
-    nodes_ = start.nodes;
+    return constants;
   }
 
   void Build() {
@@ -106,16 +128,14 @@ class Batch {
     problem_ = std::make_unique<ceres::Problem>(ownership);
     for (RotorNode& node : nodes_) problem_->AddParameterBlock(node.data(), 13, &manifold_);
     problem_->AddParameterBlock(chart_.data(), RotorAeroModel::kConstants);
-    std::vector<int> known;
-    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      if (options_.prior.sigma[i] == 0.0) known.push_back(i);
-    }
-    if (known.size() == RotorAeroModel::kConstants) {
+    if (options_.prior.Free().empty()) {
       problem_->SetParameterBlockConstant(chart_.data());
     } else {
-      known_ = std::make_unique<ceres::SubsetManifold>(RotorAeroModel::kConstants, known);
-      problem_->SetManifold(chart_.data(), known_.get());
+      Hold({});
       problem_->AddResidualBlock(new ConstantsPriorCost(options_.prior), nullptr, chart_.data());
+    }
+    if (InertiaIsFree()) {
+      problem_->AddResidualBlock(new InertiaBendCost(options_.prior), nullptr, chart_.data());
     }
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       problem_->AddResidualBlock(new SegmentCost(&segments_[i]), nullptr, nodes_[i].data(),
@@ -129,10 +149,51 @@ class Batch {
     }
   }
 
-  void SetWeights() {
-    for (std::size_t i = 0; i < segments_.size(); ++i) {
-      segments_[i].SetWeight(nodes_[i], FromChart(chart_));
+  bool InertiaIsFree() const { return options_.prior.sigma[kInertiaConstants] > 0.0; }
+
+  // Keeps coordinates of the chart where they are, besides those of what is known.
+  void Hold(std::vector<int> held) {
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      if (options_.prior.sigma[i] == 0.0) held.push_back(i);
     }
+    held_ = std::make_unique<ceres::SubsetManifold>(RotorAeroModel::kConstants, held);
+    problem_->SetManifold(chart_.data(), held_.get());
+  }
+
+  // A body that is flat already stays so at first: a step in the log of nothing has no end, and
+  // takes the other constants along to where a negative moment would have them.
+  void HoldFlat() {
+    if (!InertiaIsFree()) return;
+    const double trace = FromChart(chart_).segment<3>(kInertiaConstants).sum();
+    for (int i = kInertiaConstants; i < kInertiaConstants + 3; ++i) {
+      if (std::exp(chart_[i]) < kFlat * trace) flat_.push_back(i);
+    }
+    if (!flat_.empty()) Hold(flat_);
+  }
+
+  // True if a moment that is held would rather grow; it then has something to grow from.
+  bool FreeFlat() {
+    if (flat_.empty()) return false;
+    ceres::Problem::EvaluateOptions by_chart;
+    by_chart.parameter_blocks = {chart_.data()};
+    std::vector<double> gradient;
+    problem_->SetManifold(chart_.data(), nullptr);
+    problem_->Evaluate(by_chart, nullptr, nullptr, &gradient, nullptr);
+    const double trace = FromChart(chart_).segment<3>(kInertiaConstants).sum();
+    std::vector<int> still;
+    for (const int i : flat_) {
+      if (gradient[i] < 0.0) {
+        chart_[i] = std::log(kThick * trace);
+      } else {
+        still.push_back(i);
+      }
+    }
+    Hold(still);
+    return still.size() < flat_.size();
+  }
+
+  void SetWeights(const RotorConstants& at) {
+    for (std::size_t i = 0; i < segments_.size(); ++i) segments_[i].SetWeight(nodes_[i], at);
   }
 
   void Solve(RotorBatchResult* result) {
@@ -141,7 +202,7 @@ class Batch {
     options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
     options.max_num_iterations = options_.max_iterations;
     options.function_tolerance = 1e-8;
-    options.initial_trust_region_radius = 1e6;
+    options.initial_trust_region_radius = 1e10;
     options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
@@ -149,7 +210,7 @@ class Batch {
     result->converged = summary.termination_type == ceres::CONVERGENCE;
     result->iterations += static_cast<int>(summary.iterations.size());
     result->cost = summary.final_cost;
-    result->residuals = summary.num_residuals;
+    result->residuals = summary.num_residuals - (InertiaIsFree() ? InertiaBendCost::kRows : 0);
     result->solve_time += summary.total_time_in_seconds;
   }
 
@@ -195,7 +256,8 @@ class Batch {
   std::vector<RotorNode> nodes_;
   RotorConstants chart_;
   RotorNodeManifold manifold_;
-  std::unique_ptr<ceres::SubsetManifold> known_;
+  std::vector<int> flat_;  // moments of inertia's chart that are held
+  std::unique_ptr<ceres::SubsetManifold> held_;
   std::unique_ptr<ceres::Problem> problem_;
 };
 
@@ -209,22 +271,35 @@ MotorValues Possible(const MotorValues& estimate) {
 }
 
 // Speeds are linear in the motors' unknowns about the values at which `data` holds them: taken anew
-// at each solution until that stays where it is.
+// until they are taken where the solution is, and so are the weights, unless there is a start,
+// which has the right ones. On the way there a few steps of each solution do.
 RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
                                     const RotorBatchOptions& options,
                                     const RotorBatchResult* start) {
-  constexpr int kMostTurns = 8;
-  constexpr double kSettled = 0.05;  // sigmas
-  RotorBatchResult result = Batch(model, *data, options).Run(start);
+  constexpr int kMostTurns = 20;
+  constexpr int kFew = 4;           // iterations
+  constexpr double kSettled = 0.1;  // sigmas
+  RotorBatchOptions rough = options;
+  rough.max_iterations = std::min(kFew, options.max_iterations);
+  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, options).Run();
+  if (start != nullptr) result.iterations = 0, result.solve_time = 0.0;
+  RotorConstants at = result.mean;
+  FixedPoint fixed_point;
+  bool settled = false;
   for (int turn = 0; turn < kMostTurns; ++turn) {
-    const MotorValues at = Possible(MotorsOf(result.mean));
-    const MotorValues moved = (at - data->motors_at).cwiseAbs();
-    if ((moved.array() <= kSettled * MotorsOf(result.Sigma()).array()).all()) break;
-    data->TurnMotors(at);
-    const RotorBatchResult before = result;
-    result = Batch(model, *data, options).Run(&before);
+    data->TurnMotors(Possible(MotorsOf(at)));
+    const RotorBatchResult before = std::move(result);
+    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? options : rough);
+    result = start != nullptr ? batch.RunFrom(before, start->nodes, start->mean)
+                              : batch.RunFrom(before, before.nodes, at);
     result.iterations += before.iterations;
     result.solve_time += before.solve_time;
+    RotorConstants sigma = result.Sigma();
+    if (start != nullptr) sigma.head<RotorAeroModel::kMotors - RotorAeroModel::kMoving>().setZero();
+    const RotorConstants moved = (result.mean - at).cwiseAbs();
+    settled = (sigma.array() == 0.0 || moved.array() <= kSettled * sigma.array()).all();
+    if (settled && result.converged) break;
+    if (!settled) at = fixed_point.Next(at, result.mean, sigma);
   }
   return result;
 }
@@ -237,8 +312,10 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
   const bool turns = MotorsOf(options.prior.sigma).maxCoeff() > 0.0;
   if (turns && flown.motors) turned = flown;
   const RotorData& data = turned.motors ? turned : flown;
-  RotorBatchResult result = turned.motors ? SolveTurningMotors(model, &turned, options, start)
-                                          : Batch(model, data, options).Run(start);
+  RotorBatchResult result =
+      turned.motors      ? SolveTurningMotors(model, &turned, options, start)
+      : start != nullptr ? Batch(model, data, options).RunFrom(*start, start->nodes, start->mean)
+                         : Batch(model, data, options).Run();
   if (!options.widen) return result;
   result.widened = WideningFactors(model, data, options, result);
   result.cov = result.widened.asDiagonal() * result.cov * result.widened.asDiagonal();

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "problems/common/error.h"
 #include "problems/rotor_batch/constants_chart.h"
 #include "problems/rotor_batch/constants_information.h"
+#include "problems/rotor_batch/fixed_point.h"
 #include "problems/rotor_batch/rotor_node_manifold.h"
 #include "problems/rotor_batch/segment.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"
@@ -199,6 +202,54 @@ TEST(RotorBatch, EvidenceFindsTheDisturbance) {
   }
   EXPECT_GT(evidence[1], evidence[0] + 3.0);
   EXPECT_GT(evidence[1], evidence[2] + 3.0);
+}
+
+// Largest difference, in sigmas of `b`.
+double Apart(const RotorBatchResult& a, const RotorBatchResult& b) {
+  double apart = 0.0;
+  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+    if (b.Sigma()[i] > 0.0) apart = std::max(apart, std::abs(a.mean[i] - b.mean[i]) / b.Sigma()[i]);
+  }
+  return apart;
+}
+
+// Prior and flight pull the inertia apart, beyond what a body can have: it ends flat. Solutions
+// from there take few iterations and stay, and one that is not flat is found from there as well.
+TEST(RotorBatch, AFlatBodyHoldsNothingUp) {
+  Case c(4.0);
+  c.options.reweights = 3;
+  const Eigen::Vector3d truth = c.truth.constants.segment<3>(1);
+  c.options.prior.mean.segment<3>(1) = truth;
+  c.options.prior.sigma.segment<3>(1) = 0.3 * truth;
+  const RotorBatchOptions fair = c.options;
+  c.options.prior.mean.segment<3>(1) = Eigen::Vector3d(0.3, 0.3, 0.24).cwiseProduct(truth);
+  c.options.prior.sigma.segment<3>(1) = Eigen::Vector3d(0.01, 0.01, 0.3).cwiseProduct(truth);
+
+  const RotorBatchResult flat = RunRotorBatch(c.model, c.data, c.options);
+  EXPECT_NEAR(flat.mean[3], flat.mean[1] + flat.mean[2], 1e-5 * flat.mean[3]);
+  const RotorBatchResult again = RunRotorBatch(c.model, c.data, c.options, &flat);
+  EXPECT_TRUE(again.converged);
+  EXPECT_LE(again.iterations, 4);
+  EXPECT_LT(Apart(again, flat), 0.1);
+
+  const RotorBatchResult thick = RunRotorBatch(c.model, c.data, fair);
+  EXPECT_LT(thick.mean[3], 0.9 * (thick.mean[1] + thick.mean[2]));
+  EXPECT_LT(Apart(RunRotorBatch(c.model, c.data, fair, &flat), thick), 0.1);
+}
+
+// A map that swings in one direction and creeps in another.
+TEST(FixedPoint, FindsItInAFewValues) {
+  RotorConstants want = RotorConstants::Zero(), scale = want, x = want;
+  want.head<2>() << 1.0, 2.0;
+  scale.head<2>() << 1e-3, 1.0;
+  FixedPoint fixed_point;
+  for (int i = 0; i < 4; ++i) {
+    RotorConstants image = want;
+    image[0] += 0.8 * (x[0] - want[0]);
+    image[1] -= 0.9 * (x[1] - want[1]);
+    x = fixed_point.Next(x, image, scale);
+  }
+  EXPECT_LT((x - want).norm(), 1e-9);
 }
 
 TEST(RotorBatch, RefusesImpossiblePriors) {
