@@ -50,16 +50,12 @@ std::vector<ConsideredEffect> ReadConsidered(const YamlMap& map) {
     if (!map.Has(id)) continue;
     const YamlMap entry = map.Child(id);
     for (const std::string& parameter : parameters) {
-      if (!entry.Has(parameter)) continue;
-      const auto sigma = entry.Get<double>(parameter);
-      if (!(sigma > 0.0)) entry.Fail(parameter, "is a standard deviation, above zero");
-      considered.push_back({id, parameter, sigma});
+      const auto sigma = entry.GetOptional<double>(parameter);
+      if (!sigma) continue;
+      if (!(*sigma > 0.0)) entry.Fail(parameter, "is a standard deviation, above zero");
+      considered.push_back({id, parameter, *sigma});
     }
-    for (const std::string& key : entry.Keys()) {
-      if (std::count(parameters.begin(), parameters.end(), key) > 0) continue;
-      entry.Fail(key, fmt::format("is no parameter of {}; known here: {}", id,
-                                  fmt::join(parameters, ", ")));
-    }
+    entry.Finish();
   }
   for (const std::string& key : map.Keys()) {
     if (Considerable().count(key) > 0) continue;

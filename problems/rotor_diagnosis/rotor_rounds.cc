@@ -84,10 +84,11 @@ std::vector<RotorDescribed> Standing(const RotorEvidence& evidence, double alpha
   return standing;
 }
 
-// The vehicle itself moves in a way that is clearly no effect's.
+// The vehicle itself moves in a way that is clearly no effect's. An effect of an impossible size
+// may be the shadow of others, which are looked for first.
 bool BeyondEffects(const std::vector<RotorDescribed>& standing) {
   return std::any_of(standing.begin(), standing.end(),
-                     [](const RotorDescribed& d) { return !d.of_sensor; });
+                     [](const RotorDescribed& d) { return !d.of_sensor && !d.columns.empty(); });
 }
 
 // A cause that did the work of what is no effect is none, once that stands beside it.
