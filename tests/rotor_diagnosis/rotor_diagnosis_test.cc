@@ -82,7 +82,7 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
 
 void ExpectEachNamed(const std::vector<simulation::EffectSetting>& hidden) {
   for (const auto& effect : hidden) {
-    ExpectNamed(DiagnoseRotors({FlyHiding({effect}, 15.0, 7)}, Options()), effect.id,
+    ExpectNamed(DiagnoseRotors({FlyHiding({effect}, 15.0, 7)}, Options(false)), effect.id,
                 effect.values);
   }
 }
@@ -106,7 +106,7 @@ TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
       DiagnoseRotors({FlyHiding({{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.03}}},
                                  {"payload_step", {{"t_step", 8.0}, {"mass", -0.02}}}},
                                 15.0, 8)},
-                     Options());
+                     Options(false));
   std::set<std::string> ids;
   for (const Cause& cause : diagnosis.causes) ids.insert(cause.candidate.info->id);
   EXPECT_EQ(ids, (std::set<std::string>{"payload_step", "rotor_tilt"}));
@@ -163,7 +163,7 @@ TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
   const simulation::EffectSetting moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
   const simulation::EffectSetting load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};
   const RotorDiagnosis both = DiagnoseRotors(
-      {FlyHiding({moment, load}, 12.0, 10), FlyHiding({moment}, 12.0, 11)}, Options());
+      {FlyHiding({moment, load}, 12.0, 10), FlyHiding({moment}, 12.0, 11)}, Options(false));
   ASSERT_EQ(both.causes.size(), 2u);
   for (const Cause& cause : both.causes) {
     const bool stays = cause.candidate.info->id == "air_moment";
@@ -171,7 +171,7 @@ TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
     EXPECT_EQ(cause.confirmed.value(), stays) << cause.candidate.info->id;
   }
   const RotorDiagnosis once =
-      DiagnoseRotors({FlyHiding({moment}, 12.0, 10), FlyHiding({}, 12.0, 11)}, Options());
+      DiagnoseRotors({FlyHiding({moment}, 12.0, 10), FlyHiding({}, 12.0, 11)}, Options(false));
   ASSERT_EQ(once.causes.size(), 1u);
   EXPECT_EQ(once.causes[0].repeats.at(0).outcome, "not shown");
   EXPECT_FALSE(once.causes[0].confirmed.value());
