@@ -136,7 +136,7 @@ TEST(DiagnoseRotors, SlowFindsAStepAtItsTime) {
   EXPECT_NEAR(diagnosis.causes[0].candidate.fixed.at("t_step"), 5.4, 0.1);
 }
 
-TEST(DiagnoseRotors, WhatNoVehicleHasIsUnexplained) {
+TEST(DiagnoseRotors, SlowWhatNoVehicleHasIsUnexplained) {
   const RotorDiagnosis diagnosis =
       DiagnoseRotors({FlyHiding({{"translational_lift", {{"k", 1.6}}}}, 8.0, 14)}, Options());
   EXPECT_EQ(diagnosis.verdict, "unexplained");
@@ -146,7 +146,7 @@ TEST(DiagnoseRotors, WhatNoVehicleHasIsUnexplained) {
 }
 
 // A compass that errs with the heading, as no effect of the catalogue does.
-TEST(DiagnoseRotors, DescribesAHeadingThatIsReadWrong) {
+TEST(DiagnoseRotors, SlowDescribesAHeadingThatIsReadWrong) {
   FlightLog log = FlyHiding({}, 10.0, 15);
   for (PoseSample& pose : log.pose) {
     const double psi = 2.0 * std::atan2(pose.q_E.z(), pose.q_E.w());
