@@ -183,7 +183,7 @@ Eigen::VectorXd Candidate::Ordinary() const {
 std::string Candidate::Label() const {
   if (fixed.count("gate") > 0) return fmt::format("{} {}", info->id, fixed.at("gate"));
   if (fixed.count("rotor") > 0) return fmt::format("{} {}", info->id, fixed.at("rotor"));
-  if (fixed.count("t_step") > 0) return fmt::format("{} {:.0f} s", info->id, fixed.at("t_step"));
+  if (fixed.count("t_step") > 0) return fmt::format("{} {:.1f} s", info->id, fixed.at("t_step"));
   return info->id;
 }
 

@@ -31,7 +31,8 @@ def build(arguments):
         raise ReportError(f"{path}: 'verdict' is missing or not known")
     page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
     page.add("verdict", "Result", *_verdict(result))
-    page.add("misfit", "Misfit", *misfit_sections.sections(result, arguments.result))
+    if misfit := misfit_sections.sections(result, arguments.result):
+        page.add("misfit", "Misfit", *misfit)
     page.add("candidates", "What was tried", *_candidates(result))
     page.add("residuals", "Residuals", *_residuals(result, arguments.result))
     return page
@@ -46,8 +47,9 @@ def _verdict(result):
                      ("yes" if residual["white"] else "no", "residual white")])]
     for cause in result.get("causes") or []:
         blocks += _cause(cause)
-    if len(result.get("causes") or []) > 1:
-        blocks += ["<h3>All causes together</h3>", *_gains(result)]
+    together = _gains(result)
+    if len(result.get("causes") or []) > 1 and together:
+        blocks += ["<h3>All causes together</h3>", *together]
     if result.get("set_aside"):
         blocks += ["<h3>Set aside</h3>",
                    paragraph("These stand out of the noise, but flight that took no part in their fit "
