@@ -74,6 +74,7 @@ struct NamedTerms {
 std::vector<Term> Along(const std::vector<int>& axes,
                         const std::function<double(const Situation&)>& size) {
   std::vector<Term> terms;
+  terms.reserve(axes.size());
   for (const int axis : axes) {
     terms.emplace_back(
         [axis, size](const Situation& a) -> Vector3d { return size(a) * Vector3d::Unit(axis); });

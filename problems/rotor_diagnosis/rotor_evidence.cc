@@ -150,6 +150,7 @@ std::vector<std::size_t> RotorEvidence::Distinct() const {
     if (!added && tested_[i].gain > tested_[at->second].gain) at->second = i;
   }
   std::vector<std::size_t> indices;
+  indices.reserve(best.size());
   for (const auto& [name, index] : best) indices.push_back(index);
   return indices;
 }

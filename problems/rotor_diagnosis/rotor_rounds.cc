@@ -52,11 +52,12 @@ std::vector<Candidate> Sharpened(std::vector<Candidate> candidates, const RotorS
   }
   const double spacing = StepSpacing(search.world().data);
   const double range = spacing * (kFinerSteps - 1) / kFinerSteps;
-  for (const auto& [id, coarse] : best) {
+  for (const auto& entry : best) {
+    const Candidate& coarse = entry.second.candidate;
     const auto replaced = std::find_if(
         candidates.begin(), candidates.end(),
-        [&](const Candidate& c) { return c.info->id == id && c.fixed == coarse.candidate.fixed; });
-    *replaced = BestStep(coarse.candidate, range, 2 * kFinerSteps - 1, search).candidate;
+        [&](const Candidate& c) { return c.info == coarse.info && c.fixed == coarse.fixed; });
+    *replaced = BestStep(coarse, range, 2 * kFinerSteps - 1, search).candidate;
   }
   return candidates;
 }
