@@ -299,7 +299,10 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     const RotorConstants moved = (result.mean - at).cwiseAbs();
     settled = (sigma.array() == 0.0 || moved.array() <= kSettled * sigma.array()).all();
     if (settled && result.converged) break;
-    if (!settled) at = fixed_point.Next(at, result.mean, sigma);
+    if (settled) continue;
+    const RotorConstants next = fixed_point.Next(at, result.mean, sigma);
+    const bool exists = next[0] > 0.0 && next.segment<3>(kInertiaConstants).sum() > 0.0;
+    at = exists ? next : result.mean;  // a body has mass and inertia, wherever mixing leads
   }
   return result;
 }
