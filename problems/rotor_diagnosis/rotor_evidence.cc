@@ -68,6 +68,20 @@ Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& st
   return sizes;
 }
 
+std::vector<std::size_t> BestOfEach(const std::vector<RotorTested>& tested) {
+  std::map<std::pair<std::string, double>, std::size_t> best;
+  for (std::size_t i = 0; i < tested.size(); ++i) {
+    const std::map<std::string, double>& fixed = tested[i].candidate.fixed;
+    const double rotor = fixed.count("rotor") > 0 ? fixed.at("rotor") : -1.0;
+    const auto [at, added] = best.try_emplace({tested[i].candidate.info->id, rotor}, i);
+    if (!added && tested[i].gain > tested[at->second].gain) at->second = i;
+  }
+  std::vector<std::size_t> indices;
+  indices.reserve(best.size());
+  for (const auto& [name, index] : best) indices.push_back(index);
+  return indices;
+}
+
 RotorEvidence::RotorEvidence(RotorNormal normal, int own, const std::vector<Candidate>& candidates,
                              const RotorLibrary* library)
     : normal_(std::move(normal)), candidates_(candidates), beside_(Range(0, own)) {
@@ -90,17 +104,12 @@ std::vector<int> RotorEvidence::Columns(std::size_t which) const {
   return Range(first_[which], SizeOf(candidates_[which]));
 }
 
-ScoreTest RotorEvidence::Test(std::vector<int> beside, int first,
-                              const Eigen::VectorXd& ordinary) const {
-  const std::vector<int> own = Range(first, static_cast<int>(ordinary.size()));
-  return TestLast(normal_.Select(Joined(std::move(beside), own)), ordinary);
-}
-
 RotorTested RotorEvidence::TestOne(std::size_t which, const std::vector<int>& beside) const {
   const Candidate& c = candidates_[which];
   const Eigen::VectorXd ordinary = OrdinarySteps(*c.info);
-  const ScoreTest score = Test(beside, first_[which], ordinary);
-  const double gain = Test(beside, first_[which], Eigen::VectorXd::Zero(ordinary.size())).chi2;
+  const RotorNormal normal = normal_.Select(Joined(beside, Columns(which)));
+  const ScoreTest score = TestLast(normal, ordinary);
+  const double gain = TestLast(normal, Eigen::VectorXd::Zero(ordinary.size())).chi2;
   const int tried = TriedLike(c, candidates_);
   const double p = std::min(1.0, score.p() * tried);
   return {c, c.Neutral() + SizesFromSteps(*c.info, score.value), score, gain, p, tried};
@@ -116,10 +125,11 @@ void RotorEvidence::Describe(const RotorLibrary& library, bool of_sensor, int fi
   std::vector<int> read = beside_;
   for (const RotorTerm& term : library.terms) {
     if (term.of_sensor != of_sensor) continue;
-    const ScoreTest score = Test(beside_, first + term.first, Eigen::VectorXd::Zero(term.count));
+    const std::vector<int> own = Range(first + term.first, term.count);
+    const ScoreTest score =
+        TestLast(normal_.Select(Joined(beside_, own)), Eigen::VectorXd::Zero(term.count));
     described_.push_back({term.name, score.p() * static_cast<double>(library.terms.size()),
-                          score.chi2 - 2.0 * term.count, of_sensor,
-                          Range(first + term.first, term.count)});
+                          score.chi2 - 2.0 * term.count, of_sensor, own});
     const RotorDescribed& described = described_.back();
     if (!of_sensor || !described.Stands(kReadOff, merit)) continue;
     read = Joined(std::move(read), described.columns);
@@ -140,27 +150,12 @@ void RotorEvidence::DescribeImplausible() {
   }
 }
 
-// One candidate of each effect, and of each rotor's loss.
-std::vector<std::size_t> RotorEvidence::Distinct() const {
-  std::map<std::pair<std::string, double>, std::size_t> best;
-  for (std::size_t i = 0; i < tested_.size(); ++i) {
-    const std::map<std::string, double>& fixed = candidates_[i].fixed;
-    const double rotor = fixed.count("rotor") > 0 ? fixed.at("rotor") : -1.0;
-    const auto [at, added] = best.try_emplace({candidates_[i].info->id, rotor}, i);
-    if (!added && tested_[i].gain > tested_[at->second].gain) at->second = i;
-  }
-  std::vector<std::size_t> indices;
-  indices.reserve(best.size());
-  for (const auto& [name, index] : best) indices.push_back(index);
-  return indices;
-}
-
 std::vector<RotorPair> RotorEvidence::Pairs(double alpha, double merit) const {
   const auto stands = [&](const RotorTested& t) {
     return t.p < alpha && Plausible(t.candidate, t.value);
   };
   std::vector<RotorPair> pairs;
-  const std::vector<std::size_t> distinct = Distinct();
+  const std::vector<std::size_t> distinct = BestOfEach(tested_);
   for (const std::size_t i : distinct) {
     const std::vector<int> with_i = Joined(beside_, Columns(i));
     for (const std::size_t j : distinct) {

@@ -64,12 +64,10 @@ class RotorEvidence {
   std::vector<RotorPair> Pairs(double alpha, double merit) const;
 
  private:
-  ScoreTest Test(std::vector<int> beside, int first, const Eigen::VectorXd& ordinary) const;
   RotorTested TestOne(std::size_t which, const std::vector<int>& beside) const;
   void TestEach();
   void Describe(const RotorLibrary& library, bool of_sensor, int first, double merit);
   void DescribeImplausible();
-  std::vector<std::size_t> Distinct() const;
   std::vector<int> Columns(std::size_t which) const;
 
   RotorNormal normal_;
@@ -79,6 +77,9 @@ class RotorEvidence {
   std::vector<RotorTested> tested_;
   std::vector<RotorDescribed> described_;
 };
+
+// Where in `tested` the best of each effect stands, and of each rotor's loss.
+std::vector<std::size_t> BestOfEach(const std::vector<RotorTested>& tested);
 
 // The last columns of `normal`, as many as there are `ordinary` sizes, against all before them.
 ScoreTest TestLast(const RotorNormal& normal, const Eigen::VectorXd& ordinary);

@@ -1,7 +1,6 @@
 #include "problems/rotor_diagnosis/rotor_rounds.h"
 
 #include <algorithm>
-#include <map>
 
 #include "problems/diagnosis/choose.h"
 #include "problems/rotor_diagnosis/rotor_explanation.h"
@@ -45,15 +44,11 @@ std::vector<Candidate> Sharpened(std::vector<Candidate> candidates, const RotorS
   for (const Candidate& c : candidates) {
     if (IsStep(c)) steps.push_back(c);
   }
-  std::map<std::string, RotorTested> best;
-  for (RotorTested& t : search.Test(steps)) {
-    const auto [at, added] = best.try_emplace(t.candidate.info->id, t);
-    if (!added && t.gain > at->second.gain) at->second = std::move(t);
-  }
+  const std::vector<RotorTested> tested = search.Test(steps);
   const double spacing = StepSpacing(search.world().data);
   const double range = spacing * (kFinerSteps - 1) / kFinerSteps;
-  for (const auto& entry : best) {
-    const Candidate& coarse = entry.second.candidate;
+  for (const std::size_t i : BestOfEach(tested)) {
+    const Candidate& coarse = tested[i].candidate;
     const auto replaced = std::find_if(
         candidates.begin(), candidates.end(),
         [&](const Candidate& c) { return c.info == coarse.info && c.fixed == coarse.fixed; });
