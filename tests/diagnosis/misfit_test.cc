@@ -3,13 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
+#include "tests/common/bands.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
 
 struct Replayed {
-  FlightLog log;
+  testing_simulation::Flown flown;
   Misfit misfit;
 };
 
@@ -18,11 +21,12 @@ Replayed ReplayFlight(const std::vector<simulation::EffectSetting>& effects) {
   config.duration = 60.0;
   config.effects = effects;
   config.detector.sigma_factor = 0.02;
-  Replayed out{testing_simulation::Fly(config, 4).log, {}};
-  CauseSearch search(out.log, VgdOptions());
+  Replayed out{testing_simulation::Fly(config, 4), {}};
+  const FlightLog& log = out.flown.log;
+  CauseSearch search(log, VgdOptions());
   std::vector<Found> none;
   search.Fit(&none, 0);
-  out.misfit = TakeApart(out.log, &search, ReplayOpenLoop(&search, out.log), {});
+  out.misfit = TakeApart(log, &search, ReplayOpenLoop(&search, log), {});
   return out;
 }
 
@@ -62,13 +66,63 @@ TEST(Misfit, RowsSayWhereTheErrorAroseAndWithWhat) {
   for (const MisfitRow& row : flight.misfit.rows) {
     EXPECT_NEAR(row.before.error_E.norm(), row.before.error_B.norm(), 1e-9);
     EXPECT_GT(row.at.speed, 0.2);
-    EXPECT_NEAR(row.at.thrust, 9.8, 6.0);
     EXPECT_GT(row.at.height, 0.0);
     EXPECT_TRUE(std::isnan(row.at.battery));  // not logged
     near_gates += row.at.gate >= 0;
     EXPECT_FALSE(row.at.gate >= 0 && !(row.at.gate_distance < 12.0)) << row.at.gate_distance;
   }
   EXPECT_GT(near_gates, 50);
+}
+
+// Mean and standard deviation of what rows say less what the simulator flew at their middles.
+struct Differences {
+  int count = 0;
+  double mean = 0.0, spread = 0.0;
+};
+
+using TruthOf = std::function<double(const simulation::TruthSample&)>;
+Differences Compare(const Replayed& flight, double ReplaySituation::*value, const TruthOf& truth) {
+  Differences d;
+  double squares = 0.0;
+  for (const MisfitRow& row : flight.misfit.rows) {
+    const auto at = static_cast<std::size_t>(std::lround(row.at.time * 512.0));
+    const double difference = row.at.*value - truth(flight.flown.truth.trajectory.at(at));
+    d.mean += difference;
+    squares += difference * difference;
+    ++d.count;
+  }
+  d.mean /= d.count;
+  d.spread = std::sqrt(squares / d.count - d.mean * d.mean);
+  return d;
+}
+
+// A quantity of the rows: its constant offset from the truth, and the spread about it.
+struct Quantity {
+  std::string name;
+  double ReplaySituation::*value;
+  TruthOf truth;
+  double offset, spread;
+};
+
+// Thrust is as the accelerometer reads it: b_az of -0.12 and the rotors' vibration are in it, no
+// scale. Gyro biases and noise lengthen the rate. Speed and place are those of the knot before.
+// Spreads are as achieved; a mean lies within 3.3 (0.1 %) of its standard errors.
+TEST(Misfit, RowsSayHowTheVehicleFlew) {
+  using S = const simulation::TruthSample&;
+  using At = ReplaySituation;
+  const std::vector<Quantity> quantities = {
+      {"thrust", &At::thrust, [](S s) { return -s.f_B.z(); }, 0.12, 0.27},
+      {"speed", &At::speed, [](S s) { return s.v_E.norm(); }, 0.0, 0.15},
+      {"rate", &At::rate, [](S s) { return s.w_B.norm(); }, 0.003, 0.022},
+      {"height", &At::height, [](S s) { return -s.p_E.z(); }, 0.0, 0.022},
+      {"north", &At::north, [](S s) { return s.p_E.x(); }, 0.0, 0.21},
+      {"east", &At::east, [](S s) { return s.p_E.y(); }, 0.0, 0.20}};
+  const Replayed flight = ReplayFlight({});
+  for (const Quantity& q : quantities) {
+    const Differences d = Compare(flight, q.value, q.truth);
+    EXPECT_NEAR(d.mean, q.offset, 3.3 * q.spread / std::sqrt(d.count)) << q.name;
+    ExpectSigma(d.spread, q.spread, 1.4, q.name);
+  }
 }
 
 }  // namespace

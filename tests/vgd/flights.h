@@ -59,4 +59,15 @@ inline const ParameterEstimate& Find(const WindowEstimate& window, const std::st
   throw std::out_of_range(name);
 }
 
+// Sum over a run's arcs of the squared error of the end by its covariance.
+inline double SquaredArcErrors(const EstimatorRun& run) {
+  double sum = 0.0;
+  for (const WindowEstimate& window : run.windows) {
+    if (!window.arc || !window.arc->truth) continue;
+    const Eigen::Vector2d error = *window.arc->truth - window.arc->p_E;
+    sum += error.dot(window.arc->cov.inverse() * error);
+  }
+  return sum;
+}
+
 }  // namespace trueline::testing_vgd

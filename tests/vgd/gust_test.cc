@@ -6,6 +6,7 @@
 #include "problems/calibration/calibration.h"
 #include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/window_data.h"
+#include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -83,8 +84,8 @@ TEST(Gust, NeedsTheAccelerometerAndAProcess) {
 
 // Arcs inside of their 95 % ellipses, and the mean error, in gusts of 0.25 m/s^2 that last.
 struct Arcs {
-  double inside = 0.0, error = 0.0;  // share, m
-  int count = 0;
+  double error = 0.0, squares = 0.0;  // m; in sigmas, summed
+  int count = 0, inside = 0;
 };
 
 Arcs FlyThroughGusts(const VgdOptions& options) {
@@ -94,12 +95,13 @@ Arcs FlyThroughGusts(const VgdOptions& options) {
     config.turbulence.sigma = {0.25, 0.25, 0.1};
     config.turbulence.memory = 0.8;
     const Flight flight(config, seed, options);
-    const ArcSummary summary = SummariseArcs(RunVgd(flight.data, options));
+    const EstimatorRun run = RunVgd(flight.data, options);
+    const ArcSummary summary = SummariseArcs(run);
     arcs.count += summary.error.count;
     arcs.inside += summary.inside_95;
     arcs.error += summary.error.mean * summary.error.count;
+    arcs.squares += testing_vgd::SquaredArcErrors(run);
   }
-  arcs.inside /= arcs.count;
   arcs.error /= arcs.count;
   return arcs;
 }
@@ -109,7 +111,8 @@ TEST(Gust, SlowAreNotTakenForDragOrCertainty) {
   without.process.gust = 0.0;
   const Arcs with_gusts = FlyThroughGusts(VgdOptions()), none = FlyThroughGusts(without);
   EXPECT_GT(with_gusts.count, 20);
-  EXPECT_GT(with_gusts.inside, 0.8);
+  ExpectCoverage(with_gusts.inside, with_gusts.count, 0.95, "95 % ellipses");
+  ExpectChiSquare(with_gusts.squares, 2.0 * with_gusts.count, "ends of arcs");
   EXPECT_GT(with_gusts.inside, none.inside);
   EXPECT_LT(with_gusts.error, none.error);
 }

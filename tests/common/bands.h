@@ -1,0 +1,36 @@
+// Two-sided bands from statistics, for tests whose seeds are fixed.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
+
+namespace trueline {
+
+// Chance, on each side of a band, that right code fails with seeds drawn anew.
+inline constexpr double kChance = 1e-3;
+
+// `sum` of `freedom` independent squared errors, each over its stated variance.
+inline void ExpectChiSquare(double sum, double freedom, const std::string& what) {
+  EXPECT_GT(sum, ChiSquareCritical(1.0 - kChance, freedom)) << what << ": sigmas are too large";
+  EXPECT_LT(sum, ChiSquareCritical(kChance, freedom)) << what << ": sigmas are too small";
+}
+
+// `inside` of `count` independent intervals hold the truth, each with probability p.
+inline void ExpectCoverage(int inside, int count, double p, const std::string& what) {
+  EXPECT_GT(BinomialCdf(inside, count, p), kChance) << what << ": " << inside << " of " << count;
+  EXPECT_LT(BinomialCdf(inside - 1, count, p), 1.0 - kChance)
+      << what << ": " << inside << " of " << count;
+}
+
+// A stated sigma against the one that is due, within a factor.
+inline void ExpectSigma(double sigma, double due, double factor, const std::string& what) {
+  EXPECT_GT(sigma, due / factor) << what;
+  EXPECT_LT(sigma, due * factor) << what;
+}
+
+}  // namespace trueline
