@@ -11,12 +11,18 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/read_effects.h"
+#include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
 
 using testing::HasSubstr;
+using testing_diagnosis::ExpectAsLargeAsStated;
+using testing_diagnosis::ExpectCause;
+using testing_diagnosis::Hidden;
+using testing_diagnosis::kSigmaFactor;
+using testing_diagnosis::SquaredErrors;
 
 FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, std::uint64_t seed) {
   SimulationConfig config = testing_simulation::ReadShipped("iros2016");
@@ -31,51 +37,54 @@ Diagnosis DiagnoseQuickly(const FlightLog& log) {
   return Diagnose({log}, options);
 }
 
-void ExpectNamed(const Diagnosis& diagnosis, const std::string& id,
-                 const std::map<std::string, double>& truth) {
-  ASSERT_FALSE(diagnosis.causes.empty()) << id;
-  const Cause& cause = diagnosis.causes[0];
-  ASSERT_EQ(cause.candidate.info->id, id);
-  const Effect found = cause.effect();
-  for (int i = 0; i < cause.value.size(); ++i) {
-    const std::string& name = cause.candidate.info->parameters[i].name;
-    EXPECT_NEAR(found[name], truth.at(name), 3.5 * cause.sigma[i]) << id << " " << name;
-  }
+SquaredErrors ExpectNamed(const Diagnosis& diagnosis, const Hidden& hidden) {
+  EXPECT_FALSE(diagnosis.causes.empty()) << hidden.id;
+  return diagnosis.causes.empty() ? SquaredErrors() : ExpectCause(diagnosis.causes[0], hidden);
 }
 
 TEST(Diagnose, ACleanFlightIsClean) {
   const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({}, 21));
   EXPECT_EQ(diagnosis.verdict, "clean");
   EXPECT_TRUE(diagnosis.causes.empty());
-  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.25);
+  // 3.3 standard errors of 1,200 fixes with the tails of Student's t of 5 degrees of freedom.
+  EXPECT_NEAR(diagnosis.rms_before, 1.0, 0.08);
   EXPECT_GT(diagnosis.candidates.size(), 20U);
   for (const CandidateReport& c : diagnosis.candidates) EXPECT_GT(c.detectable.minCoeff(), 0.0);
 }
 
 TEST(Diagnose, SlowNamesAWind) {
-  const std::map<std::string, double> truth{{"w_x", 1.0}, {"w_y", -0.6}};
-  ExpectNamed(DiagnoseQuickly(FlyHiding({{"wind", truth}}, 22)), "wind", truth);
+  const Hidden wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}, {0.036, 0.034}};
+  ExpectNamed(DiagnoseQuickly(FlyHiding({{wind.id, wind.values}}, 22)), wind);
 }
 
 TEST(Diagnose, SlowNamesFalseGates) {
-  const std::map<std::string, double> truth{
-      {"fraction", 0.12}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}};
-  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({{"false_gate", truth}}, 23));
-  ExpectNamed(diagnosis, "false_gate", truth);
-  if (HasFatalFailure()) return;
-  EXPECT_NEAR(diagnosis.causes[0].candidate.fixed.at("dy"), 1.5, 0.15);
+  const Hidden hidden{"false_gate",
+                      {{"fraction", 0.12}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}},
+                      {0.0144}};
+  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({{hidden.id, hidden.values}}, 23));
+  ExpectNamed(diagnosis, hidden);
+  ASSERT_FALSE(diagnosis.causes.empty());
+  const auto& fixed = diagnosis.causes[0].candidate.fixed;
+  const Eigen::Vector3d offset(fixed.at("dx"), fixed.at("dy"), fixed.at("dz"));
+  EXPECT_LT((offset - Eigen::Vector3d(0.5, 1.5, 0.1)).norm(), 0.15);  // m
 }
 
 TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
-  const std::vector<simulation::EffectSetting> hidden = {
-      {"quadratic_drag", {{"c", 0.25}}},
-      {"attitude_latency", {{"tau", 0.06}}},
-      {"imu_lever_arm", {{"r_x", 0.05}, {"r_y", -0.04}, {"r_z", 0.03}}},
-      {"fix_latency", {{"tau", 0.12}}},
-      {"camera_misalignment", {{"roll", 0.03}, {"pitch", 0.1}, {"yaw", 0.1}}}};
-  for (const auto& effect : hidden) {
-    ExpectNamed(DiagnoseQuickly(FlyHiding({effect}, 24)), effect.id, effect.values);
+  const std::vector<Hidden> all = {
+      {"quadratic_drag", {{"c", 0.25}}, {0.0214}},
+      {"attitude_latency", {{"tau", 0.06}}, {0.0047}},
+      {"imu_lever_arm", {{"r_x", 0.05}, {"r_y", -0.04}, {"r_z", 0.03}}, {0.0032, 0.0032, 0.003}},
+      {"fix_latency", {{"tau", 0.12}}, {0.0067}},
+      {"camera_misalignment",
+       {{"roll", 0.03}, {"pitch", 0.1}, {"yaw", 0.1}},
+       {0.0115, 0.0071, 0.0064}}};
+  std::vector<SquaredErrors> squares;
+  std::uint64_t seed = 24;
+  for (const Hidden& hidden : all) {
+    const FlightLog log = FlyHiding({{hidden.id, hidden.values}}, seed++);
+    squares.push_back(ExpectNamed(DiagnoseQuickly(log), hidden));
   }
+  ExpectAsLargeAsStated(squares);
 }
 
 TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
@@ -96,7 +105,7 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   VgdOptions options;
   const std::vector<Effect> effects = ApplyModel(folder / "model.yaml", &options);
   ASSERT_EQ(effects.size(), diagnosis.causes.size());
-  EXPECT_NEAR(options.drive.force_effects.wind_E.x(), 1.2, 0.3);
+  EXPECT_NEAR(options.drive.force_effects.wind_E.x(), 1.2, 3.3 * diagnosis.causes[0].sigma[0]);
   EXPECT_EQ(YAML::LoadFile(folder / "diagnosis.yaml")["causes"][0]["id"].as<std::string>(), "wind");
   std::filesystem::remove_all(folder);
 }
@@ -112,7 +121,8 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const Diagnosis repeated = Diagnose({first, again}, options);
   ASSERT_EQ(repeated.causes.size(), 1U);
   EXPECT_EQ(repeated.causes[0].repeats.at(0).outcome, "repeats");
-  EXPECT_NEAR(repeated.causes[0].repeats[0].value[0], 1.0, 0.25);
+  ExpectSigma(repeated.causes[0].repeats[0].sigma[0], 0.022, kSigmaFactor, "sigma of the repeat");
+  EXPECT_NEAR(repeated.causes[0].repeats[0].value[0], 1.0, 3.3 * repeated.causes[0].sigma[0]);
   EXPECT_TRUE(repeated.causes[0].confirmed.value());
   EXPECT_EQ(repeated.verdict, "explained");
 
@@ -137,7 +147,7 @@ TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
     const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
     sample.q_Ep_I = Eigen::AngleAxisd(more, axis.normalized()) * sample.q_Ep_I;
   }
-  ExpectNamed(DiagnoseQuickly(log), "tilt_scale", {{"s", 0.12}});
+  ExpectNamed(DiagnoseQuickly(log), {"tilt_scale", {{"s", 0.12}}, {0.011}});
 }
 
 TEST(Diagnose, SaysWhatIsMissing) {

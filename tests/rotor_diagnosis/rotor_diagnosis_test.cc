@@ -7,12 +7,16 @@
 #include "problems/common/error.h"
 #include "problems/rotor_calibration/rotor_calibration_config.h"
 #include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
+#include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {
 
-using Values = std::map<std::string, double>;
+using testing_diagnosis::ExpectAsLargeAsStated;
+using testing_diagnosis::ExpectCause;
+using testing_diagnosis::Hidden;
+using testing_diagnosis::SquaredErrors;
 
 FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, double duration,
                     std::uint64_t seed) {
@@ -33,15 +37,9 @@ RotorDiagnosisOptions Options(bool measure_gain = true) {
   return options;
 }
 
-void ExpectNamed(const RotorDiagnosis& diagnosis, const std::string& id, const Values& truth) {
-  ASSERT_EQ(diagnosis.causes.size(), 1u) << id;
-  const Cause& cause = diagnosis.causes[0];
-  EXPECT_EQ(cause.candidate.info->id, id);
-  const Effect found = cause.effect();
-  for (int i = 0; i < cause.value.size(); ++i) {
-    const std::string& name = cause.candidate.info->parameters[i].name;
-    EXPECT_NEAR(found[name], truth.at(name), 3.5 * cause.sigma[i]) << id << " " << name;
-  }
+SquaredErrors ExpectNamed(const RotorDiagnosis& diagnosis, const Hidden& hidden) {
+  EXPECT_EQ(diagnosis.causes.size(), 1u) << hidden.id;
+  return diagnosis.causes.empty() ? SquaredErrors() : ExpectCause(diagnosis.causes[0], hidden);
 }
 
 TEST(DiagnoseRotors, ACleanFlightIsClean) {
@@ -58,10 +56,10 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
 }
 
 TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
-  const Values truth{{"roll", 0.03}, {"pitch", -0.02}};
-  const FlightLog log = FlyHiding({{"rotor_tilt", truth}}, 12.0, 6);
+  const Hidden hidden{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.02}}, {0.0025, 0.0025}};
+  const FlightLog log = FlyHiding({{hidden.id, hidden.values}}, 12.0, 6);
   const RotorDiagnosis diagnosis = DiagnoseRotors({log}, Options());
-  ExpectNamed(diagnosis, "rotor_tilt", truth);
+  ExpectNamed(diagnosis, hidden);
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_EQ(diagnosis.verdict, "explained");
   EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
@@ -80,25 +78,30 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   std::filesystem::remove_all(folder);
 }
 
-void ExpectEachNamed(const std::vector<simulation::EffectSetting>& hidden) {
-  for (const auto& effect : hidden) {
-    ExpectNamed(DiagnoseRotors({FlyHiding({effect}, 15.0, 7)}, Options(false)), effect.id,
-                effect.values);
+void ExpectEachNamed(const std::vector<Hidden>& all) {
+  std::vector<SquaredErrors> squares;
+  std::uint64_t seed = 8;
+  for (const Hidden& hidden : all) {
+    const FlightLog log = FlyHiding({{hidden.id, hidden.values}}, 15.0, seed++);
+    squares.push_back(ExpectNamed(DiagnoseRotors({log}, Options(false)), hidden));
   }
+  ExpectAsLargeAsStated(squares);
 }
 
 TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {
-  ExpectEachNamed({{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}},
-                   {"thrust_sag", {{"d", 0.005}}},
-                   {"motor_lag", {{"tau", 0.03}}},
-                   {"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}},
-                   {"ground_effect", {{"k", 0.3}}}});
+  ExpectEachNamed(
+      {{"linear_drag", {{"K_x", -0.6}, {"K_y", -0.3}, {"K_z", -0.3}}, {0.052, 0.050, 0.053}},
+       {"thrust_sag", {{"d", 0.005}}, {2.9e-4}},
+       {"motor_lag", {{"tau", 0.03}}, {2.1e-3}},
+       {"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}, {1.5e-4, 1.6e-4}},
+       {"ground_effect", {{"k", 0.3}}, {0.0216}}});
 }
 
 TEST(DiagnoseRotors, SlowNamesRotorsAndLoad) {
-  ExpectEachNamed({{"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}},
-                   {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}},
-                   {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}}});
+  ExpectEachNamed(
+      {{"rotor_loss", {{"rotor", 1}, {"factor", 0.85}}, {0.0052}},
+       {"payload_step", {{"t_step", 9.0}, {"mass", 0.02}}, {7.8e-4}},
+       {"com_step", {{"t_step", 9.0}, {"dx", 0.004}, {"dy", -0.003}}, {1.1e-4, 1.1e-4}}});
 }
 
 TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
@@ -128,10 +131,11 @@ TEST(DiagnoseRotors, SlowFindsTwoThatOneCouldStandFor) {
 
 // A step between the times that are tried first, small enough to be lost at the nearest of them.
 TEST(DiagnoseRotors, SlowFindsAStepAtItsTime) {
-  const Values truth{{"t_step", 5.4}, {"dx", 0.0012}, {"dy", -0.0012}};
+  const Hidden hidden{
+      "com_step", {{"t_step", 5.4}, {"dx", 0.0012}, {"dy", -0.0012}}, {1.2e-4, 1.2e-4}};
   const RotorDiagnosis diagnosis =
-      DiagnoseRotors({FlyHiding({{"com_step", truth}}, 10.0, 13)}, Options(false));
-  ExpectNamed(diagnosis, "com_step", truth);
+      DiagnoseRotors({FlyHiding({{hidden.id, hidden.values}}, 10.0, 13)}, Options(false));
+  ExpectNamed(diagnosis, hidden);
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_NEAR(diagnosis.causes[0].candidate.fixed.at("t_step"), 5.4, 0.1);
 }

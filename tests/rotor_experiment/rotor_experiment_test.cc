@@ -11,6 +11,7 @@
 #include "problems/report/render.h"
 #include "problems/rotor_experiment/write_rotor_experiment.h"
 #include "problems/trajectory/trajectory_config.h"
+#include "tests/common/bands.h"
 
 namespace trueline {
 namespace {
@@ -79,10 +80,23 @@ TEST(RotorExperiment, BatchReachesTheBoundAndIntervalsHoldSlow) {
   const KindSummary summary = SummariseRotorTrials(experiment, RunAll(experiment)).front();
   EXPECT_EQ(summary.failures, 0);
   EXPECT_NEAR(summary.batch_over_bound, 1.0, 0.2);
-  EXPECT_NEAR(summary.batch_nees, 1.0, 0.3);
+  ExpectChiSquare(12 * 18 * summary.batch_nees, 12 * 18, "batch");
+  ExpectChiSquare(12 * 18 * summary.filter_nees, 12 * 18, "filter");
   double inside = 0.0;
   for (const ConstantScore& c : summary.constants) inside += c.batch.coverage / 18.0;
   EXPECT_NEAR(inside, 0.95, 0.05);
+}
+
+// Squared errors of some constants in stated sigmas, summed over all flights.
+double SquaredErrors(const std::vector<RotorTrial>& trials, const std::set<std::string>& names) {
+  double sum = 0.0;
+  for (const RotorTrial& trial : trials) {
+    for (const std::string& name : names) {
+      const int i = FindRotorConstant(name);
+      sum += std::pow(trial.batch_error[i] / trial.batch_sigma[i], 2);
+    }
+  }
+  return sum;
 }
 
 // Drag, rotors that differ and a lag that no estimator models: intervals by the noise alone miss
@@ -106,7 +120,9 @@ TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
   const std::vector<RotorTrial> wide = RunAll(experiment);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::batch), 0.95, 0.05);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::filter), 0.95, 0.05);
+  // Intervals of any width hold the truth; squared errors say that these are no wider than needed.
   EXPECT_GT(inside(wide, bent, &ConstantScore::batch), 0.85);
+  ExpectChiSquare(SquaredErrors(wide, bent), 16.0 * bent.size(), "bent constants");
   experiment.considered.clear();
   EXPECT_LT(inside(RunAll(experiment), bent, &ConstantScore::batch), 0.6);
 }

@@ -3,6 +3,7 @@
 // model.
 #include <gtest/gtest.h>
 
+#include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
 #include "tests/window/flown_log.h"
 
@@ -104,7 +105,7 @@ TEST(RigidFit, SlowErrorsAreAsLargeAsStated) {
   // than the normal prior says.
   EXPECT_GT(fall, 120.0);
   EXPECT_LT(fall, 232.0);
-  EXPECT_GE(within_two_sigma, 180 * 0.9);  // 95 % are expected
+  ExpectCoverage(within_two_sigma, 180, 0.9545, "within two sigmas");
 }
 
 // Least squares of the window written out independently.

@@ -1,0 +1,58 @@
+// A cause that a diagnosis names, against what was hidden in the flight.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/diagnosis/diagnosis.h"
+#include "tests/common/bands.h"
+
+namespace trueline::testing_diagnosis {
+
+// An effect's values, and the sigmas (by estimated parameter) that are due for them: means of what
+// five simulated flights state. Their errors were as large, or smaller where the effect's
+// `ordinary` size makes up most of sigma.
+struct Hidden {
+  std::string id;
+  std::map<std::string, double> values;
+  std::vector<double> sigma;
+};
+
+inline constexpr double kSigmaFactor = 1.5;  // flights of other seeds lie within it
+
+// Squared errors in stated sigmas, over causes of flights with noise of their own.
+struct SquaredErrors {
+  double sum = 0.0;
+  int count = 0;
+};
+
+// The cause is the hidden one, its sigmas are those due, and errors lie within 3.3 of them (0.1 %).
+inline SquaredErrors ExpectCause(const Cause& cause, const Hidden& hidden) {
+  SquaredErrors squares;
+  EXPECT_EQ(cause.candidate.info->id, hidden.id);
+  if (cause.candidate.info->id != hidden.id) return squares;
+  const Effect found = cause.effect();
+  for (int i = 0; i < cause.value.size(); ++i) {
+    const std::string& name = cause.candidate.info->parameters[i].name;
+    const std::string what = hidden.id + " " + name;
+    const double error = (found[name] - hidden.values.at(name)) / cause.sigma[i];
+    EXPECT_LT(std::abs(error), 3.3) << what;
+    ExpectSigma(cause.sigma[i], hidden.sigma.at(i), kSigmaFactor, what);
+    squares.sum += error * error;
+    ++squares.count;
+  }
+  return squares;
+}
+
+// Of several flights together: sigmas that are all too large show here first.
+inline void ExpectAsLargeAsStated(const std::vector<SquaredErrors>& flights) {
+  SquaredErrors all;
+  for (const SquaredErrors& flight : flights) {
+    all.sum += flight.sum;
+    all.count += flight.count;
+  }
+  ExpectChiSquare(all.sum, all.count, "sizes of causes");
+}
+
+}  // namespace trueline::testing_diagnosis
