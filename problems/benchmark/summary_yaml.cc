@@ -13,19 +13,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double Rounded(double value) {  // for people who read the YAML
+double FourDigits(double value) {  // for people who read the YAML
   return std::isfinite(value) ? std::stod(fmt::format("{:.4g}", value)) : value;
 }
 
 void Put(YAML::Node* node, const std::string& key, double value) {  // nothing where there is none
-  if (!std::isnan(value)) (*node)[key] = Rounded(value);
+  if (!std::isnan(value)) (*node)[key] = FourDigits(value);
 }
 
 void Put(YAML::Node* node, const std::string& key, const std::optional<Interval>& interval) {
   if (!interval) return;
   YAML::Node list;
-  list.push_back(Rounded(interval->low));
-  list.push_back(Rounded(interval->high));
+  list.push_back(FourDigits(interval->low));
+  list.push_back(FourDigits(interval->high));
   list.SetStyle(YAML::EmitterStyle::Flow);
   (*node)[key] = list;
 }
@@ -51,8 +51,8 @@ YAML::Node GroupNode(const GroupSummary& g) {
   error.SetStyle(YAML::EmitterStyle::Flow);
   node["final_point_error"] = error;
   const int arcs = g.error.count + g.diverged;
-  if (arcs > 0) node["inside_95_ellipse"] = Rounded(double(g.inside_95) / arcs);
-  node["iterations"]["mean"] = Rounded(g.iterations_mean);
+  if (arcs > 0) node["inside_95_ellipse"] = FourDigits(double(g.inside_95) / arcs);
+  node["iterations"]["mean"] = FourDigits(g.iterations_mean);
   node["iterations"]["max"] = g.iterations_max;
   node["iterations"].SetStyle(YAML::EmitterStyle::Flow);
   Put(&node, "bound_rms_m", g.bound_rms);
@@ -97,8 +97,8 @@ YAML::Node StartsNode(const std::vector<JobOutcome>& outcomes) {
     node["gamma"] = key.second;
     node["windows"] = total.windows;
     node["starts"] = total.starts;
-    node["same_optimum"] = Rounded(double(total.same) / total.starts);
-    node["iterations"]["mean"] = Rounded(total.iterations / total.starts);
+    node["same_optimum"] = FourDigits(double(total.same) / total.starts);
+    node["iterations"]["mean"] = FourDigits(total.iterations / total.starts);
     node["iterations"]["max"] = total.iterations_max;
     list.push_back(node);
   }

@@ -1,6 +1,10 @@
 // Small helpers with which options are read over their defaults, and written back.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -33,17 +37,38 @@ void ReadOption(const YamlMap& map, const std::string& key, T* value) {
   *value = map.Get<T>(key, *value);
 }
 
-// The file's number is in a unit of `unit` (such as kDegree); it must be above zero.
+inline void ReadFinite(const YamlMap& map, const std::string& key, double* value) {
+  ReadOption(map, key, value);
+  if (!std::isfinite(*value)) map.Fail(key, "must be a finite number");
+}
+
+inline void ReadFinite(const YamlMap& map, const std::string& key, Eigen::Vector3d* value) {
+  *value = map.GetVector3(key, *value);
+  if (!value->allFinite()) map.Fail(key, "must be finite numbers");
+}
+
+// The file's number is in a unit of `unit` (such as kDegree); it must be finite and above zero.
 inline void ReadPositive(const YamlMap& map, const std::string& key, double* value,
                          double unit = 1.0) {
-  *value = unit * map.Get<double>(key, *value / unit);
-  if (!(*value > 0.0)) map.Fail(key, "must be above zero");
+  const double read = map.Get<double>(key, *value / unit);
+  if (!(read > 0.0) || std::isinf(read)) {
+    map.Fail(key, fmt::format("must be above zero and finite, found {}", read));
+  }
+  *value = unit * read;
 }
 
 inline void ReadNotNegative(const YamlMap& map, const std::string& key, double* value,
                             double unit = 1.0) {
-  *value = unit * map.Get<double>(key, *value / unit);
-  if (!(*value >= 0.0)) map.Fail(key, "must be zero or above");
+  const double read = map.Get<double>(key, *value / unit);
+  if (!(read >= 0.0) || std::isinf(read)) {
+    map.Fail(key, fmt::format("must be zero or above and finite, found {}", read));
+  }
+  *value = unit * read;
+}
+
+inline void ReadNotNegative(const YamlMap& map, const std::string& key, Eigen::Vector3d* value) {
+  ReadFinite(map, key, value);
+  if (value->minCoeff() < 0.0) map.Fail(key, "must be zero or above on each axis");
 }
 
 // A whole number from 1.

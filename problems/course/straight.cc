@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "problems/course/curvature.h"
 #include "problems/course/mocap_path.h"
@@ -11,12 +10,11 @@
 namespace trueline {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kSameHeading = kPi / 4.0;  // rad
+constexpr double kSameHeading = M_PI / 4.0;  // rad
 
 double HeadingOf(const Eigen::Vector3d& v) { return std::atan2(v.y(), v.x()); }
 
-double AngleBetween(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * kPi)); }
+double AngleBetween(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * M_PI)); }
 
 bool Inside(const StraightBox& box, const Eigen::Vector3d& p, const Eigen::Vector3d& v) {
   if ((p.array() < box.low.array()).any() || (p.array() > box.high.array()).any()) return false;

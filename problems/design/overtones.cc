@@ -10,60 +10,61 @@ namespace trueline {
 namespace {
 
 constexpr double kSlowest = 0.05, kFastest = 1.5;  // Hz
-constexpr int kMatched = 5;                        // derivatives that pieces share
-using Series = Taylor<double, kMatched>;
+using MatchedSeries = Taylor<double, kMatchedDerivatives>;
 
 double ToneOf(const Overtones& figure, int axis) {
   return std::clamp(std::abs(figure[axis * kToneUnknowns]), kSlowest, kFastest);
 }
 
 // c[0] + c[1] x + ...
-Series Polynomial(const Series& x, std::initializer_list<double> c) {
-  Series sum(0.0), power(1.0);
+MatchedSeries Polynomial(const MatchedSeries& x, std::initializer_list<double> c) {
+  MatchedSeries sum(0.0), power(1.0);
   for (const double coefficient : c) {
-    sum += Series(coefficient) * power;
+    sum += MatchedSeries(coefficient) * power;
     power = power * x;
   }
   return sum;
 }
 
 // From 0 to 1 over x in [0, 1] with four derivatives of zero at both ends, and its integral.
-Series Step(const Series& x) { return Polynomial(x, {0, 0, 0, 0, 0, 126, -420, 540, -315, 70}); }
-Series StepIntegral(const Series& x) {
+MatchedSeries Step(const MatchedSeries& x) {
+  return Polynomial(x, {0, 0, 0, 0, 0, 126, -420, 540, -315, 70});
+}
+MatchedSeries StepIntegral(const MatchedSeries& x) {
   return Polynomial(x, {0, 0, 0, 0, 0, 0, 21, -60, 67.5, -35, 7});
 }
 
 // The figure's size about t, as a share, and its integral since the start.
 struct Swell {
-  Series size, integral;
+  MatchedSeries size, integral;
 };
-Swell SwellAt(const Series& t, double duration, double ramp) {
+Swell SwellAt(const MatchedSeries& t, double duration, double ramp) {
   if (t[0] < ramp) {
-    const Series x = t / Series(ramp);
-    return {Step(x), Series(ramp) * StepIntegral(x)};
+    const MatchedSeries x = t / MatchedSeries(ramp);
+    return {Step(x), MatchedSeries(ramp) * StepIntegral(x)};
   }
   if (t[0] > duration - ramp) {
-    const Series x = (Series(duration) - t) / Series(ramp);
-    return {Step(x), Series(duration - ramp) - Series(ramp) * StepIntegral(x)};
+    const MatchedSeries x = (MatchedSeries(duration) - t) / MatchedSeries(ramp);
+    return {Step(x), MatchedSeries(duration - ramp) - MatchedSeries(ramp) * StepIntegral(x)};
   }
-  return {Series(1.0), t - Series(0.5 * ramp)};
+  return {MatchedSeries(1.0), t - MatchedSeries(0.5 * ramp)};
 }
 
 // Taylor coefficients at t.
 FlatMatrix ExpandOvertones(const Overtones& figure, double t, double duration, double ramp) {
-  const Series time = Series::Time(t);
+  const MatchedSeries time = MatchedSeries::Time(t);
   const Swell swell = SwellAt(time, duration, ramp);
-  FlatMatrix c(kFlatOutputs, kMatched + 1);
+  FlatMatrix c(kFlatOutputs, kMatchedDerivatives + 1);
   for (int i = 0; i < kFlatOutputs; ++i) {
-    Series sum(0.0);
+    MatchedSeries sum(0.0);
     for (int tone = 1; tone <= kTones; ++tone) {
-      const Series angle = Series(2.0 * M_PI * tone * ToneOf(figure, i)) * time;
+      const MatchedSeries angle = MatchedSeries(2.0 * M_PI * tone * ToneOf(figure, i)) * time;
       const auto parts = figure.segment<2>(i * kToneUnknowns + 2 * tone - 1);
-      sum += Series(parts[0]) * sin(angle) + Series(parts[1]) * cos(angle);
+      sum += MatchedSeries(parts[0]) * sin(angle) + MatchedSeries(parts[1]) * cos(angle);
     }
     sum = sum * swell.size;
-    if (i == kFlatOutputs - 1) sum += Series(figure[kOvertoneUnknowns - 1]) * swell.integral;
-    for (int j = 0; j <= kMatched; ++j) c(i, j) = sum[j];
+    if (i == kFlatOutputs - 1) sum += MatchedSeries(figure[kOvertoneUnknowns - 1]) * swell.integral;
+    for (int j = 0; j <= kMatchedDerivatives; ++j) c(i, j) = sum[j];
   }
   return c;
 }
@@ -102,7 +103,8 @@ PiecewisePolynomial OvertonePath(const Overtones& figure, double duration, doubl
   breaks.reserve(pieces + 1);
   for (int i = 0; i <= pieces; ++i) breaks.push_back(i * duration / pieces);
   return PiecewisePolynomial::FromExpansions(
-      [&](double t) { return ExpandOvertones(figure, t, duration, ramp); }, breaks, kMatched);
+      [&](double t) { return ExpandOvertones(figure, t, duration, ramp); }, breaks,
+      kMatchedDerivatives);
 }
 
 }  // namespace trueline

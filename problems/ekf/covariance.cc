@@ -8,7 +8,6 @@ constexpr int kV = 3, kAttitude = 6, kBa = 9, kBg = 12;
 }  // namespace
 
 Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P) {
-  using Matrix9d = Eigen::Matrix<double, 9, 9>;
   const auto to_p = F.tail.topRows<3>(), to_v = F.tail.middleRows<3>(3);
   const auto turn = F.tail.block<3, 3>(6, 0), turn_bg = F.tail.block<3, 3>(6, 6);
   // The upper nine rows of F P: biases stay, so the lower six rows are those of P.
@@ -21,7 +20,7 @@ Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P) {
   M.bottomRows<3>().noalias() += turn_bg.lazyProduct(P_tail.bottomRows<3>());
 
   Matrix15d next;
-  const Matrix9d M_tail = M.rightCols<9>();
+  const Eigen::Matrix<double, 9, 9> M_tail = M.rightCols<9>();
   next.block<9, 3>(0, 0).noalias() = M.leftCols<3>() + F.dt * M.middleCols<3>(kV);
   next.block<9, 3>(0, 0).noalias() += M_tail.lazyProduct(to_p.transpose());
   next.block<9, 3>(0, kV).noalias() = M.middleCols<3>(kV) + M_tail.lazyProduct(to_v.transpose());

@@ -15,7 +15,7 @@
 namespace trueline {
 namespace {
 
-using Runner = std::function<EstimatorRun(Estimators*, int gamma)>;
+using RunFunction = std::function<EstimatorRun(Estimators*, int gamma)>;
 
 VgdOptions WithGamma(const Estimators& estimators, int gamma) {
   VgdOptions vgd = estimators.options().vgd;
@@ -39,11 +39,11 @@ EstimatorRun RunEkfAt(Estimators* e, int gamma) {
   return RunEkf(e->flight(), e->options().ekf, gamma);
 }
 
-const std::map<std::string, Runner>& Runners() {
-  static const std::map<std::string, Runner> runners = {{"vgd", RunVgdAt},
-                                                        {"vgd_kinematic", RunKinematicAt},
-                                                        {"ekf", RunEkfAt},
-                                                        {"smoother", RunSmootherAt}};
+const std::map<std::string, RunFunction>& Runners() {
+  static const std::map<std::string, RunFunction> runners = {{"vgd", RunVgdAt},
+                                                             {"vgd_kinematic", RunKinematicAt},
+                                                             {"ekf", RunEkfAt},
+                                                             {"smoother", RunSmootherAt}};
   return runners;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "problems/common/ceres_problem.h"
 #include "problems/kinematic/path_noise.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/solver_options.h"
@@ -14,12 +15,6 @@ namespace trueline {
 namespace {
 
 using ThetaJet = ceres::Jet<double, kKinematicThetaSize>;
-
-ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
-  ceres::Problem::Options options;
-  options.evaluation_callback = callback;
-  return options;
-}
 
 // Times of all fixes and the end, and points every 0.1 s for noise and trajectory.
 std::vector<TimeNs> TimesOf(std::span<const Fix> fixes, TimeNs end) {

@@ -32,7 +32,7 @@ const std::vector<Column> kPoseColumns = {{"x", Dimension::kLength}, {"y", Dimen
                                           {"qx", Dimension::kNone},  {"qy", Dimension::kNone},
                                           {"qz", Dimension::kNone}};
 
-Eigen::Vector3d Vector3(const StreamReader& reader, int first) {
+Eigen::Vector3d ReadVector(const StreamReader& reader, int first) {
   return {reader.value(first), reader.value(first + 1), reader.value(first + 2)};
 }
 
@@ -53,8 +53,8 @@ bool ReadQuaternion(StreamReader* reader, int first, Eigen::Quaterniond* q) {
   return true;
 }
 
-bool ReadFix(StreamReader* reader, Fix* fix) {
-  *fix = {reader->time(), Vector3(*reader, 0), reader->value(3), 0};
+bool ParseFix(StreamReader* reader, Fix* fix) {
+  *fix = {reader->time(), ReadVector(*reader, 0), reader->value(3), 0};
   if (fix->sigma <= 0.0) {
     reader->Fail("sigma",
                  fmt::format("found {}; a standard deviation must be positive", reader->value(3)));
@@ -67,9 +67,9 @@ bool ReadFix(StreamReader* reader, Fix* fix) {
   return true;
 }
 
-bool ReadPose(StreamReader* reader, PoseSample* pose) {
+bool ParsePose(StreamReader* reader, PoseSample* pose) {
   pose->t = reader->time();
-  pose->p_E = Vector3(*reader, 0);
+  pose->p_E = ReadVector(*reader, 0);
   return ReadQuaternion(reader, 3, &pose->q_E);
 }
 
@@ -124,17 +124,17 @@ class Streams {
   FlightLog* log_;
 };
 
-bool ReadImu(StreamReader* reader, ImuSample* sample) {
-  *sample = {reader->time(), Vector3(*reader, 0), Vector3(*reader, 3)};
+bool ParseImu(StreamReader* reader, ImuSample* sample) {
+  *sample = {reader->time(), ReadVector(*reader, 0), ReadVector(*reader, 3)};
   return true;
 }
 
-bool ReadAttitude(StreamReader* reader, AttitudeSample* sample) {
+bool ParseAttitude(StreamReader* reader, AttitudeSample* sample) {
   sample->t = reader->time();
   return ReadQuaternion(reader, 0, &sample->q_Ep_I);
 }
 
-bool ReadScalar(StreamReader* reader, ScalarSample* sample) {
+bool ParseScalar(StreamReader* reader, ScalarSample* sample) {
   *sample = {reader->time(), reader->value(0)};
   return true;
 }
@@ -147,16 +147,17 @@ void ReadStreams(const fs::path& directory, FlightLog* log) {
                   "is missing; every log needs 't [s],ax [m/s^2],ay,az,gx [rad/s],gy,gz'");
   }
   Streams streams(directory, log);
-  streams.Read<ImuSample>("imu.csv", kImuColumns, ReadImu, &log->imu);
-  streams.Read<AttitudeSample>("attitude.csv", kAttitudeColumns, ReadAttitude, &log->attitude);
-  streams.Read<Fix>("fixes.csv", kFixColumns, ReadFix, &log->fixes);
-  streams.Read<PoseSample>("pose.csv", kPoseColumns, ReadPose, &log->pose);
-  streams.Read<PoseSample>("mocap.csv", kPoseColumns, ReadPose, &log->mocap);
+  streams.Read<ImuSample>("imu.csv", kImuColumns, ParseImu, &log->imu);
+  streams.Read<AttitudeSample>("attitude.csv", kAttitudeColumns, ParseAttitude, &log->attitude);
+  streams.Read<Fix>("fixes.csv", kFixColumns, ParseFix, &log->fixes);
+  streams.Read<PoseSample>("pose.csv", kPoseColumns, ParsePose, &log->pose);
+  streams.Read<PoseSample>("mocap.csv", kPoseColumns, ParsePose, &log->mocap);
   streams.ReadChannels("rotors.csv", "w", Dimension::kAngularRate, &log->rotors);
   streams.ReadChannels("motors.csv", "u", Dimension::kNone, &log->motors);
-  streams.Read<ScalarSample>("battery.csv", {{"voltage", Dimension::kVoltage}}, ReadScalar,
+  streams.Read<ScalarSample>("battery.csv", {{"voltage", Dimension::kVoltage}}, ParseScalar,
                              &log->battery);
-  streams.Read<ScalarSample>("range.csv", {{"range", Dimension::kLength}}, ReadScalar, &log->range);
+  streams.Read<ScalarSample>("range.csv", {{"range", Dimension::kLength}}, ParseScalar,
+                             &log->range);
   if (log->fixes.empty() && log->mocap.empty() && log->pose.empty()) {
     throw ErrorAt(
         directory.string(), 0,

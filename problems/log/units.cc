@@ -2,7 +2,8 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
+
+#include "problems/common/units.h"
 
 namespace trueline {
 namespace {
@@ -13,7 +14,6 @@ struct Unit {
   double factor;
 };
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kStandardGravity = 9.80665;  // m/s^2, by definition of the unit g
 
 // The SI unit of each dimension stands first.
@@ -28,10 +28,10 @@ constexpr auto kUnits = std::to_array<Unit>({
     {Dimension::kLength, "cm", 1e-2},
     {Dimension::kLength, "mm", 1e-3},
     {Dimension::kAngle, "rad", 1.0},
-    {Dimension::kAngle, "deg", kPi / 180.0},
+    {Dimension::kAngle, "deg", kDegree},
     {Dimension::kAngularRate, "rad/s", 1.0},
-    {Dimension::kAngularRate, "deg/s", kPi / 180.0},
-    {Dimension::kAngularRate, "rpm", kPi / 30.0},
+    {Dimension::kAngularRate, "deg/s", kDegree},
+    {Dimension::kAngularRate, "rpm", kRpm},
     {Dimension::kSpeed, "m/s", 1.0},
     {Dimension::kSpeed, "cm/s", 1e-2},
     {Dimension::kSpeed, "mm/s", 1e-3},

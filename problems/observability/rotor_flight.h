@@ -56,8 +56,7 @@ class RotorFlight {
   const PiecewisePolynomial& path() const { return path_; }
 
   NominalPoint At(double t) const {
-    using Series = Taylor<double, 4>;
-    const auto flat = FlatSeries<Series>(path_.Expand(t, 4));
+    const auto flat = FlatSeries<Taylor<double, 4>>(path_.Expand(t, 4));
     const auto start = StartFromFlat<double, 0>(vehicle_, parameters_, flat);
     NominalPoint point{start.x, {}};
     for (const auto& u : start.u) point.u.push_back(u[0]);

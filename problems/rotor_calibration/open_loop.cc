@@ -8,8 +8,8 @@
 namespace trueline {
 namespace {
 
-constexpr double kStep = 0.004;    // s
-constexpr double kSettling = 1.0;  // s
+constexpr double kStep = 0.004;      // s
+constexpr double kFirstStart = 1.0;  // s after the first pose
 
 // The measured pose nearest to `t`, null where none is within 5 ms.
 const RotorPose* PoseAt(const RotorData& data, double t) {
@@ -59,7 +59,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
   const RotorEkfRun run = RunRotorEkf(model, DrivenBy(calibrated, data), options);
   const RotorData driven = DrivenBy(constants, data);
   std::vector<OpenLoopError> errors;
-  double next = data.poses.front().t + kSettling;
+  double next = data.poses.front().t + kFirstStart;
   for (const RotorEstimate& start : run.history) {
     if (start.t < next) continue;
     next = start.t + spacing;

@@ -9,6 +9,9 @@
 
 namespace trueline {
 
+// Longer gaps in the IMU are stepped through, s.
+inline constexpr double kLongestStep = 0.01;
+
 // One explicit midpoint step of `dt` seconds of a state of kStates numbers. `input` is that at the
 // middle of the step; `disturbance` (6 numbers, see RotorAeroModel) is held.
 template <class T>

@@ -9,7 +9,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kBlock = 3;         // clusters
+constexpr int kBlockClusters = 3;
 constexpr double kHorizon = 0.5;  // s
 constexpr double kSpacing = 0.1;  // s
 constexpr double kFewest = 5;     // clusters that both folds need for a fit
@@ -69,7 +69,7 @@ Gain MeasureRotorGain(const FlightLog& log, const RotorSearch& search,
   std::vector<double> before, after;
   for (const int fold : {0, 1}) {
     std::vector<bool> used;
-    for (int c = 0; c < clusters; ++c) used.push_back((c / kBlock) % 2 != fold);
+    for (int c = 0; c < clusters; ++c) used.push_back((c / kBlockClusters) % 2 != fold);
     const Fold plain = FitFold(base.normal().Only(used), base, none);
     const Fold extended = FitFold(search.normal().Only(used), search, found);
     const RotorWorld world = MakeRotorWorld(log, search.options(), extended.effects);

@@ -16,17 +16,17 @@ namespace trueline {
 namespace {
 
 using Model = RotorAeroModel;
-constexpr int kErrors = Model::kErrors;
-constexpr int kMoving = Model::kMovingErrors;
 constexpr int kNoise = 6;
-constexpr double kLongestStep = 0.01;  // s; longer gaps in the IMU are stepped through
-constexpr double kSettling = 1.0;      // s, before innovations are judged
-constexpr double kFarBehind = 30.0;    // of log likelihood
-constexpr double kSettled = 0.1;       // sigmas, by which a pass may still move its constants
+constexpr double kSettling = 1.0;    // s, before innovations are judged
+constexpr double kFarBehind = 30.0;  // of log likelihood
+constexpr double kSettled = 0.1;     // sigmas, by which a pass may still move its constants
 using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 
 class Filter {
  public:
+  static constexpr int kErrors = Model::kErrors;
+  static constexpr int kMoving = Model::kMovingErrors;
+
   Filter(const Model& model, const RotorData& data, const RotorEkfOptions& options)
       : model_(model),
         data_(data),

@@ -74,9 +74,9 @@ PiecewisePolynomial Raised(const PiecewisePolynomial& path, double height) {
 }
 
 // Vehicle, air and sensors, stepped together from one IMU sample to the next.
-class Flight {
+class TrackedFlight {
  public:
-  Flight(const RotorSimulation& config, const PiecewisePolynomial& path, std::uint64_t seed)
+  TrackedFlight(const RotorSimulation& config, const PiecewisePolynomial& path, std::uint64_t seed)
       : config_(config),
         period_(1.0 / config.imu_rate),
         stages_(MakeStages(config)),
@@ -193,7 +193,7 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   for (int i = Model::kMoving; i < Model::kStates; ++i) {
     noted->constants[i - Model::kMoving] = config.vehicle.parameters[i];
   }
-  Flight flight(config, path, seed);
+  TrackedFlight flight(config, path, seed);
   const int samples = flight.num_samples();
   for (int k = 0; k < samples; ++k) flight.Step(k, &log, noted);
   noted->path_error_rms = std::sqrt(noted->path_error_rms / std::max(1, samples));

@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/simulation/attitude_for_thrust.h"
+
 namespace trueline::simulation {
 namespace {
-
-// Attitude whose -z axis is along `thrust_E` and whose nose heads to `yaw` (turns z, y, x).
-Quaterniond AttitudeFor(const Vector3d& thrust_E, double yaw) {
-  const Vector3d z = -thrust_E.normalized();
-  const Vector3d y = z.cross(Vector3d(std::cos(yaw), std::sin(yaw), 0.0)).normalized();
-  Eigen::Matrix3d R_E_B;
-  R_E_B << y.cross(z), y, z;
-  return Quaterniond(R_E_B);
-}
 
 // Rotation vector of `error`, the shorter way, for small and moderate turns.
 Vector3d Turn(const Quaterniond& error) { return (error.w() < 0.0 ? -2.0 : 2.0) * error.vec(); }

@@ -5,19 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/simulation/attitude_for_thrust.h"
+
 namespace trueline::simulation {
-namespace {
-
-// Attitude whose -z axis is along `thrust_E` and whose x axis heads to `heading` (rad).
-Quaterniond AttitudeFor(const Vector3d& thrust_E, double heading) {
-  const Vector3d z = -thrust_E.normalized();
-  const Vector3d y = z.cross(Vector3d(std::cos(heading), std::sin(heading), 0.0)).normalized();
-  Eigen::Matrix3d R_E_B;
-  R_E_B << y.cross(z), y, z;
-  return Quaterniond(R_E_B);
-}
-
-}  // namespace
 
 Autopilot::Autopilot(const VehicleConfig& vehicle, const AutopilotConfig& config, double gravity)
     : vehicle_(vehicle), config_(config), gravity_(gravity) {

@@ -9,11 +9,11 @@ ImuConfig ReadImu(const YamlMap& map) {
   if (imu.rate < 100.0) map.Fail("rate", "the flight is integrated at this rate; use 100 or more");
   ReadNotNegative(map, "accel_noise_density", &imu.accel_noise_density);
   ReadNotNegative(map, "gyro_noise_density", &imu.gyro_noise_density);
-  Read(map, "accel_bias", &imu.accel_bias);
-  Read(map, "gyro_bias", &imu.gyro_bias);
+  ReadFinite(map, "accel_bias", &imu.accel_bias);
+  ReadFinite(map, "gyro_bias", &imu.gyro_bias);
   ReadNotNegative(map, "accel_bias_walk", &imu.accel_bias_walk);
   ReadNotNegative(map, "gyro_bias_walk", &imu.gyro_bias_walk);
-  Read(map, "misalignment", &imu.misalignment);
+  ReadFinite(map, "misalignment", &imu.misalignment);
   imu.accelerometer_in_body_axes = map.Get<bool>("accelerometer_in_body_axes", false);
   const YamlMap vibration = map.ChildOrEmpty("vibration");
   imu.vibration.accel = vibration.Get<std::vector<double>>("accel", {});
@@ -36,10 +36,10 @@ AhrsConfig ReadAhrs(const YamlMap& map) {
     ReadPositive(map, "tilt_gain", &ahrs.tilt_gain);
     ReadNotNegative(map, "integral_gain", &ahrs.integral_gain);
     ReadNotNegative(map, "heading_gain", &ahrs.heading_gain);
-    Read(map, "heading_error", &ahrs.heading_error);
+    ReadFinite(map, "heading_error", &ahrs.heading_error);
   } else {
     ahrs.kind = AhrsKind::kConstantError;
-    Read(map, "constant", &ahrs.constant);
+    ReadFinite(map, "constant", &ahrs.constant);
   }
   if (kind == "drifting_error") {
     ahrs.kind = AhrsKind::kDriftingError;
@@ -60,7 +60,7 @@ void ReadFixNoise(const YamlMap& map, DetectorConfig* detector) {
   if (detector->outlier_share > 1.0) map.Fail("outlier_share", "is a share: 0 to 1");
   ReadPositive(map, "outlier_size", &detector->outlier_size);
   ReadNotNegative(map, "tail_dof", &detector->tail_dof);
-  Read(map, "latency", &detector->latency);
+  ReadFinite(map, "latency", &detector->latency);
   ReadNotNegative(map, "jitter", &detector->jitter);
 }
 
@@ -79,7 +79,7 @@ DetectorConfig ReadDetector(const YamlMap& map) {
   ReadPositive(map, "range_max", &detector.range_max);
   ReadPositive(map, "fov_horizontal_deg", &detector.fov_horizontal_deg);
   ReadPositive(map, "fov_vertical_deg", &detector.fov_vertical_deg);
-  Read(map, "camera_pitch_deg", &detector.camera_pitch_deg);
+  ReadFinite(map, "camera_pitch_deg", &detector.camera_pitch_deg);
   ReadPositive(map, "max_view_deg", &detector.max_view_deg);
   ReadFixNoise(map, &detector);
   detector.turned_by_ahrs = map.GetChoice("turned_by", {"truth", "ahrs"}, "truth") == "ahrs";

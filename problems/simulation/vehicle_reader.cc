@@ -79,11 +79,11 @@ Rotor ReadRotor(const YamlMap& map) {
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   VehicleConfig vehicle;
   ReadPositive(map, "mass", &vehicle.mass);
-  Read(map, "inertia", &vehicle.inertia);
+  ReadFinite(map, "inertia", &vehicle.inertia);
   if (vehicle.inertia.minCoeff() <= 0.0) map.Fail("inertia", "must be above 0 on each axis");
   ReadPositive(map, "motor_lag", &vehicle.motor_lag);
   ReadPositive(map, "max_rotor_speed", &vehicle.max_rotor_speed);
-  Read(map, "drag", &vehicle.drag);
+  ReadFinite(map, "drag", &vehicle.drag);
   for (const YamlMap& rotor : map.Children("rotors")) vehicle.rotors.push_back(ReadRotor(rotor));
   if (vehicle.rotors.empty()) vehicle.rotors = DefaultRotors(vehicle.mass, gravity);
   if (vehicle.rotors.size() < 4 || vehicle.rotors.size() > 8) {

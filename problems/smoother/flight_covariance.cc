@@ -1,19 +1,10 @@
 // Evidence and covariance of whole flights, by the Gauss-Newton Hessian at the optimum.
 #include <Eigen/SparseCholesky>
 
+#include "problems/common/ceres_problem.h"
 #include "problems/smoother/flight_problem.h"
 
 namespace trueline {
-namespace {
-
-Eigen::SparseMatrix<double> ToEigen(const ceres::CRSMatrix& crs) {
-  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()),
-                                    crs.rows.data(), crs.cols.data(), crs.values.data());
-}
-
-}  // namespace
-
 // In the order of time, the few that couple with everything at the end.
 std::vector<double*> FlightProblem::OrderedBlocks() {
   std::vector<double*> blocks;

@@ -9,6 +9,7 @@
 #include "cost_functions/drag_residual.h"
 #include "cost_functions/offset_fix_residual.h"
 #include "cost_functions/parameter_step_residual.h"
+#include "problems/common/ceres_problem.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/vgd.h"
@@ -22,12 +23,6 @@ namespace {
 constexpr double kTie = 1e-4;
 constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
 constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // drag and misalignment in theta
-
-ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
-  ceres::Problem::Options options;
-  options.evaluation_callback = callback;
-  return options;
-}
 
 template <class Vector>
 ceres::CostFunction* Prior(const Vector& weight) {

@@ -34,13 +34,12 @@ Lissajous RandomFigure(double size, double yaw_size, Random* random) {
 }
 
 PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration) {
-  constexpr int kMatched = 5;
   const auto expand = [&figure](double t) {
-    FlatMatrix c(kFlatOutputs, kMatched + 1);
+    FlatMatrix c(kFlatOutputs, kMatchedDerivatives + 1);
     for (int i = 0; i < kFlatOutputs; ++i) {
       const double w = 2.0 * M_PI * figure.frequency[i];
       double scale = figure.amplitude[i];  // times w^j / j!
-      for (int j = 0; j <= kMatched; ++j) {
+      for (int j = 0; j <= kMatchedDerivatives; ++j) {
         c(i, j) = scale * std::sin(w * t + figure.phase[i] + 0.5 * M_PI * j);
         scale *= w / (j + 1);
       }
@@ -52,7 +51,7 @@ PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration) {
   std::vector<double> breaks;
   breaks.reserve(pieces + 1);
   for (int i = 0; i <= pieces; ++i) breaks.push_back(i * duration / pieces);
-  return PiecewisePolynomial::FromExpansions(expand, breaks, kMatched);
+  return PiecewisePolynomial::FromExpansions(expand, breaks, kMatchedDerivatives);
 }
 
 std::vector<Manoeuvre> PlainManoeuvres() {

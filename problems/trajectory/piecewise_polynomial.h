@@ -9,6 +9,8 @@
 namespace trueline {
 
 inline constexpr int kFlatOutputs = 4;
+// Derivatives that neighbouring pieces share where a path is expanded piece by piece.
+inline constexpr int kMatchedDerivatives = 5;
 using FlatMatrix = Eigen::Matrix<double, kFlatOutputs, Eigen::Dynamic>;
 
 class PiecewisePolynomial {

@@ -4,18 +4,11 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 
+#include "problems/common/ceres_problem.h"
 #include "problems/vgd/window_problem.h"
 
 namespace trueline {
 namespace {
-
-Eigen::SparseMatrix<double> ToEigen(const ceres::CRSMatrix& crs) {
-  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  const Eigen::Map<const RowMajor> view(crs.num_rows, crs.num_cols,
-                                        static_cast<int>(crs.values.size()), crs.rows.data(),
-                                        crs.cols.data(), crs.values.data());
-  return view;
-}
 
 // H^-1 G for a positive definite H; where H is singular, its pseudo-inverse by eigenvalues, so
 // that an open direction gives zero change instead of infinity (the prior, which is part of H,

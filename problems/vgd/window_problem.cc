@@ -12,20 +12,13 @@
 #include "cost_functions/fix_residual.h"
 #include "cost_functions/offset_fix_residual.h"
 #include "cost_functions/window_prior_residual.h"
+#include "problems/common/ceres_problem.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/solver_options.h"
 
 namespace trueline {
-namespace {
-
-ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
-  ceres::Problem::Options options;
-  options.evaluation_callback = callback;
-  return options;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
                              const VgdOptions& options, const std::optional<WindowPrior>& past)

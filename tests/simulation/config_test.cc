@@ -67,7 +67,8 @@ TEST(Config, MissingAndUnknownEffectParametersAreRefused) {
 TEST(Config, UnknownKeysAndBadValuesAreRefused) {
   EXPECT_THAT(ErrorOf(kCourse + "imu:\n  rat: 512\n"),
               AllOf(HasSubstr("flight.yaml:6"), HasSubstr("imu.rat")));
-  EXPECT_THAT(ErrorOf(kCourse + "duration: -1\n"), HasSubstr("must be above 0"));
+  EXPECT_THAT(ErrorOf(kCourse + "duration: -1\n"),
+              HasSubstr("must be above zero and finite, found -1"));
   EXPECT_THAT(ErrorOf(kCourse + "ahrs: {kind: magic}\n"), HasSubstr("complementary_filter"));
   EXPECT_THAT(ErrorOf(kCourse + "randomise: {K_w: [0, 1]}\n"), HasSubstr("K_x"));
 }

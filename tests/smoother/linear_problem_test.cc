@@ -153,9 +153,9 @@ struct Case {
   double gravity, tilt_sigma, bias_sigma;
 };
 
-class LinearProblem : public testing::TestWithParam<Case> {};
+class LinearFlight : public testing::TestWithParam<Case> {};
 
-TEST_P(LinearProblem, SmootherBatchAndFilterAgree) {
+TEST_P(LinearFlight, SmootherBatchAndFilterAgree) {
   const auto [gravity, tilt_sigma, bias_sigma] = GetParam();
   const FlightLog log = UnturnedLog(gravity);
   const VgdOptions options = LinearOptions(tilt_sigma, bias_sigma);
@@ -187,7 +187,7 @@ TEST_P(LinearProblem, SmootherBatchAndFilterAgree) {
 
 // Tilts of 2e-5 rad, which are linear to 1e-10, under gravity; then an unknown bias of the thrust
 // where no gravity makes tilts count.
-INSTANTIATE_TEST_SUITE_P(Cases, LinearProblem,
+INSTANTIATE_TEST_SUITE_P(Cases, LinearFlight,
                          testing::Values(Case{9.81, 2e-5, 1e-9}, Case{0.0, 1e-6, 0.5}));
 
 }  // namespace
