@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""Freezes what the program decides, and tells what a change of the program changes.
+
+    scripts/freeze/run.py --build=build --work=/tmp/freeze [--jobs=2] [--only=blind_imu,speed]
+
+Runs both blind sets, the measured flights, the coverage and the speeds, then compares with the kept
+files beside this script, decision by decision. Exit code 0: all are the same; 1: some differ. What
+has a result in --work is not run again, so that a run that was killed goes on where it stopped.
+`--keep` writes the outcome as the new kept files. Measured flights are read from TRUELINE_DATA
+(default: ../shared/data beside the source folder). See README.md here.
+"""
+import argparse
+import os
+import sys
+import time
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+
+import kept
+import part_blind
+import part_coverage
+import part_measured
+import part_speed
+from compare import compare
+from program import SOURCE, refuse_other_program
+from report import print_changes, print_rates, print_table
+
+PARTS = {
+    "blind_imu": (lambda a: part_blind.run(a, "imu"), "blind set, IMU drive, seed 101"),
+    "blind_rotors": (lambda a: part_blind.run(a, "rotors"), "blind set, rotor drive, seed 101"),
+    "measured_imu": (part_measured.run_imu, "measured flights, IMU drive"),
+    "coverage": (part_coverage.run, "whole-flight calibrations of long_flight, 60 s"),
+    "measured_rotors": (part_measured.run_rotors, "measured flights, rotor drive"),
+    "speed": (part_speed.run, "speeds; ratios to a reference where the program has one"),
+}
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=SOURCE / "build")
+    parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
+    parser.add_argument("--jobs", type=int, default=2, help="runs at a time; speeds go one by one")
+    parser.add_argument("--only", default=",".join(PARTS), help="parts, separated by commas")
+    parser.add_argument("--keep", action="store_true", help="the outcome becomes the kept files")
+    parser.add_argument("--flights", type=int, default=100, help="of a blind set and the coverage")
+    arguments = parser.parse_args()
+    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
+    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
+    arguments.only = arguments.only.split(",")
+    unknown = set(arguments.only) - set(PARTS)
+    if unknown:
+        parser.error(f"--only: {', '.join(unknown)} is unknown; use {', '.join(PARTS)}")
+    return arguments
+
+
+def flat(outcome):
+    """Records of all blocks by name; rates follow from the flights and are no decisions."""
+    return {name: record for block, records in outcome.items() if block != "rates"
+            for name, record in (records or {}).items()}
+
+
+def run_part(arguments, part):
+    """(what was kept, what is now)."""
+    run, about = PARTS[part]
+    start = time.monotonic()
+    was, now = kept.read(part), kept.as_kept(run(arguments))
+    print(f"{part}: {time.monotonic() - start:.0f} s", file=sys.stderr, flush=True)
+    if arguments.keep:
+        kept.write(part, now, f"Kept by scripts/freeze/run.py: {about}.")
+    return was, now
+
+
+def main():
+    arguments = parse()
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    outcomes = {part: run_part(arguments, part) for part in PARTS if part in arguments.only}
+    comparisons = {part: compare(flat(was), flat(now)) for part, (was, now) in outcomes.items()}
+    for part, (was, now) in outcomes.items():
+        print_rates(part, was.get("rates", {}), now.get("rates", {}))
+    for part, (was, now) in outcomes.items():
+        print_changes(part, comparisons[part], flat(was), flat(now))
+    print_table(comparisons)
+    return int(any(comparison.changed for comparison in comparisons.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
