@@ -1,5 +1,7 @@
 """The kept files: YAML, a line or a few for each flight, so that a difference is one of few lines."""
 import json
+import math
+import re
 from pathlib import Path
 
 import yaml
@@ -15,8 +17,14 @@ def path_of(part, folder=HERE):
 
 
 def line(name, record):
-    text = yaml.safe_dump(record, default_flow_style=True, sort_keys=False, width=WIDTH - 6).strip()
-    return f"  {json.dumps(name)}: " + text.replace("\n", "\n    ")
+    """Lines break after commas alone: YAML allows no break within a key."""
+    text = yaml.safe_dump(record, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+    lines = [f"  {json.dumps(name)}:"]
+    for piece in re.split(r"(?<=,) ", text):
+        if len(lines[-1]) + 1 + len(piece) > WIDTH:
+            lines.append("   ")
+        lines[-1] += f" {piece}"
+    return "\n".join(lines)
 
 
 def text_of(outcome, about):

@@ -26,7 +26,7 @@ def flights(folder):
     records = {}
     for file in sorted((folder / "sealed").glob("*.hidden.yaml")):
         name, hidden = file.name.split(".")[0], read_yaml(file)
-        effects = [{key: digits(value) for key, value in effect.items()}
+        effects = [{"id": effect["id"], **{key: digits(value) for key, value in effect.items()}}
                    for effect in hidden["effects"]]
         records[name] = {"hidden": effects, **result(folder / "results" / name, hidden["flown"])}
     return records

@@ -5,6 +5,7 @@ from statistics import mean, median
 
 from program import read_yaml
 
+LONGEST = 1.1  # s
 
 def digits(number, count=5):
     return float(f"{number:.{count}g}") if isinstance(number, float) else number
@@ -37,9 +38,11 @@ def cause_record(cause):
 
 
 def open_loop(misfit):
-    """Error over each length of replay, [before, after], all axes together."""
+    """Error over replays of up to a second, [before, after], all axes together."""
     errors = {}
     for row in misfit.get("growth", []):
+        if row["horizon_s"] > LONGEST:
+            continue
         axes = list(row["rms_earth_m"].values())
         errors[f"open loop {row['horizon_s']:g} s"] = [
             digits(sum(axis[i] ** 2 for axis in axes) ** 0.5, 4) for i in (0, 1)]
@@ -53,7 +56,8 @@ def diagnosis_record(diagnosis):
         record["set_aside"] = [cause["id"] for cause in diagnosis["set_aside"]]
     if diagnosis.get("goes_with"):
         record["goes_with"] = sorted(diagnosis["goes_with"])
-    record["errors"] = {**gains(diagnosis), **open_loop(diagnosis.get("misfit", {}))}
+    of_all = gains(diagnosis) if len(record["causes"]) > 1 else {}  # one cause states its own
+    record["errors"] = {**of_all, **open_loop(diagnosis.get("misfit", {}))}
     return record
 
 

@@ -40,6 +40,9 @@ def line(change, was, now):
 
 
 def print_changes(part, comparison, was, now):
+    if not was:
+        print(f"{part}: nothing is kept yet")
+        return
     seen = set()
     for change in comparison.changed + comparison.slower:
         before, after = was.get(change.flight, {}), now.get(change.flight, {})
