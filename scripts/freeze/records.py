@@ -1,11 +1,13 @@
 """Result files as short records of what they decide: words, estimates and errors."""
 import csv
+import re
 from collections import defaultdict
 from statistics import mean, median
 
 from program import read_yaml
 
 LONGEST = 1.1  # s
+NUMBER = re.compile(r"\d+(\.\d+)?")  # what goes with the misfit is named with its size
 
 def digits(number, count=5):
     return float(f"{number:.{count}g}") if isinstance(number, float) else number
@@ -55,7 +57,7 @@ def diagnosis_record(diagnosis):
     if diagnosis.get("set_aside"):
         record["set_aside"] = [cause["id"] for cause in diagnosis["set_aside"]]
     if diagnosis.get("goes_with"):
-        record["goes_with"] = sorted(diagnosis["goes_with"])
+        record["goes_with"] = sorted(NUMBER.sub("N", what) for what in diagnosis["goes_with"])
     of_all = gains(diagnosis) if len(record["causes"]) > 1 else {}  # one cause states its own
     record["errors"] = {**of_all, **open_loop(diagnosis.get("misfit", {}))}
     return record
