@@ -72,7 +72,8 @@ WITHIN = "parameters within 2 sigma"
 FINAL_POINT = "held-out gain positive where a cause is named: final point of blind arcs"
 OPEN_LOOP = "the same: open-loop error over a second"
 EITHER = "the same: at least one of those measured"
-FIRST, AMONG = "named first", "first, or in its confusion set"  # at twice the detectable size
+AT_TWICE = "at twice the detectable size"
+FIRST, AMONG = f"{AT_TWICE}, named first", f"{AT_TWICE}, first or in its confusion set"
 
 
 def tally_gains(diagnosis, tally):
@@ -132,7 +133,7 @@ def table(work):
     effects = [effect for effect in effects if effect != "all"] + ["all"]
     general = [what for what in tally if not what.startswith((f"{FIRST}: ", f"{AMONG}: "))]
     lines = ["| what | result |", "|---|---|", *(f"| {what} | {tally[what]} |" for what in general), "",
-             f"| at twice the detectable size | {FIRST} | {AMONG} |", "|---|---|---|",
+             f"| {AT_TWICE} | named first | first, or in its confusion set |", "|---|---|---|",
              *(f"| {effect} | {tally[f'{FIRST}: {effect}']} | {tally[f'{AMONG}: {effect}']} |"
                for effect in effects)]
     return "\n".join(lines) + "\n"

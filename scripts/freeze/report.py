@@ -66,7 +66,7 @@ def share(rate):
 def print_rates(part, was, now):
     if not now:
         return
-    print(f"{part + ', rates':<76}{'kept':>12}{'now':>12}")
+    print(f"{part + ', rates':<84}{'kept':>12}{'now':>12}")
     for what in dict.fromkeys([*was, *now]):
-        print(f"  {what:<74}{share(was.get(what)):>12}{share(now.get(what)):>12}")
+        print(f"  {what:<82}{share(was.get(what)):>12}{share(now.get(what)):>12}")
     print()
