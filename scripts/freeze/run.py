@@ -6,7 +6,8 @@
 Runs both blind sets, the measured flights, the coverage and the speeds, then compares with the kept
 files beside this script, decision by decision. Exit code 0: all are the same; 1: some differ. What
 has a result in --work is not run again, so that a run that was killed goes on where it stopped.
-`--keep` writes the outcome as the new kept files. Measured flights are read from TRUELINE_DATA
+`--keep` writes the outcome as the new kept files. `--flights=20` runs and compares the first 20 flights
+of the blind sets and the coverage, for a quick look. Measured flights are read from TRUELINE_DATA
 (default: ../shared/data beside the source folder). See README.md here.
 """
 import argparse
@@ -34,6 +35,8 @@ PARTS = {
     "measured_rotors": (part_measured.run_rotors, "measured flights, rotor drive"),
     "speed": (part_speed.run, "speeds; ratios to a reference where the program has one"),
 }
+FLIGHTS = 100
+SUMS = ("rates", "coverage")  # over all flights
 
 
 def parse():
@@ -44,7 +47,7 @@ def parse():
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time; speeds go one by one")
     parser.add_argument("--only", default=",".join(PARTS), help="parts, separated by commas")
     parser.add_argument("--keep", action="store_true", help="the outcome becomes the kept files")
-    parser.add_argument("--flights", type=int, default=100, help="of a blind set and the coverage")
+    parser.add_argument("--flights", type=int, default=FLIGHTS, help="of a blind set, the coverage")
     arguments = parser.parse_args()
     arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
     arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
@@ -52,13 +55,23 @@ def parse():
     unknown = set(arguments.only) - set(PARTS)
     if unknown:
         parser.error(f"--only: {', '.join(unknown)} is unknown; use {', '.join(PARTS)}")
+    if arguments.keep and arguments.flights != FLIGHTS:
+        parser.error(f"--keep: {FLIGHTS} flights are kept, leave --flights out")
     return arguments
 
 
-def flat(outcome):
-    """Records of all blocks by name; rates follow from the flights and are no decisions."""
-    return {name: record for block, records in outcome.items() if block != "rates"
-            for name, record in (records or {}).items()}
+def records(outcome, without=("rates",)):
+    """Of all blocks by name; rates follow from the flights and are no decisions."""
+    return {name: record for block, entries in outcome.items() if block not in without
+            for name, record in (entries or {}).items()}
+
+
+def comparable(arguments, was, now):
+    """Records of both runs; of a quick look only those of flights that it ran."""
+    if arguments.flights == FLIGHTS:
+        return records(was), records(now)
+    now = records(now, SUMS)
+    return {name: record for name, record in records(was, SUMS).items() if name in now}, now
 
 
 def run_part(arguments, part):
@@ -77,11 +90,13 @@ def main():
     arguments.work.mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
     outcomes = {part: run_part(arguments, part) for part in PARTS if part in arguments.only}
-    comparisons = {part: compare(flat(was), flat(now)) for part, (was, now) in outcomes.items()}
+    pairs = {part: comparable(arguments, *outcome) for part, outcome in outcomes.items()}
+    comparisons = {part: compare(*pair) for part, pair in pairs.items()}
     for part, (was, now) in outcomes.items():
-        print_rates(part, was.get("rates", {}), now.get("rates", {}))
-    for part, (was, now) in outcomes.items():
-        print_changes(part, comparisons[part], flat(was), flat(now))
+        if arguments.flights == FLIGHTS:
+            print_rates(part, was.get("rates", {}), now.get("rates", {}))
+    for part, pair in pairs.items():
+        print_changes(part, comparisons[part], *pair)
     print_table(comparisons)
     return int(any(comparison.changed for comparison in comparisons.values()))
 
