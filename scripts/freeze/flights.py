@@ -37,7 +37,7 @@ IMU = {
     "throw_230": ["throw_267"],
     "throw_267": ["throw_230"],
 }
-IMU_CONFIG = {"racer_6004": "racer", "racer_6019": "racer"}  # default.yaml for the others
+CALIBRATE_BY = {"racer_6004": "racer", "racer_6019": "racer"}  # default.yaml for the others, and to diagnose
 
 # Flights to calibrate with the rotor drive, by configuration, and those to diagnose.
 ROTORS = {"nanodrone_random": "rotors_nanodrone", "nanodrone_square": "rotors_nanodrone",

@@ -3,7 +3,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import yaml
 
-from flights import (FLIGHTS, IMU, IMU_CONFIG, ROTOR_DIAGNOSES, ROTORS, ROTORS_WITH_MODEL)
+from flights import CALIBRATE_BY, FLIGHTS, IMU, ROTOR_DIAGNOSES, ROTORS, ROTORS_WITH_MODEL
 from program import SOURCE, app, read_yaml, run_once
 from records import (benchmark_records, calibration_record, diagnosis_record,
                      rotor_calibration_record)
@@ -47,14 +47,14 @@ def read_diagnosis(folder):
 def diagnose_imu(arguments, name, fit_to):
     folder = arguments.work / "measured_imu" / f"{name}_{fit_to}"
     code = execute(arguments, folder, "diagnose", logs(arguments, [name, *IMU[name]]),
-                   f"--fit_to={fit_to}", config(IMU_CONFIG.get(name, "default")))
+                   f"--fit_to={fit_to}")
     return f"{name}, {fit_to}", record_of(folder, code, read_diagnosis)
 
 
 def calibrate_imu(arguments, name):
     folder = arguments.work / "measured_imu" / f"{name}_calibration"
     code = execute(arguments, folder, "calibrate", logs(arguments, [name]), "--gamma_sweep=",
-                   "--estimator=smoother,vgd", config(IMU_CONFIG.get(name, "default")))
+                   "--estimator=smoother,vgd", config(CALIBRATE_BY.get(name, "default")))
     return f"{name}, calibration", record_of(folder, code, calibration_record)
 
 
