@@ -1,7 +1,6 @@
 """The kept files: YAML, a line or a few for each flight, so that a difference is one of few lines."""
 import json
 import math
-import re
 from pathlib import Path
 
 import yaml
@@ -16,11 +15,30 @@ def path_of(part, folder=HERE):
     return Path(folder) / f"{part}.yaml"
 
 
+def scalar(node):
+    return yaml.safe_dump([node], default_flow_style=True, width=math.inf).strip()[1:-1]
+
+
+def enclosed(parts, brackets):
+    """Pieces of all `parts`, with commas between them and brackets around."""
+    flat = [piece for *head, last in parts for piece in (*head, f"{last},")]
+    flat[-1] = flat[-1].removesuffix(",") + brackets[1]
+    return [brackets[0] + flat[0], *flat[1:]]
+
+
+def pieces(node):
+    """Of YAML in flow style: texts between which a line may break."""
+    if isinstance(node, dict) and node:
+        parts = [(scalar(key), pieces(value)) for key, value in node.items()]
+        return enclosed([[f"{key}: {first}", *rest] for key, (first, *rest) in parts], "{}")
+    if isinstance(node, list) and any(isinstance(item, (dict, list)) for item in node):
+        return enclosed([pieces(item) for item in node], "[]")
+    return [scalar(node)]
+
+
 def line(name, record):
-    """Lines break after commas alone: YAML allows no break within a key."""
-    text = yaml.safe_dump(record, default_flow_style=True, sort_keys=False, width=math.inf).strip()
     lines = [f"  {json.dumps(name)}:"]
-    for piece in re.split(r"(?<=,) ", text):
+    for piece in pieces(record):
         if len(lines[-1]) + 1 + len(piece) > WIDTH:
             lines.append("   ")
         lines[-1] += f" {piece}"

@@ -17,7 +17,7 @@ from truth import judge_change
 
 WIND = {"id": "wind", "confused_with": ["quadratic_drag"],
         "parameters": {"w_x": [1.0, 0.1], "w_y": [0.5, 0.1]}, "gain": [0.5, 0.3]}
-LIFT = {"id": "gate_moved", "confirmed": False, "confused_with": [],
+MOVED = {"id": "gate_moved", "confirmed": False, "confused_with": [],
         "parameters": {"gate": 1, "dx": [0.3, 0.05]}}
 BLIND = {"hidden": [{"id": "wind", "w_x": 1.2, "w_y": 0.5}], "verdict": "explained",
          "causes": [WIND], "errors": {"open loop 1 s": [0.3, 0.1]}}
@@ -53,10 +53,10 @@ class Compare(unittest.TestCase):
                          ["counts.arcs"])
 
     def test_a_further_cause_is_one_change(self):
-        self.assertEqual(list(changes(BLIND, lambda r: r["causes"].append(LIFT))), ["causes"])
+        self.assertEqual(list(changes(BLIND, lambda r: r["causes"].append(MOVED))), ["causes"])
 
     def test_order_of_causes(self):
-        was = {**BLIND, "causes": [WIND, LIFT]}
+        was = {**BLIND, "causes": [WIND, MOVED]}
         self.assertEqual(list(changes(was, lambda r: r["causes"].reverse())), ["causes"])
 
     def test_estimates_in_sigmas(self):
@@ -94,7 +94,7 @@ class Compare(unittest.TestCase):
 
 class Truth(unittest.TestCase):
     def test_causes(self):
-        self.assertEqual(judged(lambda r: r["causes"].append(LIFT), "causes"), "worse")
+        self.assertEqual(judged(lambda r: r["causes"].append(MOVED), "causes"), "worse")
         self.assertEqual(judged(lambda r: r["causes"].clear(), "causes"), "worse")
 
     def test_verdict(self):
@@ -105,8 +105,8 @@ class Truth(unittest.TestCase):
         self.assertEqual(closer, "2.0 -> 0.5 sigmas off the truth, better")
 
     def test_a_move_of_the_other_gate_is_the_opposite(self):
-        was = {"hidden": [{"id": "gate_moved", "gate": 0, "dx": -0.4, "dy": 0.0, "dz": 0.0}], "verdict": "explained",
-               "causes": [LIFT]}
+        hidden = {"id": "gate_moved", "gate": 0, "dx": -0.4, "dy": 0.0, "dz": 0.0}
+        was = {"hidden": [hidden], "verdict": "explained", "causes": [MOVED]}
         now = copy.deepcopy(was)
         now["causes"][0]["parameters"]["dx"] = [0.4, 0.05]
         change, = compare({"f": was}, {"f": now}).changed
@@ -115,7 +115,10 @@ class Truth(unittest.TestCase):
 
 class Kept(unittest.TestCase):
     def test_reads_what_it_wrote(self):
-        outcome = {"rates": {"both named": [8, 9]}, "flights": {"f, 1": BLIND, "g": CALIBRATION}}
+        speeds = {f"{seconds} s, 'cpu' per flight second: 1": 0.1 for seconds in range(20)}
+        outcome = {"rates": {"both named": [8, 9]},
+                   "flights": {"f, 1": BLIND, "g": CALIBRATION, "h": {"speeds": speeds},
+                               "i": {"goes_with": ["place, east to west"] * 9, "causes": [], "errors": {}}}}
         with tempfile.TemporaryDirectory() as folder:
             kept.write("part", outcome, "A test.", Path(folder))
             self.assertEqual(kept.read("part", Path(folder)), outcome)
