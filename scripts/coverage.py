@@ -14,6 +14,7 @@ import argparse
 import math
 import pathlib
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import yaml
 
@@ -77,13 +78,15 @@ def main():
     parser.add_argument("--calibrate", default="")
     parser.add_argument("--duration", default=60.0, type=float, help="s")
     parser.add_argument("--flights", default=500, type=int)
+    parser.add_argument("--jobs", default=1, type=int, help="flights at a time")
     parser.add_argument("--out", required=True, type=pathlib.Path)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     config = configured(arguments.config, arguments.duration, arguments.out)
     apps = arguments.build / "apps"
-    flights = [fly(apps, config, arguments.calibrate, seed, arguments.out)
-               for seed in range(1, arguments.flights + 1)]
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        flights = list(pool.map(lambda seed: fly(apps, config, arguments.calibrate, seed, arguments.out),
+                                range(1, arguments.flights + 1)))
     rows = summarise(flights)
     (arguments.out / "coverage.yaml").write_text(yaml.safe_dump(rows))
     print(f"{'parameter':<12}{'flights':>8}{'in 95 %':>9}{'mean':>8}{'rms':>8}  (in sigmas)")

@@ -64,50 +64,76 @@ class Tally:
         return f"{self.good} of {self.all}" + (f" ({100 * self.good / self.all:.0f} %)" if self.all else "")
 
 
-def table(work):
-    false, pairs, outside, coverage, gain, open_loop, either = (Tally() for _ in range(7))
-    unexplained = Tally()
-    first, among = defaultdict(Tally), defaultdict(Tally)
-    for hidden, diagnosis in read(work):
-        effects, causes = hidden["effects"], named(diagnosis)
+FALSE = "a cause named on flights that hide nothing"
+PAIRS = "two causes, both at twice their detectable size, both named"
+UNEXPLAINED = "outside of the catalogue: called unexplained"
+NONE_NAMED = "outside of the catalogue: no catalogue effect named"
+WITHIN = "parameters within 2 sigma"
+FINAL_POINT = "held-out gain positive where a cause is named: final point of blind arcs"
+OPEN_LOOP = "the same: open-loop error over a second"
+EITHER = "the same: at least one of those measured"
+AT_TWICE = "at twice the detectable size"
+FIRST, AMONG = f"{AT_TWICE}, named first", f"{AT_TWICE}, first or in its confusion set"
+
+
+def tally_gains(diagnosis, tally):
+    for cause in diagnosis["causes"]:
+        gains = [cause[key]["before"] > cause[key]["after"]
+                 for key in ("gain", "gain_open_loop") if key in cause]
+        if len(gains) == 2:
+            tally[FINAL_POINT].add(gains[0])
+            tally[OPEN_LOOP].add(gains[1])
+        if gains:
+            tally[EITHER].add(any(gains))
+
+
+def tally_names(effects, diagnosis, tally):
+    causes = named(diagnosis)
+    if not effects:
+        tally[FALSE].add(bool(causes))
+    elif effects[0]["id"].startswith("outside"):
+        tally[UNEXPLAINED].add(diagnosis["verdict"] == "unexplained")
+        tally[NONE_NAMED].add(not causes)
+    elif len(effects) == 2:
+        if all(times_detectable(e, diagnosis) >= 2 for e in effects):
+            tally[PAIRS].add(all(any(e["id"] in ids for ids in causes) for e in effects))
+    elif times_detectable(effects[0], diagnosis) >= 2:
+        tally_single(effects[0]["id"], causes, tally)
+
+
+def tally_single(wanted, causes, tally):
+    for effect in (wanted, "all"):
+        tally[f"{FIRST}: {effect}"].add(bool(causes) and causes[0][0] == wanted)
+        tally[f"{AMONG}: {effect}"].add(bool(causes) and wanted in causes[0])
+
+
+def tally_within(effects, diagnosis, tally):
+    for effect in effects:
         for cause in diagnosis["causes"]:
-            gains = [cause[key]["before"] > cause[key]["after"]
-                     for key in ("gain", "gain_open_loop") if key in cause]
-            if len(gains) == 2:
-                gain.add(gains[0])
-                open_loop.add(gains[1])
-            if gains:
-                either.add(any(gains))
-        if not effects:
-            false.add(bool(causes))
-        elif effects[0]["id"].startswith("outside"):
-            unexplained.add(diagnosis["verdict"] == "unexplained")
-            outside.add(not causes)
-        elif len(effects) == 2:
-            if all(times_detectable(e, diagnosis) >= 2 for e in effects):
-                pairs.add(all(any(e["id"] in ids for ids in causes) for e in effects))
-        elif times_detectable(effects[0], diagnosis) >= 2:
-            wanted = effects[0]["id"]
-            first[wanted].add(bool(causes) and causes[0][0] == wanted)
-            among[wanted].add(bool(causes) and wanted in causes[0])
-        for effect in effects:
-            for cause in diagnosis["causes"]:
-                if cause["id"] == effect["id"]:
-                    coverage.add(*within(effect, cause))
-    lines = ["| what | result |", "|---|---|",
-             f"| a cause named on flights that hide nothing | {false} |",
-             f"| two causes, both at twice their detectable size, both named | {pairs} |",
-             f"| outside of the catalogue: called unexplained | {unexplained} |",
-             f"| outside of the catalogue: no catalogue effect named | {outside} |",
-             f"| parameters within 2 sigma | {coverage} |",
-             f"| held-out gain positive where a cause is named: final point of blind arcs | {gain} |",
-             f"| the same: open-loop error over a second | {open_loop} |",
-             f"| the same: at least one of those measured | {either} |", "",
-             "| at twice the detectable size | named first | first, or in its confusion set |",
-             "|---|---|---|"]
-    total, total_among = Tally(), Tally()
-    for effect in sorted(first):
-        lines.append(f"| {effect} | {first[effect]} | {among[effect]} |")
-        total.add(first[effect].good, first[effect].all)
-        total_among.add(among[effect].good, among[effect].all)
-    return "\n".join([*lines, f"| all | {total} | {total_among} |"]) + "\n"
+            if cause["id"] == effect["id"]:
+                tally[WITHIN].add(*within(effect, cause))
+
+
+def tallies(flights):
+    """By what is counted, of (hidden, diagnosis) by flight."""
+    tally = {what: Tally() for what in (FALSE, PAIRS, UNEXPLAINED, NONE_NAMED, WITHIN, FINAL_POINT,
+                                        OPEN_LOOP, EITHER)}
+    tally = defaultdict(Tally, tally)
+    tally[f"{FIRST}: all"], tally[f"{AMONG}: all"] = Tally(), Tally()
+    for hidden, diagnosis in flights:
+        tally_gains(diagnosis, tally)
+        tally_names(hidden["effects"], diagnosis, tally)
+        tally_within(hidden["effects"], diagnosis, tally)
+    return tally
+
+
+def table(work):
+    tally = tallies(read(work))
+    effects = sorted(what.split(": ")[1] for what in tally if what.startswith(f"{FIRST}: "))
+    effects = [effect for effect in effects if effect != "all"] + ["all"]
+    general = [what for what in tally if not what.startswith((f"{FIRST}: ", f"{AMONG}: "))]
+    lines = ["| what | result |", "|---|---|", *(f"| {what} | {tally[what]} |" for what in general), "",
+             f"| {AT_TWICE} | named first | first, or in its confusion set |", "|---|---|---|",
+             *(f"| {effect} | {tally[f'{FIRST}: {effect}']} | {tally[f'{AMONG}: {effect}']} |"
+               for effect in effects)]
+    return "\n".join(lines) + "\n"

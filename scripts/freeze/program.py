@@ -1,0 +1,71 @@
+"""Runs the program's executables, each once: what has an outcome is not run again."""
+import hashlib
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+SOURCE = Path(__file__).resolve().parents[2]
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def read_yaml(path):
+    return yaml.load(Path(path).read_text(), Loader=LOADER)
+
+
+def app(arguments, verb):
+    return str(arguments.build / "apps" / f"trueline-{verb}")
+
+
+def environment(arguments):
+    return {**os.environ, "TRUELINE_DATA": str(arguments.data), "OMP_NUM_THREADS": "1"}
+
+
+def run_once(arguments, command, folder):
+    """Exit code of `command`, whose results go to `folder`; the last line of its errors is kept."""
+    outcome = folder / "outcome.yaml"
+    if not outcome.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        ran = subprocess.run([str(word) for word in command], env=environment(arguments),
+                             capture_output=True, text=True, check=False)
+        errors = ran.stderr.strip().split("\n")[-1]
+        outcome.write_text(yaml.safe_dump({"exit": ran.returncode, "errors": errors}))
+    return read_yaml(outcome)["exit"]
+
+
+def run_script(arguments, command):
+    """A script of the project, which goes on where it stopped by itself. Its standard output."""
+    ran = subprocess.run([str(word) for word in command], env=environment(arguments),
+                         stdout=subprocess.PIPE, text=True, check=True)
+    return ran.stdout
+
+
+def processor_seconds(arguments, command):
+    """User time of `command`."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run_script(arguments, command)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def fingerprint(arguments):
+    """Of what decides the results: executables and shipped configurations."""
+    digest = hashlib.sha256()
+    files = sorted((arguments.build / "apps").glob("trueline*")) + sorted(SOURCE.glob("config/*/*"))
+    for file in files:
+        if file.is_file():
+            digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def refuse_other_program(arguments):
+    """Results of another program in the same folder would pass for this one's."""
+    if not os.access(app(arguments, "diagnose"), os.X_OK):
+        sys.exit(f"freeze: no program in {arguments.build}; build first, by scripts/build")
+    stated, found = arguments.work / "program.sha256", fingerprint(arguments)
+    if not stated.exists():
+        stated.write_text(found)
+    if stated.read_text() != found:
+        sys.exit(f"freeze: {arguments.work} holds results of another program; give another --work")
