@@ -15,13 +15,12 @@ namespace trueline {
 namespace {
 
 constexpr int kScoreOrder = 3;  // of E2LOG in the design; the result is scored by the exact Gramian
-constexpr int kErrors = RotorDrivenSystem::kErrors;
-constexpr int kMoving = RotorDrivenSystem::kMovingErrors;
-using Square = Eigen::Matrix<double, kErrors, kErrors>;
+using System = RotorDrivenSystem;
+using GramianMatrix = Eigen::Matrix<double, System::kErrors, System::kErrors>;
 
 struct SegmentState {
-  LocalSensitivity<double, kErrors> local;
-  Square gramian, transition, after;  // W_k, Phi_k, V_{k+1}
+  LocalSensitivity<double, System::kErrors> local;
+  GramianMatrix gramian, transition, after;  // W_k, Phi_k, V_{k+1}
 };
 
 Eigen::MatrixXd Select(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
@@ -37,7 +36,7 @@ Eigen::MatrixXd Select(const Eigen::MatrixXd& matrix, const std::vector<int>& ro
 // Phi.
 FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
                         const DesignTarget& target, const SegmentTimes& time,
-                        const SegmentState& state, const Square& adjoint_gramian) {
+                        const SegmentState& state, const GramianMatrix& adjoint_gramian) {
   Tape::OfThread().Clear();
   const FlatMatrix expansion = flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4);
   Vec4<Taylor<Variable, kScoreOrder + 4>> flat;
@@ -66,19 +65,20 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
     const Eigen::MatrixXd adjoint_k =
         2.0 * rule.weights[g] * time.duration *
         (weights.asDiagonal() *
-         (SensitivityAt<kErrors>(state.local, target.weights, t) * adjoint_gramian));
+         (SensitivityAt<System::kErrors>(state.local, target.weights, t) * adjoint_gramian));
     double power = 1.0;
     for (int i = 0; i <= kScoreOrder; ++i, power *= t) {
       for (Eigen::Index r = 0; r < adjoint_k.rows(); ++r) {
-        for (int c = 0; c < kErrors; ++c) {
+        for (int c = 0; c < System::kErrors; ++c) {
           seed(local.gradients[i](r, c), adjoint_k(r, c) * power);
         }
       }
     }
   }
-  const Square adjoint_transition = 2.0 * state.after * state.transition * adjoint_gramian;
-  for (int r = 0; r < kMoving; ++r) {
-    for (int c = 0; c < kErrors; ++c) seed(local.transition(r, c), adjoint_transition(r, c));
+  const GramianMatrix adjoint_transition = 2.0 * state.after * state.transition * adjoint_gramian;
+  for (int r = 0; r < System::kMovingErrors; ++r) {
+    for (int c = 0; c < System::kErrors; ++c)
+      seed(local.transition(r, c), adjoint_transition(r, c));
   }
   Tape::OfThread().Sweep(&adjoints);
   FlatMatrix result(kFlatOutputs, kScoreOrder + 5);
@@ -96,7 +96,7 @@ SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& f
       StartFromFlat<double, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
   SegmentState state;
   state.local = ExpandSensitivity<kScoreOrder, double>(system, start.x, start.u, time.duration);
-  state.gramian = LocalGramian<kErrors>(state.local, target.weights, time.duration);
+  state.gramian = LocalGramian<System::kErrors>(state.local, target.weights, time.duration);
   state.transition = state.local.transition;
   return state;
 }
@@ -150,7 +150,7 @@ double DesignScore::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const
   std::vector<SegmentState> states(count);
   ParallelFor(count, threads_,
               [&](int k) { states[k] = ExpandSegment(system_, flight, target_, times[k]); });
-  Square total = Square::Zero();
+  GramianMatrix total = GramianMatrix::Zero();
   for (int k = count - 1; k >= 0; --k) {
     states[k].after = total;
     total = states[k].gramian + states[k].transition.transpose() * total * states[k].transition;
@@ -159,7 +159,7 @@ double DesignScore::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const
   const SoftMinimum score = LogSoftMinimum(0.5 * (total + total.transpose()), target_);
   if (gradient == nullptr) return score.log_value;
 
-  std::vector<Square> adjoints(count);
+  std::vector<GramianMatrix> adjoints(count);
   adjoints[0] = score.gradient;
   for (int k = 0; k + 1 < count; ++k) {
     adjoints[k + 1] = states[k].transition * adjoints[k] * states[k].transition.transpose();

@@ -27,7 +27,7 @@ class LocalParabola {
 }  // namespace
 
 std::vector<ForceSample> SmoothForces(const std::vector<ImuSample>& imu) {
-  constexpr int kFewest = 4;  // samples that carry a parabola
+  constexpr int kFewestSamples = 4;  // samples that carry a parabola
   std::vector<ForceSample> samples;
   const double span = SecondsBetween(imu.front().t, imu.back().t);
   std::size_t first = 0;
@@ -40,7 +40,7 @@ std::vector<ForceSample> SmoothForces(const std::vector<ImuSample>& imu) {
       if (u >= 1.0) break;
       parabola.Add(u, 1.0 + std::cos(M_PI * u), imu[i].accel.head<2>());
     }
-    if (parabola.count() >= kFewest) samples.push_back({middle, parabola.AtZero()});
+    if (parabola.count() >= kFewestSamples) samples.push_back({middle, parabola.AtZero()});
   }
   return samples;
 }

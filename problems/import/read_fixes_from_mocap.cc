@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-StraightLimits ReadLimits(const YamlMap& map) {
+StraightLimits ReadStraightLimits(const YamlMap& map) {
   StraightLimits limits;
   limits.min_speed = map.Get<double>("min_speed", limits.min_speed);
   limits.min_length = map.Get<double>("min_length", limits.min_length);
@@ -84,7 +84,7 @@ FixSamplerOptions ReadFixSamplerOptions(const YamlMap& map) {
 FixesFromMocap ReadFixesFromMocap(const YamlMap& map) {
   FixesFromMocap fixes;
   fixes.sampler = ReadFixSamplerOptions(map);
-  fixes.limits = ReadLimits(map.ChildOrEmpty("limits"));
+  fixes.limits = ReadStraightLimits(map.ChildOrEmpty("limits"));
   const YamlMap straights = map.ChildOrEmpty("straights");
   for (const std::string& pattern : straights.Keys()) {
     fixes.straights.push_back(ReadStraights(pattern, straights.Child(pattern)));

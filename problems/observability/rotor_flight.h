@@ -24,16 +24,15 @@ template <class C, int kOrder>
 SegmentStart<C, kOrder> StartFromFlat(const FlatVehicle& vehicle,
                                       const std::vector<double>& parameters,
                                       const Vec4<Taylor<C, kOrder + 4>>& flat) {
-  using Model = RotorDrivenModel;
   const auto state = StateFromFlat(vehicle, flat);
   SegmentStart<C, kOrder> start;
-  start.x.reserve(Model::kStates);
+  start.x.reserve(RotorDrivenModel::kStates);
   for (const double value : parameters) start.x.push_back(C(value));
-  for (int i = 0; i < 4; ++i) start.x[Model::kAttitude + i] = state.q[i][0];
+  for (int i = 0; i < 4; ++i) start.x[RotorDrivenModel::kAttitude + i] = state.q[i][0];
   for (int i = 0; i < 3; ++i) {
-    start.x[Model::kPosition + i] = state.p[i][0];
-    start.x[Model::kVelocity + i] = state.v[i][0];
-    start.x[Model::kRate + i] = state.w[i][0];
+    start.x[RotorDrivenModel::kPosition + i] = state.p[i][0];
+    start.x[RotorDrivenModel::kVelocity + i] = state.v[i][0];
+    start.x[RotorDrivenModel::kRate + i] = state.w[i][0];
   }
   for (const auto& series : state.u) {
     auto u = Taylor<C, kOrder>::Start(series[0]);

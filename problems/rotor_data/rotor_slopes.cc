@@ -49,7 +49,7 @@ void ByColumns(const RotorState& x, std::span<const int> columns, const Function
   }
 }
 
-std::span<const int> Columns(const RotorInput& input, int without_motors) {
+std::span<const int> ActiveColumns(const RotorInput& input, int without_motors) {
   return std::span(kColumns).first(input.slopes.empty() ? without_motors : kAll);
 }
 
@@ -60,7 +60,7 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
   RotorReading reading;
   reading.slope.setZero();
   reading.slope.middleCols<6>(ColumnOf(Base::kAccelBias)).setIdentity();
-  ByColumns(x, Columns(input, kReading), [&](const Jets& at, std::span<const int> columns) {
+  ByColumns(x, ActiveColumns(input, kReading), [&](const Jets& at, std::span<const int> columns) {
     std::array<Jet, 6> y;
     model.Imu(at.data(), input, y.data());
     for (int i = 0; i < 6; ++i) {
@@ -79,7 +79,7 @@ RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& inp
   std::array<Jet, 6> held;
   for (int i = 0; i < 6; ++i) held[i] = Jet(disturbance[i]);
   RotorState end;
-  ByColumns(*x, Columns(input, kMotion), [&](Jets& at, std::span<const int> columns) {
+  ByColumns(*x, ActiveColumns(input, kMotion), [&](Jets& at, std::span<const int> columns) {
     RotorMidpointStep(model, input, held.data(), dt, at.data());
     const auto moved = MovingSensitivity(at.data());
     for (std::size_t j = 0; j < columns.size(); ++j) slope.col(columns[j]) = moved.col(j);

@@ -26,7 +26,7 @@ std::vector<int> Range(int first, int count) {
   return range;
 }
 
-std::vector<int> Joined(std::vector<int> columns, const std::vector<int>& more) {
+std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more) {
   columns.insert(columns.end(), more.begin(), more.end());
   return columns;
 }
@@ -107,7 +107,7 @@ std::vector<int> RotorEvidence::Columns(std::size_t which) const {
 RotorTested RotorEvidence::TestOne(std::size_t which, const std::vector<int>& beside) const {
   const Candidate& c = candidates_[which];
   const Eigen::VectorXd ordinary = OrdinarySteps(*c.info);
-  const RotorNormal normal = normal_.Select(Joined(beside, Columns(which)));
+  const RotorNormal normal = normal_.Select(Concatenated(beside, Columns(which)));
   const ScoreTest score = TestLast(normal, ordinary);
   const double gain = TestLast(normal, Eigen::VectorXd::Zero(ordinary.size())).chi2;
   const int tried = TriedLike(c, candidates_);
@@ -127,12 +127,12 @@ void RotorEvidence::Describe(const RotorLibrary& library, bool of_sensor, int fi
     if (term.of_sensor != of_sensor) continue;
     const std::vector<int> own = Range(first + term.first, term.count);
     const ScoreTest score =
-        TestLast(normal_.Select(Joined(beside_, own)), Eigen::VectorXd::Zero(term.count));
+        TestLast(normal_.Select(Concatenated(beside_, own)), Eigen::VectorXd::Zero(term.count));
     described_.push_back({term.name, score.p() * static_cast<double>(library.terms.size()),
                           score.chi2 - 2.0 * term.count, of_sensor, own});
     const RotorDescribed& described = described_.back();
     if (!of_sensor || !described.Stands(kReadOff, merit)) continue;
-    read = Joined(std::move(read), described.columns);
+    read = Concatenated(std::move(read), described.columns);
   }
   beside_ = std::move(read);
 }
@@ -157,13 +157,13 @@ std::vector<RotorPair> RotorEvidence::Pairs(double alpha, double merit) const {
   std::vector<RotorPair> pairs;
   const std::vector<std::size_t> distinct = BestOfEach(tested_);
   for (const std::size_t i : distinct) {
-    const std::vector<int> with_i = Joined(beside_, Columns(i));
+    const std::vector<int> with_i = Concatenated(beside_, Columns(i));
     for (const std::size_t j : distinct) {
       if (j <= i) continue;
       RotorPair pair{tested_[i], TestOne(j, with_i), 0.0};
       pair.merit = pair.first.Merit() + pair.second.Merit();
       if (pair.merit <= merit || !stands(pair.second)) continue;
-      pair.first = TestOne(i, Joined(beside_, Columns(j)));
+      pair.first = TestOne(i, Concatenated(beside_, Columns(j)));
       if (stands(pair.first)) pairs.push_back(std::move(pair));
     }
   }

@@ -12,8 +12,8 @@ constexpr double kLocal = 0.1;     // share of a parameter's step, for slopes at
 constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
 constexpr int kHalvings = 4;
-constexpr int kMostSteps = 6;   // of a refit
-constexpr double kWorse = 0.5;  // of cost: less is what weights taken anew make of it
+constexpr int kMostSteps = 6;          // of a refit
+constexpr double kCostIncrease = 0.5;  // of cost: less is what weights taken anew make of it
 
 }  // namespace
 
@@ -98,7 +98,7 @@ void RotorSearch::Fit(std::vector<RotorFound>* found) {
       Refit(*found);
       if (settled) break;
       // Constants that took the effect's part (inertia, where a moment is missing) make steps long.
-      for (int k = 0; k < kHalvings && batch_.cost > cost + kWorse; ++k) {
+      for (int k = 0; k < kHalvings && batch_.cost > cost + kCostIncrease; ++k) {
         for (std::size_t f = 0; f < before.size(); ++f) {
           (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
         }

@@ -127,13 +127,15 @@ std::string TrajectoryCsv(const RotorFlight& flight, double rate) {
     const double t = path.start() + k / rate;
     const NominalPoint point = flight.At(t);
     const double* x = point.x.data();
-    using Model = RotorDrivenModel;
-    text += fmt::format("{:.6f},{:.6f},{:.6f}", t,
-                        fmt::join(x + Model::kPosition, x + Model::kPosition + 3, ","),
-                        path.Expand(t, 0)(3, 0));
     text += fmt::format(
-        ",{:.6f},{:.9f},{:.6f}", fmt::join(x + Model::kVelocity, x + Model::kVelocity + 3, ","),
-        fmt::join(x, x + 4, ","), fmt::join(x + Model::kRate, x + Model::kRate + 3, ","));
+        "{:.6f},{:.6f},{:.6f}", t,
+        fmt::join(x + RotorDrivenModel::kPosition, x + RotorDrivenModel::kPosition + 3, ","),
+        path.Expand(t, 0)(3, 0));
+    text += fmt::format(
+        ",{:.6f},{:.9f},{:.6f}",
+        fmt::join(x + RotorDrivenModel::kVelocity, x + RotorDrivenModel::kVelocity + 3, ","),
+        fmt::join(x, x + 4, ","),
+        fmt::join(x + RotorDrivenModel::kRate, x + RotorDrivenModel::kRate + 3, ","));
     for (const double u : point.u) text += fmt::format(",{:.3f}", std::sqrt(std::max(u, 0.0)));
     text += "\n";
   }

@@ -52,12 +52,12 @@ void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
 
 // Thrust around t: a single sample vibrates, and a noisy factor of drag would weaken it.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
-  constexpr double kReach = 0.05;  // s, to either side
+  constexpr double kThrustReach = 0.05;  // s, to either side
   const auto& steps = track.steps();
   const std::size_t middle = track.StepAt(t);
   std::size_t first = middle, last = middle;
-  while (first > 0 && SecondsBetween(steps[first - 1].t, t) <= kReach) --first;
-  while (last + 1 < steps.size() && SecondsBetween(t, steps[last + 1].t) <= kReach) ++last;
+  while (first > 0 && SecondsBetween(steps[first - 1].t, t) <= kThrustReach) --first;
+  while (last + 1 < steps.size() && SecondsBetween(t, steps[last + 1].t) <= kThrustReach) ++last;
   double sum = 0.0;
   for (std::size_t i = first; i <= last; ++i) sum -= steps[i].drive.a_z;
   return sum / static_cast<double>(last - first + 1);
