@@ -7,7 +7,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kSteps = 12;  // times tried for a step; the best is refined
+constexpr int kSteps = 12;  // times tried for a step effect; the best is refined
 
 constexpr char kFasterAndSlower[] =
     "fly the same lines slowly and fast, with climbs, and hover between";
@@ -88,7 +88,7 @@ std::vector<EffectInfo> MakeCatalogue() {
   };
 }
 
-// Lowest height of the flight above p_z = 0, m.
+// Lowest height of the flight above the floor (p_z = 0), m.
 double LowestHeight(const RotorData& data) {
   double lowest = -data.poses.front().p_E.z();
   for (const RotorPose& pose : data.poses) lowest = std::min(lowest, -pose.p_E.z());
@@ -103,7 +103,7 @@ bool Applies(const std::string& id, const RotorData& data, const RotorPrior& pri
   constexpr double kOnTheFloor = 0.02;  // m
   if (id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
   if (id == "rotor_inflow") return !InBase(prior, "inflow");
-  if (id == "motor_lag") return !data.motors;  // a constant of the base
+  if (id == "motor_lag") return !data.motors;  // with commands the base fit estimates it
   return id != "ground_effect" || LowestHeight(data) > kOnTheFloor;
 }
 
