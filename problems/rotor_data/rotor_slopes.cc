@@ -14,10 +14,7 @@ using Base = RotorDrivenModel;
 using Jet = ceres::Jet<double, 4>;
 using Jets = std::array<Jet, Model::kStates>;
 
-constexpr int ColumnOf(int state) {
-  return state - 1;
-}  // column in the error state; attitude has
-   // none
+constexpr int ColumnOf(int state) { return state - 1; }  // of the error state; no attitude
 
 // Numbers of columns: those that motion depends on, then with those that only readings depend on,
 // then with the motors' unknowns, which matter where speeds come from commands. All other
