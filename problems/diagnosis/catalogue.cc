@@ -108,7 +108,7 @@ std::vector<EffectInfo> MakeCatalogue() {
   };
 }
 
-// Gates that fixes name.
+// The gate numbers that occur in fixes.
 std::set<int> GatesSeen(const FlightLog& log) {
   std::set<int> gates;
   for (const Fix& fix : log.fixes) {
@@ -120,7 +120,7 @@ std::set<int> GatesSeen(const FlightLog& log) {
 bool Applies(const EffectInfo& info, const FlightLog& log, const CandidateScope& scope) {
   if (info.enters == EntersAt::kAttitude && !scope.attitude) return false;
   if (info.enters == EntersAt::kAccelerometer && !scope.accelerometer) return false;
-  // Without the accelerometer's x and y, a wind is the same as a tilt of E'.
+  // Without the accelerometer's x and y a wind cannot be distinguished from a tilt of E'.
   if (info.id == "wind" && !scope.drag_measured) return false;
   const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
   if (needs_map && log.gates.empty()) return false;
@@ -188,13 +188,13 @@ std::string Candidate::Label() const {
 }
 
 std::vector<Candidate> CandidatesFor(const FlightLog& log, const CandidateScope& scope) {
-  constexpr int kSteps = 12;  // times tried for a step; a refit moves the best one
+  constexpr int kSteps = 12;  // times tried for a step effect; a refit refines the best one
   std::vector<Candidate> candidates;
   for (const EffectInfo& info : Catalogue()) {
     if (!Applies(info, log, scope) || info.id == "false_gate") continue;
     if (info.id == "gate_moved") {
       const std::set<int> gates = GatesSeen(log);
-      // With one gate, a move of it is the choice of the origin.
+      // With a single gate, moving it only moves the origin.
       if (gates.size() < 2) continue;
       for (const int gate : gates) candidates.push_back({&info, {{"gate", gate}}});
     } else if (info.id == "drag_step") {

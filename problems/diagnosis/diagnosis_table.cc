@@ -1,4 +1,4 @@
-// The table of trueline-diagnose, for people.
+// The table of trueline-diagnose for standard output.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -16,7 +16,7 @@ struct Stretch {
   TimeNs begin, end;
 };
 
-// Passes that can be integrated through, joined.
+// Joins passes that can be integrated through to stretches.
 std::vector<Stretch> FindStretches(const FlightData& flight) {
   std::vector<Stretch> stretches;
   const TimeNs margin = FromSeconds(kMargin);

@@ -15,7 +15,7 @@ std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise) {
   note(noise.process.acceleration, 0.25,
        "accelerations of {:.2f} m/s^2/sqrt(Hz) without a pattern");
   note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that wanders by {:.1f} deg");
-  // A compass drifts slowly: what comes and goes within seconds follows the vehicle's turns.
+  // A compass error drifts slowly; a heading error that changes within seconds follows the turns.
   const bool quick = noise.process.memory < 10.0;
   note(noise.process.heading / kDegree, quick ? 2.5 : 6.0, "a heading that wanders by {:.1f} deg");
   note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
@@ -29,7 +29,7 @@ std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>
     const bool clean = causes.empty() && set_aside.empty() && unexplained_by.empty();
     return clean ? "clean" : "unexplained";
   }
-  // Something real is left: the causes are a part of the story.
+  // A significant misfit remains, so the causes explain only a part of it.
   if (!unexplained_by.empty()) return "unexplained";
   const bool ambiguous = std::any_of(causes.begin(), causes.end(), [&](const Cause& c) {
     return claimed(c) && !c.confused_with.empty();
