@@ -1,4 +1,4 @@
-// The camera that sees gates, and the detector that turns what it sees into position fixes.
+// The camera that detects gates, and the conversion of detections to position fixes.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ class GateCamera {
   GateCamera(const DetectorConfig& config, const std::vector<Gate>& map, const Stages& stages,
              std::uint64_t seed);
 
-  // All views of the log's time; of several gates in view the nearest counts.
+  // All views within the log's time. If several gates are in view, the nearest one counts.
   std::vector<GateView> Views(const Trajectory& truth) const;
   // Fixes of the log's time, strictly increasing stamps.
   std::vector<Fix> Fixes(const Trajectory& truth);
