@@ -132,8 +132,9 @@ ceres::Solver::Summary KinematicWindow::Solve() {
   return summary;
 }
 
-// Errors of what is asked for by unit noises of the IMU (columns): a bent path pulls the fit by its
-// gain, and is itself where it is. J: whitened Jacobian, the fixes' rows first.
+// Errors of the requested quantities by unit noises of the IMU (columns): the path's deviations act
+// through the fit's gain, and directly at the window's end. J: whitened Jacobian, the fixes' rows
+// first.
 Eigen::MatrixXd KinematicWindow::FitDeviations(const Eigen::MatrixXd& J,
                                                const Eigen::MatrixXd& gain) const {
   const Eigen::MatrixXd path = PathDeviations(nodes_, options_.noise, gravity_);
@@ -141,7 +142,8 @@ Eigen::MatrixXd KinematicWindow::FitDeviations(const Eigen::MatrixXd& J,
   Eigen::MatrixXd errors = Eigen::MatrixXd::Zero(kAsked, path.cols());
   for (std::size_t i = 0; i < fix_nodes_.size(); ++i) {
     const int row = static_cast<int>(3 * i), node = static_cast<int>(6 * fix_nodes_[i]);
-    // The start's position adds through: its columns are the fix's weights, the robust loss's too.
+    // The start position adds to every fix: its columns are the fix's weights, robust loss
+    // included.
     const Eigen::Matrix3d weight = J.block<3, 3>(row, first_state);
     errors += gain.middleCols<3>(row) * weight * path.middleRows<3>(node);
   }
