@@ -9,8 +9,8 @@ FOLDER = "simulate"  # of the configurations
 DIAGNOSE = []        # flags of trueline-diagnose
 COURSES = ["hippodrome", "iros2016", "fast"]
 
-# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They reach
-# from what can't be seen to a few times what can; of two at once the upper half.
+# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They range
+# from undetectable to a few times the detectable size; pairs use the upper half.
 SIGNED = True
 EFFECTS = {
     "quadratic_drag": {"c": (0.05, 0.5, not SIGNED)},

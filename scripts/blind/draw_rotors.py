@@ -48,7 +48,7 @@ def draw_vehicle(rng, vehicle):
     vehicle["inertia"] = [i * rng.uniform(0.9, 1.1) for i in vehicle["inertia"]]
     for arm, spread in (("r_BM", 0.005), ("r_BP", 0.03), ("r_BI", 0.01)):
         vehicle[arm] = [x + rng.uniform(-spread, spread) for x in vehicle[arm]]
-    vehicle["r_BI"][2] = 0.0  # known: it can't be told from the other levers
+    vehicle["r_BI"][2] = 0.0  # known: not distinguishable from the other lever arms
 
 
 def draw_flight(config, seed, hidden):
