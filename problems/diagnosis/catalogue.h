@@ -25,7 +25,7 @@ struct EffectInfo {
   EntersAt enters;
   std::vector<EffectParameterInfo> parameters;  // the estimated ones
   std::string physics;                          // one sentence
-  std::string separate_by;                      // manoeuvre that tells it from what looks alike
+  std::string separate_by;                      // manoeuvre that separates it from similar effects
 };
 
 const std::vector<EffectInfo>& Catalogue();

@@ -12,7 +12,7 @@ struct Rounds {
   std::vector<double> p;  // corrected for the number of candidates
   std::vector<std::vector<std::string>> confused;
   std::vector<CandidateReport> candidates;  // all that were tested, each singly
-  std::vector<std::string> goes_with;       // terms that no effect stands for, strongest first
+  std::vector<std::string> goes_with;       // significant library terms, strongest first
 
   void Remove(std::size_t which);
 };

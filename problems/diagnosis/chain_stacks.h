@@ -19,7 +19,7 @@ struct NoiseStrengths {
 struct Columns {
   Eigen::MatrixXd d_rows;     // derivative of the rows of FlightRows, a column each
   Eigen::VectorXd precision;  // of a zero-mean prior; 0: no prior
-  Eigen::VectorXd value;      // where the rows stand
+  Eigen::VectorXd value;      // at the linearisation point
 
   int count() const { return static_cast<int>(precision.size()); }
   static Columns None(int rows) { return {Eigen::MatrixXd(rows, 0), {}, {}}; }

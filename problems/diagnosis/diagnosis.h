@@ -78,7 +78,7 @@ struct Diagnosis {
   std::vector<Cause> set_aside;  // significant, but make held-out flight worse
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> unexplained_by;   // what the residual goes with, strongest first
+  std::vector<std::string> unexplained_by;   // variables correlated with the residual
   double rms_before = 0.0, rms_after = 0.0;  // of whitened fixes
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
   std::vector<ModelParameter> parameters;  // of the model with the causes

@@ -10,7 +10,7 @@
 namespace trueline {
 
 struct LibraryTerm {
-  std::string name;          // what the residual goes with
+  std::string name;          // the variable that the residual is correlated with
   Eigen::MatrixXd columns;   // by row of FlightRows
   Eigen::VectorXd ordinary;  // sizes that are not reported
 };

@@ -84,7 +84,7 @@ void KinematicWindow::AddResiduals(std::span<const Fix> fixes) {
   if (!options_.initial_attitude) {
     problem_.SetManifold(theta_.data(), new ceres::SubsetManifold(9, {6, 7, 8}));
   }
-  if (vgd_.solver == VgdSolver::kGradientDescent) return;  // line search knows no bounds
+  if (vgd_.solver == VgdSolver::kGradientDescent) return;  // Ceres' line search has no bounds
   for (int i = 0; i < kKinematicThetaSize; ++i) {
     problem_.SetParameterLowerBound(theta_.data(), i, -options_.bound_sigmas);
     problem_.SetParameterUpperBound(theta_.data(), i, options_.bound_sigmas);

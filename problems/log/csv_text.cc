@@ -108,8 +108,7 @@ bool ParseNumber(std::string_view text, double* value) {
   const auto [stop, error] = std::from_chars(text.data(), end, *value);
   if (stop != end || text.empty()) return false;
   if (error == std::errc::result_out_of_range) {
-    *value = 0.0;  // a subnormal number becomes zero; so does an overflow, which has the same error
-                   // code
+    *value = 0.0;  // for a subnormal number; the return below rejects an overflow
     return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
   }
   return error == std::errc();

@@ -9,7 +9,7 @@ namespace trueline {
 namespace {
 
 constexpr double kUnseen = 1e-13;  // of the largest eigenvalue, columns scaled to unit diagonal
-constexpr double kUseless = 1e3;   // a sigma of so many typical sizes says nothing of the state
+constexpr double kUseless = 1e3;   // a sigma above so many typical sizes counts as infinite
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,

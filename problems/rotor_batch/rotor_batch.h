@@ -16,10 +16,10 @@ struct RotorBatchOptions {
   RotorNoise noise;
   RotorPrior prior;
   double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
-  int reweights = 1;         // times that weights are taken anew at the solution
+  int reweights = 1;         // times that weights are re-evaluated at the solution
   int max_iterations = 60;
   bool widen =
-      false;  // intervals where residuals scatter more than the noise says (rotor_normal.h)
+      false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
 
   // The factor on a pose's weight under Huber's loss, for a residual of this norm (sigmas).
   double PoseWeight(double norm) const {

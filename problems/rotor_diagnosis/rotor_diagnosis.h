@@ -29,7 +29,7 @@ struct RotorDiagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> unexplained_by;    // what the residual goes with
+  std::vector<std::string> unexplained_by;    // variables correlated with the residual
   std::vector<ParameterEstimate> parameters;  // constants, fitted with the causes in the model
   RotorNoise noise;                           // learned with the causes in the model
   double rotor_delay = 0.0;                   // s, used

@@ -59,8 +59,8 @@ struct Stages {
   Stage<const Motion&, Vector3d*> ahrs_error;  // angles (phi, theta, psi) of E' against E, rad
   Stage<double*> attitude_latency;             // s
   Stage<double*> fix_latency;                  // s
-  Stage<int, Vector3d*> gate;                  // id; where the gate really stands, m in E
-  Stage<int, Random*, Vector3d*> false_gate;   // id; what is taken for the gate, m in E
+  Stage<int, Vector3d*> gate;                  // id; true place of the gate, m in E
+  Stage<int, Random*, Vector3d*> false_gate;   // id; object detected as the gate, m in E
   Stage<Vector3d*> gate_vector;                // measured vector to the gate, m in B
 };
 

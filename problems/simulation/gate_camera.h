@@ -31,7 +31,7 @@ class GateCamera {
 
   DetectorConfig config_;
   std::vector<Gate> map_;
-  std::vector<Vector3d> standing_;  // where the gates really stand, m in E
+  std::vector<Vector3d> standing_;  // true places of the gates, m in E
   const Stages& stages_;
   double latency_;
   Random times_, noise_, outliers_, jitter_, false_gates_;

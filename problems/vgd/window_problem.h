@@ -44,7 +44,7 @@ struct WindowPrior {
   static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;  // without a gust
   Eigen::VectorXd mean;
   Eigen::MatrixXd sqrt_information;  // square
-  DragDoubt doubt;                   // of the drag that is known by it
+  DragDoubt doubt;                   // on the drag, from the marginalised past
 };
 
 // The unknowns, residuals and integration of a window. Segments end at knots, where process noise
@@ -136,7 +136,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   ParameterScaling scaling_;
   std::vector<std::unique_ptr<Segment>> segments_;
   Unknowns x_;
-  Unknowns integrated_;           // where the nodes stand
+  Unknowns integrated_;           // the nodes' linearisation point
   bool has_derivatives_ = false;  // whether they hold derivatives there
   ceres::Problem problem_;
   GustBlocks gusts_;

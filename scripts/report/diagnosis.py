@@ -88,7 +88,7 @@ def _cause(cause):
 
 
 def _gains(node):
-    """What a cause, or all of them, are worth on flight that took no part in the fit."""
+    """Gain of a cause, or of all of them, on held-out flight."""
     blocks = []
     for key, what, count in (("gain", "Final-point error", "arcs"),
                              ("gain_open_loop", "Open-loop error over 1 s", "replays")):

@@ -1,4 +1,4 @@
-"""The misfit taken apart: how the open-loop error grows, and what it goes with."""
+"""Misfit: growth of the open-loop error, and the variables correlated with it."""
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
