@@ -65,7 +65,7 @@ std::vector<ForceTerm> ForceTerms() {
         [=](const Situation& a) { return x(std::sin(2 * a.heading)); },
         [=](const Situation& a) { return y(std::cos(2 * a.heading)); },
         [=](const Situation& a) { return y(std::sin(2 * a.heading)); }}},
-      {"an error of heading that changes twice round the compass",
+      {"an error of heading with two periods a turn",
        {[=](const Situation& a) { return Turned(a, std::sin(2 * a.heading)); },
         [=](const Situation& a) { return Turned(a, std::cos(2 * a.heading)); }}},
       {"place, north to south",

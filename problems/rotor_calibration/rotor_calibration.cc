@@ -116,7 +116,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
                     c.chi_square));
   }
   for (const ParameterEstimate& p : c.parameters) {
-    if (p.status == "at_bound") poor(p.name + " ended where no body has such an inertia");
+    if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
   }
   for (const HorizonScore& score : c.predictions) {
     if (score.count == 0 || score.after <= kWorse * score.before) continue;
@@ -129,7 +129,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
     verdict.reasons.emplace_back(
-        c.batch.converged ? "fewer than three constants are shown by this flight; fly more "
+        c.batch.converged ? "this flight determines fewer than three constants; fly more "
                             "(trueline-design proposes how)"
                           : "the fit did not converge; check frames, rotor order and priors");
   }

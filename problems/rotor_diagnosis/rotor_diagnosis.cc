@@ -49,10 +49,10 @@ std::vector<std::string> ExtraordinaryNoise(const RotorNoise& learned, const Rot
   sensor(learned.attitude, stated.attitude, "an attitude");
   if (learned.force_density > kForce) {
     findings.push_back(
-        fmt::format("forces without a pattern of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
+        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
   }
   if (learned.angular_density > kTurn) {
-    findings.push_back(fmt::format("moments without a pattern of {:.1f} rad/s^2/sqrt(Hz)",
+    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
                                    learned.angular_density));
   }
   return findings;
