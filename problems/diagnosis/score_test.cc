@@ -100,7 +100,7 @@ Vector DetectableSize(const ScoreTest& test, double alpha, int clusters) {
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
   const double by_cluster =
       NonCentralityFor(size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
-  // One parameter at a time, the effect's others at zero: v^2 / cov is the non-centrality.
+  // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
   const Vector model = test.cov_model.inverse().diagonal().cwiseInverse();
   const Vector cluster = test.cov_cluster.inverse().diagonal().cwiseInverse();
   return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();

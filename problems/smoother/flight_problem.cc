@@ -120,7 +120,8 @@ void FlightProblem::AllocateGusts() {
   gusts_ = GustBlocks(options_.vgd.process, std::move(linked), &x_.gusts, &problem_);
 }
 
-// Of earlier flights only the airframe's parameters are known.
+// The first flight gets the full prior. A later one gets none on the airframe, whose parameters are
+// tied to the flight before.
 void FlightProblem::AddFlightPriors(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
   if (section > 0) {

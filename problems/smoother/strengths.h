@@ -16,9 +16,9 @@ struct Strengths {
 };
 
 // Maximises the marginal likelihood (Laplace's approximation over all states and parameters) over
-// the logarithms of process.tilt and process.acceleration and, if `latency` is asked for, the
-// latency. Intervals come from the curvature. The priors of the logarithms have a sigma of a factor
-// of three.
+// the logarithms of process.tilt and process.acceleration and, if whole.attitude_latency is set,
+// the latency. Intervals come from the curvature. The priors of the logarithms have a sigma of a
+// factor of three.
 Strengths LearnStrengths(const std::vector<FlightShare>& flights,
                          const FlightProblemOptions& options, const WholeFlightOptions& whole);
 

@@ -29,7 +29,7 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
     force_times.push_back(force.t);
   }
   times.insert(times.end(), force_times.begin(), force_times.end());
-  // An arc without fixes gets extra nodes for the trajectory plot.
+  // An arc without force samples has no nodes of its own: add some for the trajectory plot.
   const bool bare = force_times.empty() && !data.passes.empty();
   for (TimeNs t = bare ? data.passes.back().end : to; t < to; t += kPathStep) {
     if (t >= from) times.push_back(t);

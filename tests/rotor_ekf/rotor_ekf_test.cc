@@ -69,8 +69,8 @@ TEST(RotorEkf, KnowsMassInertiaAndCentreOfMass) {
   }
 }
 
-// A guess of I_x at 0.4 of the truth, with a sigma of the same share, and a mass too low: two
-// sigmas low, as on one flight in twenty. An ordinary filter then becomes certain of a wrong value.
+// A guess of the inertia at 0.4 of the truth (two sigmas low, as on one flight in twenty), and a
+// mass at 0.7. An ordinary filter then becomes certain of a wrong value.
 TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
   double ordinary = 0.0;
   for (const char* name : {"I_x", "I_y", "I_z"}) {
