@@ -71,7 +71,7 @@ int Finish(const trueline::Verdict& verdict, const std::string& table) {
 int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
-  trueline::EnsureWritable(FLAGS_out);  // before the work, not after it
+  trueline::EnsureWritable(FLAGS_out);  // fail before the work, not after it
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
     logs.push_back(trueline::ReadNativeLog(directory));

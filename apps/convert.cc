@@ -57,7 +57,7 @@ int Run() {
   const FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
   for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
   WriteNativeLog(converted, FLAGS_out);
-  const FlightLog log = ReadNativeLog(FLAGS_out);  // what is written must be readable
+  const FlightLog log = ReadNativeLog(FLAGS_out);  // checks that the written log is readable
   for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;

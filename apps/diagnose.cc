@@ -1,4 +1,4 @@
-// trueline-diagnose: what the calibrated model gets wrong on a flight, its name and its size.
+// trueline-diagnose: which effects the calibrated model lacks on a flight, with their sizes.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 

@@ -1,4 +1,5 @@
-// trueline-observe: which states and parameters a kind of motion or one flight shows.
+// trueline-observe: which states and parameters are observable in a kind of motion or on one
+// flight.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 

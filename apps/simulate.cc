@@ -68,7 +68,7 @@ void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
              truth.tilt_error_rms / kDegree, truth.tilt_error_max / kDegree);
 }
 
-// A line on the terminal once the flight takes over two seconds.
+// Shows progress on the terminal once the flight takes over two seconds.
 SimulationProgress ShowProgress(double duration) {
   if (FLAGS_quiet || isatty(STDERR_FILENO) == 0) return {};
   const auto start = std::chrono::steady_clock::now();

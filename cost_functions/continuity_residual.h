@@ -1,9 +1,9 @@
-// The step from the end of one segment of a window to the start of the next, loosened by what the
-// model does not hold: small unmodelled accelerations and a drifting AHRS error.
+// The step from the end of one segment of a window to the start of the next, with process noise for
+// unmodelled accelerations and a drifting AHRS error.
 //
 //   prediction: (p, v) at the segment's end by integration, the drift decayed by alpha
 //   error:      the next segment's (p, v, drift) less the prediction
-//   weighting:  inverse Cholesky factor of the covariance that the processes build up
+//   weighting:  inverse Cholesky factor of the covariance that the processes accumulate
 #pragma once
 
 #include <ceres/sized_cost_function.h>
@@ -16,8 +16,8 @@ namespace trueline {
 class ContinuityResidual : public ceres::SizedCostFunction<9, kThetaSize, kDriftSize, kStateSize,
                                                            kDriftSize, kStateSize> {
  public:
-  // sigma_drift: rad for each unit of the drift blocks. alpha: share of the drift that is left
-  // after the segment. sqrt_information: L^-1 of the covariance L L' of (p, v, drift in rad).
+  // sigma_drift: rad for each unit of the drift blocks. alpha: factor on the drift over the
+  // segment. sqrt_information: L^-1 of the covariance L L' of (p, v, drift in rad).
   ContinuityResidual(const StateNode* end, const Eigen::Vector3d& sigma_drift, double alpha,
                      const Matrix9d& sqrt_information)
       : end_(end), sigma_drift_(sigma_drift), alpha_(alpha), sqrt_information_(sqrt_information) {}

@@ -1,10 +1,10 @@
-// The misfit of one gate fix against the integrated trajectory.
+// The residual of one gate fix against the integrated trajectory.
 //
 //   prediction: p(t_i), the trajectory of eq. 28 (Li et al. 2019) at the time of the fix, in E
 //   error:      p(t_i) - fix, in m (the bracket of eq. 29)
 //   weighting:  divided by the detector's sigma, the same for each axis
 //
-// One fix is one residual block, so that a robust loss judges each fix on its own.
+// One fix is one residual block, so that a robust loss acts on each fix separately.
 #pragma once
 
 #include "cost_functions/node_residual.h"

@@ -1,8 +1,8 @@
-// A residual of a segment as it depends on gusts, too.
+// A residual of a segment that also depends on gusts.
 //
-//   prediction: the inner residual's; its node holds the gusts' share already
+//   prediction: the inner residual's; its node already includes the gusts' effect
 //   unknowns:   the inner residual's, then the gust at the segment's start, and that at its end
-//               unless the gust is held there
+//               unless the gust is constant over the segment
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -15,7 +15,8 @@ namespace trueline {
 
 class GustResidual : public ceres::CostFunction {
  public:
-  // d_gusts: derivative of the (weighted) residual to both gusts. `held`: the end's is the start's.
+  // d_gusts: derivative of the (weighted) residual by both gusts. `held`: the end's gust is the
+  // start's.
   GustResidual(std::unique_ptr<ceres::CostFunction> inner, const Eigen::MatrixXd& d_gusts,
                bool held)
       : inner_(std::move(inner)), d_first_(d_gusts.leftCols<kGustSize>()) {

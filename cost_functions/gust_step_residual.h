@@ -1,8 +1,8 @@
 // The step of a gust from the start of a segment to that of the next.
 //
-//   prediction: beta * gust, what is left of it
+//   prediction: beta * gust, its decay
 //   error:      next gust - prediction, in m/s^2
-//   weighting:  by the sigma that keeps the process's stationary sigma
+//   weighting:  by the sigma under which the process keeps its stationary sigma
 #pragma once
 
 #include <ceres/sized_cost_function.h>

@@ -1,4 +1,4 @@
-// The misfit of one gate fix against the trajectory of the kinematic model.
+// The residual of one gate fix against the trajectory of the kinematic model.
 //
 //   prediction: p(t_i) by eq. 37 (Li et al. 2019), integrated from the window's start
 //   error:      p(t_i) - fix, in m (the bracket of eq. 29)
@@ -6,7 +6,8 @@
 //   unknowns:   theta (b_a, b_g, Phi_E_Ep at the start; in units of their prior sigmas) and state
 //               (p in m, v in m/s at the start)
 //
-// An EvaluationCallback integrates once for each evaluation point; this only reads its node.
+// An EvaluationCallback integrates once for each evaluation point; this residual only reads its
+// node.
 #pragma once
 
 #include <ceres/sized_cost_function.h>

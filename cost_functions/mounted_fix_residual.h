@@ -1,14 +1,14 @@
-// The misfit of a fix by a detector that may be late, turned on its mount, or believe in a map
-// whose gates stand elsewhere.
+// The residual of a fix whose detector has a latency, a misalignment, or a map with displaced
+// gates.
 //
 //   prediction: p(t_i) - tau v(t_i) - (R_E_B c) x (g - p) - d
-//               tau (s) latency of fixes; c (rad) turn of the camera in body axes; d (m) what the
-//               gate stands off its place g on the map. First order in all three; g - p is taken
-//               from the fix itself.
+//               tau (s) latency of fixes; c (rad) misalignment of the camera in body axes; d (m)
+//               displacement of the gate from its place g on the map. First order in all three;
+//               g - p is taken from the fix itself.
 //   error:      prediction - fix, in m
 //   weighting:  divided by the detector's sigma, the same for each axis
 //   unknowns:   theta, drift, state (segment_node.h); mount (tau, c) and gate (d), both in units of
-//               their prior sigmas (zero: not asked)
+//               their prior sigmas (zero: not estimated)
 #pragma once
 
 #include "cost_functions/fix_residual.h"

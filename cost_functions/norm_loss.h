@@ -1,4 +1,4 @@
-// The paper's own cost (Li et al. 2019, eq. 29): the sum of norms that are not squared.
+// The paper's own cost (Li et al. 2019, eq. 29): the sum of norms without squares.
 #pragma once
 
 #include <ceres/loss_function.h>

@@ -1,5 +1,5 @@
-// The misfit of a fix in a pass whose fixes have an own error: a gate that stands off its place on
-// the map, or something else that was taken for the gate.
+// The residual of a fix in a pass with an error of its own: a gate displaced from its place on the
+// map, or another object detected as the gate.
 //
 //   prediction: p(t_i) + o + o' (t_i - t_0), with the pass's own offset o (m) and its rate o' (m/s)
 //   error:      prediction - fix, in m

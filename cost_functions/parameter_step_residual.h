@@ -1,8 +1,8 @@
-// The step of theta from one section of a flight to the next: biases and the AHRS error may walk,
-// the airframe's parameters stay.
+// The step of theta from one section of a flight to the next: biases and the AHRS error do a random
+// walk, the airframe's parameters are constant.
 //
 //   error:      next - theta, in units of theta's prior sigma
-//   weighting:  one over the sigma of each step; zero lets go
+//   weighting:  one over the sigma of each step; zero removes the coupling
 #pragma once
 
 #include <ceres/sized_cost_function.h>

@@ -1,11 +1,10 @@
-// What one integration of a segment leaves behind for the cost functions that share it.
+// The result of one integration of a segment, shared by the cost functions that depend on it.
 //
 // A window is cut into segments. Its unknowns are three kinds of parameter blocks: `theta` (the
-// nine of eq. 16 in Li et al. 2019, then b_ax and b_ay; shared by all segments), `drift` (what the
-// AHRS error of a segment has beyond the constant Phi_E_Ep), both in units of theta's prior sigma,
-// and `state` (p_E in m, v_E in m/s at a segment's start). An EvaluationCallback integrates every
-// segment once for each evaluation point, however many residuals hang on it; the cost functions
-// only read nodes.
+// nine of eq. 16 in Li et al. 2019, then b_ax and b_ay; shared by all segments); `drift` (a
+// segment's AHRS error less the constant Phi_E_Ep); and `state` (p_E in m, v_E in m/s at a
+// segment's start). Theta and drift are in units of theta's prior sigma. An EvaluationCallback
+// integrates every segment once for each evaluation point; the cost functions only read nodes.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,9 +14,9 @@ namespace trueline {
 inline constexpr int kThetaSize = 11;
 inline constexpr int kDriftSize = 3;
 inline constexpr int kStateSize = 6;
-inline constexpr int kAhrsInTheta = 3;  // where Phi_E_Ep stands in theta
+inline constexpr int kAhrsInTheta = 3;  // index of Phi_E_Ep in theta
 
-// kSize numbers at one instant with their derivatives to the blocks.
+// kSize numbers at one instant with their derivatives by the blocks.
 template <int kSize>
 struct SegmentNode {
   template <int kCols>

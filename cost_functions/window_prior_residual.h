@@ -1,5 +1,5 @@
-// What was marginalised out of a window, as a prior on its first unknowns:
-// sqrt_information * (x - mean), with x the given blocks in their order and units.
+// The marginalised past of a window as a prior on its first unknowns: sqrt_information * (x -
+// mean), with x the given blocks in their order and units.
 #pragma once
 
 #include <ceres/cost_function.h>

@@ -1,6 +1,6 @@
-// The complementary attitude filter of Li et al. 2019, fig. 3: gyroscopes are integrated, the
-// accelerometer's tilt (eq. 12) feeds back proportionally and through an integral that takes up
-// the gyro bias. On quaternions, so it has no singular attitude.
+// The complementary attitude filter of Li et al. 2019, fig. 3: gyroscopes are integrated; the
+// accelerometer's tilt (eq. 12) feeds back proportionally and through an integral that estimates
+// the gyro bias. On quaternions, so no attitude is singular.
 #pragma once
 
 #include "cost_functions/models/rotation.h"
@@ -9,18 +9,18 @@ namespace trueline {
 
 struct ComplementaryFilterGains {
   double k_p = 0.1;    // 1/s, proportional: tilt error decays with 1 / k_p
-  double k_i = 0.005;  // 1/s^2, integral: takes up the gyro bias
+  double k_i = 0.005;  // 1/s^2, integral: estimates the gyro bias
 };
 
-// Takes kinematic acceleration for gravity, as the paper's AHRS does: its tilt error under
-// acceleration is about k_p (v - mean v) / g, and its heading is that of the gyro alone.
+// The filter mistakes kinematic acceleration for gravity, as the paper's AHRS does: its tilt error
+// under acceleration is about k_p (v - mean v) / g. Its heading is that of the gyro alone.
 template <typename T>
 class ComplementaryFilter {
  public:
   ComplementaryFilter(const ComplementaryFilterGains& gains, const Eigen::Quaternion<T>& q_Ep_I)
       : gains_(gains), q_Ep_I_(q_Ep_I) {}
 
-  // The attitude that a vehicle at rest has by its accelerometer (eq. 12), with heading psi (rad).
+  // Attitude of a vehicle at rest from its accelerometer (eq. 12), with heading psi (rad).
   static Eigen::Quaternion<T> LevelFrom(const Vector3<T>& f_I, const T& psi) {
     using std::atan2;
     using std::sqrt;
@@ -41,8 +41,8 @@ class ComplementaryFilter {
   const Vector3<T>& gyro_bias() const { return bias_; }
 
  private:
-  // Rotation vector in I (rad, small angles) that would turn the estimate so that its "up" meets
-  // the measured specific force; zero in free fall, where there is no direction to follow.
+  // Rotation vector in I (rad, small angles) that aligns the estimate's "up" with the measured
+  // specific force; zero in free fall, where the direction is undefined.
   Vector3<T> TiltError(const Vector3<T>& f_I) const {
     const T norm = f_I.norm();
     if (norm < T(1.0)) return Vector3<T>::Zero();

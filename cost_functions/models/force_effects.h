@@ -21,8 +21,8 @@ struct ForceEffects {
     return quadratic_drag != 0.0 || rotor_drag != 0.0 || !wind_E.isZero(0.0) || step_factor != 1.0;
   }
 
-  // What is added to the specific force of eq. 10, in B (m/s^2). K: (K_x, K_y) in 1/s. ground_B and
-  // wind_B: velocity of body and air over ground, in B. thrust: T. t: s from the log's start.
+  // The specific force (B, m/s^2) that the effects add to eq. 10. K: (K_x, K_y) in 1/s. ground_B
+  // and wind_B: velocity of body and air over ground, in B. thrust: T. t: s from the log's start.
   template <typename T>
   Vector3<T> AddedForce(const T& K_x, const T& K_y, const Vector3<T>& ground_B,
                         const Vector3<T>& wind_B, double thrust, double t) const {

@@ -1,6 +1,6 @@
-// Gusts: a horizontal specific force in E that comes and goes, a Gauss-Markov process read at the
-// ends of segments and linear between them. Drag and the accelerometer's x, y see it as a force;
-// that tells it from a tilt of the AHRS, which moves the path alike.
+// Gusts: a horizontal specific force in E, modelled as a Gauss-Markov process sampled at the ends
+// of segments and linear between them. Gusts and a tilt of the AHRS change the path alike; drag and
+// the accelerometer's x, y measure gusts only.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@ namespace trueline {
 
 inline constexpr int kGustSize = 2;  // x and y in E, m/s^2
 
-// What a gust that goes linearly from g0 to g1 over h seconds adds to (p, v) after t seconds, as
-// factors of g0 (m/s^2) and g1.
+// Change of (p, v) after t seconds by a gust that is linear from g0 to g1 (m/s^2) over h seconds,
+// as factors of g0 and g1.
 struct GustGain {
   double p0, p1;  // s^2
   double v0, v1;  // s

@@ -39,16 +39,16 @@ inline constexpr std::array<const char*, 9> kImuDrivenNames = {
 inline constexpr std::array<const char*, 9> kImuDrivenUnits = {"1/s", "1/s", "m/s^2", "rad", "rad",
                                                                "rad", "rad", "rad",   "rad"};
 
-// What drives the translation at one instant: the logged attitude and the thrust-axis
-// acceleration. Plain data of the log, or (for Lie derivatives) power series of it.
+// The input of the translation at one instant: the logged attitude and the thrust-axis
+// acceleration. Plain numbers of the log, or power series of them for Lie derivatives.
 template <typename D>
 struct DriveOf {
-  Matrix3<D> R_Ep_I;  // attitude as the AHRS gives it
+  Matrix3<D> R_Ep_I;  // attitude as the AHRS estimates it
   D a_z;              // m/s^2, measured along the thrust axis; -9.81 in hover
 };
 using Drive = DriveOf<double>;
 
-// The model with its constant rotations worked out once.
+// The model with its constant rotations precomputed.
 template <typename T>
 class ImuDrivenModel {
  public:
@@ -65,7 +65,8 @@ class ImuDrivenModel {
     return R_Ep_E_.transpose() * R_Ep_I.template cast<T>() * R_B_I_.transpose();
   }
 
-  // Specific force in B: linear drag (eq. 9-10) beside the thrust-axis acceleration less its bias.
+  // Specific force in B: linear drag (eq. 9-10), and along z the thrust-axis acceleration less its
+  // bias.
   template <typename D>
   Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
     return Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(a_z) - p_.b_az);
@@ -93,18 +94,18 @@ class ImuDrivenModel {
   Vector3<T> g_E_;
 };
 
-// What the accelerometer reads when B's origin has acceleration a_E, by eq. 6-7 and eq. 8:
-// f_I = R_I_B R_B_E (a_E - g).
+// The accelerometer reading if B's origin has acceleration a_E, by eq. 6-7 and eq. 8: f_I = R_I_B
+// R_B_E (a_E - g).
 template <typename T>
 Vector3<T> SpecificForceAtImu(const Matrix3<T>& R_E_B, const Matrix3<T>& R_B_I,
                               const Vector3<T>& a_E, double gravity) {
   return R_B_I.transpose() * (R_E_B.transpose() * (a_E - Vector3<T>(T(0), T(0), T(gravity))));
 }
 
-// Thrust-axis acceleration that keeps the altitude, for vehicles whose accelerometer is useless:
+// Thrust-axis acceleration that holds the altitude, for vehicles without a usable accelerometer:
 // a_z = -g / (cos phi cos theta), i.e. -g over the vertical component of z_I.
 inline double LevelFlightThrust(const Eigen::Matrix3d& R_Ep_I, double gravity) {
-  // Beyond 75 deg of tilt level flight is no longer a sensible assumption; the value is held there.
+  // Beyond 75 deg of tilt the assumption of level flight fails; the value is clamped there.
   constexpr double kMinCosTilt = 0.26;
   return -gravity / std::max(R_Ep_I(2, 2), kMinCosTilt);
 }

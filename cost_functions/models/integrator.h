@@ -11,8 +11,8 @@ struct MotionState {
   Vector3<T> v = Vector3<T>::Zero();  // m/s
 };
 
-// One explicit midpoint step over `dt` seconds, in E. `drive` is the drive at the middle of the
-// step, so that the step is of second order also where steps are irregular.
+// One explicit midpoint step over `dt` seconds, in E. `drive` is taken at the middle of the step,
+// which makes the step second-order also for irregular steps.
 template <typename T>
 void MidpointStep(const ImuDrivenModel<T>& model, const Drive& drive, double dt,
                   MotionState<T>* state) {

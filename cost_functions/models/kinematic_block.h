@@ -1,9 +1,9 @@
 // Preintegrated motion of the kinematic model (eq. 37 of Li et al. 2019) over a short block.
 //
-// Seen from the IMU frame at the block's start, motion does not depend on where the block begins.
-// The accelerometer's bias acts linearly; the gyroscope's bends the block by bias * h, of which the
+// Expressed in the IMU frame at the block's start, the motion is independent of the initial state.
+// The accelerometer's bias enters linearly. The gyroscope's bias turns the block by bias * h; its
 // first order is kept, and its product with the accelerometer's bias in velocity. With 30 ms and 6
-// deg/s what is left out is below 1e-5 rad and 1e-4 m/s a block.
+// deg/s the neglected terms are below 1e-5 rad and 1e-4 m/s for each block.
 #pragma once
 
 #include "cost_functions/models/kinematic_model.h"

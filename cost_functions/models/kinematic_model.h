@@ -11,7 +11,7 @@
 
 namespace trueline {
 
-// What the IMU reads at the middle of a step, in I. Plain data of the log, never differentiated.
+// The IMU's readings at the middle of a step, in I. Plain numbers of the log, never differentiated.
 struct ImuInput {
   Eigen::Vector3d accel;  // m/s^2, specific force
   Eigen::Vector3d gyro;   // rad/s
@@ -40,7 +40,7 @@ struct EulerKinematicState {
 };
 
 // Quaternion of the rotation vector 2 * half (rad). Polynomials in |half|^2 without a branch, so
-// that derivatives are right at zero too; the error is below 1e-11 up to |half| = 0.15 rad.
+// derivatives are correct at zero; the error is below 1e-11 up to |half| = 0.15 rad.
 template <typename T>
 Eigen::Quaternion<T> RotationFromHalfVector(const Vector3<T>& half) {
   const T s = half.squaredNorm();
@@ -65,8 +65,8 @@ void MoveWith(const Vector3<T>& a_E, double dt, State* x) {
 
 }  // namespace internal
 
-// One midpoint step of dt seconds (second order). The quaternion keeps its norm to 1e-11 a step;
-// who takes many steps normalises it.
+// One midpoint step of dt seconds (second order). The quaternion keeps its norm to 1e-11 for each
+// step; callers that take many steps must normalise it.
 template <typename T>
 void KinematicStep(const ImuInput& imu, const ImuBias<T>& bias, double gravity, double dt,
                    KinematicState<T>* x) {
@@ -78,7 +78,7 @@ void KinematicStep(const ImuInput& imu, const ImuBias<T>& bias, double gravity, 
   x->q_E_I = q_mid * half_turn;
 }
 
-// The same step on Euler angles (eq. 20 with the biases' sign turned).
+// The same step on Euler angles (eq. 20 with the opposite sign of the biases).
 template <typename T>
 void KinematicStep(const ImuInput& imu, const ImuBias<T>& bias, double gravity, double dt,
                    EulerKinematicState<T>* x) {

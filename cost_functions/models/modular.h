@@ -18,8 +18,8 @@ class Modular {
   static constexpr std::uint64_t kPrime = (std::uint64_t{1} << 61) - 1;
 
   constexpr Modular() = default;
-  // The decimal number that a person would write for `value` (its shortest round-trip form), as a
-  // fraction: 0.071 is 71/1000, so that 0.1 + 0.2 is 0.3. Not for infinities or NaN.
+  // The shortest decimal number that reads back as `value`, as a fraction: 0.071 is 71/1000, so 0.1
+  // + 0.2 is 0.3. Not for infinities or NaN.
   explicit Modular(double value) : Modular(FromDouble(value)) {}
   // Any residue; reduced.
   static constexpr Modular FromResidue(std::uint64_t residue) {
@@ -45,7 +45,7 @@ class Modular {
         static_cast<std::uint64_t>(product & kPrime) + static_cast<std::uint64_t>(product >> 61);
     return Raw(folded >= kPrime ? folded - kPrime : folded);
   }
-  // b must not be zero: 0 has no inverse and 0 would come out.
+  // b must not be zero: zero has no inverse, and the result would be 0.
   friend constexpr Modular operator/(Modular a, Modular b) { return a * b.Power(kPrime - 2); }
   constexpr Modular& operator+=(Modular b) { return *this = *this + b; }
   constexpr Modular& operator-=(Modular b) { return *this = *this - b; }
@@ -105,9 +105,9 @@ class Modular {
   std::uint64_t value_ = 0;
 };
 
-// Sine and cosine of an unknown angle: some point of the circle, the same for the same angle, and
-// (0, 1) for zero. Sines of independent random angles are algebraically independent, so generic
-// ranks come out right, as long as no formula relies on the addition theorems between arguments.
+// Sine and cosine of an unknown angle: a point of the circle that depends on the angle only, (0, 1)
+// for zero. Sines of independent random angles are algebraically independent, so generic ranks are
+// correct provided that no formula relies on addition theorems between arguments.
 inline Modular HalfAngleTangent(Modular angle) {
   return angle * (angle * angle + Modular::FromResidue(0x9e3779b97f4a7c15ULL));
 }

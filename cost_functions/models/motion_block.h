@@ -2,11 +2,11 @@
 //
 // Seen from the AHRS's earth E' the velocity obeys
 //   dv/dt = g' + R (w (a_z - b_az) + D R' v),
-// with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I. The parameters stand
-// outside of all integrals over the log, so the log enters by moments that are summed once, at the
-// IMU's own rate, and serve every parameter value after that. No linearisation is involved; the
-// only approximation is that drag sees a velocity which inside of a block is a straight line with
-// the right mean; the tests hold it to 1 mm after 10 s with blocks of 50 ms.
+// with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I. The parameters are
+// factors outside of all integrals over the log. The log enters by moments that are summed once, at
+// the IMU's own rate, and are valid for every parameter value; nothing is linearised. The only
+// approximation is in drag: within a block its velocity is a straight line with the right mean.
+// Tests limit the error to 1 mm after 10 s with blocks of 50 ms.
 #pragma once
 
 #include "cost_functions/models/force_effects.h"
@@ -25,7 +25,7 @@ Matrix3<T> Unpack(const Symmetric3<T>& s) {
   return m;
 }
 
-// The linear map that takes a packed D to the packed R D R'.
+// The linear map from packed D to packed R D R'.
 inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
   constexpr int kI[6] = {0, 1, 2, 0, 0, 1}, kJ[6] = {0, 1, 2, 1, 2, 2};
   Eigen::Matrix<double, 6, 6> map;
@@ -79,7 +79,7 @@ Eigen::Matrix<T, kRows, 1> Times(const Eigen::Matrix<double, kRows, kCols>& m,
   return y;
 }
 
-// The model in the form in which the blocks use it, seen from E'; made once for each evaluation.
+// The model in the blocks' form, seen from E'; computed once for each evaluation.
 template <typename T>
 struct BlockModel {
   Matrix3<T> R_Ep_E;
@@ -89,7 +89,7 @@ struct BlockModel {
   Symmetric3<T> drag;  // D, packed, in I
   Matrix3<T> R_B_I;
   T K_x, K_y;                             // 1/s
-  const ForceEffects* effects = nullptr;  // none, or what is beyond linear drag
+  const ForceEffects* effects = nullptr;  // force beyond linear drag; null: none
 
   explicit BlockModel(const ImuDrivenModel<T>& model, const ForceEffects* force_effects = nullptr)
       : R_Ep_E(model.R_Ep_E()), R_B_I(model.R_B_I()) {
@@ -121,9 +121,9 @@ Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const
   return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
 }
 
-// Moves (p, v), both in E', over one block. All of an evaluation's time is spent here, and with
-// Jets compilers leave each sum and product of theirs a call of its own, unless told to inline.
-// Under the sanitizers, with a check on every access, that would compile for half an hour.
+// Moves (p, v), both in E', over one block. Nearly all time of an evaluation is spent here. Without
+// `flatten` compilers make a function call of each sum and product of Jets. Under the sanitizers it
+// is off: with a check on every access the compilation would take half an hour.
 #ifdef __SANITIZE_ADDRESS__
 #define TRUELINE_FLATTEN
 #else
@@ -133,12 +133,12 @@ template <typename T>
 TRUELINE_FLATTEN void Propagate(const BlockModel<T>& b, const MotionBlock& m,
                                 MotionState<T>* state) {
   const T h(m.h);
-  // Without drag: velocity and position gained from gravity and thrust.
+  // Velocity and position gained from gravity and thrust, without drag.
   const Vector3<T> dv_free = b.g_Ep * h + Times(m.Ra_dt, b.w) - Times(m.R_dt, b.w_b);
   const Vector3<T> dv_tau = b.g_Ep * T(0.5 * m.h * m.h) + Times(m.Ra_tau_dt, b.w) -
                             Times(m.R_tau_dt, b.w_b);  // int tau dv
-  // Drag sees the velocity inside of the block as v + a * tau + curve, with the curve's mean from
-  // the free motion and from drag itself; all terms up to h^3.
+  // Drag acts on the velocity v + a * tau + curve within the block; the curve's mean comes from the
+  // free motion and from drag itself; all terms up to h^3.
   const Matrix3<T> A = Unpack<T>(Times(m.RR_dt, b.drag));
   const Matrix3<T> A_tau = Unpack<T>(Times(m.RR_tau_dt, b.drag));
   const Vector3<T> free_curve = dv_free * T(0.5) - dv_tau * T(1.0 / m.h);
@@ -147,10 +147,10 @@ TRUELINE_FLATTEN void Propagate(const BlockModel<T>& b, const MotionBlock& m,
   const Vector3<T> a = first_a + A_tau * first_a * T(1.0 / m.h);
   const Vector3<T> dv = dv_free + A * (state->v + curve) + A_tau * a;
   const Vector3<T> dv_tau_drag = A_tau * state->v + A * (a * T(m.h / 3.0) + curve * T(0.5)) * h;
-  // p gains v h + int (h - tau) dv.
+  // p changes by v h + int (h - tau) dv.
   Vector3<T> dp = dv * h - dv_tau - dv_tau_drag, dv_all = dv;
   if (b.effects != nullptr) {
-    // Twice, so that drag of both kinds sees the velocity that the effects themselves make.
+    // Two iterations, so that all drag acts on the velocity that the effects themselves change.
     const Vector3<T> v_mean = state->v + dv * T(0.5);
     const Vector3<T> half = AddedAcceleration(b, m, v_mean) * T(0.5 * m.h);
     const Vector3<T> added = AddedAcceleration<T>(b, m, v_mean + half) * h + A * half;

@@ -1,10 +1,12 @@
-// Rotor speeds from motor commands: where a command leads to, and how soon.
+// Rotor speeds from motor commands: steady speed and first-order lag.
+//
 //   steady speed = full_speed (V / nominal_voltage)^voltage (idle + (1 - idle) u)
 //   d omega / dt = (steady speed - omega) / lag
-// with the command u from 0 to 1 and the battery's voltage V. An idle share above zero is what
-// thrust curves of small motors have (Foerster 2015: 381 + 0.0408 PWM in rad/s for a Crazyflie).
-// The exponent is 1 where the command is a share of the battery's voltage, 0 where a controller
-// holds the speed.
+//
+// with the command u from 0 to 1 and the battery's voltage V. Thrust curves of small motors have an
+// idle share above zero (Foerster 2015: 381 + 0.0408 PWM in rad/s for a Crazyflie). The exponent
+// `voltage` is 1 where the command is a share of the battery's voltage, 0 where a controller holds
+// the speed.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +14,13 @@
 
 namespace trueline {
 
-// What is known of the motors.
+// Known values of the motors.
 struct MotorCurve {
   double full_speed = 0.0;       // rad/s, at u = 1 and nominal voltage
   double nominal_voltage = 1.0;  // V
 };
 
-// What a flight may show of them, in the order of RotorAeroModel's constants.
+// Values that may be estimated, in the order of RotorAeroModel's constants.
 enum MotorUnknown : int { kLag, kIdle, kVoltage, kMotorUnknowns };  // s, 1, 1
 using MotorValues = Eigen::Matrix<double, kMotorUnknowns, 1>;
 
@@ -38,7 +40,7 @@ inline MotorSpeed SteadySpeed(const MotorCurve& curve, const MotorValues& at, do
   return {speed, MotorValues(0.0, full * (1.0 - command), speed * std::log(ratio))};
 }
 
-// The speed `dt` seconds later, with the steady speed held meanwhile.
+// The speed after `dt` seconds at a constant steady speed.
 inline MotorSpeed AfterLag(const MotorSpeed& now, const MotorSpeed& steady, double lag, double dt) {
   const double left = std::exp(-dt / lag);
   MotorSpeed later{steady.value + left * (now.value - steady.value),

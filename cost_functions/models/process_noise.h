@@ -1,7 +1,7 @@
-// What the IMU-driven model leaves out: unmodelled acceleration as white noise (velocity walks: a
-// Wiener process), the drift of the AHRS error around its constant part as a Gauss-Markov process,
-// which tilts gravity into the horizontal, and gusts, which the accelerometer feels, as another. A
-// long memory makes the drift a Wiener process.
+// Process noise of the IMU-driven model. Unmodelled acceleration is white noise (the velocity does
+// a random walk). The drift of the AHRS error about its constant part is a Gauss-Markov process,
+// which tilts gravity into the horizontal; with a long memory it becomes a Wiener process. Gusts,
+// which the accelerometer measures, are another Gauss-Markov process.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,10 +20,10 @@ struct ProcessNoise {
   double gust_memory = 0.8;   // s
 
   bool Any() const { return acceleration > 0.0 || tilt > 0.0 || heading > 0.0; }
-  // Share of the drift that is left after `seconds`.
+  // Factor by which the drift decays in `seconds`.
   double Decay(double seconds) const { return std::exp(-seconds / memory); }
   double GustDecay(double seconds) const { return std::exp(-seconds / gust_memory); }
-  // Of the change of a gust in `seconds`, m/s^2.
+  // Sigma of the change of a gust in `seconds`, m/s^2.
   double GustStepSigma(double seconds) const {
     const double beta = GustDecay(seconds);
     return gust * std::sqrt(1.0 - beta * beta);
@@ -32,8 +32,8 @@ struct ProcessNoise {
 };
 
 // Covariance of (p_E, v_E, drift) after `seconds`, starting from zero: dp = v, dv = M drift +
-// noise, M drift = g (-theta, phi, 0), which is exact for a near-level specific force (0, 0, -g).
-// The drift walks at the rate that keeps its stationary sigma. Units m, m/s, rad.
+// noise, M drift = g (-theta, phi, 0), exact for a specific force of (0, 0, -g). The drift does a
+// random walk at the rate that keeps its stationary sigma. Units m, m/s, rad.
 inline Matrix9d ProcessCovariance(const ProcessNoise& noise, double seconds, double gravity) {
   const double t = seconds, t2 = t * t, t3 = t2 * t;
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();

@@ -1,5 +1,5 @@
-// Pieces of rigid-body mechanics that stay polynomial, so that they can be evaluated in any scalar
-// (double, Jets, truncated Taylor series, numbers modulo a prime). Quaternions are (w, x, y, z).
+// Rigid-body mechanics in polynomial form, for evaluation in any scalar (double, Jets, truncated
+// Taylor series, numbers modulo a prime). Quaternions are (w, x, y, z).
 #pragma once
 
 #include <Eigen/Core>
@@ -48,8 +48,8 @@ Vec3<T> RotateByUnit(const Vec4<T>& q, const Vec3<T>& v) {
 }
 
 // Diagonal inertia [kg m^2] of a body whose second moments of mass about the three planes are
-// exp(log_s) [kg m^2]: J = tr(S) I - S. Every real log_s gives a body that can exist (positive and
-// within the triangle inequality), and every such body has one; for estimators.
+// exp(log_s) [kg m^2]: J = tr(S) I - S. A chart for estimators: every real log_s gives a physical
+// inertia (positive, within the triangle inequality), and every physical inertia has one log_s.
 template <class T>
 Vec3<T> InertiaFromLogSecondMoments(const Vec3<T>& log_s) {
   using std::exp;

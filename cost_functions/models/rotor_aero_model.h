@@ -1,6 +1,6 @@
-// The rotor-driven model as estimators use it: that of Boehm et al. 2020 with what real flights add
-// (linear drag, inflow of the rotors, a late pose sensor, motors that follow commands) as further
-// constants, with effects that a diagnosis has found, and with the disturbances that make it a
+// The rotor-driven model of the estimators: that of Boehm et al. 2020, extended by further
+// constants for real flights (linear drag, rotor inflow, delay of the pose sensor, motors that
+// follow commands), by effects that a diagnosis has found, and by disturbances that make it a
 // stochastic model.
 #pragma once
 
@@ -13,12 +13,12 @@
 
 namespace trueline {
 
-// What drives the model at one time.
+// The model's input at one time.
 struct RotorInput {
   double t;                    // s, since the flight's first sample
   std::vector<double> speeds;  // rad/s
-  // Where speeds come from commands: their derivatives by the motors' unknowns, each rotor, and the
-  // values at which they hold. Empty where speeds are measured.
+  // Set where speeds come from commands: the speeds' derivatives by the motors' unknowns for each
+  // rotor, and the unknowns' values at which they were computed. Empty where speeds are measured.
   std::vector<MotorValues> slopes = {};
   MotorValues motors = MotorValues::Zero();
 };
@@ -48,12 +48,12 @@ class RotorAeroModel {
 
   template <class T>
   struct Push {
-    Vec3<T> force;  // m/s^2, specific force where p_E_M is, in body axes
+    Vec3<T> force;  // m/s^2, specific force at the point p_E_M, in body axes
     Vec3<T> turn;   // rad/s^2, angular acceleration
   };
 
-  // All rotors together in this state, with effects on them and the motors' unknowns away from the
-  // values that `input` holds at (of first order, so speeds are to be taken anew where far away).
+  // The sums over all rotors in this state, with rotor effects. The motors' unknowns enter to first
+  // order about the values in `input`; far from them, recompute the speeds.
   template <class T>
   Base::RotorSums<T> SumsOf(const T* x, const RotorInput& input) const {
     const T ground = effects_.GroundFactor(T(-x[Base::kPosition + 2]));
@@ -74,8 +74,8 @@ class RotorAeroModel {
     return sum;
   }
 
-  // Of rotors and air. p_E_M stays where the centre of mass was as built: a centre that has moved
-  // by c since leaves it with the force of the centre less dw x c + w x (w x c).
+  // Force and moment of rotors and air. p_E_M stays at the centre of mass as built: if the centre
+  // has since moved by c, that point has the centre's specific force less dw x c + w x (w x c).
   template <class T>
   Push<T> PushOn(const T* x, const RotorInput& input) const {
     const auto wrench = Base::WrenchOf(x, SumsOf(x, input));
@@ -120,7 +120,7 @@ class RotorAeroModel {
     for (int i = 0; i < 3; ++i) y[i] -= x[kPoseDelay] * x[Base::kVelocity + i];
   }
 
-  // Attitude as stamped: q_E_M, w x y z, turned back over the delay (first order in the delay).
+  // Attitude as stamped: q_E_M, w x y z, rotated back over the delay (first order in the delay).
   template <class T>
   static Vec4<T> Attitude(const T* x) {
     const Vec4<T> q(x[0], x[1], x[2], x[3]);
@@ -167,7 +167,7 @@ class RotorAeroModel {
       sums->reaction += Times(offset, slope.reaction);
     }
   }
-  // Velocity in body axes, m/s; the air stands still.
+  // Air velocity in body axes, m/s, without wind.
   template <class T>
   static Vec3<T> AirSpeed(const T* x) {
     const Vec4<T> back = Conjugate(Vec4<T>(x[0], x[1], x[2], x[3]));

@@ -1,7 +1,7 @@
 // Rigid body driven by rotor speeds (Wuest et al. 2019; Boehm et al. 2020, sec. II), in NED earth
-// axes E and forward-right-down body axes. B is the frame in which the vehicle is described, M the
-// centre of mass with the same axes, I the IMU, P the pose sensor (or GNSS antenna). The papers
-// write the same in z-up axes: gravity then enters vdot with a minus sign.
+// axes E and forward-right-down body axes. B is the frame of the vehicle's description, M the
+// centre of mass with the same axes, I the IMU, P the pose sensor (or GNSS antenna). The papers use
+// z-up axes: gravity then enters vdot with a minus sign.
 #pragma once
 
 #include <vector>
@@ -11,8 +11,8 @@
 namespace trueline {
 
 // One rotor: thrust k_f u along `axis`, reaction moment spin k_m u along `axis`, u the squared
-// speed. A rotor that turns clockwise seen from above (spin +1) pushes the body anticlockwise,
-// which is a moment along its upward axis.
+// speed. A rotor that turns clockwise seen from above (spin +1) turns the body anticlockwise: a
+// moment along its upward axis.
 struct RotorSpec {
   Eigen::Vector3d position;              // m, in B
   Eigen::Vector3d axis{0.0, 0.0, -1.0};  // unit vector of thrust, in B
@@ -23,8 +23,8 @@ struct RotorSpec {
 
 class RotorDrivenModel {
  public:
-  // State x: what moves first (kMoving numbers), then constants. The papers' 31 numbers, and three
-  // that they hold known: r_BI_z and the scales of k_f and k_m (1 is nominal).
+  // State x: moving states first (kMoving numbers), then constants. The papers' 31 numbers, and
+  // three that they assume known: r_BI_z and the scales of k_f and k_m (1 is nominal).
   enum Index : int {
     kAttitude = 0,  // q_E_M, w x y z
     kPosition = 4,  // p_E_M [m]
@@ -61,7 +61,7 @@ class RotorDrivenModel {
     Vec3<T> moment;  // N m, about M
   };
 
-  // All rotors together, nominal k_f and k_m.
+  // Sums over all rotors, with nominal k_f and k_m.
   template <class T>
   struct RotorSums {
     Vec3<T> force;     // N, sum k_f u_i n_i
@@ -173,7 +173,7 @@ class RotorDrivenModel {
   static void AddScaled(const Eigen::Vector3d& direction, const T& factor, Vec3<T>* sum) {
     for (int i = 0; i < 3; ++i) AddProduct(direction[i], 1.0, factor, &(*sum)[i]);
   }
-  // *sum += a b factor; nothing to do for the many zeros of a vehicle's geometry.
+  // *sum += a b factor; skipped for zeros, of which a vehicle's geometry has many.
   template <class T>
   static void AddProduct(double a, double b, const T& factor, T* sum) {
     if (a == 0.0 || b == 0.0) return;

@@ -34,23 +34,23 @@ struct RotorEffects {
   double tilt_roll = 0.0;         // rad
   double tilt_pitch = 0.0;        // rad
 
-  // What a rotor's thrust is multiplied by, apart from the ground effect.
+  // The factor on a rotor's thrust, without the ground effect.
   double ThrustFactor(int rotor, double t) const {
     return (1.0 - thrust_sag * t) * (rotor == weak_rotor ? weak_factor : 1.0);
   }
-  // Takes rotor axes as built to those that fly.
+  // Rotation from rotor axes as built to the actual ones.
   Eigen::Matrix3d Tilt() const {
     return (Eigen::AngleAxisd(tilt_pitch, Eigen::Vector3d::UnitY()) *
             Eigen::AngleAxisd(tilt_roll, Eigen::Vector3d::UnitX()))
         .toRotationMatrix();
   }
   double AddedMass(double t) const { return t >= payload_time ? payload : 0.0; }
-  // The centre of mass from where it was, m.
+  // Displacement of the centre of mass from its place as built, m.
   Eigen::Vector3d CentreShift(double t) const {
     return t >= com_time ? Eigen::Vector3d(com.x(), com.y(), 0.0) : Eigen::Vector3d::Zero();
   }
-  // The formula of Cheeseman and Bennett holds down to about one radius: (k / h)^2 is kept below
-  // 0.81, on the floor and under it too.
+  // The formula of Cheeseman and Bennett is valid down to about one radius: (k / h)^2 is clamped to
+  // 0.81, also at and below the floor.
   template <class T>
   T GroundFactor(const T& height) const {
     constexpr double kMost = 0.81;

@@ -15,7 +15,7 @@
 
 namespace trueline {
 
-// A coefficient type's own constant, also through nested Jets (which hold their type as Scalar).
+// A constant of a coefficient type, also for nested Jets (whose element type is Scalar).
 template <class C>
 C MakeScalar(double value) {
   if constexpr (requires { typename C::Scalar; }) {
@@ -26,8 +26,8 @@ C MakeScalar(double value) {
 }
 
 // c_0 + c_1 t + ... + c_degree t^degree + O(t^(order + 1)): coefficients above `degree` are zero,
-// those above `order` are not known. A constant has degree 0 and the full order, so that products
-// with constants are cheap, and a series known to a low order costs only that order.
+// those above `order` are unknown. A constant has degree 0 and the full order, so products with
+// constants are cheap, and a series of a low order costs only that order.
 template <class C, int kMaxOrder>
 class Taylor {
  public:
@@ -44,7 +44,7 @@ class Taylor {
     return *this;
   }
   static Taylor Constant(const C& value) { return Taylor(value, kMaxOrder); }
-  // The value at t = 0 of a series of which nothing else is known yet; see Append.
+  // A series of which only the value at t = 0 is known; see Append.
   static Taylor Start(const C& value) { return Taylor(value, 0); }
   // The series t + value, known in full.
   static Taylor Time(const C& value) {
@@ -59,7 +59,7 @@ class Taylor {
   int degree() const { return degree_; }
   // Coefficient of t^i, i <= order().
   C operator[](int i) const { return i <= degree_ ? c_[i] : C(); }
-  // Makes the next coefficient known; order() must be below kMaxOrder.
+  // Appends the next coefficient; order() must be below kMaxOrder.
   void Append(const C& coefficient) {
     for (int i = degree_ + 1; i <= order_; ++i) Set(i, C());
     Set(++order_, coefficient);
@@ -186,7 +186,8 @@ class Taylor {
 
   int order_ = kMaxOrder;
   int degree_ = 0;
-  // Coefficients above the degree are never made: with Jets they are large, and most series short.
+  // Uninitialised storage: coefficients above the degree are never constructed, because Jets are
+  // large and most series short.
   union {
     std::array<C, kMaxOrder + 1> c_;
   };

@@ -1,4 +1,4 @@
-// What one job of a benchmark gives: rows for the tables that the whole run writes.
+// The result of one job of a benchmark: rows for the tables of the whole run.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +19,13 @@ struct ArcRow {
   double predicted_sigma = 0.0;   // m
   bool inside_95 = false;
   std::string truth;     // mocap | fixes | none
-  bool counted = false;  // arcs judged by fixes do not count where the log has mocap
+  bool counted = false;  // arcs with truth from fixes do not count if the log has mocap
   int iterations = 0;
   double bound = 0.0;       // m, root of the bound on the mean squared error; NaN: not asked for
   double solve_time = 0.0;  // s
 };
 
-// When a quantity came to stay inside its tolerance of the truth.
+// The time from which a quantity stays within its tolerance of the truth.
 struct ConvergenceRow {
   std::string label;
   int gamma = 0;
@@ -60,9 +60,9 @@ struct JobResult {
   std::vector<PathRow> paths;
 };
 
-// The text of a job's file, and back; numbers keep all digits that the tables show.
+// A job's result as text, with all digits that the tables show, and the inverse.
 std::string ToText(const JobResult& result);
-// Throws InputError where `text` is no whole job file; `file` is for the message.
+// Throws InputError if `text` is not a whole job file; `file` is for the message.
 JobResult ParseJobResult(const std::string& text, const std::string& file);
 
 }  // namespace trueline

@@ -24,7 +24,7 @@ struct GroupSummary {
   int inside_95 = 0;                                       // arcs inside their 95 % ellipse
   double iterations_mean = 0.0;
   int iterations_max = 0;
-  double bound_rms = 0.0;  // m, to be held against rms; NaN: not asked for
+  double bound_rms = 0.0;  // m, to be compared with rms; NaN: not asked for
 };
 
 struct ConvergenceSummary {

@@ -1,5 +1,5 @@
-// Intervals of a figure over flights: flights are drawn anew, since arcs of one flight share its
-// biases and are not independent.
+// Intervals of a statistic over flights. The bootstrap resamples flights, because arcs of one
+// flight share its biases and are not independent.
 #pragma once
 
 #include <functional>
@@ -13,9 +13,9 @@ struct Interval {
   double high;
 };
 
-// 95 % percentile interval of `statistic` of the pooled values of flights drawn with replacement
-// (cluster bootstrap, fixed seed). `flights` holds the values of each flight. Nothing for fewer
-// than two flights that have values.
+// 95 % percentile interval of `statistic` over the pooled values of flights drawn with replacement
+// (cluster bootstrap, fixed seed). `flights` holds the values of each flight. No value for fewer
+// than two flights with values.
 std::optional<Interval> BootstrapInterval(
     const std::vector<std::vector<double>>& flights,
     const std::function<double(const std::vector<double>&)>& statistic);

@@ -1,4 +1,4 @@
-// When an estimate comes to stay near the truth.
+// The time from which an estimate stays near the truth.
 #pragma once
 
 #include <map>
@@ -12,17 +12,17 @@
 namespace trueline {
 
 // Parameters of a simulated flight by the names that estimators use, in SI: K_x ... of eq. 16, and
-// b_ax, b_ay, b_gx, b_gy, b_gz. Where the AHRS's error varies, its mean stands for it.
+// b_ax, b_ay, b_gx, b_gy, b_gz. A varying AHRS error is given by its mean.
 std::map<std::string, double> TrueParameters(const SimulationTruth& truth);
 
-// An error that was known from a moment on.
+// An error and the time at which it became known.
 struct TimedError {
   double time;   // s
   double error;  // of any sign
 };
 
-// The first time from which on all errors stay within +-tolerance; NaN where the last one is
-// outside, or there is none.
+// The first time from which all errors are within +-tolerance; NaN if the last one is not, or if
+// there are no errors.
 double TimeInside(const std::vector<TimedError>& errors, double tolerance);
 
 // One row for each quantity of `tolerances` that the run gives: a parameter with a known truth

@@ -84,7 +84,7 @@ FlightSource ReadLog(const YamlMap& map) {
   return flight;
 }
 
-// A filter gives the same for every gamma: once is enough, beside the paper's 3 where it is there.
+// Filters do not depend on gamma and run once, at the paper's 3 if that is listed.
 int GammaOfFilter(const std::vector<int>& gammas) {
   return std::find(gammas.begin(), gammas.end(), 3) != gammas.end() ? 3 : gammas.front();
 }

@@ -45,7 +45,7 @@ namespace trueline {
 
 enum class FlightKind { kSimulation, kNativeLog, kForeignLog };
 
-// Where flights come from: one entry of `simulations` or `logs`.
+// A source of flights: one entry of `simulations` or `logs`.
 struct FlightSource {
   FlightKind kind = FlightKind::kSimulation;
   std::string name;
@@ -96,7 +96,8 @@ struct Experiment {
 // Throws InputError with file, line and key for what is unknown, missing or out of range.
 Experiment ReadExperiment(const std::filesystem::path& file);
 
-// The same experiment cut to a trial: one seed, the ends of the sweep, 30 s of simulated flight.
+// The same experiment shortened for a test: one seed, the ends of the sweep, 30 s of simulated
+// flight.
 void ShortenExperiment(Experiment* experiment);
 
 }  // namespace trueline

@@ -31,8 +31,8 @@ struct JobEstimator {
   std::vector<int> gammas;
 };
 
-// Fully resolved: what it computes depends on nothing else. Holds no YAML nodes, which threads
-// must not share.
+// Fully resolved: the result depends on nothing else. Holds no YAML nodes: threads must not share
+// those.
 struct Job {
   std::string log;  // name of its flight source
   std::uint64_t seed = 0;

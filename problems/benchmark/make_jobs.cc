@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The settings under `root`, with the root taken off.
+// The settings under `root`, with the root removed from their paths.
 std::vector<Setting> Under(const std::string& root, const std::vector<Setting>& settings) {
   std::vector<Setting> found;
   for (const Setting& setting : settings) {
@@ -25,8 +25,8 @@ std::vector<Setting> Under(const std::string& root, const std::vector<Setting>& 
   return found;
 }
 
-// Lays settings over a file's content and reads the result; an error that they cause is put down
-// to the experiment's line.
+// Applies settings to a file's content and reads the result; an error that they cause names the
+// experiment's line.
 template <class Read>
 auto ReadWith(const std::vector<Setting>& settings, const YAML::Node& node, const std::string& file,
               const Experiment& experiment, const Read& read) {
@@ -50,7 +50,7 @@ SimulationConfig ReadFlight(const FlightSource& source, const SweepPoint& point,
                             const Experiment& experiment) {
   const YAML::Node node = YAML::LoadFile(source.file.string());
   const auto read = [](const YamlMap& map) { return ReadSimulationConfig(map); };
-  // The file alone first, so that its own errors are named as such.
+  // Read the file alone first, so that its own errors name its own lines.
   read(YamlMap::FromFile(source.file));
   std::vector<Setting> settings = source.settings;
   for (const Setting& setting : Under("simulation.", point.settings)) settings.push_back(setting);
@@ -83,14 +83,14 @@ YAML::Node OptionsNode(const EstimatorSource& estimator, const FlightSource& fli
 
 JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource& flight,
                            const SweepPoint& point, const Experiment& experiment) {
-  // The file alone first, so that its own errors are named as such. All other nodes come from the
-  // experiment and keep its lines.
+  // Read the file alone first, so that its own errors name its own lines. All other nodes come from
+  // the experiment and keep its lines.
   if (!estimator.file.empty()) ReadEstimatorOptions(YamlMap::FromFile(estimator.file));
   const YamlMap options(OptionsNode(estimator, flight, point), experiment.file, "options");
   return {estimator.name, estimator.label, ReadEstimatorOptions(options), estimator.gammas};
 }
 
-// Checksums of what a flight source reads.
+// Checksums of all files that a flight source reads.
 std::string FilesText(const FlightSource& source) {
   std::string text;
   const auto add = [&](const fs::path& file) {
@@ -116,7 +116,7 @@ std::string SettingsText(const std::vector<Setting>& settings) {
   return text;
 }
 
-// Everything that a job's result depends on, but for the seed.
+// All inputs of a job's result except the seed.
 std::string DescriptionOf(const Job& job, const FlightSource& source, const SweepPoint& point,
                           const Experiment& experiment) {
   std::string text = fmt::format("{} {} {} {} {} {} {}\n", job.log, job.sweep_index, job.starts,
@@ -167,7 +167,7 @@ JobFlight ReadFlightOf(const FlightSource& source, const SweepPoint& point,
   return source.file;
 }
 
-// A sweep that changes nothing of a flight would show a level line for it.
+// Throws if a sweep changes nothing of a flight: its figure would be a level line.
 void RequireTouched(const Experiment& experiment, const FlightSource& source,
                     const SweepPoint& point) {
   if (experiment.sweep.points.empty() || !Under("options.", point.settings).empty()) return;
@@ -212,7 +212,7 @@ void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep
 }  // namespace
 
 std::vector<Job> MakeJobs(const Experiment& experiment) {
-  // A rebuilt program may compute something else under the same version.
+  // A rebuilt program may give other results under the same version.
   const std::string program = Version() + Sha256OfFile("/proc/self/exe") + "\n";
   const int points = std::max<int>(1, static_cast<int>(experiment.sweep.points.size()));
   std::vector<Job> jobs;

@@ -44,7 +44,7 @@ YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YA
 
 YAML::Node WithSettings(const YAML::Node& base, const std::vector<Setting>& settings) {
   YAML::Node node;
-  node.reset(base);  // `=` would change the node that another name still holds
+  node.reset(base);  // `=` would change the node that `base` refers to
   for (const Setting& setting : settings) {
     node.reset(WithSetting(node, setting.path, setting.value));
   }

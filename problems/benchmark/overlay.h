@@ -1,4 +1,4 @@
-// YAML laid over YAML: how an experiment changes keys of the files that it names.
+// Merging of YAML: an experiment changes keys of the files that it names.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -11,18 +11,18 @@
 
 namespace trueline {
 
-// A key path such as detector.sigma_factor, its value, and the line that says so.
+// A key path such as detector.sigma_factor, its value, and its line in the experiment.
 struct Setting {
   std::string path;
   YAML::Node value;
   int line = 0;
 };
 
-// `over` on top of `base`: mappings are joined key by key, everything else is replaced. Neither
+// `over` merged into `base`: mappings are joined key by key, everything else is replaced. Neither
 // argument changes.
 YAML::Node Merge(const YAML::Node& base, const YAML::Node& over);
 
-// A copy of `base` with the value at `path` replaced; mappings on the way are made where missing.
+// A copy of `base` with the value at `path` replaced; missing mappings on the path are created.
 YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YAML::Node& value);
 
 // All of `settings` in their order.

@@ -14,7 +14,7 @@
 namespace trueline {
 namespace {
 
-// The result of an earlier run; nothing where its file is missing or spoilt.
+// The result of an earlier run; no value if its file is missing or damaged.
 std::optional<JobResult> ReadJobFile(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) return std::nullopt;
@@ -23,11 +23,11 @@ std::optional<JobResult> ReadJobFile(const std::filesystem::path& path) {
   try {
     return ParseJobResult(text.str(), path.string());
   } catch (const InputError&) {
-    return std::nullopt;  // it is made again
+    return std::nullopt;  // the job runs again
   }
 }
 
-// The result always passes through its text, so that a resumed run gives the same bytes.
+// Every result is written and parsed again, so that a resumed run gives the same bytes.
 JobResult RunAndStore(const Job& job, const std::filesystem::path& path) {
   const std::string text = ToText(RunJob(job));
   WriteFileAtomically(path, text);

@@ -1,4 +1,4 @@
-// All jobs of an experiment on all cores. A run that was killed goes on where it stopped.
+// Runs all jobs of an experiment on all cores. A killed run resumes.
 #pragma once
 
 #include <filesystem>
@@ -21,9 +21,9 @@ struct BenchmarkRun {
   double wall_time = 0.0;            // s
 };
 
-// Each finished job leaves a file in `jobs_folder`, named by its key, written whole or not at all;
-// a job with a file is not run again. A job that fails by bad input is an outcome with `failure`
-// and leaves no file. `threads` 0: all cores.
+// Each finished job writes a file in `jobs_folder`, named by its key, whole or not at all; a job
+// with a file does not run again. A job that fails on bad input has `failure` and no file.
+// `threads` 0: all cores.
 BenchmarkRun RunJobs(const std::vector<Job>& jobs, const std::filesystem::path& jobs_folder,
                      int threads, bool quiet);
 

@@ -129,9 +129,8 @@ Theta TrueTheta(const std::map<std::string, double>& truth) {
   return theta;
 }
 
-// The model's noise as it was on a simulated flight, in the place of what the estimator assumes:
-// turbulence as white noise of the same strength at low frequency, and the spread of the AHRS's
-// error.
+// Replaces the estimator's assumed noise by the simulated flight's: turbulence as white noise of
+// equal density at low frequency, and the spread of the AHRS's error.
 void UseTrueNoise(const SimulationTruth& truth, VgdOptions* vgd) {
   const simulation::TurbulenceConfig& air = truth.config.turbulence;
   vgd->process.gust = 0.0;
@@ -140,8 +139,8 @@ void UseTrueNoise(const SimulationTruth& truth, VgdOptions* vgd) {
   vgd->process.heading = truth.ahrs_error_sigma.z();
 }
 
-// Gives every arc the bound for its gamma and tau: one for all labels, since it is that of the
-// flight and its noise.
+// Sets every arc's bound for its gamma and tau. The bound depends on the flight and its noise only,
+// so all labels share it.
 void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
   const auto source = std::find_if(job.estimators.begin(), job.estimators.end(),
                                    [&](const JobEstimator& e) { return e.label == job.bound; });
@@ -175,7 +174,7 @@ JobResult RunJob(const Job& job) {
       RunGamma(job, estimator, gamma, &estimators, flown.truth, &result);
     }
   }
-  // Only where the noise is known: a bound from assumed noise would be no bound.
+  // Only for simulated flights: a bound needs the true noise.
   const bool simulated = std::holds_alternative<SimulationConfig>(job.flight);
   if (simulated && !job.bound.empty()) AddBounds(job, flown, &result);
   return result;

@@ -13,11 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double FourDigits(double value) {  // for people who read the YAML
+double FourDigits(double value) {  // for readability of the YAML
   return std::isfinite(value) ? std::stod(fmt::format("{:.4g}", value)) : value;
 }
 
-void Put(YAML::Node* node, const std::string& key, double value) {  // nothing where there is none
+void Put(YAML::Node* node, const std::string& key, double value) {  // skips NaN
   if (!std::isnan(value)) (*node)[key] = FourDigits(value);
 }
 

@@ -6,7 +6,8 @@
 
 namespace trueline {
 
-// summary.yaml: groups, convergence, starts, failures, provenance. Free of times and threads.
+// summary.yaml: groups, convergence, starts, failures, provenance. Independent of times and
+// threads.
 std::string SummaryYaml(const Experiment& experiment, const BenchmarkRun& run);
 
 }  // namespace trueline

@@ -12,7 +12,7 @@
 namespace trueline {
 namespace {
 
-std::string Number(double value, const char* format = "{:.6g}") {  // empty for none
+std::string Number(double value, const char* format = "{:.6g}") {  // empty for NaN
   return std::isnan(value) ? "" : fmt::format(fmt::runtime(format), value);
 }
 
@@ -24,7 +24,7 @@ void WriteArcRow(std::ostream& out, const Job& job, const ArcRow& r, bool times)
              Number(r.bound));
 }
 
-// Calls `write(job, row)` for all rows of one kind, after the header; no file where there are none.
+// Writes the header and calls `write(job, row)` for all rows of one kind; no file without rows.
 template <class Row, class Write>
 void WriteTable(const BenchmarkRun& run, std::vector<Row> JobResult::*rows,
                 const std::filesystem::path& path, const char* header, const Write& write) {

@@ -1,5 +1,5 @@
-// The result files of trueline-benchmark, and its table. All but the solver's times depend on the
-// experiment only, not on the number of threads, nor on whether a run was resumed.
+// The result files of trueline-benchmark, and its table. Except for solve times they depend on the
+// experiment only, and neither on the number of threads nor on resuming.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 
 namespace trueline {
 
-// arcs.csv (interfaces, with the columns label, sweep, seed, bound ... added), summary.yaml, and
-// where the experiment asks for them convergence.csv, starts.csv, trajectory.csv; timing.yaml with
-// the wall time. With `times` false the column solve_time stays empty, so that arcs.csv has the
-// same bytes in every run.
+// arcs.csv (that of trueline-calibrate with the columns label, sweep, seed, bound ... added),
+// summary.yaml, timing.yaml with the wall time, and if the experiment asks for them
+// convergence.csv, starts.csv, trajectory.csv. With `times` false the column solve_time is empty,
+// so that arcs.csv has the same bytes in every run.
 void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int threads, bool times,
                     const std::filesystem::path& directory);
 

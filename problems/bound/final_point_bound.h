@@ -1,5 +1,5 @@
-// The Cramer-Rao bound of the final-point error: what no unbiased estimator of the same model can
-// beat, whatever its method.
+// The Cramer-Rao bound of the final-point error: a lower bound for any unbiased estimator of the
+// same model.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,13 @@
 namespace trueline {
 
 // Bound covariance (m^2) of the horizontal final point of the arc after pass `tau` (from 1), which
-// must exist (FlightData::HasArc), for a window of options.gamma passes: the inverse of the Fisher
-// information of eq. 15 with the fixes' own sigmas, options.process as nuisance states and
-// options.priors as knowledge (the Bayesian bound of Van Trees). For the paper's rigid model set
-// process to zero. The robust loss has no part in it: with outliers the bound is that of the flight
-// without them.
+// must exist (FlightData::HasArc), for a window of options.gamma passes. It is the inverse of the
+// Fisher information of eq. 15, with the fixes' own sigmas, options.process as nuisance states and
+// options.priors as prior information (the Bayesian bound of Van Trees). For the paper's rigid
+// model set process to zero. The robust loss is ignored: with outliers the bound is that of the
+// flight without them.
 //
-// It is taken at `theta` (eq. 16) where the truth is known, else at the fit.
+// The linearisation point is `theta` (eq. 16) where the truth is known, else the fit.
 Eigen::Matrix2d FinalPointBound(const FlightData& flight, const VgdOptions& options, int tau,
                                 const std::optional<Theta>& theta);
 

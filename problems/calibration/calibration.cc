@@ -26,17 +26,16 @@ std::vector<std::string> NamesWithStatus(const WindowEstimate& window, const std
   return names;
 }
 
-// Coverage far below 95 % is a defect of the stated uncertainty; chance explains it only where
-// the binomial probability is not small.
+// Coverage far below 95 % is a defect of the stated uncertainty, unless its binomial probability is
+// not small.
 constexpr double kChance = 0.01;
 
-// A vehicle hovers where nine tenths of its fitted path lie within half a metre of the middle, or
-// within what the fixes' own noise (3 sigma) makes of a point. A fit that finds drag in such a
-// flight has fitted the noise.
+// A flight is a hover if nine tenths of its fitted path lie within half a metre of the middle, or
+// within the scatter that the fixes' own noise gives (3 sigma). Any drag fitted to it is noise.
 constexpr double kHoverExtent = 0.5;  // m
 constexpr double kHoverSigmas = 3.0;
 
-// Distance from the middle of the fitted passes within which nine tenths of them lie, m.
+// The distance from the middle that contains nine tenths of the fitted passes, m.
 double ExtentOf(const EstimatorRun& run) {
   std::array<std::vector<double>, 3> axes;
   for (const WindowEstimate& window : run.windows) {
@@ -150,8 +149,8 @@ std::vector<FlightLog> CorrectLogs(const std::vector<FlightLog>& logs,
   return corrected;
 }
 
-// The flight at once, and the others of its vehicle with it. Their false passes come from the
-// fixed-lag smoother.
+// Solves the whole flight, together with other flights of the vehicle. Their false passes are those
+// of the fixed-lag smoother.
 WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
                        const std::vector<FlightLog>& others, const EstimatorOptions& methods) {
   const VgdOptions& vgd = methods.vgd;

@@ -18,11 +18,11 @@ struct CalibrationOptions {
   // The same flight with other window lengths, for comparison; methods.vgd.gamma is reported.
   std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
   EstimatorOptions methods;
-  std::vector<Effect> effects;  // of the model (trueline-diagnose), undone in the log
+  std::vector<Effect> effects;  // of the model (trueline-diagnose), corrected in the log
 };
 
-// Final-point errors and coverage over the arcs of one run. Arcs with mocap truth count where
-// there are any; else those judged by the next pass's fixes.
+// Final-point errors and coverage over the arcs of one run: those with mocap truth if there are
+// any, else those with truth from the next pass's fixes.
 struct ArcSummary {
   ErrorSummary error;  // m
   int inside_95 = 0;   // arcs whose truth lies inside of the 95 % ellipse
@@ -41,7 +41,7 @@ struct Calibration {
   std::optional<WholeFlight> whole_flight;  // where the smoother ran
   Verdict verdict;
   std::vector<std::string> warnings;
-  std::vector<Effect> effects;  // as given with the model, kept for the next one
+  std::vector<Effect> effects;  // as given with the model, for model.yaml
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
@@ -52,13 +52,13 @@ struct PlannedRun {
   int gamma;
 };
 
-// What Calibrate runs: all estimators with all window lengths that make a difference to them.
+// The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. With
-// the smoother among the estimators, all of the flight is solved at once too; `others` are flights
-// of the same vehicle, which then share its drag and misalignment.
-// `done` is called after each planned run.
+// Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
+// smoother is among the estimators, the whole flight is also solved at once; `others` are flights
+// of the same vehicle, which then share its drag and misalignment. `done` is called after each
+// planned run.
 Calibration Calibrate(
     const FlightLog& log, const CalibrationOptions& options,
     const std::vector<FlightLog>& others = {}, const std::function<void()>& done = [] {});

@@ -29,7 +29,7 @@ std::vector<std::string> ParseEstimators(const std::string& text) {
   return names;
 }
 
-// The EKF and VGD-kinematic have no air speed in their models for such forces to act on.
+// Force effects need an air speed; the models of EKF and VGD-kinematic have none.
 void CheckForces(const ForceEffects& forces, const std::vector<std::string>& estimators) {
   if (!forces.Any()) return;
   for (const std::string& name : estimators) {

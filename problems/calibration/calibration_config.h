@@ -7,7 +7,7 @@
 
 namespace trueline {
 
-// Flags as typed; empty (or 0) where the configuration decides.
+// Flags as typed; an empty one (or 0) leaves the value to the configuration.
 struct CalibrationFlags {
   std::string config;       // YAML file with the keys of ReadEstimatorOptions
   std::string model;        // model.yaml of an earlier calibration
@@ -20,12 +20,12 @@ struct CalibrationFlags {
 // Throws InputError for what is unknown or out of range.
 CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags);
 
-// Throws InputError where further logs are given that no estimator would look at.
+// Throws InputError for further logs that no chosen estimator uses.
 void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptions& options);
 
-// Makes the vehicle's constants (drag, misalignment, biases: not the AHRS error, which is the
-// flight's own) of an earlier calibration the prior of this one. Returns the model's effects; those
-// that are forces are set in the options.
+// Makes the vehicle's constants of an earlier calibration (drag, misalignment, biases) the prior of
+// this one; the AHRS error belongs to a flight and is not taken over. Returns the model's effects;
+// force effects are set in the options.
 std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* options);
 
 // The resolved options, for provenance.

@@ -96,7 +96,7 @@ void WriteResiduals(const Calibration& calibration, const std::string& log,
            });
 }
 
-// Only the reported run: a trajectory for each gamma would bury the one that matters.
+// Only the reported run: the files of all gammas would be hard to read.
 void WriteTrajectory(const Calibration& calibration, const std::filesystem::path& path) {
   const EstimatorRun& run = calibration.Reported();
   WriteCsv(path, "t [s],estimator,kind,tau,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]",
@@ -171,7 +171,7 @@ YAML::Node WholeFlightNode(const WholeFlight& whole) {
   return node;
 }
 
-// Estimates of the last window; none where the flight has no window.
+// Estimates of the last window; empty if the flight has no window.
 WindowEstimate LastWindow(const Calibration& calibration) {
   const EstimatorRun& run = calibration.Reported();
   return run.windows.empty() ? WindowEstimate() : run.windows.back();
@@ -196,8 +196,8 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   return node;
 }
 
-// What --model takes: the vehicle as this flight leaves it, and the effects beyond eq. 15 that were
-// given with the model (a calibration looks for none).
+// The content that --model takes: the vehicle's parameters after this flight, and the effects
+// beyond eq. 15 that came with the given model (a calibration finds none).
 YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenance) {
   YAML::Node node;
   node["parameters"] = ParameterNode(calibration.whole_flight ? calibration.whole_flight->parameters

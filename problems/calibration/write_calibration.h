@@ -1,5 +1,5 @@
-// The result files of trueline-calibrate (interfaces: calibration.yaml, arcs.csv, trajectory.csv,
-// and beside them windows.csv, residuals.csv, model.yaml), and its table.
+// The result files of trueline-calibrate (calibration.yaml, arcs.csv, trajectory.csv, windows.csv,
+// residuals.csv, model.yaml), and its table.
 #pragma once
 
 #include <yaml-cpp/yaml.h>

@@ -13,7 +13,7 @@
 #include "problems/common/error.h"
 
 namespace google {
-extern void (*gflags_exitfunc)(int);  // gflags' own hook; it would leave with 1 on a wrong flag
+extern void (*gflags_exitfunc)(int);  // gflags' own hook; its default exits with 1 on a wrong flag
 }
 
 namespace trueline {

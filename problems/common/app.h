@@ -1,5 +1,5 @@
-// What every executable shares: flags, exit codes, messages. Exit codes: 0 done, 2 bad input or
-// usage, 3 ran but no usable result, 1 a defect of the program.
+// Shared by all executables: flags, exit codes, messages. Exit codes: 0 done, 2 bad input or usage,
+// 3 ran but no usable result, 1 a defect of the program.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ std::string Version();
 // exception into exit code 1.
 int RunGuarded(const std::string& program, const std::function<int()>& body);
 
-// What every main does: parses gflags (a usage text of examples), answers --help, refuses stray
+// The body of every main: parses gflags (a usage text with examples), answers --help, refuses stray
 // arguments, and runs `body` guarded.
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
            const std::function<int()>& body);
@@ -31,8 +31,8 @@ void Warn(const std::string& message, bool quiet);
 // Splits "a,b,c"; empty parts are left out.
 std::vector<std::string> SplitList(const std::string& text, char separator = ',');
 
-// A file that ships with the program (config/..., report/...): looked for beside the installed
-// program, then in the source tree. Throws InputError when it is in neither.
+// Path of a file that ships with the program (config/..., report/...): beside the installed
+// program, else in the source tree. Throws InputError if it is in neither.
 std::string FindShared(const std::string& relative_path);
 
 }  // namespace trueline

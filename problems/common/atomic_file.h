@@ -1,4 +1,4 @@
-// Output files that are whole or not there: written under a temporary name, then renamed.
+// Output files that are written whole or not at all: under a temporary name, then renamed.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ class AtomicFile {
 // The common case: the whole content at once.
 void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
 
-// Makes the folder where it is missing. Throws InputError when no file can be written there; so a
-// wrong --out is known before the work, not after it.
+// Creates the folder if missing. Throws InputError if no file can be written there; call it before
+// the work, so that a wrong --out fails early.
 void EnsureWritable(const std::filesystem::path& directory);
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-// Errors that a user can mend, kept apart from defects of the program.
+// Errors that a user can correct, as opposed to defects of the program.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 
 namespace trueline {
 
-// Bad input or usage. The message names where (file, line, column or key), what was found and
-// what would do. Executables print it and exit with 2; the library only ever throws it.
+// Bad input or usage. The message names the place (file, line, column or key), what was found and
+// how to correct it. Executables print it and exit with 2; the library only throws it.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

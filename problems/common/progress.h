@@ -1,4 +1,4 @@
-// What a person at a terminal sees while work goes on; nothing where nobody looks.
+// Progress on a terminal; no output elsewhere.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@
 namespace trueline {
 
 // "12 of 100 flights, 40 s left" on one line of a terminal, once the work takes over two seconds.
-// Silent where standard error is no terminal, or when told so. Safe to call from threads.
+// Silent if standard error is not a terminal, or if `quiet`. Safe to call from threads.
 class Progress {
  public:
   // unit: what is counted, in the plural.

@@ -1,5 +1,5 @@
-// Strict reading of YAML mappings: a missing key, an unknown key or a value of the wrong kind is
-// an InputError that names file, line and key (and what would do).
+// Strict reading of YAML mappings: a missing key, an unknown key or a value of the wrong kind is an
+// InputError that names file, line, key and the remedy.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -57,7 +57,7 @@ class YamlMap {
   std::vector<std::string> Keys() const;
   YAML::Node RawNode(const std::string& key) const;  // marks the key as asked for
 
-  // Throws for the first key that nobody asked for.
+  // Throws for the first key that was never asked for.
   void Finish() const;
   // An InputError at `key` of this mapping.
   [[noreturn]] void Fail(const std::string& key, const std::string& message) const;

@@ -1,4 +1,4 @@
-// Time stamps. Held as a 64-bit count of nanoseconds (log_format), from any origin.
+// Time stamps: a 64-bit count of nanoseconds from any origin.
 #pragma once
 
 #include <cmath>

@@ -16,8 +16,8 @@ std::map<std::string, std::filesystem::path> FindVerbs(
 // The folder of the running program, then those of the environment variable PATH.
 std::vector<std::filesystem::path> VerbFolders();
 
-// What a program says about itself: the first sentence of its gflags usage message, shown by
-// `--help`. Empty when it says nothing.
+// The first sentence of a program's gflags usage message, shown by `--help`. Empty if there is
+// none.
 std::string OneLineHelp(const std::filesystem::path& program);
 
 // The verb that is closest to a misspelt one; empty when none is within three edits.

@@ -1,4 +1,4 @@
-// Small helpers with which options are read over their defaults, and written back.
+// Helpers that read options over their defaults and write them back.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ std::string NameOf(const std::map<std::string, Enum>& names, Enum value) {
   return "";
 }
 
-// Reads `key` over *value; what is not in `names` is an InputError that lists them.
+// Reads `key` into *value; a name that is not in `names` is an InputError that lists them.
 template <class Enum>
 void ReadOption(const YamlMap& map, const std::string& key,
                 const std::map<std::string, Enum>& names, Enum* value) {

@@ -16,7 +16,7 @@ std::vector<Eigen::Vector3d> Smoothed(const std::vector<PoseSample>& mocap, cons
   for (std::size_t i = run.first; i <= run.last; ++i) {
     Eigen::Vector3d sum = mocap[i].p_E;
     int count = 1;
-    // Equally many on both sides, or the ends would be drawn inwards.
+    // Equally many on both sides; otherwise smoothing would pull the ends inwards.
     for (std::size_t k = 1; i >= run.first + k && i + k <= run.last; ++k) {
       if (mocap[i + k].t - mocap[i].t > kSmoothing) break;
       if (mocap[i].t - mocap[i - k].t > kSmoothing) break;

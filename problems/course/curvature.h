@@ -1,5 +1,5 @@
-// Curvature of a flown path seen from above, by length and not by time, so that neither speed nor
-// the noise of second derivatives matters.
+// Curvature of a flown path seen from above, by path length instead of time: independent of speed,
+// and without noisy second derivatives.
 #pragma once
 
 #include <vector>
@@ -28,7 +28,7 @@ struct ResampledPath {
 ResampledPath ResampleByLength(const std::vector<PoseSample>& mocap, const PathRun& run,
                                double chord);
 
-// The larger of max_curvature and the one that flattest_share of all length stays below.
+// The larger of max_curvature and the flattest_share quantile of curvature by path length.
 double CurvatureThreshold(const std::vector<ResampledPath>& paths, const CurvatureOptions& options);
 
 // Runs of points no sharper than `threshold`, joined over gaps of up to `merge_gap` (m).

@@ -1,5 +1,5 @@
-// Gate detections made from ground truth (Li et al. 2019, eq. 33), for logs without a detector, for
-// the simulator and for benchmarks.
+// Gate detections sampled from ground truth (Li et al. 2019, eq. 33), for logs without a detector,
+// for the simulator and for benchmarks.
 #pragma once
 
 #include <vector>
@@ -16,17 +16,17 @@ struct FixSamplerOptions {
   double sigma_factor = 0.1;   // sigma of an axis over the distance to the gate
   double sigma_floor = 0.05;   // m, the least sigma
   double student_dof = 0.0;    // degrees of freedom of heavy tails; 0: Gaussian
-  double outlier_share = 0.0;  // of fixes whose error has nothing to do with their sigma
+  double outlier_share = 0.0;  // of fixes whose error is independent of their sigma
   double outlier_size = 2.0;   // m, standard deviation of an outlier's error on each axis
   double max_gap = 0.2;        // s; no fix where mocap samples are further apart
 
-  // Throws InputError naming the option that can't be.
+  // Throws InputError naming an option out of range.
   void Check() const;
 };
 
 // P_i = p(t_i) + N(0, sigma_i^2 I) at random times on each straight, sigma_i = max(sigma_floor,
-// sigma_factor * |p(t_i) - gate|). The `sigma` of a fix is this scale, also where the tails are
-// heavy or the fix is an outlier: a detector does not know. In the order of time.
+// sigma_factor * |p(t_i) - gate|), in the order of time. The `sigma` of a fix is this scale, also
+// if the tails are heavy or the fix is an outlier: a detector cannot know.
 std::vector<Fix> SampleFixes(const std::vector<PoseSample>& mocap,
                              const std::vector<Straight>& straights,
                              const FixSamplerOptions& options, Random& random);

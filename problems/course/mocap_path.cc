@@ -12,7 +12,7 @@ std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap) 
   for (std::size_t i = 0; i < mocap.size(); ++i) {
     while (mocap[i].t - mocap[first].t > kHalfWindow) ++first;
     while (last + 1 < mocap.size() && mocap[last + 1].t - mocap[i].t <= kHalfWindow) ++last;
-    // At least the neighbours, where the record is slow or has a gap.
+    // At least the neighbours, if the record is slow or has a gap.
     const std::size_t from = std::min(first, i > 0 ? i - 1 : 0);
     const std::size_t to = std::min(std::max(last, i + 1), mocap.size() - 1);
     const double span = SecondsBetween(mocap[from].t, mocap[to].t);

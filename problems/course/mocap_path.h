@@ -8,8 +8,8 @@
 
 namespace trueline {
 
-// Velocity at each sample (m/s, E): difference over the samples within +-0.1 s, and at least
-// over the neighbours, so that millimetres of noise don't matter.
+// Velocity at each sample (m/s, E): difference over the samples within +-0.1 s, at least over the
+// neighbours. The span suppresses position noise of millimetres.
 std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap);
 
 // Position at `t` (m, E), linear between the neighbouring samples. Nothing outside the record, or

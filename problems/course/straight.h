@@ -9,15 +9,15 @@
 
 namespace trueline {
 
-// One flight along a straight. Its gate stands at the end, so that the distance to it falls.
-// Straights flown at the same place in the same direction share their gate.
+// One flight along a straight. Its gate is at the end, so the distance to it decreases. Straights
+// flown at the same place in the same direction share their gate.
 struct Straight {
   TimeNs from;
   TimeNs to;
   Gate gate;
 };
 
-// What counts as one, for both ways of finding them.
+// Limits of a straight, for both ways of finding them.
 struct StraightLimits {
   double min_speed = 0.3;       // m/s, horizontal; slower flight belongs to no straight
   double min_length = 0.8;      // m, between its ends
@@ -25,7 +25,7 @@ struct StraightLimits {
   double gate_distance = 0.75;  // m between the ends of straights that share a gate, at most
 };
 
-// A given straight: all flight inside a box of E, and in a direction where one is given.
+// A given straight: all flight within a box of E, and in a direction if one is given.
 struct StraightBox {
   static constexpr double kOpen = std::numeric_limits<double>::infinity();
   Eigen::Vector3d low{-kOpen, -kOpen, -kOpen};  // m
@@ -35,7 +35,7 @@ struct StraightBox {
 
 struct CurvatureOptions {
   double max_curvature = 0.3;   // 1/m of the path seen from above; a turn is sharper
-  double flattest_share = 0.0;  // of the path's length that is taken even where it bends more
+  double flattest_share = 0.0;  // of the path's length that is accepted above max_curvature too
   double chord = 0.4;           // m, the length over which a direction is measured
   double merge_gap = 0.15;      // m of sharper path that does not end a straight
 };

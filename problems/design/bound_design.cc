@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kYawSize = 2.0;  // rad
 
-// `path` as large as its limits allow.
+// `path` scaled up or down to its limits.
 PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial& path, double step,
                            double largest) {
   const RotorSimulation& sim = design.simulation;
@@ -47,7 +47,7 @@ std::vector<double> FlownSigmas(const BoundDesign& design, const PiecewisePolyno
     const Eigen::MatrixXd cov = normal.NoiseCovariance() + normal.ColumnCovariance();
     const Eigen::VectorXd sigma = cov.diagonal().cwiseMax(0.0).cwiseSqrt();
     return {sigma.begin(), sigma.end()};
-  } catch (const InputError&) {  // the vehicle lost it
+  } catch (const InputError&) {  // the vehicle departed from the path
     return {};
   }
 }

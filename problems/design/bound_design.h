@@ -1,7 +1,6 @@
-// Flights designed on the Cramer-Rao bound of the batch calibration that will read them, which
-// knows disturbances, sensor rates, prior and what effects that its model lacks would do (the
-// Gramian of Boehm et al. 2020 does not): the best of many random Lissajous figures, and that one
-// with overtones, evolved.
+// Designs flights on the Cramer-Rao bound of the batch calibration. Unlike the Gramian of Boehm et
+// al. 2020 the bound includes disturbances, sensor rates, prior and considered effects. The result
+// is the best of many random Lissajous figures, then evolved with overtones.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +22,7 @@ struct BoundDesign {
   double duration = 20.0;                    // s
   double ramp = 0.0;       // s, in which a figure swells from rest; 0: it begins in motion
   int candidates = 40;     // random figures
-  int evaluations = 1800;  // of the evolution from the best of them; 0: the best as it is
+  int evaluations = 1800;  // of the evolution; 0: the best figure as it is
   std::uint64_t seed = 1;
   int threads = 0;  // 0: all cores; the result does not depend on it
 };
@@ -33,14 +32,14 @@ struct DesignedFigure {
   double start_bound = 0.0;  // of the best candidate, as FlownBound
 };
 
-// Bounds (sigma, with what is considered) of all constants on a flight along `path`; empty where it
-// can't be flown within 0.1 m.
+// Bounds (sigma, considered effects included) of all constants on a flight along `path`; empty if
+// it cannot be flown within 0.1 m.
 std::vector<double> FlownSigmas(const BoundDesign& design, const PiecewisePolynomial& path);
-// Mean variance bound of `design.show`, in units of the prior's variance; infinite where the flight
-// can't be flown.
+// Mean variance bound of `design.show`, in units of the prior's variance; infinite if the flight
+// cannot be flown.
 double FlownBound(const BoundDesign& design, const PiecewisePolynomial& path);
 
-// Throws InputError where none of the figures can be flown.
+// Throws InputError if none of the figures can be flown.
 DesignedFigure DesignFigure(const BoundDesign& design,
                             const std::function<void(const std::string&)>& progress);
 

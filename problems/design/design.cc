@@ -77,8 +77,8 @@ Optimised Optimise(const DesignScore& score, const LimitPenalty& penalty, FlatMa
   return result;
 }
 
-// A random Lissajous figure as control points, to start a design from: figures are often better
-// than random flights, and the ends of the spline let them begin and end at rest.
+// A random Lissajous figure as the control points of a start. Figures are often better than random
+// flights, and the spline's ends make them start and end at rest.
 FlatMatrix FigureControl(const RotorDrivenModel& model, const std::vector<double>& parameters,
                          const SplineShape& shape, const FlightLimits& limits, Random* random) {
   const Lissajous figure = RandomFigure(0.5 * limits.travel, 2.0, random);

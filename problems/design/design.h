@@ -1,7 +1,8 @@
 // Designs a flight that shows chosen parameters well (Boehm et al. 2020, eq. 5): maximises the
-// smallest singular value of the scaled, marginalised E2LOG Gramian under the flight's limits,
-// from several random starts, by L-BFGS (Ceres) on the score's logarithm and a penalty on the
-// limits that rises round by round. What is left of an excess is removed by shrinking the flight.
+// smallest singular value of the scaled, marginalised E2LOG Gramian within the flight's limits.
+// Method: L-BFGS (Ceres) from several random starts on the logarithm of the score and a penalty on
+// the limits that increases from round to round. Remaining violations are removed by shrinking the
+// flight.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@ struct DesignOptions {
   int starts = 2;             // optimised, each on a thread of its own
   int iterations = 60;        // of each of the penalty's rounds, at most
   double time_limit = 40.0;   // s, for all rounds of one start
-  double check_step = 0.001;  // s, of the grid on which the result keeps its limits
+  double check_step = 0.001;  // s, of the grid on which the result is checked
   std::uint64_t seed = 0;
   int threads = 0;  // 0: all cores
 };
@@ -30,9 +31,9 @@ struct DesignResult {
   PiecewisePolynomial path;
   LimitUse use;              // on the check grid
   double score = 0.0;        // sigma_min of the result, by the target's Gramian
-  double start_score = 0.0;  // of the random flight or figure that it came from
+  double start_score = 0.0;  // of the random flight or figure at the start
   int iterations = 0;
-  bool time_limited = false;  // ended by the time limit, so not the same on every machine
+  bool time_limited = false;  // ended by the time limit: differs between machines
   double seconds = 0.0;
   std::vector<double> start_results;  // scores that the other starts reached
 };
@@ -42,7 +43,7 @@ double FlightScore(const RotorDrivenSystem& system, const std::vector<double>& p
                    const PiecewisePolynomial& path, const DesignTarget& target);
 
 // Usual standard deviations of the error states: the root mean square of the Cramer-Rao bounds over
-// `count` random flights within the limits (30 in the papers). States that none of them shows keep
+// `count` random flights within the limits (30 in the papers). States that no flight shows keep
 // their typical size. Independent of `threads`.
 std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
                                            const std::vector<double>& parameters,

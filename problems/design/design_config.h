@@ -1,4 +1,4 @@
-// What trueline-design is asked for (config/design/*.yaml), by one of two criteria.
+// The task of trueline-design (config/design/*.yaml), by one of two criteria.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct GramianCriterion {
   int scale_flights = 30;  // random flights that give the columns' scale
 };
 
-// `criterion: bound`: the bound of the batch calibration that will read the flight.
+// `criterion: bound`: the Cramer-Rao bound of the batch calibration.
 struct BoundCriterion {
   RotorSimulation simulation;
   RotorPrior prior;

@@ -14,7 +14,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kScoreOrder = 3;  // of E2LOG in the design; the result is scored by the exact Gramian
+constexpr int kScoreOrder = 3;  // of E2LOG in the design; the result's score is the exact Gramian's
 using System = RotorDrivenSystem;
 using GramianMatrix = Eigen::Matrix<double, System::kErrors, System::kErrors>;
 

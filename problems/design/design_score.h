@@ -2,8 +2,8 @@
 //
 // Forward: E2LOG of each segment (W_k, Phi_k), chained backwards, V_k = W_k + Phi_k' V_{k+1} Phi_k;
 // V_0 is the Gramian. Backward: with G_0 = d score / d V_0 and G_{k+1} = Phi_k G_k Phi_k', the
-// score changes by <G_k, dW_k> + <2 V_{k+1} Phi_k G_k, dPhi_k>, and each segment passes that on to
-// its few Taylor coefficients by reverse mode. The cost does not grow with the number of points.
+// score changes by <G_k, dW_k> + <2 V_{k+1} Phi_k G_k, dPhi_k>. Reverse mode propagates that to
+// each segment's few Taylor coefficients. The cost does not depend on the number of control points.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +22,8 @@ struct DesignTarget {
   double segment = 0.1;         // s, of E2LOG
 };
 
-// Smooth stand-in for the smallest eigenvalue of the scaled, marginalised Gramian:
-// (sum lambda_i^-p)^(-1/p), p = 6, at most n^(1/p) below it.
+// Smooth approximation of the smallest eigenvalue of the scaled, marginalised Gramian: (sum
+// lambda_i^-p)^(-1/p), p = 6, smaller by a factor of at most n^(1/p).
 struct SoftMinimum {
   double log_value = 0.0;
   Eigen::MatrixXd gradient;  // d log_value / d gramian, size of the full Gramian
@@ -35,8 +35,8 @@ class DesignScore {
   DesignScore(RotorDrivenSystem system, std::vector<double> parameters, SplineShape shape,
               DesignTarget target, int threads);
 
-  // Log of the soft minimum for the free control points (4 x num_free, column by column); the
-  // gradient where `gradient` is given. Minus infinity where the flight leaves the flat map.
+  // Log of the soft minimum at the free control points (4 x num_free, column by column), and its
+  // gradient if `gradient` is not null. Minus infinity if the flight leaves the flat map's domain.
   double Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const;
 
   const SplineShape& shape() const { return shape_; }

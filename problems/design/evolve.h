@@ -1,6 +1,6 @@
-// Minimises a function that has no derivatives and kinks where limits bind: an evolution strategy
-// with a covariance of its own for each coordinate (sep-CMA-ES, Ros and Hansen 2008). A trust
-// region in 29 unknowns (BOBYQA) stays at such a kink.
+// Minimises a function without derivatives that has kinks where limits are active: an evolution
+// strategy with a diagonal covariance (sep-CMA-ES, Ros and Hansen 2008). A trust region in 29
+// unknowns (BOBYQA) stops at such a kink.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,11 +19,11 @@ struct EvolveOptions {
 };
 
 struct Evolved {
-  Eigen::VectorXd x;  // the best of all that were tried, the start among them
+  Eigen::VectorXd x;  // the best of all that were tried, the start included
   double value = 0.0;
 };
 
-// `unit`: scale of each coordinate. `cost` may be infinite where x is of no use.
+// `unit`: scale of each coordinate. `cost` may be infinite for infeasible x.
 Evolved Evolve(const std::function<double(const Eigen::VectorXd&)>& cost,
                const Eigen::VectorXd& start, const Eigen::VectorXd& unit,
                const EvolveOptions& options);

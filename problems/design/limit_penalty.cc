@@ -10,7 +10,7 @@ namespace {
 constexpr int kLimitOrder = 4;  // rotor speeds need the fourth derivative
 using LimitSeries = Taylor<Variable, kLimitOrder>;
 
-// value - limit, as a share of `range`; what is above minus `margin` counts, squared.
+// value - limit, as a share of `range`; the penalty squares the part above -`margin`.
 struct Excess {
   double margin;
   Variable sum;

@@ -11,8 +11,8 @@ namespace trueline {
 
 class LimitPenalty {
  public:
-  // `margin` is the share of each limit that is kept free, so that the flight holds it between the
-  // points of the grid too. Travel is half to either side of the start.
+  // `margin`: share of each limit that is kept free, so that the limits also hold between the
+  // points of the grid. The travel limit is half to either side of the start.
   LimitPenalty(FlatVehicle vehicle, SplineShape shape, FlightLimits limits, double step,
                double margin);
 

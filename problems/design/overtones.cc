@@ -34,7 +34,7 @@ MatchedSeries StepIntegral(const MatchedSeries& x) {
   return Polynomial(x, {0, 0, 0, 0, 0, 0, 21, -60, 67.5, -35, 7});
 }
 
-// The figure's size about t, as a share, and its integral since the start.
+// The amplitude envelope about t (0 to 1), and its integral since the start.
 struct Swell {
   MatchedSeries size, integral;
 };

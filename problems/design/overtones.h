@@ -1,5 +1,5 @@
-// Figures with overtones: Lissajous figures whose axes each repeat a tone and its multiples, and a
-// steady turn. Few unknowns with smooth rotor speeds, for designs that have no derivatives.
+// Lissajous figures with overtones: each axis repeats a tone and its multiples, and yaw turns
+// steadily. Few unknowns with smooth rotor speeds, for designs without derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,11 +17,10 @@ inline constexpr int kOvertoneUnknowns = kFlatOutputs * kToneUnknowns + 1;
 using Overtones = Eigen::Matrix<double, kOvertoneUnknowns, 1>;
 
 Overtones OvertonesOf(const Lissajous& figure);
-// By how much each unknown may usefully differ, for figures of `size` m and `yaw_size` rad.
+// A useful search scale of each unknown, for figures of `size` m and `yaw_size` rad.
 Overtones OvertoneUnits(double size, double yaw_size);
-// Frequencies outside of 0.05 to 1.5 Hz are taken at those bounds. The figure swells from rest at
-// the origin within `ramp` seconds and dies away as slowly at the end; 0: it starts and ends in
-// motion.
+// Frequencies are clamped to 0.05 to 1.5 Hz. The amplitude grows from rest at the origin within
+// `ramp` seconds and falls as slowly at the end; 0: the figure starts and ends in motion.
 PiecewisePolynomial OvertonePath(const Overtones& figure, double duration, double ramp);
 
 }  // namespace trueline

@@ -104,7 +104,7 @@ DesignOutcome DesignByGramian(const DesignTask& task, const GramianCriterion& cr
   return outcome;
 }
 
-// Bounds on what is shown; infinite where the flight can't be flown.
+// Bounds on the constants in `show`; infinite if the flight cannot be flown.
 std::vector<double> ShownSigmas(const BoundDesign& design, const PiecewisePolynomial& path) {
   const std::vector<double> all = FlownSigmas(design, path);
   std::vector<double> sigma(design.show.size(), INFINITY);

@@ -1,4 +1,4 @@
-// A design by the criterion that is asked for, with what it is compared to.
+// Runs a design task and compares the result with random flights and figures.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,8 @@
 
 namespace trueline {
 
-// Scores: sigma_min of the scaled, marginalised Gramian; or, by the bound, how many times the
-// flight narrows the prior of what it shows (1 / rms of sigma / prior sigma). Larger is better.
+// Scores, larger is better. Gramian: sigma_min of the scaled, marginalised Gramian. Bound: the
+// factor by which the flight narrows the prior of `show` (1 / rms of sigma / prior sigma).
 struct DesignOutcome {
   DesignResult result;                      // by the bound: iterations are flights tried
   std::optional<double> exact_score;        // by the exact Gramian instead of E2LOG
@@ -22,7 +22,7 @@ struct DesignOutcome {
                                             // flown
 };
 
-// Throws InputError where no flight keeps the limits.
+// Throws InputError if no flight keeps the limits.
 DesignOutcome RunDesignTask(const DesignTask& task,
                             const std::function<void(const std::string&)>& progress);
 

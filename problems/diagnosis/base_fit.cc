@@ -24,13 +24,14 @@ Eigen::VectorXd RobustWeights(const BaseFlight& flight, const Eigen::VectorXd& r
   return weight;
 }
 
-// Rows at the present unknowns and column values.
+// Evaluates and linearises all rows at the current unknowns and column values.
 void Linearise(BaseFlight* flight, BaseFit* fit) {
   fit->rows = flight->Evaluate(fit->x, true);
   if (fit->columns.count() > 0) fit->rows.r += fit->columns.d_rows * fit->columns.value;
 }
 
-// One Gauss-Newton step; its size relative to what is known (the root of the decrease of the cost).
+// One Gauss-Newton step. Returns its size relative to the posterior (root of the decrease of the
+// cost).
 double Step(const BaseFlight& flight, BaseFit* fit) {
   const ChainSystem system(fit->Linear(flight), fit->noise);
   const Reduced& reduced = system.reduced();
@@ -53,7 +54,7 @@ double Step(const BaseFlight& flight, BaseFit* fit) {
 NoiseStrengths StartingNoise(const VgdOptions& options) {
   NoiseStrengths noise;
   noise.process = options.process;
-  noise.process.gust = 0.05;  // learned whatever the options say of it
+  noise.process.gust = 0.05;  // learned even where the options have none
   noise.process.gust_memory = 0.8;
   return noise;
 }

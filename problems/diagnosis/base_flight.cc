@@ -7,7 +7,7 @@
 namespace trueline {
 namespace {
 
-// Where a sample is read: moved into the segment, should an effect have shifted it past the ends.
+// The time at which a sample is evaluated: clamped to the segment if an effect shifted it outside.
 TimeNs Clamp(TimeNs t, const FlightPlan::SegmentSpan& span) {
   return std::clamp(t, span.begin + 1, span.end);
 }
@@ -91,12 +91,12 @@ FlightRows BaseFlight::Evaluate(const FlightUnknowns& x, bool derivatives) {
 
 namespace {
 
-// The gust at the next segment's start, or its own where none follows.
+// The gust at the next segment's start, or this segment's if no segment follows.
 Eigen::Vector2d NextGust(const FlightPlan& plan, const FlightUnknowns& x, int s) {
   return x.nodes[plan.segments[s].linked ? s + 1 : s].tail<kGustSize>();
 }
 
-// Adds d_gust0 and d_gust1 (rows x 2) where the rows' gusts stand.
+// Adds d_gust0 and d_gust1 (rows x 2) to the gusts' columns of the rows.
 template <class Derivative>
 void AddGust(const FlightPlan& plan, int s, int row, const Derivative& d0, const Derivative& d1,
              FlightRows* rows) {
@@ -116,7 +116,7 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
   const StateNode& node = *segments_[s]->StateAt(t);
   const GustGain gain =
       GustGainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
-  // What lies outside of the segment (after a shift in time) is read along the velocity.
+  // A fix shifted out of the segment is extrapolated along the velocity.
   const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
   Eigen::Vector3d p = node.value.head<3>() + beyond;
   p.head<2>() += gain.p0 * x.nodes[s].tail<kGustSize>() + gain.p1 * NextGust(plan_, x, s);

@@ -1,6 +1,6 @@
 // The whole flight as one chain of segments: fixes and accelerometer x, y against the IMU-driven
-// model (Li et al. 2019, eq. 15), with what the model leaves out as nuisances. This is the base fit
-// that a diagnosis takes its residuals from.
+// model (Li et al. 2019, eq. 15), with model errors as nuisances. The base fit that gives a
+// diagnosis its residuals.
 #pragma once
 
 #include <memory>
@@ -24,12 +24,13 @@ inline constexpr int kGustAt = kDriftSize + kStateSize;
 using NodeVector = Eigen::Matrix<double, kNodeSize, 1>;
 using ThetaVector = Eigen::Matrix<double, kThetaSize, 1>;
 
-// How a flight is cut, fixed by the log as it is: what an effect moves in time stays in its row.
+// The division of a flight into segments and rows. It comes from the log as recorded: a fix that an
+// effect moves in time keeps its row.
 struct FlightPlan {
   struct SegmentSpan {
     TimeNs begin, end;
-    bool linked;  // to the next one; false at the end of a stretch that can be integrated
-    int cluster;  // pass with the arc after it: the unit of evidence
+    bool linked;  // a step to the next segment follows; false at the end of a stretch
+    int cluster;  // a pass and the arc after it: the unit of the cluster variance
   };
   std::vector<SegmentSpan> segments;
   std::vector<std::size_t> fixes;   // indices into the log's fixes
@@ -39,10 +40,10 @@ struct FlightPlan {
   std::vector<TimeNs> cluster_starts;
   int clusters = 0;
 
-  // Throws InputError where nothing can be fitted: less than `min_clusters` passes.
+  // Throws InputError if the flight has fewer than `min_clusters` passes.
   static FlightPlan For(const FlightData& flight, const VgdOptions& options);
 
-  int SegmentOf(TimeNs t) const;  // the nearest one for times outside
+  int SegmentOf(TimeNs t) const;  // the nearest segment if t is outside
   int ClusterAt(TimeNs t) const;
 };
 
@@ -62,12 +63,12 @@ struct FlightRows {
 
 class BaseFlight {
  public:
-  // `log` must already be corrected by the effects that are known; `plan` comes from the log as it
-  // was. All must outlive this.
+  // `log` must already be corrected by the known effects; `plan` comes from the log as recorded.
+  // All arguments must outlive this object.
   BaseFlight(const FlightLog& log, const FlightPlan& plan, const VgdOptions& options,
              const ForceEffects& force_effects);
 
-  // A start from the fixes alone.
+  // Initial unknowns from the fixes alone.
   FlightUnknowns RoughStart(const std::vector<Pass>& passes) const;
 
   void SetForceEffects(const ForceEffects& effects);
@@ -83,7 +84,7 @@ class BaseFlight {
     return static_cast<int>(3 * plan_.fixes.size() + 2 * plan_.forces.size());
   }
   int rows() const { return measurement_rows() + 6 * static_cast<int>(plan_.segments.size()); }
-  // Measurement rows by segment, and what a measurement row is.
+  // Indices of the measurement rows of a segment, and the properties of a row.
   const std::vector<int>& RowsOfSegment(int segment) const { return segment_rows_[segment]; }
   bool IsFix(int row) const { return row < static_cast<int>(3 * plan_.fixes.size()); }
   double FixSigma(int row) const { return log_.fixes[plan_.fixes[row / 3]].sigma; }
@@ -93,7 +94,7 @@ class BaseFlight {
   }
   // First row of a link.
   int LinkRow(int segment) const { return measurement_rows() + 6 * segment; }
-  // The fitted motion at the times of the force samples, after Evaluate.
+  // The fitted state (p, v) at the time of force sample i, after Evaluate.
   Eigen::Matrix<double, 6, 1> StateAtForce(std::size_t i) const;
   Eigen::Matrix<double, 6, 1> StateAtFix(std::size_t i) const;
 

@@ -39,7 +39,7 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"accel_scale_z",
        kAccelerometer,
        {{"s", "1", 0.01, 0.5, 0.005}},
-       "the accelerometer's thrust axis reads a constant share too much",
+       "the accelerometer's thrust axis reads too much by a constant factor",
        "climb, dive and turn hard, so that thrust leaves its hover value"},
       {"accel_bias_drift",
        kAccelerometer,
@@ -56,12 +56,12 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"ahrs_acceleration_error",
        kAttitude,
        {{"k", "1/s", 0.1, 3.0, 0.01, false}},
-       "the attitude filter takes acceleration for gravity, so that its tilt error follows it",
+       "the attitude filter mistakes acceleration for gravity, so its tilt error follows it",
        "hold an acceleration for several seconds, and then a speed"},
       {"tilt_scale",
        kAttitude,
        {{"s", "1", 0.01, 0.5, 0.01}},
-       "the attitude filter states a constant share too much tilt",
+       "the attitude filter states a tilt that is too large by a constant factor",
        "turn hard between gates whose distance from each other is known well"},
       {"heading_drift",
        kAttitude,
@@ -71,7 +71,7 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"heading_distortion",
        kAttitude,
        {{"a_sin", "rad", 0.01, 0.5, 0.006}, {"a_cos", "rad", 0.01, 0.5, 0.006}},
-       "magnetic fields of the vehicle bend the compass by an amount that depends on heading",
+       "magnetic fields of the vehicle deflect the compass by an angle that depends on heading",
        "pass gates of many headings"},
       {"attitude_latency",
        kAttitude,
@@ -86,29 +86,29 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"fix_scale",
        kFix,
        {{"s", "1", 0.01, 0.5, 0.005}},
-       "distances to gates are a constant share too long: wrong gate size or focal length",
+       "distances to gates are too long by a constant factor: wrong gate size or focal length",
        "see gates from far and near, at several speeds"},
       {"camera_misalignment",
        kFix,
        {{"roll", "rad", 0.01, 0.3, 0.003},
         {"pitch", "rad", 0.01, 0.3, 0.003},
         {"yaw", "rad", 0.01, 0.3, 0.003}},
-       "the camera points elsewhere than its calibration says",
+       "the camera's orientation differs from its calibration",
        "see gates from far and near, off the middle of the picture too"},
       {"gate_moved",
        kFix,
        {{"dx", "m", 0.02, 2.0, 0.02}, {"dy", "m", 0.02, 2.0, 0.02}, {"dz", "m", 0.02, 2.0, 0.02}},
-       "a gate stands elsewhere than on the map",
+       "a gate is not at its place on the map",
        "pass the gate in both directions"},
       {"false_gate",
        kFix,
        {{"fraction", "1", 0.01, 0.9, 0.01, false}},
-       "a share of the fixes belongs to something that is no gate",
-       "look at the pictures of the fixes that lie apart"},
+       "a share of the fixes is of another object than a gate",
+       "look at the pictures of the outlying fixes"},
   };
 }
 
-// Gates that fixes name.
+// The gate numbers that occur in fixes.
 std::set<int> GatesSeen(const FlightLog& log) {
   std::set<int> gates;
   for (const Fix& fix : log.fixes) {
@@ -120,7 +120,7 @@ std::set<int> GatesSeen(const FlightLog& log) {
 bool Applies(const EffectInfo& info, const FlightLog& log, const CandidateScope& scope) {
   if (info.enters == EntersAt::kAttitude && !scope.attitude) return false;
   if (info.enters == EntersAt::kAccelerometer && !scope.accelerometer) return false;
-  // Without the accelerometer's x and y, a wind is the same as a tilt of E'.
+  // Without the accelerometer's x and y a wind cannot be distinguished from a tilt of E'.
   if (info.id == "wind" && !scope.drag_measured) return false;
   const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
   if (needs_map && log.gates.empty()) return false;
@@ -188,13 +188,13 @@ std::string Candidate::Label() const {
 }
 
 std::vector<Candidate> CandidatesFor(const FlightLog& log, const CandidateScope& scope) {
-  constexpr int kSteps = 12;  // times tried for a step; a refit moves the best one
+  constexpr int kSteps = 12;  // times tried for a step effect; a refit refines the best one
   std::vector<Candidate> candidates;
   for (const EffectInfo& info : Catalogue()) {
     if (!Applies(info, log, scope) || info.id == "false_gate") continue;
     if (info.id == "gate_moved") {
       const std::set<int> gates = GatesSeen(log);
-      // With one gate, a move of it is the choice of the origin.
+      // With a single gate, moving it only moves the origin.
       if (gates.size() < 2) continue;
       for (const int gate : gates) candidates.push_back({&info, {{"gate", gate}}});
     } else if (info.id == "drag_step") {

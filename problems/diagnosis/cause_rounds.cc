@@ -21,7 +21,7 @@ namespace {
 
 using Terms = std::vector<CauseSearch::Described>;
 
-// What is found is not looked for again; a step may happen once.
+// Removes effects that were found. A step effect may occur once.
 std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found) {
   std::erase_if(candidates, [&](const Candidate& c) {
     return std::any_of(found.begin(), found.end(), [&](const Found& f) {
@@ -40,16 +40,16 @@ CandidateReport Report(const Tested& t, double alpha, int clusters) {
   return report;
 }
 
-// Whether a force cause leaves a drag that drives the vehicle: it and drag have taken each other's
-// part.
+// True if a force effect is fitted together with a drag that accelerates the vehicle (K_x or K_y
+// positive by 3 sigmas): the two are strongly correlated and neither value is physical.
 bool DrivesTheVehicle(const CauseSearch& search, const Found& f) {
   if (f.candidate.info->enters != EntersAt::kForce) return false;
   const ThetaVector value = search.Parameters(), sigma = search.Sigmas();
   return value[0] > 3.0 * sigma[0] || value[1] > 3.0 * sigma[1];  // K_x, K_y
 }
 
-// What does not stand any more beside the others, once refitted, goes; true if any did. It is not
-// tried again.
+// Drops the last cause that is no longer significant given the others, or no longer plausible, and
+// excludes it from later rounds. True if one was dropped.
 bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Candidate>* candidates,
                        Rounds* rounds) {
   for (std::size_t i = rounds->found.size(); i-- > 0;) {
@@ -64,7 +64,7 @@ bool DropExplainedAway(const CauseSearch& search, double alpha, std::vector<Cand
   return false;
 }
 
-// Terms that are no effect's and explain clearly more than any effect does.
+// Library terms that are significant and explain clearly more than any effect.
 Terms Stands(Terms described, double alpha, double merit) {
   constexpr double kClearlyBetter = 10.0;  // of merit
   const double tried = static_cast<double>(described.size());
@@ -74,14 +74,14 @@ Terms Stands(Terms described, double alpha, double merit) {
   return described;
 }
 
-// Whether most of a cause's size is left in `test`, which had something else beside it.
+// True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
 bool Keeps(const Found& f, const ScoreTest& test) {
   const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
   return alone.dot(test.value.cwiseQuotient(test.sigma)) > -0.5 * alone.squaredNorm();
 }
 
-// A cause that the strongest of such terms explains away, or mostly so, was the term's nearest
-// likeness and no more.
+// Drops causes that the strongest library term explains away, wholly or by more than half: such an
+// effect only approximates the term.
 void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Rounds* rounds) {
   for (std::size_t i = rounds->found.size(); i-- > 0;) {
     const ScoreTest test = search->TestFound(rounds->found, i, terms.front().columns);
@@ -91,7 +91,7 @@ void DropLikenesses(const Terms& terms, double alpha, CauseSearch* search, Round
   }
 }
 
-// s between the times that are tried for a step; zero without one.
+// Seconds between the times tried for a step effect; zero if there is none.
 double StepSpacing(const std::vector<Candidate>& candidates) {
   double last = 0.0, spacing = 0.0;
   for (const Candidate& c : candidates) {
@@ -103,7 +103,7 @@ double StepSpacing(const std::vector<Candidate>& candidates) {
   return spacing;
 }
 
-// A step at the best time between those that were tried: three to either side.
+// Refines the time of a step effect: three finer times to either side.
 Tested Sharpened(const Tested& best, double spacing, CauseSearch* search) {
   constexpr int kReach = 3;
   const auto t = best.candidate.fixed.find("t_step");
@@ -117,11 +117,11 @@ Tested Sharpened(const Tested& best, double spacing, CauseSearch* search) {
   Tested sharp =
       *std::max_element(tested.begin(), tested.end(),
                         [](const Tested& a, const Tested& b) { return a.Merit() < b.Merit(); });
-  sharp.p = best.p;  // corrected for the times that were tried at first
+  sharp.p = best.p;  // already corrected for the number of times tried
   return sharp;
 }
 
-// Takes a cause into the model, and drops those that it explains away.
+// Adds a cause to the model, refits, and drops causes that it explains away.
 void Take(const Tested& best, double p, std::vector<std::string> confused, double alpha,
           CauseSearch* search, std::vector<Candidate>* candidates, Rounds* rounds) {
   rounds->found.push_back({best.candidate, ValueOf(best)});
@@ -131,8 +131,9 @@ void Take(const Tested& best, double p, std::vector<std::string> confused, doubl
   while (DropExplainedAway(*search, alpha, candidates, rounds)) Refit(search, &rounds->found);
 }
 
-// Before it is refitted an effect may look weaker than a term that only resembles it: takes the
-// best cause on trial, and gives it back where such a term still stands.
+// An effect that is linearised far from its value may appear weaker than a library term that only
+// approximates it. Adds the best effect on trial and removes it if such a term remains significant
+// after the refit.
 bool TakeOnTrial(const std::vector<Tested>& tested, const Tested& best, int tried,
                  const DiagnosisOptions& options, CauseSearch* search,
                  std::vector<Candidate>* candidates, Rounds* rounds) {

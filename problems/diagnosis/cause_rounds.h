@@ -1,5 +1,5 @@
-// The search for causes in rounds: all candidates are tested, the best one is taken, the model is
-// refitted, and what another cause explains away goes.
+// Stepwise search for causes. Each round tests all candidates, adds the best one, refits the model
+// and drops causes that are no longer significant.
 #pragma once
 
 #include "problems/diagnosis/search.h"
@@ -11,13 +11,13 @@ struct Rounds {
   std::vector<Found> found;
   std::vector<double> p;  // corrected for the number of candidates
   std::vector<std::vector<std::string>> confused;
-  std::vector<CandidateReport> candidates;  // all that were tried, tested alone
-  std::vector<std::string> goes_with;       // terms that no effect stands for, strongest first
+  std::vector<CandidateReport> candidates;  // all that were tested, each singly
+  std::vector<std::string> goes_with;       // significant library terms, strongest first
 
   void Remove(std::size_t which);
 };
 
-// Rounds until nothing stands out; `search` ends fitted with what was found.
+// Runs rounds until no candidate is significant; `search` ends fitted with the causes found.
 Rounds SearchCauses(const std::vector<Candidate>& candidates, const DiagnosisOptions& options,
                     CauseSearch* search);
 

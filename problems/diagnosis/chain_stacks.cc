@@ -6,9 +6,10 @@
 namespace trueline {
 namespace {
 
-constexpr double kOpenPosition = 100.0, kOpenVelocity = 50.0;  // m, m/s: sigma at a stretch's start
+constexpr double kOpenPosition = 100.0, kOpenVelocity = 50.0;  // m, m/s: prior sigma of an unknown
+                                                               // initial state
 
-// As in WindowProblem: a floor far below anything that matters keeps the covariance regular.
+// As in WindowProblem: a negligible floor keeps the covariance regular.
 Matrix9d LinkWhitening(const ProcessNoise& noise, double seconds, double gravity) {
   Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
   cov.diagonal().head<6>().array() += 1e-6;
@@ -17,7 +18,7 @@ Matrix9d LinkWhitening(const ProcessNoise& noise, double seconds, double gravity
   return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
 }
 
-// Row `at` of the stack from a row of the flight, times w.
+// Copies a row of the flight, times w, to row `at` of the stack.
 void CopyRow(const LinearFlight& linear, int row, double w, int at, RowStack* stack) {
   const int columns = linear.columns.count();
   stack->node().row(at) = w * linear.rows.d_node.row(row);
@@ -86,7 +87,8 @@ RowStack LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& nois
       unit.cwiseProduct(there.head<3>() - alpha * here.head<3>());
   const Matrix9d whiten = LinkWhitening(noise.process, h, linear.flight.gravity());
   stack.values.topRows<9>() = (whiten * stack.values.topRows<9>()).eval();
-  stack.log_weights += whiten.diagonal().array().log().sum();  // it is triangular
+  stack.log_weights += whiten.diagonal().array().log().sum();  // log determinant of a triangular
+                                                               // matrix
 
   const double beta = noise.process.GustDecay(h);
   const double w = 1.0 / noise.process.GustStepSigma(h);
@@ -108,7 +110,7 @@ RowStack StartStack(const LinearFlight& linear, int s, const NoiseStrengths& noi
   w.segment<3>(kStateAt + 3).setConstant(1.0 / kOpenVelocity);
   w.tail<2>().setConstant(1.0 / noise.process.gust);
   NodeVector at_prior = linear.x.nodes[s];
-  at_prior.segment<kStateSize>(kStateAt).setZero();  // open: wherever it is
+  at_prior.segment<kStateSize>(kStateAt).setZero();  // the initial state has no prior mean
   stack.node() = w.asDiagonal();
   stack.values.col(stack.values.cols() - 1) = w.cwiseProduct(at_prior);
   stack.log_weights += w.array().log().sum();

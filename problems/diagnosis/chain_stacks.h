@@ -7,19 +7,19 @@
 
 namespace trueline {
 
-// How strong everything is that the model leaves out; learned from the flight (LearnNoise).
+// Strengths of all noise and unmodelled processes; learned from the flight (LearnNoise).
 struct NoiseStrengths {
-  double fix_scale = 1.0;  // of the detector's own sigmas
+  double fix_scale = 1.0;  // factor on the detector's stated sigmas
   // m/s^2, of a smoothed sample of the accelerometer's x or y, white part.
   double force_sigma = 0.1;
   ProcessNoise process;
 };
 
-// Effect parameters and other quantities that act on all rows linearly.
+// Effect parameters and other quantities that act linearly on all rows.
 struct Columns {
   Eigen::MatrixXd d_rows;     // derivative of the rows of FlightRows, a column each
-  Eigen::VectorXd precision;  // of a prior with mean zero; 0: none
-  Eigen::VectorXd value;      // where the rows stand
+  Eigen::VectorXd precision;  // of a zero-mean prior; 0: no prior
+  Eigen::VectorXd value;      // at the linearisation point
 
   int count() const { return static_cast<int>(precision.size()); }
   static Columns None(int rows) { return {Eigen::MatrixXd(rows, 0), {}, {}}; }
@@ -27,7 +27,7 @@ struct Columns {
   Columns With(const Columns& more) const;
 };
 
-// A flight linearised: everything that whitening and elimination need. Points into its parts.
+// A linearised flight: all inputs of whitening and elimination, by reference.
 struct LinearFlight {
   const BaseFlight& flight;
   const FlightRows& rows;         // with derivatives
@@ -57,14 +57,14 @@ struct RowStack {
 // Fixes (or forces) of a segment, their sigmas times `scale`.
 RowStack FixStack(const LinearFlight& linear, int segment, double scale);
 RowStack ForceStack(const LinearFlight& linear, int segment, double sigma);
-// The step to the next segment, where there is one: (p, v, drift) with the covariance that the
-// processes build up, and the gust.
+// The process rows from a segment to the next, if one follows: (p, v, drift) with the covariance
+// that the processes accumulate, and the gust.
 RowStack LinkStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
-// What is known of a stretch's first unknowns.
+// The prior on a stretch's first unknowns.
 RowStack StartStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
 bool StartsStretch(const FlightPlan& plan, int segment);
 
-// A segment's unknowns eliminated: factors for the way back.
+// An eliminated segment: factors for back-substitution.
 struct EliminatedSegment {
   Eigen::Matrix<double, kNodeSize, kNodeSize> L;  // Cholesky factor
   Eigen::Matrix<double, kNodeSize, kNodeSize> next;
@@ -75,7 +75,8 @@ struct EliminatedSegment {
 class ChainElimination {
  public:
   explicit ChainElimination(int width);
-  // gram: values' * values of all rows of a segment. The factors go to `out`, where it is not null.
+  // gram: values' * values of all rows of a segment. The factors are stored in `out` if it is not
+  // null.
   void Add(const Eigen::MatrixXd& gram, EliminatedSegment* out);
 
   const Eigen::MatrixXd& border() const { return C_; }  // width x width

@@ -7,7 +7,7 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 
-// All rows of a segment, one kind below the other.
+// Stacks all rows of a segment, kind by kind.
 RowStack Join(const std::vector<RowStack>& parts, int width) {
   int count = 0;
   for (const RowStack& part : parts) count += static_cast<int>(part.row.size());

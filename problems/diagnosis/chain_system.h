@@ -1,6 +1,6 @@
-// The linearised flight as a chain of segments with a border: block-tridiagonal normal equations of
-// all segments' unknowns, eliminated onto the border (theta, effect parameters, the residual), so
-// that one sweep serves every candidate at once and costs a few milliseconds.
+// The linearised flight as a chain of segments with a border. The normal equations of the segments'
+// unknowns are block-tridiagonal and are eliminated onto the border (theta, effect parameters, the
+// residual). One elimination serves all candidates and takes a few milliseconds.
 #pragma once
 
 #include <vector>
@@ -9,37 +9,37 @@
 
 namespace trueline {
 
-// What is left when all segments' unknowns are eliminated: 1/2 z'Mz + b'z + rss/2 over the border
+// The cost after all segments' unknowns are eliminated: 1/2 z'Mz + b'z + rss/2 over the border
 // unknowns z = (theta, columns), priors included.
 struct Reduced {
   Eigen::MatrixXd M;
   Eigen::VectorXd b;
   double rss = 0.0;          // of the residual alone, segments' unknowns at their best
   double log_det = 0.0;      // of the segments' part of the normal matrix
-  double log_weights = 0.0;  // sum of the logarithms of what whitens the rows
+  double log_weights = 0.0;  // sum of the log determinants of the rows' whitening
 };
 
-// From the eliminated border, with the priors of theta and columns.
+// Adds the priors of theta and columns to the eliminated border.
 Reduced Reduce(const LinearFlight& linear, const ChainElimination& elimination, double log_weights);
 
-// Logarithm of the marginal likelihood with the first `nuisances` border unknowns integrated out
-// and the others at their best, up to a constant that no strength changes.
+// Log marginal likelihood up to a constant that does not depend on the strengths: the first
+// `nuisances` border unknowns are integrated out, the others are at their optimum.
 double LogEvidence(const Reduced& reduced, int nuisances);
 
 class ChainSystem {
  public:
-  // What `linear` points to must outlive this.
+  // All that `linear` refers to must outlive this object.
   ChainSystem(const LinearFlight& linear, const NoiseStrengths& noise);
 
   const Reduced& reduced() const { return reduced_; }
   int border() const { return static_cast<int>(reduced_.b.size()); }
 
-  // The segments' unknowns that go with border values (border() + 1 rows; the last one multiplies
-  // the residual), a column each: by segment, kNodeSize rows.
+  // The segments' unknowns that minimise the cost at the given border values (border() + 1 rows;
+  // the last one multiplies the residual), one column each: kNodeSize rows for each segment.
   std::vector<Eigen::MatrixXd> NodesFor(const Eigen::MatrixXd& border_values) const;
 
-  // Sums over each cluster's rows of e_i v_i: e are the whitened residuals for border values `e`
-  // (border() + 1), v those for each column of `v`. Clusters x columns of v.
+  // For each cluster the sum over its rows of e_i v_i: e are the whitened residuals at the border
+  // values `e` (border() + 1 numbers), v those at each column of `v`. Clusters x columns of v.
   Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e, const Eigen::MatrixXd& v) const;
 
   // Whitened residuals of the measurement rows for border values `e`.

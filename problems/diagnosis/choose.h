@@ -1,5 +1,5 @@
-// Which of the tested candidates is taken, for both kinds of drive. A "tested" has a candidate, p
-// (corrected for the candidates of the same id), Merit() and a ValueOf (its estimate).
+// Selection among tested candidates, for both drives. The type Tested has a candidate, p (corrected
+// for the candidates of the same id), Merit() and a ValueOf (its estimate).
 #pragma once
 
 #include <set>
@@ -10,15 +10,15 @@
 
 namespace trueline {
 
-// Value within what a real vehicle has, of a sign that physics allows.
+// True if the value is within the range of real vehicles and of a physical sign.
 bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value);
 
 int DistinctIds(const std::vector<Candidate>& candidates);
 
-// With names and units of the parameters; sizes are left to the caller.
+// A report with names and units of the parameters; the caller fills in sizes.
 CandidateReport NamedReport(const Candidate& candidate, double z, double p);
 
-// The best of those that stand out, or none.
+// The significant, plausible candidate of the greatest merit, or null.
 template <class Tested>
 const Tested* Best(const std::vector<Tested>& tested, double alpha) {
   const Tested* best = nullptr;
@@ -29,9 +29,9 @@ const Tested* Best(const std::vector<Tested>& tested, double alpha) {
   return best;
 }
 
-inline constexpr double kAsGood = 6.0;  // of merit: within this, two effects fit alike
+inline constexpr double kAsGood = 6.0;  // effects whose merits differ by less fit equally well
 
-// Ids of the others that fit alike.
+// Ids of the other effects that fit equally well.
 template <class Tested>
 std::vector<std::string> ConfusedWith(const std::vector<Tested>& tested, const Tested& best) {
   std::set<std::string> ids;

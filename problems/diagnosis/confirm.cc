@@ -10,11 +10,11 @@
 namespace trueline {
 namespace {
 
-constexpr double kAlpha = 0.05;  // one test, of a hypothesis that another flight has made
+constexpr double kAlpha = 0.05;  // a single test: the hypothesis comes from another flight
 
 bool IsFalseGate(const Cause& cause) { return cause.candidate.info->id == "false_gate"; }
 
-// Of the same sign, and of a size that may be the same.
+// True if signs agree and sizes are compatible.
 bool Agrees(const Cause& cause, const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {
   constexpr double kApart = 3.0;  // sigmas
   const Eigen::VectorXd neutral = cause.candidate.Neutral();
@@ -34,7 +34,7 @@ const Gate* GateOf(const FlightLog& log, int id) {
   return nullptr;
 }
 
-// The effect can be asked for on the log, and a gate is the same one.
+// True if the effect is testable on the log and its gate, if any, is at the same place.
 bool Testable(const Candidate& candidate, const FlightLog& first, const FlightLog& log,
               const DiagnosisOptions& options) {
   constexpr double kSamePlace = 0.5;  // m

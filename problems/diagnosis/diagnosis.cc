@@ -27,7 +27,7 @@ void StoreCauses(const CauseSearch& search, const Rounds& rounds, Diagnosis* dia
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const Found& f = rounds.found[i];
     const ScoreTest test = search.TestFound(rounds.found, i);
-    // An ordinary effect of the same kind is in the value as well.
+    // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
     diagnosis->causes.push_back(
@@ -74,7 +74,7 @@ bool HasGates(const FlightLog& log) {
   return std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& f) { return f.gate >= 0; });
 }
 
-// A search with nothing but the base fit.
+// A search with the base fit solved.
 std::unique_ptr<CauseSearch> FittedSearch(const FlightLog& data, const DiagnosisOptions& options) {
   auto search = std::make_unique<CauseSearch>(data, OpenPriors(options.vgd));
   std::vector<Found> none;
@@ -82,11 +82,11 @@ std::unique_ptr<CauseSearch> FittedSearch(const FlightLog& data, const Diagnosis
   return search;
 }
 
-// Any of the flight's places might be it.
+// Bonferroni: the test counts as one more entry of the catalogue.
 double FalseGateAlpha(const DiagnosisOptions& options) { return options.alpha / 100.0; }
 
-// A false gate that is still there once the catalogue's effects have explained what they can, and
-// no general term stands: a camera that is turned far enough sets all fixes of a pass aside, too.
+// A false gate that remains after the catalogue's effects are fitted, provided no library term is
+// significant. A strongly rotated camera also displaces all fixes of a pass.
 std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
                                                 const DiagnosisOptions& options,
                                                 CauseSearch* search) {
@@ -96,18 +96,19 @@ std::optional<FalseGate> FalseGateBeyondEffects(const FlightLog& data,
   const auto trial = FittedSearch(data, options);
   const Rounds rounds =
       SearchCauses(CandidatesFor(data, ScopeOf(data, options)), options, trial.get());
-  if (!rounds.goes_with.empty()) return std::nullopt;  // nor of what no effect stands for
+  if (!rounds.goes_with.empty()) return std::nullopt;  // unexplained motion: no false gate
   return FindFalseGate(trial->flight(), trial->fit(), alpha) ? found : std::nullopt;
 }
 
-// Causes that make held-out arcs worse for sure are no explanations, however well they fit: the
-// last one found goes first, the others are measured anew.
+// Removes causes that make held-out arcs significantly worse: the last one found first. The others
+// are then measured again.
 void DropHarmful(const FlightLog& data, const GainLogs& logs, const DiagnosisOptions& options,
                  CauseSearch* search, Rounds* rounds, Diagnosis* diagnosis) {
   if (diagnosis->causes.empty()) return;
   const auto spare = FittedSearch(data, options);
-  // One process for all models, so that only they differ: what the flight shows without causes. A
-  // larger one would let windows forget their past, and hide what the model does on an arc.
+  // All models are compared under one process noise, the one learned without causes, so that only
+  // the models differ. A larger one would let windows forget their past and hide model errors on an
+  // arc.
   DiagnosisOptions measured = options;
   measured.vgd.process = spare->fit().noise.process;
   const HeldOutErrors bare = ErrorsOf(FitHalves(logs.recorded, *spare, {}), *spare, measured.vgd);
@@ -131,12 +132,13 @@ void DropHarmful(const FlightLog& data, const GainLogs& logs, const DiagnosisOpt
   diagnosis->gain = diagnosis->open_loop = Gain();
 }
 
-// All gates, all times: with two gates, a move of one is that of the other, too.
+// Excludes a candidate at all gates and times: with two gates, moving one is equivalent to moving
+// the other.
 void Exclude(const Candidate& which, std::vector<Candidate>* candidates) {
   std::erase_if(*candidates, [&](const Candidate& c) { return c.info->id == which.info->id; });
 }
 
-// The diagnosis of one flight; everything but the verdict.
+// The diagnosis of one flight, without the verdict.
 class OneFlight {
  public:
   OneFlight(const FlightLog& log, const DiagnosisOptions& options)
@@ -162,7 +164,7 @@ class OneFlight {
   }
 
  private:
-  // What a search ends with, beside `diagnosis_`.
+  // The state at the end of one search.
   struct Outcome {
     std::unique_ptr<CauseSearch> search;
     Rounds rounds;
@@ -186,8 +188,8 @@ class OneFlight {
     return outcome;
   }
 
-  // What held-out flight speaks against may have stood in another's way: searches again without it,
-  // and takes that where it leaves nothing unexplained.
+  // A cause that makes held-out flight worse may have kept a correlated one out of the model.
+  // Searches again without such causes and takes that result if nothing is left unexplained.
   Rounds Search() {
     constexpr int kSearches = 3;
     std::vector<Candidate> candidates = CandidatesFor(data_, ScopeOf(data_, options_));

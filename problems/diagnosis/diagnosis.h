@@ -1,4 +1,4 @@
-// Diagnosis: what the calibrated model gets wrong on a flight, and its name.
+// Diagnosis: which effects the calibrated model lacks on a flight.
 #pragma once
 
 #include <memory>
@@ -16,14 +16,14 @@ struct Misfit;  // misfit.h
 struct DiagnosisOptions {
   VgdOptions vgd;
   bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
-  double mocap_interval = 0.1;  // s, between mocap positions that are used
+  double mocap_interval = 0.1;  // s, between the mocap positions used
   double mocap_sigma = 0.01;    // m
   double alpha = 0.01;          // chance of a false cause, over the whole catalogue
   int max_causes = 4;
   bool measure_gain = true;
 };
 
-// Improvement on arcs (or replays) that took no part in fitting parameters and causes.
+// Improvement on held-out arcs (or replays): parameters and causes are fitted without them.
 struct Gain {
   int arcs = 0;
   double before = 0.0, after = 0.0;  // m, mean error
@@ -31,11 +31,11 @@ struct Gain {
   std::string metric = "final_point_error";
 };
 
-// A cause on another flight of the vehicle.
+// A cause's result on another flight of the vehicle.
 struct Repeat {
   std::string log;
   std::string outcome;           // repeats | differs | not shown | can't be tested
-  Eigen::VectorXd value, sigma;  // as that flight has it; empty where it can't be tested
+  Eigen::VectorXd value, sigma;  // the estimate on that flight; empty if not testable
   double p = 1.0;                // of the one test
 };
 
@@ -47,7 +47,7 @@ struct Cause {
   Gain gain;                      // final points, against the model with the other causes alone
   Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
   std::vector<Repeat> repeats;    // by further flight
-  std::optional<bool> confirmed;  // by most of them; empty where there is one flight only
+  std::optional<bool> confirmed;  // by most further flights; empty if there are none
 
   Effect effect() const { return candidate.At(value); }
 };
@@ -64,10 +64,10 @@ struct ModelParameter {
   double value, sigma;
 };
 
-// A fix or a sample of the accelerometer against the fit, in sigmas (as learned), before and after.
+// Residual of a fix or accelerometer sample in learned sigmas, before and after the causes.
 struct RowReport {
   TimeNs t;
-  bool fix;  // else a force, which has x and y only
+  bool fix;  // else a force sample, which has x and y only
   int gate;  // -1 for none
   Eigen::Vector3d before, after;
 };
@@ -75,13 +75,13 @@ struct RowReport {
 struct Diagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
-  std::vector<Cause> set_aside;  // stood out, but make held-out arcs worse
+  std::vector<Cause> set_aside;  // significant, but make held-out flight worse
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
-  std::vector<std::string> unexplained_by;   // what the residual goes with, strongest first
+  std::vector<std::string> unexplained_by;   // variables correlated with the residual
   double rms_before = 0.0, rms_after = 0.0;  // of whitened fixes
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
-  std::vector<ModelParameter> parameters;  // the model with the causes in it
+  std::vector<ModelParameter> parameters;  // of the model with the causes
   NoiseStrengths noise;
   std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
@@ -90,8 +90,8 @@ struct Diagnosis {
   int clusters = 0;
 };
 
-// Causes are searched on the first flight; each counts only if it repeats on the others, where
-// there are any. Throws InputError where a log can't be diagnosed.
+// Searches causes on the first flight. Where there are further flights, a cause must repeat on
+// them. Throws InputError if a log cannot be diagnosed.
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const DiagnosisOptions& options);
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-// The table of trueline-diagnose, for people.
+// The table of trueline-diagnose for standard output.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -48,7 +48,7 @@ std::string CauseText(const Cause& cause) {
   }
   text += GainTexts(cause.gain, cause.open_loop);
   if (!cause.confused_with.empty()) {
-    text += fmt::format("    as good on this flight: {}; to tell them apart: {}\n",
+    text += fmt::format("    fits equally well: {}; to separate them: {}\n",
                         fmt::join(cause.confused_with, ", "), cause.candidate.info->separate_by);
   }
   return text;
@@ -56,7 +56,7 @@ std::string CauseText(const Cause& cause) {
 
 std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
   std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
-                                  "estimate", "would have been found from");
+                                  "estimate", "detectable from");
   for (const CandidateReport& c : candidates) {
     table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
                          Sizes(c, c.value), Sizes(c, c.detectable));

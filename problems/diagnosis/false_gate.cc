@@ -12,9 +12,9 @@ namespace {
 constexpr double kApart = 4.0;       // sigmas of a fix from the path: hardly noise
 constexpr double kAgree = 3.0;       // sigmas between two that agree
 constexpr int kFewest = 6;           // fixes that make a place
-constexpr double kElsewhere = 0.25;  // m from the gate: nearer than this it is a poor detection
+constexpr double kElsewhere = 0.25;  // m from the gate: a nearer one is a poor detection
 constexpr double kShare = 0.3;       // of the outliers, at least, agree on the place
-constexpr double kWidest = 2.0;  // m, smallest box that outliers are thought to fill, to each side
+constexpr double kWidest = 2.0;  // m, half the side of the smallest box that outliers spread over
 
 struct Outlier {
   std::size_t fix;
@@ -27,7 +27,7 @@ std::vector<Outlier> OutliersOf(const BaseFlight& flight, const BaseFit& fit) {
   std::vector<Outlier> outliers;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& at = flight.log().fixes[flight.plan().fixes[i]];
-    const double sigma = at.sigma;  // as stated: what is learned has swallowed the outliers
+    const double sigma = at.sigma;  // as stated: the learned sigma includes the outliers
     const Eigen::Vector3d d = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
     if (at.gate >= 0 && d.norm() > kApart * sigma) {
       outliers.push_back({flight.plan().fixes[i], at.gate, d, sigma});
@@ -45,8 +45,8 @@ std::vector<Outlier> AgreeingWith(const Outlier& centre, const std::vector<Outli
   return agreeing;
 }
 
-// Chance that of n outliers, spread evenly over a box, m or more fall within reach of one of them:
-// a Poisson tail (by chi-square), for each of them as the centre.
+// Probability that, of n outliers spread uniformly over a box, at least m lie within reach of one
+// of them: a Poisson tail (by chi-square), times n for the choice of the centre.
 double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers) {
   double half = kWidest;
   for (const Outlier& o : outliers) half = std::max(half, o.d.cwiseAbs().maxCoeff());
@@ -54,8 +54,8 @@ double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers
   return std::min(1.0, n * (1.0 - ChiSquareTail(2.0 * n * share, 2.0 * (m - 1))));
 }
 
-// Whether fixes of the same gate from the same distance lie on the path elsewhere: what is wrong
-// with all of them (a lens, a size) is no false gate.
+// True if other fixes of the same gate from the same distance lie on the path. If all fixes are
+// displaced, the cause is a lens or size error and not a false gate.
 bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
                    const std::vector<Outlier>& agreeing) {
   constexpr double kSameDistance = 0.5;  // m
@@ -82,16 +82,16 @@ bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
   return bystanders >= kLeastShare * all;
 }
 
-// Fixes of gates at which an offset of d (m) would stand out from the path.
+// Fixes of gates at which an offset of d (m) would be a clear outlier.
 template <class Fixes>
 int Visible(const Fixes& fixes, double d) {
-  constexpr double kSurely = 1.5;  // sigmas beyond kApart
+  constexpr double kSurely = 1.5;  // margin beyond kApart, sigmas
   return static_cast<int>(std::count_if(fixes.begin(), fixes.end(), [d](const auto& fix) {
     return fix.gate >= 0 && d > (kApart + kSurely) * fix.sigma;
   }));
 }
 
-// Of those, the ones that are displaced by about d (m, E) rather than by nothing or anything else.
+// The number of these fixes whose displacement is about d (m, E), rather than zero or another.
 int DisplacedBy(const Eigen::Vector3d& d, const BaseFlight& flight, const BaseFit& fit) {
   int count = 0;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
@@ -137,12 +137,12 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   double weights = 0.0;
   for (const Outlier& o : best) {
     found.fixes.push_back(o.fix);
-    // A fix is map position less vector, so that an object beside the gate moves it the other way.
+    // A fix is map position less measured vector, so the object's offset has the opposite sign.
     found.offset -= o.d / (o.sigma * o.sigma);
     weights += 1.0 / (o.sigma * o.sigma);
   }
   found.offset /= weights;
-  // Far from the gate an offset drowns in noise: shares are those of the fixes that show it.
+  // Far from the gate noise exceeds the offset: the share counts only fixes that resolve it.
   int count = Visible(flight.log().fixes, found.offset.norm());
   if (const int displaced = DisplacedBy(-found.offset, flight, fit); displaced >= kFewest) {
     found.fraction = displaced / static_cast<double>(count);
@@ -170,7 +170,7 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
           ChanceOf(others + least, least, kAgree * std::sqrt(2.0) * sigma, outliers) >= alpha)) {
     ++least;
   }
-  // So many on the average that a Poisson count reaches `least` with that power.
+  // The expected number at which a Poisson count reaches `least` with that power.
   double mean = least;
   while (ChiSquareTail(2.0 * mean, 2.0 * least) > 1.0 - kPower) mean += 0.1;
   return std::min(1.0, mean / visible);

@@ -1,4 +1,5 @@
-// Fixes that belong to no gate: many that lie apart from the path by one and the same offset.
+// Detections of another object than the gate: many fixes displaced from the path by the same
+// offset.
 #pragma once
 
 #include <optional>
@@ -8,19 +9,18 @@
 namespace trueline {
 
 struct FalseGate {
-  std::vector<std::size_t> fixes;  // indices into the log's fixes
-  double fraction = 0.0;           // of the fixes near enough to show the offset
-  double sigma = 0.0;              // of the fraction
-  int gate = -1;                   // the only gate that it happens at; -1: any
-  Eigen::Vector3d offset =
-      Eigen::Vector3d::Zero();  // m, E: what is taken for the gate stands there
-  double p = 1.0;               // that so many outliers agree by chance
+  std::vector<std::size_t> fixes;                    // indices into the log's fixes
+  double fraction = 0.0;                             // of the fixes near enough to show the offset
+  double sigma = 0.0;                                // of the fraction
+  int gate = -1;                                     // the only gate that it happens at; -1: any
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, E: of the detected object from the gate
+  double p = 1.0;                                    // that so many outliers agree by chance
 };
 
-// Detectors have outliers; only those that agree on a place are a false gate.
+// Detectors have single outliers; only outliers that agree on one place make a false gate.
 std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& fit, double alpha);
 
-// The fraction that would be found with 95 % power if what is taken for the gate stood 1 m off.
+// The fraction of false fixes that would be found with 95 % power, for an object 1 m from the gate.
 double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double alpha);
 
 }  // namespace trueline

@@ -9,14 +9,14 @@ namespace trueline {
 namespace {
 
 constexpr double kMargin = 0.3;   // s, around passes: effects move fixes and attitude in time
-constexpr int kMinClusters = 4;   // fewer units of evidence tell nothing apart from chance
+constexpr int kMinClusters = 4;   // fewer clusters give no usable scatter
 constexpr double kCluster = 2.0;  // s; a longer run of fixes (mocap) gives several clusters
 
 struct Stretch {
   TimeNs begin, end;
 };
 
-// Passes that can be integrated through, joined.
+// Joins passes that can be integrated through to stretches.
 std::vector<Stretch> FindStretches(const FlightData& flight) {
   std::vector<Stretch> stretches;
   const TimeNs margin = FromSeconds(kMargin);

@@ -13,16 +13,17 @@
 namespace trueline {
 namespace {
 
-constexpr int kRun = 3;  // arcs that share a window, and clusters in a block of one half
+constexpr int kRun = 3;  // arcs that share a window; clusters in a block of one half
 
 int HalfOf(int cluster) { return (cluster / kRun) % 2; }
 
-// The window's parameters are what the other half says, give or take a share of what vehicles
-// differ by: drag and biases that gusts have bent must not be held to their stated sigmas.
+// The window's prior has the other half's estimates as means. Its sigmas add a share of the usual
+// spread between vehicles: gusts bias drag and accelerometer biases by more than their stated
+// sigmas.
 VgdOptions OptionsFor(const VgdOptions& options, const PartFit& fit) {
   constexpr double kOfPrior = 0.3;
   VgdOptions vgd = options;
-  vgd.adapt_drift = false;  // the same drift for all models, so that only they differ
+  vgd.adapt_drift = false;  // the same drift for all models
   for (std::size_t i = 0; i < vgd.priors.size(); ++i) {
     ParameterPrior& prior = vgd.priors[i];
     prior.mean = std::clamp(fit.value[static_cast<int>(i)], prior.lower, prior.upper);
@@ -32,7 +33,7 @@ VgdOptions OptionsFor(const VgdOptions& options, const PartFit& fit) {
   return vgd;
 }
 
-// Arcs of one half, predicted with what the other half says.
+// Predicts the arcs of one half with the other half's estimates.
 void AddArcs(const FlightLog& corrected, const PartFit& fit, int half, const FlightPlan& plan,
              const VgdOptions& options, std::map<int, double>* errors) {
   const VgdOptions vgd = OptionsFor(options, fit);
@@ -117,9 +118,9 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
 }
 
 bool Harmful(const Cause& cause) {
-  // Laps repeat, and what else is wrong may favour a worse model by a little on both halves; nor do
-  // positions show all that a sensor does.
-  constexpr double kBeyondDoubt = 1e-12;  // chance that it is none
+  // A small loss is no evidence against a cause: laps repeat, so an unmodelled effect may favour
+  // the worse model slightly on both halves, and positions do not show every sensor error.
+  constexpr double kBeyondDoubt = 1e-12;  // p-value of a cause that is certain
   const double limit = cause.p < kBeyondDoubt ? 1.25 : 1.1;
   const Gain &arcs = cause.gain, &replays = cause.open_loop;
   const auto ratio = [](const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; };
@@ -150,7 +151,8 @@ void MeasureGains(const GainLogs& logs, const DiagnosisOptions& options,
                   const std::vector<Found>& found, const CauseSearch& search,
                   const HeldOutErrors& bare, CauseSearch* spare, Diagnosis* diagnosis) {
   std::vector<Cause>& causes = diagnosis->causes;
-  const std::size_t searched_from = causes.size() - found.size();  // after a false gate
+  const std::size_t searched_from = causes.size() - found.size();  // a false gate comes first in
+                                                                   // `causes`
   const HeldOutErrors all = ErrorsOf(FitHalves(logs.kept, search, found), search, options.vgd);
   SetGains(bare, all, &diagnosis->gain, &diagnosis->open_loop);
   for (std::size_t i = 0; i < causes.size(); ++i) {

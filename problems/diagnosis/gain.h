@@ -1,4 +1,4 @@
-// What the found causes are worth on flight that took no part in fitting them.
+// The gain of found causes on held-out flight.
 #pragma once
 
 #include <array>
@@ -8,9 +8,9 @@
 
 namespace trueline {
 
-// A model as the two halves of a flight give it, each for the arcs of the other half.
+// A model fitted on each half of a flight; each fit predicts the arcs of the other half.
 struct HalfFits {
-  FlightLog log;  // without what belongs to no gate
+  FlightLog log;  // without fixes of a false gate
   std::vector<VelocitySample> path;
   std::array<PartFit, 2> by_half;
 };
@@ -19,31 +19,33 @@ struct HalfFits {
 HalfFits FitHalves(const FlightLog& log, const CauseSearch& search,
                    const std::vector<Found>& found);
 
-// Errors (m) by where they arise, each with what the other half of the flight says of parameters
-// and causes.
+// Errors (m) by place, each predicted with parameters and causes of the other half of the flight.
 struct HeldOutErrors {
-  // Final points of VGD's blind arcs, by the cluster of the pass they follow. The window adds its
-  // own state and no more, so that errors differ by the model and not by its noise.
+  // Final points of VGD's arcs, by the cluster of the pass before. The window estimates its own
+  // state only, so that errors compare models and not the noise of refitted parameters.
   std::map<int, double> arcs;
-  // Horizontal, of open-loop replays over a second against mocap, by segment; none without mocap.
+  // Horizontal errors of open-loop replays over a second against mocap, by segment; empty without
+  // mocap.
   std::map<int, double> replays;
 };
 HeldOutErrors ErrorsOf(const HalfFits& fits, const CauseSearch& search, const VgdOptions& options);
 
-// The difference over what both predict. Neighbours share fixes, so that the bootstrap draws runs.
+// The mean difference over arcs (or replays) that both models predict. Neighbours share fixes, so
+// the bootstrap resamples runs of them.
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after);
 
-// Whether a cause makes held-out flight worse by both measures taken together.
+// True if a cause makes held-out flight worse by both measures combined.
 bool Harmful(const Cause& cause);
 
-// What is measured on: the flight as recorded, and without the fixes that belong to no gate.
+// The logs for measuring: the flight as recorded, and without the fixes of a false gate.
 struct GainLogs {
   FlightLog recorded, kept;
 };
 
-// Gain of each cause against the model of the others, and of all together, into `diagnosis`; its
-// causes must be those of `found`, after a false gate where there is one. `search` was fitted with
-// `found`; `bare`: errors of the model without causes; `spare` is refitted on the way.
+// Stores in `diagnosis` the gain of each cause against the model with the other causes, and that of
+// all together. Its causes must be those of `found`, after a false gate if there is one. `search`
+// is fitted with `found`. `bare`: errors of the model without causes. `spare` is refitted as
+// scratch.
 void MeasureGains(const GainLogs& logs, const DiagnosisOptions& options,
                   const std::vector<Found>& found, const CauseSearch& search,
                   const HeldOutErrors& bare, CauseSearch* spare, Diagnosis* diagnosis);

@@ -6,12 +6,12 @@
 namespace trueline {
 namespace {
 
-// One strength, with what is ordinary for it: the median and the spread of its logarithm.
+// One strength and its prior: the median and the spread of its logarithm.
 struct Coordinate {
   double NoiseStrengths::*member = nullptr;
   double ProcessNoise::*process = nullptr;
   double usual, spread;
-  double least = 0.0;  // no model is better than this
+  double least = 0.0;  // floor: no model is more exact
   double most = 1e9;   // beyond it is an effect's business, not chance's
 
   double& In(NoiseStrengths* noise) const {
@@ -41,7 +41,7 @@ double LogPrior(NoiseStrengths noise) {
   return sum;
 }
 
-// Normal matrices of the measurements by segment: strengths only scale them.
+// Normal matrices of the measurements by segment; strengths only scale them.
 struct Measurements {
   std::vector<Eigen::MatrixXd> fixes, forces;
   double log_fix_weights = 0.0;
@@ -92,7 +92,7 @@ double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseSt
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (std::size_t i = 0; i < coordinates.size(); ++i) {
       bool moved = false;
-      for (const double direction : {1.0, -1.0}) {  // of the last success
+      for (const double direction : {1.0, -1.0}) {  // first the direction of the last success
         NoiseStrengths trial = *noise;
         coordinates[i].In(&trial) *= std::exp(direction * step[i]);
         const double value_there = coordinates[i].In(&trial);

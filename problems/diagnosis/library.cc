@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What a term of force may depend on, at the middle of a segment.
+// The variables that a force term may depend on, at the middle of a segment.
 struct Situation {
   Vector3d v_B;  // m/s
   Eigen::Matrix3d R_E_B;
@@ -27,7 +27,7 @@ Force InBody(const std::function<Vector3d(const Situation&)>& f_B) {
   return [f_B](const Situation& at) -> Vector3d { return at.R_E_B * f_B(at); };
 }
 
-// What the thrust's horizontal part turns into when the heading is wrong by `angle`, per rad.
+// Derivative of the thrust's horizontal part by an error of the heading, per rad.
 Vector3d Turned(const Situation& at, double angle) {
   const Vector3d thrust_E = -at.thrust * at.R_E_B.col(2);
   return angle * Vector3d(-thrust_E.y(), thrust_E.x(), 0.0);
@@ -65,7 +65,7 @@ std::vector<ForceTerm> ForceTerms() {
         [=](const Situation& a) { return x(std::sin(2 * a.heading)); },
         [=](const Situation& a) { return y(std::cos(2 * a.heading)); },
         [=](const Situation& a) { return y(std::sin(2 * a.heading)); }}},
-      {"an error of heading that changes twice round the compass",
+      {"an error of heading with two periods a turn",
        {[=](const Situation& a) { return Turned(a, std::sin(2 * a.heading)); },
         [=](const Situation& a) { return Turned(a, std::cos(2 * a.heading)); }}},
       {"place, north to south",
@@ -101,7 +101,7 @@ std::vector<Situation> SituationsOf(const BaseFlight& flight, const FlightUnknow
   return situations;
 }
 
-// A constant acceleration over each segment, as it shows in all rows.
+// A constant acceleration over each segment, as a column over all rows.
 Eigen::VectorXd ForceColumn(const BaseFlight& flight, const std::vector<Situation>& situations,
                             const Force& force) {
   const FlightPlan& plan = flight.plan();
@@ -109,7 +109,7 @@ Eigen::VectorXd ForceColumn(const BaseFlight& flight, const std::vector<Situatio
   std::vector<Vector3d> a_E;
   for (const Situation& at : situations) {
     a_E.push_back(force(at));
-    a_E.back().z() = 0.0;  // along the thrust axis the accelerometer has it already
+    a_E.back().z() = 0.0;  // the accelerometer measures it along the thrust axis
   }
   for (std::size_t i = 0; i < plan.fixes.size(); ++i) {
     const TimeNs t = flight.log().fixes[plan.fixes[i]].t;
@@ -135,8 +135,8 @@ Eigen::VectorXd ForceColumn(const BaseFlight& flight, const std::vector<Situatio
   return column;
 }
 
-// An acceleration of 0.01 m/s^2 (RMS over the flight, by the rows of forces, or links where there
-// are none) is no finding.
+// Sizes that are not reported: an acceleration of 0.01 m/s^2 (RMS over the flight, by the rows of
+// forces, or links if there are none).
 Eigen::VectorXd OrdinarySizes(const Eigen::MatrixXd& columns, const BaseFlight& flight) {
   constexpr double kOfNoInterest = 0.01;  // m/s^2
   const int forces_at = static_cast<int>(3 * flight.plan().fixes.size());

@@ -1,5 +1,5 @@
-// What lies beyond the catalogue: general terms of force and of fix errors. They describe a
-// residual that no effect explains; they do not name a cause.
+// Beyond the catalogue: general terms of force and of fix errors. They describe a residual that no
+// effect explains and are never named as a cause.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 namespace trueline {
 
 struct LibraryTerm {
-  std::string name;          // what the residual goes with
+  std::string name;          // the variable that the residual is correlated with
   Eigen::MatrixXd columns;   // by row of FlightRows
-  Eigen::VectorXd ordinary;  // sizes of no interest
+  Eigen::VectorXd ordinary;  // sizes that are not reported
 };
 
-// Products of velocity, turn rate and thrust in body axes, place on the course, heading and time,
-// as accelerations; distance, place in the picture and time, as errors of fixes. At the solution
-// `x`.
+// Force terms: products of velocity, turn rate and thrust in body axes, place on the course,
+// heading and time, as accelerations. Fix terms: distance, place in the picture and time, as errors
+// of fixes. At the solution `x`.
 std::vector<LibraryTerm> LibraryTerms(BaseFlight* flight, const FlightUnknowns& x);
 
 }  // namespace trueline

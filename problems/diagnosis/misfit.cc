@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// The last value that a slow stream had at t.
+// The value of a slow stream at t: its last sample before.
 double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
   const auto after = std::upper_bound(samples.begin(), samples.end(), t,
                                       [](TimeNs at, const ScalarSample& s) { return at < s.t; });
@@ -124,7 +124,7 @@ MisfitShare ShareOf(const std::string& name, const std::vector<int>& bin,
           in_body.share > in_earth.share ? in_body.p : in_earth.p};
 }
 
-// Of replays that do not overlap.
+// From replays that do not overlap.
 std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double horizon) {
   std::vector<const MisfitRow*> chosen;
   std::vector<Eigen::Vector2d> body, earth;
@@ -179,7 +179,7 @@ Misfit TakeApart(const FlightLog& log, CauseSearch* search, const std::vector<Re
         {replay, after.empty() ? replay : *match->second, SituationOf(log, search, replay)});
   }
   misfit.growth = GrowthOf(misfit.rows);
-  // The median arc may stand in for a second.
+  // If no replay of a second exists, the length of the median arc is used.
   for (const MisfitGrowth& g : misfit.growth) {
     if (std::abs(g.horizon - 1.0) < 0.12) misfit.shares_horizon = g.horizon;
   }

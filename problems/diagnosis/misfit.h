@@ -1,5 +1,5 @@
-// The misfit taken apart: how the error of the simulation grows when the measured flight is
-// replayed open loop with constant parameters, and what that error goes with.
+// Analysis of the misfit: growth of the simulation error when the measured flight is replayed open
+// loop with constant parameters, and the variables that this error is correlated with.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace trueline {
 
-// One replay: from the fitted state at a knot, without correction, for `horizon` seconds.
+// One replay: simulation without correction for `horizon` seconds from the fitted state at a knot.
 struct ReplayError {
   int segment;  // of the plan, where it starts
   double horizon;
@@ -18,7 +18,7 @@ struct ReplayError {
   Eigen::Vector3d error_B;  // m, in body axes at the end
 };
 
-// What a replay may go with, at its middle.
+// Variables that a replay's error may be correlated with, at the replay's middle.
 struct ReplaySituation {
   double time, speed, acceleration, thrust, rate;  // s, m/s, m/s^2, m/s^2, rad/s
   double heading, gate_distance, height, battery;  // rad, m, m, V; NaN where not logged
@@ -38,8 +38,8 @@ struct MisfitGrowth {
   Eigen::Vector3d before_E, after_E, before_B, after_B;
 };
 
-// Share of the variance of the horizontal error that a quantity explains (one-way analysis of
-// variance over bins, less what chance explains), and the probability of as much by chance.
+// Share of the variance of the horizontal error that a variable explains (one-way analysis of
+// variance over bins, less the share expected by chance), and its p-value.
 struct MisfitShare {
   std::string by;
   double body, earth;  // in body axes, in E
@@ -57,14 +57,14 @@ struct Misfit {
 // Replays with the model of the search's last Fit.
 std::vector<ReplayError> ReplayOpenLoop(CauseSearch* search, const FlightLog& log);
 
-// Replays of kReplay seconds from some segments, with a model that a part of the flight gave;
-// `corrected` is the log that goes with its effects.
+// Replays of kReplay seconds from some segments, with a model fitted to part of the flight;
+// `corrected` is the log corrected by that model's effects.
 inline constexpr double kReplay = 1.0;
 std::vector<ReplayError> ReplayPart(const CauseSearch& search, const FlightLog& log,
                                     const FlightLog& corrected, const DriveOptions& drive,
                                     const PartFit& fit, const std::vector<int>& segments);
 
-// `before` and `after` (the latter empty where no cause was found) come from searches over `log`.
+// `before` and `after` (empty if no cause was found) come from searches over `log`.
 Misfit TakeApart(const FlightLog& log, CauseSearch* search, const std::vector<ReplayError>& before,
                  const std::vector<ReplayError>& after);
 

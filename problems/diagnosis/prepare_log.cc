@@ -8,8 +8,8 @@
 namespace trueline {
 namespace {
 
-// Mocap at options.mocap_interval where IMU and attitude cover it: what goes beyond them would make
-// one long pass that can't be integrated as a whole.
+// Adds mocap at options.mocap_interval where IMU and attitude cover it. Mocap outside of them would
+// make one long pass that cannot be integrated as a whole.
 void AddMocap(const FlightLog& log, const DiagnosisOptions& options, FlightLog* data) {
   constexpr double kFromEnds = 0.05;  // s
   const TimeNs from = std::max(data->imu.front().t, data->attitude.front().t);

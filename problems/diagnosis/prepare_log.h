@@ -1,16 +1,15 @@
-// A log made ready for a diagnosis, with the options that go with it.
+// Prepares a log, and the options, for a diagnosis.
 #pragma once
 
 #include "problems/diagnosis/diagnosis.h"
 
 namespace trueline {
 
-// The log with the filter's attitude where it has none, and mocap among the fixes (gate -1) where
-// the fit is to mocap. Throws InputError where there is no mocap then.
+// The log with the filter's attitude if it has none, and mocap among the fixes (gate -1) if the fit
+// is to mocap. Throws InputError if mocap is then missing.
 FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options);
 
-// Drag is judged by what the flight shows of it, not by what is usual: a prior would make any
-// unusual drag look like an effect.
+// Widens drag's prior: under a tight one any unusual linear drag would look like an effect.
 VgdOptions OpenPriors(VgdOptions options);
 
 // What can be tested on a prepared log.

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double kMocapGap = 0.2;  // s
 
-// A quarter of a second to the median arc between passes.
+// Horizons from a quarter of a second to the median arc between passes.
 std::vector<double> Horizons(const FlightLog& log, const PassOptions& options) {
   std::vector<double> horizons = {0.25, 0.5, 1.0, 2.0};
   const std::vector<Pass> passes = FindPasses(log.fixes, options);
@@ -43,14 +43,14 @@ Vector3d FittedAt(const FlightPlan& plan, const std::vector<NodeVector>& nodes, 
          (u3 - u2) * h * v1;
 }
 
-// Segments that hold [begin, end] without a break between them.
+// True if the segments from `segment` to the one that holds `end` have no break between them.
 bool OneStretch(const FlightPlan& plan, int segment, TimeNs end) {
   std::size_t s = static_cast<std::size_t>(segment);
   while (plan.segments[s].end < end && plan.segments[s].linked) ++s;
   return plan.segments[s].end >= end;
 }
 
-// What a replay takes from a model; the states it starts from are those of the search's last Fit.
+// The model of a replay. The initial states are those of the search's last Fit.
 struct ReplayModel {
   ThetaVector parameters;
   ForceEffects forces;
@@ -62,7 +62,7 @@ std::optional<Vector3d> Measured(const CauseSearch& search, const FlightLog& log
   return FittedAt(search.plan(), search.fit().x.nodes, t);
 }
 
-// Replays from one knot over all `horizons` (rising) that the flight holds.
+// Replays from one knot over all `horizons` (ascending) that fit into the flight.
 void ReplayFrom(const CauseSearch& search, const FlightLog& log, const ReplayModel& model,
                 int segment, const std::vector<double>& horizons, std::vector<ReplayError>* out) {
   const FlightPlan& plan = search.plan();

@@ -38,7 +38,7 @@ double WhitenessOf(const std::vector<RowReport>& rows, Eigen::Vector3d RowReport
     if (last != nullptr && SecondsBetween(last->t, row.t) < kNeighbours) {
       const Eigen::Vector3d product = (last->*when).cwiseProduct(row.*when);
       products += product.sum();
-      squares += product.squaredNorm();  // its variance, heavy tails and all
+      squares += product.squaredNorm();  // its variance, also under heavy tails
     }
     last = &row;
   }

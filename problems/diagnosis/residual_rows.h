@@ -6,16 +6,16 @@
 
 namespace trueline {
 
-// Root mean square of the fixes' whitened residuals, sigmas; they stand before all others.
+// Root mean square of the fixes' whitened residuals, sigmas; fixes are the first rows.
 double RmsOfFixes(const BaseFlight& flight, const Eigen::VectorXd& whitened);
 
-// By fix and sample of force; `before` and `after` hold measurement rows alike (sigmas).
+// One report for each fix and force sample; `before` and `after` are measurement rows in sigmas.
 std::vector<RowReport> RowReports(const BaseFlight& flight, const Eigen::VectorXd& before,
                                   const Eigen::VectorXd& after);
 
-// Probability of a correlation between neighbouring fixes as large as this, were they white; of the
-// residuals before or after the causes. The sum of products over its own scatter, which heavy tails
-// do not disturb, against the normal distribution.
+// p-value of the correlation between neighbouring fixes under whiteness, for the residuals before
+// or after the causes. The statistic is the sum of products over its own empirical scatter, so
+// heavy tails do not bias it; it is compared with the normal distribution.
 double WhitenessOf(const std::vector<RowReport>& rows, Eigen::Vector3d RowReport::*when);
 
 }  // namespace trueline

@@ -18,7 +18,7 @@ struct Projected {
   Vector score;
 };
 
-// Nuisances out of the reduced normal equations (Frisch-Waugh).
+// Projects nuisances out of the reduced normal equations (Frisch-Waugh).
 Projected Project(const TestedSystem& reduced, int nuisances, int candidate, int size) {
   const Eigen::LDLT<Matrix> nn(reduced.M.topLeftCorner(nuisances, nuisances));
   const Matrix ne = reduced.M.block(0, candidate, nuisances, size);
@@ -30,7 +30,7 @@ Projected Project(const TestedSystem& reduced, int nuisances, int candidate, int
   return out;
 }
 
-// Scores by cluster of the fit with the effect in it; they add up to zero.
+// Scores by cluster of the fit that includes the effect; they sum to zero.
 Matrix ClusterScores(const TestedSystem& system, const Projected& projected, const Vector& value,
                      int candidate) {
   const int size = static_cast<int>(value.size());
@@ -76,7 +76,7 @@ ScoreTest TestColumns(const TestedSystem& system, int nuisances, int candidate,
                       const Vector& ordinary) {
   const int size = static_cast<int>(ordinary.size());
   const Projected projected = Project(system, nuisances, candidate, size);
-  // Directions that the flight does not show at all must not divide by zero.
+  // A floor avoids division by zero along unobservable directions.
   const double floor = 1e-12 * std::max(1e-12, projected.information.diagonal().maxCoeff());
   const Matrix I = Matrix::Identity(size, size);
   const Matrix cov = Matrix(projected.information + floor * I).llt().solve(I);
@@ -100,7 +100,7 @@ Vector DetectableSize(const ScoreTest& test, double alpha, int clusters) {
   const double by_model = NonCentralityFor(ChiSquareCritical(alpha, size), size, 0.95);
   const double by_cluster =
       NonCentralityFor(size * FCritical(alpha, size, std::max(1, clusters - size)), size, 0.95);
-  // One parameter at a time, the effect's others at zero: v^2 / information is the non-centrality.
+  // One parameter at a time, the effect's others at zero: v^2 / model is the non-centrality.
   const Vector model = test.cov_model.inverse().diagonal().cwiseInverse();
   const Vector cluster = test.cov_cluster.inverse().diagonal().cwiseInverse();
   return (by_model * model).cwiseMax(by_cluster * cluster).cwiseSqrt();

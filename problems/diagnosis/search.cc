@@ -11,11 +11,11 @@
 namespace trueline {
 namespace {
 
-constexpr int kRelearned = 6;  // candidates for which the noise is learned anew
+constexpr int kRelearned = 6;  // candidates that are tested with noise learned again
 
-// What every vehicle has to some extent is no cause but part of every flight: the attitude filter
-// takes some acceleration for gravity and its integral winds up in turns; the thrust axis reads a
-// share of the other two, which grows with drag. Nuisances with these priors.
+// Errors that every vehicle has to some extent are nuisances with these priors: the attitude filter
+// mistakes some acceleration for gravity and its integral winds up in turns; the thrust axis
+// measures a share of the other two, which grows with drag.
 struct OrdinaryError {
   EffectInfo info;
   double sigma;
@@ -57,9 +57,10 @@ Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, Ba
   return all;
 }
 
-// Moves the found effects by `step`, within what is plausible; true once what is left is small
-// against the steps that sensitivities are taken over. Noise learned anew makes the steps shrink by
-// a constant ratio, which is used to look ahead (Aitken); so one step alone settles nothing.
+// Moves the found effects by `step`, clamped to plausible values. True once the move is small
+// against the steps of the difference quotients. Because the noise is learned again each time,
+// steps shrink by a constant ratio; Aitken extrapolation uses two of them, so the first step never
+// converges.
 bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
   constexpr double kFurthest = 4.0;  // times the step
   bool settled = last->size() > 0 || step.size() == 0;
@@ -125,7 +126,7 @@ void CauseSearch::Rebuild(const std::vector<Found>& found) {
 void CauseSearch::Fit(std::vector<Found>* found, int refits) {
   FitFromHere(found, refits);
   if (IsSound()) return;
-  // Far from the optimum Gauss-Newton can run away: begin again from the fixes, without effects.
+  // Far from the optimum Gauss-Newton may diverge: restart from the fixes, without effects.
   for (Found& f : *found) f.value = f.candidate.Neutral();
   started_ = false;
   std::vector<Found> none;
@@ -184,15 +185,15 @@ void CauseSearch::TestTogether(std::vector<Tested>* tested) const {
   }
 }
 
-// Noise was learned without the candidates, so that what they explain stands in it as noise; the
-// most promising ones are judged with noise learned anew.
+// The noise was learned without the candidates and includes what they explain. The most promising
+// candidates are judged with noise learned again.
 void CauseSearch::RelearnBest(std::vector<Tested>* tested) const {
   std::vector<std::size_t> order(tested->size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return (*tested)[a].Merit() > (*tested)[b].Merit();
   });
-  // Noise that has swallowed something large is far from what the right candidate leaves.
+  // Learned noise so large that it hides a real effect is far from the right candidate's noise.
   const int sweeps = ExtraordinaryNoise(fit_.noise).empty() ? 2 : 6;
   NoiseStrengths noise = fit_.noise;
   const double evidence = LearnNoise(fit_.Linear(*flight_), FilterColumns(), sweeps, &noise);
@@ -252,7 +253,7 @@ ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t wh
 
 ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t which,
                                  const Eigen::MatrixXd& beside) const {
-  // The found effect's columns moved to the end; all else is nuisance.
+  // Moves the found effect's columns to the end; all others are nuisances.
   int at = FilterColumns();
   for (std::size_t k = 0; k < which; ++k) at += static_cast<int>(found[k].value.size());
   Columns columns = fit_.columns.With(FreeColumns(beside));
@@ -268,7 +269,8 @@ ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t wh
   columns.value = order * columns.value;
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, columns},
                            fit_.noise);
-  // Its evidence is that of its whole value; the last step counts only where others may take over.
+  // The whole value is judged. The last step is added only if nuisance columns may replace the
+  // effect.
   ScoreTest test = TestColumns(system, kThetaSize + count - size, kThetaSize + count - size,
                                found[which].candidate.Ordinary());
   Eigen::VectorXd whole = found[which].value - found[which].candidate.Neutral();

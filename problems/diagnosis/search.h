@@ -8,28 +8,28 @@
 
 namespace trueline {
 
-// A cause under refinement.
+// A cause whose value is being refined.
 struct Found {
   Candidate candidate;
   Eigen::VectorXd value;
 };
 
-// A candidate with what a test under its own noise says.
+// A candidate with its test under its own noise.
 struct Tested {
   Candidate candidate;
   Eigen::MatrixXd columns;
   Eigen::VectorXd ordinary;
   ScoreTest test;
-  double gain = 0.0;  // twice the increase of the log likelihood, noise learned anew
+  double gain = 0.0;  // twice the increase of the log likelihood, noise learned again
   double p = 1.0;     // corrected for the candidates of the same id
 
-  // Gain less what as many parameters of no meaning would give (Akaike).
+  // Gain less that of the same number of spurious parameters (Akaike).
   double Merit() const { return gain - 2.0 * static_cast<double>(test.value.size()); }
 };
 
 inline Eigen::VectorXd ValueOf(const Tested& t) { return t.candidate.Neutral() + t.test.value; }
 
-// A model from a part of a flight.
+// A model fitted to a part of a flight.
 struct PartFit {
   ThetaVector value, sigma;  // physical parameters
   std::vector<Effect> effects;
@@ -40,23 +40,23 @@ class CauseSearch {
   // `log` must outlive this.
   CauseSearch(const FlightLog& log, const VgdOptions& options);
 
-  // Solves with the causes in the model (their values are refined), noise learned anew.
+  // Solves with the causes in the model, refines their values and learns the noise again.
   void Fit(std::vector<Found>* found, int refits);
-  // All candidates on top of the last Fit.
+  // Tests all candidates given the last Fit.
   std::vector<Tested> TestAll(const std::vector<Candidate>& candidates);
-  // Columns that are no effect's, tested likewise; probability and merit of each.
+  // p-value and merit of columns that belong to no effect, tested likewise.
   struct Described {
     std::string name;
     double p, merit;
     Eigen::MatrixXd columns;
   };
   std::vector<Described> TestLibrary();
-  // One cause of the last Fit against the model without it, the others kept; `beside` (rows x any)
-  // are columns of no effect that may explain the residual as well.
+  // Tests one cause of the last Fit against the model without it, the others kept. `beside` (rows x
+  // any): nuisance columns of no effect that may explain the residual as well.
   ScoreTest TestFound(const std::vector<Found>& found, std::size_t which,
                       const Eigen::MatrixXd& beside) const;
   ScoreTest TestFound(const std::vector<Found>& found, std::size_t which) const;
-  // The model of the last Fit from the clusters that `used` names alone.
+  // The model of the last Fit refitted to the clusters in `used` only.
   PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
 
   const BaseFit& fit() const { return fit_; }
@@ -73,7 +73,7 @@ class CauseSearch {
 
  private:
   void StorePath();
-  int FilterColumns() const;  // nuisances for an ordinary attitude filter; they come first
+  int FilterColumns() const;  // nuisances of an ordinary attitude filter; they come first
   void Rebuild(const std::vector<Found>& found);
   void FitFromHere(std::vector<Found>* found, int refits);
   bool IsSound() const;

@@ -5,7 +5,7 @@
 namespace trueline {
 namespace {
 
-// A log with the fixes, the map and the attitude, which is all that effects on fixes need.
+// A log with fixes, map and attitude only: effects on fixes need nothing else.
 FlightLog FixesOf(const FlightLog& log) {
   FlightLog light;
   light.gates = log.gates;
@@ -15,13 +15,13 @@ FlightLog FixesOf(const FlightLog& log) {
   return light;
 }
 
-// Fixes with the effects undone at the parameters and a step further: what a fix moves in place and
-// in time. Rows are (position - fix) at the fix's time.
+// Change of the corrected fixes, in place and time, between two parameter values. Rows are
+// (position - fix) at the fix's time.
 Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Effect>& at,
                               const std::vector<Effect>& beyond, const BaseFlight& flight) {
   FlightLog light = FixesOf(base.log);
-  // The fitted positions stand in for the fixes: vectors to gates that hold a fix's own noise would
-  // go with its residual and show a scale where there is none.
+  // The fitted positions replace the fixes: the noise of a fix would enter the vector to the gate,
+  // correlate with the fix's own residual, and look like a scale error.
   for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
     light.fixes[base.plan.fixes[i]].p_E = flight.StateAtFix(i).head<3>();
   }
@@ -75,7 +75,7 @@ Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candid
       columns.col(i) = (DriveResiduals(base, beyond, x) - here) / infos[i].step;
     }
   };
-  // Force effects share the flight that they are set on.
+  // Force effects change the shared flight object, so they run in one thread.
   const int threads = enters == EntersAt::kForce ? 1 : 0;
   ParallelFor(static_cast<int>(infos.size()), threads, fill);
   if (enters == EntersAt::kForce) flight->SetForceEffects(ForceEffectsOf(base.effects));

@@ -1,5 +1,5 @@
-// How the rows of a flight change with the parameters of effects: difference quotients at the base
-// solution, the flight's own unknowns held.
+// Derivatives of a flight's rows by effect parameters: difference quotients at the base solution,
+// with the flight's own unknowns held.
 #pragma once
 
 #include "problems/diagnosis/base_fit.h"
@@ -7,7 +7,7 @@
 
 namespace trueline {
 
-// What sensitivities are taken around.
+// The linearisation point of sensitivities.
 struct SensitivityBase {
   const FlightLog& log;  // as recorded
   const FlightPlan& plan;
@@ -16,8 +16,8 @@ struct SensitivityBase {
   const std::vector<VelocitySample>& path;  // of the base solution
 };
 
-// Columns (rows of FlightRows x parameters) of one candidate on top of the base's effects, at
-// `parameters`. `flight` is the base flight at `x` with all of these effects in it already.
+// Columns (rows of FlightRows x parameters) of one candidate, in addition to the base's effects, at
+// `parameters`. `flight` is the base flight at `x` with all of these effects applied.
 Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candidate,
                             const Eigen::VectorXd& parameters, const FlightUnknowns& x,
                             BaseFlight* flight);

@@ -27,7 +27,7 @@ class LocalParabola {
 }  // namespace
 
 std::vector<ForceSample> SmoothForces(const std::vector<ImuSample>& imu) {
-  constexpr int kFewestSamples = 4;  // samples that carry a parabola
+  constexpr int kFewestSamples = 4;  // samples for a parabola
   std::vector<ForceSample> samples;
   const double span = SecondsBetween(imu.front().t, imu.back().t);
   std::size_t first = 0;

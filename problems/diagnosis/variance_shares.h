@@ -1,4 +1,4 @@
-// How much of the variance of an error a quantity explains: one-way analysis of variance.
+// Share of the variance of an error that a variable explains: one-way analysis of variance.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,15 +6,15 @@
 
 namespace trueline {
 
-// Bins of about equal number, from 0; -1 where there is no value.
+// Bins of about equal count, numbered from 0; -1 for missing values.
 std::vector<int> QuantileBins(const std::vector<double>& values, int bins);
 
 struct VarianceShare {
-  double share;  // 0 to 1, less what chance explains
+  double share;  // 0 to 1, less the share expected by chance
   double p;      // probability of as much by chance
 };
 
-// Of both axes together; entries with the same bin are a group.
+// Over both axes together; entries with the same bin form a group.
 VarianceShare VarianceShareOf(const std::vector<Eigen::Vector2d>& errors,
                               const std::vector<int>& bin);
 

@@ -1,15 +1,16 @@
-// What a diagnosis comes to.
+// The verdict of a diagnosis.
 #pragma once
 
 #include "problems/diagnosis/diagnosis.h"
 
 namespace trueline {
 
-// Unmodelled motion or noise far beyond what flights have: no effect, but no clean flight either.
+// Reports unmodelled motion or noise far beyond ordinary flights. Neither is an effect, but such a
+// flight is not clean.
 std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise);
 
-// clean | explained | ambiguous | unexplained. A cause that another flight does not confirm, or
-// that makes held-out arcs worse, is no explanation; nor are causes that leave something real.
+// clean | explained | ambiguous | unexplained. A flight is not explained if a cause is not
+// confirmed by another flight, if it makes held-out arcs worse, or if a significant misfit remains.
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
                       const std::vector<std::string>& unexplained_by);
 

@@ -52,7 +52,7 @@ YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* cou
   return node;
 }
 
-// A flight without blind arcs is measured by its replays alone.
+// A flight without arcs is measured by its replays only.
 void AddGains(const Gain& arcs, const Gain& replays, YAML::Node* node) {
   if (arcs.arcs > 0) (*node)["gain"] = GainNode(arcs, arcs.metric, "arcs");
   if (arcs.arcs == 0 && replays.arcs > 0) {
@@ -121,7 +121,7 @@ YAML::Node EffectsNode(const std::vector<Cause>& causes) {
 
 namespace {
 
-// What the model leaves out, as learned with the causes in it.
+// The nuisance strengths, learned with the causes in the model.
 YAML::Node NoiseNode(const NoiseStrengths& noise) {
   YAML::Node node;
   node["fix_scale"] = Rounded(noise.fix_scale, 3);
@@ -145,7 +145,7 @@ YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
   return Flow(node);
 }
 
-// Open-loop errors [before, after] and what they go with.
+// Open-loop errors [before, after] and the variables correlated with them.
 YAML::Node MisfitNode(const Misfit& misfit) {
   YAML::Node node;
   node["measured_by"] = misfit.against_mocap ? "mocap" : "fitted path";
@@ -196,7 +196,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   return node;
 }
 
-// What every --model flag takes: the vehicle, and the effects beyond eq. 15.
+// The content that --model takes: the vehicle's parameters, and effects beyond eq. 15.
 YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   for (const ModelParameter& p : diagnosis.parameters) {

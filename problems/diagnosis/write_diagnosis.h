@@ -13,14 +13,14 @@ namespace trueline {
 void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory);
 
-// Parts that the diagnosis of the rotor-driven model writes as well.
+// Parts that the diagnosis of the rotor-driven model also writes.
 YAML::Node CauseNode(const Cause& cause);
 YAML::Node CandidateNode(const CandidateReport& report);
-YAML::Node EffectsNode(const std::vector<Cause>& causes);  // as model.yaml has them
+YAML::Node EffectsNode(const std::vector<Cause>& causes);  // in the format of model.yaml
 std::string CandidateLines(const std::vector<CandidateReport>& candidates);
 std::string CauseText(const Cause& cause);
 
-// For standard output: verdict, causes, candidates with what would have been found.
+// The table for standard output: verdict, causes, candidates with their detectable sizes.
 std::string DiagnosisTable(const Diagnosis& diagnosis);
 
 }  // namespace trueline

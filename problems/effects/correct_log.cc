@@ -19,7 +19,7 @@ struct Context {
   double Since(TimeNs t) const { return SecondsBetween(original.imu.front().t, t); }
 };
 
-// Angles (phi, theta, psi) of E' against E are taken out: q_Ep_E(angles)^-1 q_Ep_I.
+// Removes the angles (phi, theta, psi) of E' against E: q_Ep_E(angles)^-1 q_Ep_I.
 void TurnBack(const Vector3d& angles, Quaterniond* q_Ep_I) {
   *q_Ep_I = QuaternionFromEuler<double>(angles) * *q_Ep_I;
 }
@@ -29,7 +29,7 @@ double HeadingOf(const Quaterniond& q_E_B) {
   return std::atan2(forward_E.y(), forward_E.x());
 }
 
-// Attitude at the sample nearest to t: what turns slowly varying small vectors needs no more.
+// Attitude at the sample nearest to t; accurate enough to rotate small, slowly varying vectors.
 const Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t) {
   const auto after =
       std::lower_bound(log.attitude.begin(), log.attitude.end(), t,
@@ -41,7 +41,7 @@ void UndoAccelScale(const Effect& effect, const Context&, FlightLog* log) {
   for (ImuSample& s : log->imu) s.accel.z() /= 1.0 + effect["s"];
 }
 
-// The thrust axis reads small shares of the other two: they are not at right angles.
+// Non-orthogonal axes: the thrust axis measures small shares of the other two.
 void UndoAccelCrossAxis(const Effect& effect, const Context&, FlightLog* log) {
   for (ImuSample& s : log->imu) {
     s.accel.z() -= effect["l_x"] * s.accel.x() + effect["l_y"] * s.accel.y();
@@ -52,8 +52,8 @@ void UndoAccelBiasDrift(const Effect& effect, const Context& context, FlightLog*
   for (ImuSample& s : log->imu) s.accel.z() -= effect["d"] * context.Since(s.t);
 }
 
-// a at the IMU = a + w x (w x r) + dw/dt x r. The rate is differentiated over 30 ms, so that
-// vibration does not drown it.
+// a at the IMU = a + w x (w x r) + dw/dt x r. The rate is differentiated over 30 ms to suppress
+// vibration.
 void UndoLeverArm(const Effect& effect, const Context&, FlightLog* log) {
   constexpr double kReach = 0.015;  // s, to either side
   const Vector3d r(effect["r_x"], effect["r_y"], effect["r_z"]);
@@ -186,7 +186,7 @@ void UndoGateMoved(const Effect& effect, const Context&, FlightLog* log) {
 
 using Undo = void (*)(const Effect&, const Context&, FlightLog*);
 
-// Clocks and IMU first: what follows the acceleration reads corrected samples.
+// In this order: clocks and IMU first, because later corrections use the corrected samples.
 const std::vector<std::pair<std::string, Undo>>& Undoers() {
   static const std::vector<std::pair<std::string, Undo>> undoers = {
       {"attitude_latency", UndoAttitudeLatency},
@@ -240,7 +240,7 @@ FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
 
 bool IsModelled(const std::string& effect_id) {
   const auto& undoers = Undoers();
-  // An estimator's robust loss holds off fixes that belong to no gate.
+  // Handled by the estimator's robust loss.
   if (effect_id == "false_gate") return true;
   return IsForce(effect_id) || std::any_of(undoers.begin(), undoers.end(), [&](const auto& undo) {
            return undo.first == effect_id;

@@ -1,5 +1,5 @@
-// Effects beyond the calibrated model, with their values, as model.yaml holds them and
-// trueline-diagnose finds them. Names, signs and units are those of the catalogue of effects.
+// Effects beyond the calibrated model, with their values, as in model.yaml and as trueline-diagnose
+// finds them. Names, signs and units are those of the catalogue of effects.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct Effect {
   }
 };
 
-// The share of the effects that is aerodynamic force, which the model integrates.
+// The aerodynamic force effects, which the model integrates.
 ForceEffects ForceEffectsOf(const std::vector<Effect>& effects);
 
 // Velocity over ground along a fitted path, ascending in time.
@@ -31,9 +31,9 @@ struct VelocitySample {
   Eigen::Vector3d v_E;  // m/s
 };
 
-// The log as it would have been without the effects on sensors, attitude filter, detector and map:
-// each is undone with its stated values. `path` is for effects that follow the vehicle's
-// acceleration; where it is empty, lines and curves through the fixes stand in.
+// The log corrected for the effects on sensors, attitude filter, detector and map: each is removed
+// with its stated values. `path` is for effects that depend on the vehicle's acceleration; if it is
+// empty, lines and curves through the fixes replace it.
 FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
                      const std::vector<VelocitySample>& path = {});
 

@@ -10,7 +10,7 @@
 namespace trueline {
 namespace {
 
-// All of an effect's parameters; a value that is left out or misspelled would silently be zero.
+// The parameters that an effect must have: one left out or misspelled would silently be zero.
 const std::vector<std::string>* ParametersOf(const std::string& id) {
   static const std::map<std::string, std::vector<std::string>> parameters = {
       {"quadratic_drag", {"c"}},

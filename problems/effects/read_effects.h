@@ -7,8 +7,8 @@
 namespace trueline {
 
 // The list under `effects:`, each {id: ..., parameter: value, ...}. Throws InputError for an id
-// that `known` does not know (by default: what no estimator can take out of a log), and for values
-// that are not finite numbers.
+// that `known` rejects (by default: one that no estimator can correct for), and for values that are
+// not finite numbers.
 std::vector<Effect> ReadEffects(const YamlMap& model,
                                 bool (*known)(const std::string& id) = IsModelled);
 

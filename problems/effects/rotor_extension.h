@@ -1,5 +1,5 @@
-// Effects on a rotor-driven flight, by id as model.yaml holds them, as what they change: the model,
-// its constants (linear drag and inflow are constants of RotorAeroModel) or the rotors' input.
+// Effects of a rotor-driven flight, by id as in model.yaml, converted to changes of the model, of
+// its constants (linear drag and inflow are constants of RotorAeroModel) or of the rotors' input.
 #pragma once
 
 #include <string>

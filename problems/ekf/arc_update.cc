@@ -12,7 +12,7 @@ void PredictOver(const ImuInputs& imu, TimeNs t0, TimeNs t1, Ekf* filter) {
 bool IteratedArcUpdate(const ImuInputs& imu, AttitudeForm form, TimeNs t0, const Fix& fix,
                        Ekf* filter) {
   constexpr int kMaxRounds = 4;
-  constexpr double kSettled = 1e-3;  // of a sigma, in every state
+  constexpr double kSettled = 1e-3;  // sigmas, convergence in every state
   const Ekf at_start = *filter;
   const Matrix15d& P0 = at_start.cov();
   Vector15d shift = Vector15d::Zero();
@@ -21,7 +21,7 @@ bool IteratedArcUpdate(const ImuInputs& imu, AttitudeForm form, TimeNs t0, const
     filter->SetState(Moved(form, at_start.state(), shift));
     filter->RecordTransitions();
     PredictOver(imu, t0, fix.t, filter);
-    // Back to where the unshifted state arrives, by the new linearisation.
+    // The end of the unshifted state, by the new linearisation.
     const Matrix15d& F = filter->recorded_transitions();
     filter->SetState(Moved(form, filter->state(), -(F * shift)));
     const Eigen::Matrix3d S = filter->InnovationCovariance(fix.sigma);

@@ -38,8 +38,8 @@ Matrix15d PropagateDense(const Transition& F, const Matrix15d& P) {
   return dense * P * dense.transpose();
 }
 
-// With N, M and R the derivatives of dPhi/dt to b_g and of dv/dt to Phi and b_a, which the
-// transition holds times dt: noise of the gyroscope enters as its bias does, through N.
+// N, M and R are the derivatives of dPhi/dt by b_g and of dv/dt by Phi and b_a; the transition
+// holds them times dt. The gyroscope's noise enters like its bias, through N.
 Matrix15d StepNoise(const Transition& F, const ImuNoise& noise) {
   const double t = F.dt;
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();

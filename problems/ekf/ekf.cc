@@ -77,7 +77,7 @@ void Ekf::Correct(const Eigen::Vector3d& innovation, const Eigen::Matrix3d& S, d
   I_KH.leftCols<3>() -= K;
   P_ = (I_KH * P_ * I_KH.transpose() + used * used * K * K.transpose()).eval();
   if (options_.attitude == AttitudeForm::kErrorState) {
-    // Attitude errors are now counted in the turned frame I.
+    // From here on attitude errors refer to the updated frame I.
     const Eigen::Vector3d half_turn = 0.5 * error.segment<3>(6);
     const Eigen::Matrix3d G = Eigen::Matrix3d::Identity() - Skew<double>(half_turn);
     P_.middleRows<3>(6) = (G * P_.middleRows<3>(6)).eval();

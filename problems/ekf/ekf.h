@@ -11,13 +11,13 @@ class Ekf {
   // gravity in m/s^2.
   Ekf(const EkfOptions& options, double gravity);
 
-  // `cov` counts errors as nav_state.h does.
+  // `cov` is of the errors defined in nav_state.h.
   void Start(const NavState& x, const Matrix15d& cov);
 
   // One step over dt seconds (eq. 23-25).
   void Predict(const ImuInput& imu, double dt);
 
-  // One fix (eq. 26-27), sigma in m for each axis; false where the gate refuses it.
+  // One fix (eq. 26-27), sigma in m for each axis; false if the gate rejects it.
   bool Update(const Eigen::Vector3d& fix_E, double sigma);
 
   // The covariance at the start, with the given state, by the options' tuning.
@@ -25,7 +25,7 @@ class Ekf {
 
   // Replaces the state but not the covariance; for re-linearisation.
   void SetState(const NavState& x) { x_ = x; }
-  // From here on the product of all transitions is kept.
+  // Starts to accumulate the product of all transitions.
   void RecordTransitions();
   const Matrix15d& recorded_transitions() const { return recorded_; }
 

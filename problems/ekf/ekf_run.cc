@@ -23,7 +23,7 @@ EkfOptions WithScatter(EkfOptions options, const ImuInputs& imu) {
   return options;
 }
 
-// The filter on its way through one flight.
+// The filter's run over one flight.
 class Runner {
  public:
   Runner(const FlightData& flight, const EkfOptions& options)
@@ -37,7 +37,7 @@ class Runner {
     now_ = flight.passes.front().begin;
   }
 
-  // Takes up the fixes of pass `tau` (from 1) and predicts the arc that follows.
+  // Updates with the fixes of pass `tau` (from 1) and predicts the arc that follows.
   WindowEstimate Step(int tau) {
     const auto clock = Clock::now();
     const Pass& pass = flight_.passes[tau - 1];
@@ -55,7 +55,7 @@ class Runner {
     return estimate;
   }
 
-  // Begins anew at pass `tau`, keeping what is known of the biases.
+  // Restarts at pass `tau`, keeping the estimates of the biases.
   void Restart(int tau) {
     const NavState before = filter_.state();
     Matrix15d P = Matrix15d::Zero();
@@ -78,7 +78,7 @@ class Runner {
   }
 
   void TakeFix(const Fix& fix, WindowEstimate* estimate) {
-    // A prediction of the arc leaves the filter at its end already; else there is a way to go.
+    // If the arc was predicted the filter is already at its end; otherwise propagate to the fix.
     const bool after_arc = options_.iterated && arc_start_ && fix.t > arc_start_time_;
     bool taken = false;
     if (after_arc) {
@@ -135,7 +135,7 @@ class Runner {
   Eigen::VectorXd start_sigma_;  // of the biases
   TimeNs now_ = 0;
   int first_tau_ = 1;
-  std::optional<Ekf> arc_start_;  // where the arc just predicted began; kept for iteration
+  std::optional<Ekf> arc_start_;  // the filter at the start of the last arc, for iteration
   TimeNs arc_start_time_ = 0;
 };
 

@@ -44,7 +44,7 @@ NavState AdvanceErrorState(const NavState& x, const ImuInput& imu, double gravit
   StoreMotion(motion, &next, transition);
   const Eigen::Quaternion<Jet>& q = motion.q_E_I;
   next.motion.q_E_I = Eigen::Quaterniond(q.w().a, q.x().a, q.y().a, q.z().a).normalized();
-  // Twice the vector part of the small quaternion between the new nominal attitude and q.
+  // Twice the vector part of the small rotation between the new nominal attitude and q.
   const Eigen::Quaternion<Jet> error = next.motion.q_E_I.conjugate().cast<Jet>() * q;
   StoreRows(error.vec() * Jet(2.0), 6, transition);
   return next;

@@ -1,8 +1,8 @@
-// The filter's 15 states (Li et al. 2019, eq. 17), and how errors of them are counted.
+// The filter's 15 states (Li et al. 2019, eq. 17) and the definition of their errors.
 //
-// Errors are in the order p, v, attitude, b_a, b_g. The attitude's three are either additions to
-// the Euler angles Phi_E_I (eq. 17), or a rotation vector in I on the right of q_E_I (error state
-// on the rotation group).
+// Errors are in the order p, v, attitude, b_a, b_g. The attitude error is either an addition to the
+// Euler angles Phi_E_I (eq. 17), or a rotation vector in I on the right of q_E_I (error state on
+// the rotation group).
 #pragma once
 
 #include "cost_functions/models/kinematic_model.h"
@@ -19,8 +19,8 @@ struct NavState {
   ImuBias<double> bias;
 };
 
-// The derivative of one step's (p, v, attitude) to the (attitude, b_a, b_g) before it; the rest of
-// the 15 x 15 transition is known: p and v add through, v moves p by dt, biases stay.
+// The derivative of one step's (p, v, attitude) by the (attitude, b_a, b_g) before it. The rest of
+// the 15 x 15 transition is known: identity, and dt from v to p.
 struct Transition {
   double dt = 0.0;  // s
   Eigen::Matrix<double, 9, 9> tail = Eigen::Matrix<double, 9, 9>::Zero();
@@ -35,11 +35,11 @@ NavState Advance(AttitudeForm form, const NavState& x, const ImuInput& imu, doub
 // x moved by an error.
 NavState Moved(AttitudeForm form, const NavState& x, const Vector15d& error);
 
-// The error that takes `from` to `to`: Moved(form, from, Difference(form, from, to)) == to.
+// The error between two states: Moved(form, from, Difference(form, from, to)) == to.
 Vector15d Difference(AttitudeForm form, const NavState& from, const NavState& to);
 
-// Derivative of the attitude's error as counted in `form` to a small rotation vector in E: takes
-// an uncertainty of tilt and heading to the filter's own errors.
+// Derivative of the attitude error of `form` by a small rotation vector in E: converts an
+// uncertainty of tilt and heading to the filter's errors.
 Eigen::Matrix3d AttitudeErrorFromEarth(AttitudeForm form, const NavState& x);
 
 }  // namespace trueline

@@ -88,7 +88,7 @@ EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
   options.kinematic = ReadKinematicOptions(map.ChildOrEmpty("kinematic"));
   options.smoother = ReadSmootherOptions(map.ChildOrEmpty("smoother"));
   options.whole_flight = ReadWholeFlightOptions(map.ChildOrEmpty("whole_flight"));
-  options.vgd = ReadVgdOptions(map);  // last: it refuses what nobody asked for
+  options.vgd = ReadVgdOptions(map);  // last: it rejects keys that were never asked for
   return options;
 }
 

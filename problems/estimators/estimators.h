@@ -15,8 +15,8 @@
 
 namespace trueline {
 
-// Options of every estimator; gamma counts where an estimator has windows. VGD's stand at the top
-// level of the YAML file and hold for vgd_kinematic and the smoother too; `ekf`, `kinematic`,
+// Options of every estimator; gamma applies to estimators with windows. VGD's options are at the
+// top level of the YAML file and also apply to vgd_kinematic and the smoother; `ekf`, `kinematic`,
 // `smoother` and `whole_flight` are mappings in it.
 struct EstimatorOptions {
   VgdOptions vgd;
@@ -32,18 +32,19 @@ const std::vector<std::string>& KnownEstimators();
 // Throws InputError for an unknown name, listing the known ones.
 void CheckEstimator(const std::string& name);
 
-// Whether results depend on gamma; a filter has no windows.
+// True if results depend on gamma; a filter has no windows.
 bool HasWindows(const std::string& name);
 
-// Estimators over one flight with one set of options. What does not depend on the estimator or the
-// window length (how strongly the AHRS drifts) is learned once, when first needed.
+// Estimators over one flight with one set of options. Values that depend neither on the estimator
+// nor on the window length (the strength of the AHRS drift) are learned once, when first needed.
 class Estimators {
  public:
   // Both must outlive this.
   Estimators(const FlightData& flight, const EstimatorOptions& options)
       : flight_(flight), options_(options) {}
 
-  // Runs `name` with windows of `gamma` passes; no windows where the flight has no passes.
+  // Runs `name` with windows of `gamma` passes; the result has no windows if the flight has no
+  // passes.
   EstimatorRun Run(const std::string& name, int gamma);
 
   const FlightData& flight() const { return flight_; }

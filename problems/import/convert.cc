@@ -61,7 +61,7 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
   if (!map.dataset.empty()) log->source["dataset"] = map.dataset;
 }
 
-// Where the straights are: of the first pattern that fits the file, or by curvature.
+// The straights: given for the first pattern that matches the file's name, or found by curvature.
 std::vector<Straight> StraightsOf(const FixesFromMocap& options, const std::string& file,
                                   const std::vector<PoseSample>& mocap) {
   std::vector<std::string> patterns;

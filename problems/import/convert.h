@@ -1,4 +1,4 @@
-// A foreign log to a native one, by a column map.
+// Conversion of a foreign log to a native one, by a column map.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ struct ConvertOptions {
   std::optional<FixesFromMocap> fixes_from_mocap;
 };
 
-// Reads `files` (one for each input of the map, in its order). The result holds what the map asks
-// for: streams in native units and axes, cut, with fixes sampled from mocap where it says so;
-// `warnings` tells what was left out. Throws InputError for bad files, and where nothing remains.
+// Reads `files` (one for each input of the map, in its order). The result holds the map's streams
+// in native units and axes, cut, with fixes sampled from mocap if the map asks for that; `warnings`
+// lists what was left out. Throws InputError for bad files, and if nothing remains.
 FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files,
                      const ConvertOptions& options);
 

@@ -6,8 +6,8 @@
 
 namespace trueline {
 
-// Leaves out what lies outside the cut, in every stream. Throws InputError naming `map_file` where
-// it leaves no IMU sample, or where the height is asked for and there is no mocap.
+// Removes all samples outside of the cut from every stream. Throws InputError naming `map_file` if
+// no IMU sample remains, or if a height is given and there is no mocap.
 void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* log);
 
 }  // namespace trueline

@@ -7,7 +7,7 @@
 
 namespace trueline {
 
-// The first of `patterns` (with * and ?) that fits the file's name without its folder.
+// The first of `patterns` (with * and ?) that matches the file's name without its folder.
 std::optional<std::string> FirstFitting(const std::vector<std::string>& patterns,
                                         const std::string& path);
 

@@ -1,4 +1,4 @@
-// Settings of the fixes sampled from mocap, given on a command line over those of the map.
+// Settings of the fixes sampled from mocap; flags override those of the map.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace trueline {
 
-// Negative numbers and an empty text leave what the map says.
+// Negative numbers and an empty text keep the map's values.
 struct FixFlags {
   std::string straights;  // "auto", or conditions on axes of E with ';' between, all of which hold
   int min_count = -1;
@@ -20,8 +20,8 @@ struct FixFlags {
   double outlier_size = -1.0;  // m
 };
 
-// Nothing where neither the map nor a flag asks for sampled fixes. Throws InputError for a setting
-// that can't be, or where the log has real fixes or no mocap.
+// No value if neither the map nor a flag asks for sampled fixes. Throws InputError for an
+// impossible setting, or if the log has real fixes or no mocap.
 std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map, const FixFlags& flags);
 
 }  // namespace trueline

@@ -31,14 +31,14 @@ class ForeignCsv {
   int IndexOf(const std::string& column, const std::string& where) const;
 
   std::string_view Text(int index) const { return fields_[static_cast<std::size_t>(index)]; }
-  // Not a number where the field is empty or says so. Throws InputError where it is other text.
+  // NaN if the field is empty or says so. Throws InputError for other text.
   double Number(int index) const;
   // Exact to a nanosecond; `exponent` as for ParseTime().
   TimeNs Time(int index, int exponent) const;
 
   // "file:line: column 'name': message".
   [[noreturn]] void Fail(int index, const std::string& message) const;
-  // The error for a row of `stream` in which Number() met a missing value.
+  // The error for a row of `stream` in which Number() found a missing value.
   [[noreturn]] void FailMissing(const std::string& stream) const;
   const std::string& file() const { return lines_.file(); }
   int line() const { return lines_.line_number(); }

@@ -7,17 +7,19 @@
 
 namespace trueline {
 
-// Rotations that take components in the source's axes to NED and to FRD.
+// Rotations from the source's axes to NED and to FRD.
 struct SourceAxes {
   Eigen::Matrix3d earth = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d body = Eigen::Matrix3d::Identity();
 };
 
-// The keys `earth` and `body` of `map`; what is not stated stays as in `fallback`.
-//   earth: NED | ENU | NWU (z up, x taken as north) | {axes: [z, -x, -y], yaw_deg: 33}
+// The keys `earth` and `body` of `map`; a missing one keeps the value of `fallback`.
+//
+//   earth: NED | ENU | NWU (z up, x is north) | {axes: [z, -x, -y], yaw_deg: 33}
 //   body:  FRD | FLU | {axes: [x, -y, -z]}
+//
 // `axes` states which of the source's axes is the native first, second and third one. `yaw_deg`
-// then turns the earth about down: v_E = Rz(yaw) v. Axes must be right-handed.
+// then rotates the earth about down: v_E = Rz(yaw) v. Axes must be right-handed.
 SourceAxes ReadAxes(const YamlMap& map, const SourceAxes& fallback);
 
 }  // namespace trueline

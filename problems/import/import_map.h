@@ -13,12 +13,17 @@
 //   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
 //   body: FLU
 //   streams:                 # each may state input, time, earth, body, new_where, accept,
-//   skip_missing
-//     imu:      {accel: {columns: [ax, ay, az], unit: g}, gyro: {columns: [gx, gy, gz], unit:
-//     deg/s}} attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}       # or euler: {roll, pitch,
-//     yaw, unit} fixes:    {position: {columns: [19, 20, {constant: -1.5}]}, sigma: {constant:
-//     0.15},
-//                gate: {column: 36}, new_where: [19, 20, 50], time: {column: 50, unit: ms}}
+//                            # skip_missing
+//     imu:
+//       accel: {columns: [ax, ay, az], unit: g}
+//       gyro: {columns: [gx, gy, gz], unit: deg/s}
+//     attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}  # or euler: {roll, pitch, yaw, unit}
+//     fixes:
+//       position: {columns: [19, 20, {constant: -1.5}]}
+//       sigma: {constant: 0.15}
+//       gate: {column: 36}
+//       new_where: [19, 20, 50]
+//       time: {column: 50, unit: ms}
 //     mocap:    {position: {columns: [px, py, pz], unit: m, earth: ENU}, quaternion: {...}}
 //     pose:     like mocap, of the pose sensor
 //     rotors:   {columns: [m1, m2, m3, m4], unit: rpm}
@@ -29,13 +34,13 @@
 //   gates: [...]             # as in log.yaml, in NED
 //   vehicle: {...}           # as in log.yaml
 //   fixes_from_mocap:        # for logs without a detector; the keys of FixSamplerOptions and
-//     straights:             # where, by file name; the first pattern that fits
+//     straights:             # where, by file name; the first pattern that matches
 //       "*oval*": {boxes: [{x: [-0.9, 0.9], heading_deg: 0}]}   # in E
 //       "*": {curvature: {max_curvature: 0.3, flattest_share: 0.4}}
 //
-// A column is given by name, by number from 1, or as {constant: value in SI}. Values become
-// scale * unit * column + offset. `accel` may be given in earth axes: its `attitude` (quaternion or
-// euler) turns it back. Unknown keys are errors.
+// A column is given by name, by number from 1, or as {constant: value in SI}. Values become scale *
+// unit * column + offset. `accel` may be given in earth axes: its `attitude` (quaternion or euler)
+// rotates it back. Unknown keys are errors.
 #pragma once
 
 #include <filesystem>
@@ -67,12 +72,12 @@ struct InputMap {
   bool drop_unsorted = false;
 };
 
-// What every stream states.
+// Settings common to all streams.
 struct StreamMap {
   std::size_t input = 0;  // index of InputMap
   TimeSource time;
   bool drop_unsorted = false;
-  bool skip_missing = false;  // leave out rows where a value is missing, instead of refusing them
+  bool skip_missing = false;  // skip rows with a missing value instead of an error
   RowFilter filter;
 };
 

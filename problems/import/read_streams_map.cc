@@ -120,7 +120,7 @@ void ReadStreamsMap(const YamlMap& map, const SourceAxes& axes, ImportMap* impor
   // Reads one stream where the map has it; unknown keys inside are refused.
   const auto read = [&](const char* name, auto* stream, const auto& reader) {
     if (!map.Has(name)) {
-      map.RawNode(name);  // known, though absent
+      map.RawNode(name);  // marks it as known, though absent
       return;
     }
     const YamlMap child = map.Child(name);
@@ -139,7 +139,7 @@ void ReadStreamsMap(const YamlMap& map, const SourceAxes& axes, ImportMap* impor
     };
   };
   const auto pose = [&](const YamlMap& m) { return ReadPose(m, axes, inputs); };
-  map.Child("imu");  // the one stream that every log needs
+  map.Child("imu");  // required: the error if absent
   read("imu", &import->imu, [&](const YamlMap& m) { return ReadImu(m, axes, inputs); });
   read("attitude", &import->attitude,
        [&](const YamlMap& m) { return ReadAttitude(m, axes, inputs); });

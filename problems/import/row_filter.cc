@@ -55,7 +55,7 @@ bool RowFilter::Accepts(const ForeignCsv& csv) {
   return false;
 }
 
-// The age of what the first row holds is not known, so that it counts as old.
+// The values of the first row may be of any age, so it counts as repeated.
 bool RowFilter::IsNew(const ForeignCsv& csv) {
   if (new_where_.empty()) return true;
   bool changed = false;

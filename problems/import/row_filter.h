@@ -1,4 +1,4 @@
-// Which rows of a foreign file make a sample: repeats and spikes are left out.
+// Selection of the rows of a foreign file: repeats and spikes are left out.
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ struct AcceptRule {
   explicit AcceptRule(const YamlMap& map);
 };
 
-// The keys `new_where` (columns of which one must differ from the row before: what a slower sensor
-// holds is left out) and `accept` of a stream.
+// The keys `new_where` and `accept` of a stream. One of the columns in `new_where` must differ from
+// the row before; this drops the repeated values of a slower sensor.
 class RowFilter {
  public:
   RowFilter() = default;
@@ -30,7 +30,8 @@ class RowFilter {
   void Bind(const ForeignCsv& csv);
   // Whether the row is new and in range. Must see every row of the file.
   bool Accepts(const ForeignCsv& csv);
-  // Values at an accepted row that MedianMask() needs; call once for each sample that is kept.
+  // Stores the values of an accepted row for MedianMask(); call it once for each sample that is
+  // kept.
   void Remember(const ForeignCsv& csv);
   // For each remembered row, whether it is within the running medians.
   std::vector<bool> MedianMask() const;

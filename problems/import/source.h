@@ -1,4 +1,4 @@
-// Where a native quantity comes from: columns or constants, units, scale, offset, axes.
+// Source of a native quantity: columns or constants, units, scale, offset, axes.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -68,7 +68,8 @@ class ArraySource {
 };
 
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad}
-// (z-y-x). Takes a vector from the source's body to its earth; given back for FRD and NED.
+// (z-y-x). The file's rotation is from the source's body to its earth; Value() returns that from
+// FRD to NED.
 class SourceAttitude {
  public:
   SourceAttitude() = default;
@@ -76,7 +77,7 @@ class SourceAttitude {
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
   void Bind(const ForeignCsv& csv);
-  // Nothing where a column is missing or the quaternion is zero. Throws InputError for a quaternion
+  // No value if a column is missing or the quaternion is zero. Throws InputError for a quaternion
   // whose norm is not 1.
   std::optional<Eigen::Quaterniond> Value(const ForeignCsv& csv) const;
 

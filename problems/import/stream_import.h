@@ -1,4 +1,4 @@
-// Rows of a foreign file to the samples of one native stream.
+// Conversion of rows of a foreign file to samples of one native stream.
 #pragma once
 
 #include <functional>
@@ -35,8 +35,8 @@ class StampReader {
 std::string LeftOut(const std::string& stream, std::size_t unsorted, std::size_t missing,
                     std::size_t out_of_range, std::size_t off_median);
 
-// `bind` connects the sources of the stream to the file; `convert` makes a sample of a row, or
-// nothing where a value is missing.
+// `bind` connects the stream's sources to the file; `convert` makes a sample of a row, or no value
+// if a value is missing.
 template <class Sample>
 class StreamImport : public RowTaker {
  public:

@@ -1,4 +1,4 @@
-// The streams of a column map, ready to take rows into a log.
+// The streams of a column map, connected to a log that receives their rows.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ struct StreamTaker {
   std::unique_ptr<RowTaker> taker;
 };
 
-// `log` must outlive the result. `fix_sigma` (m) takes the place of the map's, where given.
+// `log` must outlive the result. `fix_sigma` (m), if given, replaces the map's.
 std::vector<StreamTaker> MakeTakers(const ImportMap& map, const std::vector<std::string>& files,
                                     const std::optional<double>& fix_sigma, FlightLog* log);
 

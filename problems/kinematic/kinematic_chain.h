@@ -8,7 +8,7 @@
 
 namespace trueline {
 
-// Sums the IMU up from t0 to t1 at its own rate; derivatives by automatic differentiation of
+// Preintegrates the IMU from t0 to t1 at its own rate; derivatives by automatic differentiation of
 // KinematicStep at zero bias.
 KinematicBlock SumUp(const ImuInputs& imu, TimeNs t0, TimeNs t1);
 

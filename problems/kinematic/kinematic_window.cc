@@ -79,7 +79,7 @@ void KinematicWindow::AddResiduals(std::span<const Fix> fixes) {
   if (!options_.initial_attitude) {
     problem_.SetManifold(theta_.data(), new ceres::SubsetManifold(9, {6, 7, 8}));
   }
-  if (vgd_.solver == VgdSolver::kGradientDescent) return;  // line search knows no bounds
+  if (vgd_.solver == VgdSolver::kGradientDescent) return;  // Ceres' line search has no bounds
   for (int i = 0; i < kKinematicThetaSize; ++i) {
     problem_.SetParameterLowerBound(theta_.data(), i, -options_.bound_sigmas);
     problem_.SetParameterUpperBound(theta_.data(), i, options_.bound_sigmas);
@@ -127,8 +127,9 @@ ceres::Solver::Summary KinematicWindow::Solve() {
   return summary;
 }
 
-// Errors of what is asked for by unit noises of the IMU (columns): a bent path pulls the fit by its
-// gain, and is itself where it is. J: whitened Jacobian, the fixes' rows first.
+// Errors of the requested quantities by unit noises of the IMU (columns): the path's deviations act
+// through the fit's gain, and directly at the window's end. J: whitened Jacobian, the fixes' rows
+// first.
 Eigen::MatrixXd KinematicWindow::FitDeviations(const Eigen::MatrixXd& J,
                                                const Eigen::MatrixXd& gain) const {
   const Eigen::MatrixXd path = PathDeviations(nodes_, options_.noise, gravity_);
@@ -136,7 +137,8 @@ Eigen::MatrixXd KinematicWindow::FitDeviations(const Eigen::MatrixXd& J,
   Eigen::MatrixXd errors = Eigen::MatrixXd::Zero(kAsked, path.cols());
   for (std::size_t i = 0; i < fix_nodes_.size(); ++i) {
     const int row = static_cast<int>(3 * i), node = static_cast<int>(6 * fix_nodes_[i]);
-    // The start's position adds through: its columns are the fix's weights, the robust loss's too.
+    // The start position adds to every fix: its columns are the fix's weights, robust loss
+    // included.
     const Eigen::Matrix3d weight = J.block<3, 3>(row, first_state);
     errors += gain.middleCols<3>(row) * weight * path.middleRows<3>(node);
   }

@@ -20,8 +20,8 @@ class KinematicWindow : private ceres::EvaluationCallback {
   using State = Eigen::Matrix<double, kKinematicStateSize, 1>;
   static constexpr int kAsked = kKinematicThetaSize + kKinematicStateSize;
 
-  // From the first fix to `end`. Loss, whitening and solver are `vgd`'s. The AHRS's attitude at the
-  // start comes from the track.
+  // From the first fix to `end`. Loss, whitening and solver are `vgd`'s. The track gives the AHRS's
+  // attitude at the start.
   KinematicWindow(const ImuInputs& imu, std::span<const Fix> fixes, TimeNs end,
                   const VgdOptions& vgd, const KinematicOptions& options);
   KinematicWindow(const KinematicWindow&) = delete;
@@ -38,7 +38,7 @@ class KinematicWindow : private ceres::EvaluationCallback {
   int free_parameters() const { return options_.initial_attitude ? 9 : 6; }
 
   // Covariance of (theta in units of its prior sigmas, p and v at the end): the fixes' part by the
-  // Gauss-Newton Hessian, and what IMU noise bends the path by, both in the fit and beyond it.
+  // Gauss-Newton Hessian, and the effect of IMU noise on the path, within the fit and after it.
   Eigen::Matrix<double, kAsked, kAsked> Covariance();
 
   // p and v (in E) at each of times().

@@ -1,5 +1,5 @@
-// VGD-kinematic (Li et al. 2019, eq. 37-38): the windows of VGD with the kinematic model in the
-// vehicle's place.
+// VGD-kinematic (Li et al. 2019, eq. 37-38): the windows of VGD with the kinematic model instead of
+// the vehicle's.
 #pragma once
 
 #include "problems/kinematic/kinematic_options.h"
@@ -10,9 +10,9 @@
 
 namespace trueline {
 
-// Runs over all windows in time order; each starts from the biases before it. Windows, loss,
-// solver and tolerance are `vgd`'s. Parameters: b_ax ... b_gz, and Phi_E_Ep at the window's start
-// where initial_attitude is on.
+// Runs over all windows in time order; each starts from the biases of the one before. Windows,
+// loss, solver and tolerance are `vgd`'s. Parameters: b_ax ... b_gz, and Phi_E_Ep at the window's
+// start if initial_attitude is on.
 EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
                              const KinematicOptions& options);
 

@@ -19,7 +19,7 @@ struct Decimal {
   int exponent = 0;
 };
 
-// Digits that don't fit 64 bits only shift the exponent: they are far below a nanosecond.
+// Digits beyond 64 bits only change the exponent: they are far below a nanosecond.
 void AppendDigit(char c, bool after_point, Decimal* decimal) {
   constexpr std::uint64_t kLimit = (std::numeric_limits<std::uint64_t>::max() - 9) / 10;
   if (decimal->digits > kLimit) {
@@ -108,7 +108,7 @@ bool ParseNumber(std::string_view text, double* value) {
   const auto [stop, error] = std::from_chars(text.data(), end, *value);
   if (stop != end || text.empty()) return false;
   if (error == std::errc::result_out_of_range) {
-    *value = 0.0;  // subnormal in a log is zero; a number too large can't be told apart here
+    *value = 0.0;  // for a subnormal number; the return below rejects an overflow
     return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
   }
   return error == std::errc();

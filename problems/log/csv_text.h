@@ -11,7 +11,7 @@ namespace trueline {
 
 std::string_view TrimmedField(std::string_view text);  // without blanks and one pair of quotes
 
-// The fields of one line. A `delimiter` of ' ' takes runs of blanks and tabs as one.
+// The fields of one line. With a `delimiter` of ' ' a run of blanks and tabs counts as one.
 void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 
 // A decimal number in full ("nan" and "inf" parse too). False when `text` is something else.

@@ -1,4 +1,4 @@
-// One flight in memory: what a native log holds (SI units, NED earth E, FRD body B).
+// One flight in memory, as in a native log (SI units, NED earth E, FRD body B).
 #pragma once
 
 #include <Eigen/Geometry>

@@ -9,8 +9,8 @@ namespace trueline {
 namespace {
 
 constexpr double kGapSteps = 5.0;       // median steps that make a gap
-constexpr std::size_t kClippedRun = 5;  // equal extreme values in a row that make saturation
-constexpr double kClippedShare = 0.05;  // of all samples at most: a stuck value is no saturation
+constexpr std::size_t kClippedRun = 5;  // equal extreme values in a row that count as saturation
+constexpr double kClippedShare = 0.05;  // of all samples at most: more is a stuck sensor
 constexpr std::array<const char*, 6> kAxes = {"ax", "ay", "az", "gx", "gy", "gz"};
 
 double AxisValue(const ImuSample& sample, std::size_t axis) {

@@ -8,11 +8,11 @@
 
 namespace trueline {
 
-// Seconds between neighbouring samples, the middle one of all; 0 for fewer than two samples.
+// Median time between neighbouring samples, s; 0 for fewer than two samples.
 double MedianStep(const std::vector<ImuSample>& imu);
 
-// One sentence for the steps longer than 5 median steps, and one for each axis that sits on its
-// extreme value for 5 samples or more; each names the first place, how often and how long.
+// One sentence for steps longer than 5 median steps, and one for each axis that stays at its
+// extreme value for 5 samples or more; each names the first place, the number and the total time.
 std::vector<std::string> ImuWarnings(const std::vector<ImuSample>& imu);
 
 }  // namespace trueline

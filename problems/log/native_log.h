@@ -8,9 +8,9 @@
 namespace trueline {
 
 // Throws InputError naming file, line and remedy for: a missing or empty required stream, missing
-// or unsorted stamps, NaN, an unknown unit or key. Treated with a warning in `warnings`: a last
-// line that is cut off (dropped), unknown columns (ignored), gaps and saturation in the IMU
-// (reported; the integrator treats gaps).
+// or unsorted stamps, NaN, an unknown unit or key. These give a warning in `warnings`: a truncated
+// last line (dropped), unknown columns (ignored), gaps and saturation in the IMU (reported; the
+// integrator handles gaps).
 FlightLog ReadNativeLog(const std::filesystem::path& directory);
 
 // Each file is written under a temporary name and renamed; streams that are empty are not written.

@@ -36,7 +36,7 @@ Eigen::Vector3d ReadVector(const StreamReader& reader, int first) {
   return {reader.value(first), reader.value(first + 1), reader.value(first + 2)};
 }
 
-// The quaternion in columns first .. first + 3, of unit norm; false when the row is a cut-off one.
+// The quaternion in columns first .. first + 3, normalised; false if the row is truncated.
 bool ReadQuaternion(StreamReader* reader, int first, Eigen::Quaterniond* q) {
   *q = Eigen::Quaterniond(reader->value(first), reader->value(first + 1), reader->value(first + 2),
                           reader->value(first + 3));
@@ -48,7 +48,7 @@ bool ReadQuaternion(StreamReader* reader, int first, Eigen::Quaterniond* q) {
                              "the order of the columns",
                              norm));
   }
-  // A norm that is right to the last digits is left alone, so that what was written comes back.
+  // A norm that is correct to the last digits stays, so that reading returns what was written.
   if (std::abs(norm - 1.0) > 1e-12) q->normalize();
   return true;
 }
@@ -91,7 +91,7 @@ std::vector<Sample> ReadRows(StreamReader* reader, const fs::path& path,
   return samples;
 }
 
-// A stream file of a log: absent ones are left out, read ones get their digest.
+// A stream file of a log: absent ones are skipped; digests of read ones are stored.
 class Streams {
  public:
   Streams(const fs::path& directory, FlightLog* log) : directory_(directory), log_(log) {}

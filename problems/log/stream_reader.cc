@@ -98,8 +98,8 @@ double StreamReader::FactorOf(const Column& column, int index) const {
                             column.name, unit, KnownUnits(column.dimension)));
 }
 
-// A column without a unit is in SI (log_format's table writes "ax [m/s^2], ay, az"). Beside a
-// column of its kind in another unit that would be a guess, and is refused.
+// A column without a unit is in SI, as in a header "ax [m/s^2], ay, az". If another column of its
+// kind states another unit, SI would be a guess, so the file is refused.
 void StreamReader::CheckStatedUnits() const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (!units_[static_cast<std::size_t>(index_[i])].empty()) continue;

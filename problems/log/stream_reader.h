@@ -41,7 +41,7 @@ class StreamReader {
 
   // An InputError at the row last read.
   [[noreturn]] void Fail(const std::string& column, const std::string& message) const;
-  // True when the row last read is the last one and lacks its newline: it may be cut off inside a
+  // True if the row last read is the last one and has no newline: it may be truncated inside a
   // number. Warns that it is dropped.
   bool DropAsCutOff();
 

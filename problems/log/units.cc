@@ -16,7 +16,7 @@ struct Unit {
 
 constexpr double kStandardGravity = 9.80665;  // m/s^2, by definition of the unit g
 
-// The SI unit of each dimension stands first.
+// The SI unit of each dimension comes first.
 constexpr auto kUnits = std::to_array<Unit>({
     {Dimension::kNone, "1", 1.0},
     {Dimension::kNone, "%", 1e-2},

@@ -1,4 +1,4 @@
-// The units that logs may state, and their size in SI.
+// Units that logs may state, with their factors to SI.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ enum class Dimension {
   kVoltage
 };
 
-// Value of one `unit` in the SI unit of `dimension`; nothing where it is not a unit of it.
+// Factor from `unit` to the SI unit of `dimension`; no value if it is not a unit of that dimension.
 std::optional<double> UnitFactor(Dimension dimension, std::string_view unit);
 
 std::string SiUnit(Dimension dimension);

@@ -9,7 +9,7 @@ namespace trueline {
 namespace {
 
 constexpr double kUnseen = 1e-13;  // of the largest eigenvalue, columns scaled to unit diagonal
-constexpr double kUseless = 1e3;   // a sigma of so many typical sizes says nothing of the state
+constexpr double kUseless = 1e3;   // a sigma above so many typical sizes counts as infinite
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
@@ -21,14 +21,14 @@ Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& row
   return block;
 }
 
-// Factors that make the diagonal one; columns that are zero stay so.
+// Factors that scale the diagonal to one; zero columns stay zero.
 Eigen::VectorXd UnitDiagonalScale(const Eigen::MatrixXd& matrix) {
   return matrix.diagonal().unaryExpr(
       [](double value) { return value > 0.0 ? 1.0 / std::sqrt(value) : 1.0; });
 }
 
-// Makes zero what rounding has left of states that no output depends on: scaled to unit diagonal it
-// would look like information.
+// Zeroes rounding errors of states that no output depends on: scaled to unit diagonal they would
+// look like information.
 void DropUseless(const std::vector<int>& states, const std::vector<StateInfo>& info,
                  Eigen::MatrixXd* information) {
   for (std::size_t i = 0; i < states.size(); ++i) {

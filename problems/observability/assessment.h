@@ -1,4 +1,5 @@
-// What an information matrix says: which states the flight shows, how well, and one figure for all.
+// Evaluation of an information matrix: which states the flight shows, how well, and one overall
+// score.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,16 +9,16 @@
 
 namespace trueline {
 
-// Seen and unseen states of one flight, with the bound of Cramer and Rao.
+// Observable and unobservable states of one flight, with the Cramer-Rao bound.
 struct Assessment {
   RankReport rank;            // numerical: of this flight
   std::vector<double> sigma;  // by position in rank.states, the state's unit; infinite where unseen
 };
 
-// `information` is Fisher's for all error states (SI units). Columns are scaled to unit diagonal;
-// a direction whose eigenvalue is then below 1e-13 counts as not seen, and the bound of the states
-// in it is infinite instead of a large number that rounding made; so is a bound above 1,000 times
-// the state's typical size.
+// `information` is Fisher's for all error states (SI units). Columns are scaled to unit diagonal. A
+// direction whose eigenvalue is then below 1e-13 counts as unobservable, and the bound of its
+// states is infinite rather than a large number made by rounding. A bound above 1,000 times the
+// state's typical size is also infinite.
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info);
 

@@ -17,7 +17,7 @@ using MovingRows = Eigen::Matrix<double, kMoving, kErrors>;
 
 struct SegmentGramian {
   Square gramian;
-  MovingRows transition;  // constants stay: their rows are those of the identity
+  MovingRows transition;  // constants: rows of the identity
 };
 
 template <int kOrder>
@@ -31,7 +31,7 @@ SegmentGramian OneSegment(const RotorDrivenSystem& system, const RotorFlight& fl
           local.transition.topRows(kMoving)};
 }
 
-// Gramian of the flight from this segment's start on, given that from its end on: W + Phi' V Phi.
+// Gramian of the flight from this segment's start, given that from its end: W + Phi' V Phi.
 Square Chain(const SegmentGramian& segment, const Square& after) {
   Square product = after;  // V Phi
   product.leftCols<kMoving>().setZero();

@@ -12,7 +12,7 @@ namespace trueline {
 
 struct E2logOptions {
   int order = 3;         // of the Taylor series, 1 to 6
-  double segment = 0.1;  // s; segments never reach over a break of the trajectory
+  double segment = 0.1;  // s; a segment never spans a break of the trajectory
   int threads = 1;       // 0: all cores
 };
 

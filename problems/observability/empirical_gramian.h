@@ -1,6 +1,6 @@
 // The empirical observability Gramian of Krener and Ide 2009: the flight is simulated again with
-// each error state moved a little to either side. Slow, and independent of all derivatives; a
-// cross-check for the others.
+// each error state perturbed to either side. Slow but independent of all derivatives: a
+// cross-check.
 #pragma once
 
 #include <Eigen/Core>

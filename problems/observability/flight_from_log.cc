@@ -12,7 +12,7 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-// Values at stamps, between them linear, outside of them held.
+// Values at time stamps, linear between them, constant outside.
 class Curve {
  public:
   void Add(TimeNs t, Vector value) {
@@ -29,7 +29,8 @@ class Curve {
     const double share = (t - times_[after - 1]) / (times_[after] - times_[after - 1]);
     return (1.0 - share) * values_[after - 1] + share * values_[after];
   }
-  // Mean over the samples within `half` seconds, to tame noise; linear where there is none.
+  // Mean over the samples within `half` seconds to reduce noise; linear interpolation if there are
+  // none.
   Vector Smooth(double t, double half) const {
     const auto first = std::lower_bound(times_.begin(), times_.end(), t - half) - times_.begin();
     const auto last = std::upper_bound(times_.begin(), times_.end(), t + half) - times_.begin();
@@ -67,7 +68,7 @@ Vector Coefficients(const Eigen::Quaterniond& q) {
   return Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
 }
 
-// Quaternions with the sign of their predecessor, so that linear interpolation stays near them.
+// Quaternions with signs chosen for continuity, so that they can be interpolated linearly.
 template <class Samples, class Get>
 Curve AttitudeCurve(const Samples& samples, const Get& get) {
   Curve curve;

@@ -1,4 +1,4 @@
-// A recorded flight as the Gramians see it: states and inputs along it, from the streams of a log.
+// States and inputs along a recorded flight, from the streams of a log, for the Gramians.
 #pragma once
 
 #include <string>

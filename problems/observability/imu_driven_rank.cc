@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kImuExactOrder = ImuDrivenSystem::kErrors;
 constexpr int kImuNumericalOrder = 10;
-constexpr double kTimeScale = 0.5;  // s, of what varies in the double points
+constexpr double kTimeScale = 0.5;  // s, of variation in the floating-point test points
 
 template <class C, int kMaxOrder>
 class Point {
@@ -44,7 +44,7 @@ class Point {
     }
     return series;
   }
-  // R(yaw * tilt), over the squared length of the product: neither factor needs length 1.
+  // R(yaw * tilt) over the squared norm of the product: the factors need not have norm 1.
   void PutAttitude(const Vec4<Series>& yaw, const Vec4<Series>& tilt) {
     const Vec4<Series> q = HamiltonProduct(yaw, tilt);
     const Series square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];

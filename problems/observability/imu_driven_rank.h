@@ -1,5 +1,5 @@
-// The exact observability of the model of Li et al. 2019: which of its nine parameters position
-// fixes show.
+// The exact observability of the model of Li et al. 2019: which of its nine parameters are
+// observable from position fixes.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace trueline {
 
-// How the vehicle turns while it flies.
+// The vehicle's rotation during the flight.
 enum class Turning {
   kAny,    // roll, pitch and yaw vary
   kNoYaw,  // roll and pitch vary, heading does not
@@ -18,7 +18,7 @@ enum class Turning {
   kNone    // attitude is constant
 };
 
-// As RotorDrivenRank. Thrust varies with all but kNone, where it is constant.
+// As RotorDrivenRank. Thrust varies except for kNone, where it is constant.
 RankReport ImuDrivenRank(const ImuDrivenSystem& system, const std::vector<int>& states,
                          Turning turning, std::uint64_t seed = 0);
 

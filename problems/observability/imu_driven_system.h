@@ -1,6 +1,6 @@
-// The model of Li et al. 2019 in the form that observability asks for (see lie_derivatives.h):
-// position, velocity and the nine parameters of eq. 16; inputs are the nine numbers of the AHRS
-// attitude R_Ep_I (row by row) and the thrust-axis acceleration; the output is position.
+// The model of Li et al. 2019 as a System (see lie_derivatives.h): position, velocity and the nine
+// parameters of eq. 16. Inputs are the nine numbers of the AHRS attitude R_Ep_I (row by row) and
+// the thrust-axis acceleration; the output is position.
 #pragma once
 
 #include <ceres/jet.h>
@@ -19,8 +19,8 @@ class ImuDrivenSystem {
   static constexpr int kPosition = 0, kVelocity = 3, kParameters = 6;
   static constexpr int kStates = 15, kMoving = 6, kErrors = 15;
   static constexpr int kInputs = 10;
-  // Drag about which flights are assessed, 1/s. Not the same on both axes: with equal drag a turn
-  // of the IMU about z changes nothing, and psi_I_B would be lost.
+  // Drag at which flights are assessed, 1/s. It differs between the axes: with equal drag a
+  // rotation of the IMU about z changes nothing, and psi_I_B would be unobservable.
   static constexpr double kTypicalDragX = -0.55, kTypicalDragY = -0.45;
 
   // `fix_rate` [Hz] and `sigma_fix` [m] of position fixes, each axis.

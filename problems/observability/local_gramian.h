@@ -72,8 +72,8 @@ typename LocalSensitivity<double, kErrors>::Matrix SensitivityAt(
   return Eigen::Map<const Eigen::VectorXd>(weights.data(), weights.size()).asDiagonal() * k;
 }
 
-// Integral of K'K over the stretch (eq. 3), all cross terms of the series included: K is a
-// polynomial, and Gauss' rule with order + 1 nodes integrates its square exactly.
+// Integral of K'K over the stretch (eq. 3), including all cross terms of the series. K is a
+// polynomial, so Gauss' rule with order + 1 nodes is exact.
 template <int kErrors>
 Eigen::Matrix<double, kErrors, kErrors> LocalGramian(const LocalSensitivity<double, kErrors>& local,
                                                      const std::vector<double>& weights,

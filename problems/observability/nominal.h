@@ -1,4 +1,4 @@
-// A flight as the Gramians see it: states and inputs along it.
+// States and inputs along a flight, for the Gramians.
 #pragma once
 
 #include <functional>

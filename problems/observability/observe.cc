@@ -140,7 +140,7 @@ void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehi
     if (result->info[question.states[j]].moving) continue;
     std::size_t best = 0;
     for (std::size_t i = 1; i < sigmas.size(); ++i) {
-      if (sigmas[i][j] < 0.98 * sigmas[best][j]) best = i;  // simpler manoeuvres come first
+      if (sigmas[i][j] < 0.98 * sigmas[best][j]) best = i;  // on near ties the simpler, earlier one
     }
     if (!std::isfinite(sigmas[best][j])) continue;
     const double now = result->sigma[j];

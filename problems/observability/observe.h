@@ -1,4 +1,4 @@
-// Answers about observability: exact ones for a kind of motion, numbers for one flight.
+// Observability results: exact ones for a kind of motion, numerical ones for one flight.
 #pragma once
 
 #include <string>
@@ -13,11 +13,11 @@
 
 namespace trueline {
 
-// What to fly to see a state better.
+// A manoeuvre that would improve the estimate of a state.
 struct Advice {
   int state = 0;
   std::string manoeuvre;
-  double sigma = 0.0;  // after it, together with the flight asked about; the state's unit
+  double sigma = 0.0;  // with this manoeuvre added to the flight; the state's unit
 };
 
 struct CaseResult {
@@ -33,7 +33,7 @@ struct CaseResult {
   double horizon = 0.0;             // s, over which the motion model is trusted
   std::vector<double> sigma;        // Cramer-Rao with the horizon, by position in rank.states; NaN
                                     // for trajectory states
-  std::vector<double> sigma_whole;  // the same, the model trusted throughout
+  std::vector<double> sigma_whole;  // the same without the horizon: the model is exact throughout
   GramianScores scores;             // of the constants that are seen, columns scaled
   std::vector<Advice> advice;
   std::vector<std::string> warnings;
@@ -59,8 +59,8 @@ CaseResult ObserveRotorFlight(const RotorDrivenSystem& system, const NominalFlig
 CaseResult ObserveImuFlight(const ImuDrivenSystem& system, const NominalFlight& flight,
                             const FlightQuestion& question);
 
-// For each constant that the flight does not show, or shows worst against its scale: the plain
-// manoeuvre of 10 s within `limits` that adds most.
+// For each constant that the flight does not show, or shows worst relative to its scale: the simple
+// manoeuvre of 10 s within `limits` that reduces its sigma most.
 void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                        const NominalFlight& flight, const FlightQuestion& question,
                        const FlightLimits& limits, CaseResult* result);

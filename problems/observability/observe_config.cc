@@ -59,7 +59,7 @@ FlightQuestion QuestionOf(const YamlMap& map, const std::string& name, std::vect
   return question;
 }
 
-// A trajectory in flat outputs as the model of Li et al. is driven along it.
+// Converts a trajectory in flat outputs to states and inputs of the model of Li et al.
 NominalFlight ImuFlight(const RotorFlight& flight) {
   NominalFlight nominal = flight.Nominal();
   nominal.at = [&flight](double t) {

@@ -1,4 +1,4 @@
-// The questions of a configuration (config/observe/*.yaml) and of a log, asked one by one.
+// Runs the questions of a configuration (config/observe/*.yaml), or those about a log, one by one.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,15 @@
 
 namespace trueline {
 
-// `progress` hears of each case before it is worked on.
+// Called with each case's name before it runs.
 using StepNotice = std::function<void(const std::string&)>;
 
 // All cases of a configuration, in its order. Throws InputError naming file, line and key.
 std::vector<CaseResult> RunObserveConfig(const YamlMap& config, const StepNotice& progress);
 
-// What one flight shows: of the rotor-driven model where the log has rotor speeds and a vehicle
-// with rotors (`vehicle`, where given, instead of the log's own), of the model of Li et al. where
-// it has attitude and fixes. One case each. Throws InputError where neither can be asked.
+// Assesses one flight, one case for each applicable model: the rotor-driven model if the log has
+// rotor speeds and a vehicle with rotors (`vehicle`, if given, replaces the log's), and that of Li
+// et al. if it has attitude and fixes. Throws InputError if neither applies.
 std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<YamlMap>& config,
                                       const StepNotice& progress);
 

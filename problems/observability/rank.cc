@@ -11,7 +11,7 @@
 namespace trueline {
 namespace {
 
-// The finest split: coordinates that meet in a vector of the reduced basis belong together.
+// The finest split: coordinates with non-zero entries in the same basis vector belong together.
 std::vector<std::vector<int>> ConnectedStates(const std::vector<std::vector<int>>& supports,
                                               int count) {
   std::vector<int> parent(count);
@@ -79,8 +79,8 @@ DynamicMatrix<C> Columns(const DynamicMatrix<C>& matrix, const std::vector<int>&
   return selected;
 }
 
-// A single null vector is scaled so that the first state that takes a fair part in it (a tenth of
-// the largest, in typical sizes) is 1.
+// A single null vector is scaled so that its first considerable component (at least a tenth of the
+// largest, in typical sizes) is 1.
 void ScaleToFirstLarge(const std::vector<StateInfo>& info, NullBlock* block) {
   Eigen::VectorXd parts = block->directions.col(0).cwiseAbs();
   for (Eigen::Index i = 0; i < parts.size(); ++i) parts[i] /= info[block->states[i]].typical;
@@ -140,7 +140,7 @@ RankReport NumericalRank(const Eigen::MatrixXd& matrix, const std::vector<int>& 
   const Eigen::VectorXd& sigma = svd.singularValues();
   const double cut = sigma.size() > 0 ? tolerance * sigma[0] : 0.0;
   const auto rank = (sigma.array() > cut).count();
-  // The row space, reduced; entries that rounding leaves are not ties between states.
+  // The reduced row space; entries at rounding level do not couple states.
   Eigen::MatrixXd row_space = svd.matrixV().leftCols(rank).transpose();
   RowEchelon<double> echelon = RowReduce<double>(row_space, true, 1e-6);
   echelon.rows = (echelon.rows.array().abs() < 1e-3).select(0.0, echelon.rows);

@@ -1,5 +1,5 @@
-// Which states a system's outputs show: rank and null space of an observability matrix, found in
-// exact arithmetic, then named.
+// Observable and unobservable states of a system: rank and null space of an observability matrix in
+// exact arithmetic, with names.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace trueline {
 
-// States that the data can't tell apart (or, when alone, can't show at all). The null space is the
+// States that the data show only in combination (a single one: not at all). The null space is the
 // direct sum of its blocks, and no finer split exists.
 struct NullBlock {
   std::string label;           // "" for a single unobservable state, else J1, J2, ...
@@ -35,14 +35,14 @@ struct RankReport {
 // Rank and blocks of the columns `states` of an observability matrix modulo p.
 RankReport ExactRank(const DynamicMatrix<Modular>& observability, const std::vector<int>& states);
 
-// The null vectors of each block in physical units, at the point where `observability` was taken
-// (doubles, with the rows of the exact one). Supports are the exact ones; only numbers are added.
+// Fills in the null vectors of each block in physical units at the point of `observability`
+// (doubles, with the rows of the exact matrix). The supports stay those of the exact computation.
 void FillDirections(const Eigen::MatrixXd& observability, const std::vector<StateInfo>& info,
                     RankReport* report);
 
-// Rank by singular values of information-like matrices, where no exact point exists (a recorded
-// flight): a direction counts as unseen when its singular value lies below `tolerance` of the
-// largest. `matrix` is any K with outputs' changes = K * change of states, columns scaled.
+// Numerical rank by singular values, where no exact point exists (a recorded flight): a direction
+// is unobservable if its singular value is below `tolerance` times the largest. `matrix` is any K
+// with change of outputs = K * change of states, columns scaled.
 RankReport NumericalRank(const Eigen::MatrixXd& matrix, const std::vector<int>& states,
                          double tolerance);
 

@@ -1,6 +1,6 @@
-// Points of the rotor-driven model at which ranks are taken: random ones, and random ones among a
-// kind of motion (hover, straight up and down, straight ahead and back). In GF(p) they are exact:
-// a unit quaternion is r * r / |r|^2 for a random r, and trims solve linear equations.
+// Random points of the rotor-driven model at which ranks are evaluated, unrestricted or within a
+// kind of motion (hover, straight up and down, straight ahead and back). In GF(p) they are exact: a
+// unit quaternion is r * r / |r|^2 for a random r, and trims solve linear equations.
 #pragma once
 
 #include <string>
@@ -37,8 +37,8 @@ C RandomScalar(Random* random, double mean, double spread) {
   }
 }
 
-// Draws points for one vehicle. `nominal` (kStates numbers) gives parameters to doubles; in GF(p)
-// parameters are random, rotors are those of the vehicle.
+// Draws points for one vehicle. Parameters of double points come from `nominal` (kStates numbers);
+// in GF(p) they are random. Rotors are always the vehicle's.
 template <class C, int kMaxOrder>
 class RotorDrivenPoints {
  public:
@@ -120,7 +120,7 @@ class RotorDrivenPoints {
     return allocation;
   }
 
-  // Basis of the inputs that keep to the motion (for hover: that change nothing).
+  // Basis of the inputs under which the motion stays within its kind (for hover: no change).
   DynamicMatrix<C> Allowed(Motion motion, const std::vector<C>& x) const {
     std::vector<int> rows;
     if (motion == Motion::kHover) rows = {0, 1, 2, 3, 4, 5};

@@ -17,7 +17,7 @@ DynamicMatrix<Modular> ExactMatrix(const RotorDrivenSystem& system, Motion motio
   return ObservabilityMatrix<kRotorExactOrder, Modular>(system, point.x, point.u, order);
 }
 
-// Several random points in doubles, their rows below each other; orders scaled by the time scale.
+// Rows of several random points in doubles, stacked; orders scaled by the time scale.
 Eigen::MatrixXd NumericalMatrix(const RotorDrivenSystem& system, const std::vector<double>& nominal,
                                 Motion motion, std::uint64_t seed) {
   using Points = RotorDrivenPoints<double, kRotorNumericalOrder>;

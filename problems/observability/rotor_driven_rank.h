@@ -8,10 +8,10 @@
 
 namespace trueline {
 
-// Rank and null space for `states` (error states; the others are taken as known), with null vectors
-// in physical units at a point near `nominal` (kStates numbers). The rank is the larger one of two
-// random points; a wrong one has a probability below 1e-14. Throws InputError where the vehicle
-// can't fly the motion.
+// Rank and null space for `states` (error states; all others are known), with null vectors in
+// physical units at a point near `nominal` (kStates numbers). The rank is the larger one of two
+// random points; it is wrong with a probability below 1e-14. Throws InputError if the vehicle
+// cannot fly the motion.
 RankReport RotorDrivenRank(const RotorDrivenSystem& system, const std::vector<double>& nominal,
                            const std::vector<int>& states, Motion motion, std::uint64_t seed = 0);
 

@@ -1,5 +1,5 @@
-// The rotor-driven model with a set of sensors, in the form that observability asks for (see
-// lie_derivatives.h): error state of 33, attitude errors in body axes: q = q0 * (1, theta / 2).
+// The rotor-driven model with a set of sensors as a System (see lie_derivatives.h). The error state
+// has 33 numbers, with attitude errors in body axes: q = q0 * (1, theta / 2).
 #pragma once
 
 #include <ceres/jet.h>
@@ -13,7 +13,7 @@
 
 namespace trueline {
 
-// Which sensors there are and how good they are; sigmas are of one sample.
+// The sensors and their noise; sigmas are of one sample.
 struct SensorSet {
   bool imu = true;
   bool position = false;
@@ -57,8 +57,8 @@ class RotorDrivenSystem {
     if (sensors_.pose) Model::Position(x, y), Model::Attitude(x, y + 3);
   }
 
-  // sqrt(rate) / sigma of each output: |weight * y|^2 dt is then information. A quaternion moves by
-  // half the angle, so that the four numbers together weigh an attitude error once.
+  // sqrt(rate) / sigma of each output, so that |weight * y|^2 dt is information. A quaternion
+  // changes by half the angle, so its four numbers together weigh an attitude error once.
   std::vector<double> OutputWeights() const {
     const SensorSet& s = sensors_;
     std::vector<double> weights;

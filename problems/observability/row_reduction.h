@@ -1,5 +1,5 @@
-// Gauss-Jordan elimination for exact numbers (Modular: any nonzero pivot will do) and for doubles
-// (largest pivot; what falls below a tolerance is zero).
+// Gauss-Jordan elimination for exact numbers (Modular: any non-zero pivot) and for doubles (largest
+// pivot; pivots below a tolerance are zero).
 #pragma once
 
 #include <Eigen/Core>
@@ -25,8 +25,8 @@ struct RowEchelon {
   std::vector<int> free;    // the other columns
 };
 
-// Reduced row echelon form of `a`, its columns taken from the last to the first where `from_right`
-// (free columns are then as early as can be). `tolerance` is on pivots, for doubles.
+// Reduced row echelon form of `a`. With `from_right` columns are processed from the last to the
+// first, so that free columns come as early as possible. `tolerance` applies to pivots of doubles.
 template <class C>
 RowEchelon<C> RowReduce(DynamicMatrix<C> a, bool from_right = false, double tolerance = 1e-10) {
   RowEchelon<C> result;

@@ -1,4 +1,4 @@
-// How a system names its error states. Frames and units are those of the model.
+// Names of a system's error states. Frames and units are those of the model.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ struct StateInfo {
   std::string name;
   std::string unit;
   bool moving = false;   // part of the trajectory, so of no interest itself
-  double typical = 1.0;  // a usual size of a change, for scaling before a numerical rank
+  double typical = 1.0;  // typical change, scales numerical ranks
 };
 
 inline std::vector<double> TypicalSizes(const std::vector<StateInfo>& states) {
@@ -19,7 +19,7 @@ inline std::vector<double> TypicalSizes(const std::vector<StateInfo>& states) {
   return sizes;
 }
 
-// -1 where there is none.
+// -1 if there is no such state.
 inline int FindState(const std::vector<StateInfo>& states, const std::string& name) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (states[i].name == name) return static_cast<int>(i);

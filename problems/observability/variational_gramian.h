@@ -1,6 +1,6 @@
-// The observability Gramian by the variational equation, the reference for E2LOG: sensitivities
-// are integrated along the nominal flight by Runge-Kutta in Jets seeded in the minimal error state.
-// Weighted by the sensors' noise it is Fisher's information.
+// The observability Gramian by the variational equation, the reference for E2LOG: sensitivities are
+// integrated along the nominal flight by Runge-Kutta in Jets seeded in the minimal error state.
+// Weighted by the sensors' noise it is the Fisher information.
 #pragma once
 
 #include <ceres/jet.h>
@@ -35,8 +35,8 @@ class SensitivityIntegrator {
     return k;
   }
 
-  // One classical Runge-Kutta step of h seconds; the state itself is then that of the flight, so
-  // that errors of the step do not add up.
+  // One classical Runge-Kutta step of h seconds. The state is then reset to the flight's, so that
+  // integration errors do not accumulate.
   void Step(double h, const NominalPoint& middle, const NominalPoint& end) {
     const std::vector<Jet> u_middle = Inputs(middle), u_end = Inputs(end);
     std::vector<Jet> k1(System::kMoving), k2 = k1, k3 = k1, k4 = k1;

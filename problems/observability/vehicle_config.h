@@ -16,13 +16,13 @@ struct RotorVehicle {
 };
 
 // Keys: mass, inertia [x, y, z], r_BM, r_BP, r_BI, rotors (as in a native log's vehicle). Throws
-// InputError for a mass, inertia or rotor that can't exist, naming the key.
+// InputError for an unphysical mass, inertia or rotor, naming the key.
 RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity);
 std::vector<RotorSpec> ReadRotors(const std::vector<YamlMap>& rotors);
 
-// A vehicle from a flight log's own section. Inertia and levers are not in a log: inertia is
-// guessed from mass and rotor positions (radius of gyration 0.4 of the mean rotor distance), levers
-// are zero, and `warning` says so.
+// A vehicle from the log's own section. A log does not state inertia and lever arms: inertia is
+// guessed from mass and rotor positions (radius of gyration 0.4 of the mean rotor distance), lever
+// arms are zero, and `warning` says so.
 RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning);
 
 // Rates [Hz] and sigmas of one sample; every key has a default (those of Wuest et al.).

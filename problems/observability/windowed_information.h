@@ -1,8 +1,8 @@
-// Information on a system's constants when its motion is trusted only for a while: the flight is
-// cut into stretches of `horizon` seconds, each with trajectory states of its own, and their
-// information on the constants adds up. Without this a model without process noise claims that
-// twenty seconds of tumbling show the centre of mass to nanometres; a horizon of the time over
-// which the model's prediction is good gives bounds that an estimator can reach.
+// Information on a system's constants for a model that is accurate only over short times: the
+// flight is cut into stretches of `horizon` seconds, each with its own trajectory states, and the
+// information on the constants is summed. A model without process noise would claim that twenty
+// seconds of tumbling show the centre of mass to nanometres. With the horizon set to the time over
+// which the model predicts well, the bounds are attainable.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ inline std::vector<int> ConstantsOf(const std::vector<int>& asked,
   return constants;
 }
 
-// kErrors x kErrors; rows and columns of trajectory states and of states not asked for are zero.
-// `step` is that of VariationalGramian.
+// kErrors x kErrors; rows and columns of trajectory states and of states outside of `asked` are
+// zero. `step` is that of VariationalGramian.
 template <class System>
 Eigen::MatrixXd WindowedInformation(const System& system, const NominalFlight& flight,
                                     const std::vector<double>& weights,

@@ -1,4 +1,4 @@
-// observability.yaml, and the table for people.
+// observability.yaml, and the table for standard output.
 #pragma once
 
 #include <string>

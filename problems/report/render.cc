@@ -11,7 +11,7 @@
 namespace trueline {
 namespace {
 
-// Debian's own Python is asked for first: another python3 in PATH often lacks plotly.
+// Debian's own Python is tried first: another python3 in PATH often lacks plotly.
 const char* Python() {
   return ::access("/usr/bin/python3", X_OK) == 0 ? "/usr/bin/python3" : "python3";
 }

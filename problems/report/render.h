@@ -1,4 +1,4 @@
-// The HTML report: made by the Python scripts that ship with the program, from the result files.
+// The HTML report, rendered from the result files by the Python scripts that ship with the program.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace trueline {
 
-// Runs report.py VERB with `arguments` and has it write directory/report.html. The other results
-// are complete without the report, so a failure (no Python, no plotly) is returned as text of a
-// warning, empty where all went well.
+// Runs report.py VERB with `arguments`, which writes directory/report.html. The other results are
+// complete without the report, so a failure (no Python, no plotly) is returned as a warning text;
+// empty on success.
 std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
                          const std::filesystem::path& directory);
 

@@ -69,7 +69,7 @@ double BetaI(double a, double b, double x) {
   return 1.0 - front * BetaFraction(b, a, 1.0 - x) / b;
 }
 
-// Where a falling function of x >= 0 meets `target`.
+// The x >= 0 at which a decreasing function equals `target`.
 double Falls(const std::function<double(double)>& f, double target) {
   double low = 0.0, high = 1.0;
   while (f(high) > target && high < 1e12) high *= 2.0;

@@ -1,4 +1,4 @@
-// What every estimator returns: one estimate for each window, with the arc that it predicts.
+// The result of every estimator: one estimate for each window, with the arc that it predicts.
 #pragma once
 
 #include <Eigen/Dense>
@@ -33,7 +33,7 @@ struct TrajectoryPoint {
   Eigen::Vector3d v_E;  // m/s
 };
 
-// The prediction at the end of an arc (first fix of the next pass), against the truth there.
+// The prediction at the end of an arc (first fix of the next pass), and the truth there.
 struct ArcPrediction {
   TimeNs begin;                                       // end of the window's last pass
   TimeNs end;                                         // first fix of the next pass
@@ -56,11 +56,11 @@ struct ArcPrediction {
 
 struct WindowEstimate {
   int tau = 0;    // number of the window's last pass, from 1
-  int gamma = 0;  // passes really used (fewer at the flight's start and after gaps)
+  int gamma = 0;  // passes in the window (fewer at the flight's start and after gaps)
   TimeNs begin = 0;
   TimeNs end = 0;  // of the last pass
   std::vector<ParameterEstimate> parameters;
-  std::vector<std::string> unobservable;  // combinations that the data do not show, in words
+  std::vector<std::string> unobservable;  // unobservable combinations, in words
   std::vector<FixMisfit> misfits;
   std::vector<TrajectoryPoint> fitted;     // over the window's last pass
   std::vector<TrajectoryPoint> predicted;  // over the arc
@@ -77,7 +77,7 @@ struct EstimatorRun {
   int gamma = 0;
   std::vector<WindowEstimate> windows;
   std::vector<std::string> warnings;
-  std::vector<int> false_passes = {};  // indices of passes that were taken for false ones
+  std::vector<int> false_passes = {};  // indices of passes judged false
 };
 
 }  // namespace trueline

@@ -11,7 +11,7 @@ std::string Rounded(double value, int digits) {
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
   std::string text = fmt::format("{:.{}g}", value, digits);
   const auto exponent = text.find('e');
-  // YAML 1.1 takes 1e-05 for a word.
+  // YAML 1.1 reads 1e-05 as a string.
   if (exponent != std::string::npos && text.find('.') == std::string::npos) {
     text.insert(exponent, ".0");
   }

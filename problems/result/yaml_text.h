@@ -1,4 +1,4 @@
-// Result files that people read: numbers with the digits that mean something.
+// Numbers in result files, with significant digits only.
 #pragma once
 
 #include <yaml-cpp/yaml.h>

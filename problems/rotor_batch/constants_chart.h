@@ -1,5 +1,6 @@
-// The coordinates in which the batch moves a vehicle's constants: log of the mass and logs of the
-// second moments of mass, so that every point is a body that can exist; the others as they are.
+// The coordinates in which the batch moves a vehicle's constants: the log of the mass, the logs of
+// the three second moments of mass instead of I_x, I_y, I_z, and all other constants unchanged.
+// Every point of the chart is a physical body.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,8 +12,9 @@ namespace trueline {
 using ConstantsJacobian =
     Eigen::Matrix<double, RotorAeroModel::kConstants, RotorAeroModel::kConstants>;
 
-// The constants must be a body that can exist (IsPhysicalInertia); one that is as flat as can be,
-// as fits end up at where no body has the inertia, keeps a trace of thickness.
+// The inertia must be physical (IsPhysicalInertia). A second moment of zero (a flat body, where
+// fits with an unphysical optimum end) is raised to a small share of the trace, because its log is
+// infinite.
 RotorConstants ToChart(const RotorConstants& constants);
 RotorConstants FromChart(const RotorConstants& chart);
 // d constants / d chart.

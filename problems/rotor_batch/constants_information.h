@@ -1,5 +1,5 @@
-// The information of a flight on the constants, all states marginalised: nodes are eliminated one
-// by one along the chain, in blocks, so the cost grows with the flight's length only.
+// The information of a flight on the constants, all states marginalised. Nodes are eliminated one
+// by one along the chain, in blocks, so the cost is linear in the flight's length.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,17 +11,18 @@ namespace trueline {
 
 class ConstantsInformation {
  public:
-  // `free`: indices of the constants that are unknown, `scale`: their unit (prior sigma).
+  // `free`: indices of the unknown constants; `scale`: the unit of each (prior sigma).
   ConstantsInformation(std::vector<int> free, const RotorConstants& scale);
 
-  // Whitened Jacobians of what ties the current node to the constants.
+  // Adds whitened Jacobians of residuals that depend on the current node and the constants.
   void AddAtNode(const Eigen::MatrixXd& d_node, const Eigen::MatrixXd& d_constants);
-  // What ties the current node to the next; the current one is then eliminated.
+  // Adds residuals between the current node and the next, then eliminates the current node.
   void StepToNext(const Eigen::MatrixXd& d_node, const Eigen::MatrixXd& d_next,
                   const Eigen::MatrixXd& d_constants);
-  // Information on the free constants in units of `scale`, the last node marginalised. Ends it.
+  // Marginalises the last node and returns the information on the free constants in units of
+  // `scale`. Call it once, last.
   Eigen::MatrixXd Finish();
-  // log of the determinant of all that was eliminated, after Finish.
+  // Sum of the log determinants of all eliminated blocks; valid after Finish.
   double log_determinant() const { return log_determinant_; }
 
  private:

@@ -1,5 +1,5 @@
-// Finds x with g(x) = x from values of g (Anderson 1965), where going from x to g(x) swings or
-// creeps.
+// Anderson acceleration (Anderson 1965): finds x with g(x) = x where the plain iteration x <- g(x)
+// oscillates or converges slowly.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,7 +11,7 @@ namespace trueline {
 
 class FixedPoint {
  public:
-  // The next x to try. `scale`: what differences are measured by, zero where x is known.
+  // The next x to try. `scale`: the unit of each component of g(x) - x; zero for known components.
   RotorConstants Next(const RotorConstants& x, const RotorConstants& g,
                       const RotorConstants& scale) {
     constexpr std::size_t kMemory = 4;

@@ -37,8 +37,8 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
 
 namespace {
 
-// Shares of the inertia's trace: a second moment of mass below one is none, and starts at the other
-// where it is to grow.
+// Shares of the inertia's trace. A second moment of mass below kFlat counts as zero; a zero moment
+// that is freed starts at kThick.
 constexpr double kFlat = 1e-5;
 constexpr double kThick = 1e-2;
 
@@ -82,7 +82,8 @@ class Batch {
     return Finished(std::move(result));
   }
 
-  // From a solution nearby, with the weights that hold at given states and constants.
+  // Solves from `start`, a solution nearby, with weights evaluated at the given states and
+  // constants.
   RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
                            const RotorConstants& constants) {
     nodes_ = nodes;
@@ -97,7 +98,7 @@ class Batch {
     return Finished(std::move(result));
   }
 
-  // Takes weights and information at given states.
+  // Evaluates weights and information at the given states.
   Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
     nodes_ = nodes;
     chart_ = ToChart(constants);
@@ -151,7 +152,7 @@ class Batch {
 
   bool InertiaIsFree() const { return options_.prior.sigma[kInertiaConstants] > 0.0; }
 
-  // Keeps coordinates of the chart where they are, besides those of what is known.
+  // Holds these coordinates of the chart constant, and those of all known constants.
   void Hold(std::vector<int> held) {
     for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
       if (options_.prior.sigma[i] == 0.0) held.push_back(i);
@@ -160,8 +161,9 @@ class Batch {
     problem_->SetManifold(chart_.data(), held_.get());
   }
 
-  // A body that is flat already stays so at first: a step in the log of nothing has no end, and
-  // takes the other constants along to where a negative moment would have them.
+  // Holds second moments that start at zero (a flat body). log(0) makes the Gauss-Newton step in
+  // such a moment infinite, and that step would move the other constants to where the moment is
+  // negative.
   void HoldFlat() {
     if (!InertiaIsFree()) return;
     const double trace = FromChart(chart_).segment<3>(kInertiaConstants).sum();
@@ -171,7 +173,7 @@ class Batch {
     if (!flat_.empty()) Hold(flat_);
   }
 
-  // True if a moment that is held would rather grow; it then has something to grow from.
+  // Frees each held moment whose gradient points to growth and starts it at kThick. True if any.
   bool FreeFlat() {
     if (flat_.empty()) return false;
     ceres::Problem::EvaluateOptions by_chart;
@@ -214,7 +216,7 @@ class Batch {
     result->solve_time += summary.total_time_in_seconds;
   }
 
-  // Also the part of the log evidence that the determinants give.
+  // Also returns the determinants' part of the log evidence.
   Eigen::MatrixXd Covariance(double* log_evidence) const {
     const RotorConstants constants = FromChart(chart_);
     const std::vector<int> free = options_.prior.Free();
@@ -256,12 +258,12 @@ class Batch {
   std::vector<RotorNode> nodes_;
   RotorConstants chart_;
   RotorNodeManifold manifold_;
-  std::vector<int> flat_;  // moments of inertia's chart that are held
+  std::vector<int> flat_;  // held second moments of the chart
   std::unique_ptr<ceres::SubsetManifold> held_;
   std::unique_ptr<ceres::Problem> problem_;
 };
 
-// Values that motors can have, in the direction of an estimate.
+// The estimate clamped to values that motors can have.
 MotorValues Possible(const MotorValues& estimate) {
   constexpr double kShortestLag = 1e-3;  // s
   MotorValues at = estimate;
@@ -270,9 +272,10 @@ MotorValues Possible(const MotorValues& estimate) {
   return at;
 }
 
-// Speeds are linear in the motors' unknowns about the values at which `data` holds them: taken anew
-// until they are taken where the solution is, and so are the weights, unless there is a start,
-// which has the right ones. On the way there a few steps of each solution do.
+// Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`
+// holds. This function relinearises until the linearisation point is the solution. It re-evaluates
+// the weights at each point too, unless `start` is given: that solution's weights are kept. Until
+// the point has converged a few iterations of each solve are enough.
 RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
                                     const RotorBatchOptions& options,
                                     const RotorBatchResult* start) {
@@ -302,7 +305,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     if (settled) continue;
     const RotorConstants next = fixed_point.Next(at, result.mean, sigma);
     const bool exists = next[0] > 0.0 && next.segment<3>(kInertiaConstants).sum() > 0.0;
-    at = exists ? next : result.mean;  // a body has mass and inertia, wherever mixing leads
+    at = exists ? next : result.mean;  // the mixed value may have no mass or inertia
   }
   return result;
 }

@@ -1,5 +1,5 @@
 // Batch calibration on the rotor-driven model: maximum a posteriori of all constants and of the
-// states at all poses (multiple shooting), with white disturbances between them. Solved by Ceres
+// states at all poses (multiple shooting), with white disturbances between poses. Solved by Ceres
 // with a sparse Cholesky factorisation of SuiteSparse.
 #pragma once
 
@@ -15,13 +15,13 @@ namespace trueline {
 struct RotorBatchOptions {
   RotorNoise noise;
   RotorPrior prior;
-  double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: squares
-  int reweights = 1;         // times that weights are taken anew at the solution
+  double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
+  int reweights = 1;         // times that weights are re-evaluated at the solution
   int max_iterations = 60;
   bool widen =
-      false;  // intervals where residuals scatter more than the noise says (rotor_normal.h)
+      false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
 
-  // What is left of a pose's weight under Huber's loss, for residuals of this norm (sigmas).
+  // The factor on a pose's weight under Huber's loss, for a residual of this norm (sigmas).
   double PoseWeight(double norm) const {
     return robust_pose > 0.0 && norm > robust_pose ? robust_pose / norm : 1.0;
   }
@@ -30,21 +30,23 @@ struct RotorBatchOptions {
 struct RotorBatchResult {
   RotorConstants mean;
   Eigen::MatrixXd cov;                              // kConstants x kConstants, zero where known
-  RotorConstants widened = RotorConstants::Ones();  // factor of each sigma in it, 1 or above
+  RotorConstants widened = RotorConstants::Ones();  // factor on each sigma in cov, 1 or above
   std::vector<RotorNode> nodes;                     // at each pose
   bool converged = false;
   int iterations = 0;
   double cost = 0.0;          // half the sum of squared whitened residuals
-  double log_evidence = 0.0;  // Laplace's approximation, up to a constant of the data's number
+  double log_evidence = 0.0;  // Laplace's approximation, up to a constant that depends on the data
+                              // only
   int residuals = 0;
   double solve_time = 0.0;  // s
 
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
-// `start`: a solution nearby to start from, or null. Where the motors' unknowns are free, speeds
-// are taken anew from the commands as these move. Throws InputError for priors that no body has
-// (inertia half known, or not physical), or that ask for motors without commands.
+// `start`: a solution nearby to start from, or null. Where the motors' unknowns are free, rotor
+// speeds are recomputed from the commands as these unknowns change. Throws InputError for an
+// unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y, I_z, or one that
+// frees the motors' unknowns of a log without commands.
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,
                                const RotorBatchResult* start = nullptr);

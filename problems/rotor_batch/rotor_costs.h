@@ -57,7 +57,7 @@ struct PoseResidual {
 PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise& noise,
                           const RotorNode& node, const RotorConstants& constants);
 
-// A pose (or position) against its node.
+// Residual of a pose (or position) and its node.
 class PoseCost : public ceres::CostFunction {
  public:
   PoseCost(const RotorPose& pose, bool attitude, const RotorNoise& noise)
@@ -85,7 +85,7 @@ class PoseCost : public ceres::CostFunction {
   const RotorNoise& noise_;
 };
 
-// (constant - prior mean) / prior sigma of all that are free.
+// (constant - prior mean) / prior sigma, for all free constants.
 class ConstantsPriorCost : public ceres::CostFunction {
  public:
   explicit ConstantsPriorCost(const RotorPrior& prior) : prior_(prior), free_(prior.Free()) {
@@ -113,11 +113,12 @@ class ConstantsPriorCost : public ceres::CostFunction {
   std::vector<int> free_;
 };
 
-// What Gauss-Newton misses where data and prior pull an inertia apart. Readings go with 1/I; at the
-// solution their slope is the opposite of the prior's, (I - mean) / sigma^2, and bends the cost by
-// 2 (I - mean) / (I sigma^2). Beside the prior's own 1 / sigma^2 that is too much to leave out many
-// sigmas from the mean: steps are then more than twice as long as they should be, and zigzag. Rows
-// without error, only with slopes, take it in: they change steps, not the solution.
+// The curvature of the cost that Gauss-Newton lacks where data and prior disagree about an inertia.
+// Readings are proportional to 1/I. At the solution the gradient of the data's cost is opposite to
+// the prior's, (I - mean) / sigma^2, and its curvature is 2 (I - mean) / (I sigma^2) larger than
+// Gauss-Newton's. Many sigmas from the mean this exceeds the prior's own 1 / sigma^2: without it
+// steps are more than twice too long and the iteration oscillates. These rows have zero error and
+// non-zero slopes, so they change the steps and leave the solution unchanged.
 class InertiaBendCost : public ceres::CostFunction {
  public:
   static constexpr int kRows = 3;
@@ -136,7 +137,7 @@ class InertiaBendCost : public ceres::CostFunction {
     Eigen::MatrixXd rows = ChartJacobian(chart).middleRows<kRows>(kInertiaConstants);
     for (int i = 0; i < kRows; ++i) {
       const int c = kInertiaConstants + i;
-      // Bends the other way below the mean, which no sum of squares can have.
+      // The curvature is negative below the mean; a sum of squares cannot represent it, so it is 0.
       const double bend = std::max(0.0, 2.0 * (1.0 - prior_.mean[c] / constants[c]));
       rows.row(i) *= std::sqrt(bend) / prior_.sigma[c];
     }

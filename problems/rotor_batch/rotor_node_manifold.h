@@ -8,7 +8,7 @@
 
 namespace trueline {
 
-// d(error) / d(numbers), 12 x 13: takes Jacobians by the error to those that Ceres asks for.
+// d(error) / d(numbers), 12 x 13: converts Jacobians by the error to Ceres' ambient Jacobians.
 inline Eigen::Matrix<double, 12, 13> NodeMinusJacobian(const double* x) {
   Eigen::Matrix<double, 12, 13> jacobian = Eigen::Matrix<double, 12, 13>::Zero();
   const Vec4<double> q(x[0], x[1], x[2], x[3]);

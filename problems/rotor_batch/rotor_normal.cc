@@ -14,7 +14,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-// Free constants in prior sigmas, columns, residual side by side.
+// Columns of the free constants (in prior sigmas), of the effects, and the residual, side by side.
 Matrix BorderOf(const Matrix& d_constants, const std::vector<int>& free,
                 const RotorConstants& scale, const Matrix& columns, const Vector& error) {
   const auto constants = static_cast<Eigen::Index>(free.size());
@@ -40,7 +40,7 @@ Matrix PoseColumns(const RotorColumns& columns, const RotorBatchOptions& options
 
 }  // namespace
 
-// A node with its pose and the segment to the next node, whitened; then what elimination leaves.
+// A node with its pose and the segment to the next node, whitened; then the factors of elimination.
 struct RotorNormal::Link {
   int cluster;
   Matrix pose_d, pose_border;
@@ -103,7 +103,8 @@ RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
   Sum();
 }
 
-// Nodes forward along the chain by block Cholesky, then what each becomes for border values.
+// Eliminates nodes forward along the chain by block Cholesky, then back-substitutes each node as a
+// linear function of the border values.
 void RotorNormal::Eliminate(std::vector<Link>* links) const {
   Matrix left = Matrix::Zero(kNodeErrors, kNodeErrors);
   Matrix left_border = Matrix::Zero(kNodeErrors, links->front().pose_border.cols());
@@ -209,7 +210,7 @@ Matrix RotorNormal::InUnits(const Matrix& scaled) const {
 
 RotorConstants WideningFactors(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options, const RotorBatchResult& batch) {
-  constexpr double kShortest = 0.5;  // s, of a cluster
+  constexpr double kShortest = 0.5;  // s, least length of a cluster
   constexpr double kClusters = 20.0;
   const double length = data.poses.back().t - data.poses.front().t;
   const double cluster = std::max(kShortest, length / kClusters);

@@ -16,8 +16,8 @@ namespace {
 using Model = RotorAeroModel;
 constexpr int kMoving = Model::kMovingErrors;
 constexpr int kErrors = Model::kErrors;
-// Standard deviations that the end of a segment never falls below, so that one of a single step
-// still has a covariance of full rank: rad, m, m/s, rad/s.
+// Floor of the standard deviations at a segment's end: a covariance of a single step would be
+// singular without it. rad, m, m/s, rad/s.
 constexpr std::array<double, 4> kFloor = {1e-6, 1e-6, 1e-6, 1e-6};
 
 }  // namespace

@@ -1,7 +1,6 @@
-// The flight between two poses, predicted from the state at the first one by integration at the
-// IMU's rate (multiple shooting), with derivatives and with the covariance of all that the
-// prediction is compared with: IMU readings and the state at the second pose, correlated because
-// one disturbance moves them all.
+// The flight between two poses, integrated at the IMU's rate from the state at the first pose
+// (multiple shooting), with derivatives. One disturbance moves the IMU readings and the state at
+// the second pose, so their joint covariance is computed too.
 #pragma once
 
 #include <Eigen/Dense>
@@ -25,10 +24,10 @@ struct RotorSegment {
   int NumRows() const { return 6 * num_imu + RotorAeroModel::kMovingErrors; }
 };
 
-// One segment between each two poses that follow each other.
+// One segment for each pair of consecutive poses.
 std::vector<RotorSegment> CutSegments(const RotorData& data);
 
-// Rows: (accelerometer, gyro) of each reading, then the 12 of the state at the end.
+// Rows: (accelerometer, gyro) of each reading, then the 12 errors of the state at the end.
 struct SegmentResidual {
   Eigen::VectorXd error;        // measured less predicted (end: next node less prediction)
   Eigen::MatrixXd d_start;      // rows x 12, by the error of the node at the start
@@ -36,7 +35,7 @@ struct SegmentResidual {
   Eigen::MatrixXd d_constants;  // rows x kConstants, by the model's constants (SI)
 };
 
-// e = 2 vec(q_end^* q_next): de = S d_end - S' d_next with S = [v]x - w, (w, v) the turn.
+// e = 2 vec(q_end^* q_next) = 2 v: de = S d_end - S' d_next with S = [v]x - w, (w, v) the rotation.
 Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next);
 
 class SegmentModel {
@@ -44,18 +43,18 @@ class SegmentModel {
   SegmentModel(const RotorAeroModel& model, const RotorData& data, const RotorNoise& noise,
                RotorSegment segment);
 
-  // Not whitened. Derivatives where `derivatives`.
+  // Not whitened. Computes derivatives if `derivatives`.
   SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
                            const RotorConstants& constants, bool derivatives) const;
-  // Small pushes on the vehicle that a model lacks, at a time and state: specific force [m/s^2],
-  // then angular acceleration [rad/s^2], by unit of size: 6 x columns. Below them, what
-  // accelerometer [m/s^2] and gyro [rad/s] read beyond the motion: 6 x columns more.
+  // Small forces that a model lacks, at a time and state, for each unit of size: specific force
+  // [m/s^2] and angular acceleration [rad/s^2] in the first 6 rows, direct errors of accelerometer
+  // [m/s^2] and gyro [rad/s] in the next 6; 12 x columns.
   using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
-  // d(error of Evaluate) / d(size of each push): rows x columns, not whitened.
+  // d(error of Evaluate) / d(size of each column): rows x columns, not whitened.
   Eigen::MatrixXd Respond(const RotorNode& start, const RotorNode& next,
                           const RotorConstants& constants, int columns,
                           const PushFunction& push) const;
-  // Takes the covariance of the rows at this state; Whiten uses it.
+  // Evaluates the covariance of the rows at this state, for Whiten.
   void SetWeight(const RotorNode& start, const RotorConstants& constants);
   // Multiplies by L^-1 of the covariance L L'.
   void Whiten(SegmentResidual* residual) const;

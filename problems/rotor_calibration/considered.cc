@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-// What enters in proportion to its size and is there all flight long.
+// Effects whose forces are proportional to their size and act throughout the flight.
 const std::map<std::string, std::vector<std::string>>& Considerable() {
   static const std::map<std::string, std::vector<std::string>> effects = {
       {"linear_drag", {"K_x", "K_y", "K_z"}},

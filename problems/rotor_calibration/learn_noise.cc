@@ -12,11 +12,11 @@ namespace {
 constexpr std::array<double RotorNoise::*, 6> kFigures = {
     &RotorNoise::force_density, &RotorNoise::angular_density, &RotorNoise::accel,
     &RotorNoise::gyro,          &RotorNoise::position,        &RotorNoise::attitude};
-constexpr double kLastStep = 0.15;  // of the logarithm
+constexpr double kLastStep = 0.15;  // of the logarithm, the search's last step
 constexpr double kRange = 100.0;
 constexpr int kMostRuns = 150;
 
-// Of log likelihood minus infinity where the filter diverges: such noise does not fit.
+// A run whose filter diverges gets the log likelihood minus infinity.
 RotorEkfRun Run(const RotorAeroModel& model, const RotorData& data,
                 const RotorEkfOptions& options) {
   RotorEkfRun run;
@@ -56,7 +56,7 @@ LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
       const double ratio = figure / (stated.*kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
       ++learned.runs;
-      // Runs start where the leader was linearised, and end once they are far behind it.
+      // Runs are linearised where the leading run was, and stop once they fall far behind it.
       trial.rival = leader.likelihoods.empty() ? nullptr : &leader.likelihoods;
       RotorEkfRun run;
       if (inside) run = Run(model, data, trial);

@@ -27,7 +27,7 @@ const RotorPose* PoseAt(const RotorData& data, double t) {
   return nearest;
 }
 
-// Speeds as motors with these constants turn.
+// `data` with the speeds of motors that have these constants.
 RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
   RotorData driven = data;
   if (driven.motors) driven.TurnMotors(MotorsOf(constants));
@@ -64,7 +64,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
     if (start.t < next) continue;
     next = start.t + spacing;
     for (const double horizon : horizons) {
-      // The measured pose that is nearest to the horizon says exactly when to compare.
+      // Compare at the exact time of the measured pose nearest to the horizon.
       const RotorPose* pose = nullptr;
       for (double slack = 0.0; slack < 0.02 && pose == nullptr; slack += 0.005) {
         pose = PoseAt(data, start.t + horizon + slack);

@@ -1,5 +1,5 @@
-// Open-loop prediction on flight that took no part in a fit: from the filter's state at a time, the
-// rotor speeds alone say where the vehicle is a while later.
+// Open-loop prediction on held-out flight: from the filter's state at one time, rotor speeds alone
+// predict the position a horizon later.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ struct OpenLoopError {
   double error;    // m, between predicted and measured position of P
 };
 
-// Starts are `spacing` seconds apart, after the first second, which the filter needs. States at the
-// start are those of a filter that knows `calibrated`; the prediction uses `constants`.
+// Predictions start every `spacing` seconds, after one second in which the filter converges. Their
+// initial states come from a filter that holds `calibrated`; the prediction uses `constants`.
 std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const RotorData& data,
                                            const RotorNoise& noise,
                                            const RotorConstants& calibrated,

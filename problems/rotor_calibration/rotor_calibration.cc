@@ -26,7 +26,7 @@ RotorDataOptions Part(const RotorDataOptions& whole, double start, double durati
 
 double Duration(const RotorData& data) { return data.poses.back().t - data.poses.front().t; }
 
-// The second moment of mass that a body's inertia leaves for its thinnest direction, by the trace.
+// The smallest second moment of mass that the inertia implies, as a share of the inertia's trace.
 double ThinnestShare(const RotorConstants& constants) {
   const Eigen::Vector3d inertia = constants.segment<3>(FindRotorConstant("I_x"));
   return (0.5 * inertia.sum() - inertia.maxCoeff()) / inertia.sum();
@@ -49,8 +49,8 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
   }
 }
 
-// Speeds from commands are linear in the motors' unknowns: filter and noise are taken where a first
-// batch finds them, and not where the prior has them.
+// Speeds from commands are linearised in the motors' unknowns. Filter and noise learning use the
+// linearisation at a first batch's estimate instead of the prior's mean.
 void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
                 const RotorCalibrationOptions& options, double fitted, RotorDataOptions* streams,
                 RotorEkfOptions* filter) {
@@ -60,7 +60,7 @@ void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
   const RotorBatchResult batch =
       RunRotorBatch(model, data, {filter->noise, options.prior, options.robust_pose});
   const MotorValues at = MotorsOf(batch.mean);
-  if (!(at[kLag] > 0.0)) return;  // the verdict tells
+  if (!(at[kLag] > 0.0)) return;  // the verdict reports it
   streams->motors_at = at;
   LearnFromFlight(
       model, log,
@@ -116,7 +116,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
                     c.chi_square));
   }
   for (const ParameterEstimate& p : c.parameters) {
-    if (p.status == "at_bound") poor(p.name + " ended where no body has such an inertia");
+    if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
   }
   for (const HorizonScore& score : c.predictions) {
     if (score.count == 0 || score.after <= kWorse * score.before) continue;
@@ -129,7 +129,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
     verdict.reasons.emplace_back(
-        c.batch.converged ? "fewer than three constants are shown by this flight; fly more "
+        c.batch.converged ? "this flight determines fewer than three constants; fly more "
                             "(trueline-design proposes how)"
                           : "the fit did not converge; check frames, rotor order and priors");
   }

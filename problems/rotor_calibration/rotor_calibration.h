@@ -1,5 +1,5 @@
 // Calibration of one flight by the rotor-driven model: log in; constants with intervals, a verdict,
-// the filter's estimates over time, and what the constants predict on flight that was held out.
+// the filter's estimates over time, and the prediction error on held-out flight.
 #pragma once
 
 #include <map>
@@ -14,10 +14,10 @@
 
 namespace trueline {
 
-// An effect that the model lacks, and its usual size; see considered.h.
+// An unmodelled effect and its usual size; see considered.h.
 struct ConsideredEffect {
   std::string id, parameter;
-  double sigma;  // about none, in the catalogue's unit
+  double sigma;  // mean zero, in the catalogue's unit
 };
 
 struct RotorCalibrationOptions {
@@ -25,15 +25,15 @@ struct RotorCalibrationOptions {
   RotorPrior prior;
   RotorNoise noise;
   RotorDataOptions data;
-  std::vector<Effect> effects;  // that a diagnosis found; their constants and lag are in `prior`
-                                // and `data` already
+  std::vector<Effect> effects;  // from a diagnosis; `prior` and `data` already hold those of their
+                                // values that are constants or a motor lag
   double hold_out = 0.25;       // share of the flight, at its end, that predictions are judged on
-  bool learn_noise = true;      // from the flight (learn_noise.h); else `noise` is believed
+  bool learn_noise = true;      // from the flight (learn_noise.h); else use `noise`
   bool learn_rotor_delay = false;  // on top of data.rotor_delay
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
   bool widen = true;               // see RotorBatchOptions
   std::vector<ConsideredEffect> considered;
-  double wander = 0.0;  // of the filter's constants, see RotorEkfOptions
+  double wander = 0.0;  // random walk of the filter's constants, see RotorEkfOptions
   std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
   std::vector<std::string> warnings;                // from reading
 
@@ -61,7 +61,7 @@ struct RotorCalibration {
   std::vector<double> pose_times;        // s, of the batch's nodes
   TimeNs origin = 0;                     // that times count from
   double chi_square = 0.0;               // whitened squares by degree of freedom
-  double halves = 0.0;  // largest difference of the fits to each half, in its sigma
+  double halves = 0.0;  // largest difference between the fits to each half, in its sigma
   std::string halves_parameter;
   Verdict verdict;
   std::vector<std::string> warnings;
@@ -70,10 +70,10 @@ struct RotorCalibration {
 // The model of the vehicle with its effects.
 RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity);
 
-// Throws InputError for logs without the streams that are needed.
+// Throws InputError for logs that lack a required stream.
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);
 
-// Parameters with status, and the combinations that the flight does not show.
+// The parameters with their status, and the combinations that are unobservable on the flight.
 void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
                        std::vector<ParameterEstimate>* parameters,
                        std::vector<std::string>* unobservable);

@@ -17,7 +17,7 @@ RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
   return options;
 }
 
-// Values of the motors are held by the prior and by what speeds are made with: the prior leads.
+// Prior and rotor data both hold values of the motors' unknowns; the prior's values are copied.
 void ShareMotors(RotorCalibrationOptions* options) {
   if (!options->data.motors) return;
   options->data.motors_at = MotorsOf(options->prior.mean);
@@ -38,7 +38,7 @@ void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
   options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
 }
 
-// Mass, inertia and geometry of the earlier flight are known to what it left open.
+// The earlier flight's estimates and sigmas become the prior; biases keep theirs.
 void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) {
   RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);

@@ -7,8 +7,8 @@
 
 namespace trueline {
 
-// Prediction less measurement, in sigmas: position (3 rows, m) and, where `attitude`, the turn
-// 2 vec(q_measured^* q) in body axes (3 rows, rad). `x`: kStates numbers.
+// Prediction less measurement, in sigmas: position (3 rows, m) and, if `attitude`, the rotation 2
+// vec(q_measured^* q) in body axes (3 rows, rad). `x`: kStates numbers.
 template <class T>
 void PoseError(const RotorPose& pose, bool attitude, const RotorNoise& noise, const T* x,
                T* error) {

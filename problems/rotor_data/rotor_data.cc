@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kShortest = 1.0;  // s
 
-// Commands, held from one to the next, into the speeds of rotors that follow them.
+// Replaces commanded speeds, held from one sample to the next, by the speeds of rotors with a
+// first-order lag.
 void Follow(double lag, RotorData* data) {
   std::vector<double> command = data->speeds.front();
   for (std::size_t i = 1; i < data->speeds.size(); ++i) {
@@ -27,7 +28,7 @@ void Follow(double lag, RotorData* data) {
   }
 }
 
-// V at the time, linear between readings, held outside.
+// Battery voltage (V) at `t`: linear between readings, constant outside.
 double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
   const auto after =
       std::upper_bound(battery.begin(), battery.end(), t,
@@ -119,7 +120,7 @@ RotorInput RotorData::InputAt(double t) const {
 
 void RotorData::TurnMotors(const MotorValues& at) {
   motors_at = at;
-  speeds = motors->commands;  // of that shape
+  speeds = motors->commands;  // only to give `speeds` the same shape
   slopes.assign(speeds.size(), std::vector<MotorValues>(speeds.front().size()));
   for (std::size_t r = 0; r < speeds.front().size(); ++r) {
     const auto steady = [&](std::size_t i) {

@@ -12,7 +12,7 @@
 
 namespace trueline {
 
-// Which stream tells of the rotors: measured speeds, or commands to the motors.
+// Which stream gives the rotor speeds: measured speeds, or commands to the motors.
 enum class RotorSource { kRotors, kMotors };
 
 // Which stream of poses is fitted.
@@ -30,7 +30,7 @@ struct RotorImu {
   Eigen::Vector3d gyro;   // rad/s
 };
 
-// Commands to motors with the battery's voltage, held from one row to the next.
+// Motor commands with the battery's voltage; a command is held until the next row.
 struct MotorCommands {
   MotorCurve curve;
   std::vector<std::vector<double>> commands;  // 0 to 1, by time, then rotor
@@ -46,25 +46,25 @@ struct RotorData {
   std::vector<RotorPose> poses;
   std::vector<double> speed_times;          // s
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
-  // Where speeds come from commands: these, the unknowns for which the speeds hold, and the speeds'
-  // derivatives by them.
+  // Set where speeds are computed from commands: the commands, the unknowns' values that `speeds`
+  // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
   MotorValues motors_at = MotorValues::Zero();
   std::vector<std::vector<MotorValues>> slopes;
 
-  // Takes the speeds that the commands give for other values of the unknowns.
+  // Recomputes the speeds from the commands at other values of the unknowns.
   void TurnMotors(const MotorValues& at);
-  // At `t` (s from `origin`): speeds linear between samples, held outside.
+  // Rotor speeds at `t` (s from `origin`): linear between samples, constant outside.
   RotorInput InputAt(double t) const;
 };
 
 struct RotorDataOptions {
   PoseSource source = PoseSource::kPose;
   bool attitude = true;      // false: position only
-  double rotor_delay = 0.0;  // s, what rotors.csv states acts so much later (negative: earlier)
+  double rotor_delay = 0.0;  // s, the speeds in rotors.csv act this much later (negative: earlier)
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   RotorSource rotors = RotorSource::kRotors;
-  std::optional<MotorCurve> motors;  // where kMotors; motor_lag is then on top of motors_at's
+  std::optional<MotorCurve> motors;  // where kMotors; motor_lag then adds to motors_at's
   MotorValues motors_at = MotorValues(0.03, 0.0, 1.0);
   double pose_rate = 30.0;  // Hz; faster streams are thinned to about this rate
   double start = 0.0;       // s after the streams' common start
@@ -72,8 +72,8 @@ struct RotorDataOptions {
   double duration = 0.0;    // s; 0: to the end
 };
 
-// Cuts the log to where all streams are. Throws InputError naming the stream that is missing or too
-// short, or a lag of the motors that is not above zero.
+// Cuts the log to the time that all streams cover. Throws InputError naming a stream that is
+// missing or too short, or for a motor lag that is not positive.
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options);
 
 }  // namespace trueline

@@ -1,12 +1,13 @@
-// What the rotor-driven estimators assume of sensors and of forces outside of the model.
+// Noise that the rotor-driven estimators assume of sensors and of unmodelled forces.
 #pragma once
 
 #include "problems/common/strict_yaml.h"
 
 namespace trueline {
 
-// Sensor sigmas are of one sample. Disturbances are white: a density n makes velocity wander with
-// the variance n^2 t. The accelerometer feels them too. They stand for all that the model lacks.
+// Sensor sigmas are of one sample. Disturbances are white: under a density n the velocity does a
+// random walk of variance n^2 t. The accelerometer measures them too. They represent all unmodelled
+// forces and moments.
 struct RotorNoise {
   double accel = 2.2;            // m/s^2; 4.84 (m/s^2)^2 in Wuest et al. 2019
   double gyro = 0.1732;          // rad/s; 0.03 (rad/s)^2
@@ -16,8 +17,8 @@ struct RotorNoise {
   double angular_density = 0.5;  // rad/s^2/sqrt(Hz), angular acceleration, each axis
 };
 
-// Keys sigma_accel, sigma_gyro, sigma_position, sigma_attitude, force_density, angular_density,
-// over the values there. Throws InputError where one is not above zero.
+// Keys sigma_accel, sigma_gyro, sigma_position, sigma_attitude, force_density and angular_density
+// replace the values in `noise`. Throws InputError where one is not positive.
 void ReadRotorNoise(const YamlMap& map, RotorNoise* noise);
 YAML::Node ToYaml(const RotorNoise& noise);
 

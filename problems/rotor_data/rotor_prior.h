@@ -1,4 +1,4 @@
-// What is known of a vehicle before a flight: nominal constants with their standard deviations.
+// The prior on a vehicle's constants: nominal values with standard deviations.
 #pragma once
 
 #include <vector>
@@ -15,13 +15,14 @@ struct RotorPrior {
   std::vector<int> Free() const;
 };
 
-// The 18 constants of Wuest et al. 2019 free (r_BI_z, k_f and k_m known, no drag, inflow or delay)
-// about a vehicle's nominal values, with sigmas as for a new payload: mass 20 %, inertia 30 %,
-// centre of mass 20 mm, pose sensor 50 mm, IMU 20 mm, biases 0.5 m/s^2 and 0.1 rad/s.
+// The 18 constants of Wuest et al. 2019 are free, with means at the vehicle's nominal values and
+// sigmas for a new payload: mass 20 %, inertia 30 %, centre of mass 20 mm, pose sensor 50 mm, IMU
+// 20 mm, biases 0.5 m/s^2 and 0.1 rad/s. r_BI_z, k_f and k_m are known; drag, inflow and delay are
+// zero.
 RotorPrior PriorFromVehicle(const RotorVehicle& vehicle);
 
-// `map` holds NAME: sigma, or NAME: {mean: ..., sigma: ...}; sigma 0 makes it known. Throws
-// InputError for unknown names, naming those there are.
+// `map` holds NAME: sigma, or NAME: {mean: ..., sigma: ...}; sigma 0 makes a constant known. Throws
+// InputError for unknown names and lists the known ones.
 void ReadRotorPrior(const YamlMap& map, RotorPrior* prior);
 YAML::Node ToYaml(const RotorPrior& prior);
 

@@ -16,8 +16,9 @@ using Jets = std::array<Jet, Model::kStates>;
 
 constexpr int ColumnOf(int state) { return state - 1; }  // of the error state; no attitude
 
-// Columns that motion depends on, those that only readings depend on as well, and those that both
-// depend on where speeds come from commands; the rest is known without the model.
+// Numbers of columns: those that motion depends on, then with those that only readings depend on,
+// then with the motors' unknowns, which matter where speeds come from commands. All other
+// derivatives are known without evaluating the model.
 constexpr int kMotion = 23, kReading = 26, kAll = 29;
 constexpr std::array<int, kAll> kColumns = [] {
   std::array<int, kAll> columns{};
@@ -34,7 +35,8 @@ constexpr std::array<int, kAll> kColumns = [] {
   return columns;
 }();
 
-// Calls `of(jets, columns)` for a few of `columns` at a time: `x` with derivatives by these.
+// Calls `of(jets, columns)` for a few of `columns` at a time; the jets are `x` seeded in these
+// columns.
 template <class Function>
 void ByColumns(const RotorState& x, std::span<const int> columns, const Function& of) {
   while (!columns.empty()) {

@@ -28,15 +28,15 @@ struct RotorConstantInfo {
   std::string unit;
 };
 const std::vector<RotorConstantInfo>& RotorConstantNames();
-// -1 where there is none.
+// -1 if there is no such constant.
 int FindRotorConstant(const std::string& name);
 
 // `x` moved by a finite error; the quaternion stays of unit length.
 RotorState Plus(const RotorState& x, const RotorError& error);
-// The error that takes `a` to `b` (attitude: 2 vec(q_a^* q_b), signed for the shorter way).
+// The error e with Plus(a, e) = b (attitude: 2 vec(q_a^* q_b), signed for the shorter rotation).
 RotorError Minus(const RotorState& a, const RotorState& b);
 
-// Lets `out`, which lies at `x`, move with error `column` as its seed `seed`.
+// Seeds derivative `seed` of `out`, whose value is `x`, with error column `column`.
 template <class Jet>
 void SeedError(const RotorState& x, int column, int seed, Jet* out) {
   if (column >= 3) {
@@ -47,9 +47,9 @@ void SeedError(const RotorState& x, int column, int seed, Jet* out) {
   const Vec4<double> slope = TimesPure(q, Vec3<double>(0.5 * Vec3<double>::Unit(column)));
   for (int i = 0; i < 4; ++i) out[i].v[seed] = slope[i];
 }
-// `x` with derivatives by its error state.
+// `x` with derivatives by the error state.
 void SeedErrors(const RotorState& x, RotorJet* out);
-// d(error state of the moving part) / d(seeds) of Jets that lie at `x`: kMovingErrors x seeds.
+// d(error state of the moving part) / d(seeds) of Jets whose value is `x`: kMovingErrors x seeds.
 template <class Jet>
 Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensitivity(
     const Jet* x) {

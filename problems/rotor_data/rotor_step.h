@@ -1,5 +1,5 @@
-// One step of the rotor-driven model in time, shared by filter and batch, and how disturbances
-// enter it.
+// One time step of the rotor-driven model, shared by filter and batch, and the influence of
+// disturbances on it.
 #pragma once
 
 #include <Eigen/Dense>
@@ -12,8 +12,8 @@ namespace trueline {
 // Longer gaps in the IMU are stepped through, s.
 inline constexpr double kLongestStep = 0.01;
 
-// One explicit midpoint step of `dt` seconds of a state of kStates numbers. `input` is that at the
-// middle of the step; `disturbance` (6 numbers, see RotorAeroModel) is held.
+// One explicit midpoint step of `dt` seconds of a state of kStates numbers. `input` is taken at the
+// middle of the step; `disturbance` (6 numbers, see RotorAeroModel) is constant over it.
 template <class T>
 void RotorMidpointStep(const RotorAeroModel& model, const RotorInput& input, const T* disturbance,
                        double dt, T* x) {
@@ -43,8 +43,8 @@ inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(
   return G;
 }
 
-// d(IMU reading) / d(disturbance at that time): the accelerometer feels the force, and what the
-// angular acceleration does at its lever arm: 6 x 6.
+// d(IMU reading) / d(disturbance at that time), 6 x 6: the accelerometer measures the force, and
+// the angular acceleration through its lever arm.
 inline Eigen::Matrix<double, 6, 6> DisturbanceFeedthrough(const RotorState& x) {
   using Base = RotorDrivenModel;
   const Eigen::Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);

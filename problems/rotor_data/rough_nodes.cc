@@ -12,7 +12,7 @@ Eigen::Vector3d MeanGyro(const RotorData& data, double t) {
   const auto before = [](const RotorImu& sample, double time) { return sample.t < time; };
   auto first = std::lower_bound(data.imu.begin(), data.imu.end(), t - kHalfMean, before);
   auto last = std::lower_bound(data.imu.begin(), data.imu.end(), t + kHalfMean, before);
-  if (first == last) {  // a gap: the sample that follows, or the last one
+  if (first == last) {  // a gap: use the next sample, or the last one
     if (first == data.imu.end()) --first;
     last = first + 1;
   }

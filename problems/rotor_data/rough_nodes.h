@@ -1,4 +1,4 @@
-// Where fits start from: the moving states at each pose, from poses and gyro alone.
+// Initial values of fits: the moving states at each pose, from poses and gyro alone.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace trueline {
 
-// One node for each pose. Positions less the lever of the pose sensor, velocities by differences
-// over about 0.1 s, rates by the mean of the gyro within 10 ms.
+// One node for each pose. Position is the pose's less the lever arm of the pose sensor, velocity a
+// difference over about 0.1 s, rate the mean of the gyro within 10 ms.
 std::vector<RotorNode> RoughNodes(const RotorData& data, const RotorConstants& constants);
 
 }  // namespace trueline

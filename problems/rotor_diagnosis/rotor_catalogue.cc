@@ -7,7 +7,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kSteps = 12;  // times tried for a step; the best is refined
+constexpr int kSteps = 12;  // times tried for a step effect; the best is refined
 
 constexpr char kFasterAndSlower[] =
     "fly the same lines slowly and fast, with climbs, and hover between";
@@ -42,7 +42,7 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"rotor_inflow",
        kThrust,
        {{"k", "1", 1e-5, 1e-3, 4e-6}},
-       "air that comes through the rotors from above unloads them: thrust falls in a climb",
+       "inflow from above unloads the rotors: thrust falls in a climb",
        kSpeedsOfRotors},
       {"rotor_speed_drag",
        kForce,
@@ -62,13 +62,13 @@ std::vector<EffectInfo> MakeCatalogue() {
       {"air_moment",
        kForce,
        {{"roll", "N s", 1e-5, 0.1, 1e-6}, {"pitch", "N s", 1e-5, 0.1, 1e-6}},
-       "air that meets the vehicle turns it: drag acts above or below the centre of mass, and "
+       "air speed gives a moment: drag acts above or below the centre of mass, and "
        "blades that flap lift the side that meets the wind",
        kFasterAndSlower},
       {"ground_effect",
        kThrust,
        {{"k", "m", 0.1, 0.6, 0.02, false}},
-       "near the floor the air that the rotors push down can't get away: thrust grows",
+       "near the floor the rotors' downwash is blocked: thrust grows",
        "hover low and high"},
       {"payload_step",
        kLoad,
@@ -88,7 +88,7 @@ std::vector<EffectInfo> MakeCatalogue() {
   };
 }
 
-// Lowest height of the flight above p_z = 0, m.
+// Lowest height of the flight above the floor (p_z = 0), m.
 double LowestHeight(const RotorData& data) {
   double lowest = -data.poses.front().p_E.z();
   for (const RotorPose& pose : data.poses) lowest = std::min(lowest, -pose.p_E.z());
@@ -103,7 +103,7 @@ bool Applies(const std::string& id, const RotorData& data, const RotorPrior& pri
   constexpr double kOnTheFloor = 0.02;  // m
   if (id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
   if (id == "rotor_inflow") return !InBase(prior, "inflow");
-  if (id == "motor_lag") return !data.motors;  // a constant of the base
+  if (id == "motor_lag") return !data.motors;  // with commands the base fit estimates it
   return id != "ground_effect" || LowestHeight(data) > kOnTheFloor;
 }
 

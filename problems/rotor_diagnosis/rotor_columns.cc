@@ -45,7 +45,7 @@ namespace {
 using Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// What a term may depend on.
+// The variables that a term may depend on.
 struct Situation {
   Vector3d v_B, w_B;  // m/s, rad/s
   double thrust;      // m/s^2, above hover
@@ -59,8 +59,8 @@ struct Situation {
 
 using Term = std::function<Vector3d(const Situation&)>;
 
-// Specific force and angular acceleration of the vehicle, or what sensors read beyond its motion:
-// in the order of the rows of SegmentModel::PushFunction and RotorColumns::ReadFunction.
+// What a term changes: the vehicle's specific force or angular acceleration, or a sensor's reading
+// directly. In the order of the rows of SegmentModel::PushFunction and RotorColumns::ReadFunction.
 enum class TermOn { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
 constexpr int kPushRows = 12, kReadRows = 6;
 
@@ -155,7 +155,7 @@ Situation SituationAt(const RotorWorld& world, const Vector3d& middle, double t,
   return at;
 }
 
-// A column for each term: what it pushes with, then what it adds to readings of poses.
+// One column for each term: force rows (PushFunction) above pose-reading rows (ReadFunction).
 Eigen::MatrixXd ValuesOf(const Situation& at, int count) {
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kPushRows + kReadRows, count);
   int column = 0;

@@ -1,5 +1,4 @@
-// What each candidate would push the vehicle with along a fitted flight, as columns for
-// RotorNormal.
+// The forces that each candidate would add along a fitted flight, as columns for RotorNormal.
 #pragma once
 
 #include <string>
@@ -12,7 +11,7 @@
 
 namespace trueline {
 
-// The flight with given effects in the model: what a fit needs.
+// Data, model and prior of a fit with given effects in the model.
 struct RotorWorld {
   RotorAeroModel model;
   RotorData data;
@@ -21,29 +20,29 @@ struct RotorWorld {
 RotorWorld MakeRotorWorld(const FlightLog& log, const RotorCalibrationOptions& options,
                           const std::vector<Effect>& effects);
 
-// `candidate` with parameter `parameter` moved by `move` from `value`, beside the effects `others`
-// that are in the model. `world`: of the fit, with `others` and the candidate at `value` in it.
+// The model in which parameter `parameter` of `candidate` is `move` away from `value`, with the
+// effects `others` too. `world` is the fit's: `others` and the candidate at `value`.
 RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
                        const RotorWorld& world, const std::vector<Effect>& others,
                        const Candidate& candidate, const Eigen::VectorXd& value, int parameter,
                        double move);
 
-// Terms of no effect: products of velocity, rates, thrust, place and time, as specific force or
-// angular acceleration or as a reading beside the motion. They describe a residual, and name no
-// cause.
+// A term that is not an effect: products of velocity, rates, thrust, place and time that act as
+// specific force, as angular acceleration or as a direct error of a reading. Terms describe a
+// residual; they never become a cause.
 struct RotorTerm {
-  std::string name;  // what the residual goes with
+  std::string name;  // the variable that the residual is correlated with
   int first, count;  // columns
   bool of_sensor;    // read, and no motion of the vehicle
 };
-// Of one flight; `world` must outlive it.
+// All terms for one flight; `world` must outlive it.
 struct RotorLibrary {
   std::vector<RotorTerm> terms;
   RotorColumns columns;
 };
 RotorLibrary MakeRotorLibrary(const RotorWorld& world);
 
-// All variants and then the library, side by side.
+// Columns of all variants, then of the library, side by side.
 RotorColumns ColumnsOf(const RotorWorld& world, std::vector<RotorVariant> variants,
                        const RotorLibrary* library);
 

@@ -1,13 +1,13 @@
-// Whether what was found on one rotor-driven flight repeats on another of the same vehicle.
+// Whether causes of one rotor-driven flight repeat on another of the same vehicle.
 #pragma once
 
 #include "problems/rotor_diagnosis/rotor_diagnosis.h"
 
 namespace trueline {
 
-// Adds to each cause how it comes out on `log`, as AddRepeats does for the IMU-driven model
-// (confirm.h): all causes are fitted there together, and each is tested alone, once. What happens
-// at a time of one flight (a load that drops) can't be tested on another.
+// Adds to each cause its estimate on `log`, as AddRepeats does for the IMU-driven model
+// (confirm.h). All causes are fitted to `log` together; each is tested singly. An effect with a
+// time of its own (a load that drops) cannot be tested on another flight.
 void AddRotorRepeats(const FlightLog& log, const RotorDiagnosisOptions& options,
                      std::vector<Cause>* causes);
 

@@ -23,7 +23,7 @@ void StoreCauses(const RotorSearch& search, const RotorRounds& rounds, RotorDiag
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const RotorFound& f = rounds.found[i];
     const ScoreTest test = search.TestFound(rounds.found, i);
-    // An ordinary effect of the same kind is in the value as well.
+    // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
     diagnosis->causes.push_back(
@@ -31,8 +31,8 @@ void StoreCauses(const RotorSearch& search, const RotorRounds& rounds, RotorDiag
   }
 }
 
-// Noise far beyond what the options state, and disturbances beyond what flights have: no effect,
-// but no clean flight either.
+// Reports learned sensor noise far beyond the stated one, and disturbances beyond those of ordinary
+// flights. Neither is an effect, but such a flight is not clean.
 std::vector<std::string> ExtraordinaryNoise(const RotorNoise& learned, const RotorNoise& stated) {
   constexpr double kTimesStated = 3.0;
   constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
@@ -49,10 +49,10 @@ std::vector<std::string> ExtraordinaryNoise(const RotorNoise& learned, const Rot
   sensor(learned.attitude, stated.attitude, "an attitude");
   if (learned.force_density > kForce) {
     findings.push_back(
-        fmt::format("forces without a pattern of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
+        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
   }
   if (learned.angular_density > kTurn) {
-    findings.push_back(fmt::format("moments without a pattern of {:.1f} rad/s^2/sqrt(Hz)",
+    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
                                    learned.angular_density));
   }
   return findings;

@@ -11,7 +11,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kReadOff = 0.01;  // chance, over all terms, of taking good readings for bad ones
+constexpr double kReadOff = 0.01;  // chance, over all terms, of naming a reading that is good
 
 TestedSystem SystemOf(const RotorNormal& normal) {
   return {normal.M(), normal.b(), [&normal](const Eigen::VectorXd& e, const Eigen::MatrixXd& v) {
@@ -44,7 +44,7 @@ Eigen::VectorXd OrdinarySteps(const EffectInfo& info) {
   return ordinary;
 }
 
-// Candidates of the same id, those that a step's time was sharpened among counted in.
+// Number of candidates with the same id, including the finer times that refine a step.
 int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidates) {
   const auto count = std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
     return c.info->id == candidate.info->id;
@@ -120,7 +120,7 @@ void RotorEvidence::TestEach() {
   for (std::size_t i = 0; i < candidates_.size(); ++i) tested_.push_back(TestOne(i, beside_));
 }
 
-// What a sensor reads goes beside all that follows, where it stands out.
+// A significant sensor term is held as a nuisance in all later tests.
 void RotorEvidence::Describe(const RotorLibrary& library, bool of_sensor, int first, double merit) {
   std::vector<int> read = beside_;
   for (const RotorTerm& term : library.terms) {
@@ -137,7 +137,7 @@ void RotorEvidence::Describe(const RotorLibrary& library, bool of_sensor, int fi
   beside_ = std::move(read);
 }
 
-// What fits a value that no vehicle has is no effect, and is left to be explained all the same.
+// A fitted value that no vehicle has is not named as an effect; the residual stays unexplained.
 void RotorEvidence::DescribeImplausible() {
   const int ids = DistinctIds(candidates_);
   for (const RotorTested& t : tested_) {

@@ -1,5 +1,5 @@
-// What a linearised fit says of candidates and of the library's terms: each by itself, and effects
-// two at a time.
+// Evidence of a linearised fit for candidates and for the library's terms: each singly, and effects
+// in pairs.
 #pragma once
 
 #include <string>
@@ -12,20 +12,20 @@ namespace trueline {
 
 struct RotorTested {
   Candidate candidate;
-  Eigen::VectorXd value;  // estimate by one step from where the fit stands
+  Eigen::VectorXd value;  // estimate by one Gauss-Newton step from the fit
   ScoreTest test;         // in units of each parameter's step
   double gain = 0.0;      // twice the increase of the log likelihood
   double p = 1.0;         // corrected for the candidates of the same id
   int tried = 1;          // of them
 
-  // Gain less what as many parameters of no meaning would give (Akaike).
+  // Gain less that of the same number of spurious parameters (Akaike).
   double Merit() const { return gain - 2.0 * static_cast<double>(value.size()); }
   bool IsOf(const std::string& id) const { return candidate.info->id == id; }
 };
 
 inline const Eigen::VectorXd& ValueOf(const RotorTested& t) { return t.value; }
 
-// Two effects at once, each as it stands beside the other.
+// Two effects tested together, each given the other.
 struct RotorPair {
   RotorTested first, second;
   double merit;  // of both together
@@ -33,7 +33,7 @@ struct RotorPair {
   bool Has(const std::string& id) const { return first.IsOf(id) || second.IsOf(id); }
 };
 
-// A term of the library, or an effect of an impossible size: what the residual goes with.
+// A term of the library, or an effect of an impossible size, that the residual is correlated with.
 struct RotorDescribed {
   std::string name;
   double p;      // after the correction for the number of terms, or of effects
@@ -41,7 +41,7 @@ struct RotorDescribed {
   bool of_sensor;
   std::vector<int> columns;  // of RotorEvidence::normal, from 0; none for an effect
 
-  // Explains clearly more than what has `merit`.
+  // True if significant and of a merit clearly greater than `than`.
   bool Stands(double alpha, double than) const {
     constexpr double kClearlyBetter = 10.0;
     return p < alpha && merit > than + kClearlyBetter;
@@ -50,17 +50,17 @@ struct RotorDescribed {
 
 class RotorEvidence {
  public:
-  // `normal` holds the columns of `own` parameters of causes that are in the model, those of the
-  // candidates, then those of `library`, which may be null. Where a sensor's readings explain
-  // clearly more than any effect, effects are judged beside them.
+  // `normal` holds, in this order, the columns of `own` parameters of causes in the model, of the
+  // candidates, and of `library` (may be null). Where errors of a sensor's readings explain clearly
+  // more than any effect, effects are tested given those errors.
   RotorEvidence(RotorNormal normal, int own, const std::vector<Candidate>& candidates,
                 const RotorLibrary* library);
 
   const RotorNormal& normal() const { return normal_; }
   const std::vector<RotorTested>& tested() const { return tested_; }
   const std::vector<RotorDescribed>& described() const { return described_; }
-  // Effects that explain more than `merit` together and of which each stands out (p < alpha) beside
-  // the other. Of an effect that has a time, the best one.
+  // Pairs of effects whose joint merit exceeds `merit` and of which each is significant (p < alpha)
+  // given the other. Of a step effect only the best time takes part.
   std::vector<RotorPair> Pairs(double alpha, double merit) const;
 
  private:
@@ -73,18 +73,19 @@ class RotorEvidence {
   RotorNormal normal_;
   std::vector<Candidate> candidates_;
   std::vector<int> first_;   // column of each candidate
-  std::vector<int> beside_;  // columns that are no candidate's
+  std::vector<int> beside_;  // nuisance columns in each test
   std::vector<RotorTested> tested_;
   std::vector<RotorDescribed> described_;
 };
 
-// Where in `tested` the best of each effect stands, and of each rotor's loss.
+// Indices in `tested` of the best candidate of each effect; rotor_loss counts rotor by rotor.
 std::vector<std::size_t> BestOfEach(const std::vector<RotorTested>& tested);
 
-// The last columns of `normal`, as many as there are `ordinary` sizes, against all before them.
+// Tests the last columns of `normal`, one for each entry of `ordinary` (usual sizes); all columns
+// before them are nuisances.
 ScoreTest TestLast(const RotorNormal& normal, const Eigen::VectorXd& ordinary);
 
-// Parameter sizes at which one step of a column ends up: `steps` in units of its step.
+// Converts steps of columns, in units of each parameter's step, to parameter values.
 Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& steps);
 
 }  // namespace trueline

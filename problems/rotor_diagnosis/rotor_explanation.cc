@@ -20,7 +20,7 @@ Ids United(const Ids& ids, const Ids& more) {
 
 const std::string& IdOf(const RotorTested& t) { return t.candidate.info->id; }
 
-// Of those that stand out and fit as well as the best, the one with the fewest parameters.
+// Of the significant effects that fit as well as the best, the one with the fewest parameters.
 const RotorTested* Simplest(const std::vector<RotorTested>& tested, double alpha, double merit) {
   const RotorTested* simplest = nullptr;
   for (const RotorTested& t : tested) {
@@ -33,7 +33,7 @@ const RotorTested* Simplest(const std::vector<RotorTested>& tested, double alpha
   return simplest;
 }
 
-// What could stand in the place of one of the pair's effects, the other kept.
+// Effects that could replace one of a pair while the other is kept.
 Ids InPlaceOf(const RotorTested& replaced, const RotorTested& kept,
               const std::vector<RotorPair>& pairs, double merit) {
   std::set<std::string> ids;
@@ -52,7 +52,7 @@ RotorExplanation Explain(const RotorEvidence& evidence, double alpha) {
   double with_best = greatest->Merit();
   const RotorTested* best = Simplest(evidence.tested(), alpha, with_best);
   const std::vector<RotorPair> pairs = evidence.Pairs(alpha, with_best - kAsGood);
-  const RotorPair* rival = nullptr;  // of two others
+  const RotorPair* rival = nullptr;  // the best pair without `best`
   for (const RotorPair& pair : pairs) {
     if (pair.Has(IdOf(*best))) {
       with_best = std::max(with_best, pair.merit);

@@ -14,7 +14,7 @@ constexpr double kHorizon = 0.5;  // s
 constexpr double kSpacing = 0.1;  // s
 constexpr double kFewest = 5;     // clusters that both folds need for a fit
 
-// Constants, and the causes' values, from the clusters that `used` names alone.
+// Constants and causes fitted to the clusters in `used` only.
 struct Fold {
   RotorConstants constants;
   std::vector<Effect> effects;
@@ -38,7 +38,7 @@ Fold FitFold(const RotorNormal& normal, const RotorSearch& search,
   return fold;
 }
 
-// Errors by cluster, of those that are held out.
+// Errors of the held-out clusters, by cluster.
 std::map<int, std::vector<double>> Errors(const RotorWorld& world, const RotorSearch& search,
                                           const RotorConstants& constants,
                                           const std::vector<bool>& used) {
@@ -62,7 +62,7 @@ Gain MeasureRotorGain(const FlightLog& log, const RotorSearch& search,
   gain.metric = "open_loop_position_error_0.5s";
   const int clusters = search.clusters();
   if (clusters < 2 * kFewest) return gain;
-  RotorSearch base(search, log);  // the same noise, so that only the causes differ
+  RotorSearch base(search, log);  // the same noise, so the models differ by the causes only
   std::vector<RotorFound> none;
   base.Refit(none);
   std::vector<std::vector<double>> differences;

@@ -1,4 +1,4 @@
-// What found causes are worth on flight that took no part in fitting them.
+// The gain of found causes on held-out flight.
 #pragma once
 
 #include "problems/rotor_diagnosis/rotor_search.h"
@@ -6,9 +6,9 @@
 namespace trueline {
 
 // Mean open-loop position error after half a second, without and with the causes. The flight is cut
-// into blocks of a few clusters; those of every second block are predicted with constants and
-// causes fitted on the others alone, and the other way round. A cluster (one second of starts)
-// counts once in the bootstrap.
+// into blocks of a few clusters. Two folds: every second block is predicted with constants and
+// causes fitted to the others, then the roles are swapped. The bootstrap resamples clusters (one
+// second of starts each).
 Gain MeasureRotorGain(const FlightLog& log, const RotorSearch& search,
                       const std::vector<RotorFound>& found);
 

@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-// An effect that was found is not looked for again, but for the loss of another rotor.
+// Removes effects that were found; losses of other rotors stay candidates.
 std::vector<Candidate> Without(std::vector<Candidate> candidates,
                                const std::vector<RotorFound>& found) {
   std::erase_if(candidates, [&](const Candidate& c) {
@@ -29,7 +29,7 @@ CandidateReport Report(const RotorTested& t, double alpha, int clusters) {
   return report;
 }
 
-// The best of a step at `count` times within +-`range` s of the one given.
+// The best time of a step effect among `count` within +-`range` s of the candidate's.
 RotorTested BestStep(const Candidate& candidate, double range, int count,
                      const RotorSearch& search) {
   const std::vector<RotorTested> tested = search.Test(StepsAround(candidate, range, count));
@@ -38,7 +38,7 @@ RotorTested BestStep(const Candidate& candidate, double range, int count,
       [](const RotorTested& a, const RotorTested& b) { return a.gain < b.gain; });
 }
 
-// For each kind of step the best one moved to the best time between its neighbours.
+// Replaces each kind of step effect by its best time, refined between the neighbouring times.
 std::vector<Candidate> Sharpened(std::vector<Candidate> candidates, const RotorSearch& search) {
   std::vector<Candidate> steps;
   for (const Candidate& c : candidates) {
@@ -57,7 +57,7 @@ std::vector<Candidate> Sharpened(std::vector<Candidate> candidates, const RotorS
   return candidates;
 }
 
-// A step's time, to a fraction of the spacing of those that were tried.
+// Refines a step's time to a fraction of the spacing of the times tried.
 RotorFound Refined(const RotorTested& best, const RotorSearch& search) {
   if (!IsStep(best.candidate)) return {best.candidate, best.value};
   constexpr int kTried = 17;
@@ -70,8 +70,8 @@ RotorFound Refined(const RotorTested& best, const RotorSearch& search) {
   return {sharp.candidate, sharp.value};
 }
 
-// Terms that explain clearly more than what has `merit`. Readings that are off leave the vehicle's
-// motion to be explained, and are judged by themselves.
+// Terms that explain clearly more than `merit`. Sensor terms do not explain the vehicle's motion,
+// so they are compared with zero merit.
 std::vector<RotorDescribed> Standing(const RotorEvidence& evidence, double alpha, double merit) {
   std::vector<RotorDescribed> standing;
   for (const RotorDescribed& d : evidence.described()) {
@@ -80,14 +80,15 @@ std::vector<RotorDescribed> Standing(const RotorEvidence& evidence, double alpha
   return standing;
 }
 
-// The vehicle itself moves in a way that is clearly no effect's. An effect of an impossible size
-// may be the shadow of others, which are looked for first.
+// True if the vehicle's motion clearly differs from that of every effect. An effect of an
+// impossible size does not count: it may be significant only because a correlated effect is missing
+// from the model, and such effects are searched first.
 bool BeyondEffects(const std::vector<RotorDescribed>& standing) {
   return std::any_of(standing.begin(), standing.end(),
                      [](const RotorDescribed& d) { return !d.of_sensor && !d.columns.empty(); });
 }
 
-// A cause that did the work of what is no effect is none, once that stands beside it.
+// Drops causes that are no longer significant once the terms in `standing` are nuisances.
 bool DropStandIns(const RotorEvidence& evidence, const std::vector<RotorDescribed>& standing,
                   const RotorSearch& search, double alpha, RotorRounds* rounds) {
   std::vector<int> beside;

@@ -1,17 +1,17 @@
-// Causes found one by one on a rotor-driven flight.
+// Stepwise search for causes on a rotor-driven flight.
 #pragma once
 
 #include "problems/rotor_diagnosis/rotor_search.h"
 
 namespace trueline {
 
-// What the rounds come to. `found`, `p` (after the correction for the catalogue) and `confused`
-// (ids that fit as well) go together.
+// The result of the rounds. `found`, `p` (corrected for the size of the catalogue) and `confused`
+// (ids that fit as well) are parallel lists.
 struct RotorRounds {
   std::vector<RotorFound> found;
   std::vector<double> p;
   std::vector<std::vector<std::string>> confused;
-  std::vector<CandidateReport> candidates;  // as the first round saw them
+  std::vector<CandidateReport> candidates;  // as tested in the first round
   std::vector<std::string> unexplained_by;  // terms that explain clearly more than any effect
 
   void Erase(std::size_t i) {
@@ -21,9 +21,10 @@ struct RotorRounds {
   }
 };
 
-// One round for each cause: tests all, takes the best, refits, drops what is explained away, until
-// nothing stands out. `chance` of naming a cause where there is none, over all candidates. The
-// search must have been fitted without causes; it ends fitted with those found.
+// One round for each cause: test all candidates, add the best, refit, drop causes that are no
+// longer significant; stop when no candidate is significant. `chance`: of naming any cause where
+// there is none, over all candidates. The search must be fitted without causes at entry; it ends
+// fitted with those found.
 RotorRounds SearchRotorCauses(std::vector<Candidate> candidates, double chance, int max_causes,
                               RotorSearch* search);
 

@@ -31,7 +31,7 @@ std::vector<Eigen::Matrix<double, 6, 1>> SegmentDisturbances(const RotorSearch& 
 
 double WhitenessOf(const std::vector<double>& times,
                    const std::vector<Eigen::Matrix<double, 6, 1>>& disturbances) {
-  constexpr double kBlock = 0.5;  // s; neighbours in one block hang together by the poses' noise
+  constexpr double kBlock = 0.5;  // s; pose noise correlates neighbours within a block
   double products = 0.0, squares = 0.0;
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero(), last = sum;
   double end = times.front() + kBlock;
@@ -39,7 +39,7 @@ double WhitenessOf(const std::vector<double>& times,
     if (times[i] >= end) {
       const Eigen::Matrix<double, 6, 1> product = last.cwiseProduct(sum);
       products += product.sum();
-      squares += product.squaredNorm();  // its variance, heavy tails and all
+      squares += product.squaredNorm();  // its variance, also under heavy tails
       last = sum;
       sum.setZero();
       end = times[i] + kBlock;

@@ -13,7 +13,7 @@ constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
 constexpr int kHalvings = 4;
 constexpr int kMostSteps = 6;          // of a refit
-constexpr double kCostIncrease = 0.5;  // of cost: less is what weights taken anew make of it
+constexpr double kCostIncrease = 0.5;  // of cost; a smaller rise comes from re-evaluated weights
 
 }  // namespace
 
@@ -68,7 +68,7 @@ void RotorSearch::Refit(const std::vector<RotorFound>& found) {
                   ColumnsOf(*world_, std::move(variants), nullptr), kRotorCluster);
 }
 
-// True once the step is small against what the flight shows.
+// One Gauss-Newton step of the causes. True if it is small in sigmas.
 bool RotorSearch::Step(std::vector<RotorFound>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
   const Eigen::LLT<Eigen::MatrixXd> llt(normal_->M());
@@ -97,7 +97,8 @@ void RotorSearch::Fit(std::vector<RotorFound>* found) {
       const bool settled = Step(found);
       Refit(*found);
       if (settled) break;
-      // Constants that took the effect's part (inertia, where a moment is missing) make steps long.
+      // Constants that absorbed part of the effect (inertia for a missing moment) make steps too
+      // long.
       for (int k = 0; k < kHalvings && batch_.cost > cost + kCostIncrease; ++k) {
         for (std::size_t f = 0; f < before.size(); ++f) {
           (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);

@@ -10,9 +10,9 @@
 
 namespace trueline {
 
-inline constexpr double kRotorCluster = 1.0;  // s, over which residuals may hang together
+inline constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
 
-// A cause under refinement.
+// A cause whose value is being refined.
 struct RotorFound {
   Candidate candidate;
   Eigen::VectorXd value;
@@ -20,25 +20,28 @@ struct RotorFound {
 
 class RotorSearch {
  public:
-  // Learns noise and delay of the rotor speeds as a calibration does. `log` must outlive this.
+  // Learns noise and delay of the rotor speeds as a calibration does. `log` must outlive this
+  // object.
   RotorSearch(const FlightLog& log, const RotorCalibrationOptions& options);
-  // Starts with what another search has learned.
+  // Starts with the noise and delay that another search has learned.
   RotorSearch(const RotorSearch& other, const FlightLog& log)
       : log_(log), options_(other.options_), stated_(other.stated_) {}
 
-  // Solves with the causes in the model; their values are refined, then the noise.
+  // Solves with the causes in the model, refines their values, then learns the noise again.
   void Fit(std::vector<RotorFound>* found);
-  // Solves with the causes at their values.
+  // Solves with the causes held at their values.
   void Refit(const std::vector<RotorFound>& found);
-  // All candidates on top of the last Fit, and the library's terms.
+  // Tests all candidates and the library's terms given the last Fit.
   RotorEvidence TestAll(const std::vector<Candidate>& candidates) const;
-  // The candidates alone.
+  // Tests the candidates only.
   std::vector<RotorTested> Test(const std::vector<Candidate>& candidates) const;
-  // One cause of the last Fit against the model without it, the others kept; sizes in its units.
+  // Tests one cause of the last Fit against the model without it, the other causes kept; values in
+  // the cause's units.
   ScoreTest TestFound(const std::vector<RotorFound>& found, std::size_t which) const {
     return TestFoundBeside(found, which, *normal_, {});
   }
-  // The same beside columns (from 0) of `normal`, which holds those of the causes first.
+  // The same with nuisance columns (counted from 0) of `normal`, whose first columns are the
+  // causes'.
   ScoreTest TestFoundBeside(const std::vector<RotorFound>& found, std::size_t which,
                             const RotorNormal& normal, std::vector<int> beside) const;
 
@@ -47,7 +50,7 @@ class RotorSearch {
   const RotorWorld& world() const { return *world_; }
   const RotorBatchResult& batch() const { return batch_; }
   RotorBatchOptions BatchOptions() const;
-  // The last fit with the columns of what is found.
+  // The last fit, linearised, with the columns of the found causes.
   const RotorNormal& normal() const { return *normal_; }
   int clusters() const { return normal_->clusters(); }
 
@@ -69,7 +72,7 @@ class RotorSearch {
   bool started_ = false;
 };
 
-// The sizes that one unit of a found cause's columns in RotorSearch::normal stands for.
+// The parameter size that one unit of a found cause's column in RotorSearch::normal represents.
 Eigen::VectorXd ColumnUnits(const EffectInfo& info);
 
 }  // namespace trueline

@@ -53,7 +53,7 @@ ScoreTest RotorSearch::TestFoundBeside(const std::vector<RotorFound>& found, std
   const Eigen::VectorXd ordinary = candidate.Ordinary();
   ScoreTest test = TestLast(normal.Select(beside), ordinary.cwiseQuotient(unit));
   Scale(unit, &test);
-  // What is judged is the value itself, with the step that columns beside it make it take.
+  // The test judges the total value: the fitted one plus the step that the nuisance columns cause.
   test.value += found[which].value - candidate.Neutral();
   test.Judge(test.value, clusters());
   return test;

@@ -54,7 +54,7 @@ YAML::Node ModelNode(const RotorDiagnosis& diagnosis, const YAML::Node& provenan
   return node;
 }
 
-// Rows as those of the IMU-driven diagnosis: a force and a turn for each step between poses.
+// Same rows as the IMU-driven diagnosis: force and angular acceleration for each pose interval.
 void WriteResiduals(const RotorDiagnosis& diagnosis, const std::filesystem::path& path) {
   AtomicFile file(path);
   fmt::print(file.stream(),

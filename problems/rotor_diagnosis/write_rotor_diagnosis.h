@@ -14,7 +14,7 @@ namespace trueline {
 void WriteRotorDiagnosis(const RotorDiagnosis& diagnosis, const YAML::Node& provenance,
                          const std::filesystem::path& directory);
 
-// For standard output.
+// The result as a table for standard output.
 std::string RotorDiagnosisTable(const RotorDiagnosis& diagnosis);
 
 }  // namespace trueline

@@ -56,7 +56,7 @@ class Filter {
   }
 
  private:
-  // At the first pose, knowing the prior.
+  // Initialises at the first pose with the prior.
   void Start() {
     x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
     Eigen::VectorXd sigma(unknowns_.size());
@@ -77,7 +77,7 @@ class Filter {
     run_.log_likelihood = 0.0;
   }
 
-  // Takes all poses up to the time `end`.
+  // Updates with all poses up to the time `end`.
   void FlyUntil(double end) {
     for (; pose_ < data_.poses.size() && data_.poses[pose_].t <= end; ++pose_) {
       Propagate(data_.poses[pose_].t);
@@ -88,7 +88,7 @@ class Filter {
     }
   }
 
-  // Far behind the run that this one is compared with.
+  // True if the likelihood is far behind the rival run's at the same pose.
   bool Hopeless() {
     if (options_.rival == nullptr) return false;
     const std::size_t now = run_.likelihoods.size() - 1;
@@ -97,9 +97,9 @@ class Filter {
     return true;
   }
 
-  // To where a pass ended, within three of the prior's sigmas of where it was, mass and inertia to
-  // no less than half of what they were: accelerations go with their inverse, and a step from too
-  // small a value overshoots. True where that is no move.
+  // Moves the linearisation point to where a pass ended, by at most three prior sigmas, and mass
+  // and inertia to no less than half of what they were: accelerations are proportional to their
+  // inverses, so a step from too small a value overshoots. True if the point has converged.
   bool MovePoint() {
     constexpr int kPositive = RotorDrivenModel::kCentre - RotorDrivenModel::kMass;
     const RotorConstants from = point_;
@@ -115,18 +115,18 @@ class Filter {
     return move < kSettled;
   }
 
-  // Where the model is linearised: the estimate, its constants held or not.
+  // The linearisation point: the estimate, with constants at `point_` while they are held.
   RotorState Point() const {
     RotorState at = x_;
     if (held_) at.tail<Model::kConstants>() = point_;
     return at;
   }
-  // What the estimate is away from there.
+  // The constants' estimate less the linearisation point.
   RotorConstants Offset(const RotorState& at) const {
     return x_.tail<Model::kConstants>() - at.tail<Model::kConstants>();
   }
 
-  // Through all IMU samples up to the time `end`.
+  // Propagates through all IMU samples up to the time `end`.
   void Propagate(double end) {
     while (t_ < end - 1e-9) {
       const bool sample = imu_ < data_.imu.size() && data_.imu[imu_].t <= t_ + 1e-9;
@@ -138,15 +138,15 @@ class Filter {
     }
   }
 
-  // A step's disturbance after the reading at its start (if any): mean, and covariance with the
-  // state (6 x size) and with itself.
+  // The disturbance of a step after the update with the reading at its start (if any): mean,
+  // covariance with the state (6 x size), and its own covariance.
   struct Held {
     Disturbance mean;
     Unknowns::Rows<kNoise> with_state;
     Eigen::Matrix<double, kNoise, kNoise> cov;
   };
 
-  // One step; the reading at its start (if any) also tells of the disturbance held over it.
+  // One step. The reading at its start (if any) also measures the disturbance held over the step.
   void Step(double t, double dt, const RotorImu* imu) {
     const RotorNoise& noise = options_.noise;
     Disturbance variance;
@@ -215,7 +215,8 @@ class Filter {
     }
   }
 
-  // To the end of a step from Point(), and on by what the offset of the constants makes of it.
+  // Moves the state to the end of a step from Point(), plus the first-order effect of the
+  // constants' offset.
   void MoveTo(const RotorState& end, const Eigen::Matrix<double, kMoving, 1>& offset,
               const RotorConstants& constants) {
     x_ = end;
@@ -245,7 +246,7 @@ class Filter {
     Eigen::MatrixXd S = HP * H.transpose();
     S.diagonal().array() += 1.0;  // errors are in sigmas
     const Eigen::LLT<Eigen::MatrixXd> llt(S);
-    // Innovations are in sigmas: their scale belongs to the density.
+    // Innovations are in sigmas; the density in SI needs the factor of that change of units.
     const double unit = std::pow(options_.noise.position, 3) *
                         (data_.attitude ? std::pow(options_.noise.attitude, 3) : 1.0);
     Judge(pose.t, innovation.dot(llt.solve(innovation)), unit * llt.matrixLLT().diagonal().prod());
@@ -255,7 +256,8 @@ class Filter {
     x_ = Plus(x_, unknowns_.Whole(K * innovation));
   }
 
-  // Adds one innovation's density; `root_determinant` is that of its covariance's Cholesky factor.
+  // Adds one innovation's log density; `root_determinant` is that of the Cholesky factor of its
+  // covariance.
   void Judge(double t, double squared, double root_determinant) {
     if (t < data_.poses.front().t + kSettling) return;
     run_.log_likelihood -= 0.5 * squared + std::log(root_determinant);
@@ -277,10 +279,10 @@ class Filter {
   Unknowns unknowns_;
   RotorState x_;
   Unknowns::Covariance cov_;
-  RotorConstants point_;  // where constants are held for linearisation
+  RotorConstants point_;  // linearisation point of held constants
   bool held_ = true;
   double t_ = 0.0;                  // s
-  std::size_t pose_ = 0, imu_ = 0;  // that come next
+  std::size_t pose_ = 0, imu_ = 0;  // the next ones to process
   RotorEkfRun run_;
 };
 

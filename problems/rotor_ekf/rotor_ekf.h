@@ -1,17 +1,15 @@
 // The filter of Wuest et al. 2019 ("Online estimation of geometric and inertia parameters for
-// multirotor aerial vehicles"), on the rotor-driven model in NED: 31 states, 30 of them in the
-// error state; rotor speeds are its input, IMU and poses (or positions) its updates, and constants
-// may wander as Wiener processes. Jacobians are automatic (rotor_data/rotor_slopes.h: Jets of four
-// columns at a time, 1.1 times the time of the filter with derivatives written out by hand).
+// multirotor aerial vehicles"), on the rotor-driven model in NED. It has 31 states, 30 in the error
+// state. Rotor speeds are its input, IMU and poses (or positions) its updates; constants may do
+// random walks (Wiener processes). Jacobians are automatic (rotor_data/rotor_slopes.h).
 //
-// It differs from the paper in two points. The accelerometer feels the disturbance that also moves
-// the vehicle: the disturbance held over an IMU period is a state of its own for that period, so
-// that reading and motion are correlated as they really are. And the first seconds are flown
-// several times: accelerations go with 1 / m and 1 / I, so that a guess of I at 0.4 of the truth
-// makes readings look 6 times as telling of I as they are, and an extended filter is certain of the
-// wrong value before it has seen the right one. Each pass starts from the same prior and is
-// linearised at the constants where the pass before ended (Gauss-Newton over these seconds); from
-// there on the filter goes on as usual.
+// It differs from the paper in two points. First, the accelerometer measures the disturbance that
+// also moves the vehicle: the disturbance held over an IMU period is a state for that period, so
+// reading and motion are correlated. Second, the first seconds are filtered several times.
+// Accelerations are proportional to 1 / m and 1 / I, so that at a guess of I of 0.4 times the truth
+// the readings' Jacobian by I is 6 times too large, and an extended filter becomes certain of a
+// wrong value. Each pass starts from the same prior and is linearised at the constants where the
+// last pass ended (Gauss-Newton over these seconds); after them the filter runs once, as usual.
 #pragma once
 
 #include <optional>
@@ -35,10 +33,10 @@ struct RotorEkfOptions {
   double sigma_rate = 1.0;      // rad/s
   double start_seconds = 2.0;   // s, that are flown several times
   int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
-  // That the first pass is linearised at; left out: the prior's mean.
+  // Linearisation point of the first pass; the prior's mean if left out.
   std::optional<RotorConstants> point = {};
-  // RotorEkfRun::likelihoods of another run on the same flight, or null: a run that falls far
-  // behind ends, with a log likelihood of minus infinity.
+  // RotorEkfRun::likelihoods of another run on the same flight, or null. A run that falls far
+  // behind the rival stops, with a log likelihood of minus infinity.
   const std::vector<double>* rival = nullptr;
 };
 
@@ -52,15 +50,16 @@ struct RotorEstimate {
 
 struct RotorEkfRun {
   std::vector<RotorEstimate> history;  // after each pose; the last pass over the first seconds
+                                       // counts
   RotorState state;                    // at the end
   RotorErrorMatrix cov;
-  RotorConstants point;  // that the first seconds are linearised at
-  // Log likelihood of all innovations after the first second, for comparing options on one flight.
+  RotorConstants point;  // linearisation point in the first seconds
+  // Log likelihood of all innovations after the first second; compares options on one flight.
   double log_likelihood = 0.0;
   std::vector<double> likelihoods;  // the same up to each pose
 };
 
-// Filters the flight once, forward. A filter that diverges (not finite) throws InputError: the
+// Filters the flight once, forward. Throws InputError if the filter diverges (not finite): the
 // options do not fit the flight.
 RotorEkfRun RunRotorEkf(const RotorAeroModel& model, const RotorData& data,
                         const RotorEkfOptions& options);

@@ -1,5 +1,5 @@
-// The errors that a filter carries: those of what moves, and of the constants that are not known.
-// What is known has no rows and columns in its covariance.
+// The errors that a filter estimates: those of the moving state and of the unknown constants. Known
+// constants have no rows and columns in the covariance.
 #pragma once
 
 #include <utility>
@@ -35,7 +35,7 @@ class Unknowns {
     }
     return rows;
   }
-  // All errors, zero for what is known.
+  // All errors; zero for known constants.
   template <class Derived>
   RotorError Whole(const Eigen::MatrixBase<Derived>& error) const {
     RotorError whole = RotorError::Zero();
@@ -55,8 +55,8 @@ class Unknowns {
   std::vector<int> free_;
 };
 
-// Few rows times a covariance, column by column: general products pack their factors first, which
-// takes longer than such a product.
+// Product of a matrix with few rows and a covariance, column by column. Eigen's general product
+// first packs its factors, which takes longer than this product.
 template <int kRows>
 Unknowns::Rows<kRows> Times(const Unknowns::Rows<kRows>& rows, const Unknowns::Covariance& cov) {
   Unknowns::Rows<kRows> product(kRows, cov.cols());

@@ -1,6 +1,6 @@
-// The experiment of Boehm et al. 2020, sec. III, and its likes: kinds of trajectories, each flown
-// many times in simulation, calibrated by filter and batch from drawn initial guesses, with the
-// Cramer-Rao bound of each flight beside them.
+// The experiment of Boehm et al. 2020, sec. III, and similar ones. Trajectories of several kinds
+// are each flown many times in simulation and calibrated by filter and batch from random initial
+// guesses; the Cramer-Rao bound of each flight is reported beside the errors.
 //
 //   drive: rotors
 //   name: ...; about: ...
@@ -8,17 +8,17 @@
 //   duration: 20                            # s, of random flights and figures
 //   flights: 10                             # of each kind
 //   seed: 1
-//   prior: {...}                            # as trueline-calibrate; initial guesses are drawn of
-//   it noise: {...}                            # believed; left out: that of the simulation
-//   unmodelled: {rotor_loss: {factor: 0.01}}   # sigmas of what each flight has and no estimator
-//                                              # models, drawn by flight
-//   consider: {rotor_loss: {factor: 0.01}}  # what intervals take in of it; as trueline-calibrate
-//   learn_noise: false                      # learned on the first flight of each kind instead
+//   prior: {...}                            # as trueline-calibrate; guesses are drawn from it
+//   noise: {...}                            # the estimators'; left out: the simulation's
+//   unmodelled: {rotor_loss: {factor: 0.01}}  # effects in each flight that no estimator models:
+//                                             # sigmas; sizes are drawn for each flight
+//   consider: {rotor_loss: {factor: 0.01}}  # widens intervals; as trueline-calibrate
+//   learn_noise: false                      # true: from the first flight of each kind
 //   kinds:
 //     - {name: random, kind: random}        # a new trajectory for each flight
 //     - {name: best Lissajous, kind: lissajous, best_of: 40, by: [r_BP_x, r_BP_y, r_BP_z]}
 //     - {name: designed, kind: file, file: ../rotors/designed_r_BP.yaml}
-//     - {name: evolved, kind: evolved, evaluations: 1800}   # from the best Lissajous, by its bound
+//     - {name: evolved, kind: evolved, evaluations: 1800}  # from the best Lissajous, by its bound
 #pragma once
 
 #include <filesystem>
@@ -38,8 +38,8 @@ struct FlightKindSource {
   std::string kind;     // random | lissajous | evolved | file
   std::string file;     // a trajectory.yaml
   int best_of = 40;     // figures, of which the one with the smallest bound is flown
-  int evaluations = 0;  // of bounds, to evolve it
-  std::vector<int> by;  // constants whose bound is judged
+  int evaluations = 0;  // evaluations of the bound for evolving it
+  std::vector<int> by;  // constants whose bound is the score
 };
 
 struct RotorExperiment {
@@ -74,16 +74,17 @@ struct RotorTrial {
   std::vector<RotorEstimate> history;          // of the filter, errors in `mean`
 };
 
-// Whether a file of config/experiments is one of these.
+// True for a file of config/experiments with `drive: rotors`.
 bool IsRotorExperiment(const std::filesystem::path& file);
 // Throws InputError naming file, line and key.
 RotorExperiment ReadRotorExperiment(const std::filesystem::path& file);
-// The same cut to a trial: two flights of 5 s for each kind, best of 3 figures.
+// The same experiment shortened for a test: two flights of 5 s for each kind, best of 3 figures.
 void ShortenRotorExperiment(RotorExperiment* experiment);
 
 struct RotorExperimentRun {
   std::vector<RotorTrial> trials;
-  std::vector<std::optional<PiecewisePolynomial>> paths;  // by kind, where its flights share one
+  std::vector<std::optional<PiecewisePolynomial>> paths;  // for each kind whose flights share one
+                                                          // path
 };
 
 // The result does not depend on `threads`.

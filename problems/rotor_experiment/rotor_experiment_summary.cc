@@ -10,7 +10,7 @@ using Trials = std::vector<const RotorTrial*>;
 
 constexpr double k95 = 1.959964;
 
-// Sums over the trials of one kind; `axes` are the constants that make up one score.
+// Sums over the trials of one kind; `axes` are the constants that form one score.
 EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
                      RotorConstants RotorTrial::*error, RotorConstants RotorTrial::*sigma) {
   EstimatorScore score;

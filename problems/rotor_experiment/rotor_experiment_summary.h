@@ -1,4 +1,4 @@
-// What the trials of an experiment come to: errors, sigmas, coverage and bounds by kind of flight.
+// Statistics of the trials by kind of flight: errors, sigmas, coverage and bounds.
 #pragma once
 
 #include <string>
@@ -8,8 +8,9 @@
 
 namespace trueline {
 
-// One constant, or a group of three axes (r_BP: the length of the error's vector, as the paper's
-// RMSE; sigma and bound are roots of summed variances, coverage that of all axes together).
+// One constant, or a group of three axes. A group such as r_BP uses the length of the error vector,
+// as the paper's RMSE does; its sigma and bound are roots of summed variances, its coverage counts
+// all axes.
 struct EstimatorScore {
   double rmse = 0.0;
   double mean_error = 0.0;  // constants only
@@ -29,7 +30,7 @@ struct KindSummary {
   std::string name;
   int flights = 0, failures = 0;
   std::vector<ConstantScore> constants, groups;
-  double filter_nees = 0.0, batch_nees = 0.0;  // mean by degree of freedom; 1 where consistent
+  double filter_nees = 0.0, batch_nees = 0.0;  // mean for each degree of freedom; 1 if consistent
   double filter_nees_median = 0.0, batch_nees_median = 0.0;
   double batch_over_bound = 0.0;  // root mean over constants of squared error over squared bound
   double filter_over_bound = 0.0;

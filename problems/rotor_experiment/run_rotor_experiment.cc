@@ -20,7 +20,7 @@ namespace {
 
 using Progress = std::function<void(const std::string&)>;
 
-// Initial guesses as the prior has them, kept to bodies that can exist.
+// Draws an initial guess from the prior, limited to physical bodies.
 RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed) {
   RotorPrior drawn = prior;
   Random random(seed, "first guess");
@@ -57,8 +57,8 @@ PiecewisePolynomial RandomPath(const RotorExperiment& experiment, std::uint64_t 
                               &random);
 }
 
-// The simulation with effects that the estimators lack, of sizes drawn for this flight. Drag and
-// lag have one sign.
+// The simulation with effects that the estimators do not model, of sizes drawn for this flight.
+// Drag and lag are drawn with one sign.
 RotorSimulation DrawUnmodelled(const RotorExperiment& experiment, std::uint64_t seed) {
   RotorSimulation drawn = experiment.simulation;
   Random random(seed, "unmodelled");
@@ -74,7 +74,7 @@ RotorSimulation DrawUnmodelled(const RotorExperiment& experiment, std::uint64_t 
     double size = e.sigma * random.Normal();
     if (e.id == "linear_drag") size = -std::abs(size);
     if (e.id == "motor_lag") {
-      constexpr double kQuickest = 0.002;  // s; no loop of control holds quicker motors
+      constexpr double kQuickest = 0.002;  // s, smallest lag drawn; real motors are slower
       size = std::max(kQuickest, std::abs(size));
       drawn.log_commands = true;
     }
@@ -87,7 +87,7 @@ RotorSimulation DrawUnmodelled(const RotorExperiment& experiment, std::uint64_t 
   return drawn;
 }
 
-// What the effects that are considered add to the covariance of filter and batch.
+// Covariance that the considered effects add to those of filter and batch.
 Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown,
                            const RotorBatchOptions& batch, const RotorBatchResult& fit) {
   RotorCalibrationOptions options(experiment.simulation.vehicle);

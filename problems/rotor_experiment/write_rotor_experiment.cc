@@ -84,7 +84,7 @@ std::string TrialsCsv(const RotorExperiment& experiment, const std::vector<Rotor
   return text;
 }
 
-// One time of one kind: the flights' estimates there.
+// Estimates of all flights of one kind at one time.
 struct Moment {
   double t = 0.0;
   int count = 0;
@@ -95,7 +95,7 @@ std::vector<Moment> MomentsOf(const std::vector<RotorTrial>& trials, int kind) {
   std::vector<Moment> moments;
   for (const RotorTrial& trial : trials) {
     if (trial.kind != kind || !trial.failure.empty()) continue;
-    constexpr int kEvery = 6;  // of the poses: about 0.2 s
+    constexpr int kEvery = 6;  // every sixth pose: about 0.2 s
     for (std::size_t j = 0; j * kEvery < trial.history.size(); ++j) {
       const RotorEstimate& estimate = trial.history[j * kEvery];
       if (moments.size() <= j) moments.resize(j + 1);

@@ -10,8 +10,8 @@
 namespace trueline {
 
 // summary.yaml; trials.csv (each constant of each flight); history.csv (the filter's errors over
-// time by kind: mean, spread between flights, RMSE, stated sigma); trajectory_KIND.yaml of those
-// that were chosen here, blanks in the name as '_'.
+// time by kind: mean, spread between flights, RMSE, stated sigma); trajectory_KIND.yaml of each
+// trajectory chosen by the experiment, with '_' for blanks in the name.
 void WriteRotorExperiment(const RotorExperiment& experiment, const RotorExperimentRun& run,
                           const std::filesystem::path& directory);
 

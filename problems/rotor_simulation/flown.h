@@ -1,4 +1,4 @@
-// A simulated flight with what its estimators are given and what they are judged by.
+// A simulated flight: the estimators' inputs and the truth that scores them.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@ struct Flown {
   std::vector<RotorNode> nodes;  // the truth at each pose
 };
 
-// Throws InputError where the vehicle loses the trajectory.
+// Throws InputError if the vehicle departs from the trajectory.
 Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed);
 
-// What the estimators believe: none of the simulation's further effects.
+// The estimators' model: without the simulation's additional effects.
 RotorAeroModel ModelOf(const RotorSimulation& simulation);
 
 }  // namespace trueline

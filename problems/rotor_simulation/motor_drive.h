@@ -1,6 +1,6 @@
-// Motors of the simulated vehicle that are driven by a share of the battery's voltage: the speed
-// controller knows their curve at the nominal voltage and not the battery, which empties and sags
-// under load. Written apart from the estimators' motor model.
+// Motors of the simulated vehicle, commanded as a share of the battery's voltage. The speed
+// controller knows the motors' curve at the nominal voltage but not the battery, whose voltage
+// falls with charge and under load. Written independently of the estimators' motor model.
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,7 @@ class MotorDrive {
  public:
   explicit MotorDrive(const MotorDriveConfig& config) : config_(config) {}
 
-  // Commands (0 to 1) that would turn the rotors at `speeds` (rad/s) on a battery as it should be.
+  // Commands (0 to 1) that give the rotors `speeds` (rad/s) at the nominal voltage.
   RotorArray CommandFor(const RotorArray& speeds) const {
     const RotorArray share = speeds / config_.full_speed;
     return ((share - config_.idle) / (1.0 - config_.idle)).max(0.0).min(1.0);
@@ -35,7 +35,7 @@ class MotorDrive {
   double Voltage(double t, const RotorArray& command) const {
     return config_.battery - config_.drop * t - config_.sag * command.mean();
   }
-  // Speeds (rad/s) that the rotors settle at.
+  // Steady-state rotor speeds (rad/s).
   RotorArray SettledSpeed(double t, const RotorArray& command) const {
     const double strength =
         std::pow(Voltage(t, command) / config_.nominal_voltage, config_.voltage);

@@ -1,7 +1,7 @@
-// What the vehicle in flight knows of its own motion: dead reckoning on its IMU, pulled towards its
-// pose sensor by fixed gains. The tracker flies on this and not on the truth, as real ones do; it
-// matters for calibration: rotor speeds that answer to the truth would tell of it, and estimators
-// that take them for an input, rightly so on real flights, would be biased.
+// State estimate of the vehicle in flight: dead reckoning on its IMU, corrected by its pose sensor
+// with fixed gains. The tracker uses this estimate as real vehicles do. Feedback of the true state
+// would put information on the truth into the rotor speeds, and estimators that treat the speeds as
+// an input would be biased.
 #pragma once
 
 #include "problems/simulation/airframe.h"

@@ -12,16 +12,16 @@ struct RotorFlightConfig {
   PiecewisePolynomial path;
 };
 
-// Whether a configuration of trueline-simulate asks for such a flight: it has a `trajectory`.
+// True if a configuration of trueline-simulate has `trajectory`: it asks for such a flight.
 bool IsRotorFlight(const YamlMap& map);
 // Keys gravity, vehicle, biases, limits, simulation and trajectory (as trueline-observe). Throws
 // InputError naming file, line and key.
 RotorFlightConfig ReadRotorFlight(const YamlMap& map);
 
-// Its keys gravity, vehicle, biases, limits and simulation; the caller reads the rest.
+// Reads gravity, vehicle, biases, limits and simulation; the caller reads the other keys.
 RotorSimulation ReadRotorFlightVehicle(const YamlMap& map);
 
-// The true constants with units, beside the log and never in it.
+// The true constants with units, for a file beside the log; the log never contains them.
 std::string RotorTruthYaml(const RotorTruth& truth, const RotorSimulation& config,
                            std::uint64_t seed, const std::string& config_file);
 

@@ -20,13 +20,13 @@ using Model = RotorDrivenModel;
 using Eigen::Vector3d;
 
 constexpr int kSubsteps = 4;   // of the physics in an IMU period
-constexpr double kLost = 2.0;  // m off the trajectory
+constexpr double kLost = 2.0;  // m from the trajectory
 
 Vector3d Parameter(const RotorSimulation& config, int index) {
   return Eigen::Map<const Vector3d>(config.vehicle.parameters.data() + index);
 }
 
-// The airframe's B is the centre of mass.
+// The airframe's body origin B is the centre of mass.
 simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
   simulation::VehicleConfig vehicle;
   vehicle.mass = config.vehicle.parameters[Model::kMass];
@@ -96,13 +96,14 @@ class TrackedFlight {
 
   int num_samples() const { return tracker_.num_steps(); }
 
-  // Sample `k` into the log and the truth, then on to the next with command and disturbances held.
+  // Records sample `k` in log and truth, then integrates to the next with command and disturbances
+  // held.
   void Step(int k, FlightLog* log, RotorTruth* truth) {
     const double t = k * period_, root_rate = std::sqrt(config_.imu_rate);
     const Vector3d gust_B = config_.noise.force_density * root_rate * force_.NormalVector3();
     const Vector3d twist_B = config_.noise.angular_density * root_rate * twist_.NormalVector3();
     const Vector3d gust_E = state_.Attitude() * gust_B;
-    // Specific force and rates do not depend on the command, which acts from now on.
+    // Specific force and rates do not depend on the new command: it acts from now on.
     const BodyRate now = airframe_.Rate(t, state_, state_.rotors, gust_E, twist_B);
     const auto reading =
         imu_.Sample({t, period_, state_.Attitude(), now.rate.v_E, state_.w_B, now.rate.w_B},
@@ -121,7 +122,7 @@ class TrackedFlight {
   }
 
  private:
-  // The sample nearest to each of the camera's times.
+  // True for the sample nearest to each of the camera's times.
   bool IsPoseSample(int k) const {
     const double share = config_.pose_rate / config_.imu_rate;
     return k == 0 || std::floor(k * share + 0.5) > std::floor((k - 1) * share + 0.5);
@@ -129,7 +130,7 @@ class TrackedFlight {
   void LogSpeeds(double t, const RotorArray& speeds, FlightLog* log) const {
     log->rotors.push_back({FromSeconds(t), {speeds.begin(), speeds.end()}});
   }
-  // What the motors make of the speeds asked for; logs commands, and the battery at its rate.
+  // Speeds that the motors reach for the wanted ones; logs commands, and the battery at its rate.
   RotorArray DriveMotors(int k, const RotorArray& wanted, FlightLog* log) {
     const simulation::MotorDrive drive(*config_.motors);
     const double t = k * period_;
@@ -252,7 +253,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     }
     config->effects.push_back(effect);
   }
-  simulation::HangEffects(config->effects, 9.81);  // refuses what is unknown, before any flight
+  simulation::HangEffects(config->effects, 9.81);  // throws for unknown effects before any flight
   map.Finish();
 }
 

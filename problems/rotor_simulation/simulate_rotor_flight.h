@@ -23,17 +23,17 @@ struct RotorSimulation {
   RotorVehicle vehicle;     // the true one; biases in its parameters
   RotorNoise noise;         // of sensors, and the white disturbances that really act
   double imu_rate = 250.0;  // Hz, of rotor speeds too
-  double pose_rate = 30.0;  // Hz, stamped at the nearest IMU sample, as a camera that it triggers
-  // Rotor speeds saturate this share outside of the limits that trajectories keep to, so that there
-  // is room for control.
+  double pose_rate = 30.0;  // Hz, stamped at the nearest IMU sample (a camera triggered by it)
+  // Rotor speeds saturate this share beyond the limits of planned trajectories, which leaves a
+  // margin for control.
   FlightLimits limits;
   double control_margin = 0.4;
   double height = 0.0;  // m, of the trajectory's start above the floor (p_z = 0)
 
-  // What the estimators do not know.
+  // Effects that the estimators do not model.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
-  bool log_commands = false;  // rotors.csv holds the commands, so that the lag is unknown
+  bool log_commands = false;  // rotors.csv holds commands, so the lag is unmodelled
   // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
   // speeds are commanded directly.
   std::optional<simulation::MotorDriveConfig> motors;
@@ -48,7 +48,7 @@ struct RotorTruth {
   double path_error_rms = 0.0;  // m
 };
 
-// Throws InputError where the vehicle loses the trajectory.
+// Throws InputError if the vehicle departs from the trajectory.
 FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 

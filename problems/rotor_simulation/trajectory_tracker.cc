@@ -8,7 +8,7 @@
 namespace trueline::simulation {
 namespace {
 
-// Rotation vector of `error`, the shorter way, for small and moderate turns.
+// Rotation vector of `error`, the shorter way; accurate for small and moderate angles.
 Vector3d Turn(const Quaterniond& error) { return (error.w() < 0.0 ? -2.0 : 2.0) * error.vec(); }
 
 }  // namespace
@@ -63,8 +63,9 @@ BodyState TrajectoryTracker::Start() const {
   return state;
 }
 
-// Where a rotor would saturate, the yaw moment gives way first, as in every flight controller: it
-// takes much of the rotors' range, and the vehicle falls without roll and pitch, not without yaw.
+// Where a rotor would saturate, the yaw moment is reduced first, as in usual flight controllers:
+// yaw takes much of the rotors' range, and the vehicle can fly without yaw control but not without
+// roll and pitch.
 RotorArray TrajectoryTracker::SpeedsFor(double thrust, const Vector3d& moment) const {
   const double low = min_speed_ * min_speed_, high = max_speed_ * max_speed_;
   RotorArray squared;
@@ -78,7 +79,7 @@ RotorArray TrajectoryTracker::SpeedsFor(double thrust, const Vector3d& moment) c
 
 RotorArray TrajectoryTracker::Command(int k, const BodyState& state) const {
   const Wanted& wanted = wanted_[k];
-  // Rotors answer late: what they have to give is read ahead by their lag.
+  // The reference is read ahead by the rotors' lag.
   const Wanted& ahead = wanted_[std::min(k + lead_, num_steps())];
   const Vector3d thrust_E = wanted.a_E + gains_.position * (wanted.p_E - state.p_E) +
                             gains_.velocity * (wanted.v_E - state.v_E) -

@@ -20,17 +20,17 @@ struct TrackerGains {
 
 class TrajectoryTracker {
  public:
-  // `step`: s between commands. `min_speed`, `max_speed`: rad/s, at which
-  // rotors saturate. `lag`: s, of their speed behind the command.
+  // `step`: s between commands. `min_speed`, `max_speed`: rad/s, saturation of the rotors. `lag`:
+  // s, of the rotor speed behind the command.
   TrajectoryTracker(const RotorFlight& flight, double gravity, double step, double min_speed,
                     double max_speed, double lag, const TrackerGains& gains = {});
 
   int num_steps() const { return static_cast<int>(wanted_.size()) - 1; }
-  // State of the reference at its start, rotors turning as it asks.
+  // State of the reference at its start, rotors at the reference's speeds.
   BodyState Start() const;
   // Rotor speeds (rad/s) wanted at the beginning of step `k`.
   RotorArray Command(int k, const BodyState& state) const;
-  // Where the reference is then, m.
+  // Position of the reference at step `k`, m.
   const Vector3d& PositionAt(int k) const { return wanted_[k].p_E; }
 
  private:

@@ -51,7 +51,8 @@ Quaterniond Ahrs::ErrorBeforeEffects(const Motion& motion, const ImuReading& rea
   return FrameChange(config_.constant + drift_.value() + walk_.value());
 }
 
-// Eq. 14 solved for the AHRS: R_Ep_I = R_Ep_E R_E_B R_B_I. Effects turn E' further, as seen from E.
+// Eq. 14 solved for the AHRS: R_Ep_I = R_Ep_E R_E_B R_B_I. Effects rotate E' further, as seen from
+// E.
 Quaterniond Ahrs::Update(const Motion& motion, const ImuReading& reading) {
   const Quaterniond q_E_I = motion.q_E_B * q_B_I_;
   Vector3d added = Vector3d::Zero();

@@ -1,4 +1,4 @@
-// What the drone believes its attitude to be.
+// The drone's own estimate of its attitude.
 #pragma once
 
 #include "problems/simulation/imu.h"
@@ -6,14 +6,14 @@
 namespace trueline::simulation {
 
 // The complementary filter of Li et al. 2019, fig. 3, on quaternions: the gyroscope is integrated;
-// the accelerometer's idea of down and a heading reference pull it back, proportionally and by an
-// integral that becomes minus the gyroscope's bias.
+// the accelerometer's direction of gravity and a heading reference correct it, proportionally and
+// by an integral that converges to minus the gyroscope's bias.
 class AhrsFilter {
  public:
   explicit AhrsFilter(const AhrsConfig& config) : config_(config) {}
 
-  // On the ground at the true attitude: levelled by the accelerometer at rest (so its bias leans
-  // E'), gyroscope calibrated.
+  // Starts on the ground at the true attitude: levelled by the accelerometer at rest (whose bias
+  // tilts E'), gyroscope calibrated.
   void Start(const Quaterniond& q_E_I, const Vector3d& accel_bias, const Vector3d& gyro_bias,
              double gravity);
   // `heading`: reference for the heading of I (rad).

@@ -24,7 +24,7 @@ Airframe::Airframe(const VehicleConfig& vehicle, double gravity, const Stages& s
 }
 
 // F = sum k_f u n, M = sum (t - r_BM) x k_f u n + spin k_m u n with u = omega^2: a rotor that spins
-// clockwise seen from above (n up) drags the body the other way.
+// clockwise seen from above (n up) turns the body the other way.
 Airframe::Wrench Airframe::RotorWrench(const Flow& flow, const RotorArray& rotors,
                                        const Vector3d& com) const {
   Wrench total;
@@ -69,8 +69,7 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
   result.rate.w_B =
       (moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) + twist_B;
-  // f_B is where the centre of mass was as built; a centre that has moved by `com` turns about
-  // itself.
+  // f_B refers to the centre of mass as built; a centre displaced by `com` rotates about itself.
   result.f_B -= result.rate.w_B.cross(load.com) + state.w_B.cross(state.w_B.cross(load.com));
   result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
   result.rate.rotors = (command - state.rotors) / motor_lag_;

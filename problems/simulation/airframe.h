@@ -1,5 +1,5 @@
-// The drone as a rigid body with rotors, flown through air that moves. Frames E (NED) and B (FRD at
-// the centre of mass), SI.
+// The drone as a rigid body with rotors in moving air. Frames E (NED) and B (FRD at the centre of
+// mass), SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ struct BodyState {
   Quaterniond Attitude() const { return Quaterniond(q_E_B); }
 };
 
-// Time derivative of the state, and the forces that make it.
+// Time derivative of the state, and the forces that cause it.
 struct BodyRate {
   BodyState rate;
   Vector3d f_B;   // m/s^2, specific force
@@ -35,7 +35,7 @@ class Airframe {
   Airframe(const VehicleConfig& vehicle, double gravity, const Stages& stages);
 
   // `command`: wanted rotor speeds (rad/s); `gust_E`: turbulence's specific force (m/s^2);
-  // `twist_B`: the angular acceleration (rad/s^2) that it gives.
+  // `twist_B`: its angular acceleration (rad/s^2).
   BodyRate Rate(double t, const BodyState& state, const RotorArray& command, const Vector3d& gust_E,
                 const Vector3d& twist_B = Vector3d::Zero()) const;
   // One classical Runge-Kutta step of `dt` with command and gust held.

@@ -1,6 +1,6 @@
-// Flies the drone along the path. It sees the true state, as in the paper's flights, which were
-// controlled by motion capture; the forces that it has no model for it measures and takes off
-// (incremental inversion), so that effects bend the log and not the course.
+// Flies the drone along the path. It uses the true state, as the paper's flights did, which were
+// controlled by motion capture. It measures unmodelled forces and compensates them (incremental
+// inversion), so that effects change the log and not the course.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,9 +14,9 @@ class Autopilot {
  public:
   Autopilot(const VehicleConfig& vehicle, const AutopilotConfig& config, double gravity);
 
-  // Wanted rotor speeds (rad/s), for a state with its rate of change `now`, where the path wants
-  // place, speed and heading of `position` and, ahead by the attitude's lag, the accelerations of
-  // `ahead`.
+  // Wanted rotor speeds (rad/s) for a state and its rate of change `now`. Place, speed and heading
+  // are those of `position`; accelerations are those of `ahead`, the reference ahead by the
+  // attitude's lag.
   RotorArray Command(double dt, const BodyState& state, const BodyRate& now,
                      const PathPoint& position, const PathPoint& ahead);
   // Attitude and rotor speeds for steady flight at the start.

@@ -1,4 +1,4 @@
-// What a simulated flight is made of: course, vehicle, autopilot, air, sensors, effects. SI units
+// Configuration of a simulated flight: course, vehicle, autopilot, air, sensors, effects. SI units
 // and radians; the defaults are a Bebop-like drone with ordinary sensors. The YAML keys are the
 // names of the members (config_reader.cc), each with its unit here.
 #pragma once
@@ -16,8 +16,8 @@ namespace simulation {
 
 using Eigen::Vector3d;
 
-// One corner of a course of lines and arcs, or one way point of a spline. What it says about speed
-// and gate holds for the way that leads to it.
+// One corner of a course of lines and arcs, or one way point of a spline. Its speed and gate apply
+// to the way that leads to it.
 struct CoursePoint {
   Eigen::Vector2d position;  // m, north and east
   double radius = 0.0;       // m, of the arc that rounds the corner (corners only)
@@ -72,9 +72,9 @@ struct ImuConfig {
   double accel_bias_walk = 0.0;              // m/s^2/sqrt(s)
   double gyro_bias_walk = 0.0;               // rad/s/sqrt(s)
   Vector3d misalignment = Vector3d::Zero();  // rad: phi_I_B, theta_I_B, psi_I_B of eq. 8
-  // Eq. 15 takes the reading along I's z axis for that along B's. True: the accelerometer reads
-  // along B's axes, so that eq. 15 holds exactly; false: along I's, as a real one does, which
-  // differs by the small product of misalignment and drag.
+  // Eq. 15 assumes that the reading along I's z axis is that along B's. True: the accelerometer
+  // reads along B's axes, so eq. 15 is exact. False: along I's, as a real one does; the difference
+  // is the small product of misalignment and drag.
   bool accelerometer_in_body_axes = false;
   VibrationConfig vibration;
   double accel_range = 0.0;  // m/s^2, saturates beyond +-range; 0: never

@@ -37,7 +37,7 @@ Rounding RoundingAt(const CourseConfig& config, int i) {
 
 double SmoothStep(double f) { return f * f * (3.0 - 2.0 * f); }
 
-// Points and speeds, collected as the course is walked.
+// Points and speeds, collected while the course is traversed.
 struct Walk {
   std::vector<Vector3d> points;
   std::vector<double> speeds;

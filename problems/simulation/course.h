@@ -14,7 +14,7 @@ struct Course {
   std::vector<Gate> gates;  // the map; yaw is the flight direction
 };
 
-// Empty when the course can be flown, else what is wrong with it and what would do.
+// Empty if the course can be flown, else what is wrong with it and how to correct it.
 std::string CheckCourse(const CourseConfig& config);
 
 // Throws InputError with CheckCourse's text.

@@ -11,7 +11,7 @@ namespace {
 
 using Values = const EffectValues&;
 
-// The AHRS takes kinematic acceleration for gravity: E' leans so that its z axis follows -f, by a
+// The AHRS mistakes kinematic acceleration for gravity: the z axis of E' follows -f through a
 // first-order low-pass of gain k. With z' = (-a_x, -a_y, g) / g the angles of eq. 1 from E to E'
 // are phi = a_y / g and theta = -a_x / g.
 void HangAccelerationError(Values p, double gravity, Stages* stages) {
@@ -23,8 +23,8 @@ void HangAccelerationError(Values p, double gravity, Stages* stages) {
   });
 }
 
-// In the order of effects.md. A gate's fix is map position - R_E_B * vector, so an object beside
-// the gate moves fixes the other way.
+// The effects that an IMU-driven model sees. A gate's fix is map position - R_E_B * vector, so an
+// object beside the gate displaces fixes in the opposite direction.
 std::vector<EffectDefinition> MakeImuDrivenEffects() {
   return {
       {"quadratic_drag",
@@ -117,7 +117,8 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
            if (id == moved) *position += d;
          });
        }},
-      // A share of the detections is of something else, d from the gate (gate -1: from any gate).
+      // A share of the detections is of another object, displaced from the gate by d (gate -1: any
+      // gate).
       {"false_gate",
        {{"fraction", "1"},
         {"gate", "id", -1.0},
@@ -135,7 +136,7 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
   };
 }
 
-// The values of a setting, checked against the definition and completed by its defaults.
+// The values of a setting, checked against the definition, with defaults for missing ones.
 std::map<std::string, double> Complete(const EffectSetting& effect,
                                        const EffectDefinition& definition) {
   std::map<std::string, double> values;

@@ -1,6 +1,6 @@
-// Effects that the estimators' models don't have, each declared once in a catalogue (effects.cc for
-// those an IMU-driven model sees, rotor_effects.cc for those a rotor-driven one sees). An effect
-// hangs functions on the stages of the simulation; stages without effects cost nothing.
+// Effects that the estimators' models lack, each declared once in a catalogue: effects.cc for those
+// that an IMU-driven model sees, rotor_effects.cc for those that a rotor-driven one sees. An effect
+// registers functions on stages of the simulation; stages without effects cost nothing.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace trueline::simulation {
 
-// What the air and the rotors do to the body at one instant.
+// Air and rotor state at one instant.
 struct Flow {
   double t;          // s, from the start of the log
   Vector3d v_B;      // m/s, air-relative velocity in body axes
@@ -34,7 +34,7 @@ struct Motion {
   Vector3d dw_B;      // rad/s^2
 };
 
-// What changes once in flight.
+// Properties that change once in flight.
 struct Load {
   double mass;   // kg
   Vector3d com;  // m, centre of mass from the origin of B
@@ -59,8 +59,8 @@ struct Stages {
   Stage<const Motion&, Vector3d*> ahrs_error;  // angles (phi, theta, psi) of E' against E, rad
   Stage<double*> attitude_latency;             // s
   Stage<double*> fix_latency;                  // s
-  Stage<int, Vector3d*> gate;                  // id; where the gate really stands, m in E
-  Stage<int, Random*, Vector3d*> false_gate;   // id; what is taken for the gate, m in E
+  Stage<int, Vector3d*> gate;                  // id; true place of the gate, m in E
+  Stage<int, Random*, Vector3d*> false_gate;   // id; object detected as the gate, m in E
   Stage<Vector3d*> gate_vector;                // measured vector to the gate, m in B
 };
 
@@ -98,7 +98,7 @@ struct EffectDefinition {
 const std::vector<EffectDefinition>& ImuDrivenEffects();
 const std::vector<EffectDefinition>& RotorDrivenEffects();
 
-// Both tables.
+// Ids of both catalogues.
 std::vector<std::string> EffectIds();
 // Null for an unknown id.
 const EffectDefinition* FindEffect(const std::string& id);

@@ -8,7 +8,7 @@
 namespace trueline::simulation {
 namespace {
 
-constexpr double kShortestView = 0.1;  // s, and the longest hole that does not end a view
+constexpr double kShortestView = 0.1;  // s, and the longest gap within a view
 
 }  // namespace
 
@@ -71,7 +71,7 @@ std::vector<GateView> GateCamera::Views(const Trajectory& truth) const {
   return views;
 }
 
-// Outliers are drawn for every fix, so that switching them on changes no other draw.
+// Outliers are drawn for every fix, so that enabling them changes no other random number.
 Vector3d GateCamera::Noise(double sigma) {
   const bool outlier = outliers_.Bernoulli(config_.outlier_share);
   Vector3d wrong;
@@ -83,8 +83,8 @@ Vector3d GateCamera::Noise(double sigma) {
   return noise;
 }
 
-// Fix = map position - R_E_B * measured vector + noise: what the map, the vector or the attitude
-// has wrong, the fix has wrong.
+// Fix = map position - R_E_B * measured vector + noise: errors of map, vector and attitude all
+// enter the fix.
 Fix GateCamera::Measure(const Trajectory& truth, int gate, double t) {
   const TruePose pose = truth.At(t);
   Vector3d object_E = standing_[gate];

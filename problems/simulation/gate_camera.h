@@ -1,4 +1,4 @@
-// The camera that sees gates, and the detector that turns what it sees into position fixes.
+// The camera that detects gates, and the conversion of detections to position fixes.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ class GateCamera {
   GateCamera(const DetectorConfig& config, const std::vector<Gate>& map, const Stages& stages,
              std::uint64_t seed);
 
-  // All views of the log's time; of several gates in view the nearest counts.
+  // All views within the log's time. If several gates are in view, the nearest one counts.
   std::vector<GateView> Views(const Trajectory& truth) const;
   // Fixes of the log's time, strictly increasing stamps.
   std::vector<Fix> Fixes(const Trajectory& truth);
@@ -31,7 +31,7 @@ class GateCamera {
 
   DetectorConfig config_;
   std::vector<Gate> map_;
-  std::vector<Vector3d> standing_;  // where the gates really stand, m in E
+  std::vector<Vector3d> standing_;  // true places of the gates, m in E
   const Stages& stages_;
   double latency_;
   Random times_, noise_, outliers_, jitter_, false_gates_;

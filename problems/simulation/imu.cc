@@ -76,8 +76,8 @@ ImuReading Imu::Sample(const Motion& motion, const Vector3d& f_B, const RotorArr
   gyro_walk_.Advance(motion.dt);
   ImuReading reading = Ideal(motion, f_B);
   vibration_.AddTo(&reading);
-  // A density n means that the mean over T seconds has the variance n^2 / T (velocity and angle
-  // random walk): n^2 * rate for one sample.
+  // Under a density n the mean over T seconds has the variance n^2 / T (velocity and angle random
+  // walk), so one sample has n^2 * rate.
   const double root_rate = std::sqrt(config_.rate);
   reading.accel += config_.accel_noise_density * root_rate * accel_noise_.NormalVector3();
   reading.gyro += config_.gyro_noise_density * root_rate * gyro_noise_.NormalVector3();

@@ -1,4 +1,4 @@
-// A strap-down IMU: specific force and rate in its frame I, with what real ones add.
+// A strap-down IMU: specific force and rate in its frame I, with errors of real ones.
 #pragma once
 
 #include "problems/simulation/airframe.h"
@@ -9,12 +9,12 @@ namespace trueline::simulation {
 struct ImuReading {
   Vector3d accel;                          // m/s^2, in I
   Vector3d gyro;                           // rad/s, in I
-  Vector3d accel_walk = Vector3d::Zero();  // what the bias has walked, in accel
+  Vector3d accel_walk = Vector3d::Zero();  // random walk of the bias, included in accel
 };
 
-// Shakes of the rotors: each rotor adds a sinusoid at each harmonic of its own turning, in a
-// direction of its own. Sampled without an anti-alias filter, so what lies above half the IMU's
-// rate folds down, as it does on small drones.
+// Vibration by the rotors: each rotor adds a sinusoid at each harmonic of its own frequency, in a
+// direction of its own. Sampled without an anti-alias filter, so frequencies above half the IMU's
+// rate alias, as on small drones.
 class Vibration {
  public:
   Vibration(const VibrationConfig& config, int rotors, std::uint64_t seed);

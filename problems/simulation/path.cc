@@ -8,7 +8,7 @@
 namespace trueline::simulation {
 namespace {
 
-constexpr double kSmoothing = 0.2;  // s: acceleration is averaged over this much of the flight
+constexpr double kSmoothing = 0.2;  // s, window of the acceleration's moving average
 
 Eigen::Vector3d Lerp(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double f) {
   return a + f * (b - a);
@@ -37,8 +37,8 @@ int Path::Wrap(int index) const {
   return ((index % count) + count) % count;
 }
 
-// Lateral limit from the curvature through three points, then v^2 <= v_neighbour^2 + 2 a ds, twice
-// round in each direction so that it holds across the seam.
+// Lateral limit from the curvature through three points, then v^2 <= v_neighbour^2 + 2 a ds. Two
+// rounds in each direction, so that the limit also holds where the path closes.
 void Path::LimitSpeeds(const SpeedLimits& limits) {
   const int count = static_cast<int>(table_.size());
   for (int i = 0; i < count; ++i) {
@@ -78,7 +78,7 @@ void Path::FillDerivatives() {
   }
 }
 
-// A moving average: a drone can't jump from straight to turn, and is not asked to.
+// A moving average: a drone cannot change its acceleration instantly between straight and turn.
 void Path::SmoothAccelerations(double window) {
   const std::vector<PathPoint> raw = table_;
   const int count = static_cast<int>(raw.size());

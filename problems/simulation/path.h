@@ -6,7 +6,7 @@
 
 namespace trueline::simulation {
 
-// Where the path wants the drone to be. Frame E (NED), m, m/s, m/s^2, rad, rad/s.
+// The reference at one arc length. Frame E (NED), m, m/s, m/s^2, rad, rad/s.
 struct PathPoint {
   Eigen::Vector3d p_E = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_E = Eigen::Vector3d::Zero();
@@ -23,8 +23,8 @@ struct SpeedLimits {
 
 class Path {
  public:
-  // `points` runs once round, evenly spaced to within a factor of two, without the first point
-  // repeated at the end; `speeds` is the wanted speed at each. Slower where the limits ask for it.
+  // `points` is one round, evenly spaced to within a factor of two, without repeating the first
+  // point at the end; `speeds` is the wanted speed at each point, lowered to the limits.
   Path(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& speeds,
        const SpeedLimits& limits);
 

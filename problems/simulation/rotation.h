@@ -1,5 +1,5 @@
-// Rotations as the simulator writes them, on Eigen's own types, so that the estimator's model is
-// checked against something that does not share its code.
+// The simulator's own rotations, on Eigen's types: the check of the estimators' model must not
+// share its code.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,8 +11,8 @@ namespace trueline::simulation {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// The body turned by yaw, then pitch, then roll (z-y-x): takes a vector in the turned frame to the
-// first frame. `euler` is (phi, theta, psi) in rad.
+// The rotation by yaw, then pitch, then roll (z-y-x), from the rotated frame to the first frame.
+// `euler` is (phi, theta, psi) in rad.
 inline Quaterniond TurnedBy(const Vector3d& euler) {
   return Eigen::AngleAxisd(euler.z(), Vector3d::UnitZ()) *
          Eigen::AngleAxisd(euler.y(), Vector3d::UnitY()) *

@@ -1,4 +1,4 @@
-// Effects that a model driven by rotor speeds sees (second table of effects.md).
+// Effects that a model driven by rotor speeds sees.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ using Values = const EffectValues&;
 
 std::vector<EffectDefinition> MakeRotorDrivenEffects() {
   return {
-      // On top of the vehicle's own drag.
+      // In addition to the vehicle's own drag.
       {"linear_drag",
        {{"K_x", "1/s"}, {"K_y", "1/s"}, {"K_z", "1/s"}},
        [](Values p, double, Stages* stages) {
@@ -58,7 +58,7 @@ std::vector<EffectDefinition> MakeRotorDrivenEffects() {
            f_B->z() -= k * flow.v_B.head<2>().squaredNorm();
          });
        }},
-      // Air that comes from ahead lifts the nose, air from the right lifts the right side.
+      // Air from ahead raises the nose, air from the right raises the right side.
       {"air_moment",
        {{"roll", "N s"}, {"pitch", "N s"}},
        [](Values p, double, Stages* stages) {
@@ -67,7 +67,7 @@ std::vector<EffectDefinition> MakeRotorDrivenEffects() {
                *moment_B += Vector3d(-roll * flow.v_B.y(), pitch * flow.v_B.x(), 0.0);
              });
        }},
-      // No rotor gets nearer to the floor than its own k; 0.9 keeps the formula finite there.
+      // The ratio of k to a rotor's height is clamped to 0.9: the formula diverges at 1.
       {"ground_effect",
        {{"k", "m"}},
        [](Values p, double, Stages* stages) {

@@ -87,7 +87,7 @@ DetectorConfig ReadDetector(const YamlMap& map) {
   return detector;
 }
 
-// The small streams: rate and noise.
+// The streams with rate and noise only.
 void ReadStreams(const YamlMap& map, SimulationConfig* config) {
   const YamlMap mocap = map.ChildOrEmpty("mocap");
   ReadNotNegative(mocap, "rate", &config->mocap.rate);

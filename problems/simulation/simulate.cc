@@ -15,9 +15,9 @@ namespace trueline {
 namespace simulation {
 namespace {
 
-constexpr double kLost = 20.0;  // m from the wanted place: the drone is not flying the course
+constexpr double kLost = 20.0;  // m from the reference: the drone is not flying the course
 
-// The drone, the air and the sensors that run at the IMU's rate, stepped together.
+// The drone, the air and the sensors at the IMU's rate, stepped together.
 class Flight {
  public:
   Flight(const SimulationConfig& config, const Course& course, const Stages& stages,
@@ -31,7 +31,7 @@ class Flight {
         ahrs_(config.ahrs, config.imu, config.gravity, seed, stages),
         state_(autopilot_.Trim(course.path.At(0.0))) {}
 
-  // One sample of truth and IMU at time `t`, then on to the next.
+  // Records one sample of truth and IMU at time `t`, then integrates to the next.
   void Step(double t, double dt, TruthSample* truth, ImuReading* reading) {
     const BodyRate now = airframe_.Rate(t, state_, state_.rotors, turbulence_.value());
     const Motion motion{t, dt, state_.Attitude(), now.rate.v_E, state_.w_B, now.rate.w_B};

@@ -10,7 +10,7 @@
 
 namespace trueline {
 
-// What the estimators have to find, and how the flight went.
+// The true parameters, and statistics of the flight.
 struct SimulationTruth {
   SimulationConfig config;
   std::uint64_t seed = 0;
@@ -29,11 +29,11 @@ struct SimulationTruth {
   int passes = 0;               // times that a gate came into view
 };
 
-// Called now and then with the time (s) flown so far.
+// Called from time to time with the seconds flown so far.
 using SimulationProgress = std::function<void(double)>;
 
 // Flies `config` with noise drawn from `seed`; the same pair gives the same bytes. `truth` may be
-// null. Throws InputError when the drone can't fly the course (it gets lost).
+// null. Throws InputError if the drone departs from the course.
 FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed,
                    SimulationTruth* truth = nullptr, const SimulationProgress& progress = {});
 

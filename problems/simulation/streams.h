@@ -1,12 +1,12 @@
-// The streams that are read off the true flight afterwards, each at its own rate. A rate of 0
-// leaves the stream out.
+// Streams that are sampled from the true flight afterwards, each at its own rate. A rate of 0 omits
+// the stream.
 #pragma once
 
 #include "problems/simulation/trajectory.h"
 
 namespace trueline::simulation {
 
-// The AHRS's attitude, late by the effects' latency.
+// The AHRS's attitude, delayed by the effects' latency.
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log);
 void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,

@@ -12,7 +12,7 @@ void DescribeAhrs(SimulationTruth* truth) {
   double tilt_squares = 0.0;
   for (const TruthSample& sample : truth->trajectory) {
     const Quaterniond q_Ep_E = sample.q_Ep_I * (sample.q_E_B * q_B_I).conjugate();
-    const Vector3d angles = EulerOf(q_Ep_E) - origin;  // so that squares don't cancel
+    const Vector3d angles = EulerOf(q_Ep_E) - origin;  // avoids cancellation in squares
     const double tilt = std::acos(std::min(1.0, (q_Ep_E * Vector3d::UnitZ()).z()));
     sum += angles;
     squares += angles.cwiseAbs2();

@@ -1,4 +1,4 @@
-// How a flight went, in numbers for the truth file and the table.
+// Statistics of a flight for the truth file and the table.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace trueline::simulation {
 
-// What the flight's loop notes of how well the course was flown.
+// Path errors, accumulated during the flight.
 struct PathErrors {
   double squares = 0.0, largest = 0.0;
   int count = 0;
@@ -19,10 +19,10 @@ struct PathErrors {
   }
 };
 
-// Fills the truth's figures on the AHRS: angles of eq. 14's R_Ep_E over the log, their mean and
-// spread, and the tilt they make.
+// Fills in the truth's AHRS statistics: angles of eq. 14's R_Ep_E over the log, their mean and
+// spread, and the resulting tilt.
 void DescribeAhrs(SimulationTruth* truth);
-// Fills its figures on speed and path.
+// Fills in the statistics of speed and path.
 void DescribeFlight(const PathErrors& errors, SimulationTruth* truth);
 
 }  // namespace trueline::simulation

@@ -1,4 +1,4 @@
-// The true flight, kept at the IMU's rate and read at any time.
+// The true flight, stored at the IMU's rate and evaluated at any time.
 #pragma once
 
 #include <vector>
@@ -38,7 +38,8 @@ class Trajectory {
   double rate() const { return rate_; }
   double start() const { return samples_.front().t; }
   double end() const { return samples_.back().t; }
-  // Position by cubic Hermite interpolation, attitudes by slerp; held before start and after end.
+  // Position by cubic Hermite interpolation, attitudes by slerp; constant before start and after
+  // end.
   TruePose At(double t) const;
   // The sample nearest to `t`.
   const TruthSample& Nearest(double t) const;

@@ -29,7 +29,7 @@ bool Has(const SimulationTruth& truth, const std::vector<std::string>& ids) {
   return false;
 }
 
-// Eq. 16. Where the AHRS's error or the bias walks, its mean over the flight stands for it.
+// Eq. 16. A drifting AHRS error or bias is given by its mean over the flight.
 void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
   const SimulationConfig& config = truth.config;
   const bool drag_constant = !Has(truth, {"drag_step"});

@@ -1,4 +1,4 @@
-// The truth file that goes beside a simulated log, for scoring.
+// The truth file beside a simulated log, for scoring.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 namespace trueline {
 
 // YAML: the parameters of eq. 16 with value, unit and whether they are constant over the flight,
-// the AHRS's error as it was, the effects, how the flight went, seed, version, configuration.
+// the AHRS's error, the effects, statistics of the flight, seed, version, configuration.
 std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file);
 
 // DIR.truth.yaml beside the log's directory, never inside it.

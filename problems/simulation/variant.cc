@@ -6,7 +6,7 @@
 namespace trueline {
 namespace {
 
-// Where each parameter lives. Names as in eq. 16, and in their manner.
+// The address of each parameter in the configuration. Names as in eq. 16, or similar.
 std::map<std::string, double*> Tunables(SimulationConfig* config) {
   std::map<std::string, double*> tunables{
       {"turbulence_memory", &config->turbulence.memory},

@@ -10,17 +10,18 @@
 
 namespace trueline {
 
-// The configuration with each parameter of `randomise` drawn uniformly from its range. A
-// parameter's draw depends on the seed and its own name only.
+// The configuration with each parameter of `randomise` drawn uniformly from its range. Each draw
+// depends on the seed and the parameter's name only.
 SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed);
 
-// The vehicle of a model.yaml (trueline-calibrate, trueline-diagnose) in place of the
-// configuration's: drag, thrust bias, misalignment, and its effects switched on.
+// Replaces the configuration's vehicle by that of a model.yaml (trueline-calibrate,
+// trueline-diagnose): drag, thrust bias, misalignment, and its effects.
 SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model);
 
 namespace simulation {
 
-// What can be drawn: K_x, b_az, phi_I_B, ... and `effect.parameter` for the effects configured.
+// Names that `randomise` accepts: K_x, b_az, phi_I_B, ... and `effect.parameter` for the configured
+// effects.
 std::vector<std::string> TunableNames(const SimulationConfig& config);
 
 }  // namespace simulation

@@ -5,14 +5,14 @@
 namespace trueline {
 namespace {
 
-constexpr double kSettled = 0.1;  // of a reach: a smaller step ends the search
+constexpr double kSettled = 0.1;  // in reaches: a smaller step ends the search
 
 struct Parabola {
   Eigen::VectorXd gradient;
-  Eigen::MatrixXd curvature;  // positive definite: minus the second derivative, or its size
+  Eigen::MatrixXd curvature;  // minus the second derivative, made positive definite
 };
 
-// In units of `reach`.
+// All in units of `reach`.
 Parabola FitParabola(const std::function<double(const Eigen::VectorXd&)>& value,
                      const Eigen::VectorXd& at) {
   const Eigen::Index n = at.size();

@@ -1,4 +1,4 @@
-// The maximum of a log probability in a few unknowns, with its curvature, from values alone.
+// The maximum of a log probability in a few unknowns and its curvature, from function values only.
 #pragma once
 
 #include <Eigen/Dense>
@@ -12,9 +12,9 @@ struct EvidenceMaximum {
   int evaluations = 0;
 };
 
-// Newton steps on a parabola through points `reach` apart along each axis (which should be about a
-// sigma), each step at most `longest` in every unknown. Where the curvature has the wrong sign its
-// size is taken, so that a step always climbs.
+// Newton steps on a parabola through points `reach` apart along each axis (choose about one sigma).
+// Each step is at most `longest` in every unknown. Negative curvatures are replaced by their
+// magnitude, so every step ascends.
 EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorXd&)>& log_p,
                                  const Eigen::VectorXd& start, const Eigen::VectorXd& reach,
                                  double longest, int max_steps);

@@ -5,7 +5,8 @@
 #include "problems/smoother/flight_problem.h"
 
 namespace trueline {
-// In the order of time, the few that couple with everything at the end.
+
+// Blocks in the order of time, those that couple with all others last.
 std::vector<double*> FlightProblem::OrderedBlocks() {
   std::vector<double*> blocks;
   for (std::size_t k = 0; k < sections_.size(); ++k) {
@@ -44,7 +45,7 @@ double FlightProblem::LogEvidence() {
 
 namespace {
 
-constexpr std::size_t kDoubtful = 200;  // segments at most that stand for all: a column pair each
+constexpr std::size_t kDoubtful = 200;  // segments at which the velocity's covariance is sampled
 
 }  // namespace
 
@@ -55,7 +56,7 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(H.rows(), asked);
   Means means;
   means.value = Eigen::VectorXd::Zero(asked);
-  std::vector<std::pair<std::size_t, int>> doubtful;  // segment, where its velocity stands
+  std::vector<std::pair<std::size_t, int>> doubtful;  // segment, column of its velocity
   const std::size_t step = 1 + segments_.size() / kDoubtful;
   double total = 0.0;
   for (const auto& segment : segments_) total += SecondsBetween(segment->start(), segment->end());

@@ -18,11 +18,11 @@
 namespace trueline {
 namespace {
 
-// The airframe's parameters may step by this share of their prior sigma between sections: a tie
-// that keeps the chain banded, and far below what any flight shows.
+// The airframe's parameters may change by this share of their prior sigma from section to section.
+// This nearly rigid tie keeps the chain banded; the share is far below any flight's resolution.
 constexpr double kTie = 1e-4;
 constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
-constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // drag and misalignment in theta
+constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // indices of drag and misalignment in theta
 
 template <class Vector>
 ceres::CostFunction* Prior(const Vector& weight) {
@@ -115,7 +115,8 @@ void FlightProblem::AllocateGusts() {
   gusts_ = GustBlocks(options_.vgd.process, std::move(linked), &x_.gusts, &problem_);
 }
 
-// Nothing of an earlier flight is known but the airframe.
+// The first flight gets the full prior. A later one gets none on the airframe, whose parameters are
+// tied to the flight before.
 void FlightProblem::AddFlightPriors(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
   if (section > 0) {
@@ -124,7 +125,7 @@ void FlightProblem::AddFlightPriors(std::size_t section) {
   problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
 }
 
-// In every section, so that a long flight does not outweigh it.
+// Holds drag in every section, so that a long flight's many sections do not outweigh the prior.
 void FlightProblem::HoldDrag(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (const int i : {0, 1}) {
@@ -187,7 +188,7 @@ void FlightProblem::AddFix(const Fix& fix, std::size_t segment, const FlightShar
   } else {
     residual = new FixResidual(node, fix.p_E, fix.sigma);
   }
-  // What a turned camera or late fixes change of this is of second order.
+  // The effect of camera misalignment or latency on this residual is of second order and left out.
   gusts_.Add(&problem_, residual, MakeLoss(options_.vgd.loss, options_.vgd.loss_scale), blocks,
              segment, segments_[segment]->StateGustsAt(fix.t).topRows<3>() / fix.sigma);
 }
@@ -285,8 +286,9 @@ ceres::Solver::Summary FlightProblem::Solve() {
   options.function_tolerance = options_.vgd.tolerance;
   options.max_num_line_search_step_size_iterations = 0;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // Damping in proportion to the Hessian's diagonal, which the stiff ties rule, would hold the
-  // airframe where it stands: begin with nearly full Gauss-Newton steps.
+  // Levenberg-Marquardt damping is proportional to the Hessian's diagonal, which the stiff ties
+  // dominate; it would hold the airframe's parameters. Start with nearly undamped Gauss-Newton
+  // steps.
   options.initial_trust_region_radius = 1e12;
   options.max_trust_region_radius = 1e16;
   options.logging_type = ceres::SILENT;

@@ -1,10 +1,10 @@
 // The least-squares problem of whole flights of one vehicle, in one sparse chain.
 //
-// A section reaches from one pass to the next. It holds theta (b_a and the AHRS error walk from
-// section to section; the airframe's parameters are tied), and segments with a state and a drift of
-// the AHRS each, as windows have them. Flights follow each other in the chain: the airframe's tie
-// goes on, the rest starts anew. Everything couples neighbours only, but for the detector's own
-// unknowns, so that the cost is linear in the flight's length.
+// A section reaches from one pass to the next. It holds theta and, as windows do, segments with a
+// state and an AHRS drift each. From section to section b_a and the AHRS error do a random walk;
+// the airframe's parameters are tied. Flights follow each other in the chain: only the airframe's
+// tie continues between flights. All couplings are between neighbours except those of the
+// detector's unknowns, so the cost is linear in the flight's length.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -26,7 +26,7 @@
 
 namespace trueline {
 
-// What else may be unknown, by the sigma of its prior; zero: not asked.
+// Optional unknowns, by the sigma of their prior; zero: not estimated.
 struct DetectorUnknowns {
   double fix_latency = 0.0;          // s
   double camera_misalignment = 0.0;  // rad, each axis
@@ -35,18 +35,18 @@ struct DetectorUnknowns {
   bool Any() const { return fix_latency > 0.0 || camera_misalignment > 0.0 || gate_offset > 0.0; }
 };
 
-// A flight and what is known of it; must outlive the problem.
+// A flight with its learned process and held parameters; it must outlive the problem.
 struct FlightShare {
   const FlightData* flight;
   std::set<int> false_passes;                    // indices of passes whose fixes do not count
-  int passes = std::numeric_limits<int>::max();  // how many of them take part, from the first on
+  int passes = std::numeric_limits<int>::max();  // use the first so many passes
 };
 
 struct FlightProblemOptions {
   VgdOptions vgd;
   SmootherOptions walks;
   DetectorUnknowns detector;
-  std::array<bool, 2> drag_shows = {true, true};  // of K_x, K_y: else held at its prior's mean
+  std::array<bool, 2> drag_shows = {true, true};  // K_x, K_y: false holds it at its prior's mean
 };
 
 class FlightProblem : private ceres::EvaluationCallback {
@@ -55,7 +55,7 @@ class FlightProblem : private ceres::EvaluationCallback {
   FlightProblem(const FlightProblem&) = delete;
   FlightProblem& operator=(const FlightProblem&) = delete;
 
-  // Starts from the fixes and the priors' means; or from another problem with the same knots.
+  // Initialises from the fixes and the priors' means, or from another problem with the same knots.
   void SetStart();
   void StartFrom(const FlightProblem& other);
 
@@ -64,8 +64,8 @@ class FlightProblem : private ceres::EvaluationCallback {
   // As WindowProblem's: logarithm of the marginal likelihood by Laplace's approximation.
   double LogEvidence();
 
-  // What is reported: means over all flights of theta (drift included where AHRS error drifts; in
-  // units of the prior sigma), then the mount's, then the gates' unknowns by id.
+  // The reported values: means over all flights of theta in prior sigmas (with drift where the AHRS
+  // error drifts), then the mount's unknowns, then the gates' by id.
   struct Means {
     Eigen::VectorXd value;
     Eigen::MatrixXd cov;
@@ -85,7 +85,7 @@ class FlightProblem : private ceres::EvaluationCallback {
     int flight;
     TimeNs begin, end;
     std::size_t first_segment;
-    bool continues;  // the path of the section before goes on
+    bool continues;  // no break since the section before
   };
   struct Unknowns {
     std::vector<Eigen::Matrix<double, kThetaSize, 1>> theta;  // by section

@@ -7,10 +7,10 @@
 namespace trueline {
 namespace {
 
-// Log odds beyond which the newest pass is taken for what it is without trying anything else.
+// If the newest pass fits a marginalised past with log odds above this, no alternative is tested.
 constexpr double kClear = 3.0;
 
-// The longest run of passes that a path can be drawn through at the start of the search.
+// The longest run of passes that are consistent with one path, for the start of the search.
 std::vector<Pass> TrustedPasses(const WindowQuestion& question, const std::set<int>& false_passes) {
   const auto& all = question.flight.passes;
   std::vector<Pass> passes;
@@ -21,7 +21,7 @@ std::vector<Pass> TrustedPasses(const WindowQuestion& question, const std::set<i
   return passes;
 }
 
-// Without a past, one pass at least must tell where the vehicle is.
+// Without a past, at least one pass must be true: nothing else determines the position.
 bool IsPossible(const WindowQuestion& question, const std::set<int>& false_passes, bool lost) {
   const bool all_false = static_cast<int>(false_passes.size()) == question.tau - question.first;
   return !all_false || (question.past && !lost);
@@ -32,7 +32,8 @@ std::set<int> Flipped(std::set<int> passes, int k) {
   return passes;
 }
 
-// The best of `best` and all readings that differ from it in one pass, or in having got lost.
+// Replaces `best` by the most probable hypothesis that differs from it in one pass or in `lost`.
+// True if any is better.
 bool Improve(const WindowQuestion& question, Hypothesis* best) {
   const std::set<int> from = best->false_passes;
   const bool lost = best->lost;

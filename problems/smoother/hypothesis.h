@@ -1,4 +1,4 @@
-// Which passes of a window saw their gate: several readings of the same data, compared by evidence.
+// Hypotheses on which passes of a window are false, compared by evidence.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -12,26 +12,26 @@
 
 namespace trueline {
 
-// What a false pass is (something else was taken for the gate), and how rare.
+// Model of a false pass: another object was detected as the gate.
 struct FalsePassOptions {
-  double probability = 0.05;  // of a pass, before its fixes are looked at; 0: never
+  double probability = 0.05;  // prior probability that a pass is false; 0: never
   double offset = 2.0;        // m, sigma of its fixes' common error, each axis
   double offset_rate = 0.2;   // m/s, sigma of that error's change: what is seen may be nearer
-  // That the past itself misled, so that the path starts anew (parameters are kept).
+  // Prior probability that the past is wrong: the path starts anew, parameters are kept.
   double lost_probability = 0.001;
 };
 
-// One reading, solved.
+// One hypothesis, solved.
 struct Hypothesis {
   std::set<int> false_passes;  // indices among the flight's
   bool lost = false;           // the path starts anew
   WindowData data;
   std::unique_ptr<WindowProblem> problem;
   ceres::Solver::Summary summary;
-  double log_probability = 0.0;  // up to a constant of the window
+  double log_probability = 0.0;  // up to a constant that all hypotheses share
 };
 
-// A window in which the readings are compared: passes first ... tau - 1 of the flight.
+// The window on which hypotheses are compared: passes first ... tau - 1 of the flight.
 struct WindowQuestion {
   const FlightData& flight;
   const VgdOptions& vgd;
@@ -40,14 +40,14 @@ struct WindowQuestion {
   int first;
   int tau;
   std::optional<WindowPrior> past;
-  std::optional<WindowPrior> past_if_lost;  // empty: not asked
+  std::optional<WindowPrior> past_if_lost;  // empty: `lost` is not tested
 };
 
-// Solves the window under one reading.
+// Solves the window under one hypothesis.
 Hypothesis SolveUnder(const WindowQuestion& question, const std::set<int>& false_passes, bool lost);
 
-// The most probable reading, found by flipping one pass at a time, from `last` (the decision on the
-// window before) on. While the newest pass agrees with a marginalised past, nothing else is tried.
+// The most probable hypothesis, found by flipping one pass at a time from `last` (the decision on
+// the window before). If the newest pass agrees with a marginalised past, no alternative is tested.
 Hypothesis MostProbable(const WindowQuestion& question, const std::set<int>& last);
 
 }  // namespace trueline

@@ -26,7 +26,7 @@ void SetCovariance(const Eigen::MatrixXd& cov, WindowPrior* prior) {
       L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(cov.rows(), cov.cols()));
 }
 
-// Lets the shared parameters walk for `seconds`.
+// Adds the random walk of the shared parameters over `seconds` to their covariance.
 void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
             WindowPrior* prior) {
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
@@ -38,9 +38,10 @@ void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, dou
   SetCovariance(cov, prior);
 }
 
-// After a break: what is known of theta stays, drift and gust start anew, and the state is open.
+// After a break: theta keeps its posterior, drift and gust return to their priors, the state is
+// unknown.
 WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const LineFit& start) {
-  constexpr double kOpen = 100.0;  // m and m/s
+  constexpr double kOpen = 100.0;  // m and m/s, sigma of an unknown state
   WindowPrior prior;
   const Eigen::Index size = past.mean.size();
   prior.mean = Eigen::VectorXd::Zero(size);
@@ -60,7 +61,7 @@ WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const
   return prior;
 }
 
-// The smoother between two windows: where the window begins and what came before.
+// The smoother's state between two windows: the window's start and the marginalised past.
 class Lag {
  public:
   Lag(const FlightData& flight, const VgdOptions& vgd, const SmootherOptions& options)
@@ -87,7 +88,7 @@ class Lag {
     return estimate;
   }
 
-  // Passes that were taken for false when they left the window, or are now.
+  // Passes judged false when they left the window, and those judged false now.
   std::vector<int> FalsePasses() const {
     std::vector<int> passes = dropped_false_;
     passes.insert(passes.end(), false_.begin(), false_.end());
@@ -101,7 +102,8 @@ class Lag {
 
   void DropFirstPass(WindowProblem* problem) {
     const TimeNs from = flight_.passes[first_].begin, to = flight_.passes[first_ + 1].begin;
-    // The first pass of the window's own data ends where the next begins, if that is in it.
+    // The data of the window's first pass end where the next pass begins, if the window has that
+    // knot.
     if (first_ + 1 >= static_cast<int>(flight_.passes.size()) || !HasKnot(*problem, to)) return;
     past_ = problem->Marginalise(to);
     Loosen(options_, problem->scaling(), SecondsBetween(from, to), &*past_);
@@ -113,7 +115,7 @@ class Lag {
     return problem.segments().back()->start() >= t;
   }
 
-  // Marginalises up to the last knot and carries the parameters over the break.
+  // Marginalises up to the last knot and carries only the parameters over the break.
   void Break(int tau, WindowProblem* problem) {
     first_ = tau;
     dropped_false_.insert(dropped_false_.end(), false_.begin(), false_.end());
@@ -133,7 +135,7 @@ class Lag {
   int first_ = 0;  // index of the window's first pass
   std::optional<WindowPrior> past_;
   std::set<int> false_;             // passes of the window that look false
-  std::vector<int> dropped_false_;  // the same of earlier ones
+  std::vector<int> dropped_false_;  // false passes that left the window
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
-// The fixed-lag smoother: VGD's window problem, whose past is marginalised instead of forgotten.
+// The fixed-lag smoother: VGD's window problem with the past marginalised instead of forgotten.
 //
-// States at knots (position, velocity, AHRS drift), preintegrated motion between them, fixes with a
-// robust loss, parameters shared by the whole flight. It predicts every arc from what was seen
-// before it, like the other estimators; its last window holds the whole flight's parameters.
+// It has states at knots (position, velocity, AHRS drift), preintegrated motion between them, fixes
+// with a robust loss, and parameters shared by the whole flight. Like the other estimators it
+// predicts every arc from the data before it. Its last window holds the whole flight's parameters.
 #pragma once
 
 #include "problems/result/estimate.h"
@@ -12,8 +12,8 @@
 
 namespace trueline {
 
-// How fast the shared parameters may walk (Wiener processes), each in its unit per sqrt(s). Drag
-// and misalignment belong to the airframe and stay.
+// Random walks of the shared parameters, each in its unit per sqrt(s). Drag and misalignment belong
+// to the airframe and are constant.
 struct SmootherOptions {
   double accel_bias_walk = 0.01;            // m/s^2/sqrt(s): b_ax, b_ay, b_az
   double ahrs_error_walk = 0.05 * kDegree;  // rad/sqrt(s): Phi_E_Ep, the slow part of the error
@@ -23,9 +23,9 @@ struct SmootherOptions {
 SmootherOptions ReadSmootherOptions(const YamlMap& map);
 YAML::Node ToYaml(const SmootherOptions& options);
 
-// Causal, with a lag of vgd.gamma passes. Needs vgd.process (throws InputError without: a rigid
-// trajectory has no state to cut at). After a break in the flight only the parameters carry on.
-// `processes`: by window, as LearnProcess gives them.
+// Causal, with a lag of vgd.gamma passes. Throws InputError without vgd.process: a rigid trajectory
+// has no state to marginalise at. After a break in the flight only the parameters are carried on.
+// `processes`: one for each window, as LearnProcess returns them.
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
                          const SmootherOptions& options,
                          const std::vector<ProcessNoise>& processes);

@@ -14,9 +14,9 @@ const double kLogSpread = std::log(3.0);  // prior of a strength's logarithm
 constexpr double kReach = 0.4;            // of a logarithm, between points of the parabola
 constexpr double kLatencyReach = 0.2;     // of the latency's prior sigma
 constexpr int kMaxSteps = 8;
-constexpr double kMargin = 1.0;  // s at a log's end that a latency may move out of it
+constexpr double kMargin = 1.0;  // s at a log's end that a latency may shift out of it
 
-// One unknown of the evidence: what it stands for, and in which unit the search sees it.
+// One unknown of the evidence: the option it sets, and its unit in the search.
 struct Unknown {
   std::string name, unit;
   double start, prior_sigma, reach;
@@ -85,7 +85,7 @@ class Evidence {
     return log_prior + log_evidence;
   }
 
-  // The flights driven by an attitude of another latency, owned by `made`.
+  // The flights driven by an attitude of another latency; `made` owns them.
   static std::vector<FlightShare> WithLatency(const std::vector<FlightShare>& flights,
                                               const VgdOptions& before, const VgdOptions& vgd,
                                               std::vector<std::unique_ptr<FlightData>>* made) {

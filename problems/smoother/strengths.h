@@ -1,4 +1,4 @@
-// How strongly errors drift, and how late the attitude is, from the flights themselves.
+// Strength of drift and gusts, and latency of the attitude, learned from the flights.
 #pragma once
 
 #include <memory>
@@ -8,16 +8,17 @@
 namespace trueline {
 
 struct Strengths {
-  VgdOptions vgd;  // with what was learned
+  VgdOptions vgd;  // with the learned values
   std::vector<LearnedStrength> learned;
-  // The flights with another latency of their attitude, where that was learned; else empty.
+  // The flights with the learned attitude latency; empty if it is not learned.
   std::vector<std::unique_ptr<FlightData>> flights;
   std::vector<FlightShare> shares;
 };
 
-// Maximum of the marginal likelihood (Laplace's approximation over all states and parameters) in
-// the logarithms of process.tilt and process.acceleration and, where asked, the latency; intervals
-// from its curvature. The logarithms' priors are as wide as a factor of three.
+// Maximises the marginal likelihood (Laplace's approximation over all states and parameters) over
+// the logarithms of process.tilt and process.acceleration and, if whole.attitude_latency is set,
+// the latency. Intervals come from the curvature. The priors of the logarithms have a sigma of a
+// factor of three.
 Strengths LearnStrengths(const std::vector<FlightShare>& flights,
                          const FlightProblemOptions& options, const WholeFlightOptions& whole);
 

@@ -49,7 +49,8 @@ Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
   return all;
 }
 
-// Those that were asked for: a prior of zero width, or no accelerometer, asks nothing.
+// Indices of the estimated unknowns: their prior has a width, and the accelerometer is used if they
+// need it.
 std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   std::vector<int> asked;
   for (int i = 0; i < all.sigma.size(); ++i) {
@@ -71,7 +72,8 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt) {
   return notes;
 }
 
-// What was held at its prior is as uncertain as the prior, and all that hangs on it with it.
+// Restores the prior's variance of a parameter that was held, and widens all parameters correlated
+// with it.
 void WidenHeld(const std::array<bool, 2>& drag_shows, Eigen::MatrixXd* cov) {
   if (!drag_shows[0] && !drag_shows[1]) (*cov)(0, 1) = (*cov)(1, 0) = 0.0;
   for (const int i : {0, 1}) {

@@ -1,4 +1,4 @@
-// The batch smoother: whole flights of one vehicle at once, with errors that drift.
+// The batch smoother: whole flights of one vehicle solved at once, with drifting errors.
 #pragma once
 
 #include <string>
@@ -10,19 +10,18 @@
 namespace trueline {
 
 struct WholeFlightOptions {
-  // Learns how strongly the AHRS drifts and how large unmodelled accelerations are, by the maximum
-  // of the marginal likelihood, starting at `process`.
+  // Learns the strength of the AHRS drift and of unmodelled accelerations by maximum marginal
+  // likelihood, starting at `process`.
   bool learn_strengths = true;
-  // Leaves drag out of what the accelerometer shows along an axis that the vehicle hardly moves
-  // along (DragDoubt::ShowsDrag).
+  // Does not fit drag along an axis whose velocity hardly changes (DragDoubt::ShowsDrag).
   bool withhold_drag = true;
-  double learn_time = 120.0;  // s of each flight, from its start, that strengths are learned from
-  // Unknowns beyond the model's, by the sigma of their prior; zero: not asked.
+  double learn_time = 120.0;  // s, from each flight's start, for learning strengths
+  // Unknowns beyond the model's, by the sigma of their prior; zero: not estimated.
   DetectorUnknowns detector;
-  double attitude_latency = 0.0;  // s, of the logged attitude, around drive.attitude_latency
+  double attitude_latency = 0.0;  // s, prior sigma around drive.attitude_latency
 };
 
-// What was learned beside the parameters, with its 95 % interval.
+// A learned value other than the parameters, with its 95 % interval.
 struct LearnedStrength {
   std::string name;
   double value;
@@ -34,10 +33,10 @@ struct WholeFlight {
   int flights = 0;
   int passes = 0;
   double seconds = 0.0;  // of flight
-  // Means over the flights; AHRS errors with their drift.
+  // Means over the flights; AHRS errors include their drift.
   std::vector<ParameterEstimate> parameters;
   std::vector<std::string> unobservable;
-  std::vector<std::string> notes;  // what was left out of the fit, and what would show it
+  std::vector<std::string> notes;  // parameters left out, and flights that would show them
   std::vector<LearnedStrength> strengths;
   std::vector<TrajectoryPoint> trajectory;  // smoothed, at fixes, knots and force samples
   int iterations = 0;
@@ -48,7 +47,7 @@ struct WholeFlight {
 WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map);
 YAML::Node ToYaml(const WholeFlightOptions& options);
 
-// Needs vgd.process (throws InputError without) and at least one pass in each flight.
+// Throws InputError without vgd.process, or if a flight has no pass.
 WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,
                            const SmootherOptions& walks, const WholeFlightOptions& options);
 

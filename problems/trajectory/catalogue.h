@@ -35,7 +35,7 @@ struct Lissajous {
 Lissajous RandomFigure(double size, double yaw_size, Random* random);
 PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration);
 
-// Named plain manoeuvres within 1 m, for advice: what to fly to see more.
+// Named simple manoeuvres within 1 m, for advice on what to fly.
 struct Manoeuvre {
   std::string name;
   Lissajous figure;

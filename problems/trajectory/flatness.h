@@ -1,8 +1,8 @@
 // Differential flatness of a multirotor with parallel rotors (Mellinger and Kumar 2011), in NED:
-// from position of the centre of mass and yaw, as power series in time, to attitude, body rates
-// and squared rotor speeds, as power series in time. In double series this gives states and
-// inputs with all their derivatives; in series of Variables their gradients as well. Yaw is the
-// heading of the nose (turns about z, then y, then x); Mellinger and Kumar turn z, x, y.
+// maps power series of the centre of mass's position and of yaw to power series of attitude, body
+// rates and squared rotor speeds. Series of doubles give states and inputs with all their
+// derivatives; series of Variables also their gradients. Yaw is the heading of the nose (rotations
+// about z, then y, then x); Mellinger and Kumar rotate z, x, y.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace trueline {
 
-// What the map needs of a vehicle.
+// The vehicle's data for the flat map.
 struct FlatVehicle {
   double mass = 0.0;        // kg
   Eigen::Vector3d inertia;  // kg m^2
@@ -36,7 +36,7 @@ struct FlatState {
 };
 
 // `flat` (x, y, z, yaw) known to order k + 4 gives w to order k + 1 and u to order k. Thrust must
-// not vanish, nor the roll reach 90 deg.
+// not be zero, and roll must stay below 90 deg.
 template <class S>
 FlatState<S> StateFromFlat(const FlatVehicle& vehicle, const Vec4<S>& flat) {
   FlatState<S> state;
@@ -53,7 +53,7 @@ FlatState<S> StateFromFlat(const FlatVehicle& vehicle, const Vec4<S>& flat) {
   const Vec3<S> z(pull[0] * per_thrust, pull[1] * per_thrust, pull[2] * per_thrust);
   state.cos_tilt = z[2];
 
-  // In the frame turned by yaw, z is (sin(pitch) cos(roll), -sin(roll), cos(pitch) cos(roll)).
+  // In the frame rotated by yaw, z is (sin(pitch) cos(roll), -sin(roll), cos(pitch) cos(roll)).
   const S c = cos(half * flat[3]), s = sin(half * flat[3]);
   const S cos_yaw = c * c - s * s, sin_yaw = (c + c) * s;
   const S sin_roll = sin_yaw * z[0] - cos_yaw * z[1];

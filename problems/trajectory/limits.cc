@@ -42,7 +42,7 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
   use.travel = (extremes.highest - extremes.lowest).maxCoeff();
   use.rate = extremes.rate;
   use.tilt = std::acos(std::clamp(extremes.cos_tilt, -1.0, 1.0));
-  // A negative square means that the rotor would have to pull: no speed does that.
+  // A negative square means negative thrust: infeasible at any speed.
   use.min_speed = extremes.min_u > 0.0 ? std::sqrt(extremes.min_u) : 0.0;
   use.max_speed = std::sqrt(std::max(extremes.max_u, 0.0));
   const std::pair<double, std::string> shares[] = {

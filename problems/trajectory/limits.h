@@ -1,4 +1,4 @@
-// What a flight must keep to (Boehm et al. 2020, sec. II-D), checked on a grid of times.
+// Limits of a flight (Boehm et al. 2020, sec. II-D), checked on a grid of times.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct FlightLimits {
   double max_speed = 1717.4039839805991;  // rad/s (16,400 rpm)
 };
 
-// What one flight uses of the limits: extremes over the grid.
+// Use of the limits by one flight: extremes over the grid.
 struct LimitUse {
   double travel = 0.0, rate = 0.0, tilt = 0.0, min_speed = 0.0, max_speed = 0.0;
   double worst = 0.0;   // largest use as a share of its limit; at most 1 where all limits hold
@@ -26,8 +26,8 @@ struct LimitUse {
 // Steps of at most `step` seconds, ends included.
 LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step);
 
-// The trajectory shrunk or grown about its start by the largest factor up to `largest` that keeps
-// the limits on the grid (hover keeps them, so there is one; found by bisection).
+// The trajectory scaled about its start by the largest factor up to `largest` that keeps the limits
+// on the grid, found by bisection; a small enough factor always does, because hover keeps them.
 PiecewisePolynomial ScaledToLimits(const RotorDrivenModel& model,
                                    const std::vector<double>& parameters,
                                    const PiecewisePolynomial& path, const FlightLimits& limits,

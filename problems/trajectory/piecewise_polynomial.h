@@ -49,9 +49,9 @@ class PiecewisePolynomial {
   std::vector<FlatMatrix> coefficients_;
 };
 
-// Column j holds the Taylor coefficients, in units of one piece, of the uniform B-spline basis
-// function that weighs the j-th of the degree + 1 control points active on a piece, about s in
-// [0, 1]: (order + 1) x (degree + 1).
+// Column j: Taylor coefficients about s in [0, 1], in units of one piece, of the uniform B-spline
+// basis function of the j-th of the degree + 1 control points active on a piece; (order + 1) x
+// (degree + 1).
 Eigen::MatrixXd SplineBasis(int degree, double s, int order);
 
 // Taylor coefficients about `offset` of the polynomial sum_j c.col(j) t^j, up to `order`.

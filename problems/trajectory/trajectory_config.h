@@ -1,4 +1,4 @@
-// Trajectories in YAML: as a configuration asks for them, and as a design writes them.
+// Trajectories in YAML: as a configuration states them, and as a design writes them.
 #pragma once
 
 #include <cstdint>

@@ -30,7 +30,7 @@ Eigen::Vector2d DragDoubt::Uncertainty() const {
 }
 
 std::array<bool, 2> DragDoubt::ShowsDrag() const {
-  constexpr double kClearly = 2.0;  // three quarters of the variance are motion
+  constexpr double kClearly = 2.0;  // at least three quarters of the variance is motion
   const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
   return {spread[0] > kClearly * uncertainty[0], spread[1] > kClearly * uncertainty[1]};
 }
@@ -42,7 +42,8 @@ Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vecto
   for (int i = 0; i < 2; ++i) {
     if (!(spread[i] > 0.0)) continue;
     const double attenuation = std::min(1.0, std::pow(uncertainty[i] / spread[i], 2));
-    // The accelerometer's share of what is known of K; the mean of v says nothing (b_ax, b_ay).
+    // The accelerometer's share of the information on K. The mean of v gives none: b_ax, b_ay are
+    // free.
     const double information = samples_ * std::pow(spread[i] / force_sigma, 2);
     const double share = std::min(1.0, information * variance[i]);
     sigma[i] = std::abs(drag[i]) * attenuation * share;

@@ -1,9 +1,9 @@
-// How far drag may be off because the velocity that it is held against is an estimate, too.
+// Uncertainty of drag from errors of the estimated velocity (errors in variables).
 //
-// The accelerometer's x and y show drag by how they follow the velocity. Where the velocity
-// changes by little more than it is known to, that relation is attenuated (errors in variables):
-// in closed loop a vehicle moves sideways less than its AHRS's drift would allow, and no
-// covariance of the fit shows that.
+// Drag is estimated from the correlation of the accelerometer's x and y with the velocity. Where
+// the velocity changes by little more than its own uncertainty, the slope is attenuated: in closed
+// loop a vehicle moves sideways less than its AHRS's drift would allow. The covariance of the fit
+// does not include this.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,24 +15,24 @@ namespace trueline {
 
 class DragDoubt {
  public:
-  // A stretch with `samples` of the accelerometer: velocity in body axes x, y (m/s) and its
+  // Adds a stretch with `samples` accelerometer samples: velocity in body axes x, y (m/s) and its
   // posterior variance.
   void Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, int samples);
 
-  // Another flight's, or a share of it.
+  // Adds another flight's statistics, or a share of them.
   void Add(const DragDoubt& other, double share = 1.0);
 
-  // Sigma (1/s) to be added to each of K_x, K_y in quadrature. drag: the usual size of K_x, K_y
-  // (1/s). variance: posterior, of K_x, K_y ((1/s)^2). force_sigma: of a sample (m/s^2).
+  // The sigma (1/s) to add to that of K_x, K_y in quadrature. drag: their usual sizes (1/s).
+  // variance: their posterior variances ((1/s)^2). force_sigma: of an accelerometer sample (m/s^2).
   Eigen::Vector2d Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
                         double force_sigma) const;
 
-  // Whether the velocity along x, y moves by clearly more than it is known to. Where it does not,
-  // the accelerometer's relation to it says more of errors than of drag.
+  // For x and y: true if the velocity varies by clearly more than its uncertainty. If not, the
+  // slope reflects errors of the velocity rather than drag.
   std::array<bool, 2> ShowsDrag() const;
   bool ShowsAllDrag() const { return ShowsDrag()[0] && ShowsDrag()[1]; }
 
-  // m/s, root mean squares around the mean: what moves, and how well it is known.
+  // Root mean squares, m/s: the velocity about its mean, and its uncertainty.
   Eigen::Vector2d Spread() const;
   Eigen::Vector2d Uncertainty() const;
 
@@ -43,11 +43,12 @@ class DragDoubt {
   Eigen::Vector2d variance_ = Eigen::Vector2d::Zero();
 };
 
-// Makes the variance of an unknown at least that, and what hangs on it as doubtful.
+// Raises the variance of an unknown to at least `variance` and widens all unknowns correlated with
+// it.
 void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
 
-// Adds what is doubtful of K_x and K_y to the covariance of all parameters, in units of `unit` (a
-// sigma before the flight), with K_x and K_y first. No parameter gets less certain than its unit.
+// Adds the drag uncertainty to the covariance of all parameters, in units of `unit` (prior sigmas),
+// with K_x and K_y first. No parameter's sigma rises above its unit.
 void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov);
 

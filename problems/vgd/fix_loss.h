@@ -1,4 +1,4 @@
-// The robust losses that a fit may judge its fixes by.
+// The robust losses for fixes.
 #pragma once
 
 #include "problems/vgd/vgd_options.h"
@@ -9,10 +9,10 @@ class LossFunction;
 
 namespace trueline {
 
-// One instance serves one residual block, which owns it; null for kNone. `scale` in sigmas.
+// Each residual block needs its own instance and owns it; null for kNone. `scale` in sigmas.
 ceres::LossFunction* MakeLoss(FixLoss loss, double scale);
 
-// What is left of a fix's weight whose whitened residuals have this norm.
+// The loss's factor on the weight of a fix whose whitened residuals have this norm.
 double RobustWeight(FixLoss loss, double scale, double norm);
 
 }  // namespace trueline

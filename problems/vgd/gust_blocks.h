@@ -1,5 +1,5 @@
-// Gusts as parameter blocks of a least-squares problem: one at the start of each segment, linear
-// between them.
+// Gusts as parameter blocks of a least-squares problem: one at the start of each segment, linear in
+// time between them.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -13,23 +13,24 @@ namespace trueline {
 
 class GustBlocks {
  public:
-  // Without gusts: residuals are added as they are.
+  // No gusts: residuals are added unchanged.
   GustBlocks() = default;
-  // `values` (m/s^2, by segment) and the problem must outlive this, and `values` keep its size.
-  // linked[s]: segment s + 1 follows s without a break; else the gust is held to the end of s.
+  // `values` (m/s^2, by segment) and the problem must outlive this object, and `values` must keep
+  // its size. linked[s]: segment s + 1 follows s without a break; else the gust is constant to the
+  // end of s.
   GustBlocks(const ProcessNoise& noise, std::vector<bool> linked,
              std::vector<Eigen::Vector2d>* values, ceres::Problem* problem);
 
   bool Any() const { return values_ != nullptr; }
 
-  // Adds a residual that reads segment s; d_gusts (rows x 4): its derivative to the gusts at both
-  // ends of the segment.
+  // Adds a residual of segment s; d_gusts (rows x 4): its derivative by the gusts at both ends of
+  // the segment.
   ceres::ResidualBlockId Add(ceres::Problem* problem, ceres::CostFunction* cost,
                              ceres::LossFunction* loss, std::vector<double*> blocks, std::size_t s,
                              const Eigen::MatrixXd& d_gusts) const;
 
-  // The process: what is known of a gust that nothing comes before, and its step from s to s + 1.
-  // Each adds the log of its weights' determinant to *log_weights.
+  // The process: the prior of a gust without predecessor, and the step from s to s + 1. Each adds
+  // the log determinant of its weights to *log_weights.
   ceres::ResidualBlockId AddPrior(ceres::Problem* problem, std::size_t s,
                                   double* log_weights) const;
   ceres::ResidualBlockId AddStep(ceres::Problem* problem, std::size_t s, double seconds,

@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kIdentified = 0.5;  // posterior over prior sigma
 constexpr double kWeak = 0.9;
-// Data that leave more than 90 % of the prior's sigma along a direction do not show it.
+// The data do not show a direction along which the posterior sigma is above 90 % of the prior's.
 constexpr double kOpenInformation = 1.0 / (kWeak * kWeak) - 1.0;
-constexpr double kNamedShare = 0.3;  // smallest component of a direction that is worth a name
+constexpr double kNamedShare = 0.3;  // smallest component of a direction that is named
 
 std::string StatusOf(double ratio) {
   if (ratio <= kIdentified) return "identified";
@@ -48,7 +48,7 @@ Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
   for (int i = 0; i < cov.rows(); ++i) {
     result.status.push_back(StatusOf(std::sqrt(cov(i, i))));
   }
-  // The prior is the identity in these units, so the data's own information is inv(cov) - I.
+  // The prior is the identity in these units, so the data's information is inv(cov) - I.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(cov);
   for (int i = static_cast<int>(cov.rows()) - 1; i >= 0; --i) {
     const double information = 1.0 / std::max(eigen.eigenvalues()[i], 1e-300) - 1.0;

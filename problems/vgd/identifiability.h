@@ -1,4 +1,4 @@
-// What a window's data say about each parameter, beyond the prior.
+// Information of a window's data on each parameter, beyond the prior.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,15 +9,14 @@ namespace trueline {
 
 struct Identifiability {
   std::vector<std::string> status;        // by parameter: identified | weak | unobservable
-  std::vector<std::string> combinations;  // what is not shown, in words with numbers
+  std::vector<std::string> combinations;  // unobservable ones, in words with numbers
 };
 
-// cov: covariance of the parameters in units of their prior sigma, which prior_sigma takes back to
-// physical ones. The data's own information is what the
-// posterior has over the prior. A parameter whose sigma fell
-//   to half the prior's or less is identified, to 90 % or less weak, else unobservable.
-// Directions (eigenvectors of the data's information) in which the data know less than the prior
-// are named as combinations.
+// cov: covariance of the parameters in units of their prior sigma; prior_sigma converts to physical
+// units. The data's information is the posterior's less the prior's. Status by the ratio of
+// posterior to prior sigma: at most half is identified, at most 90 % is weak, else unobservable.
+// Eigenvectors of the data's information with less information than the prior's are named as
+// combinations.
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
                                        const std::vector<std::string>& units,
                                        const Eigen::VectorXd& prior_sigma,

@@ -14,17 +14,18 @@ constexpr double kTiltFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of opti
 constexpr double kGustFactors[] = {0.25, 1.0, 2.0, 4.0, 8.0};         // of options.process.gust
 const double kPriorSpread = std::log(3.0);  // of the candidates' logarithms
 constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
-// A piece of evidence: three passes and the arcs between them (two at the flight's start). The next
-// one begins with the last pass of this, so that every arc counts once.
+// One term of the evidence: three passes and the arcs between them (two at the flight's start). The
+// next term begins with the last pass of this one, so every arc counts once.
 constexpr int kPasses = 3, kStride = 2;
-// Less probable than the best by this much (logarithm): out of the race.
+// A candidate whose log evidence is lower than the best by more than this is rejected.
 constexpr double kOut = 10.0;
 
-// One of the passes is false: how rare that is, and how its fixes are off then.
+// Hypothesis that one of the passes is false: its prior probability, and the sigmas of its offset.
 const double kLogFalse = std::log(0.1);
 constexpr double kFalseOffset = 2.0;      // m
 constexpr double kFalseOffsetRate = 0.2;  // m/s
-// Less evidence than the best candidate's by this much may be a false pass's doing.
+// If a candidate's log evidence is lower than the best by more than this, a false pass is tested as
+// the explanation.
 constexpr double kDoubt = 5.0;
 
 double LogSum(double a, double b) {
@@ -88,12 +89,12 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
     least_cost = std::min(least_cost, fit.cost);
     evidence.push_back(fit.log_evidence);
   }
-  // Where no drift makes the passes fit together, the fixes are false; such a pair would shout
-  // down all others. (A cost is half a sum of squares of about one for each residual.)
+  // If no drift makes the passes consistent, fixes are false; such a term dominates the sum, so it
+  // is left out. (A cost is half a sum of squares with an expectation of one for each residual.)
   const double residuals = 3.0 * data.fixes.size() + 2.0 * data.forces.size();
   if (least_cost > 0.5 * kMisfit * residuals) return;
   const double best = *std::max_element(evidence.begin(), evidence.end());
-  // Which of them is the false one makes little difference to the drift.
+  // The choice of the false pass hardly affects the drift.
   data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (evidence[i] < best - kDoubt) {

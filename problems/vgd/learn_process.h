@@ -1,4 +1,4 @@
-// How strongly this vehicle's AHRS drifts and how strong gusts are, learned from the flight itself.
+// Strengths of the AHRS drift and of gusts, learned from the flight.
 #pragma once
 
 #include <vector>
@@ -8,18 +8,18 @@
 
 namespace trueline {
 
-// Empirical Bayes over a grid of candidates for the stationary sigmas of tilt and gust. The
+// Empirical Bayes over a grid of candidates for the stationary sigmas of tilt and gust. The log
 // evidence (marginal likelihood, by Laplace's approximation) of every arc between two passes is
-// added up as the flight goes on, so that a prediction rests on past flight only. One sigma for all
-// vehicles would be too wide for some and too narrow for others, and the stated uncertainty with
-// it. That one of the passes saw something else than its gate is allowed for: it
-// would otherwise pass for drift.
+// summed as the flight goes on, so a prediction uses past flight only. A fixed sigma would be too
+// wide for some vehicles and too narrow for others, and so would the stated uncertainty. The
+// evidence includes the hypothesis that one of the passes is false; its offset would otherwise be
+// attributed to drift.
 class ProcessLearner {
  public:
-  // Before any evidence the candidates spread around options.process.
+  // Without evidence the candidates' prior is centred on options.process.
   explicit ProcessLearner(const VgdOptions& options);
 
-  // Takes in the passes up to `tau` (from 1); to be called for each pass in turn.
+  // Adds the evidence of the passes up to `tau` (from 1); call it for each pass in turn.
   void Learn(const FlightData& flight, int tau);
 
   // The most probable candidate.
@@ -41,9 +41,9 @@ class ProcessLearner {
   std::vector<Candidate> candidates_;
 };
 
-// The process for the window that ends with pass tau (index tau - 1), each learned from the flight
-// up to there. The same for every window length and every order of windows, so it is learned once
-// for all of them. options.process throughout where options.adapt_drift is off.
+// For each pass tau the process (index tau - 1) of the window that ends there, learned from the
+// flight up to it. It does not depend on the window's length, so it is learned once for all
+// estimators. options.process throughout if options.adapt_drift is off.
 std::vector<ProcessNoise> LearnProcess(const FlightData& flight, const VgdOptions& options);
 
 }  // namespace trueline

@@ -29,7 +29,7 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
     force_times.push_back(force.t);
   }
   times.insert(times.end(), force_times.begin(), force_times.end());
-  // Something to draw on the arc, where there are no fixes.
+  // An arc without force samples has no nodes of its own: add some for the trajectory plot.
   const bool bare = force_times.empty() && !data.passes.empty();
   for (TimeNs t = bare ? data.passes.back().end : to; t < to; t += kPathStep) {
     if (t >= from) times.push_back(t);
@@ -47,8 +47,8 @@ std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval) {
   return knots;
 }
 
-// A floor far below anything that matters keeps the covariance regular where one of the processes
-// is switched off: 1 mm, 1 mm/s, 0.0006 deg.
+// A negligible floor keeps the covariance regular if a process is switched off: 1 mm, 1 mm/s,
+// 0.0006 deg.
 Matrix9d StepSqrtInformation(const ProcessNoise& noise, double seconds, double gravity) {
   Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
   cov.diagonal().head<6>().array() += 1e-6;

@@ -1,4 +1,4 @@
-// What windows and whole flights share: segments with their nodes, and the steps between them.
+// Shared by windows and whole flights: segments with their nodes, and the steps between them.
 #pragma once
 
 #include <memory>
@@ -8,15 +8,16 @@
 
 namespace trueline {
 
-// The segment [from, to] of a window. What is measured at a knot belongs to the segment that begins
-// there (so that a window cut at the knot holds it once), at the window's very end to the last one.
+// The segment [from, to] of a window. A measurement at a knot belongs to the segment that begins
+// there, so a window cut at the knot contains it once; one at the window's end belongs to the last
+// segment.
 std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& data, TimeNs from,
                                      TimeNs to, const ParameterScaling& scaling, double max_block);
 
-// Knots that divide [from, to] evenly into steps of at most `interval` seconds, both ends included.
+// Divides [from, to] evenly into steps of at most `interval` seconds; both ends are knots.
 std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval);
 
-// L^-1 of the covariance L L' of the step (p, v, drift) that the processes build up in `seconds`.
+// L^-1 for the covariance L L' that the processes add to (p, v, drift) in `seconds`.
 Matrix9d StepSqrtInformation(const ProcessNoise& noise, double seconds, double gravity);
 
 }  // namespace trueline

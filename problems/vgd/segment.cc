@@ -8,9 +8,9 @@
 namespace trueline {
 namespace {
 
-// Derivatives are taken to what the integration depends on: the nine of eq. 16 and the start's
-// velocity. The start's position adds through, and the accelerometer's own biases b_ax and b_ay
-// act on no motion; both derivatives are known.
+// Columns of the integration's derivatives: the nine of eq. 16 and the initial velocity. The
+// initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
+// motion, so their derivatives are known.
 constexpr int kNine = 9;
 constexpr int kSeeds = kNine + 3;
 using Jet = ceres::Jet<double, kSeeds>;
@@ -50,7 +50,8 @@ void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
   SplitDerivatives(d, node);
 }
 
-// Thrust around t: a single sample vibrates, and a noisy factor of drag would weaken it.
+// Mean thrust around t: single samples contain vibration, and noise in this factor would attenuate
+// drag.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
   constexpr double kThrustReach = 0.05;  // s, to either side
   const auto& steps = track.steps();
@@ -129,7 +130,7 @@ Eigen::Matrix<double, 6, 4> Segment::StateGustsAt(TimeNs t) const {
   return StateByGusts(SecondsBetween(start(), t), SecondsBetween(start(), end()));
 }
 
-// E' for E: the gust's direction is off by the AHRS's small error.
+// E' replaces E: the gust's direction is off by the AHRS's small error.
 Eigen::Matrix<double, 2, 4> Segment::ForceByGusts(const Force& force) const {
   const TimeNs t = times()[force.time_index];
   const double u = SecondsBetween(start(), t) / SecondsBetween(start(), end());
@@ -170,8 +171,8 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   chain_.Integrate(model, start, visit, &effects_);
 }
 
-// A step whose part of second order (angle by angle and time squared, drag by velocity) stays
-// within a few micrometres over a second: an optimiser must not see costs jump.
+// True if the second-order part of the step (angle by angle and time squared, drag by velocity) is
+// at most a few micrometres over a second, so that the optimiser sees no jump in the cost.
 bool Segment::IsNear(const Inputs& at) const {
   constexpr double kDrag = 0.0005;     // 1/s
   constexpr double kBias = 0.005;      // m/s^2

@@ -11,7 +11,7 @@
 
 namespace trueline {
 
-// Means and sigmas that take the scaled unknowns to parameters: parameter = mean + sigma * scaled.
+// Means and sigmas of the scaling: parameter = mean + sigma * scaled unknown.
 struct ParameterScaling {
   Eigen::Matrix<double, kThetaSize, 1> mean, sigma;
 
@@ -30,16 +30,16 @@ class Segment {
           double max_block);
 
   // Integrates from the given scaled parameters (sizes kThetaSize, kDriftSize, kStateSize) and
-  // fills all nodes; their derivatives only where asked for.
+  // fills all nodes, with derivatives if `derivatives`.
   void Evaluate(const double* theta, const double* drift, const double* state, bool derivatives);
-  // Adds what gusts do to the values of all nodes; to be called once after Evaluate.
+  // Adds the gusts' effect to the values of all nodes; call it once after Evaluate.
   void AddGusts(const GustPair& gusts);
 
-  // Near to where derivatives were taken last, nodes follow those from now on and nothing is
-  // integrated: within 0.01 mm over a second. For problems that are solved again and again.
+  // From now on nodes are extrapolated linearly near the last linearisation point instead of
+  // integrated (within 0.01 mm over a second). For problems that are solved repeatedly.
   void FollowDerivatives() { follows_ = true; }
 
-  // Force beyond linear drag; the track's unless replaced.
+  // Force beyond linear drag; replaces the track's.
   void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }
 
   const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
@@ -48,7 +48,8 @@ class Segment {
   Eigen::Matrix<double, 6, 4> StateGustsAt(TimeNs t) const;
   Eigen::Matrix<double, 2, 4> ForceGustsAt(TimeNs t) const;
   int force_count() const { return static_cast<int>(forces_.size()); }
-  // Body x and y in E where the first force is measured (zero without), to the AHRS's error.
+  // Body x and y axes in E at the first force sample (zero if there is none), up to the AHRS's
+  // error.
   Eigen::Matrix<double, 3, 2> BodyAxesAtStart() const;
   const StateNode* end_node() const { return &states_.back(); }
   TimeNs start() const { return chain_.start(); }
@@ -61,7 +62,7 @@ class Segment {
   void Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
                  const double* b_a);
 
-  // What the integration starts from: theta with drift (scaled), state.
+  // Inputs of the integration: theta with drift (scaled), and state.
   struct Inputs {
     Eigen::Matrix<double, kThetaSize, 1> theta;
     Eigen::Matrix<double, kStateSize, 1> state;
@@ -87,7 +88,7 @@ class Segment {
   std::vector<StateNode> states_;
   std::vector<Force> forces_;  // ascending in time
   bool follows_ = false;
-  // Where the nodes' derivatives were taken, and their values there (without gusts).
+  // The nodes' linearisation point, and their values there (without gusts).
   std::optional<Inputs> linearised_at_;
   std::vector<Eigen::Matrix<double, kStateSize, 1>> states_there_;
   std::vector<Eigen::Vector2d> forces_there_;

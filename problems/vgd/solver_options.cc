@@ -20,7 +20,8 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
   result.linear_solver_type = linear_solver;
   // Steps are clipped to the bounds; a line search on top would double the cost of each.
   result.max_num_line_search_step_size_iterations = 0;
-  // What the data hardly show is a narrow, curved valley; to go along it the cost must rise first.
+  // Weakly observable directions form a narrow, curved valley; following it needs steps that raise
+  // the cost.
   result.use_nonmonotonic_steps = true;
   return result;
 }

@@ -7,8 +7,8 @@
 
 namespace trueline {
 
-// Ceres' options for the solver that `options` name, stopping as in eq. 36 of Li et al. 2019;
-// `linear_solver` counts for the trust region only.
+// Ceres' options for the solver in `options`, with the stopping rule of Li et al. 2019, eq. 36;
+// `linear_solver` applies to the trust region only.
 ceres::Solver::Options SolverOptions(const VgdOptions& options,
                                      ceres::LinearSolverType linear_solver);
 

@@ -9,21 +9,21 @@
 
 namespace trueline {
 
-// Runs over all windows in time order; each starts from the optimum before it. Windows never
-// reach over an IMU gap: they get shorter, and an arc with a gap in it is not predicted.
-// `processes`: by window, as LearnProcess gives them.
+// Runs over all windows in time order; each starts from the optimum of the one before. A window
+// never spans an IMU gap: it is shortened, and an arc with a gap is not predicted. `processes`: one
+// for each window, as LearnProcess returns them.
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
                     const std::vector<ProcessNoise>& processes);
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options);
 
-// One window on its own: passes tau - gamma + 1 ... tau (from 1). `start` replaces the priors'
-// means as the point where the search begins.
+// One window alone: passes tau - gamma + 1 ... tau (from 1). The search begins at `start`, or at
+// the priors' means.
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start);
 
-// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +-
-// sqrt(3) sigma: sigma is that of the uniform distribution over the range). Iterations are those
-// until options.tolerance; optima are compared where each search has come to rest.
+// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +- sqrt(3)
+// sigma: sigma is that of the uniform distribution over the range). Iterations are counted until
+// options.tolerance; optima are compared at convergence.
 struct StartStudy {
   int starts = 0;
   int same_optimum = 0;         // within a tenth of a sigma in every parameter of the best
@@ -33,7 +33,7 @@ struct StartStudy {
 StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int tau, int count,
                        std::uint64_t seed);
 
-// The priors' means: where a search begins if nothing better is known.
+// The priors' means: the default start of a search.
 Theta PriorMeans(const VgdOptions& options);
 
 }  // namespace trueline

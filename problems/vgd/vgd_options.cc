@@ -19,7 +19,7 @@ const std::map<std::string, AttitudeSource> kAttitudes = {
     {"logged", AttitudeSource::kLogged},
     {"complementary_filter", AttitudeSource::kComplementaryFilter}};
 
-// Angles are written in degrees.
+// YAML gives angles in degrees.
 double UnitOf(int parameter) { return parameter >= 3 ? kDegree : 1.0; }
 
 void ReadPriors(const YamlMap& map, std::array<ParameterPrior, 9>* priors) {

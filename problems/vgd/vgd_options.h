@@ -1,5 +1,5 @@
-// Options of the vision-based gradient descent fit (VGD, Li et al. 2019). Defaults are stated here
-// and nowhere else; ReadVgdOptions takes the same names from YAML.
+// Options of the vision-based gradient descent fit (VGD, Li et al. 2019). Defaults are stated only
+// here; ReadVgdOptions takes the same names from YAML.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace trueline {
 
-// What is known of a parameter before the flight: a normal prior and hard bounds, in its own unit.
+// Prior of a parameter: normal, with hard bounds, in its own unit.
 struct ParameterPrior {
   double mean;
   double sigma;
@@ -36,7 +36,7 @@ struct VgdOptions {
   int min_window_fixes = 8;
 
   // In the order of eq. 16. Mean and sigma are those of the uniform distributions over the ranges
-  // of Table 2 (sigma = width / sqrt(12)); bounds lie at twice the ranges, and drag never pushes.
+  // of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not be positive.
   std::array<ParameterPrior, 9> priors = {{
       {-0.5, 0.29, -2.0, 0.0},                           // K_x, 1/s
       {-0.5, 0.29, -2.0, 0.0},                           // K_y, 1/s
@@ -53,16 +53,16 @@ struct VgdOptions {
   double loss_scale = 2.5;  // in sigmas, on the norm of a fix's three whitened residuals
   bool whiten = true;       // false: residuals in metres, as eq. 29 has them
 
-  // What the model lacks. With all of it zero the trajectory is one rigid integration over the
-  // window, as in the paper; else it may bend at knots, as much as this noise allows.
-  // A complementary filter's tilt error follows manoeuvres with its own time constant.
+  // Process noise for model errors. With all of it zero the trajectory is one rigid integration
+  // over the window, as in the paper; else its state may change at knots by as much as this noise
+  // allows. A complementary filter's tilt error follows manoeuvres with a time constant of its own.
   ProcessNoise process{.acceleration = 0.05,
                        .tilt = 1.5 * kDegree,
                        .heading = 0.5 * kDegree,
                        .memory = 1.0,
                        .gust = 0.06,
                        .gust_memory = 0.8};
-  // Learn the sigmas of tilt and gust from the flight, starting at the process's.
+  // Learn the sigmas of tilt and gust from the flight, starting at those of `process`.
   bool adapt_drift = true;
   double knot_interval = 0.5;  // s
 
@@ -76,11 +76,11 @@ struct VgdOptions {
   PassOptions passes;
   DriveOptions drive;
 
-  // Only the accelerometer tells a gust from a tilt.
+  // Only the accelerometer distinguishes a gust from a tilt.
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
 };
 
-// Reads the keys of `map` (see config/calibrate/default.yaml) over the defaults; strict.
+// Reads `map` (see config/calibrate/default.yaml); missing keys keep their defaults. Strict.
 VgdOptions ReadVgdOptions(const YamlMap& map);
 
 // All options with their values, for the provenance of a result; ReadVgdOptions reads it back.

@@ -10,9 +10,9 @@
 namespace trueline {
 namespace {
 
-// H^-1 G for a positive definite H; where H is singular, its pseudo-inverse by eigenvalues, so
-// that an open direction gives zero change instead of infinity (the prior, which is part of H,
-// holds every parameter; what can be open is only a state that no fix ever touched).
+// H^-1 G for a positive definite H. For a singular H the pseudo-inverse by eigenvalues: an open
+// direction gives zero change instead of infinity. The prior is part of H and bounds every
+// parameter, so only a state that no fix constrains can be open.
 Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::MatrixXd& G) {
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(H);
   if (ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > 0.0) return ldlt.solve(G);
@@ -23,9 +23,9 @@ Eigen::MatrixXd SolveHessian(const Eigen::SparseMatrix<double>& H, const Eigen::
   return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * G;
 }
 
-// The residuals r + J dx without all unknowns but the last ones, which stand at `at`: the lower
-// right corner of the triangle of [J r]. (Orthogonal steps keep the digits that the normal
-// equations' Schur complement loses.)
+// Marginalises the residuals r + J dx to the last unknowns, whose linearisation point is `at`: the
+// lower right corner of the R factor of [J r]. (QR keeps digits that the normal equations' Schur
+// complement loses.)
 WindowPrior EliminateFirst(const Eigen::MatrixXd& J, const Eigen::VectorXd& r,
                            const Eigen::VectorXd& at) {
   const Eigen::Index n = at.size();
@@ -68,7 +68,7 @@ double WindowProblem::LogEvidence() {
 }
 
 WindowPrior WindowProblem::Marginalise(TimeNs t) {
-  std::size_t kept = 0;  // first segment that stays
+  std::size_t kept = 0;  // first segment that is kept
   while (kept < segments_.size() && segments_[kept]->start() < t) ++kept;
   CHECK(kept > 0 && kept < segments_.size() && segments_[kept]->start() == t);
 
@@ -105,7 +105,7 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
 
 namespace {
 
-// Segments that one of them stands for.
+// Spacing of the sampled segments.
 std::size_t Stride(std::size_t segments) {
   constexpr std::size_t kMost = 12;
   return 1 + (segments - 1) / kMost;
@@ -113,7 +113,7 @@ std::size_t Stride(std::size_t segments) {
 
 }  // namespace
 
-// A few that stand for all, evenly over the window.
+// A sample of segments at even spacing at which the velocity's covariance is computed.
 std::vector<std::size_t> WindowProblem::DoubtfulSegments() const {
   std::vector<std::size_t> chosen;
   if (!HasForces()) return chosen;
@@ -125,8 +125,8 @@ std::vector<std::size_t> WindowProblem::DoubtfulSegments() const {
 
 WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
   const Eigen::SparseMatrix<double> H = Hessian();
-  // What is asked for, as linear functions of the unknowns: theta and the final state; then the
-  // velocity along body x and y at some segments' starts.
+  // The requested quantities as linear functions of the unknowns: theta and the final state, then
+  // the velocity along body x and y at the sampled segments' starts.
   constexpr int kAsked = kParameters + 6;
   const int size = (options_.process.Any() ? kDriftSize : 0) + kStateSize +
                    (gusts_.Any() ? kGustSize : 0);  // of a segment's unknowns
@@ -142,7 +142,7 @@ WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
     G.block<kDriftSize, 6>(last_state - kDriftSize, kParameters) = end.d_drift().transpose();
   }
   G.block<kStateSize, 6>(last_state, kParameters) = end.d_state.transpose();
-  if (gusts_.Any()) {  // held to the end
+  if (gusts_.Any()) {  // constant to the segment's end
     const auto d = segments_.back()->StateGustsAt(segments_.back()->end());
     G.block<kGustSize, 6>(last_state + kStateSize, kParameters) =
         (d.leftCols<kGustSize>() + d.rightCols<kGustSize>()).transpose();

@@ -1,4 +1,4 @@
-// Which part of a flight a window covers.
+// The part of a flight that a window covers.
 #pragma once
 
 #include "problems/vgd/window_problem.h"
@@ -6,8 +6,8 @@
 
 namespace trueline {
 
-// Data from pass `first` (from 0) through pass `tau` (from 1), and on to the end of the arc after
-// it where there is one and `with_arc` asks for it. Points into `flight`.
+// Data from pass `first` (from 0) through pass `tau` (from 1), and to the end of the arc after it
+// if `with_arc` and there is one. Points into `flight`.
 WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int first, int tau,
                      bool with_arc);
 

@@ -45,8 +45,8 @@ void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pas
   }
 }
 
-// A status tells what this flight shows, also where an earlier one (--model) has made the prior
-// tight: it is judged against the ranges of Table 2, or the prior's where that is wider.
+// The sigmas that a status refers to: the ranges of Table 2, or the prior's where that is wider. A
+// tight prior from an earlier flight (--model) must not make a parameter look unobservable.
 Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
   const VgdOptions table_2;
   Eigen::VectorXd sigma = prior_sigma;
@@ -54,8 +54,8 @@ Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
   return sigma;
 }
 
-// cov: in units of prior_sigma. The covariance that the same data give with the reference as prior,
-// in units of the reference: both hold the data's information, inv(cov) - I.
+// cov: in units of prior_sigma. Returns the covariance that the same data give under the reference
+// prior, in units of the reference; both contain the data's information, inv(cov) - I.
 Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd& prior_sigma,
                                const Eigen::VectorXd& reference) {
   if (reference == prior_sigma) return cov;

@@ -1,4 +1,4 @@
-// From a solved window to what is reported of it.
+// The reported result of a solved window.
 #pragma once
 
 #include "problems/result/estimate.h"
@@ -13,7 +13,7 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
                               const WindowData& data, int tau,
                               const ceres::Solver::Summary& summary, WindowProblem* problem);
 
-// The nine of eq. 16 of an estimate.
+// The nine parameters of eq. 16 of an estimate.
 Theta ThetaOf(const WindowEstimate& estimate);
 
 }  // namespace trueline

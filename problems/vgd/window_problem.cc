@@ -36,7 +36,8 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
   if (options_.solver == VgdSolver::kTrustRegion) SetBounds();
 }
 
-// Knots lie where passes begin and evenly between, so that a window's past can be cut off there.
+// Knots are at the passes' begins and evenly between, so that the past can be marginalised at a
+// pass.
 void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& data) {
   std::vector<TimeNs> cuts{data.begin};
   if (options_.process.Any()) {
@@ -132,7 +133,8 @@ void WindowProblem::AddContinuity(double gravity) {
   for (std::size_t s = 0; s + 1 < segments_.size(); ++s) {
     const double seconds = SecondsBetween(segments_[s]->start(), segments_[s]->end());
     const Matrix9d sqrt_information = StepSqrtInformation(options_.process, seconds, gravity);
-    log_weights_ += sqrt_information.diagonal().array().log().sum();  // it is triangular
+    log_weights_ += sqrt_information.diagonal().array().log().sum();  // log determinant of a
+                                                                      // triangular matrix
     segment_blocks_[s].push_back(
         gusts_.Add(&problem_,
                    new ContinuityResidual(segments_[s]->end_node(), scaling_.DriftUnit(),
@@ -213,7 +215,7 @@ void WindowProblem::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_eva
   Refresh(evaluate_jacobians);
 }
 
-// Ceres asks more than once for the same point (with bounds, it announces it as new each time).
+// Ceres evaluates the same point repeatedly (with bounds, it announces it as new each time).
 void WindowProblem::Refresh(bool derivatives) {
   if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
   for (std::size_t s = 0; s < segments_.size(); ++s) Integrate(s, derivatives);

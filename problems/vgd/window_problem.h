@@ -17,7 +17,7 @@
 
 namespace trueline {
 
-// A pass whose fixes share an unknown error: an offset that changes at a constant rate.
+// A pass whose fixes share an unknown error: an offset and its constant rate.
 struct PassOffset {
   int pass;           // index among the window's passes
   double sigma;       // m, prior of the offset for each axis
@@ -34,73 +34,74 @@ struct WindowData {
   std::vector<PassOffset> offsets;  // of the passes that have one, ascending
 };
 
-// Where a solve starts: the nine of eq. 16 in their own units.
+// The start of a solve: the nine of eq. 16 in their own units.
 using Theta = Eigen::Matrix<double, 9, 1>;
 
-// What earlier flight says of a window's first unknowns: (theta, drift, state, and the gust where
-// there are any) at its beginning, in the units of the parameter blocks. Residual: sqrt_information
-// * (x - mean).
+// The marginalised past as a prior on a window's first unknowns: (theta, drift, state, and the gust
+// if there are any) at its beginning, in the units of the parameter blocks. The residual is
+// sqrt_information * (x - mean).
 struct WindowPrior {
   static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;  // without a gust
   Eigen::VectorXd mean;
   Eigen::MatrixXd sqrt_information;  // square
-  DragDoubt doubt;                   // of the drag that is known by it
+  DragDoubt doubt;                   // on the drag, from the marginalised past
 };
 
-// The unknowns, residuals and integration of a window. Segments end at knots where the model is
-// allowed process noise; without any, one segment spans the window.
+// The unknowns, residuals and integration of a window. Segments end at knots, where process noise
+// acts; without process noise one segment spans the window.
 class WindowProblem : private ceres::EvaluationCallback {
  public:
-  // With `past`, that stands in for the options' priors.
+  // `past` replaces the options' priors.
   WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options,
                 const std::optional<WindowPrior>& past = std::nullopt);
   WindowProblem(const WindowProblem&) = delete;
   WindowProblem& operator=(const WindowProblem&) = delete;
 
-  // Sets all unknowns: parameters to theta, states to the rough path; beyond its end, by
-  // integration.
+  // Initialises all unknowns: parameters to theta, states to the rough path, and beyond the path's
+  // end by integration.
   void SetStart(const Theta& theta, const RoughPath& path);
 
   ceres::Solver::Summary Solve();
 
-  // Keeps the shared parameters where SetStart put them, or lets them go again.
+  // Holds the shared parameters at SetStart's values, or frees them.
   void HoldParameters(bool hold);
 
   // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
   static constexpr int kParameters = kThetaSize;
   Eigen::Matrix<double, kParameters, 1> Parameters() const;
-  // Whether b_ax, b_ay are part of the problem.
+  // True if b_ax, b_ay are unknowns of the problem.
   bool HasForces() const { return !force_blocks_.empty(); }
 
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
-  // Hessian; finite also where the data leave directions open (the prior holds them).
+  // Hessian. Finite also where the data leave directions open: the prior bounds them.
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance() {
     return FindUncertainty().cov;
   }
-  // The same, and how well the velocity is known where the accelerometer measures drag.
+  // The same, and the statistics of the velocity and its uncertainty where the accelerometer
+  // measures drag.
   struct Uncertainty {
     Eigen::Matrix<double, kParameters + 6, kParameters + 6> cov;
     DragDoubt doubt;
   };
   Uncertainty FindUncertainty();
 
-  // Logarithm of the marginal likelihood of the data given the options, by Laplace's approximation
-  // at the present unknowns (the optimum), up to a constant that no option of `process`, no prior
-  // of a pass's offset and no `past` changes.
+  // Log marginal likelihood of the data given the options, by Laplace's approximation at the
+  // optimum (the current unknowns), up to a constant that does not depend on `process`, the prior
+  // of a pass's offset, or `past`.
   double LogEvidence();
 
-  // What the flight before `t`, where a pass begins, says of the unknowns from there on, after
-  // FindUncertainty: all residuals before t, linearised at the present unknowns, with the states
-  // before t marginalised.
+  // The prior on the unknowns from `t` on (where a pass begins) given the flight before `t`: all
+  // residuals before t linearised at the current unknowns, with the states before t marginalised.
+  // Call FindUncertainty first.
   WindowPrior Marginalise(TimeNs t);
 
-  // State at the window's end, in E: the prediction.
+  // State at the window's end, in E: the predicted final point.
   Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
 
-  // Integrates with the present unknowns; nodes then hold the fitted trajectory.
+  // Integrates with the current unknowns; nodes then hold the fitted trajectory.
   void Refresh(bool derivatives);
   const std::vector<std::unique_ptr<Segment>>& segments() const { return segments_; }
-  // Position at the time of a fix of this window.
+  // Fitted position at the time of a fix of this window.
   Eigen::Vector3d PositionAt(TimeNs t) const;
   const ParameterScaling& scaling() const { return scaling_; }
   ceres::Problem& problem() { return problem_; }
@@ -135,7 +136,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   ParameterScaling scaling_;
   std::vector<std::unique_ptr<Segment>> segments_;
   Unknowns x_;
-  Unknowns integrated_;           // where the nodes stand
+  Unknowns integrated_;           // the nodes' linearisation point
   bool has_derivatives_ = false;  // whether they hold derivatives there
   ceres::Problem problem_;
   GustBlocks gusts_;
@@ -148,9 +149,9 @@ class WindowProblem : private ceres::EvaluationCallback {
     ceres::ResidualBlockId prior;
   };
   std::vector<Offset> offsets_;  // ascending in time; sized before blocks point into it
-  // By segment: what hangs on it, the step to the next one included.
+  // By segment: the residuals that depend on it, including the step to the next one.
   std::vector<std::vector<ceres::ResidualBlockId>> segment_blocks_;
-  DragDoubt past_doubt_, own_doubt_;  // the window's own as of FindUncertainty
+  DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
   double log_weights_ = 0.0;          // sum of log det of what whitens processes and priors
 };
 

@@ -16,12 +16,12 @@ double MedianStep(const std::vector<ImuSample>& imu) {
   return steps[steps.size() / 2];
 }
 
-// Walks through the attitude stream in step with the IMU and interpolates between its samples.
+// Advances through the attitude stream together with the IMU and interpolates between its samples.
 class AttitudeCursor {
  public:
   explicit AttitudeCursor(const std::vector<AttitudeSample>& samples) : samples_(samples) {}
 
-  // False where t lies outside of the stream or in a hole longer than max_gap.
+  // False if t is outside of the stream or in a gap longer than max_gap.
   bool At(TimeNs t, double max_gap, Eigen::Quaterniond* q) {
     while (i_ + 1 < samples_.size() && samples_[i_ + 1].t <= t) ++i_;
     if (t < samples_[i_].t || i_ + 1 >= samples_.size()) return false;
@@ -51,7 +51,7 @@ double ThrustAt(const StreamNeeds& needs, std::size_t i, double s, const Eigen::
   return before + s * (after - before);
 }
 
-// Adds the interval from IMU sample i to i + 1, in `pieces` equal steps. False where the attitude
+// Appends the interval from IMU sample i to i + 1, in `pieces` equal steps. False if the attitude
 // is missing.
 bool AppendInterval(const StreamNeeds& needs, std::size_t i, int pieces, AttitudeCursor* attitude,
                     std::vector<DriveStep>* steps) {

@@ -1,4 +1,4 @@
-// The drive of the model over a whole log: attitude and thrust-axis acceleration for each IMU step.
+// The model's input over a whole log: attitude and thrust-axis acceleration for each IMU step.
 #pragma once
 
 #include <string>
@@ -19,13 +19,12 @@ struct DriveOptions {
   AttitudeSource attitude = AttitudeSource::kLogged;  // the filter runs where no attitude is logged
   ComplementaryFilterGains filter;
   double attitude_latency = 0.0;  // s; the attitude stamped t was that of t - latency
-  // Steps up to this length are bridged by interpolation; nothing is integrated through longer
-  // ones. s.
+  // Gaps up to this length (s) are interpolated; longer ones are never integrated through.
   double max_gap = 0.25;
   ForceEffects force_effects;  // of an extended model (trueline-diagnose); none by default
 };
 
-// One step of the log: from t on for dt seconds with the drive at its middle.
+// One step of the log: `dt` seconds from t, with the drive at its middle.
 struct DriveStep {
   TimeNs t;
   double dt;
@@ -39,25 +38,25 @@ struct TimeSpan {
 
 class DriveTrack {
  public:
-  // Throws InputError where the streams do not overlap. Long steps below max_gap are divided at
-  // the stream's median step, so that accuracy does not suffer from a lost sample.
+  // Throws InputError if the streams do not overlap. Gaps below max_gap are divided into steps of
+  // the stream's median length, which keeps the integration accurate across lost samples.
   static DriveTrack FromLog(const FlightLog& log, const DriveOptions& options);
 
   TimeNs begin() const { return steps_.front().t; }
   TimeNs end() const { return end_; }
-  TimeNs log_start() const { return log_start_; }  // first IMU sample: where effects count from
+  TimeNs log_start() const { return log_start_; }  // first IMU sample: the origin of effects' times
   double gravity() const { return gravity_; }
   const ForceEffects& force_effects() const { return force_effects_; }
   const std::vector<DriveStep>& steps() const { return steps_; }
   const std::vector<TimeSpan>& gaps() const { return gaps_; }
 
-  // False where [t0, t1] leaves the track or touches a gap.
+  // False if [t0, t1] leaves the track or overlaps a gap.
   bool Covers(TimeNs t0, TimeNs t1) const;
 
-  // Index of the step that holds t; t must be covered.
+  // Index of the step that contains t; t must be covered.
   std::size_t StepAt(TimeNs t) const;
 
-  // Calls visit(drive, dt) for all steps between t0 and t1, the first and last one in part.
+  // Calls visit(drive, dt) for all steps between t0 and t1; the first and the last one are clipped.
   template <typename Visitor>
   void ForEachStep(TimeNs t0, TimeNs t1, Visitor&& visit) const {
     for (std::size_t i = StepAt(t0); i < steps_.size() && steps_[i].t < t1; ++i) {
@@ -76,8 +75,8 @@ class DriveTrack {
   ForceEffects force_effects_;
 };
 
-// Attitude of every IMU sample by the project's own complementary filter, for logs without one.
-// Starts level by the first half second of the accelerometer with heading zero.
+// Attitude at every IMU sample by the project's own complementary filter, for logs without one. It
+// levels on the first half second of the accelerometer and starts at heading zero.
 std::vector<AttitudeSample> RunComplementaryFilter(const std::vector<ImuSample>& imu,
                                                    const ComplementaryFilterGains& gains);
 

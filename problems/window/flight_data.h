@@ -1,4 +1,4 @@
-// What all estimators share of one flight; made once, used for every window.
+// Data of one flight that all estimators and all windows share.
 #pragma once
 
 #include <string>
@@ -13,24 +13,23 @@
 namespace trueline {
 
 struct FlightData {
-  // Throws InputError where the log has no fixes, or none inside of the IMU's time span. Fixes that
-  // come singly (a hover) make no pass: `passes` is empty then.
-  // `flight_log` must outlive this.
+  // Throws InputError if the log has no fixes, or none within the IMU's time span. Isolated fixes
+  // (a hover) make no pass: `passes` is then empty. `flight_log` must outlive this object.
   FlightData(const FlightLog& flight_log, const DriveOptions& drive, const PassOptions& passes,
              const DragMeasurementOptions& drag_measurement);
 
-  // Whether the flight from pass `tau` (from 1) to the next can be integrated: there is a next one,
-  // no IMU gap lies between, and it is not so far that the vehicle was elsewhere.
+  // True if the flight from pass `tau` (from 1) to the next can be integrated: there is a next
+  // pass, no IMU gap lies between, and the arc is not too long.
   bool HasArc(int tau) const;
 
-  // First pass (index) of the window that ends with pass `tau`: gamma passes, fewer where the
-  // flight begins or has a gap, more where they hold less than `min_fixes` fixes.
+  // Index of the first pass of the window that ends with pass `tau`: gamma passes; fewer at the
+  // flight's start or after a gap, more if they hold less than `min_fixes` fixes.
   int FirstPassOf(int tau, int gamma, int min_fixes) const;
 
   // Why the arc after pass `tau` is not predicted, for a warning.
   std::string NoArcReason(int tau) const;
 
-  // The arc after pass `tau`, with its truth; prediction and covariance are left open.
+  // The arc after pass `tau`, with its truth; prediction and covariance are not filled in.
   ArcPrediction ArcAfter(int tau) const;
 
   const FlightLog& log;

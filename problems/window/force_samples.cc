@@ -6,8 +6,8 @@
 namespace trueline {
 namespace {
 
-// Standard deviation of one mean, from the median absolute difference of neighbours: robust, and
-// blind to slow manoeuvres.
+// Standard deviation of one mean, from the median absolute difference of neighbours: robust to
+// outliers, insensitive to slow manoeuvres.
 double ScatterOf(const std::vector<ForceSample>& samples) {
   std::vector<double> differences;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -31,7 +31,7 @@ ForceSamples AverageForces(const std::vector<ImuSample>& imu,
     if (span < options.interval) continue;
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (std::size_t k = begin; k < i; ++k) sum += imu[k].accel.head<2>();
-    // A hole makes the interval longer than asked for; its mean would stand for the wrong time.
+    // A gap makes the interval longer than asked for; its mean would have the wrong time.
     if (span < 2.0 * options.interval || i == begin + 1) {
       const TimeNs middle = (imu[begin].t + imu[i - 1].t) / 2;
       forces.samples.push_back({middle, sum / static_cast<double>(i - begin)});

@@ -1,4 +1,4 @@
-// The accelerometer's x and y axes as short means, and how far such means can be trusted.
+// Short means of the accelerometer's x and y axes, and their sigma.
 #pragma once
 
 #include <vector>
@@ -7,12 +7,12 @@
 
 namespace trueline {
 
-// Use of the accelerometer's x and y axes, which the paper's fit leaves aside.
+// Use of the accelerometer's x and y axes, which the paper's fit does not use.
 struct DragMeasurementOptions {
   bool enabled = true;
   double interval = 0.1;  // s, over which the accelerometer is averaged
-  // m/s^2, of such a mean, for what drag does not explain; the larger of this and the scatter of
-  // neighbouring means is used, so that a vibrating or poor accelerometer weighs less.
+  // m/s^2, of such a mean, for forces other than drag. The larger of this and the scatter of
+  // neighbouring means is used, so that a vibrating or poor accelerometer gets less weight.
   double sigma = 0.14;
   double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
 };
@@ -28,8 +28,8 @@ struct ForceSamples {
   double sigma = 0.0;                // m/s^2
 };
 
-// Means over consecutive intervals (a hole in the IMU gives none there). Sigma is the larger of
-// the option's and the scatter between neighbouring means (robust, from their differences).
+// Means over consecutive intervals; none in a gap of the IMU. Sigma is the larger of the option's
+// and the robust scatter of neighbouring means.
 ForceSamples AverageForces(const std::vector<ImuSample>& imu,
                            const DragMeasurementOptions& options);
 

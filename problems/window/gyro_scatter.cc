@@ -22,7 +22,7 @@ double RobustSigma(std::vector<double> values) {
   return kSigmaByMad * Median(std::move(values));
 }
 
-// Rotation vector in I (rad, small) by which the AHRS turned further than the gyroscope.
+// Rotation vector in I (rad, small) of the AHRS's rotation less the gyroscope's.
 Eigen::Vector3d Disagreement(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
   imu.ForEachStep(t0, t1, [&](const ImuInput& input, double dt) {

@@ -1,4 +1,4 @@
-// The whole IMU, for models that need more than the drive of eq. 15.
+// The full IMU data, for models that need more than the drive of eq. 15.
 #pragma once
 
 #include <algorithm>
@@ -9,15 +9,14 @@
 
 namespace trueline {
 
-// The IMU at the middle of every step of a drive track; gaps and division of steps are the
-// track's. The z axis of the accelerometer is the track's thrust, so that `thrust: level_flight`
-// holds here as well.
+// The IMU at the middle of every step of a drive track, with the track's gaps and steps. The
+// accelerometer's z axis is the track's thrust, so `thrust: level_flight` applies here as well.
 class ImuInputs {
  public:
-  // `track` must be made from the same log and outlive this.
+  // `track` must be made from the same log and outlive this object.
   ImuInputs(const FlightLog& log, const DriveTrack& track);
 
-  // Calls visit(input, dt) for all steps between t0 and t1, the first and last one in part.
+  // Calls visit(input, dt) for all steps between t0 and t1; the first and the last one are clipped.
   template <typename Visitor>
   void ForEachStep(TimeNs t0, TimeNs t1, Visitor&& visit) const {
     const std::vector<DriveStep>& steps = track_.steps();
@@ -28,7 +27,7 @@ class ImuInputs {
     }
   }
 
-  // R_Ep_I at t itself: the step's, turned by the gyroscope from the step's middle.
+  // R_Ep_I at t: the step's attitude, rotated by the gyroscope from the step's middle.
   Eigen::Quaterniond AhrsAttitudeAt(TimeNs t) const;
 
   const DriveTrack& track() const { return track_; }

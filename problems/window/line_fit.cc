@@ -8,7 +8,8 @@ namespace trueline {
 LineFit FitLine(const std::vector<Fix>& fixes, std::size_t first, std::size_t last, TimeNs t) {
   constexpr int kRounds = 10;
   constexpr double kHuber = 1.5;        // in sigmas
-  constexpr double kSpeedSigma = 20.0;  // m/s, keeps the fit defined for fixes at one instant
+  constexpr double kSpeedSigma = 20.0;  // m/s, prior that keeps the fit regular for fixes at one
+                                        // instant
   LineFit line{fixes[first].p_E, Eigen::Vector3d::Zero()};
   std::vector<double> weights(last - first + 1, 1.0);
   for (int round = 0; round < kRounds; ++round) {

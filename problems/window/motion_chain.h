@@ -16,7 +16,7 @@ class MotionChain {
               double max_block = 0.05);
 
   // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
-  // the velocity in E' as well. Any scalar; no logged datum is integrated again.
+  // the velocity in E' as well. Works for any scalar; logged data are preintegrated once.
   // `effects`: force beyond linear drag, or null.
   template <typename T, typename Visitor>
   void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E, Visitor&& visit,
@@ -41,7 +41,7 @@ class MotionChain {
   TimeNs start_;
   std::vector<TimeNs> times_;
   std::vector<MotionBlock> blocks_;
-  std::vector<std::size_t> block_ends_;  // by time: how many blocks lie before it
+  std::vector<std::size_t> block_ends_;  // for each time: number of blocks before it
 };
 
 }  // namespace trueline

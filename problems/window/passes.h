@@ -24,24 +24,25 @@ struct PassOptions {
 
 std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& options);
 
-// Where the vehicle really was at the end of an arc.
+// True position at the end of an arc.
 struct ArcTruth {
   Eigen::Vector3d p_E;  // m
   bool from_mocap;      // else the robust mean of the next pass's first fixes
 };
 
 struct TruthOptions {
-  // Mocap is interpolated between samples at most this far apart; a longer outage gives no truth. s
+  // Mocap is interpolated between samples at most this far apart (s); a longer outage gives no
+  // truth.
   double max_mocap_gap = 0.12;
-  int fixes = 5;  // how many fixes of the next pass stand in for mocap
+  int fixes = 5;  // of the next pass, for the truth of a log without mocap
 };
 
-// Truth at the first fix of `next`. Empty where mocap has an outage then. Where the log has no
-// mocap at all: a line through the next pass's first fixes, fitted robustly (interfaces.md).
+// Truth at the first fix of `next`, from mocap; empty during a mocap outage. If the log has no
+// mocap, it is that of a robust line fit to the first fixes of `next`.
 std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
                                     const TruthOptions& options);
 
-// Mocap position at t, interpolated; empty outside of the stream or in an outage.
+// Mocap position at t, interpolated; empty outside of the stream or during an outage.
 std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
                                        double max_gap);
 

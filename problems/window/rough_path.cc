@@ -19,8 +19,8 @@ LineFit Hermite(const LineFit& a, const LineFit& b, double h, double t) {
 RoughPath::RoughPath(const std::vector<Fix>& fixes, std::span<const Pass> passes)
     : fixes_(fixes), passes_(passes) {}
 
-// A line through the fixes within half a second; through at least a third of the pass, so that a
-// thin pass still gives a direction.
+// A line through the fixes within half a second, at least through a third of the pass: a sparse
+// pass must still give a direction.
 LineFit RoughPath::NearFixes(const Pass& pass, TimeNs t) const {
   const TimeNs reach = std::max(FromSeconds(0.5), (pass.end - pass.begin) / 3);
   std::size_t first = pass.first, last = pass.last;

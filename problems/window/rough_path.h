@@ -1,4 +1,4 @@
-// A first guess of the path from the fixes alone, where a fit starts from.
+// Initial value of a fit's path from the fixes alone.
 #pragma once
 
 #include <span>
@@ -9,14 +9,15 @@
 
 namespace trueline {
 
-// Straight lines through nearby fixes inside of passes, cubic curves over the arcs between them.
-// A fit that starts here cannot run away as an integration from poor parameters does.
+// Straight lines through nearby fixes within passes, cubic curves over the arcs between them. A fit
+// that starts here does not diverge as one that starts from an integration with poor parameters
+// may.
 class RoughPath {
  public:
   // `passes` must be in time order and not empty; their indices point into `fixes`.
   RoughPath(const std::vector<Fix>& fixes, std::span<const Pass> passes);
 
-  // Position and velocity at t, which must not lie after the last pass.
+  // Position and velocity at t, which must not be after the last pass.
   LineFit At(TimeNs t) const;
   TimeNs end() const { return passes_.back().end; }
 

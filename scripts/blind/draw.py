@@ -1,5 +1,5 @@
-"""Draws flights for the blind set: course, speed, vehicle, sensors, noise, turbulence and what is
-hidden, all from one seed. The physics is the simulator's; nothing here knows the estimator."""
+"""Draws flights for the blind set: course, speed, vehicle, sensors, noise, turbulence and hidden
+effects, all from one seed. Uses the simulator's physics and nothing of the estimators."""
 import math
 import random
 
@@ -9,8 +9,8 @@ FOLDER = "simulate"  # of the configurations
 DIAGNOSE = []        # flags of trueline-diagnose
 COURSES = ["hippodrome", "iros2016", "fast"]
 
-# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They reach
-# from what can't be seen to a few times what can; of two at once the upper half.
+# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They range
+# from undetectable to a few times the detectable size; pairs use the upper half.
 SIGNED = True
 EFFECTS = {
     "quadratic_drag": {"c": (0.05, 0.5, not SIGNED)},
@@ -80,7 +80,7 @@ def draw_flight(config, seed, hidden):
 def hide_outside(rng, config):
     """Something that no entry of the catalogue describes: a stormy flight, or what `spoil` does."""
     kinds = ["strong_gusts", "distance_squared"]
-    if config["name"] != "hippodrome":  # two legs tell once round from twice round by nothing
+    if config["name"] != "hippodrome":  # two legs cannot separate one period a turn from two
         kinds.append("compass_twice_round")
     kind = rng.choice(kinds)
     hidden = {"id": f"outside:{kind}"}
@@ -92,7 +92,7 @@ def hide_outside(rng, config):
 
 
 def spoil(log, hidden):
-    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
+    """Adds to the written log the hidden errors that the simulator lacks. `log`: its folder."""
     if hidden["id"] == "outside:compass_twice_round":
         rewrite(log / "attitude.csv", lambda row, at: turn_heading(row, at, hidden["phase"]))
     elif hidden["id"] == "outside:distance_squared":

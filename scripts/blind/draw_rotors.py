@@ -1,5 +1,5 @@
-"""Draws rotor-driven flights for the blind set: vehicle, trajectory, sensors, noise and what is
-hidden, all from one seed. The vehicle differs from the nominal one that the diagnosis is told."""
+"""Draws rotor-driven flights for the blind set: vehicle, trajectory, sensors, noise and hidden
+effects, all from one seed. The vehicle differs from the nominal one that the diagnosis gets."""
 import random
 
 from draw import rewrite, turn_heading
@@ -48,7 +48,7 @@ def draw_vehicle(rng, vehicle):
     vehicle["inertia"] = [i * rng.uniform(0.9, 1.1) for i in vehicle["inertia"]]
     for arm, spread in (("r_BM", 0.005), ("r_BP", 0.03), ("r_BI", 0.01)):
         vehicle[arm] = [x + rng.uniform(-spread, spread) for x in vehicle[arm]]
-    vehicle["r_BI"][2] = 0.0  # known: it can't be told from the other levers
+    vehicle["r_BI"][2] = 0.0  # known: not distinguishable from the other lever arms
 
 
 def draw_flight(config, seed, hidden):
@@ -66,15 +66,15 @@ def draw_flight(config, seed, hidden):
     simulation["noise"] = {name: value * rng.uniform(0.7, 1.4) for name, value in noise.items()}
     simulation["motor_lag"] = rng.uniform(0.01, 0.03)
     simulation["effects"] = [draw_effect(rng, e) for e in hidden if e in EFFECTS]
-    simulation["log_commands"] = "motor_lag" in hidden  # measured speeds hide no lag
+    simulation["log_commands"] = "motor_lag" in hidden  # measured speeds have no lag
     if "outside" in hidden:
         return [hide_outside(rng, config)]
     return simulation["effects"]
 
 
 def hide_outside(rng, config):
-    """Something that no entry of the catalogue describes, large enough to be seen: what goes with
-    the square of speed needs room to get fast."""
+    """Something that no entry of the catalogue describes, large enough to be detected: effects
+    of the square of speed need room to reach a high speed."""
     simulation = config["simulation"]
     kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale",
                        "quadratic_drag"])
@@ -90,6 +90,6 @@ def hide_outside(rng, config):
 
 
 def spoil(log, hidden):
-    """Changes the written log where what is hidden is beyond the simulator. `log`: its folder."""
+    """Adds to the written log the hidden errors that the simulator lacks. `log`: its folder."""
     if hidden["id"] == "outside:heading_twice_round":
         rewrite(log / "pose.csv", lambda row, at: turn_heading(row, at, 0.0))

@@ -83,7 +83,7 @@ def _in_degrees(value, sigma, unit):
 
 
 def unobservable(summary):
-    """What the flight can't tell apart, in words."""
+    """The unobservable combinations, in words."""
     combinations = summary.get("unobservable") or []
     if not combinations:
         return ""

@@ -57,7 +57,7 @@ def _verdict(result):
         for cause in result["set_aside"]:
             blocks += _cause(cause)
     if result.get("goes_with"):
-        blocks += ["<h3>The residual goes with</h3>", bullets(result["goes_with"])]
+        blocks += ["<h3>The residual is correlated with</h3>", bullets(result["goes_with"])]
     return blocks
 
 
@@ -82,13 +82,13 @@ def _cause(cause):
         blocks.append(paragraph(f"On {flight['log']}: {flight['outcome']}"
                                 f"{', ' if sizes else ''}{sizes}."))
     if cause["confused_with"]:
-        blocks.append(paragraph(f"As good on this flight: {', '.join(cause['confused_with'])}. "
-                                f"To tell them apart: {cause['separate_by']}."))
+        blocks.append(paragraph(f"Fits equally well: {', '.join(cause['confused_with'])}. "
+                                f"To separate them: {cause['separate_by']}."))
     return blocks + _gains(cause)
 
 
 def _gains(node):
-    """What a cause, or all of them, are worth on flight that took no part in the fit."""
+    """Gain of a cause, or of all of them, on held-out flight."""
     blocks = []
     for key, what, count in (("gain", "Final-point error", "arcs"),
                              ("gain_open_loop", "Open-loop error over 1 s", "replays")):
@@ -106,7 +106,7 @@ def _gains(node):
 
 
 def _candidates(result):
-    headers = [("effect", 0), ("score z", 1), ("p", 1), ("would have been found from", 0)]
+    headers = [("effect", 0), ("score z", 1), ("p", 1), ("detectable from", 0)]
     rows = [[escape(c.get("which", c["id"])), number(c["score_z"]), number(c["p_value"], 2),
              escape(", ".join(f"{n} {number(v, 2)}" for n, v in c["detectable_size"].items()))]
             for c in result["candidates"]]

@@ -1,4 +1,4 @@
-"""The misfit taken apart: how the open-loop error grows, and what it goes with."""
+"""Misfit: growth of the open-loop error, and the variables correlated with it."""
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -30,7 +30,7 @@ def sections(result, folder):
             f"correction, and compared with the {misfit['measured_by']}. Before: the model without "
             f"the causes; after: with them.")
     return [paragraph(note, "note"), _growth_table(misfit), embed(_growth(misfit), "plot-growth"),
-            f"<h3>What the error after {seconds} s goes with</h3>", _share_table(misfit),
+            f"<h3>Variables correlated with the error after {seconds} s</h3>", _share_table(misfit),
             embed(_quantities(chosen), "plot-quantities"),
             f"<h3>Where the error after {seconds} s arises</h3>", embed(_places(chosen), "plot-places")]
 

@@ -69,7 +69,7 @@ def _add_distribution(figure, estimator, rows, column, subplot, shift, unit):
         return
     colour, name, first = charts.colour(estimator), charts.label(estimator), subplot == 1
     groups = rows.groupby("gamma")[column]
-    spread = 0.05 * np.sin(12.9898 * rows.tau)  # by arc, so that equal values do not hide
+    spread = 0.05 * np.sin(12.9898 * rows.tau)  # by arc, so that equal values do not overlap
     traces = [
         go.Scatter(x=charts.rounded(rows.gamma + shift + spread), y=charts.rounded(rows[column]),
                    mode="markers", marker=dict(color=colour, size=5, opacity=0.35),

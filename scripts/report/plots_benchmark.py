@@ -56,7 +56,7 @@ def against_gamma(result):
 def _distribution(figure, rows, column, colour, row, subplot):
     groups = rows.groupby("gamma")[column]
     dots = charts.decimate(rows, MOST_DOTS)
-    spread = 0.22 * np.sin(12.9898 * np.arange(len(dots)))  # so that equal values do not hide
+    spread = 0.22 * np.sin(12.9898 * np.arange(len(dots)))  # so that equal values do not overlap
     first = row == 1 and subplot == 1
     unit = "m" if row == 1 else "iterations"
     for trace in [

@@ -29,7 +29,7 @@ inline std::string TextOf(const std::filesystem::path& path) {
   return text.str();
 }
 
-// Every test has a flight of 15 s round the hippodrome of its own, which it may spoil.
+// Each test has its own flight of 15 s round the hippodrome, which it may modify.
 class CalibrateApp : public testing::Test {
  protected:
   void SetUp() override {

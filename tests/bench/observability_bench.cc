@@ -62,7 +62,7 @@ void EmpiricalGramianOf20s(benchmark::State& state) {
 }
 BENCHMARK(EmpiricalGramianOf20s)->Unit(benchmark::kMillisecond);
 
-// One evaluation of what the design maximises, with its gradient by 132 control points.
+// One evaluation of the design's score and its gradient by 132 control points.
 void DesignScoreAndGradientOf20s(benchmark::State& state) {
   DesignTarget target;
   for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) {

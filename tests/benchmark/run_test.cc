@@ -74,7 +74,7 @@ TEST_F(Run, SlowGoesOnWhereItWasKilled) {
   const auto files = JobFiles(out);
   ASSERT_EQ(files.size(), 3U);
   fs::remove(files[0]);                                    // was not reached
-  fs::resize_file(files[1], fs::file_size(files[1]) / 2);  // a disk that lost half of it
+  fs::resize_file(files[1], fs::file_size(files[1]) / 2);  // as after a disk failure
   EXPECT_EQ(RunFile(file_, out, 1).reused, 1);
   ExpectSame(out);
   EXPECT_EQ(RunFile(file_, out, 1).reused, 3);

@@ -1,4 +1,4 @@
-// Intervals and convergence times against what is known.
+// Intervals and convergence times against known answers.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ TEST(Bootstrap, IntervalOfAMeanIsThatOfTheNormal) {
   std::vector<std::vector<double>> flights(400);
   std::vector<double> means;
   for (auto& flight : flights) {
-    const double shared = random.Normal();  // what arcs of one flight have in common
+    const double shared = random.Normal();  // common to all arcs of one flight
     for (int i = 0; i < 5; ++i) flight.push_back(3.0 + shared + 0.1 * random.Normal());
     means.push_back(Mean(flight));
   }

@@ -84,11 +84,11 @@ TEST(FinalPointBoundTest, FallsWithTheFixesSigmaAndGrowsWithProcessNoise) {
   for (Fix& fix : log.fixes) fix.sigma *= 0.5;
   const double halved = bound(options);
   EXPECT_LT(halved, base);
-  EXPECT_GT(halved, 0.5 * base);  // the prior's share does not fall
+  EXPECT_GT(halved, 0.5 * base);  // the prior's information does not change
 }
 
-// Where nothing but fixes counts and theta is known, the bound is that of a straight-line fit's
-// end: written down here for one axis.
+// With fixes only and theta known, the bound is that of the end of a straight-line fit; computed
+// here for one axis.
 TEST(FinalPointBoundTest, KnownParametersGiveTheStraightLinesBound) {
   FlightLog log;
   for (int k = 0; k <= 600; ++k) {

@@ -1,4 +1,4 @@
-// The result files: names, columns and keys that others rely on, whole or not there.
+// The result files: names, columns and keys that other programs read, written whole or not at all.
 #include <gmock/gmock.h>
 
 #include <fstream>

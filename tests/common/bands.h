@@ -11,23 +11,23 @@
 
 namespace trueline {
 
-// Chance, on each side of a band, that right code fails with seeds drawn anew.
+// Probability, on each side of a band, that correct code fails with new seeds.
 inline constexpr double kChance = 1e-3;
 
-// `sum` of `freedom` independent squared errors, each over its stated variance.
+// `sum` is that of `freedom` independent squared errors, each divided by its stated variance.
 inline void ExpectChiSquare(double sum, double freedom, const std::string& what) {
   EXPECT_GT(sum, ChiSquareCritical(1.0 - kChance, freedom)) << what << ": sigmas are too large";
   EXPECT_LT(sum, ChiSquareCritical(kChance, freedom)) << what << ": sigmas are too small";
 }
 
-// `inside` of `count` independent intervals hold the truth, each with probability p.
+// `inside` of `count` independent intervals contain the truth, each with probability p.
 inline void ExpectCoverage(int inside, int count, double p, const std::string& what) {
   EXPECT_GT(BinomialCdf(inside, count, p), kChance) << what << ": " << inside << " of " << count;
   EXPECT_LT(BinomialCdf(inside - 1, count, p), 1.0 - kChance)
       << what << ": " << inside << " of " << count;
 }
 
-// A stated sigma against the one that is due, within a factor.
+// A stated sigma agrees with the expected one within a factor.
 inline void ExpectSigma(double sigma, double due, double factor, const std::string& what) {
   EXPECT_GT(sigma, due / factor) << what;
   EXPECT_LT(sigma, due * factor) << what;

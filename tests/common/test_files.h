@@ -1,4 +1,4 @@
-// What tests need of the file system and of errors.
+// Helpers of tests for files and errors.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace trueline {
 
-// What the InputError that `action` throws says.
+// The message of the InputError that `action` throws.
 inline std::string ErrorOf(const std::function<void()>& action) {
   try {
     action();

@@ -26,7 +26,7 @@ RunResult RunShell(const std::string& command) {
   return result;
 }
 
-// Two folders with small programs that stand for verbs.
+// Two folders with small programs as verbs.
 class Verbs : public ::testing::Test {
  protected:
   Verbs() : root_(fs::temp_directory_path() / ("trueline_verbs_" + std::to_string(getpid()))) {

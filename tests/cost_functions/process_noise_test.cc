@@ -1,4 +1,4 @@
-// The covariance of what the model leaves out, against quadrature and sampling of its definition.
+// The covariance of the process noise against quadrature and sampling of its definition.
 #include "cost_functions/models/process_noise.h"
 
 #include <gtest/gtest.h>

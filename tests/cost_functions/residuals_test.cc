@@ -52,7 +52,7 @@ class SegmentTest : public testing::Test {
       using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
       RowMajor analytic(cost.num_residuals(), sizes[b]);
       std::vector<double*> jacobians(sizes.size(), nullptr);
-      jacobians[b] = analytic.data();  // the others are not asked for, as for constant blocks
+      jacobians[b] = analytic.data();  // null for the others, as for constant blocks
       Eigen::VectorXd residual(cost.num_residuals());
       segment_.Evaluate(theta_, drift_, state_, true);
       ASSERT_TRUE(cost.Evaluate(blocks.data(), residual.data(), jacobians.data()));
@@ -114,8 +114,8 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   }
 }
 
-// Small steps follow the derivatives; what that leaves out grows with the step squared, and large
-// steps are integrated.
+// Small steps are extrapolated by the derivatives, with an error of second order; large steps are
+// integrated.
 TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
   Segment fresh{track_, kStart, {kFix, kEnd}, {kFix}, scaling_, 0.03};
   double largest = 0.0;
@@ -135,7 +135,7 @@ TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
       EXPECT_EQ(off, 0.0) << step;
     }
   }
-  EXPECT_GT(largest, 0.0);  // or nothing is saved
+  EXPECT_GT(largest, 0.0);  // else nothing was extrapolated
 }
 
 // e' W e = |U e|^2 must hold with the full covariance; whitening with the wrong triangle passes

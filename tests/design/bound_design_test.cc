@@ -51,7 +51,7 @@ TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
   EXPECT_LT(end.col(0).head<3>().norm(), 1e-6);
 }
 
-// The normal equations with columns against the batch's own information, and what is considered on
+// The normal equations with columns against the batch's own information; then considered effects on
 // top of both.
 TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
   const DesignTask task = ShortTask(0);
@@ -70,7 +70,7 @@ TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
     EXPECT_NEAR(sigma[i], std::sqrt(bound(i, i)), 1e-6 * sigma[i]) << RotorConstantNames()[i].name;
     EXPECT_GE(wide[i], sigma[i]) << RotorConstantNames()[i].name;
   }
-  EXPECT_GT(wide[0], 1.2 * sigma[0]);  // rotors that differ are mass that differs
+  EXPECT_GT(wide[0], 1.2 * sigma[0]);  // rotor differences look like mass differences
 }
 
 TEST(BoundDesign, MoreFlightHasASmallerBound) {

@@ -89,7 +89,7 @@ TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
     const auto expected = x.segment<kNodeSize>(static_cast<int>(s) * kNodeSize);
     EXPECT_LT((nodes[s].col(0) - expected).norm(), 1e-4 * (1.0 + expected.norm())) << s;
   }
-  // The rest that is left over, and that each cluster's share of it adds up.
+  // The sum of squared residuals, and its split into clusters.
   const double rest = (dense.leftCols(unknowns) * x + dense.col(unknowns)).squaredNorm();
   EXPECT_NEAR(system.reduced().rss - system.reduced().b.dot(-border), rest, 1e-5 * rest);
   const double priors =

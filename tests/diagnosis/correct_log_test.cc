@@ -1,4 +1,4 @@
-// Effects that the simulator (its own physics) puts into a log are taken out again.
+// CorrectLog removes the effects that the simulator (with its own physics) adds to a log.
 #include <gtest/gtest.h>
 
 #include "problems/effects/effect.h"
@@ -39,7 +39,7 @@ double LargestFixError(const FlightLog& log, const std::vector<simulation::Truth
 
 struct Case {
   Effect effect;
-  double left;  // of the effect's own size, at most
+  double left;  // residual share of the effect's size, at most
 };
 
 TEST(CorrectLog, TakesOutWhatTurnsTheAttitude) {
@@ -115,7 +115,8 @@ TEST(CorrectLog, TakesOutWhatTheAccelerometerAdds) {
       before += (with.imu[i].accel - clean.imu[i].accel).squaredNorm();
       after += (corrected.imu[i].accel - clean.imu[i].accel).squaredNorm();
     }
-    // A scale turns the bias too: 0.1 * 0.15 m/s^2 of it stays, for the bias' own estimate.
+    // A scale factor also scales the bias: 0.1 * 0.15 m/s^2 of it remains, for the bias' own
+    // estimate.
     EXPECT_LT(after, 0.01 * before) << effect.id;
   }
 }

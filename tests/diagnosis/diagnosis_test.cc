@@ -1,5 +1,5 @@
-// Whole diagnoses of simulated flights: nothing is found where nothing is hidden, and what is
-// hidden is named, with its size.
+// Diagnoses of simulated flights: no cause without hidden effects, and hidden effects named with
+// their sizes.
 #include "problems/diagnosis/diagnosis.h"
 
 #include <gmock/gmock.h>
@@ -110,7 +110,7 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   std::filesystem::remove_all(folder);
 }
 
-// A wind of the first flight blows in the second one too, or it does not.
+// The second flight has the first one's wind, or it has none.
 TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const std::map<std::string, double> wind{{"w_x", 1.0}, {"w_y", -0.6}};
   const FlightLog first = FlyHiding({{"wind", wind}}, 22);
@@ -133,11 +133,11 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const auto folder = std::filesystem::temp_directory_path() / "trueline_unconfirmed_test";
   WriteDiagnosis(alone, YAML::Node(), folder);
   EXPECT_FALSE(YAML::LoadFile(folder / "diagnosis.yaml")["causes"][0]["confirmed"].as<bool>());
-  EXPECT_EQ(YAML::LoadFile(folder / "model.yaml")["effects"].size(), 0U);  // nothing is claimed
+  EXPECT_EQ(YAML::LoadFile(folder / "model.yaml")["effects"].size(), 0U);  // nothing is confirmed
   std::filesystem::remove_all(folder);
 }
 
-// The simulator does not know this one: the attitude is tilted further here.
+// The simulator lacks this effect: the test scales the tilt of the logged attitude itself.
 TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
   FlightLog log = FlyHiding({}, 29);
   for (AttitudeSample& sample : log.attitude) {

@@ -1,4 +1,4 @@
-// A cause that a diagnosis names, against what was hidden in the flight.
+// Compares a named cause with the effect hidden in the flight.
 #pragma once
 
 #include <map>
@@ -10,24 +10,25 @@
 
 namespace trueline::testing_diagnosis {
 
-// An effect's values, and the sigmas (by estimated parameter) that are due for them: means of what
-// five simulated flights state. Their errors were as large, or smaller where the effect's
-// `ordinary` size makes up most of sigma.
+// An effect's values, and the expected sigmas by estimated parameter: means over five simulated
+// flights. The flights' errors agree with them, or are smaller where the effect's `ordinary` size
+// dominates sigma.
 struct Hidden {
   std::string id;
   std::map<std::string, double> values;
   std::vector<double> sigma;
 };
 
-inline constexpr double kSigmaFactor = 1.5;  // flights of other seeds lie within it
+inline constexpr double kSigmaFactor = 1.5;  // flights of other seeds are within it
 
-// Squared errors in stated sigmas, over causes of flights with noise of their own.
+// Squared errors in stated sigmas, over causes of flights with independent noise.
 struct SquaredErrors {
   double sum = 0.0;
   int count = 0;
 };
 
-// The cause is the hidden one, its sigmas are those due, and errors lie within 3.3 of them (0.1 %).
+// The cause is the hidden one, its sigmas are as expected, and errors are within 3.3 of them (0.1
+// %).
 inline SquaredErrors ExpectCause(const Cause& cause, const Hidden& hidden) {
   SquaredErrors squares;
   EXPECT_EQ(cause.candidate.info->id, hidden.id);
@@ -45,7 +46,7 @@ inline SquaredErrors ExpectCause(const Cause& cause, const Hidden& hidden) {
   return squares;
 }
 
-// Of several flights together: sigmas that are all too large show here first.
+// Over several flights together: detects sigmas that are all too large.
 inline void ExpectAsLargeAsStated(const std::vector<SquaredErrors>& flights) {
   SquaredErrors all;
   for (const SquaredErrors& flight : flights) {

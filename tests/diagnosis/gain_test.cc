@@ -29,7 +29,8 @@ TEST(Gain, TakesTheArcsThatBothPredict) {
   EXPECT_EQ(GainBetween(before, {}).arcs, 0);
 }
 
-// Three neighbours that err alike are worth one: the interval is wider than 60 arcs would give.
+// Three neighbours with equal errors count as one: the interval is wider than for 60 independent
+// arcs.
 TEST(Gain, RunsOfAlikeArcsWidenTheInterval) {
   std::map<int, double> nothing, alike;
   Random random(5, "runs");
@@ -69,7 +70,7 @@ TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
     Confirm(&causes);
     return causes[0].confirmed;
   };
-  EXPECT_FALSE(confirmed({}).has_value());  // one flight alone says nothing about others
+  EXPECT_FALSE(confirmed({}).has_value());  // a single flight confirms nothing
   EXPECT_TRUE(confirmed({"repeats"}).value());
   EXPECT_FALSE(confirmed({"differs"}).value());
   EXPECT_FALSE(confirmed({"can't be tested"}).value());

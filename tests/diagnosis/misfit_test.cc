@@ -58,7 +58,7 @@ TEST(Misfit, GrowsWithTheHorizonAndShowsAHeadingThatIsBent) {
   EXPECT_LT(time, 0.2);
 }
 
-// An error has the same length in all axes, and the parts of a row belong together.
+// An error has the same length in all frames, and the parts of a row are consistent.
 TEST(Misfit, RowsSayWhereTheErrorAroseAndWithWhat) {
   const Replayed flight = ReplayFlight({});
   ASSERT_GT(flight.misfit.rows.size(), 200U);
@@ -74,7 +74,7 @@ TEST(Misfit, RowsSayWhereTheErrorAroseAndWithWhat) {
   EXPECT_GT(near_gates, 50);
 }
 
-// Mean and standard deviation of what rows say less what the simulator flew at their middles.
+// Mean and standard deviation of the rows' values less the simulator's at their middles.
 struct Differences {
   int count = 0;
   double mean = 0.0, spread = 0.0;
@@ -104,9 +104,9 @@ struct Quantity {
   double offset, spread;
 };
 
-// Thrust is as the accelerometer reads it: b_az of -0.12 and the rotors' vibration are in it, no
-// scale. Gyro biases and noise lengthen the rate. Speed and place are those of the knot before.
-// Spreads are as achieved; a mean lies within 3.3 (0.1 %) of its standard errors.
+// Expected offsets: thrust is the accelerometer's reading, with b_az of -0.12 and the rotors'
+// vibration, without scale. Gyro biases and noise increase the rate. Speed and place are those of
+// the knot before. Spreads are observed ones; a mean is within 3.3 (0.1 %) of its standard errors.
 TEST(Misfit, RowsSayHowTheVehicleFlew) {
   using S = const simulation::TruthSample&;
   using At = ReplaySituation;

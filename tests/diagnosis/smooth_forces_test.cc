@@ -1,5 +1,5 @@
-// The accelerometer's x and y as a diagnosis uses them: what turns do is kept, what rotors do is
-// not.
+// The smoothed accelerometer x and y of a diagnosis: effects of turns are kept, vibration of rotors
+// is removed.
 #include "problems/diagnosis/smooth_forces.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ double LargestError(const std::vector<ImuSample>& imu, const std::function<doubl
   return largest;
 }
 
-// Drag in a turn of 3 rad/s, whose curvature a plain mean over the same span misses by 2 %.
+// Drag in a turn of 3 rad/s; a plain mean over the same span misses its curvature by 2 %.
 TEST(SmoothForces, KeepTheCurvatureOfTurns) {
   const auto turn = [](double t) { return 5.0 * std::sin(3.0 * t); };
   EXPECT_LT(LargestError(Imu(512, 10, turn), turn), 0.005);

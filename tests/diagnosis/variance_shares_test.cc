@@ -16,7 +16,7 @@ TEST(VarianceShares, BinsHoldEqualNumbersAndNoneForNoValue) {
   EXPECT_EQ(QuantileBins({2.0, 2.0, 2.0}, 3), (std::vector<int>{0, 0, 0}));
 }
 
-// Between two groups at +-1 with noise of 0.5, a share of 1 / (1 + 0.25) lies.
+// Two groups at +-1 with noise of 0.5 have a share of 1 / (1 + 0.25).
 TEST(VarianceShares, IsThatBetweenTheGroups) {
   Random random(2, "groups");
   std::vector<Eigen::Vector2d> errors, noise;
@@ -31,7 +31,8 @@ TEST(VarianceShares, IsThatBetweenTheGroups) {
   EXPECT_LT(shown.p, 1e-10);
   EXPECT_LT(chance.share, 0.02);
   EXPECT_GT(chance.p, 0.001);
-  EXPECT_EQ(VarianceShareOf(noise, std::vector<int>(400, 3)).share, 0.0);  // one group says nothing
+  EXPECT_EQ(VarianceShareOf(noise, std::vector<int>(400, 3)).share, 0.0);  // a single group
+                                                                           // explains nothing
 }
 
 }  // namespace

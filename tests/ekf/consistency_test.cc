@@ -1,5 +1,5 @@
-// The filter's covariance against what really happens, where everything is linear and Gaussian:
-// truth is drawn from the filter's own model with small errors, over many seeds.
+// The filter's covariance against the empirical one in a linear Gaussian case: truth is drawn from
+// the filter's own model with small errors, over many seeds.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -33,7 +33,8 @@ ImuInput TrueInput(double t) {
           {0.9 * std::sin(0.8 * t), 0.5 * std::cos(1.1 * t), 0.7}};
 }
 
-// What the true IMU adds, by its densities: white noise as a sample's mean over dt, walking biases.
+// Errors of the true IMU by its densities: white noise as a sample's mean over dt, random walks of
+// biases.
 struct NoisyImu {
   ImuNoise noise;
   Random random;

@@ -66,8 +66,8 @@ TEST(EkfRunTest, ConvergesToBiasesAndPredictsArcs) {
   }
 }
 
-// Each window's end must not know of anything later: the run over a log that is cut there is the
-// same up to the cut.
+// No window's estimate depends on later data: the run over a log that is cut at its end is the same
+// up to the cut.
 TEST(EkfRunTest, IsCausal) {
   const FlightData whole = DataOf(Hippodrome());
   FlightLog cut = Hippodrome();
@@ -96,8 +96,8 @@ TEST(EkfRunTest, StartsAnewAfterAnImuGapAndKeepsTheBiases) {
   ASSERT_FALSE(run.warnings.empty());
   EXPECT_NE(run.warnings.back().find("starts anew"), std::string::npos);
   ASSERT_TRUE(run.windows[8].arc);
-  EXPECT_LT(run.windows[8].parameters[2].sigma, 0.1);  // b_az is not forgotten
-  // Attitude and velocity had to be found anew within one pass, and it says how well.
+  EXPECT_LT(run.windows[8].parameters[2].sigma, 0.1);  // b_az is kept
+  // Attitude and velocity were estimated again within one pass; the covariance covers the error.
   EXPECT_TRUE(run.windows[8].arc->Inside95());
   EXPECT_GT(run.windows[8].arc->PredictedSigma(), 3.0 * run.windows[6].arc->PredictedSigma());
 }

@@ -1,4 +1,4 @@
-// Flights drawn from the kinematic model itself, for tests of estimators that believe in it.
+// Flights drawn from the kinematic model itself, for tests of estimators that assume it.
 #pragma once
 
 #include <Eigen/Dense>

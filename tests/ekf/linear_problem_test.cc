@@ -1,5 +1,5 @@
-// A linear problem, on which the filter, the window's least squares and a batch solution that is
-// written down here must be the same numbers.
+// A linear problem, on which the filter, the window's least squares and the batch solution in this
+// file must agree.
 #include <gtest/gtest.h>
 
 #include "problems/ekf/ekf_run.h"
@@ -130,8 +130,8 @@ TEST(LinearProblem, WindowCovarianceIsTheBatchs) {
   EXPECT_LT((cov - batch.cov_p_end.topLeftCorner<2, 2>()).norm(), 1e-9);
 }
 
-// With accelerometer noise: the scatter of the arc's end over many noisy IMUs, against what the
-// rigid fit's covariance says beyond the fixes' part.
+// With accelerometer noise: the empirical covariance of the arc's end over many noisy IMUs against
+// the rigid fit's covariance less the fixes' part.
 TEST(LinearProblem, SlowWindowCovarianceKnowsTheImusNoise) {
   constexpr double kNoise = 0.2;  // m/s^2/sqrt(Hz)
   constexpr int kNoisyImus = 200;
@@ -153,7 +153,7 @@ TEST(LinearProblem, SlowWindowCovarianceKnowsTheImusNoise) {
     };
     sum += (end(noisy) - end(clean)).squaredNorm();
   }
-  // 400 squares: a relative sigma of 7 %; the 0.1 s grid takes noise for a little older than it is.
+  // 400 squares have a relative sigma of 7 %; the 0.1 s grid places noise slightly too early.
   EXPECT_NEAR(sum / kNoisyImus, expected, 0.25 * expected);
 }
 

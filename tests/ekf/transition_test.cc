@@ -98,7 +98,7 @@ TEST(NavStateTest, DifferenceUndoesMoved) {
   }
 }
 
-// A tilt in E of one sigma is the same rotation, however the filter counts attitude errors.
+// A tilt of one sigma in E is the same rotation in both forms of the attitude error.
 TEST(NavStateTest, StartCovarianceIsTheSameRotationInBothForms) {
   const NavState x = SomeState();
   const Eigen::Vector3d turn_E(1e-6, -2e-6, 3e-6);

@@ -1,4 +1,4 @@
-// The maps of config/import on the measured flights: what comes out obeys physics.
+// The maps of config/import on the measured flights: the converted logs obey physics.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -175,14 +175,14 @@ TEST_P(Flights, GyroIsTheTurnOfTheAttitude) {
   }
 }
 
-// The AHRS's own attitude and that of mocap are two measurements of one thing.
+// The AHRS's attitude and that of mocap measure the same rotation.
 TEST_P(Flights, AttitudesAgree) {
   if (log_.attitude.empty()) GTEST_SKIP() << "the log has no attitude of its own";
   EXPECT_LT(AttitudeDifference(log_), 9.0);  // deg; the throws tumble
 }
 
-// Detections and sampled fixes lie on the flown path. The racer's gates were up to half a metre
-// from where its map has them.
+// Detections and sampled fixes are on the flown path. The racer's gates were up to half a metre
+// from their places on its map.
 TEST_P(Flights, FixesLieOnMocap) {
   std::vector<double> distances;
   for (const Fix& fix : log_.fixes) {

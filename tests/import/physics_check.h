@@ -1,6 +1,5 @@
-// Whether a converted flight obeys physics: mocap position differentiated twice must be the
-// specific force turned to earth axes plus gravity. Written for the tests, without the library's
-// models.
+// Checks that a converted flight obeys physics: mocap position differentiated twice must equal the
+// specific force rotated to earth axes plus gravity. Independent of the library's models.
 #pragma once
 
 #include <Eigen/Geometry>

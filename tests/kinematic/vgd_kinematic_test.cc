@@ -58,10 +58,10 @@ TEST_F(VgdKinematicTest, FindsBiasesAndTheArcsEnd) {
     EXPECT_NEAR(found.value, truth[i], 3.5 * found.sigma) << found.name;
     EXPECT_LT(found.sigma, 0.002) << found.name;
   }
-  EXPECT_LT(MedianError(run), 0.06);  // its 15 unknowns make 4 cm of the fixes' 2 mm
+  EXPECT_LT(MedianError(run), 0.06);  // its 15 unknowns amplify the fixes' 2 mm to 4 cm
 }
 
-// Eq. 38 takes the AHRS for true at the window's start; where it is off by a degree, it is not.
+// Eq. 38 assumes that the AHRS is exact at the window's start; here it is off by a degree.
 TEST_F(VgdKinematicTest, WithoutInitialAttitudeTheAhrsErrorRemains) {
   KinematicOptions paper;
   paper.initial_attitude = false;

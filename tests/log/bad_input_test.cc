@@ -1,5 +1,5 @@
-// Every way in which a native log can be bad: an error that names file, line, what was found and
-// what would do, or a warning and a defined treatment.
+// All kinds of bad native logs: each gives an error that names file, line, finding and remedy, or a
+// warning and a defined treatment.
 #include <gmock/gmock.h>
 
 #include "tests/log/log_files.h"
@@ -174,7 +174,7 @@ TEST(BadInput, NeitherFixesNorMocap) {
                                  HasSubstr("add position fixes")));
 }
 
-// The reader takes it; fixes are sampled later, or the truth itself is fitted.
+// The reader accepts it; fixes are sampled later, or the fit is to mocap itself.
 TEST(BadInput, MocapWithoutFixesIsLegal) {
   const LogFiles log;
   std::filesystem::remove(log / "fixes.csv");

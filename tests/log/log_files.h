@@ -1,4 +1,4 @@
-// A small native log on disk that tests then spoil.
+// A small native log on disk for tests to damage.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What the reader accepts and converts, and how it copes with size.
+// Accepted input, conversions, and large files.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 

@@ -1,4 +1,4 @@
-// What is written comes back: stamps exactly, values to the last digit.
+// Reading returns what was written: stamps exactly, values to the last digit.
 #include <gmock/gmock.h>
 
 #include "problems/common/random.h"
@@ -94,7 +94,7 @@ TEST(RoundTrip, KeepsTheDescription) {
   fs::remove_all(directory);
 }
 
-// A stream that was there before must not be taken for part of the new log.
+// A stream of an older log in the folder must not become part of the new one.
 TEST(RoundTrip, RemovesStreamsThatAreEmptyNow) {
   FlightLog log = RandomLog();
   const fs::path directory = fs::path(testing::TempDir()) / "round_trip_less";

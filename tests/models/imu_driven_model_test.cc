@@ -150,8 +150,8 @@ TEST(ComplementaryFilter, LevelsByTheAccelerometerAtRest) {
   EXPECT_LT((EulerFromQuaternion(q) - Phi).norm(), 1e-12);
 }
 
-// The error that the paper's model calls constant is not: under acceleration a the tilt goes off
-// at k_p a / g (references.md: it looks like drag).
+// The AHRS error is not constant as the paper's model assumes: under acceleration a the tilt error
+// is k_p a / g, which looks like drag.
 TEST(ComplementaryFilter, TakesAccelerationForTilt) {
   const double k_p = 0.2, a = 1.0, seconds = 0.5;
   ComplementaryFilter<double> filter({.k_p = k_p, .k_i = 0.0}, Quaterniond::Identity());

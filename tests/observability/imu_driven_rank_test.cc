@@ -15,7 +15,8 @@ TEST(ImuDrivenRank, AllNineAreShownByFlightThatTurnsAndTilts) {
   EXPECT_EQ(ImuDrivenRank(system, system.AllStates(), Turning::kNoYaw).rank, 15);
 }
 
-// Turning about the pitch axis only: a turn of E' about it is one of I the other way.
+// Rotation about the pitch axis only: a rotation of E' about it is equivalent to the opposite one
+// of I.
 TEST(ImuDrivenRank, PitchingAloneLosesOneTurn) {
   const ImuDrivenSystem system;
   const RankReport report = ImuDrivenRank(system, system.AllStates(), Turning::kPitch);
@@ -25,7 +26,7 @@ TEST(ImuDrivenRank, PitchingAloneLosesOneTurn) {
   EXPECT_EQ(Status(system, report, "K_x"), "ok");
 }
 
-// With one attitude only the product of the rotations is seen: three of six angles.
+// With a constant attitude only the product of the rotations is observable: three of six angles.
 TEST(ImuDrivenRank, ConstantAttitudeLosesThreeAngles) {
   const ImuDrivenSystem system;
   const RankReport report = ImuDrivenRank(system, system.AllStates(), Turning::kNone);

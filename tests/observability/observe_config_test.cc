@@ -63,7 +63,7 @@ TEST(ObserveConfig, TableOneHasThePapersNumbers) {
             std::string::npos);
 }
 
-// The rank of a flight, by singular values, is the exact one of its kind of motion.
+// The numerical rank of a flight, by singular values, is the exact one of its kind of motion.
 TEST(ObserveConfig, SlowFlightsShowWhatTheirKindOfMotionShowsExactly) {
   const auto flights = RunFile("flights.yaml"), kinds = RunFile("extended.yaml");
   for (const char* name : {"hover", "straight ahead and back"}) {

@@ -8,8 +8,8 @@
 namespace trueline {
 namespace {
 
-// A point mass on a line with drag k and scale s of its position sensor: x' = v, v' = -k v,
-// y = s x. The scale is lost with x and v together: (x, v, k, s) -> (x/c, v/c, k, c s).
+// A point mass on a line with drag k and scale s of its position sensor: x' = v, v' = -k v, y = s
+// x. Scale, x and v are observable only jointly: (x, v, k, s) -> (x/c, v/c, k, c s).
 struct DragSystem {
   static constexpr int kStates = 4, kMoving = 2, kErrors = 4;
   int num_inputs() const { return 0; }
@@ -62,7 +62,7 @@ TEST(ExactRank, AtRestTheDragIsNotSeen) {
   const RankReport report =
       ExactRank(ObservabilityMatrix<4, Modular>(DragSystem{}, x, {}, 4), {0, 1, 2, 3});
   EXPECT_EQ(report.rank, 2);
-  EXPECT_EQ(report.StatusOf(1), "ok");  // v = 0 is seen: a change of it would move y
+  EXPECT_EQ(report.StatusOf(1), "ok");  // v = 0 is observable: changing it would move y
   EXPECT_EQ(report.StatusOf(2), "unobservable");
   EXPECT_EQ(report.StatusOf(0), report.StatusOf(3));
 }

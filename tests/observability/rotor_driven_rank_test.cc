@@ -25,7 +25,8 @@ struct Answer {
     }
     return names;
   }
-  // The states that no sensor of the set depends on; the papers leave them out of the count.
+  // The number of states that some sensor of the set depends on; the papers do not count the
+  // others.
   int Seen() const { return static_cast<int>(report.states.size() - With("unobservable").size()); }
   double Direction(const std::string& state) const {
     const int index = FindState(system.errors(), state);
@@ -108,7 +109,7 @@ TEST(BeyondTableOne, FreeRotorConstantsLoseOneCommonScale) {
   const Answer a = Ask(kImuAndPose, Motion::kVarying, {"k_f", "k_m"});
   EXPECT_EQ(a.report.rank, 31);
   EXPECT_EQ(a.With("joint"), Names({"m", "I_x", "I_y", "I_z", "k_f", "k_m"}));
-  const std::vector<double> x = TestNominal();  // the direction is that of scaling all of them
+  const std::vector<double> x = TestNominal();  // the null direction scales all of them
   EXPECT_NEAR(a.Direction("k_f"), 1.0 / x[RotorDrivenModel::kMass], 1e-3);
   EXPECT_NEAR(a.Direction("k_m"), 1.0 / x[RotorDrivenModel::kMass], 1e-3);
   EXPECT_NEAR(a.Direction("I_y"), 0.678e-3 / x[RotorDrivenModel::kMass], 1e-6);

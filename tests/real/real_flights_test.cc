@@ -1,4 +1,4 @@
-// Measured flights, imported by their maps and calibrated: the figures that the project promises.
+// Measured flights, imported by their maps and calibrated: the stated results hold.
 #include <gtest/gtest.h>
 
 #include "problems/calibration/calibration_config.h"
@@ -27,9 +27,9 @@ Calibration CalibrateWith(const FlightLog& log, const std::string& config,
   return Calibrate(log, options);
 }
 
-// What the README states of a flight's drag K_x, 1/s, and what regression of the accelerometer on
-// mocap velocity gives (-0.40 to -0.42). A flight that is measured once has one right answer: it
-// may move by half of its sigma.
+// A flight's drag K_x as config/README.md states it, 1/s, and the regression of the accelerometer
+// on mocap velocity (-0.40 to -0.42). One log has one correct answer: it may change by half of its
+// sigma.
 void ExpectDrag(const ParameterEstimate& K_x, double value, double sigma) {
   constexpr double kRegression = -0.40;
   ASSERT_EQ(K_x.name, "K_x");
@@ -44,7 +44,7 @@ TEST(RealFlight, SlowNanoBenchOval) {
   const Calibration calibration = CalibrateWith(Import("nanobench.yaml", file), "default.yaml");
   const ArcSummary arcs = SummariseArcs(calibration.Reported());
   EXPECT_GE(arcs.error.count, 5);
-  EXPECT_LT(arcs.error.mean, 0.16);  // m; 0.11 of late
+  EXPECT_LT(arcs.error.mean, 0.16);  // m; currently 0.11
   ExpectDrag(calibration.Reported().windows.back().parameters[0], -0.383, 0.021);
 }
 

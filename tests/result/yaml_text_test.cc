@@ -1,4 +1,4 @@
-// Numbers of result files: short, and numbers again to whoever reads them.
+// Numbers of result files: short, and read back as numbers.
 #include "problems/result/yaml_text.h"
 
 #include <gtest/gtest.h>

@@ -71,8 +71,8 @@ TEST(RotorSegment, DerivativesAgreeWithDifferences) {
   }
 }
 
-// At the truth the whitened rows are white: their squares' mean is 1, for disturbances and readings
-// together, though each step's disturbance moves many rows.
+// At the truth the whitened rows are white: the mean of their squares is 1, for disturbances and
+// readings together, although each step's disturbance moves many rows.
 TEST(RotorSegment, WhitenedErrorsAtTheTruthAreWhite) {
   const Case c(8.0);
   double sum = 0.0, neighbours = 0.0;
@@ -173,8 +173,8 @@ double SquaredErrors(const Case& c, const RotorBatchResult& result) {
   return error.dot(cov.llt().solve(error));
 }
 
-// Flights that draw noise and first guess anew: errors of the constants, and what is left of all
-// rows, are chi-square.
+// Flights with new noise and first guesses: squared errors of the constants, and the sum of all
+// squared rows, are chi-square.
 TEST(RotorBatch, SlowErrorsAreAsLargeAsStated) {
   double errors = 0.0, errors_freedom = 0.0, rows = 0.0, rows_freedom = 0.0;
   for (std::uint64_t seed = 11; seed < 17; ++seed) {
@@ -184,7 +184,7 @@ TEST(RotorBatch, SlowErrorsAreAsLargeAsStated) {
     errors += SquaredErrors(c, result);
     errors_freedom += static_cast<double>(c.options.prior.Free().size());
     rows += 2.0 * result.cost;
-    // The prior's rows stand against the constants; each node takes 12.
+    // Degrees of freedom: the prior's rows balance the constants; each node takes 12.
     rows_freedom += result.residuals - 12.0 * static_cast<double>(result.nodes.size());
   }
   ExpectChiSquare(errors, errors_freedom, "constants");
@@ -199,7 +199,7 @@ TEST(RotorBatch, FindsDragThatFliesWithTheVehicle) {
     c.options.prior.sigma[FindRotorConstant(name)] = 1.0;
   const RotorBatchResult result = RunRotorBatch(c.model, c.data, c.options);
   const RotorConstants sigma = result.Sigma();
-  constexpr double kDue[] = {0.135, 0.163, 0.103};  // 1/s, that this flight has shown
+  constexpr double kDue[] = {0.135, 0.163, 0.103};  // 1/s, observed on this flight
   for (int i = 0; i < 3; ++i) {
     const int k = FindRotorConstant("K_x") + i;
     EXPECT_LT(std::abs(result.mean[k] - c.sim.drag[i]), 3.3 * sigma[k]);  // 0.1 %
@@ -207,7 +207,7 @@ TEST(RotorBatch, FindsDragThatFliesWithTheVehicle) {
   }
 }
 
-// The evidence prefers the disturbance that is there.
+// The evidence has its maximum at the true disturbance.
 TEST(RotorBatch, EvidenceFindsTheDisturbance) {
   Case c(4.0);
   std::vector<double> evidence;
@@ -219,7 +219,7 @@ TEST(RotorBatch, EvidenceFindsTheDisturbance) {
   EXPECT_GT(evidence[1], evidence[2] + 3.0);
 }
 
-// Largest difference, in sigmas of `b`.
+// Largest difference of the constants, in sigmas of `b`.
 double Apart(const RotorBatchResult& a, const RotorBatchResult& b) {
   double apart = 0.0;
   for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
@@ -228,8 +228,9 @@ double Apart(const RotorBatchResult& a, const RotorBatchResult& b) {
   return apart;
 }
 
-// Prior and flight pull the inertia apart, beyond what a body can have: it ends flat. Solutions
-// from there take few iterations and stay, and one that is not flat is found from there as well.
+// Prior and flight disagree about the inertia so far that the optimum would be unphysical: it ends
+// flat. A solve from the flat solution takes few iterations and stays there; from there a solution
+// that is not flat is found as well.
 TEST(RotorBatch, AFlatBodyHoldsNothingUp) {
   Case c(4.0);
   c.options.reweights = 3;
@@ -252,7 +253,7 @@ TEST(RotorBatch, AFlatBodyHoldsNothingUp) {
   EXPECT_LT(Apart(RunRotorBatch(c.model, c.data, fair, &flat), thick), 0.1);
 }
 
-// A map that swings in one direction and creeps in another.
+// A map that oscillates along one direction and converges slowly along another.
 TEST(FixedPoint, FindsItInAFewValues) {
   RotorConstants want = RotorConstants::Zero(), scale = want, x = want;
   want.head<2>() << 1.0, 2.0;

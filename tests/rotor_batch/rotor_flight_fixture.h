@@ -1,4 +1,4 @@
-// One simulated flight of the vehicle of Wuest et al., as tests of filter and batch use it.
+// One simulated flight of the vehicle of Wuest et al., for tests of filter and batch.
 #pragma once
 
 #include "problems/common/random.h"
@@ -24,7 +24,7 @@ inline RotorAeroModel EstimationModel(const RotorVehicle& vehicle) {
   return RotorAeroModel(vehicle.model.rotors(), vehicle.model.gravity());
 }
 
-// The prior with its mean drawn about the truth.
+// The prior with its mean drawn at random around the truth.
 inline RotorPrior DrawnPrior(const RotorVehicle& vehicle, std::uint64_t seed) {
   RotorPrior prior = PriorFromVehicle(vehicle);
   Random random(seed, "prior");

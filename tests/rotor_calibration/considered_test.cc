@@ -1,4 +1,4 @@
-// Effects that a model lacks, as an uncertainty of its constants.
+// Unmodelled effects as an uncertainty of the constants.
 #include "problems/rotor_calibration/considered.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ std::vector<ConsideredEffect> Read(const std::string& yaml) {
   return ReadConsidered(YamlMap(YAML::Load(yaml), "c.yaml", "consider"));
 }
 
-// Good sensors, so that small effects stand out of the noise while all stays linear.
+// Good sensors, so that effects are significant at sizes at which the model is still linear.
 RotorNoise Quiet() { return {0.2, 0.02, 0.001, 0.001, 0.02, 0.1}; }
 
 FlightLog Flown() {
@@ -37,8 +37,8 @@ RotorCalibrationOptions Considering(const std::string& yaml) {
   return options;
 }
 
-// Against the fit of a model that has the effect: the linear step that ConsideredCovariance takes
-// is where that fit ends, to a few per cent.
+// The linear step of ConsideredCovariance equals the change of the fit with the effect in the
+// model, to a few per cent.
 TEST(Considered, SlowIsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
   const FlightLog log = Flown();
   for (const Effect& effect :
@@ -75,7 +75,7 @@ TEST(Considered, SlowWidensIntervalsAndLeavesValues) {
   const RotorCalibration wide = CalibrateRotors(log, Considering("rotor_loss: {factor: 0.02}"));
   const int m = FindRotorConstant("m");
   EXPECT_EQ(wide.batch.mean[m], plain.batch.mean[m]);
-  // Four rotors that differ by 2 %: thrust as a whole by 1 %, and mass with it.
+  // Four rotors that differ by 2 %: total thrust, and with it mass, by 1 %.
   const double added = std::sqrt(wide.batch.cov(m, m) - plain.batch.cov(m, m));
   EXPECT_NEAR(added / plain.batch.mean[m], 0.01, 0.002);
 }

@@ -26,7 +26,7 @@ FlightLog FlyOnCommands(double duration, std::uint64_t seed = 3) {
   return SimulateRotorFlight(sim, RandomPath(duration, 4), seed);
 }
 
-// Motors as one guesses them: lag twice too short, voltage of no influence.
+// A rough guess of the motors: lag half of the truth, no influence of the voltage.
 RotorCalibrationOptions Guessed() {
   RotorCalibrationOptions options(WuestVehicle());
   options.learn_noise = false;
@@ -38,7 +38,7 @@ RotorCalibrationOptions Guessed() {
   options.prior.mean.segment<kMotorUnknowns>(lag) = options.data.motors_at;
   options.prior.sigma.segment<kMotorUnknowns>(lag) = MotorValues(0.02, 0.0, 0.5);
   options.prior.sigma[FindRotorConstant("k_f")] = 0.1;
-  options.prior.sigma[0] = 0.0;  // weighed
+  options.prior.sigma[0] = 0.0;  // the vehicle was weighed
   return options;
 }
 
@@ -61,8 +61,8 @@ TEST(MotorModel, SlopesAgreeWithDifferences) {
   EXPECT_EQ(SteadySpeed(curve, at, 0.0, 7.0).value, 0.0);
 }
 
-// The simulator's motors are code of their own: speeds made of its commands and battery must be
-// those that it logs.
+// The simulator has its own code for motors: speeds computed from its commands and battery must
+// equal those that it logs.
 TEST(MotorCommands, TurnRotorsAsTheSimulatorDoes) {
   RotorSimulation sim(WuestVehicle());
   sim.motors = simulation::MotorDriveConfig();

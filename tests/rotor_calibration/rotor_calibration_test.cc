@@ -50,7 +50,7 @@ TEST(RotorCalibration, AnInformativeFlightIsUsable) {
   EXPECT_NEAR(Find(c, "m").value, 0.2463, 4.0 * Find(c, "m").sigma);
   ASSERT_EQ(c.predictions.size(), 3u);
   EXPECT_GT(c.predictions[1].count, 5);
-  EXPECT_LT(c.predictions[1].after, 0.5 * c.predictions[1].before);  // the prior's mass is off
+  EXPECT_LT(c.predictions[1].after, 0.5 * c.predictions[1].before);  // the prior's mass is wrong
 }
 
 // A common scale of mass, inertia, k_f and k_m changes no output; nor does a common shift of all
@@ -115,7 +115,7 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   EXPECT_THAT(TextOf(out / "trajectory.csv"), HasSubstr("t [s],estimator,kind,tau,x [m]"));
   EXPECT_EQ(RenderReport("rotors", {"--result=" + out.string()}, out), "");
   EXPECT_THAT(TextOf(out / "report.html"), HasSubstr("Calibration by rotor speeds"));
-  // The model of this flight is prior knowledge of the next, but for the biases.
+  // The model of this flight is the prior of the next, except for the biases.
   const RotorCalibrationOptions next = ResolveRotorOptions("", (out / "model.yaml").string(), log);
   EXPECT_NEAR(next.prior.mean[0], Find(c, "m").value, 1e-6);
   EXPECT_NEAR(next.prior.sigma[0], Find(c, "m").sigma, 1e-5);
@@ -133,7 +133,7 @@ TEST(RotorOptions, ShippedConfigurationsAreRead) {
        {"rotors_neurobem", "rotors_nanodrone", "rotors_nanobench", "rotors_indi_throw"}) {
     const auto file = Source() / "config/calibrate" / (std::string(name) + ".yaml");
     const RotorCalibrationOptions real = ResolveRotorOptions(file, "", log);
-    EXPECT_EQ(real.prior.sigma[0], 0.0) << name;  // weighed
+    EXPECT_EQ(real.prior.sigma[0], 0.0) << name;  // the vehicle was weighed
     EXPECT_GT(real.data.end, 0.0);
   }
   const RotorFlightConfig flight =

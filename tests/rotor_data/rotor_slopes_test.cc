@@ -1,5 +1,5 @@
-// Derivatives, four columns at a time, against Jets of all errors and against finite differences:
-// the former would show a column that is missing, the latter do without Jets.
+// Derivatives in four columns at a time against Jets of all errors, which shows a missing column,
+// and against finite differences, which need no Jets.
 #include "problems/rotor_data/rotor_slopes.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ TEST_P(RotorSlopesTest, AStepAndItsSlopeAreThoseOfJets) {
     RotorState end = x;
     const RotorStepMatrix slope = StepWithSlope(*model, Input(), disturbance, kStep, &end);
     for (int i = 0; i < RotorAeroModel::kStates; ++i) EXPECT_NEAR(end[i], jets[i].a, 1e-12) << i;
-    // Columns one by one: constants have all sizes.
+    // Column by column, because constants differ in size.
     for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
       EXPECT_LT((slope.col(j) - expected.col(j)).norm(), 1e-9 * expected.col(j).norm() + 1e-12)
           << "by " << j;

@@ -115,7 +115,7 @@ TEST(DiagnoseRotors, SlowFindsTwoAtOnce) {
   EXPECT_EQ(ids, (std::set<std::string>{"payload_step", "rotor_tilt"}));
 }
 
-// Drag along three axes does most of the work of both.
+// Drag along three axes approximates the two effects together.
 TEST(DiagnoseRotors, SlowFindsTwoThatOneCouldStandFor) {
   const RotorDiagnosis diagnosis = DiagnoseRotors(
       {FlyHiding({{"rotor_speed_drag", {{"k", 2e-4}}}, {"rotor_inflow", {{"k", 4e-4}}}}, 10.0, 12)},
@@ -129,7 +129,7 @@ TEST(DiagnoseRotors, SlowFindsTwoThatOneCouldStandFor) {
   EXPECT_EQ(named.count("rotor_speed_drag"), 1u);
 }
 
-// A step between the times that are tried first, small enough to be lost at the nearest of them.
+// A step between the times that are tried first, so small that the nearest of them misses it.
 TEST(DiagnoseRotors, SlowFindsAStepAtItsTime) {
   const Hidden hidden{
       "com_step", {{"t_step", 5.4}, {"dx", 0.0012}, {"dy", -0.0012}}, {1.2e-4, 1.2e-4}};
@@ -149,7 +149,7 @@ TEST(DiagnoseRotors, SlowWhatNoVehicleHasIsUnexplained) {
   EXPECT_THAT(diagnosis.causes, testing::IsEmpty());
 }
 
-// A compass that errs with the heading, as no effect of the catalogue does.
+// A compass error that depends on the heading; no effect of the catalogue does.
 TEST(DiagnoseRotors, SlowDescribesAHeadingThatIsReadWrong) {
   FlightLog log = FlyHiding({}, 10.0, 15);
   for (PoseSample& pose : log.pose) {
@@ -162,7 +162,7 @@ TEST(DiagnoseRotors, SlowDescribesAHeadingThatIsReadWrong) {
   EXPECT_THAT(diagnosis.unexplained_by, testing::Contains("heading, as the attitude is read"));
 }
 
-// On further flights: a moment that stays, a load that is picked up once.
+// On further flights: a moment that repeats, and a load that is picked up once.
 TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
   const simulation::EffectSetting moment{"air_moment", {{"roll", 1.5e-3}, {"pitch", 2e-3}}};
   const simulation::EffectSetting load{"payload_step", {{"t_step", 6.0}, {"mass", 0.03}}};

@@ -17,7 +17,7 @@ RotorSimulation QuietAboveTheFloor() {
 }
 
 struct Misses {
-  double farthest = 0.0;  // m, of the model restarted from the truth every half second
+  double farthest = 0.0;  // m, of the model restarted at the truth every half second
   double accel = 0.0;     // m/s^2, largest error of a reading
 };
 

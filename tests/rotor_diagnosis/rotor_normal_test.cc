@@ -1,4 +1,5 @@
-// The linearised batch against the batch itself, and pushes against differences of the model.
+// The linearised batch against the batch itself, and force columns against differences of the
+// model.
 #include "problems/rotor_batch/rotor_normal.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
     const double unit = s.options.prior.sigma[free[i]];
     EXPECT_NEAR(cov(i, i) * unit * unit / s.batch.cov(free[i], free[i]), 1.0, 0.02);
   }
-  // At the solution the slope is zero, against what its curvature makes of a tenth of a sigma.
+  // At the solution the gradient is zero, compared with that a tenth of a sigma away.
   const Eigen::VectorXd step = normal.M().llt().solve(normal.b());
   EXPECT_LT(step.cwiseQuotient(cov.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 0.1);
 }
@@ -57,7 +58,7 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   }
 }
 
-// A pose sensor that reads what is not there: its size comes out of the column.
+// A wrong reading of the pose sensor: its column recovers its size.
 TEST(RotorNormal, ReadingsOfPosesAreColumns) {
   Solved s;
   constexpr double kTurn = 0.01, kShift = 0.01;  // rad about z_E, m along z_E
@@ -85,7 +86,7 @@ TEST(RotorNormal, ReadingsOfPosesAreColumns) {
   EXPECT_NEAR(step[first + 1], kShift, 3.0 * sigma[first + 1]);
 }
 
-// Scores that vary between clusters as the noise says give the noise's intervals.
+// If scores vary between clusters as the noise predicts, cluster intervals equal the noise's.
 TEST(RotorNormal, ClusterCovarianceAgreesWhereTheModelIsExact) {
   const Solved s;
   const RotorNormal normal(s.model, s.data, s.options, s.batch, {}, 0.25);

@@ -46,8 +46,8 @@ TEST(RotorEkf, EstimatesThePapersStates) {
   EXPECT_EQ(PriorFromVehicle(WuestVehicle()).Free().size() + RotorAeroModel::kMoving, 31u);
 }
 
-// Over flights and first guesses that are drawn anew, the squared errors of all constants over
-// their variances add up to chi-square with 18 degrees of freedom for each flight.
+// Over flights with new noise and first guesses, the squared errors of all constants over their
+// variances sum to chi-square with 18 degrees of freedom for each flight.
 TEST(RotorEkf, SlowErrorsAreAsLargeAsStated) {
   constexpr int kSeeds = 24;
   for (const bool attitude : {true, false}) {
@@ -69,8 +69,8 @@ TEST(RotorEkf, KnowsMassInertiaAndCentreOfMass) {
   }
 }
 
-// A guess of I_x at 0.4 of the truth and of its sigma, and a light one: two sigmas low, as one
-// flight in twenty has it. An ordinary filter is then certain of a wrong value.
+// A guess of the inertia at 0.4 of the truth (two sigmas low, as on one flight in twenty), and a
+// mass at 0.7. An ordinary filter then becomes certain of a wrong value.
 TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
   double ordinary = 0.0;
   for (const char* name : {"I_x", "I_y", "I_z"}) {
@@ -88,7 +88,7 @@ TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
 }
 
 // The batch's bound is computed by other code (shooting, elimination along a chain); the filter's
-// covariance must come down to it.
+// covariance must agree with it.
 TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
   Case c(10.0, true);
   RotorBatchOptions batch;

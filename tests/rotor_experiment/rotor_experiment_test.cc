@@ -1,5 +1,5 @@
-// Experiments with rotor-driven flights: those that ship run, results do not depend on threads, and
-// the batch reaches the Cramer-Rao bound where the model holds.
+// Experiments with rotor-driven flights: shipped ones run, results do not depend on threads, and
+// the batch reaches the Cramer-Rao bound if the model is exact.
 #include "problems/rotor_experiment/rotor_experiment.h"
 
 #include <gmock/gmock.h>
@@ -99,8 +99,8 @@ double SquaredErrors(const std::vector<RotorTrial>& trials, const std::set<std::
   return sum;
 }
 
-// Drag, rotors that differ and a lag that no estimator models: intervals by the noise alone miss
-// mass and centre of mass, those that take the effects in hold.
+// Drag, rotor differences and a lag that no estimator models: intervals from noise alone miss mass
+// and centre of mass; those with considered effects cover them.
 TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_coverage_unmodelled"));
   experiment.flights = 16;
@@ -120,7 +120,8 @@ TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
   const std::vector<RotorTrial> wide = RunAll(experiment);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::batch), 0.95, 0.05);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::filter), 0.95, 0.05);
-  // Intervals of any width hold the truth; squared errors say that these are no wider than needed.
+  // Coverage alone accepts intervals of any width; squared errors show that these are no wider than
+  // needed.
   EXPECT_GT(inside(wide, bent, &ConstantScore::batch), 0.85);
   ExpectChiSquare(SquaredErrors(wide, bent), 16.0 * bent.size(), "bent constants");
   experiment.considered.clear();

@@ -18,8 +18,8 @@ RotorSimulation Quiet() {
   return sim;
 }
 
-// Farthest that the model's own integration, restarted from the truth every half second, gets from
-// the truth, m.
+// Largest distance from the truth of the model's own integration, restarted at the truth every half
+// second, m.
 double FarthestOpenLoop(const RotorSimulation& sim) {
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(sim, RandomPath(5.0, 3), 1, &truth);

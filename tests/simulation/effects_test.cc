@@ -1,6 +1,6 @@
-// Every effect of the first table of effects.md, checked against its definition written out here.
-// Effects on sensors leave the flight as it was, so the log is compared with that of the same
-// flight without them; effects of force are looked for in the true specific force.
+// Every effect that an IMU-driven model sees against its definition, written out here. Effects on
+// sensors leave the flight unchanged, so the log is compared with that of the same flight without
+// them; force effects are checked in the true specific force.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ Vector3d BodyVelocity(const TruthSample& sample, const Vector3d& wind_E = Vector
   return sample.q_E_B.conjugate() * (sample.v_E - wind_E);
 }
 
-// `expected(sample)` is the added force in x and y, beside linear drag in the velocity `v_B`.
+// `expected(sample)` is the added force in x and y; linear drag acts on the velocity `v_B`.
 template <class VelocityOf, class Added>
 void ExpectForce(const Flown& flown, const VelocityOf& velocity, const Added& added) {
   double largest = 0.0;
@@ -32,7 +32,7 @@ void ExpectForce(const Flown& flown, const VelocityOf& velocity, const Added& ad
     const Vector3d plain = kDrag.cwiseProduct(BodyVelocity(sample));
     largest = std::max(largest, (sample.f_B - plain).head<2>().norm());
   }
-  EXPECT_GT(largest, 0.01);  // the effect is there at all
+  EXPECT_GT(largest, 0.01);  // the effect is present
 }
 
 TEST(Effects, QuadraticDrag) {
@@ -85,7 +85,7 @@ class SensorEffects : public ::testing::Test {
     const Quaterniond change = AttitudeChange(i);
     return -2.0 * change.z() / change.w();
   }
-  // Every fix is moved by `shift(true pose at the time of the fix, gate)`.
+  // Every fix is displaced by `shift(true pose at the time of the fix, gate)`.
   template <class Shift>
   void ExpectFixShift(const Shift& shift) const {
     ASSERT_EQ(plain.log.fixes.size(), with.log.fixes.size());
@@ -136,8 +136,8 @@ TEST_F(SensorEffects, ImuLeverArm) {
   EXPECT_LT(squares, 1e-2 * signal);
 }
 
-// A filter of gain k that takes specific force for gravity leans by k (v - mean v) / g, so that E'
-// z axis leans away from the acceleration: integrate the low-pass here and compare z' in E.
+// A filter of gain k that mistakes specific force for gravity tilts by k (v - mean v) / g: the z
+// axis of E' tilts away from the acceleration. Integrate the low-pass here and compare z' in E.
 TEST_F(SensorEffects, AhrsAccelerationError) {
   Compare("ahrs_acceleration_error", {{"k", 0.1}});
   std::vector<Vector3d> lean;
@@ -207,7 +207,7 @@ TEST_F(SensorEffects, CameraMisalignment) {
 TEST_F(SensorEffects, GateMoved) {
   plain = Fly(ShortExactFlight());
   with = FlyWith("gate_moved", {{"gate", 1}, {"dx", 0.1}, {"dy", -0.3}, {"dz", 0.2}});
-  EXPECT_EQ(with.log.gates[1].position, plain.log.gates[1].position);  // the map is the old one
+  EXPECT_EQ(with.log.gates[1].position, plain.log.gates[1].position);  // the map is unchanged
   int moved = 0;
   for (const Fix& fix : with.log.fixes) {
     const auto k = static_cast<std::size_t>(std::lround(ToSeconds(fix.t) * 512.0));

@@ -138,7 +138,7 @@ TEST(Flight, StreamsKeepTheirRates) {
   }
 }
 
-// Sum of k_f u against the true thrust, so rotors.csv is worth something.
+// Sum of k_f u equals the true thrust, so rotors.csv is usable.
 TEST(Flight, LoggedRotorsMakeTheThrust) {
   SimulationConfig config = ReadShipped("figure_eight");
   config.duration = 5.0;

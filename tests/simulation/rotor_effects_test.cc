@@ -1,5 +1,5 @@
-// Effects of the second table of effects.md (models driven by rotor speeds), each against its
-// definition written out here on the true flight.
+// Every effect that a rotor-driven model sees against its definition, written out here, on the true
+// flight.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -91,7 +91,7 @@ TEST_F(RotorEffects, TranslationalLift) {
   });
 }
 
-// What rotors and gyroscopic terms leave of the angular acceleration is the moment of the air.
+// The angular acceleration less that of rotors and gyroscopic terms is the moment of the air.
 TEST_F(RotorEffects, AirMoment) {
   FlyEffect("air_moment", {{"roll", 3e-4}, {"pitch", 5e-4}});
   const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
@@ -122,7 +122,8 @@ TEST_F(RotorEffects, PayloadStep) {
   }
 }
 
-// Moments about the moved centre, from rotors and gyroscopic terms, make the angular acceleration.
+// Moments about the displaced centre, from rotors and gyroscopic terms, give the angular
+// acceleration.
 TEST_F(RotorEffects, ComStep) {
   FlyEffect("com_step", {{"t_step", 3.0}, {"dx", 0.004}, {"dy", -0.003}});
   const Eigen::Matrix3d inertia = config.vehicle.inertia.asDiagonal();
@@ -141,7 +142,7 @@ TEST_F(RotorEffects, ComStep) {
 
 TEST_F(RotorEffects, RotorTilt) {
   FlyEffect("rotor_tilt", {{"roll", 0.0}, {"pitch", 0.03}});
-  ExpectForce([&](const TruthSample& s) -> Vector3d {  // nose up: thrust leans back
+  ExpectForce([&](const TruthSample& s) -> Vector3d {  // nose up: thrust tilts back
     const double thrust = NominalThrust(s);
     return config.vehicle.drag.cwiseProduct(Velocity(s)) +
            thrust * Vector3d(-std::sin(0.03), 0.0, -std::cos(0.03));

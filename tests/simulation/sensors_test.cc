@@ -1,4 +1,4 @@
-// Noise measured back from the log, and the other sensors' settings.
+// Noise measured from the log, and the other sensors' settings.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ TEST(Sensors, BiasesAddToTheReading) {
   EXPECT_LT((log.imu[9].gyro - config.imu.gyro_bias).norm(), 1e-6);
 }
 
-// Where the bias walks, the truth file's bias is its mean over the log: what a fit can find.
+// For a bias with a random walk the truth file states its mean over the log, which a fit estimates.
 TEST(Sensors, TruthOfAWalkingBiasIsItsMean) {
   SimulationConfig config = Hover(4.0);
   config.imu.accel_noise_density = config.imu.gyro_noise_density = 0.0;

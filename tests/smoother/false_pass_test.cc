@@ -1,4 +1,4 @@
-// Passes that saw something else than their gate: named, and kept out of what is learned.
+// False passes (another object detected as the gate): named, and excluded from learning.
 #include <gmock/gmock.h>
 
 #include "problems/calibration/calibration.h"
@@ -36,7 +36,7 @@ int FalseAlarms(const EstimatorRun& run) {
   return count;
 }
 
-// All fixes of the passes (from 0) are of something that stands `d` from the gate.
+// All fixes of the given passes (from 0) are of an object displaced from the gate by `d`.
 FlightLog WithFalsePasses(FlightLog log, const std::vector<int>& passes, const Eigen::Vector3d& d) {
   const std::vector<Pass> found = FindPasses(log.fixes, PassOptions());
   for (const int k : passes) {

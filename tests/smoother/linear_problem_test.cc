@@ -1,5 +1,5 @@
 // A linear problem with Gaussian noise, on which the fixed-lag smoother, the least squares over the
-// whole flight and a Kalman filter that is written down here must be the same numbers.
+// whole flight and the Kalman filter in this file must agree.
 #include <gtest/gtest.h>
 
 #include "problems/common/random.h"
@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kPassTime = 1.2, kLapTime = 2.2;  // s: passes with fixes, then arcs without
 
-// A vehicle that never turns, with no drag: position, velocity, thrust bias and small tilts enter
-// linearly. The fixes are a random path's; equality asks for no truth.
+// A vehicle that never rotates, without drag: position, velocity, thrust bias and small tilts enter
+// linearly. The fixes are those of a random path; the comparison needs no truth.
 FlightLog UnturnedLog(double gravity) {
   Random random(3, "unturned");
   FlightLog log;
@@ -49,16 +49,16 @@ VgdOptions LinearOptions(double tilt_sigma, double bias_sigma) {
 class KalmanFilter {
  public:
   static constexpr int kSize = 11;
-  // Long: the open start must not cost the digits that are compared.
+  // Extended precision: the large initial variance would cost digits that are compared.
   using Real = long double;
   using Vector = Eigen::Matrix<Real, kSize, 1>;
   using Matrix = Eigen::Matrix<Real, kSize, kSize>;
 
-  // Begins near the first fix.
+  // Starts near the first fix.
   KalmanFilter(const VgdOptions& options, double gravity)
       : process_(options.process), gravity_(gravity) {
     x.segment<3>(3) << 1.5L, -0.3L, 0.1L;
-    Vector variance = Vector::Constant(1e6);  // p and v are open
+    Vector variance = Vector::Constant(1e6);  // p and v are unknown
     variance[6] = std::pow(options.priors[2].sigma, 2);
     variance.tail<4>().setConstant(std::pow(process_.tilt, 2));
     P = variance.asDiagonal();
@@ -76,7 +76,7 @@ class KalmanFilter {
     P = F * P * F.transpose();
   }
 
-  // What the processes add in h seconds, at a knot. The state's drift enters the acceleration.
+  // Process noise over h seconds, added at a knot. The state's drift enters the acceleration.
   void AddNoise(double h) {
     const double alpha = std::exp(-h / process_.memory), tilt2 = process_.tilt * process_.tilt;
     const double q_a = std::pow(process_.acceleration, 2), q = (1.0 - alpha * alpha) * tilt2 / h;
@@ -89,7 +89,7 @@ class KalmanFilter {
       if (i != j) P(j, i) += value;
     };
     for (int i = 0; i < 3; ++i) {
-      const double tilts = i < 2 ? g * g * q : 0.0;  // the vertical does not feel a small tilt
+      const double tilts = i < 2 ? g * g * q : 0.0;  // a small tilt has no effect on the vertical
       add(i, i, q_a * std::pow(h, 3) / 3.0 + tilts * std::pow(h, 5) / 20.0 + 1e-6);
       add(i, 3 + i, q_a * h * h / 2.0 + tilts * std::pow(h, 4) / 8.0);
       add(3 + i, 3 + i, q_a * h + tilts * std::pow(h, 3) / 3.0 + 1e-6);
@@ -185,8 +185,8 @@ TEST_P(LinearFlight, SmootherBatchAndFilterAgree) {
   }
 }
 
-// Tilts of 2e-5 rad, which are linear to 1e-10, under gravity; then an unknown bias of the thrust
-// where no gravity makes tilts count.
+// Tilts of 2e-5 rad, linear to 1e-10, under gravity; then an unknown thrust bias without gravity,
+// so that tilts have no effect.
 INSTANTIATE_TEST_SUITE_P(Cases, LinearFlight,
                          testing::Values(Case{9.81, 2e-5, 1e-9}, Case{0.0, 1e-6, 0.5}));
 

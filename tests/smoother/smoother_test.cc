@@ -1,4 +1,4 @@
-// The fixed-lag smoother as a user meets it: what it refuses, breaks, causality.
+// The fixed-lag smoother: refused input, breaks, causality.
 #include "problems/smoother/smoother.h"
 
 #include <gmock/gmock.h>
@@ -20,8 +20,8 @@ SimulationConfig Hippodrome(double duration) {
   return config;
 }
 
-// Without the accelerometer's x and y: what they say of drag is doubted the more, the more of it
-// there is.
+// Without the accelerometer's x and y: their drag information gets an extra uncertainty that grows
+// with the estimated drag itself.
 VgdOptions FixedStrengths() {
   VgdOptions options;
   options.adapt_drift = false;
@@ -46,7 +46,7 @@ TEST(Smoother, WithoutProcessNoiseSaysWhatToSet) {
   }
 }
 
-// Whatever comes after an arc's first moment changes no digit of its prediction.
+// Data after an arc's start change no digit of its prediction.
 TEST(Smoother, PredictsFromThePastOnly) {
   const VgdOptions options = FixedStrengths();
   testing_simulation::Flown flown = testing_simulation::Fly(Hippodrome(25.0), 2);
@@ -67,7 +67,7 @@ TEST(Smoother, PredictsFromThePastOnly) {
   EXPECT_NE(before.windows[kTau].arc->p_E, after.windows[kTau].arc->p_E);
 }
 
-// A hole in the IMU: the path starts anew, what is known of the vehicle stays.
+// A gap in the IMU: the path starts anew, the vehicle's parameters are kept.
 TEST(Smoother, CarriesParametersOverABreak) {
   const VgdOptions options = FixedStrengths();
   testing_simulation::Flown flown = testing_simulation::Fly(Hippodrome(40.0), 3);
@@ -85,7 +85,7 @@ TEST(Smoother, CarriesParametersOverABreak) {
   const WindowEstimate& after = run.windows[kBreak];
   ASSERT_TRUE(after.arc);
   EXPECT_EQ(after.gamma, 1);
-  // One pass alone leaves drag at its prior; the smoother still knows it.
+  // One pass alone leaves drag at its prior; the smoother still has its estimate.
   const WindowEstimate alone = SolveWindow(broken, options, kBreak + 1, PriorMeans(options));
   EXPECT_GT(Find(alone, "K_x").sigma, 1.3 * Find(before, "K_x").sigma);
   EXPECT_LT(Find(after, "K_x").sigma, 1.05 * Find(before, "K_x").sigma);
@@ -94,7 +94,7 @@ TEST(Smoother, CarriesParametersOverABreak) {
   }
 }
 
-// More flight never makes the vehicle's constants less certain: they do not walk.
+// More flight never makes the vehicle's constants less certain: they are constant.
 TEST(Smoother, KnowsTheVehicleBetterWithEveryPass) {
   const VgdOptions options = FixedStrengths();
   const testing_vgd::Flight flight(Hippodrome(40.0), 4, options);

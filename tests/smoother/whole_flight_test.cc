@@ -1,5 +1,5 @@
-// All of a flight at once: agreement with a window over it, several flights, further unknowns, and
-// strengths that are learned.
+// Whole flights solved at once: agreement with a window over the flight, several flights,
+// additional unknowns, and learned strengths.
 #include "problems/smoother/whole_flight.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ SmootherOptions NoWalks() {
   return options;
 }
 
-// Without walks the chain of sections is one window over the flight.
+// Without random walks the chain of sections is equivalent to one window over the flight.
 TEST(WholeFlight, IsAWindowOverTheFlight) {
   VgdOptions options;
   options.adapt_drift = false;
@@ -62,7 +62,7 @@ TEST(WholeFlight, IsAWindowOverTheFlight) {
   EXPECT_LT((last.p_E - smoothed.p_E).norm(), 1e-4);  // m
 }
 
-// In closed loop the vehicle hardly moves sideways: no size of drag is read from what it seems to.
+// In closed loop the vehicle hardly moves sideways: drag along y is not fitted, whatever its size.
 TEST(WholeFlight, WithholdsDragThatNothingShows) {
   VgdOptions options;
   options.process.tilt = 0.015;  // rad, as simulated
@@ -76,13 +76,13 @@ TEST(WholeFlight, WithholdsDragThatNothingShows) {
   EXPECT_NE(whole.notes.back().find("K_y"), std::string::npos) << whole.notes.back();
   const ParameterEstimate& K_y = Find(whole, "K_y");
   EXPECT_EQ(K_y.status, "unobservable");
-  const ParameterPrior& prior = options.priors[1];  // held there, however long the flight
+  const ParameterPrior& prior = options.priors[1];  // held there, however long the flight is
   EXPECT_NEAR(K_y.value, prior.mean, 1e-3 * prior.sigma);
   EXPECT_LE(K_y.sigma, 1.001 * prior.sigma);
   EXPECT_GE(K_y.sigma, 0.99 * prior.sigma);
 }
 
-// Two flights of a vehicle share its airframe, and know it better than one.
+// Two flights of a vehicle share its airframe's parameters and estimate them better than one.
 TEST(WholeFlight, FlightsOfOneVehicleShareTheAirframe) {
   VgdOptions options;
   options.drag_measurement.enabled = false;
@@ -105,13 +105,13 @@ WholeFlight SolveWith(const char* id, const std::map<std::string, double>& value
   return RunWholeFlight({{&flight.data, {}}}, options, SmootherOptions(), whole);
 }
 
-// `due`: the sigma that this flight has shown; a factor of 1.4 allows for what else may change.
+// `due`: the sigma observed on this flight; a factor of 1.4 allows for other changes.
 void ExpectFound(double value, double sigma, double truth, double due) {
   EXPECT_NEAR(value, truth, 3.3 * sigma);  // 0.1 %
   ExpectSigma(sigma, due, 1.4, "sigma");
 }
 
-// What the simulator gets wrong on purpose is found, with the sigma that is due.
+// Errors configured in the simulator are found, with the expected sigma.
 TEST(WholeFlight, SlowFindsTheLatencyOfFixes) {
   WholeFlightOptions whole = Given();
   whole.learn_strengths = true;
@@ -140,7 +140,7 @@ TEST(WholeFlight, FindsTheLatencyOfTheAttitude) {
   ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.06, 0.0134);
 }
 
-// Where all gates stand together is the map's to say; how they stand to each other is seen.
+// A common displacement of all gates is not observable; displacements between gates are.
 TEST(WholeFlight, FindsAGateThatStandsElsewhere) {
   WholeFlightOptions whole = Given();
   whole.detector.gate_offset = 0.3;
@@ -150,7 +150,7 @@ TEST(WholeFlight, FindsAGateThatStandsElsewhere) {
   EXPECT_NEAR(Find(result, "gate_1_dy").value - Find(result, "gate_0_dy").value, 0.2, 0.15);
 }
 
-// A drift twice as large gives a strength about twice as large, beyond the intervals.
+// A drift twice as large gives a strength about twice as large; the intervals do not overlap.
 TEST(WholeFlight, SlowLearnsHowStronglyTheAhrsDrifts) {
   const VgdOptions options;
   std::vector<LearnedStrength> learned;
@@ -181,7 +181,7 @@ TEST(EvidenceMaximum, FindsTheTopOfANormalDensity) {
   EXPECT_LT((maximum.cov - information.inverse()).norm(), 1e-9);
 }
 
-// From where the curvature has the wrong sign it still climbs.
+// It also ascends from a start where the curvature has the wrong sign.
 TEST(EvidenceMaximum, ClimbsFromATail) {
   const auto log_p = [](const Eigen::VectorXd& z) {
     return -std::log(1.0 + z.squaredNorm());  // curved upwards beyond 1

@@ -46,7 +46,7 @@ TEST(Flatness, ModelDrivenByTheRotorSpeedsFollowsTheTrajectory) {
   }
 }
 
-// Attitude from rotation matrices: body z along the pull, body x level with the heading.
+// Attitude from rotation matrices: body z opposite to the thrust, body x level with the heading.
 TEST(Flatness, AttitudeHasThrustAndHeadingAsAsked) {
   const FlatVehicle vehicle = MakeFlatVehicle(TestQuadrotor(), TestNominal());
   for (const double t : {0.4, 2.2, 4.9}) {

@@ -1,4 +1,4 @@
-// Simulated flights for the tests of windows and fits, made in the process.
+// Simulated flights for the tests of windows and fits, generated in memory.
 #pragma once
 
 #include "problems/common/random.h"
@@ -9,7 +9,7 @@
 
 namespace trueline::testing_vgd {
 
-// The fit for which the exact hippodrome is the exact model: one rigid integration, plain squares.
+// The fit whose model is exact on the exact hippodrome: one rigid integration, plain least squares.
 inline VgdOptions RigidOptions() {
   VgdOptions options;
   options.process = {};
@@ -26,7 +26,7 @@ inline SimulationConfig ExactHippodrome(double duration) {
   return config;
 }
 
-// A log and what is derived from it; the log stays where FlightData points.
+// A log with its FlightData, which points to it.
 struct Flight {
   Flight(const SimulationConfig& config, std::uint64_t seed, const VgdOptions& options)
       : flown(testing_simulation::Fly(config, seed)),

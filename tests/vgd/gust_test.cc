@@ -1,4 +1,4 @@
-// Gusts as unknowns: what they do to the path, their derivatives, and what they are worth.
+// Gusts as unknowns: effect on the path, derivatives, and gain.
 #include "cost_functions/models/gust.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ TEST(Gust, NeedsTheAccelerometerAndAProcess) {
   EXPECT_FALSE(testing_vgd::RigidOptions().UsesGusts());
 }
 
-// Arcs inside of their 95 % ellipses, and the mean error, in gusts of 0.25 m/s^2 that last.
+// Share of arcs inside of their 95 % ellipses, and the mean error, in lasting gusts of 0.25 m/s^2.
 struct Arcs {
   double error = 0.0, squares = 0.0;  // m; in sigmas, summed
   int count = 0, inside = 0;
@@ -117,8 +117,8 @@ TEST(Gust, SlowAreNotTakenForDragOrCertainty) {
   EXPECT_LT(with_gusts.error, none.error);
 }
 
-// Velocity that changes by less than it is known to says nothing of drag; one that changes by ten
-// times as much says all of it.
+// A velocity that varies by less than its uncertainty gives no information on drag; with ten times
+// its uncertainty it gives all.
 TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
   DragDoubt doubt;
   for (int i = 0; i < 100; ++i) {
@@ -128,12 +128,12 @@ TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
   EXPECT_NEAR(doubt.Spread().x(), 0.5, 1e-9);
   EXPECT_NEAR(doubt.Uncertainty().y(), 0.04, 1e-9);
   const double force_sigma = 0.2;
-  // What the accelerometer alone would show: sigma / (spread sqrt(samples)).
+  // Sigma from the accelerometer alone: sigma / (spread sqrt(samples)).
   const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
   const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
   EXPECT_NEAR(sigma.x(), 0.5 * 0.01, 1e-6);
   EXPECT_NEAR(sigma.y(), 0.5, 1e-6);
-  // Where most of what is known comes from the motion, there is less doubt.
+  // If most of the information comes from the motion, the added sigma is smaller.
   EXPECT_NEAR(doubt.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.02, 1e-6);
   DragDoubt twice = doubt;
   twice.Add(doubt);

@@ -1,4 +1,4 @@
-// What the options of the fit do: losses, solvers, the stopping rule of eq. 36, bounds, gaps.
+// Effects of the fit's options: losses, solvers, the stopping rule of eq. 36, bounds, gaps.
 #include <gmock/gmock.h>
 
 #include "tests/vgd/flights.h"
@@ -81,7 +81,7 @@ TEST(Solvers, SlowGradientDescentApproachesTheTrustRegionsOptimum) {
   EXPECT_LT(before, 1.25 * best);
 }
 
-// |J_k - J_{k-1}| / J_k <= 1e-4 ends the search, and nothing earlier.
+// The search stops at |J_k - J_{k-1}| / J_k <= 1e-4, and not earlier.
 TEST(Solvers, StopByEq36) {
   const VgdOptions options = RigidOptions();
   const Flight flight(ExactHippodrome(16.0), 4, options);
@@ -97,7 +97,7 @@ TEST(Solvers, StopByEq36) {
     if (!summary.iterations[k].step_is_successful) continue;
     const double change =
         std::abs(summary.iterations[k].cost_change) / summary.iterations[k - 1].cost;
-    EXPECT_GT(change, 1e-4);  // the step that falls below is the last, and not listed
+    EXPECT_GT(change, 1e-4);  // the last step, which is below, is not listed
   }
   EXPECT_THAT(summary.message, HasSubstr("Function tolerance reached"));
   EXPECT_THAT(summary.message, HasSubstr("<= 1.000000e-04"));
@@ -114,7 +114,7 @@ TEST(Bounds, AParameterThatEndsOnOneIsReported) {
   EXPECT_NE(window.parameters[2].status, "at_bound");
 }
 
-// An IMU gap on the arc: it is not predicted, said so, and no window reaches over it.
+// An IMU gap on the arc: the arc is not predicted, with a warning, and no window spans the gap.
 TEST(Gaps, EndWindows) {
   const VgdOptions options = RigidOptions();
   SimulationConfig config = ExactHippodrome(30.0);

@@ -1,5 +1,5 @@
-// The fit against the truth of flights for which eq. 15 holds exactly, and against a Gauss-Newton
-// written here on its own: classical Runge-Kutta, finite differences, no part of the project's
+// The fit against the truth of flights for which eq. 15 is exact, and against an independent
+// Gauss-Newton in this file: classical Runge-Kutta, finite differences, no part of the project's
 // model.
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(RigidFit, FindsTheTrueNine) {
     const ParameterEstimate& p = window.parameters[i];
     EXPECT_NEAR(p.value, truth[i], 3.0 * p.sigma) << p.name;
   }
-  EXPECT_LT(window.parameters[0].sigma, 0.15);  // within 3 sigma says little where sigma is large
+  EXPECT_LT(window.parameters[0].sigma, 0.15);  // a large sigma would make 3 sigma meaningless
   EXPECT_NEAR(window.parameters[3].value, truth[3], 1e-4);
   EXPECT_NEAR(window.parameters[6].value, truth[6], 5e-3);
 }
@@ -63,7 +63,7 @@ struct Draw {
   }
   int Last() const { return static_cast<int>(flight.data.passes.size()); }
 
-  // The cost at the optimum over what is left free, starting from `theta`.
+  // The cost at the optimum over the free unknowns, starting from `theta`.
   double Solve(const Theta& theta, bool theta_is_free) {
     problem.SetStart(theta, RoughPath(flight.data.log.fixes, data.passes));
     std::vector<double*> blocks;
@@ -81,10 +81,10 @@ struct Draw {
   WindowProblem problem;
 };
 
-// Over 20 flights: twice what the cost falls from the truth to the optimum is chi-square with nine
-// degrees of freedom where model and weights are right, and the stated sigmas hold the errors.
-// (The normalised squared error itself, by the covariance at the optimum, is about 12 in place of
-// 9: the valley of what the data leave open is curved.)
+// Over 20 flights: if model and weights are right, twice the decrease of the cost from the truth to
+// the optimum is chi-square with nine degrees of freedom, and errors agree with their sigmas. (The
+// squared error normalised by the covariance at the optimum is about 12 instead of 9, because the
+// weakly observable directions form a curved valley.)
 TEST(RigidFit, SlowErrorsAreAsLargeAsStated) {
   const VgdOptions options = RigidOptions();
   Random random(11, "truth");
@@ -101,8 +101,8 @@ TEST(RigidFit, SlowErrorsAreAsLargeAsStated) {
     }
     fall += 2.0 * (draw.Solve(draw.truth, false) - best);
   }
-  // 99 % of a chi-square of 180 lies within 134 ... 232; the uniform truth spreads a little less
-  // than the normal prior says.
+  // 99 % of a chi-square of 180 is within 134 ... 232; the uniform truth has a smaller spread than
+  // the normal prior.
   EXPECT_GT(fall, 120.0);
   EXPECT_LT(fall, 232.0);
   ExpectCoverage(within_two_sigma, 180, 0.9545, "within two sigmas");
@@ -204,7 +204,7 @@ TEST(RigidFit, SlowMeetsAnIndependentGaussNewton) {
   }
 }
 
-// Starts all over Table 2 end at the same optimum, with the paper's rigid window.
+// Starts from all of Table 2 end at the same optimum, with the paper's rigid window.
 TEST(RigidFit, SlowManyStartsReachOneOptimum) {
   VgdOptions options = RigidOptions();
   const Flight flight(ExactHippodrome(16.0), 7, options);

@@ -1,5 +1,4 @@
-// What the fit says about what it does not know: covariance, statuses, combinations, learned drift,
-// ellipses.
+// Uncertainty of the fit: covariance, statuses, combinations, learned drift, ellipses.
 #include <gmock/gmock.h>
 
 #include "problems/calibration/calibration.h"
@@ -20,7 +19,7 @@ using testing_vgd::RigidOptions;
 using testing_vgd::SquaredArcErrors;
 
 TEST(Identifiability, NamesAnExactlyOpenCombination) {
-  // The data know a + b to 0.01 and c to 0.7, and nothing of a - b.
+  // The data determine a + b to 0.01 and c to 0.7, and give no information on a - b.
   Eigen::Matrix3d information = Eigen::Vector3d(1e4, 1e4, 2.0).asDiagonal();
   information(0, 1) = information(1, 0) = 1e4;
   const Eigen::Matrix3d cov = (information + Eigen::Matrix3d::Identity()).inverse();
@@ -44,7 +43,7 @@ TEST(Identifiability, StatusesFollowTheShareOfThePriorLeft) {
   EXPECT_THAT(result.combinations, ElementsAre(HasSubstr("c (")));
 }
 
-// One straight shows no headings and no drag across; the bias along the thrust it does.
+// One straight shows neither headings nor drag across it, but it shows the bias along the thrust.
 TEST(Uncertainty, OneStraightLeavesHeadingsOpen) {
   const VgdOptions options = RigidOptions();
   testing_simulation::Flown flown = testing_simulation::Fly(ExactHippodrome(12.0), 4);
@@ -60,8 +59,8 @@ TEST(Uncertainty, OneStraightLeavesHeadingsOpen) {
   EXPECT_NE(Find(run.windows[0], "b_az").status, "unobservable");
 }
 
-// Drag that is the same along x and y can't show the heading of the IMU on its board. With no prior
-// to speak of the covariance is still finite, and the rest is found.
+// With equal drag along x and y the heading of the IMU on its board is unobservable. Under a very
+// wide prior the covariance is still finite, and the other parameters are found.
 TEST(Uncertainty, SurvivesRankDeficiency) {
   VgdOptions options = RigidOptions();
   options.gamma = 5;
@@ -82,7 +81,7 @@ TEST(Uncertainty, SurvivesRankDeficiency) {
   }
 }
 
-// The prior of an earlier flight must not make a good flight look as if it showed nothing.
+// A tight prior from an earlier flight must not make a good flight look uninformative.
 TEST(Uncertainty, StatusTellsWhatTheFlightShowsWhateverThePrior) {
   VgdOptions options = RigidOptions();
   options.gamma = 5;
@@ -124,9 +123,9 @@ TEST(ProcessLearner, KnowsTheOptionsValueBeforeAnyFlight) {
   EXPECT_EQ(ProcessLearner(VgdOptions()).Process().tilt, VgdOptions().process.tilt);
 }
 
-// The default fit on the default flight: its 95 % ellipses hold about 95 % of the arcs' ends, and
-// are no larger than that takes. Nearly all of 40 arcs may lie inside of ellipses that are twice
-// too large; the squared errors over their covariance tell. Two degrees of freedom for each arc.
+// The default fit on the default flight: its 95 % ellipses contain about 95 % of the arcs' ends and
+// are no larger than needed. Nearly all of 40 arcs may lie inside ellipses twice too large, so the
+// squared errors over their covariance are tested too, with two degrees of freedom for each arc.
 TEST(Uncertainty, SlowEllipsesHoldTheTruth) {
   const VgdOptions options;
   int arcs = 0, inside = 0;

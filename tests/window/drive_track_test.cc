@@ -62,7 +62,7 @@ TEST(DriveTrack, BridgesAShortGapAtTheStreamsOwnStep) {
   const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
   EXPECT_TRUE(track.Covers(0, FromSeconds(2.0)));
   EXPECT_TRUE(track.gaps().empty());
-  EXPECT_EQ(track.steps().size(), 800U);  // the lost samples' steps are there
+  EXPECT_EQ(track.steps().size(), 800U);  // steps replace the lost samples
   ExpectTrueDrive(track, 0.02);           // the thrust is interpolated over 0.1 s
 }
 
@@ -119,7 +119,7 @@ TEST(DriveTrack, LevelFlightHoldsTheAltitude) {
   }
 }
 
-// Without an attitude stream the own filter runs: it starts level and follows the gyro.
+// Without an attitude stream the complementary filter runs: it starts level and follows the gyro.
 TEST(DriveTrack, RunsItsOwnFilterWithoutAttitude) {
   FlightLog log = FlownLog(2.0);
   log.attitude.clear();

@@ -81,7 +81,7 @@ inline Motion Integrate(const DriveTrack& track, const ParameterScaling& scaling
   return Integrate(track, Physical(scaling, theta, drift), from, start, end);
 }
 
-// What an accelerometer along I's axes reads of drag and bias at `t`, by eq. 7-9.
+// The reading of an accelerometer along I's axes from drag and bias at `t`, by eq. 7-9.
 inline Eigen::Vector3d ForceInImu(const DriveTrack& track, const ParameterScaling& scaling,
                                   const double* theta, const double* drift, const double* state,
                                   TimeNs start, TimeNs t) {

@@ -96,7 +96,7 @@ TEST(RoughPath, IsSmoothOverATurn) {
         (path.At(FromSeconds(t + h)).p - path.At(FromSeconds(t - h)).p) / (2.0 * h);
     EXPECT_LT((slope - path.At(FromSeconds(t)).v).norm(), 1e-4) << t;
   }
-  EXPECT_GT(path.At(FromSeconds(2.0)).p.x(), 2.2);  // it swings out as the vehicle does
+  EXPECT_GT(path.At(FromSeconds(2.0)).p.x(), 2.2);  // the path bulges out, as the vehicle's does
 }
 
 FlightLog WithMocap() {
@@ -165,7 +165,7 @@ TEST(AverageForces, AveragesAndLearnsTheScatter) {
   Random random(5, "forces");
   for (int i = 0; i < 4000; ++i) {
     const Vector3d noise = 5.0 * random.NormalVector3();
-    if (i >= 2000 && i < 2100) continue;  // a hole of half a second
+    if (i >= 2000 && i < 2100) continue;  // a gap of half a second
     imu.push_back({FromSeconds(0.005 * i), Vector3d(0.3, -0.4, -9.8) + noise, Vector3d::Zero()});
   }
   const ForceSamples forces = AverageForces(imu, DragMeasurementOptions());
