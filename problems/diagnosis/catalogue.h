@@ -1,36 +1,16 @@
-// The catalogue of effects that a diagnosis of the IMU-driven model tests: one declaration each.
+// The hypotheses that a diagnosis of the IMU-driven model tests.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "problems/effects/declaration.h"
 #include "problems/effects/effect.h"
 
 namespace trueline {
 
-enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix, kThrust, kLoad };
-
-struct EffectParameterInfo {
-  std::string name;
-  std::string unit;
-  double step;              // of the difference quotient that gives the sensitivity
-  double plausible;         // largest size that a real vehicle has
-  double ordinary;          // size that every vehicle has, too small to be called a cause
-  bool either_sign = true;  // both signs are physical
-  double neutral = 0.0;
-};
-
-struct EffectInfo {
-  std::string id;
-  EntersAt enters;
-  std::vector<EffectParameterInfo> parameters;  // the estimated ones
-  std::string physics;                          // one sentence
-  std::string separate_by;                      // manoeuvre that separates it from similar effects
-};
-
-const std::vector<EffectInfo>& Catalogue();
-const EffectInfo& InfoOf(const std::string& id);  // id must be in the catalogue
-std::string NameOf(EntersAt enters);
+// The effects that the diagnosis of the IMU-driven model tests.
+const std::vector<const EffectInfo*>& Catalogue();
 
 // One hypothesis about a flight: an effect with its discrete parameters (gate, t_step) fixed.
 struct Candidate {

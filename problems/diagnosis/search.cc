@@ -17,28 +17,16 @@ constexpr int kRelearned = 6;  // candidates that are tested with noise learned 
 // mistakes some acceleration for gravity and its integral winds up in turns; the thrust axis
 // measures a share of the other two, which grows with drag.
 struct OrdinaryError {
-  EffectInfo info;
-  double sigma;
+  const EffectInfo* info;
+  double sigma;  // of each parameter, in its unit
 };
 
 const std::vector<OrdinaryError>& OrdinaryErrors() {
   static const std::vector<OrdinaryError> errors = {
-      {InfoOf("ahrs_acceleration_error"), 0.05},  // 1/s
-      {{"body_tilt_drift",
-        EntersAt::kAttitude,
-        {{"roll_1", "rad", 0.01, 0.1, 0.01},
-         {"pitch_1", "rad", 0.01, 0.1, 0.01},
-         {"roll_2", "rad", 0.01, 0.1, 0.01},
-         {"pitch_2", "rad", 0.01, 0.1, 0.01}},
-        "",
-        ""},
-       0.01},  // rad
-      {{"accel_cross_axis",
-        EntersAt::kAccelerometer,
-        {{"l_x", "1", 0.01, 0.1, 0.01}, {"l_y", "1", 0.01, 0.1, 0.01}},
-        "",
-        ""},
-       0.01}};  // of the axes' angle, with the misalignment that eq. 15 leaves out of a_z
+      {&InfoOf("ahrs_acceleration_error"), 0.05},
+      {&InfoOf("body_tilt_drift"), 0.01},
+      // Beside the misalignment of the axes, which eq. 15 leaves out of a_z.
+      {&InfoOf("accel_cross_axis"), 0.01}};
   return errors;
 }
 
@@ -49,7 +37,7 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
 Columns FilterNuisances(const SensitivityBase& base, const FlightUnknowns& x, BaseFlight* flight) {
   Columns all = Columns::None(flight->rows());
   for (const OrdinaryError& error : OrdinaryErrors()) {
-    const Candidate candidate{&error.info, {}};
+    const Candidate candidate{error.info, {}};
     Columns columns = FreeColumns(Sensitivity(base, candidate, candidate.Neutral(), x, flight));
     columns.precision.setConstant(1.0 / (error.sigma * error.sigma));
     all = all.With(columns);
@@ -96,7 +84,7 @@ int CauseSearch::FilterColumns() const {
   if (log_.attitude.empty()) return 0;
   int count = 0;
   for (const OrdinaryError& error : OrdinaryErrors()) {
-    count += static_cast<int>(error.info.parameters.size());
+    count += static_cast<int>(error.info->parameters.size());
   }
   return count;
 }

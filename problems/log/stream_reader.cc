@@ -11,6 +11,9 @@
 namespace trueline {
 namespace {
 
+// In SI units, of every stream. Squares and products of what is larger overflow in a fit.
+constexpr double kLargest = 1e9;
+
 int IndexOf(const std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   return found == names.end() ? -1 : static_cast<int>(found - names.begin());
@@ -147,10 +150,10 @@ bool StreamReader::ParseRow() {
 
 void StreamReader::CheckRow(TimeNs previous) const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    if (std::isfinite(values_[i])) continue;
+    if (std::abs(values_[i]) <= kLargest) continue;
     Fail(columns_[i].name,
-         fmt::format("found '{}', which is not finite; remove the row or repair it",
-                     Field(index_[i])));
+         fmt::format("found '{}', which is {}; remove the row or repair it", Field(index_[i]),
+                     std::isfinite(values_[i]) ? "beyond anything that flies" : "not finite"));
   }
   if (rows_ > 0 && time_ <= previous) {
     Fail("t",

@@ -5,21 +5,23 @@
 #include <algorithm>
 #include <map>
 
+#include "problems/effects/declaration.h"
+
 namespace trueline {
 namespace {
 
 // Effects whose forces are proportional to their size and act throughout the flight.
 const std::map<std::string, std::vector<std::string>>& Considerable() {
-  static const std::map<std::string, std::vector<std::string>> effects = {
-      {"linear_drag", {"K_x", "K_y", "K_z"}},
-      {"thrust_sag", {"d"}},
-      {"rotor_loss", {"factor"}},
-      {"rotor_inflow", {"k"}},
-      {"rotor_speed_drag", {"k"}},
-      {"motor_lag", {"tau"}},
-      {"translational_lift", {"k"}},
-      {"air_moment", {"roll", "pitch"}},
-      {"rotor_tilt", {"roll", "pitch"}}};
+  static const auto effects = [] {
+    std::map<std::string, std::vector<std::string>> proportional;
+    for (const EffectInfo* info : CausesOf(DrivenBy::kRotors)) {
+      if (info->enters_squared || info->HasIndex("t_step")) continue;
+      for (const auto& parameter : info->parameters) {
+        proportional[info->id].push_back(parameter.name);
+      }
+    }
+    return proportional;
+  }();
   return effects;
 }
 

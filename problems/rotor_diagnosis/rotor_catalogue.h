@@ -1,6 +1,4 @@
-// The catalogue of effects that a diagnosis of the rotor-driven model tests: one declaration each
-// (see EffectInfo). Forces are linear in every parameter except that of the ground effect, which
-// enters squared.
+// The hypotheses that a diagnosis of the rotor-driven model tests.
 #pragma once
 
 #include "problems/diagnosis/catalogue.h"
@@ -9,10 +7,7 @@
 
 namespace trueline {
 
-const std::vector<EffectInfo>& RotorCatalogue();
-// CHECKs that `id` is in the catalogue.
-const EffectInfo& RotorInfoOf(const std::string& id);
-bool EntersSquared(const EffectInfo& info);
+const std::vector<const EffectInfo*>& RotorCatalogue();
 
 // All candidates for a flight: each effect, one rotor_loss for each rotor, step effects at several
 // times. Drag and inflow are left out where the base fit estimates them, the ground effect where

@@ -39,7 +39,7 @@ Eigen::VectorXd OrdinarySteps(const EffectInfo& info) {
   Eigen::VectorXd ordinary(info.parameters.size());
   for (int i = 0; i < ordinary.size(); ++i) {
     ordinary[i] = info.parameters[i].ordinary / info.parameters[i].step;
-    if (EntersSquared(info)) ordinary[i] *= ordinary[i];
+    if (info.enters_squared) ordinary[i] *= ordinary[i];
   }
   return ordinary;
 }
@@ -62,7 +62,7 @@ ScoreTest TestLast(const RotorNormal& normal, const Eigen::VectorXd& ordinary) {
 Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& steps) {
   Eigen::VectorXd sizes = steps;
   for (int i = 0; i < sizes.size(); ++i) {
-    if (EntersSquared(info)) sizes[i] = std::copysign(std::sqrt(std::abs(sizes[i])), sizes[i]);
+    if (info.enters_squared) sizes[i] = std::copysign(std::sqrt(std::abs(sizes[i])), sizes[i]);
     sizes[i] *= info.parameters[i].step;
   }
   return sizes;

@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/common/error.h"
@@ -73,6 +74,19 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
              });
        }},
       {"ahrs_acceleration_error", {{"k", "1/s"}}, HangAccelerationError},
+      // The AHRS states R_E_B with its tilt, a turn by `lean` about a level axis, 1 + s times as
+      // large.
+      {"tilt_scale",
+       {{"s", "1"}},
+       [](Values p, double, Stages* stages) {
+         stages->ahrs_error.push_back([s = p["s"]](const Motion& m, Vector3d* angles) {
+           const Vector3d z_B_E = m.q_E_B * Vector3d::UnitZ();
+           const double lean = std::acos(std::clamp(z_B_E.z(), -1.0, 1.0));
+           if (lean < 1e-9) return;
+           const Vector3d axis_E = Vector3d::UnitZ().cross(z_B_E).normalized();
+           angles->head<2>() -= s * lean * axis_E.head<2>();
+         });
+       }},
       {"heading_drift",
        {{"d", "rad/s"}},
        [](Values p, double, Stages* stages) {

@@ -70,6 +70,13 @@ TEST(BadInput, Infinity) {
   EXPECT_THAT(log.Error(), HasSubstr("fixes.csv:2: column 'y': found '-inf'"));
 }
 
+TEST(BadInput, ANumberThatOverflowsInAFit) {
+  const LogFiles log;
+  ReplaceIn(log / "fixes.csv", "2,-1.5", "1e308,-1.5");
+  EXPECT_THAT(log.Error(), AllOf(HasSubstr("fixes.csv:2: column 'y': found '1e308'"),
+                                 HasSubstr("beyond anything that flies")));
+}
+
 TEST(BadInput, TextInPlaceOfANumber) {
   const LogFiles log;
   ReplaceIn(log / "imu.csv", "0.2,0.3", "0.2,fast");

@@ -90,6 +90,7 @@ TEST(Config, EveryEffectOfTheTableIsKnown) {
                          "accel_bias_drift",
                          "imu_lever_arm",
                          "ahrs_acceleration_error",
+                         "tilt_scale",
                          "heading_drift",
                          "heading_distortion",
                          "attitude_latency",

@@ -1,0 +1,68 @@
+#include "problems/effects/declaration.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+
+namespace trueline {
+
+bool EffectInfo::HasIndex(const std::string& name) const {
+  return std::any_of(indices.begin(), indices.end(),
+                     [&](const EffectIndexInfo& index) { return index.name == name; });
+}
+
+std::vector<std::string> EffectInfo::ParameterNames() const {
+  std::vector<std::string> names;
+  for (const EffectIndexInfo& index : indices) names.push_back(index.name);
+  for (const EffectParameterInfo& parameter : parameters) names.push_back(parameter.name);
+  return names;
+}
+
+const std::vector<EffectInfo>& DeclaredEffects(DrivenBy drive) {
+  static const std::vector<EffectInfo> imu = ImuDrivenDeclarations();
+  static const std::vector<EffectInfo> rotors = RotorDrivenDeclarations();
+  return drive == DrivenBy::kImu ? imu : rotors;
+}
+
+std::vector<const EffectInfo*> CausesOf(DrivenBy drive) {
+  std::vector<const EffectInfo*> causes;
+  for (const EffectInfo& info : DeclaredEffects(drive)) {
+    if (info.role == Role::kCause) causes.push_back(&info);
+  }
+  return causes;
+}
+
+const EffectInfo* FindDeclared(const std::string& id) {
+  for (const DrivenBy drive : {DrivenBy::kImu, DrivenBy::kRotors}) {
+    for (const EffectInfo& info : DeclaredEffects(drive)) {
+      if (info.id == id) return &info;
+    }
+  }
+  return nullptr;
+}
+
+const EffectInfo& InfoOf(const std::string& id) {
+  const EffectInfo* info = FindDeclared(id);
+  CHECK(info != nullptr) << "no effect is called " << id;
+  return *info;
+}
+
+std::string NameOf(EntersAt enters) {
+  switch (enters) {
+    case EntersAt::kForce:
+      return "force";
+    case EntersAt::kAttitude:
+      return "attitude";
+    case EntersAt::kAccelerometer:
+      return "accelerometer";
+    case EntersAt::kThrust:
+      return "thrust";
+    case EntersAt::kLoad:
+      return "load";
+    case EntersAt::kFix:
+      break;
+  }
+  return "fix";
+}
+
+}  // namespace trueline

@@ -1,0 +1,81 @@
+// Effects are declared once; the simulator has physics of its own for each of them.
+#include "problems/effects/declaration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "problems/common/error.h"
+#include "problems/effects/read_effects.h"
+#include "problems/effects/rotor_extension.h"
+#include "problems/simulation/effects.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+
+std::string EntryOf(const EffectInfo& info, const std::string& misspelt = "") {
+  std::string entry = "effects: [{id: " + info.id;
+  for (const std::string& name : info.ParameterNames()) {
+    entry += ", " + (name == misspelt ? "not_" + name : name) + ": 1";
+  }
+  return entry + "}]";
+}
+
+std::vector<Effect> Read(const std::string& yaml, DrivenBy drive) {
+  return ReadEffects(YamlMap(YAML::Load(yaml), "model.yaml", ""),
+                     drive == DrivenBy::kImu ? IsModelled : IsRotorEffect);
+}
+
+class Declared : public testing::TestWithParam<DrivenBy> {};
+
+TEST_P(Declared, CausesHaveAllThatAUserReads) {
+  std::set<std::string> ids;
+  for (const EffectInfo* info : CausesOf(GetParam())) {
+    EXPECT_TRUE(ids.insert(info->id).second) << info->id;
+    EXPECT_FALSE(info->parameters.empty()) << info->id;
+    EXPECT_FALSE(info->physics.empty()) << info->id;
+    EXPECT_FALSE(info->definition.empty()) << info->id;
+    EXPECT_FALSE(info->separate_by.empty()) << info->id;
+    EXPECT_EQ(FindDeclared(info->id), info);
+  }
+}
+
+TEST_P(Declared, TheSimulatorFliesEachWithTheSameParametersAndUnits) {
+  using Parameters = std::set<std::pair<std::string, std::string>>;
+  for (const EffectInfo* info : CausesOf(GetParam())) {
+    const simulation::EffectDefinition* flown = simulation::FindEffect(info->id);
+    ASSERT_NE(flown, nullptr) << info->id;
+    Parameters declared, simulated;
+    for (const auto& index : info->indices) declared.insert({index.name, index.unit});
+    for (const auto& parameter : info->parameters)
+      declared.insert({parameter.name, parameter.unit});
+    for (const auto& parameter : flown->parameters)
+      simulated.insert({parameter.name, parameter.unit});
+    EXPECT_EQ(declared, simulated) << info->id;
+  }
+}
+
+TEST_P(Declared, AModelTakesEachAndRefusesAMisspeltParameter) {
+  for (const EffectInfo& info : DeclaredEffects(GetParam())) {
+    ASSERT_EQ(Read(EntryOf(info), GetParam()).size(), 1u) << info.id;
+    for (const std::string& name : info.ParameterNames()) {
+      try {
+        Read(EntryOf(info, name), GetParam());
+        ADD_FAILURE() << info.id << " accepts not_" << name;
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("not_" + name));
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Drives, Declared, testing::Values(DrivenBy::kImu, DrivenBy::kRotors),
+                         [](const testing::TestParamInfo<DrivenBy>& info) {
+                           return info.param == DrivenBy::kImu ? "imu" : "rotors";
+                         });
+
+}  // namespace
+}  // namespace trueline
