@@ -116,6 +116,13 @@ const std::vector<Quantity>& Quantities() {
   return quantities;
 }
 
+// Whole numbers (gates) as they are, -1 where there is none.
+std::vector<int> Classes(const std::vector<double>& values) {
+  std::vector<int> classes;
+  for (const double v : values) classes.push_back(std::isfinite(v) ? static_cast<int>(v) : -1);
+  return classes;
+}
+
 MisfitShare ShareOf(const std::string& name, const std::vector<int>& bin,
                     const std::vector<Eigen::Vector2d>& body,
                     const std::vector<Eigen::Vector2d>& earth) {
@@ -154,8 +161,8 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
     if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
       continue;
     }
-    std::vector<int> bin(values.begin(), values.end());
-    if (quantity.bins > 0) bin = QuantileBins(values, quantity.bins);
+    const std::vector<int> bin =
+        quantity.bins > 0 ? QuantileBins(values, quantity.bins) : Classes(values);
     shares.push_back(ShareOf(quantity.name, bin, body, earth));
   }
   std::stable_sort(shares.begin(), shares.end(), [](const MisfitShare& a, const MisfitShare& b) {
