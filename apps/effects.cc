@@ -12,7 +12,7 @@ DEFINE_string(id, "", "only these effects, separated by commas");
 
 namespace {
 
-using trueline::DrivenBy;
+using trueline::DriveKind;
 using trueline::EffectInfo;
 
 constexpr char kUsage[] =
@@ -47,7 +47,7 @@ void Print(const EffectInfo& info) {
              info.separate_by);
 }
 
-void PrintDrive(DrivenBy drive, const char* title) {
+void PrintDrive(DriveKind drive, const char* title) {
   fmt::print("{}\n\n", title);
   for (const EffectInfo* info : trueline::CausesOf(drive)) Print(*info);
 }
@@ -68,9 +68,9 @@ int Run() {
     for (const std::string& id : trueline::SplitList(FLAGS_id)) PrintNamed(id);
     return trueline::kExitDone;
   }
-  if (FLAGS_drive != "rotors") PrintDrive(DrivenBy::kImu, "Seen by the model that the IMU drives");
+  if (FLAGS_drive != "rotors") PrintDrive(DriveKind::kImu, "Seen by the model that the IMU drives");
   if (FLAGS_drive != "imu")
-    PrintDrive(DrivenBy::kRotors, "Seen by the model that rotor speeds drive");
+    PrintDrive(DriveKind::kRotors, "Seen by the model that rotor speeds drive");
   return trueline::kExitDone;
 }
 

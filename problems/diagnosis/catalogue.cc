@@ -30,7 +30,7 @@ bool Applies(const EffectInfo& info, const FlightLog& log, const CandidateScope&
 }  // namespace
 
 const std::vector<const EffectInfo*>& Catalogue() {
-  static const std::vector<const EffectInfo*> catalogue = CausesOf(DrivenBy::kImu);
+  static const std::vector<const EffectInfo*> catalogue = CausesOf(DriveKind::kImu);
   return catalogue;
 }
 

@@ -18,13 +18,13 @@ std::vector<std::string> EffectInfo::ParameterNames() const {
   return names;
 }
 
-const std::vector<EffectInfo>& DeclaredEffects(DrivenBy drive) {
+const std::vector<EffectInfo>& DeclaredEffects(DriveKind drive) {
   static const std::vector<EffectInfo> imu = ImuDrivenDeclarations();
   static const std::vector<EffectInfo> rotors = RotorDrivenDeclarations();
-  return drive == DrivenBy::kImu ? imu : rotors;
+  return drive == DriveKind::kImu ? imu : rotors;
 }
 
-std::vector<const EffectInfo*> CausesOf(DrivenBy drive) {
+std::vector<const EffectInfo*> CausesOf(DriveKind drive) {
   std::vector<const EffectInfo*> causes;
   for (const EffectInfo& info : DeclaredEffects(drive)) {
     if (info.role == Role::kCause) causes.push_back(&info);
@@ -33,7 +33,7 @@ std::vector<const EffectInfo*> CausesOf(DrivenBy drive) {
 }
 
 const EffectInfo* FindDeclared(const std::string& id) {
-  for (const DrivenBy drive : {DrivenBy::kImu, DrivenBy::kRotors}) {
+  for (const DriveKind drive : {DriveKind::kImu, DriveKind::kRotors}) {
     for (const EffectInfo& info : DeclaredEffects(drive)) {
       if (info.id == id) return &info;
     }

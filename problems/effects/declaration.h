@@ -9,7 +9,7 @@
 namespace trueline {
 
 enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix, kThrust, kLoad };
-enum class DrivenBy { kImu, kRotors };
+enum class DriveKind { kImu, kRotors };
 // A cause can be named; a nuisance is an error that every vehicle has to some extent.
 enum class Role { kCause, kNuisance };
 
@@ -45,9 +45,9 @@ struct EffectInfo {
   std::vector<std::string> ParameterNames() const;
 };
 
-const std::vector<EffectInfo>& DeclaredEffects(DrivenBy drive);
+const std::vector<EffectInfo>& DeclaredEffects(DriveKind drive);
 // The effects of a drive that can be named as a cause.
-std::vector<const EffectInfo*> CausesOf(DrivenBy drive);
+std::vector<const EffectInfo*> CausesOf(DriveKind drive);
 // Of either drive; null for an unknown id.
 const EffectInfo* FindDeclared(const std::string& id);
 // CHECKs that `id` is declared.

@@ -14,7 +14,7 @@ namespace {
 const std::map<std::string, std::vector<std::string>>& Considerable() {
   static const auto effects = [] {
     std::map<std::string, std::vector<std::string>> proportional;
-    for (const EffectInfo* info : CausesOf(DrivenBy::kRotors)) {
+    for (const EffectInfo* info : CausesOf(DriveKind::kRotors)) {
       if (info->enters_squared || info->HasIndex("t_step")) continue;
       for (const auto& parameter : info->parameters) {
         proportional[info->id].push_back(parameter.name);

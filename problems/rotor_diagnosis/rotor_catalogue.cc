@@ -33,7 +33,7 @@ double Length(const RotorData& data) { return data.poses.back().t - data.poses.f
 }  // namespace
 
 const std::vector<const EffectInfo*>& RotorCatalogue() {
-  static const std::vector<const EffectInfo*> catalogue = CausesOf(DrivenBy::kRotors);
+  static const std::vector<const EffectInfo*> catalogue = CausesOf(DriveKind::kRotors);
   return catalogue;
 }
 

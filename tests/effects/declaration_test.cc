@@ -24,12 +24,12 @@ std::string EntryOf(const EffectInfo& info, const std::string& misspelt = "") {
   return entry + "}]";
 }
 
-std::vector<Effect> Read(const std::string& yaml, DrivenBy drive) {
+std::vector<Effect> Read(const std::string& yaml, DriveKind drive) {
   return ReadEffects(YamlMap(YAML::Load(yaml), "model.yaml", ""),
-                     drive == DrivenBy::kImu ? IsModelled : IsRotorEffect);
+                     drive == DriveKind::kImu ? IsModelled : IsRotorEffect);
 }
 
-class Declared : public testing::TestWithParam<DrivenBy> {};
+class Declared : public testing::TestWithParam<DriveKind> {};
 
 TEST_P(Declared, CausesHaveAllThatAUserReads) {
   std::set<std::string> ids;
@@ -72,9 +72,9 @@ TEST_P(Declared, AModelTakesEachAndRefusesAMisspeltParameter) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Drives, Declared, testing::Values(DrivenBy::kImu, DrivenBy::kRotors),
-                         [](const testing::TestParamInfo<DrivenBy>& info) {
-                           return info.param == DrivenBy::kImu ? "imu" : "rotors";
+INSTANTIATE_TEST_SUITE_P(Drives, Declared, testing::Values(DriveKind::kImu, DriveKind::kRotors),
+                         [](const testing::TestParamInfo<DriveKind>& info) {
+                           return info.param == DriveKind::kImu ? "imu" : "rotors";
                          });
 
 }  // namespace
