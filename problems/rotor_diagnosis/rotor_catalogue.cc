@@ -1,7 +1,5 @@
 #include "problems/rotor_diagnosis/rotor_catalogue.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 
 namespace trueline {
