@@ -34,10 +34,8 @@ void Linearise(BaseFlight* flight, BaseFit* fit) {
 // cost).
 double Step(const BaseFlight& flight, BaseFit* fit) {
   const ChainSystem system(fit->Linear(flight), fit->noise);
-  const Reduced& reduced = system.reduced();
-  Eigen::MatrixXd border(system.border() + 1, 1);
-  border << -reduced.M.ldlt().solve(reduced.b), 1.0;
-  const auto nodes = system.NodesFor(border);
+  const Eigen::MatrixXd border = system.reduced().Fitted();
+  const auto nodes = system.chain().NodesAt(border);
   double change = 0.0;
   fit->x.theta += border.col(0).head<kThetaSize>();
   change = border.col(0).head<kThetaSize>().norm();

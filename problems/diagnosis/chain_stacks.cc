@@ -1,7 +1,8 @@
 #include "problems/diagnosis/chain_stacks.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "problems/vgd/make_segment.h"
 
 namespace trueline {
 namespace {
@@ -9,17 +10,8 @@ namespace {
 constexpr double kOpenPosition = 100.0, kOpenVelocity = 50.0;  // m, m/s: prior sigma of an unknown
                                                                // initial state
 
-// As in WindowProblem: a negligible floor keeps the covariance regular.
-Matrix9d LinkWhitening(const ProcessNoise& noise, double seconds, double gravity) {
-  Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
-  cov.diagonal().head<6>().array() += 1e-6;
-  cov.diagonal().tail<3>().array() += 1e-10;
-  const Matrix9d L = cov.llt().matrixL();
-  return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
-}
-
 // Copies a row of the flight, times w, to row `at` of the stack.
-void CopyRow(const LinearFlight& linear, int row, double w, int at, RowStack* stack) {
+void CopyRow(const LinearFlight& linear, int row, double w, int at, SegmentRows* stack) {
   const int columns = linear.columns.count();
   stack->node().row(at) = w * linear.rows.d_node.row(row);
   stack->next().row(at) = w * linear.rows.d_next.row(row);
@@ -30,15 +22,16 @@ void CopyRow(const LinearFlight& linear, int row, double w, int at, RowStack* st
 }
 
 template <class Sigma>
-RowStack MeasurementStack(const LinearFlight& linear, int segment, bool fixes, Sigma&& sigma_of) {
+SegmentRows MeasurementStack(const LinearFlight& linear, int segment, bool fixes,
+                             Sigma&& sigma_of) {
   std::vector<int> chosen;
   for (const int row : linear.flight.RowsOfSegment(segment)) {
     if (linear.flight.IsFix(row) == fixes) chosen.push_back(row);
   }
-  RowStack stack(static_cast<int>(chosen.size()), linear.width());
+  SegmentRows stack(static_cast<int>(chosen.size()), linear.width());
   for (int at = 0; at < static_cast<int>(chosen.size()); ++at) {
     const double sigma = sigma_of(chosen[at]);
-    stack.row[at] = chosen[at];
+    stack.id[at] = chosen[at];
     stack.cluster[at] = linear.flight.ClusterOfRow(chosen[at]);
     stack.log_weights -= std::log(sigma);
     CopyRow(linear, chosen[at], linear.weight[chosen[at]] / sigma, at, &stack);
@@ -58,12 +51,12 @@ Columns Columns::With(const Columns& more) const {
   return all;
 }
 
-RowStack FixStack(const LinearFlight& linear, int segment, double scale) {
+SegmentRows FixStack(const LinearFlight& linear, int segment, double scale) {
   return MeasurementStack(linear, segment, true,
                           [&](int row) { return scale * linear.flight.FixSigma(row); });
 }
 
-RowStack ForceStack(const LinearFlight& linear, int segment, double sigma) {
+SegmentRows ForceStack(const LinearFlight& linear, int segment, double sigma) {
   return MeasurementStack(linear, segment, false, [&](int) { return sigma; });
 }
 
@@ -71,10 +64,10 @@ bool StartsStretch(const FlightPlan& plan, int segment) {
   return segment == 0 || !plan.segments[segment - 1].linked;
 }
 
-RowStack LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
+SegmentRows LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
   const auto& span = linear.flight.plan().segments[s];
-  if (!span.linked) return RowStack(0, linear.width());
-  RowStack stack(9 + kGustSize, linear.width());
+  if (!span.linked) return SegmentRows(0, linear.width());
+  SegmentRows stack(9 + kGustSize, linear.width());
   stack.cluster.assign(stack.cluster.size(), span.cluster);
   const double h = SecondsBetween(span.begin, span.end), alpha = noise.process.Decay(h);
   const Eigen::Vector3d unit = linear.flight.scaling().DriftUnit();
@@ -85,7 +78,7 @@ RowStack LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& nois
   stack.next().block<3, 3>(6, 0) = unit.asDiagonal();
   stack.values.col(residual).segment<3>(6) =
       unit.cwiseProduct(there.head<3>() - alpha * here.head<3>());
-  const Matrix9d whiten = LinkWhitening(noise.process, h, linear.flight.gravity());
+  const Matrix9d whiten = StepSqrtInformation(noise.process, h, linear.flight.gravity());
   stack.values.topRows<9>() = (whiten * stack.values.topRows<9>()).eval();
   stack.log_weights += whiten.diagonal().array().log().sum();  // log determinant of a triangular
                                                                // matrix
@@ -99,9 +92,9 @@ RowStack LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& nois
   return stack;
 }
 
-RowStack StartStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
-  if (!StartsStretch(linear.flight.plan(), s)) return RowStack(0, linear.width());
-  RowStack stack(kNodeSize, linear.width());
+SegmentRows StartStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
+  if (!StartsStretch(linear.flight.plan(), s)) return SegmentRows(0, linear.width());
+  SegmentRows stack(kNodeSize, linear.width());
   stack.cluster.assign(kNodeSize, linear.flight.plan().segments[s].cluster);
   const Eigen::Vector3d drift = noise.process.DriftSigma().cwiseMax(1e-5);
   NodeVector w;
@@ -115,31 +108,6 @@ RowStack StartStack(const LinearFlight& linear, int s, const NoiseStrengths& noi
   stack.values.col(stack.values.cols() - 1) = w.cwiseProduct(at_prior);
   stack.log_weights += w.array().log().sum();
   return stack;
-}
-
-ChainElimination::ChainElimination(int width)
-    : width_(width),
-      D_(decltype(D_)::Zero()),
-      B_(Eigen::MatrixXd::Zero(kNodeSize, width)),
-      C_(Eigen::MatrixXd::Zero(width, width)) {}
-
-void ChainElimination::Add(const Eigen::MatrixXd& gram, EliminatedSegment* out) {
-  EliminatedSegment& e = out != nullptr ? *out : scratch_;
-  D_ += gram.topLeftCorner<kNodeSize, kNodeSize>();
-  B_ += gram.topRightCorner(kNodeSize, width_);
-  e.L = D_.llt().matrixL();
-  const auto L = e.L.triangularView<Eigen::Lower>();
-  e.next = gram.block<kNodeSize, kNodeSize>(0, kNodeSize);
-  L.solveInPlace(e.next);
-  e.border = B_;
-  L.solveInPlace(e.border);
-  log_det_ += 2.0 * e.L.diagonal().array().log().sum();
-  C_ += gram.bottomRightCorner(width_, width_);
-  C_.noalias() -= e.border.transpose() * e.border;
-  D_ = gram.block<kNodeSize, kNodeSize>(kNodeSize, kNodeSize);
-  D_.noalias() -= e.next.transpose() * e.next;
-  B_ = gram.block(kNodeSize, 2 * kNodeSize, kNodeSize, width_);
-  B_.noalias() -= e.next.transpose() * e.border;
 }
 
 }  // namespace trueline

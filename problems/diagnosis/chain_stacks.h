@@ -1,8 +1,7 @@
-// Whitened rows of one segment of a flight's chain, and one step of its elimination.
+// Whitened rows of one segment of a flight's chain (bordered_chain.h).
 #pragma once
 
-#include <vector>
-
+#include "problems/chain/bordered_chain.h"
 #include "problems/diagnosis/base_flight.h"
 
 namespace trueline {
@@ -40,54 +39,17 @@ struct LinearFlight {
 };
 
 // Rows over a segment's own unknowns, the next segment's and the border (theta, columns, residual).
-struct RowStack {
-  std::vector<int> row;          // of FlightRows; -1 for links and priors
-  std::vector<int> cluster;      // by row
-  FlightRows::RowMatrix values;  // rows x (kNodeSize + kNodeSize + border)
-  double log_weights = 0.0;      // sum of the logarithms of what whitens
-
-  RowStack(int count, int border) : row(count, -1), cluster(count, 0) {
-    values.setZero(count, 2 * kNodeSize + border);
-  }
-  auto node() { return values.leftCols<kNodeSize>(); }
-  auto next() { return values.middleCols<kNodeSize>(kNodeSize); }
-  auto border() { return values.rightCols(values.cols() - 2L * kNodeSize); }
-};
+// The id of a measurement is its row in FlightRows.
+using SegmentRows = NodeRows<kNodeSize>;
 
 // Fixes (or forces) of a segment, their sigmas times `scale`.
-RowStack FixStack(const LinearFlight& linear, int segment, double scale);
-RowStack ForceStack(const LinearFlight& linear, int segment, double sigma);
+SegmentRows FixStack(const LinearFlight& linear, int segment, double scale);
+SegmentRows ForceStack(const LinearFlight& linear, int segment, double sigma);
 // The process rows from a segment to the next, if one follows: (p, v, drift) with the covariance
 // that the processes accumulate, and the gust.
-RowStack LinkStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
+SegmentRows LinkStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
 // The prior on a stretch's first unknowns.
-RowStack StartStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
+SegmentRows StartStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
 bool StartsStretch(const FlightPlan& plan, int segment);
-
-// An eliminated segment: factors for back-substitution.
-struct EliminatedSegment {
-  Eigen::Matrix<double, kNodeSize, kNodeSize> L;  // Cholesky factor
-  Eigen::Matrix<double, kNodeSize, kNodeSize> next;
-  Eigen::MatrixXd border;  // kNodeSize x width
-};
-
-// Forward elimination over all segments in turn.
-class ChainElimination {
- public:
-  explicit ChainElimination(int width);
-  // gram: values' * values of all rows of a segment. The factors are stored in `out` if it is not
-  // null.
-  void Add(const Eigen::MatrixXd& gram, EliminatedSegment* out);
-
-  const Eigen::MatrixXd& border() const { return C_; }  // width x width
-  double log_det() const { return log_det_; }
-
- private:
-  int width_;
-  Eigen::Matrix<double, kNodeSize, kNodeSize> D_;
-  Eigen::MatrixXd B_, C_;
-  double log_det_ = 0.0;
-  EliminatedSegment scratch_;
-};
 
 }  // namespace trueline

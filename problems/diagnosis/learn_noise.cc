@@ -49,19 +49,19 @@ struct Measurements {
 
   explicit Measurements(const LinearFlight& linear) {
     for (int s = 0; s < static_cast<int>(linear.flight.plan().segments.size()); ++s) {
-      const RowStack fix = FixStack(linear, s, 1.0), force = ForceStack(linear, s, 1.0);
+      const SegmentRows fix = FixStack(linear, s, 1.0), force = ForceStack(linear, s, 1.0);
       fixes.push_back(fix.values.transpose() * fix.values);
       forces.push_back(force.values.transpose() * force.values);
       log_fix_weights += fix.log_weights;
-      fix_rows += static_cast<int>(fix.row.size());
-      force_rows += static_cast<int>(force.row.size());
+      fix_rows += fix.count();
+      force_rows += force.count();
     }
   }
 };
 
 double Evidence(const LinearFlight& linear, const Measurements& measured,
                 const NoiseStrengths& noise, int nuisances) {
-  ChainElimination elimination(linear.width());
+  ChainElimination<kNodeSize> elimination(linear.width());
   double log_weights = measured.log_fix_weights - measured.fix_rows * std::log(noise.fix_scale) -
                        measured.force_rows * std::log(noise.force_sigma);
   const double fix = 1.0 / (noise.fix_scale * noise.fix_scale);
@@ -69,14 +69,15 @@ double Evidence(const LinearFlight& linear, const Measurements& measured,
   Eigen::MatrixXd gram;
   for (int s = 0; s < static_cast<int>(measured.fixes.size()); ++s) {
     gram = fix * measured.fixes[s] + force * measured.forces[s];
-    for (const RowStack& stack : {LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
+    for (const SegmentRows& stack : {LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
       gram.noalias() += stack.values.transpose() * stack.values;
       log_weights += stack.log_weights;
     }
     elimination.Add(gram, nullptr);
   }
-  return LogEvidence(Reduce(linear, elimination, log_weights), kThetaSize + nuisances) +
-         LogPrior(noise);
+  const ReducedSystem reduced({elimination.border()}, BorderPrior(linear), elimination.log_det(),
+                              log_weights);
+  return reduced.LogEvidence(kThetaSize + nuisances) + LogPrior(noise);
 }
 
 }  // namespace

@@ -19,23 +19,23 @@ struct Projected {
 };
 
 // Projects nuisances out of the reduced normal equations (Frisch-Waugh).
-Projected Project(const TestedSystem& reduced, int nuisances, int candidate, int size) {
-  const Eigen::LDLT<Matrix> nn(reduced.M.topLeftCorner(nuisances, nuisances));
-  const Matrix ne = reduced.M.block(0, candidate, nuisances, size);
+Projected Project(const ReducedSystem& reduced, int nuisances, int candidate, int size) {
+  const Eigen::LDLT<Matrix> nn(reduced.M().topLeftCorner(nuisances, nuisances));
+  const Matrix ne = reduced.M().block(0, candidate, nuisances, size);
   Projected out;
   out.gain = nn.solve(ne);
-  out.rest = nn.solve(reduced.b.head(nuisances));
-  out.information = reduced.M.block(candidate, candidate, size, size) - ne.transpose() * out.gain;
-  out.score = reduced.b.segment(candidate, size) - ne.transpose() * out.rest;
+  out.rest = nn.solve(reduced.b().head(nuisances));
+  out.information = reduced.M().block(candidate, candidate, size, size) - ne.transpose() * out.gain;
+  out.score = reduced.b().segment(candidate, size) - ne.transpose() * out.rest;
   return out;
 }
 
 // Scores by cluster of the fit that includes the effect; they sum to zero.
-Matrix ClusterScores(const TestedSystem& system, const Projected& projected, const Vector& value,
+Matrix ClusterScores(const ReducedSystem& system, const Projected& projected, const Vector& value,
                      int candidate) {
   const int size = static_cast<int>(value.size());
   const int nuisances = static_cast<int>(projected.rest.size());
-  const auto border = static_cast<int>(system.b.size());
+  const auto border = system.border();
   Matrix v = Matrix::Zero(border + 1, size);
   v.topRows(nuisances) = -projected.gain;
   v.middleRows(candidate, size).setIdentity();
@@ -43,7 +43,7 @@ Matrix ClusterScores(const TestedSystem& system, const Projected& projected, con
   e.head(nuisances) = -projected.rest - projected.gain * value;
   e.segment(candidate, size) = value;
   e[border] = 1.0;
-  return system.cluster_products(e, v);
+  return system.ClusterProducts(e, v);
 }
 
 }  // namespace
@@ -63,16 +63,7 @@ void ScoreTest::LimitTo(double gain) {
   p_model = ChiSquareTail(chi2, static_cast<double>(value.size()));
 }
 
-ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
-                      const Vector& ordinary) {
-  const auto products = [&](const Vector& e, const Matrix& v) {
-    return system.ClusterProducts(e, v);
-  };
-  return TestColumns({system.reduced().M, system.reduced().b, products}, nuisances, candidate,
-                     ordinary);
-}
-
-ScoreTest TestColumns(const TestedSystem& system, int nuisances, int candidate,
+ScoreTest TestColumns(const ReducedSystem& system, int nuisances, int candidate,
                       const Vector& ordinary) {
   const int size = static_cast<int>(ordinary.size());
   const Projected projected = Project(system, nuisances, candidate, size);

@@ -2,9 +2,7 @@
 // the effects already found are projected out.
 #pragma once
 
-#include <functional>
-
-#include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/chain_system.h"
 
 namespace trueline {
 
@@ -28,20 +26,10 @@ struct ScoreTest {
   void LimitTo(double gain);
 };
 
-// A linearised flight with its states eliminated: 1/2 z'Mz + b'z over its border unknowns z, and
-// the products of ChainSystem::ClusterProducts.
-struct TestedSystem {
-  const Eigen::MatrixXd& M;
-  const Eigen::VectorXd& b;
-  std::function<Eigen::MatrixXd(const Eigen::VectorXd&, const Eigen::MatrixXd&)> cluster_products;
-};
-
 // `system` holds all columns. `nuisances`: number of leading border unknowns that are projected
 // out. `candidate`: index of the effect's first column in the border. `ordinary`: one size for each
 // of its columns.
-ScoreTest TestColumns(const TestedSystem& system, int nuisances, int candidate,
-                      const Eigen::VectorXd& ordinary);
-ScoreTest TestColumns(const ChainSystem& system, int nuisances, int candidate,
+ScoreTest TestColumns(const ReducedSystem& system, int nuisances, int candidate,
                       const Eigen::VectorXd& ordinary);
 
 // Sizes, by parameter, that the test finds with 95 % power at level `alpha`.

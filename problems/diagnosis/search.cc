@@ -166,8 +166,9 @@ void CauseSearch::TestTogether(std::vector<Tested>* tested) const {
   }
   const Columns all = fit_.columns.With(FreeColumns(stacked));
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, fit_.weight, all}, fit_.noise);
+  const ReducedSystem reduced = system.ByCluster();
   for (int at = nuisances(); Tested & t : *tested) {
-    t.test = TestColumns(system, nuisances(), at, t.ordinary);
+    t.test = TestColumns(reduced, nuisances(), at, t.ordinary);
     t.gain = t.test.chi2;
     at += static_cast<int>(t.columns.cols());
   }
@@ -195,7 +196,7 @@ void CauseSearch::LearnUnder(double base_evidence, int sweeps, Tested* tested) c
   const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
   tested->gain = 2.0 * (LearnNoise(linear, FilterColumns(), sweeps, &noise) - base_evidence);
   const ChainSystem system(linear, noise);
-  tested->test = TestColumns(system, nuisances(), nuisances(), tested->ordinary);
+  tested->test = TestColumns(system.ByCluster(), nuisances(), nuisances(), tested->ordinary);
   tested->test.LimitTo(std::max(0.0, tested->gain));
 }
 
@@ -259,8 +260,8 @@ ScoreTest CauseSearch::TestFound(const std::vector<Found>& found, std::size_t wh
                            fit_.noise);
   // The whole value is judged. The last step is added only if nuisance columns may replace the
   // effect.
-  ScoreTest test = TestColumns(system, kThetaSize + count - size, kThetaSize + count - size,
-                               found[which].candidate.Ordinary());
+  ScoreTest test = TestColumns(system.ByCluster(), kThetaSize + count - size,
+                               kThetaSize + count - size, found[which].candidate.Ordinary());
   Eigen::VectorXd whole = found[which].value - found[which].candidate.Neutral();
   if (beside.cols() > 0) whole += test.value;
   test.Judge(whole, plan_.clusters);
@@ -275,9 +276,8 @@ PartFit CauseSearch::FitOf(const std::vector<Found>& found, const std::vector<bo
   const ChainSystem system(LinearFlight{*flight_, fit_.rows, fit_.x, weight, fit_.columns},
                            fit_.noise);
   const ParameterScaling scaling(options_);
-  const Eigen::MatrixXd cov =
-      system.reduced().M.ldlt().solve(Eigen::MatrixXd::Identity(system.border(), system.border()));
-  const Eigen::VectorXd step = -cov * system.reduced().b;
+  const Eigen::MatrixXd cov = system.reduced().Covariance();
+  const Eigen::VectorXd step = system.reduced().Solution();
   const ThetaVector theta = fit_.x.theta + step.head<kThetaSize>();
   PartFit part{scaling.mean + scaling.sigma.cwiseProduct(theta),
                scaling.sigma.cwiseProduct(cov.diagonal().head<kThetaSize>().cwiseSqrt()),
@@ -292,17 +292,14 @@ PartFit CauseSearch::FitOf(const std::vector<Found>& found, const std::vector<bo
 
 ThetaVector CauseSearch::Sigmas() const {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  const Eigen::MatrixXd cov =
-      system.reduced().M.ldlt().solve(Eigen::MatrixXd::Identity(system.border(), system.border()));
+  const Eigen::MatrixXd cov = system.reduced().Covariance();
   return ParameterScaling(options_).sigma.cwiseProduct(
       cov.diagonal().head<kThetaSize>().cwiseSqrt());
 }
 
 Eigen::VectorXd CauseSearch::Whitened() const {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  Eigen::VectorXd e(system.border() + 1);
-  e << -system.reduced().M.ldlt().solve(system.reduced().b), 1.0;
-  return system.Whitened(e);
+  return system.Whitened(system.reduced().Fitted());
 }
 
 }  // namespace trueline

@@ -3,6 +3,7 @@
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +11,6 @@
 #include <memory>
 
 #include "problems/common/error.h"
-#include "problems/rotor_batch/constants_information.h"
 #include "problems/rotor_batch/fixed_point.h"
 #include "problems/rotor_batch/rotor_costs.h"
 #include "problems/rotor_batch/rotor_normal.h"
@@ -103,8 +103,7 @@ class Batch {
     nodes_ = nodes;
     chart_ = ToChart(constants);
     SetWeights(FromChart(chart_));
-    double ignored = 0.0;
-    return Covariance(&ignored);
+    return Covariance(nullptr);
   }
 
  private:
@@ -216,40 +215,15 @@ class Batch {
     result->solve_time += summary.total_time_in_seconds;
   }
 
-  // Also returns the determinants' part of the log evidence.
+  // Covariance of the constants, and the determinants' part of the log evidence where asked for.
   Eigen::MatrixXd Covariance(double* log_evidence) const {
     const RotorConstants constants = FromChart(chart_);
-    const std::vector<int> free = options_.prior.Free();
-    ConstantsInformation information(free, options_.prior.sigma);
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const PoseResidual pose =
-          EvaluatePose(data_.poses[i], data_.attitude, options_.noise, nodes_[i], constants);
-      const double root = std::sqrt(options_.PoseWeight(pose.error.norm()));
-      information.AddAtNode(root * pose.d_node, root * pose.d_constants);
-      *log_evidence -=
-          static_cast<double>(data_.attitude ? 3 : 0) * std::log(options_.noise.attitude) +
-          3.0 * std::log(options_.noise.position);
-      if (i == segments_.size()) break;
-      SegmentResidual step = segments_[i].Evaluate(nodes_[i], nodes_[i + 1], constants, true);
-      segments_[i].Whiten(&step);
-      information.StepToNext(step.d_start, step.d_next, step.d_constants);
-      *log_evidence -= 0.5 * segments_[i].LogDeterminant();
-    }
-    const auto size = static_cast<Eigen::Index>(free.size());
-    const Eigen::MatrixXd posterior = information.Finish() + Eigen::MatrixXd::Identity(size, size);
-    const Eigen::LLT<Eigen::MatrixXd> llt(posterior);
-    *log_evidence -=
-        0.5 * information.log_determinant() + llt.matrixLLT().diagonal().array().log().sum();
-    const Eigen::MatrixXd scaled = llt.solve(Eigen::MatrixXd::Identity(size, size));
-    Eigen::MatrixXd cov =
-        Eigen::MatrixXd::Zero(RotorAeroModel::kConstants, RotorAeroModel::kConstants);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      for (Eigen::Index j = 0; j < size; ++j) {
-        cov(free[i], free[j]) =
-            scaled(i, j) * options_.prior.sigma[free[i]] * options_.prior.sigma[free[j]];
-      }
-    }
-    return cov;
+    const BorderedChain<kNodeErrors> chain =
+        LinearChain(data_, options_, segments_, nodes_, constants, {}, INFINITY);
+    CHECK(chain.regular()) << "a pose does not determine its node";
+    const ReducedSystem reduced = chain.Reduced(BorderPrior(options_.prior, constants, 0));
+    if (log_evidence != nullptr) *log_evidence = reduced.LogDeterminants(reduced.border());
+    return InUnits(options_.prior, reduced.Covariance());
   }
 
   const RotorData& data_;

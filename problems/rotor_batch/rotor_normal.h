@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "problems/chain/bordered_chain.h"
 #include "problems/rotor_batch/rotor_batch.h"
 #include "problems/rotor_batch/segment.h"
 
@@ -23,25 +24,28 @@ struct RotorColumns {
   ReadFunction read = nullptr;  // null where no column changes pose readings directly
 };
 
-// Border unknowns z: the free constants in units of their prior sigma, then the columns' sizes.
-class RotorNormal {
+// The flight's chain linearised at the given nodes and constants, with the weights that `segments`
+// hold. Border: the free constants in units of their prior sigma, the columns' sizes, the residual.
+// Clusters of `cluster` seconds.
+BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
+                                       const std::vector<SegmentModel>& segments,
+                                       const std::vector<RotorNode>& nodes,
+                                       const RotorConstants& constants, const RotorColumns& columns,
+                                       double cluster);
+// Priors of that border: of the free constants; the columns have none.
+ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,
+                                 int columns);
+// Converts a matrix of the free constants in prior sigmas to one of all constants in SI.
+Eigen::MatrixXd InUnits(const RotorPrior& prior, const Eigen::MatrixXd& scaled);
+
+// The normal equations of the free constants and of candidate effects.
+class RotorNormal : public ReducedSystem {
  public:
   // `cluster`: length of a cluster, s.
   RotorNormal(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options,
               const RotorBatchResult& batch, const RotorColumns& columns, double cluster);
 
-  // The cost is 1/2 z'Mz + b'z + const, minimised over the states, priors of the constants
-  // included.
-  const Eigen::MatrixXd& M() const { return M_; }
-  const Eigen::VectorXd& b() const { return b_; }
-  int border() const { return static_cast<int>(b_.size()); }
-  int constants() const { return static_cast<int>(free_.size()); }
-  int clusters() const { return static_cast<int>(grams_.size()); }
-  // For each cluster the sum over its rows of e_i v_i: e are the whitened residuals at the border
-  // values `e` (border() + 1 numbers, the last one multiplies the residual), v those at each column
-  // of `v`.
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e, const Eigen::MatrixXd& v) const;
-  // The same system from the given clusters only. M contains the priors once.
+  int constants() const { return constants_; }
   RotorNormal Only(const std::vector<bool>& used) const;
   // The same system with the constants and the given columns only (counted from 0), in that order.
   RotorNormal Select(const std::vector<int>& columns) const;
@@ -56,18 +60,10 @@ class RotorNormal {
   Eigen::MatrixXd ColumnCovariance() const;
 
  private:
-  struct Link;
-  // Converts a matrix of the free constants in prior sigmas to one of all constants in SI.
-  Eigen::MatrixXd InUnits(const Eigen::MatrixXd& scaled) const;
-  void Eliminate(std::vector<Link>* links) const;
-  void Sum();
+  RotorNormal(ReducedSystem system, const RotorPrior& prior);
 
-  std::vector<int> free_;
-  RotorConstants scale_;
-  Eigen::VectorXd prior_error_;         // of the free constants, in prior sigmas
-  std::vector<Eigen::MatrixXd> grams_;  // by cluster, border() + 1 squared
-  Eigen::MatrixXd M_;
-  Eigen::VectorXd b_;
+  RotorPrior prior_;
+  int constants_;
 };
 
 // For each constant the ratio of the sigma from scatter between clusters to the sigma from noise,

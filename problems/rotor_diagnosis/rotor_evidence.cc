@@ -13,12 +13,6 @@ namespace {
 
 constexpr double kReadOff = 0.01;  // chance, over all terms, of naming a reading that is good
 
-TestedSystem SystemOf(const RotorNormal& normal) {
-  return {normal.M(), normal.b(), [&normal](const Eigen::VectorXd& e, const Eigen::MatrixXd& v) {
-            return normal.ClusterProducts(e, v);
-          }};
-}
-
 // `count` indices from `first`.
 std::vector<int> Range(int first, int count) {
   std::vector<int> range(count);
@@ -56,7 +50,7 @@ int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidat
 
 ScoreTest TestLast(const RotorNormal& normal, const Eigen::VectorXd& ordinary) {
   const int candidate = normal.border() - static_cast<int>(ordinary.size());
-  return TestColumns(SystemOf(normal), candidate, candidate, ordinary);
+  return TestColumns(normal, candidate, candidate, ordinary);
 }
 
 Eigen::VectorXd SizesFromSteps(const EffectInfo& info, const Eigen::VectorXd& steps) {

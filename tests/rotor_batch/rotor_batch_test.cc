@@ -91,40 +91,6 @@ TEST(RotorSegment, WhitenedErrorsAtTheTruthAreWhite) {
   EXPECT_NEAR(neighbours / rows, 0.0, 4.0 / std::sqrt(rows));
 }
 
-TEST(ConstantsInformation, AgreesWithDenseElimination) {
-  Random random(3, "test");
-  const auto matrix = [&](int rows, int cols) {
-    Eigen::MatrixXd m(rows, cols);
-    for (Eigen::Index i = 0; i < m.size(); ++i) m(i) = random.Normal();
-    return m;
-  };
-  constexpr int constants_count = RotorAeroModel::kConstants;
-  const std::vector<int> free = {0, 4, 7};
-  RotorConstants scale = RotorConstants::Constant(2.0);
-  ConstantsInformation chain(free, scale);
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * 12 + 3, 3 * 12 + 3);
-  const auto add = [&](int node, const Eigen::MatrixXd& d_node, const Eigen::MatrixXd& d_next,
-                       const Eigen::MatrixXd& d_constants) {
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(d_node.rows(), dense.cols());
-    J.middleCols(12 * node, 12) = d_node;
-    if (d_next.size() > 0) J.middleCols(12 * (node + 1), 12) = d_next;
-    for (int i = 0; i < 3; ++i) J.col(36 + i) = 2.0 * d_constants.col(free[i]);
-    dense += J.transpose() * J;
-  };
-  for (int node = 0; node < 3; ++node) {
-    const Eigen::MatrixXd at = matrix(6, 12), at_constants = matrix(6, constants_count);
-    chain.AddAtNode(at, at_constants);
-    add(node, at, {}, at_constants);
-    if (node == 2) break;
-    const Eigen::MatrixXd d = matrix(30, 12), next = matrix(30, 12),
-                          constants = matrix(30, constants_count);
-    chain.StepToNext(d, next, constants);
-    add(node, d, next, constants);
-  }
-  const Eigen::MatrixXd cov = dense.inverse().bottomRightCorner(3, 3);
-  EXPECT_LT((chain.Finish().inverse() - cov).norm(), 1e-8 * cov.norm());
-}
-
 TEST(ConstantsChart, EveryPointIsABody) {
   RotorConstants constants = Case(2.0).truth.constants;
   EXPECT_LT((FromChart(ToChart(constants)) - constants).norm(), 1e-14);

@@ -1,0 +1,182 @@
+// A linearised chain with a border: every whitened row depends on one node, on the next node, and
+// on the border (unknowns that all nodes share, effects' sizes, and in its last column the
+// residual). The normal equations are block-tridiagonal in the nodes; block Cholesky eliminates
+// them one by one onto the border, so the cost is linear in the chain's length.
+#pragma once
+
+#include <glog/logging.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "problems/chain/reduced_system.h"
+
+namespace trueline {
+
+// The whitened rows that belong to one node.
+template <int kNode>
+struct NodeRows {
+  using Values = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  Values values;             // rows x (kNode + kNode + border)
+  std::vector<int> cluster;  // by row
+  std::vector<int> id;       // by row: the owner's name for a measurement; -1 for links and priors
+  double log_weights = 0.0;  // sum of the logarithms of what whitens
+
+  NodeRows(int count, int border) : cluster(count, 0), id(count, -1) {
+    values.setZero(count, 2 * kNode + border);
+  }
+  int count() const { return static_cast<int>(values.rows()); }
+  auto node() { return values.template leftCols<kNode>(); }
+  auto next() { return values.template middleCols<kNode>(kNode); }
+  auto border() { return values.rightCols(values.cols() - 2L * kNode); }
+
+  // Appends the rows of `more`.
+  void Add(const NodeRows& more) {
+    Values all(count() + more.count(), values.cols());
+    all << values, more.values;
+    values = std::move(all);
+    cluster.insert(cluster.end(), more.cluster.begin(), more.cluster.end());
+    id.insert(id.end(), more.id.begin(), more.id.end());
+    log_weights += more.log_weights;
+  }
+};
+
+// An eliminated node: its unknowns are -L'^-1 (border z + next x_next).
+template <int kNode>
+struct EliminatedNode {
+  Eigen::Matrix<double, kNode, kNode> L;
+  Eigen::Matrix<double, kNode, kNode> next;
+  Eigen::MatrixXd border;  // kNode x border
+};
+
+// Forward elimination over all nodes in turn.
+template <int kNode>
+class ChainElimination {
+ public:
+  // `border`: columns of the border, residual included.
+  explicit ChainElimination(int border)
+      : width_(border),
+        B_(Eigen::MatrixXd::Zero(kNode, border)),
+        C_(Eigen::MatrixXd::Zero(border, border)) {}
+
+  // gram: values' * values of all rows of a node. The factors are stored in `out` if it is not
+  // null.
+  void Add(const Eigen::MatrixXd& gram, EliminatedNode<kNode>* out) {
+    EliminatedNode<kNode>& e = out != nullptr ? *out : scratch_;
+    D_ += gram.topLeftCorner<kNode, kNode>();
+    B_ += gram.topRightCorner(kNode, width_);
+    const Eigen::LLT<Block> llt(D_);
+    regular_ = regular_ && llt.info() == Eigen::Success;
+    e.L = llt.matrixL();
+    const auto L = e.L.template triangularView<Eigen::Lower>();
+    e.next = gram.block<kNode, kNode>(0, kNode);
+    L.solveInPlace(e.next);
+    e.border = B_;
+    L.solveInPlace(e.border);
+    log_det_ += 2.0 * e.L.diagonal().array().log().sum();
+    C_ += gram.bottomRightCorner(width_, width_);
+    C_.noalias() -= e.border.transpose() * e.border;
+    D_ = gram.block<kNode, kNode>(kNode, kNode);
+    D_.noalias() -= e.next.transpose() * e.next;
+    B_ = gram.block(kNode, 2 * kNode, kNode, width_);
+    B_.noalias() -= e.next.transpose() * e.border;
+  }
+
+  const Eigen::MatrixXd& border() const { return C_; }  // Gram matrix, residual last
+  double log_det() const { return log_det_; }
+  bool regular() const { return regular_; }  // false: a node is not determined by its rows
+
+ private:
+  using Block = Eigen::Matrix<double, kNode, kNode>;
+
+  int width_;
+  Block D_ = Block::Zero();
+  Eigen::MatrixXd B_, C_;
+  double log_det_ = 0.0;
+  bool regular_ = true;
+  EliminatedNode<kNode> scratch_;
+};
+
+template <int kNode>
+class BorderedChain {
+ public:
+  using Rows = NodeRows<kNode>;
+
+  // Rows by node; all have the same border. A row of the last node does not depend on a next one.
+  explicit BorderedChain(std::vector<Rows> nodes)
+      : nodes_(std::move(nodes)),
+        width_(static_cast<int>(nodes_.front().values.cols()) - 2 * kNode),
+        elimination_(width_) {
+    eliminated_.resize(nodes_.size());
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const Eigen::MatrixXd gram = nodes_[i].values.transpose() * nodes_[i].values;
+      elimination_.Add(gram, &eliminated_[i]);
+      log_weights_ += nodes_[i].log_weights;
+    }
+  }
+
+  std::size_t size() const { return nodes_.size(); }
+  int border() const { return width_ - 1; }  // the residual not counted
+  bool regular() const { return elimination_.regular(); }
+
+  // The nodes' unknowns that minimise the cost at the given border values (border() + 1 rows; the
+  // last one multiplies the residual): a matrix for each node, a column for each of `values`.
+  std::vector<Eigen::MatrixXd> NodesAt(const Eigen::MatrixXd& values) const {
+    std::vector<Eigen::MatrixXd> nodes(eliminated_.size());
+    Eigen::MatrixXd next = Eigen::MatrixXd::Zero(kNode, values.cols());
+    for (std::size_t i = nodes.size(); i-- > 0;) {
+      const EliminatedNode<kNode>& e = eliminated_[i];
+      const Eigen::MatrixXd right = -(e.border * values + e.next * next);
+      nodes[i] = e.L.transpose().template triangularView<Eigen::Upper>().solve(right);
+      next = nodes[i];
+    }
+    return nodes;
+  }
+
+  // Calls visit(node, its rows, their values) for every node at these border values, the nodes'
+  // unknowns at their best. The values have a column for each of `values`.
+  template <class Visit>
+  void VisitRowsAt(const Eigen::MatrixXd& values, Visit&& visit) const {
+    const std::vector<Eigen::MatrixXd> unknowns = NodesAt(values);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const auto& rows = nodes_[i].values;
+      Eigen::MatrixXd at = rows.rightCols(width_) * values;
+      at.noalias() += rows.template leftCols<kNode>() * unknowns[i];
+      if (i + 1 < nodes_.size()) {
+        at.noalias() += rows.template middleCols<kNode>(kNode) * unknowns[i + 1];
+      }
+      visit(i, nodes_[i], at);
+    }
+  }
+
+  // The chain on its border as one cluster, or by the rows' clusters.
+  ReducedSystem Reduced(ReducedSystem::Prior prior) const {
+    return {{elimination_.border()}, std::move(prior), elimination_.log_det(), log_weights_};
+  }
+  ReducedSystem Reduced(ReducedSystem::Prior prior, int clusters) const {
+    std::vector<Eigen::MatrixXd> grams(clusters, Eigen::MatrixXd::Zero(width_, width_));
+    VisitRowsAt(Eigen::MatrixXd::Identity(width_, width_),
+                [&](std::size_t, const Rows& rows, const Eigen::MatrixXd& at) {
+                  for (int first = 0; first < rows.count();) {
+                    int end = first + 1;
+                    while (end < rows.count() && rows.cluster[end] == rows.cluster[first]) ++end;
+                    const auto part = at.middleRows(first, end - first);
+                    grams[rows.cluster[first]].noalias() += part.transpose() * part;
+                    first = end;
+                  }
+                });
+    return {std::move(grams), std::move(prior), elimination_.log_det(), log_weights_};
+  }
+
+ private:
+  std::vector<Rows> nodes_;
+  std::vector<EliminatedNode<kNode>> eliminated_;
+  int width_;
+  ChainElimination<kNode> elimination_;
+  double log_weights_ = 0.0;
+};
+
+}  // namespace trueline
