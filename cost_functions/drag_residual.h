@@ -12,11 +12,15 @@
 
 namespace trueline {
 
-class DragResidual : public NodeResidual<2, 2> {
- public:
-  // sigma in m/s^2.
-  DragResidual(const ForceNode* node, const Eigen::Vector2d& accel_xy, double sigma)
-      : NodeResidual(node, accel_xy, Eigen::Vector2d::Constant(1.0 / sigma)) {}
+struct DragError {
+  Eigen::Vector2d accel_xy;  // m/s^2
+  double sigma;              // m/s^2
+
+  template <class T>
+  void operator()(const T* force, T* r) const {
+    for (int i = 0; i < 2; ++i) r[i] = (force[i] - accel_xy[i]) / sigma;
+  }
 };
+using DragResidual = NodeResidual<DragError, 2, 2>;
 
 }  // namespace trueline

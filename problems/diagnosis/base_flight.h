@@ -7,22 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "cost_functions/models/gust.h"
+#include "cost_functions/chain_node.h"
 #include "problems/diagnosis/smooth_forces.h"
 #include "problems/effects/effect.h"
 #include "problems/vgd/segment.h"
 #include "problems/window/flight_data.h"
 
 namespace trueline {
-
-// Unknowns of one segment: drift of the AHRS error (3, in units of its prior's sigma), state (p_E
-// in m, v_E in m/s), gust (specific force in E, horizontal, m/s^2; linear between segments'
-// starts).
-inline constexpr int kNodeSize = kDriftSize + kStateSize + kGustSize;
-inline constexpr int kStateAt = kDriftSize;
-inline constexpr int kGustAt = kDriftSize + kStateSize;
-using NodeVector = Eigen::Matrix<double, kNodeSize, 1>;
-using ThetaVector = Eigen::Matrix<double, kThetaSize, 1>;
 
 // The division of a flight into segments and rows. It comes from the log as recorded: a fix that an
 // effect moves in time keeps its row.

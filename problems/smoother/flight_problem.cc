@@ -1,18 +1,13 @@
 #include "problems/smoother/flight_problem.h"
 
-#include <ceres/normal_prior.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "cost_functions/continuity_residual.h"
-#include "cost_functions/drag_residual.h"
-#include "cost_functions/offset_fix_residual.h"
-#include "cost_functions/parameter_step_residual.h"
-#include "problems/common/ceres_problem.h"
+#include "cost_functions/prior_residuals.h"
+#include "problems/chain/gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
-#include "problems/vgd/vgd.h"
+#include "problems/vgd/window_data.h"
 #include "problems/window/rough_path.h"
 
 namespace trueline {
@@ -24,25 +19,20 @@ constexpr double kTie = 1e-4;
 constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
 constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // indices of drag and misalignment in theta
 
-template <class Vector>
-ceres::CostFunction* Prior(const Vector& weight) {
-  return new ceres::NormalPrior(Eigen::MatrixXd(weight.asDiagonal()),
-                                Eigen::VectorXd::Zero(weight.size()));
-}
-
 }  // namespace
 
 FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
                              const FlightProblemOptions& options)
-    : flights_(flights), options_(options), scaling_(options.vgd), problem_(ProblemOptions(this)) {
+    : flights_(flights), options_(options), chain_(options.vgd) {
   BuildSections();
-  AllocateUnknowns();
+  chain_.SetBounds();
+  AddOffsets();
+  if (options_.detector.Any()) AddDetector();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
-    if (k == 0 || sections_[k].flight != sections_[k - 1].flight) AddFlightPriors(k);
-    HoldDrag(k);
-    if (k > 0) AddStep(k);
+    AddParameterPriors(k);
+    if (k > 0) AddParameterStep(k);
     AddMeasurements(k);
-    AddContinuity(k);
+    AddProcess(k);
   }
 }
 
@@ -53,189 +43,127 @@ void FlightProblem::BuildSections() {
     for (int k = 0; k < count; ++k) {
       const WindowData data = CutWindow(flight, options_.vgd, k, k + 1, k + 1 < count);
       const bool continues = k > 0 && flight.HasArc(k);
-      sections_.push_back({static_cast<int>(f), data.begin, data.end, segments_.size(), continues});
-      passes_.push_back(k);
+      const std::size_t first = chain_.size();
+      chain_.AddTheta();
       const auto knots = EvenKnots(data.begin, data.end, options_.vgd.knot_interval);
       for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
-        segments_.push_back(MakeSegment(flight.track, data, knots[i], knots[i + 1], scaling_,
-                                        options_.vgd.max_block));
-        segments_.back()->FollowDerivatives();
-        section_of_.push_back(sections_.size() - 1);
+        auto segment = MakeSegment(flight.track, data, knots[i], knots[i + 1], scaling(),
+                                   options_.vgd.max_block);
+        segment->FollowDerivatives();
+        chain_.AddSegment(std::move(segment), i > 0 || continues);
       }
+      sections_.push_back(
+          {static_cast<int>(f), k, data.begin, data.end, first, chain_.size(), continues});
     }
   }
 }
 
-std::size_t FlightProblem::EndOf(std::size_t section) const {
-  return section + 1 < sections_.size() ? sections_[section + 1].first_segment : segments_.size();
-}
-
-void FlightProblem::AllocateUnknowns() {
-  x_.theta.assign(sections_.size(), Eigen::Matrix<double, kThetaSize, 1>::Zero());
-  x_.drift.assign(segments_.size(), Eigen::Vector3d::Zero());
-  x_.states.assign(segments_.size(), Eigen::Matrix<double, 6, 1>::Zero());
-  for (auto& theta : x_.theta) {
-    problem_.AddParameterBlock(theta.data(), kThetaSize);
-    for (int i = 0; i < 9; ++i) {
-      const ParameterPrior& prior = options_.vgd.priors[i];
-      problem_.SetParameterLowerBound(theta.data(), i, (prior.lower - prior.mean) / prior.sigma);
-      problem_.SetParameterUpperBound(theta.data(), i, (prior.upper - prior.mean) / prior.sigma);
-    }
-  }
-  AllocateGusts();
-  for (std::size_t k = 0; k < sections_.size(); ++k) {
-    if (flights_[sections_[k].flight].false_passes.count(passes_[k]) == 0) continue;
-    offsets_[k].setZero();
-  }
+void FlightProblem::AddOffsets() {
   const FalsePassOptions& wrong = options_.walks.false_pass;
-  Eigen::Matrix<double, 6, 1> weight;
+  Eigen::VectorXd weight(kOffsetSize);
   weight << Eigen::Vector3d::Constant(1.0 / wrong.offset),
       Eigen::Vector3d::Constant(1.0 / wrong.offset_rate);
-  for (auto& [section, offset] : offsets_) {
-    problem_.AddResidualBlock(Prior(weight), nullptr, offset.data());
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    if (flights_[sections_[k].flight].false_passes.count(sections_[k].pass) == 0) continue;
+    offsets_[k].setZero();
+    chain_.AddPrior(offsets_[k].data(), weight);
   }
-  if (!options_.detector.Any()) return;
-  problem_.AddResidualBlock(Prior(Eigen::Matrix<double, kMountSize, 1>::Ones()), nullptr,
-                            mount_.data());
+}
+
+void FlightProblem::AddDetector() {
+  chain_.AddPrior(mount_.data(), Eigen::VectorXd::Ones(kMountSize));
   for (const FlightShare& share : flights_) {
     for (const Gate& gate : share.flight->log.gates) gates_[gate.id].setZero();
   }
-  for (auto& [id, offset] : gates_) {
-    problem_.AddResidualBlock(Prior(Eigen::Vector3d::Ones()), nullptr, offset.data());
-  }
-}
-
-void FlightProblem::AllocateGusts() {
-  if (!options_.vgd.UsesGusts()) return;
-  x_.gusts.assign(segments_.size(), Eigen::Vector2d::Zero());
-  std::vector<bool> linked(segments_.size(), true);
-  for (std::size_t k = 0; k < sections_.size(); ++k) {
-    if (k + 1 == sections_.size() || !sections_[k + 1].continues) linked[EndOf(k) - 1] = false;
-  }
-  gusts_ = GustBlocks(options_.vgd.process, std::move(linked), &x_.gusts, &problem_);
+  for (auto& [id, offset] : gates_) chain_.AddPrior(offset.data(), Eigen::Vector3d::Ones());
 }
 
 // The first flight gets the full prior. A later one gets none on the airframe, whose parameters are
-// tied to the flight before.
-void FlightProblem::AddFlightPriors(std::size_t section) {
-  Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
-  if (section > 0) {
-    for (const int i : kAirframe) weight[i] = 0.0;
+// tied to the flight before. Drag that is not fitted is held in every section, so that a long
+// flight's many sections do not outweigh the prior.
+void FlightProblem::AddParameterPriors(std::size_t section) {
+  double* theta = chain_.theta(section).data();
+  if (section == 0 || sections_[section].flight != sections_[section - 1].flight) {
+    ThetaVector weight = ThetaVector::Ones();
+    if (section > 0) {
+      for (const int i : kAirframe) weight[i] = 0.0;
+    }
+    chain_.AddPrior(theta, weight);
   }
-  problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
-}
-
-// Holds drag in every section, so that a long flight's many sections do not outweigh the prior.
-void FlightProblem::HoldDrag(std::size_t section) {
-  Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Zero();
+  ThetaVector held = ThetaVector::Zero();
   for (const int i : {0, 1}) {
-    if (!options_.drag_shows[i]) weight[i] = kHeld;
+    if (!options_.drag_shows[i]) held[i] = kHeld;
   }
-  if (weight.isZero()) return;
-  problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
+  if (!held.isZero()) chain_.AddPrior(theta, held);
 }
 
-void FlightProblem::AddStep(std::size_t section) {
+void FlightProblem::AddParameterStep(std::size_t section) {
   const Section &last = sections_[section - 1], &next = sections_[section];
-  Eigen::Matrix<double, kThetaSize, 1> sigma = Eigen::Matrix<double, kThetaSize, 1>::Zero();
+  ThetaVector sigma = ThetaVector::Zero();
   if (last.flight == next.flight) {
     const double root = std::sqrt(SecondsBetween(last.begin, next.begin));
     for (const int i : {2, 9, 10}) sigma[i] = options_.walks.accel_bias_walk * root;
     sigma.segment<3>(kAhrsInTheta).setConstant(options_.walks.ahrs_error_walk * root);
-    sigma = sigma.cwiseQuotient(scaling_.sigma).cwiseMax(kTie);
+    sigma = sigma.cwiseQuotient(scaling().sigma).cwiseMax(kTie);
   } else {
     sigma.setConstant(std::numeric_limits<double>::infinity());
   }
   for (const int i : kAirframe) sigma[i] = kTie;
-  problem_.AddResidualBlock(new ParameterStepResidual(sigma.cwiseInverse()), nullptr,
-                            x_.theta[section - 1].data(), x_.theta[section].data());
+  using Step = ceres::AutoDiffCostFunction<ParameterStepError, kThetaSize, kThetaSize, kThetaSize>;
+  chain_.problem().AddResidualBlock(new Step(new ParameterStepError{sigma.cwiseInverse()}), nullptr,
+                                    chain_.theta(section - 1).data(), chain_.theta(section).data());
 }
 
-std::vector<double*> FlightProblem::Blocks(std::size_t segment) {
-  return {x_.theta[section_of_[segment]].data(), x_.drift[segment].data(),
-          x_.states[segment].data()};
-}
-
-std::size_t FlightProblem::SegmentAt(std::size_t section, TimeNs t) const {
-  std::size_t s = sections_[section].first_segment;
-  while (s + 1 < EndOf(section) && segments_[s + 1]->start() <= t) ++s;
-  return s;
-}
-
-void FlightProblem::AddFix(const Fix& fix, std::size_t segment, const FlightShare& share,
-                           double* offset, TimeNs pass_begin) {
-  const StateNode* node = segments_[segment]->StateAt(fix.t);
-  std::vector<double*> blocks = Blocks(segment);
-  const auto& gates = share.flight->log.gates;
+void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
+  const Section& own = sections_[section];
+  const FlightData& flight = *flights_[own.flight].flight;
+  const std::size_t s = chain_.SegmentAt(fix.t, own.first_segment, own.end_segment);
+  const StateNode* state = chain_.segment(s).StateAt(fix.t);
+  const GustSlope<6> gusts = chain_.StateGusts(s, fix.t);
+  const FixError error{fix.p_E, fix.sigma};
+  ceres::LossFunction* loss = MakeLoss(options_.vgd.loss, options_.vgd.loss_scale);
+  const auto& gates = flight.log.gates;
   const auto gate = std::find_if(gates.begin(), gates.end(),
                                  [&](const Gate& candidate) { return candidate.id == fix.gate; });
-  ceres::CostFunction* residual = nullptr;
-  if (offset != nullptr) {
-    residual = new OffsetFixResidual(node, fix.p_E, fix.sigma, SecondsBetween(pass_begin, fix.t));
-    blocks.push_back(offset);
+  if (const auto offset = offsets_.find(section); offset != offsets_.end()) {
+    const double elapsed = SecondsBetween(own.begin, fix.t);
+    chain_.AddReading(s, new OffsetFixResidual(state, {error, elapsed}, gusts), loss,
+                      {offset->second.data()});
   } else if (options_.detector.Any() && gate != gates.end()) {
-    const DriveTrack& track = share.flight->track;
-    MountedFix mounted{
-        fix.p_E,
-        fix.sigma,
-        gate->position - fix.p_E,
-        track.steps()[track.StepAt(fix.t)].drive.R_Ep_I,
+    MountedFixError mounted{
+        error, gate->position - fix.p_E,
+        flight.track.steps()[flight.track.StepAt(fix.t)].drive.R_Ep_I,
         Eigen::Matrix<double, kMountSize, 1>::Constant(options_.detector.camera_misalignment),
         options_.detector.gate_offset};
     mounted.mount[0] = options_.detector.fix_latency;
-    residual = new MountedFixResidual(node, mounted);
-    blocks.insert(blocks.end(), {mount_.data(), gates_.at(fix.gate).data()});
+    chain_.AddReading(s, new MountedFixResidual(state, mounted, gusts), loss,
+                      {mount_.data(), gates_.at(fix.gate).data()});
   } else {
-    residual = new FixResidual(node, fix.p_E, fix.sigma);
+    chain_.AddReading(s, new FixResidual(state, error, gusts), loss);
   }
-  // The effect of camera misalignment or latency on this residual is of second order and left out.
-  gusts_.Add(&problem_, residual, MakeLoss(options_.vgd.loss, options_.vgd.loss_scale), blocks,
-             segment, segments_[segment]->StateGustsAt(fix.t).topRows<3>() / fix.sigma);
 }
 
 void FlightProblem::AddMeasurements(std::size_t section) {
-  const FlightShare& share = flights_[sections_[section].flight];
-  const int pass = passes_[section];
-  const bool with_arc = segments_[EndOf(section) - 1]->end() > share.flight->passes[pass].end;
-  const WindowData data = CutWindow(*share.flight, options_.vgd, pass, pass + 1, with_arc);
-  const auto offset = offsets_.find(section);
-  double* own = offset == offsets_.end() ? nullptr : offset->second.data();
-  for (const Fix& fix : data.fixes) {
-    AddFix(fix, SegmentAt(section, fix.t), share, own, data.begin);
-  }
+  const Section& own = sections_[section];
+  const FlightData& flight = *flights_[own.flight].flight;
+  const bool with_arc = own.end > flight.passes[own.pass].end;
+  const WindowData data = CutWindow(flight, options_.vgd, own.pass, own.pass + 1, with_arc);
+  for (const Fix& fix : data.fixes) AddFix(fix, section);
   for (const ForceSample& force : data.forces) {
-    const std::size_t s = SegmentAt(section, force.t);
-    has_forces_ = true;
-    gusts_.Add(&problem_,
-               new DragResidual(segments_[s]->ForceAt(force.t), force.accel_xy, data.force_sigma),
-               new ceres::HuberLoss(2.5), Blocks(s), s,
-               segments_[s]->ForceGustsAt(force.t) / data.force_sigma);
+    chain_.AddForce(chain_.SegmentAt(force.t, own.first_segment, own.end_segment), force,
+                    data.force_sigma);
   }
 }
 
-void FlightProblem::AddContinuity(std::size_t section) {
-  const ProcessNoise& process = options_.vgd.process;
-  const double gravity = flights_[sections_[section].flight].flight->track.gravity();
-  for (std::size_t s = sections_[section].first_segment; s < EndOf(section); ++s) {
-    if (s == sections_[section].first_segment && !sections_[section].continues) {
-      const Eigen::Vector3d sigma = process.DriftSigma().cwiseMax(1e-5);
-      log_weights_ -= sigma.array().log().sum();
-      problem_.AddResidualBlock(Prior(scaling_.DriftUnit().cwiseQuotient(sigma)), nullptr,
-                                x_.drift[s].data());
-      if (gusts_.Any()) gusts_.AddPrior(&problem_, s, &log_weights_);
-      continue;
+void FlightProblem::AddProcess(std::size_t section) {
+  const Section& own = sections_[section];
+  const double gravity = flights_[own.flight].flight->track.gravity();
+  for (std::size_t s = own.first_segment; s < own.end_segment; ++s) {
+    if (s == own.first_segment && !own.continues) {
+      chain_.AddStart(s);
+    } else {
+      chain_.AddStep(s - 1, gravity);
     }
-    const Segment& last = *segments_[s - 1];
-    const double seconds = SecondsBetween(last.start(), last.end());
-    const Matrix9d weight = StepSqrtInformation(process, seconds, gravity);
-    log_weights_ += weight.diagonal().array().log().sum();
-    std::vector<double*> blocks = Blocks(s - 1);
-    blocks.insert(blocks.end(), {x_.drift[s].data(), x_.states[s].data()});
-    gusts_.Add(&problem_,
-               new ContinuityResidual(last.end_node(), scaling_.DriftUnit(), process.Decay(seconds),
-                                      weight),
-               nullptr, blocks, s - 1, -weight.leftCols<6>() * StateByGusts(seconds, seconds));
-    if (gusts_.Any()) gusts_.AddStep(&problem_, s - 1, seconds, &log_weights_);
   }
 }
 
@@ -243,41 +171,26 @@ void FlightProblem::SetStart() {
   for (std::size_t k = 0; k < sections_.size();) {
     std::size_t end = k + 1;
     while (end < sections_.size() && sections_[end].continues) ++end;
-    const FlightShare& share = flights_[sections_[k].flight];
+    const FlightData& flight = *flights_[sections_[k].flight].flight;
     std::vector<Pass> trusted;
     for (std::size_t i = k; i < end; ++i) {
-      if (offsets_.count(i) == 0) trusted.push_back(share.flight->passes[passes_[i]]);
+      if (offsets_.count(i) == 0) trusted.push_back(flight.passes[sections_[i].pass]);
     }
-    if (trusted.empty()) trusted.push_back(share.flight->passes[passes_[k]]);
-    const RoughPath path(share.flight->log.fixes, trusted);
-    for (std::size_t s = sections_[k].first_segment; s < EndOf(end - 1); ++s) {
-      const LineFit guess = path.At(segments_[s]->start());
-      x_.states[s] << guess.p, guess.v;
+    if (trusted.empty()) trusted.push_back(flight.passes[sections_[k].pass]);
+    const RoughPath path(flight.log.fixes, trusted);
+    for (std::size_t s = sections_[k].first_segment; s < sections_[end - 1].end_segment; ++s) {
+      const LineFit guess = path.At(chain_.segment(s).start());
+      chain_.SetState(s, guess.p, guess.v);
     }
     k = end;
   }
 }
 
 void FlightProblem::StartFrom(const FlightProblem& other) {
-  x_ = other.x_;
+  chain_.StartFrom(other.chain_);
   mount_ = other.mount_;
   for (auto& [id, offset] : gates_) offset = other.gates_.at(id);  // in place: blocks point there
   for (auto& [section, offset] : offsets_) offset = other.offsets_.at(section);
-}
-
-void FlightProblem::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_evaluation_point*/) {
-  Refresh(evaluate_jacobians);
-}
-
-void FlightProblem::Refresh(bool derivatives) {
-  if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
-  for (std::size_t s = 0; s < segments_.size(); ++s) {
-    segments_[s]->Evaluate(x_.theta[section_of_[s]].data(), x_.drift[s].data(), x_.states[s].data(),
-                           derivatives);
-    if (gusts_.Any()) segments_[s]->AddGusts(gusts_.At(s));
-  }
-  integrated_ = x_;
-  has_derivatives_ = derivatives;
 }
 
 ceres::Solver::Summary FlightProblem::Solve() {
@@ -292,10 +205,7 @@ ceres::Solver::Summary FlightProblem::Solve() {
   options.initial_trust_region_radius = 1e12;
   options.max_trust_region_radius = 1e16;
   options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem_, &summary);
-  Refresh(true);
-  return summary;
+  return chain_.Solve(options);
 }
 
 std::vector<int> FlightProblem::GateIds() const {
@@ -306,7 +216,7 @@ std::vector<int> FlightProblem::GateIds() const {
 
 std::vector<TrajectoryPoint> FlightProblem::Trajectory() const {
   std::vector<TrajectoryPoint> points;
-  for (const auto& segment : segments_) {
+  for (const auto& segment : chain_.segments()) {
     for (const TimeNs t : segment->times()) {
       const auto& x = segment->StateAt(t)->value;
       points.push_back({t, x.head<3>(), x.tail<3>()});

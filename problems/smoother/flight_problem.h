@@ -17,11 +17,9 @@
 #include <set>
 #include <vector>
 
-#include "cost_functions/mounted_fix_residual.h"
 #include "problems/smoother/smoother.h"
 #include "problems/vgd/drag_doubt.h"
-#include "problems/vgd/gust_blocks.h"
-#include "problems/vgd/segment.h"
+#include "problems/vgd/segment_chain.h"
 #include "problems/window/flight_data.h"
 
 namespace trueline {
@@ -49,11 +47,9 @@ struct FlightProblemOptions {
   std::array<bool, 2> drag_shows = {true, true};  // K_x, K_y: false holds it at its prior's mean
 };
 
-class FlightProblem : private ceres::EvaluationCallback {
+class FlightProblem {
  public:
   FlightProblem(const std::vector<FlightShare>& flights, const FlightProblemOptions& options);
-  FlightProblem(const FlightProblem&) = delete;
-  FlightProblem& operator=(const FlightProblem&) = delete;
 
   // Initialises from the fixes and the priors' means, or from another problem with the same knots.
   void SetStart();
@@ -76,61 +72,37 @@ class FlightProblem : private ceres::EvaluationCallback {
   std::vector<int> GateIds() const;
 
   std::vector<TrajectoryPoint> Trajectory() const;
-  const ParameterScaling& scaling() const { return scaling_; }
-  std::size_t segment_count() const { return segments_.size(); }
-  bool HasForces() const { return has_forces_; }
+  const ParameterScaling& scaling() const { return chain_.scaling(); }
+  bool HasForces() const { return chain_.HasForces(); }
 
  private:
+  // A pass and the arc after it; its parameters are theta(index).
   struct Section {
     int flight;
+    int pass;  // index in its flight
     TimeNs begin, end;
-    std::size_t first_segment;
+    std::size_t first_segment, end_segment;
     bool continues;  // no break since the section before
   };
-  struct Unknowns {
-    std::vector<Eigen::Matrix<double, kThetaSize, 1>> theta;  // by section
-    std::vector<Eigen::Vector3d> drift;                       // by segment
-    std::vector<Eigen::Matrix<double, 6, 1>> states;          // by segment
-    std::vector<Eigen::Vector2d> gusts;                       // by segment, or none
 
-    bool operator==(const Unknowns&) const = default;
-  };
-
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
-  void Refresh(bool derivatives);
   void BuildSections();
-  void AllocateUnknowns();
-  void AllocateGusts();
-  void AddFlightPriors(std::size_t section);
-  void HoldDrag(std::size_t section);
-  void AddStep(std::size_t section);
+  void AddOffsets();
+  void AddDetector();
+  void AddParameterPriors(std::size_t section);
+  void AddParameterStep(std::size_t section);
   void AddMeasurements(std::size_t section);
-  void AddFix(const Fix& fix, std::size_t segment, const FlightShare& share, double* offset,
-              TimeNs pass_begin);
-  void AddContinuity(std::size_t section);
-  std::vector<double*> Blocks(std::size_t segment);
-  std::size_t SegmentAt(std::size_t section, TimeNs t) const;
-  std::size_t EndOf(std::size_t section) const;
-  std::vector<double*> OrderedBlocks();
-  Eigen::SparseMatrix<double> Hessian();
+  void AddFix(const Fix& fix, std::size_t section);
+  void AddProcess(std::size_t section);
+  // All unknowns in the order of time, those that couple with all others last.
+  std::vector<double*> Blocks();
 
   std::vector<FlightShare> flights_;
   FlightProblemOptions options_;
-  ParameterScaling scaling_;
+  SegmentChain chain_;
   std::vector<Section> sections_;
-  std::vector<int> passes_;  // by section: index of its pass in its flight
-  std::vector<std::unique_ptr<Segment>> segments_;
-  std::vector<std::size_t> section_of_;  // by segment
-  Unknowns x_;
-  Unknowns integrated_;
-  bool has_derivatives_ = false;
   Eigen::Matrix<double, kMountSize, 1> mount_ = Eigen::Matrix<double, kMountSize, 1>::Zero();
   std::map<int, Eigen::Vector3d> gates_;                        // by id
   std::map<std::size_t, Eigen::Matrix<double, 6, 1>> offsets_;  // of false passes, by section
-  ceres::Problem problem_;
-  GustBlocks gusts_;
-  bool has_forces_ = false;
-  double log_weights_ = 0.0;
 };
 
 }  // namespace trueline

@@ -1,18 +1,13 @@
 // The least-squares problem of one window: the last gamma passes and the arc after them.
 #pragma once
 
-#include <ceres/ceres.h>
-
-#include <Eigen/SparseCore>
-#include <memory>
+#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "problems/vgd/drag_doubt.h"
-#include "problems/vgd/gust_blocks.h"
-#include "problems/vgd/segment.h"
-#include "problems/window/force_samples.h"
+#include "problems/vgd/segment_chain.h"
 #include "problems/window/rough_path.h"
 
 namespace trueline {
@@ -37,11 +32,10 @@ struct WindowData {
 // The start of a solve: the nine of eq. 16 in their own units.
 using Theta = Eigen::Matrix<double, 9, 1>;
 
-// The marginalised past as a prior on a window's first unknowns: (theta, drift, state, and the gust
-// if there are any) at its beginning, in the units of the parameter blocks. The residual is
-// sqrt_information * (x - mean).
+// The marginalised past as a prior on a window's first unknowns, theta and the first node, in the
+// units of the parameter blocks. The residual is sqrt_information * (x - mean).
 struct WindowPrior {
-  static constexpr int kSize = kThetaSize + kDriftSize + kStateSize;  // without a gust
+  static constexpr int kSize = kThetaSize + kGustAt;  // without a gust
   Eigen::VectorXd mean;
   Eigen::MatrixXd sqrt_information;  // square
   DragDoubt doubt;                   // on the drag, from the marginalised past
@@ -49,13 +43,11 @@ struct WindowPrior {
 
 // The unknowns, residuals and integration of a window. Segments end at knots, where process noise
 // acts; without process noise one segment spans the window.
-class WindowProblem : private ceres::EvaluationCallback {
+class WindowProblem {
  public:
   // `past` replaces the options' priors.
   WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options,
                 const std::optional<WindowPrior>& past = std::nullopt);
-  WindowProblem(const WindowProblem&) = delete;
-  WindowProblem& operator=(const WindowProblem&) = delete;
 
   // Initialises all unknowns: parameters to theta, states to the rough path, and beyond the path's
   // end by integration.
@@ -70,7 +62,7 @@ class WindowProblem : private ceres::EvaluationCallback {
   static constexpr int kParameters = kThetaSize;
   Eigen::Matrix<double, kParameters, 1> Parameters() const;
   // True if b_ax, b_ay are unknowns of the problem.
-  bool HasForces() const { return !force_blocks_.empty(); }
+  bool HasForces() const { return chain_.HasForces(); }
 
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
   // Hessian. Finite also where the data leave directions open: the prior bounds them.
@@ -96,63 +88,39 @@ class WindowProblem : private ceres::EvaluationCallback {
   WindowPrior Marginalise(TimeNs t);
 
   // State at the window's end, in E: the predicted final point.
-  Eigen::Matrix<double, 6, 1> FinalState() const { return segments_.back()->end_node()->value; }
+  Eigen::Matrix<double, 6, 1> FinalState() const { return segments().back()->end_node()->value; }
 
-  // Integrates with the current unknowns; nodes then hold the fitted trajectory.
-  void Refresh(bool derivatives);
-  const std::vector<std::unique_ptr<Segment>>& segments() const { return segments_; }
+  // Integrates with the current unknowns; readings then hold the fitted trajectory.
+  void Refresh(bool derivatives) { chain_.Refresh(derivatives); }
+  const std::vector<std::unique_ptr<Segment>>& segments() const { return chain_.segments(); }
   // Fitted position at the time of a fix of this window.
   Eigen::Vector3d PositionAt(TimeNs t) const;
-  const ParameterScaling& scaling() const { return scaling_; }
-  ceres::Problem& problem() { return problem_; }
+  const ParameterScaling& scaling() const { return chain_.scaling(); }
+  ceres::Problem& problem() { return chain_.problem(); }
 
  private:
-  struct Unknowns {
-    Eigen::Matrix<double, kThetaSize, 1> theta;
-    std::vector<Eigen::Vector3d> drift;               // by segment
-    std::vector<Eigen::Matrix<double, 6, 1>> states;  // by segment
-    std::vector<Eigen::Vector2d> gusts;               // by segment, or none
-
-    bool operator==(const Unknowns&) const = default;
-  };
-
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
-  void BuildSegments(const DriveTrack& track, const WindowData& data);
-  void AddFixes(const WindowData& data);
-  void AddForces(const WindowData& data);
-  void AddContinuity(double gravity);
-  void AddPriors();
-  void AddPast(const WindowPrior& past);
-  void AddOffsets(const WindowData& data);
-  void Integrate(std::size_t segment, bool derivatives);
-  // The unknowns at a segment's start.
-  std::vector<double*> BlocksOf(std::size_t segment);
-  void SetBounds();
-  std::size_t SegmentOf(TimeNs t) const;
-  Eigen::SparseMatrix<double> Hessian();
-  std::vector<std::size_t> DoubtfulSegments() const;
-
-  VgdOptions options_;
-  ParameterScaling scaling_;
-  std::vector<std::unique_ptr<Segment>> segments_;
-  Unknowns x_;
-  Unknowns integrated_;           // the nodes' linearisation point
-  bool has_derivatives_ = false;  // whether they hold derivatives there
-  ceres::Problem problem_;
-  GustBlocks gusts_;
-  std::vector<ceres::ResidualBlockId> force_blocks_;
-  std::vector<ceres::ResidualBlockId> prior_blocks_;
   struct Offset {
     TimeNs begin;  // of its pass
     TimeNs end;
-    Eigen::Matrix<double, 6, 1> value;
+    Eigen::Matrix<double, kOffsetSize, 1> value;
     ceres::ResidualBlockId prior;
   };
-  std::vector<Offset> offsets_;  // ascending in time; sized before blocks point into it
-  // By segment: the residuals that depend on it, including the step to the next one.
-  std::vector<std::vector<ceres::ResidualBlockId>> segment_blocks_;
+
+  void BuildSegments(const DriveTrack& track, const WindowData& data);
+  void AddOffsets(const WindowData& data);
+  void AddFixes(const WindowData& data);
+  void AddPriors();
+  void AddPast(const WindowPrior& past);
+  std::size_t SegmentOf(TimeNs t) const { return chain_.SegmentAt(t, 0, chain_.size()); }
+  // All unknowns: theta, offsets, nodes.
+  std::vector<double*> Blocks();
+  std::vector<std::size_t> DoubtfulSegments() const;
+
+  VgdOptions options_;
+  SegmentChain chain_;
+  std::vector<ceres::ResidualBlockId> priors_;
+  std::deque<Offset> offsets_;        // ascending in time
   DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
-  double log_weights_ = 0.0;          // sum of log det of what whitens processes and priors
 };
 
 }  // namespace trueline

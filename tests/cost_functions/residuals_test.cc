@@ -25,20 +25,20 @@ class SegmentTest : public testing::Test {
   void SetUp() override {
     Random random(3, "unknowns");
     for (double& value : theta_) value = random.Uniform(-1.0, 1.0);
-    for (double& value : drift_) value = random.Uniform(-0.5, 0.5);
-    for (double& value : state_) value = random.Uniform(-2.0, 2.0);
-    for (double& value : next_drift_) value = random.Uniform(-0.5, 0.5);
-    for (double& value : next_state_) value = random.Uniform(-2.0, 2.0);
+    for (double* node : {node_, next_}) {
+      for (int i = 0; i < kStateAt; ++i) node[i] = random.Uniform(-0.5, 0.5);
+      for (int i = kStateAt; i < kGustAt; ++i) node[i] = random.Uniform(-2.0, 2.0);
+    }
   }
 
-  // Residual blocks' parameters in their order; the first three move the segment.
-  std::vector<double*> Blocks(int count) {
-    const std::vector<double*> all = {theta_, drift_, state_, next_drift_, next_state_};
-    return {all.begin(), all.begin() + count};
-  }
+  // The first parameters of a residual, in their order; the first two move the segment.
+  std::vector<double*> Blocks(int count) { return {blocks_.begin(), blocks_.begin() + count}; }
+
+  double* drift() { return node_; }
+  double* state() { return node_ + kStateAt; }
 
   Eigen::VectorXd Residual(const ceres::CostFunction& cost) {
-    segment_.Evaluate(theta_, drift_, state_, false);
+    segment_.Evaluate(theta_, drift(), state(), false);
     Eigen::VectorXd residual(cost.num_residuals());
     const std::vector<double*> blocks = Blocks(int(cost.parameter_block_sizes().size()));
     EXPECT_TRUE(cost.Evaluate(blocks.data(), residual.data(), nullptr));
@@ -54,7 +54,7 @@ class SegmentTest : public testing::Test {
       std::vector<double*> jacobians(sizes.size(), nullptr);
       jacobians[b] = analytic.data();  // null for the others, as for constant blocks
       Eigen::VectorXd residual(cost.num_residuals());
-      segment_.Evaluate(theta_, drift_, state_, true);
+      segment_.Evaluate(theta_, drift(), state(), true);
       ASSERT_TRUE(cost.Evaluate(blocks.data(), residual.data(), jacobians.data()));
       for (int i = 0; i < sizes[b]; ++i) {
         const double kept = blocks[b][i], h = 1e-4;
@@ -75,42 +75,71 @@ class SegmentTest : public testing::Test {
   DriveTrack track_ = DriveTrack::FromLog(log_, DriveOptions());
   ParameterScaling scaling_{options_};
   Segment segment_{track_, kStart, {kFix, kEnd}, {kFix}, scaling_, 0.03};
-  double theta_[kThetaSize], drift_[kDriftSize], state_[kStateSize];
-  double next_drift_[kDriftSize], next_state_[kStateSize];
+  double theta_[kThetaSize], node_[kGustAt], next_[kGustAt];
+  double own_[8] = {0.3, -0.2, 0.5, 0.1, -0.4, 0.6, 0.2, -0.3};
+  std::vector<double*> blocks_ = {theta_, node_, next_};
 };
 
 TEST_F(SegmentTest, FixResidualIsWhitenedPositionMisfit) {
   const Vector3d fix(0.3, -0.7, -1.4);
-  const FixResidual cost(segment_.StateAt(kFix), fix, 0.2);
+  const FixResidual cost(segment_.StateAt(kFix), {fix, 0.2});
   const Eigen::VectorXd residual = Residual(cost);
   const Vector3d p =
-      testing_window::Integrate(track_, scaling_, theta_, drift_, state_, kStart, kFix).p;
+      testing_window::Integrate(track_, scaling_, theta_, drift(), state(), kStart, kFix).p;
   EXPECT_LT((residual - (p - fix) / 0.2).norm(), 1e-3);
+  ExpectDerivativesByDifferences(cost);
+}
+
+TEST_F(SegmentTest, AFixOfAFalsePassIsMovedByItsOffset) {
+  blocks_[2] = own_;
+  const FixError fix{Vector3d(0.3, -0.7, -1.4), 0.2};
+  const OffsetFixResidual cost(segment_.StateAt(kFix), {fix, 0.7});
+  const Eigen::VectorXd plain = Residual(FixResidual(segment_.StateAt(kFix), fix));
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(Residual(cost)[i], plain[i] + (own_[i] + 0.7 * own_[3 + i]) / 0.2, 1e-12);
+  }
+  ExpectDerivativesByDifferences(cost);
+}
+
+TEST_F(SegmentTest, AMountedFixIsLateTurnedAndDisplaced) {
+  blocks_ = {theta_, node_, own_, own_ + kMountSize};
+  const FixError fix{Vector3d(0.3, -0.7, -1.4), 0.2};
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(0.5, Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  const Vector3d to_gate(4.0, 1.0, 0.5);
+  const MountedFixResidual cost(segment_.StateAt(kFix),
+                                {fix, to_gate, R, {0.05, 0.02, 0.03, 0.04}, 0.1});
+  const Eigen::VectorXd residual = Residual(cost);
+  const auto& x = segment_.StateAt(kFix)->value;
+  const Vector3d c = Vector3d(0.02 * own_[1], 0.03 * own_[2], 0.04 * own_[3]);
+  const Vector3d gate = 0.1 * Vector3d(own_[4], own_[5], own_[6]);
+  const Vector3d expected =
+      x.head<3>() - 0.05 * own_[0] * x.tail<3>() - (R * c).cross(to_gate) - gate - fix.fix_E;
+  EXPECT_LT((residual - expected / 0.2).norm(), 1e-12);
   ExpectDerivativesByDifferences(cost);
 }
 
 TEST_F(SegmentTest, DragResidualIsTheAccelerometersMisfit) {
   const Eigen::Vector2d measured(0.4, -0.2);
-  const DragResidual cost(segment_.ForceAt(kFix), measured, 0.5);
+  const DragResidual cost(segment_.ForceAt(kFix), {measured, 0.5});
   const Eigen::VectorXd residual = Residual(cost);
   const Vector3d f_I =
-      testing_window::ForceInImu(track_, scaling_, theta_, drift_, state_, kStart, kFix);
+      testing_window::ForceInImu(track_, scaling_, theta_, drift(), state(), kStart, kFix);
   EXPECT_LT((residual - (f_I.head<2>() - measured) / 0.5).norm(), 1e-3);
   ExpectDerivativesByDifferences(cost);
 }
 
 TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   const double alpha = 0.6;
-  const ContinuityResidual cost(segment_.end_node(), scaling_.DriftUnit(), alpha,
-                                Matrix9d::Identity());
+  const ContinuityResidual cost(segment_.end_node(),
+                                {scaling_.DriftUnit(), alpha, Matrix9d::Identity()});
   const Eigen::VectorXd residual = Residual(cost);
   const auto end =
-      testing_window::Integrate(track_, scaling_, theta_, drift_, state_, kStart, kEnd);
+      testing_window::Integrate(track_, scaling_, theta_, drift(), state(), kStart, kEnd);
   const double unit = options_.priors[3].sigma;
   for (int i = 0; i < 3; ++i) {
-    EXPECT_NEAR(residual[i], next_state_[i] - end.p[i], 1e-3);
-    EXPECT_NEAR(residual[3 + i], next_state_[3 + i] - end.v[i], 1e-3);
-    EXPECT_NEAR(residual[6 + i], unit * (next_drift_[i] - alpha * drift_[i]), 1e-12);
+    EXPECT_NEAR(residual[i], next_[kStateAt + i] - end.p[i], 1e-3);
+    EXPECT_NEAR(residual[3 + i], next_[kStateAt + 3 + i] - end.v[i], 1e-3);
+    EXPECT_NEAR(residual[6 + i], unit * (next_[i] - alpha * node_[i]), 1e-12);
   }
 }
 
@@ -122,11 +151,11 @@ TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
   segment_.FollowDerivatives();
   for (const double step : {3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3}) {
     SetUp();
-    segment_.Evaluate(theta_, drift_, state_, true);
+    segment_.Evaluate(theta_, drift(), state(), true);
     for (double& value : theta_) value += step;
-    for (int i = 0; i < 3; ++i) state_[3 + i] -= step;
-    segment_.Evaluate(theta_, drift_, state_, false);
-    fresh.Evaluate(theta_, drift_, state_, false);
+    for (int i = 0; i < 3; ++i) state()[3 + i] -= step;
+    segment_.Evaluate(theta_, drift(), state(), false);
+    fresh.Evaluate(theta_, drift(), state(), false);
     const double off = (segment_.StateAt(kEnd)->value - fresh.StateAt(kEnd)->value).norm();
     EXPECT_LT(off, 1e-5) << step;
     EXPECT_LT((segment_.ForceAt(kFix)->value - fresh.ForceAt(kFix)->value).norm(), 1e-4) << step;
@@ -145,15 +174,15 @@ TEST_F(SegmentTest, ContinuityWhitensWithAFullCovariance) {
   const Matrix9d cov = ProcessCovariance(noise, 1.0, 9.81);
   ASSERT_GT(cov(0, 3), 0.8 * std::sqrt(cov(0, 0) * cov(3, 3)));  // far from diagonal
   const Matrix9d L = cov.llt().matrixL();
-  const ContinuityResidual plain(segment_.end_node(), scaling_.DriftUnit(), 0.5,
-                                 Matrix9d::Identity());
-  const ContinuityResidual white(segment_.end_node(), scaling_.DriftUnit(), 0.5, L.inverse());
+  const ContinuityResidual plain(segment_.end_node(),
+                                 {scaling_.DriftUnit(), 0.5, Matrix9d::Identity()});
+  const ContinuityResidual white(segment_.end_node(), {scaling_.DriftUnit(), 0.5, L.inverse()});
   const Eigen::VectorXd error = Residual(plain);
   const double mahalanobis = error.dot(cov.inverse() * error);
   EXPECT_NEAR(Residual(white).squaredNorm(), mahalanobis, 1e-6 * mahalanobis);
   ExpectDerivativesByDifferences(plain);
-  const ContinuityResidual soft(segment_.end_node(), scaling_.DriftUnit(), 0.5,
-                                Matrix9d(0.01 * L.inverse()));
+  const ContinuityResidual soft(segment_.end_node(),
+                                {scaling_.DriftUnit(), 0.5, Matrix9d(0.01 * L.inverse())});
   ExpectDerivativesByDifferences(soft);
 }
 
