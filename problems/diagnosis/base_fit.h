@@ -17,8 +17,9 @@ struct BaseFit {
   LinearFlight Linear(const BaseFlight& flight) const { return {flight, rows, x, weight, columns}; }
 };
 
-// Gauss-Newton over all unknowns and the columns' values, from `fit.x`; `fit.columns` and
-// `fit.noise` are held. The robust (Huber) weights are updated at each step.
+// Damped Gauss-Newton over all unknowns and the columns' values, from `fit.x`; the columns' slopes
+// and `fit.noise` are held. Each step lowers the cost. The robust (Huber) weights are updated at
+// each step.
 void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 
 // The strengths of the greatest marginal likelihood (empirical Bayes): a coordinate search over

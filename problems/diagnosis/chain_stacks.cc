@@ -64,31 +64,59 @@ bool StartsStretch(const FlightPlan& plan, int segment) {
   return segment == 0 || !plan.segments[segment - 1].linked;
 }
 
+namespace {
+
+ContinuityResidual::Weights LinkWeights(const BaseFlight& flight, int s,
+                                        const NoiseStrengths& noise) {
+  const auto& span = flight.plan().segments[s];
+  return StepWeights(noise.process, flight.scaling().DriftUnit(),
+                     SecondsBetween(span.begin, span.end), flight.gravity());
+}
+
+// Whitened error of the step to the next segment: (p, v, drift, gust).
+NodeVector LinkError(const BaseFlight& flight, const FlightRows& rows, const FlightUnknowns& x,
+                     int s, const ContinuityResidual::Weights& w) {
+  const NodeVector &here = x.nodes[s], &there = x.nodes[s + 1];
+  Eigen::Matrix<double, 9, 1> path;
+  path << rows.r.segment<6>(flight.LinkRow(s)),
+      w.drift_unit.cwiseProduct(there.head<3>() - w.alpha * here.head<3>());
+  NodeVector error;
+  error << w.sqrt_information * path, w.gust_weight * (there.tail<2>() - w.beta * here.tail<2>());
+  return error;
+}
+
+// One over the sigmas of the prior on a stretch's first unknowns.
+NodeVector StartWeights(const BaseFlight& flight, const NoiseStrengths& noise) {
+  NodeVector w;
+  w << flight.scaling().DriftUnit().cwiseQuotient(noise.process.DriftSigma().cwiseMax(1e-5)),
+      Eigen::Vector3d::Constant(1.0 / kOpenPosition),
+      Eigen::Vector3d::Constant(1.0 / kOpenVelocity),
+      Eigen::Vector2d::Constant(1.0 / noise.process.gust);
+  return w;
+}
+
+NodeVector StartError(const NodeVector& node, const NodeVector& weights) {
+  NodeVector error = weights.cwiseProduct(node);
+  error.segment<kStateSize>(kStateAt).setZero();  // the initial state has no prior mean
+  return error;
+}
+
+}  // namespace
+
 SegmentRows LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
   const auto& span = linear.flight.plan().segments[s];
   if (!span.linked) return SegmentRows(0, linear.width());
-  SegmentRows stack(9 + kGustSize, linear.width());
+  SegmentRows stack(kNodeSize, linear.width());
   stack.cluster.assign(stack.cluster.size(), span.cluster);
-  const double h = SecondsBetween(span.begin, span.end), alpha = noise.process.Decay(h);
-  const Eigen::Vector3d unit = linear.flight.scaling().DriftUnit();
-  const NodeVector &here = linear.x.nodes[s], &there = linear.x.nodes[s + 1];
-  const int residual = static_cast<int>(stack.values.cols()) - 1;
+  const ContinuityResidual::Weights w = LinkWeights(linear.flight, s, noise);
   for (int i = 0; i < 6; ++i) CopyRow(linear, linear.flight.LinkRow(s) + i, 1.0, i, &stack);
-  stack.node().block<3, 3>(6, 0) = (-alpha * unit).asDiagonal();
-  stack.next().block<3, 3>(6, 0) = unit.asDiagonal();
-  stack.values.col(residual).segment<3>(6) =
-      unit.cwiseProduct(there.head<3>() - alpha * here.head<3>());
-  const Matrix9d whiten = StepSqrtInformation(noise.process, h, linear.flight.gravity());
-  stack.values.topRows<9>() = (whiten * stack.values.topRows<9>()).eval();
-  stack.log_weights += whiten.diagonal().array().log().sum();  // log determinant of a triangular
-                                                               // matrix
-
-  const double beta = noise.process.GustDecay(h);
-  const double w = 1.0 / noise.process.GustStepSigma(h);
-  stack.node().block<2, 2>(9, kGustAt).diagonal().setConstant(-beta * w);
-  stack.next().block<2, 2>(9, kGustAt).diagonal().setConstant(w);
-  stack.values.col(residual).segment<2>(9) = w * (there.tail<2>() - beta * here.tail<2>());
-  stack.log_weights += 2.0 * std::log(w);
+  stack.node().block<3, 3>(6, 0) = (-w.alpha * w.drift_unit).asDiagonal();
+  stack.next().block<3, 3>(6, 0) = w.drift_unit.asDiagonal();
+  stack.values.topRows<9>() = (w.sqrt_information * stack.values.topRows<9>()).eval();
+  stack.node().block<2, 2>(9, kGustAt).diagonal().setConstant(-w.beta * w.gust_weight);
+  stack.next().block<2, 2>(9, kGustAt).diagonal().setConstant(w.gust_weight);
+  stack.values.rightCols<1>() = LinkError(linear.flight, linear.rows, linear.x, s, w);
+  stack.log_weights = LogDeterminant(w, true);
   return stack;
 }
 
@@ -96,18 +124,23 @@ SegmentRows StartStack(const LinearFlight& linear, int s, const NoiseStrengths& 
   if (!StartsStretch(linear.flight.plan(), s)) return SegmentRows(0, linear.width());
   SegmentRows stack(kNodeSize, linear.width());
   stack.cluster.assign(kNodeSize, linear.flight.plan().segments[s].cluster);
-  const Eigen::Vector3d drift = noise.process.DriftSigma().cwiseMax(1e-5);
-  NodeVector w;
-  w.head<3>() = linear.flight.scaling().DriftUnit().cwiseQuotient(drift);
-  w.segment<3>(kStateAt).setConstant(1.0 / kOpenPosition);
-  w.segment<3>(kStateAt + 3).setConstant(1.0 / kOpenVelocity);
-  w.tail<2>().setConstant(1.0 / noise.process.gust);
-  NodeVector at_prior = linear.x.nodes[s];
-  at_prior.segment<kStateSize>(kStateAt).setZero();  // the initial state has no prior mean
+  const NodeVector w = StartWeights(linear.flight, noise);
   stack.node() = w.asDiagonal();
-  stack.values.col(stack.values.cols() - 1) = w.cwiseProduct(at_prior);
-  stack.log_weights += w.array().log().sum();
+  stack.values.rightCols<1>() = StartError(linear.x.nodes[s], w);
+  stack.log_weights = w.array().log().sum();
   return stack;
+}
+
+double ProcessCost(const BaseFlight& flight, const FlightRows& rows, const FlightUnknowns& x,
+                   const NoiseStrengths& noise) {
+  double sum = 0.0;
+  const NodeVector start = StartWeights(flight, noise);
+  for (int s = 0; s < static_cast<int>(x.nodes.size()); ++s) {
+    if (StartsStretch(flight.plan(), s)) sum += StartError(x.nodes[s], start).squaredNorm();
+    if (!flight.plan().segments[s].linked) continue;
+    sum += LinkError(flight, rows, x, s, LinkWeights(flight, s, noise)).squaredNorm();
+  }
+  return 0.5 * sum;
 }
 
 }  // namespace trueline

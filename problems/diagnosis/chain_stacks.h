@@ -50,6 +50,9 @@ SegmentRows ForceStack(const LinearFlight& linear, int segment, double sigma);
 SegmentRows LinkStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
 // The prior on a stretch's first unknowns.
 SegmentRows StartStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
+// Half the squares of all process rows and start priors.
+double ProcessCost(const BaseFlight& flight, const FlightRows& rows, const FlightUnknowns& x,
+                   const NoiseStrengths& noise);
 bool StartsStretch(const FlightPlan& plan, int segment);
 
 }  // namespace trueline

@@ -49,12 +49,22 @@ std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval) {
 
 // A negligible floor keeps the covariance regular if a process is switched off: 1 mm, 1 mm/s,
 // 0.0006 deg.
-Matrix9d StepSqrtInformation(const ProcessNoise& noise, double seconds, double gravity) {
+ContinuityResidual::Weights StepWeights(const ProcessNoise& noise,
+                                        const Eigen::Vector3d& drift_unit, double seconds,
+                                        double gravity) {
   Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
   cov.diagonal().head<6>().array() += 1e-6;
   cov.diagonal().tail<3>().array() += 1e-10;
   const Matrix9d L = cov.llt().matrixL();
-  return L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
+  return {drift_unit, noise.Decay(seconds),
+          L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity()), noise.GustDecay(seconds),
+          noise.gust > 0.0 ? 1.0 / noise.GustStepSigma(seconds) : 0.0};
+}
+
+double LogDeterminant(const ContinuityResidual::Weights& weights, bool gusts) {
+  // Of a triangular matrix.
+  const double path = weights.sqrt_information.diagonal().array().log().sum();
+  return gusts ? path + kGustSize * std::log(weights.gust_weight) : path;
 }
 
 }  // namespace trueline

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cost_functions/continuity_residual.h"
 #include "problems/vgd/segment.h"
 #include "problems/vgd/window_data.h"
 
@@ -17,7 +18,12 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
 // Divides [from, to] evenly into steps of at most `interval` seconds; both ends are knots.
 std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval);
 
-// L^-1 for the covariance L L' that the processes add to (p, v, drift) in `seconds`.
-Matrix9d StepSqrtInformation(const ProcessNoise& noise, double seconds, double gravity);
+// The process over `seconds`: decay, and weights by the covariance that it adds. drift_unit: rad
+// for each unit of a node's drift.
+ContinuityResidual::Weights StepWeights(const ProcessNoise& noise,
+                                        const Eigen::Vector3d& drift_unit, double seconds,
+                                        double gravity);
+// Log determinant of these weights, the gust's included if `gusts`.
+double LogDeterminant(const ContinuityResidual::Weights& weights, bool gusts);
 
 }  // namespace trueline

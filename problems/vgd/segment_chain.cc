@@ -67,16 +67,9 @@ void SegmentChain::AddForce(std::size_t s, const ForceSample& force, double sigm
 void SegmentChain::AddStep(std::size_t s, double gravity) {
   const Segment& segment = *segments_[s];
   const double seconds = SecondsBetween(segment.start(), segment.end());
-  const ProcessNoise& process = options_.process;
-  ContinuityResidual::Weights weights{scaling_.DriftUnit(), process.Decay(seconds),
-                                      StepSqrtInformation(process, seconds, gravity)};
-  // The log determinant of a triangular matrix.
-  log_weights_ += weights.sqrt_information.diagonal().array().log().sum();
-  if (HasGusts()) {
-    weights.beta = process.GustDecay(seconds);
-    weights.gust_weight = 1.0 / process.GustStepSigma(seconds);
-    log_weights_ += kGustSize * std::log(weights.gust_weight);
-  }
+  const ContinuityResidual::Weights weights =
+      StepWeights(options_.process, scaling_.DriftUnit(), seconds, gravity);
+  log_weights_ += LogDeterminant(weights, HasGusts());
   std::vector<double*> blocks = Blocks(s, Gusts::kLinked);
   residuals_[s].push_back(problem_.AddResidualBlock(
       new ContinuityResidual(segment.end_node(), weights, StateGusts(s, segment.end())), nullptr,
