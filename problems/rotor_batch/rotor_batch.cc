@@ -134,9 +134,6 @@ class Batch {
       Hold({});
       problem_->AddResidualBlock(new ConstantsPriorCost(options_.prior), nullptr, chart_.data());
     }
-    if (InertiaIsFree()) {
-      problem_->AddResidualBlock(new InertiaBendCost(options_.prior), nullptr, chart_.data());
-    }
     for (std::size_t i = 0; i < segments_.size(); ++i) {
       problem_->AddResidualBlock(new SegmentCost(&segments_[i]), nullptr, nodes_[i].data(),
                                  nodes_[i + 1].data(), chart_.data());
@@ -211,7 +208,7 @@ class Batch {
     result->converged = summary.termination_type == ceres::CONVERGENCE;
     result->iterations += static_cast<int>(summary.iterations.size());
     result->cost = summary.final_cost;
-    result->residuals = summary.num_residuals - (InertiaIsFree() ? InertiaBendCost::kRows : 0);
+    result->residuals = summary.num_residuals;
     result->solve_time += summary.total_time_in_seconds;
   }
 

@@ -4,9 +4,6 @@
 #include <ceres/cost_function.h>
 #include <ceres/sized_cost_function.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "problems/rotor_batch/constants_chart.h"
 #include "problems/rotor_batch/rotor_node_manifold.h"
 #include "problems/rotor_batch/segment.h"
@@ -111,42 +108,6 @@ class ConstantsPriorCost : public ceres::CostFunction {
  private:
   const RotorPrior& prior_;
   std::vector<int> free_;
-};
-
-// The curvature of the cost that Gauss-Newton lacks where data and prior disagree about an inertia.
-// Readings are proportional to 1/I. At the solution the gradient of the data's cost is opposite to
-// the prior's, (I - mean) / sigma^2, and its curvature is 2 (I - mean) / (I sigma^2) larger than
-// Gauss-Newton's. Many sigmas from the mean this exceeds the prior's own 1 / sigma^2: without it
-// steps are more than twice too long and the iteration oscillates. These rows have zero error and
-// non-zero slopes, so they change the steps and leave the solution unchanged.
-class InertiaBendCost : public ceres::CostFunction {
- public:
-  static constexpr int kRows = 3;
-
-  explicit InertiaBendCost(const RotorPrior& prior) : prior_(prior) {
-    set_num_residuals(kRows);
-    *mutable_parameter_block_sizes() = {RotorAeroModel::kConstants};
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    Eigen::Map<Eigen::Vector3d>{residuals}.setZero();
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    const RotorConstants chart = Eigen::Map<const RotorConstants>(parameters[0]);
-    const RotorConstants constants = FromChart(chart);
-    Eigen::MatrixXd rows = ChartJacobian(chart).middleRows<kRows>(kInertiaConstants);
-    for (int i = 0; i < kRows; ++i) {
-      const int c = kInertiaConstants + i;
-      // The curvature is negative below the mean; a sum of squares cannot represent it, so it is 0.
-      const double bend = std::max(0.0, 2.0 * (1.0 - prior_.mean[c] / constants[c]));
-      rows.row(i) *= std::sqrt(bend) / prior_.sigma[c];
-    }
-    WriteJacobian(rows, jacobians[0]);
-    return true;
-  }
-
- private:
-  const RotorPrior& prior_;
 };
 
 }  // namespace trueline

@@ -6,7 +6,6 @@
 
 #include "problems/common/error.h"
 #include "problems/rotor_batch/constants_chart.h"
-#include "problems/rotor_batch/constants_information.h"
 #include "problems/rotor_batch/fixed_point.h"
 #include "problems/rotor_batch/rotor_node_manifold.h"
 #include "problems/rotor_batch/segment.h"
