@@ -1,4 +1,4 @@
-// The unknowns of one segment of a chain, at its start: one parameter block.
+// The unknowns of one segment of a chain, at its start.
 #pragma once
 
 #include "cost_functions/models/gust.h"
@@ -6,9 +6,9 @@
 
 namespace trueline {
 
-// Drift (the AHRS error less the constant Phi_E_Ep, in units of theta's prior sigma), state (p_E in
-// m, v_E in m/s), and where gusts are modelled the gust (horizontal specific force in E, m/s^2,
-// linear to the next segment's).
+// Drift (the AHRS error less the constant Phi_E_Ep, in units of theta's prior sigma) and state (p_E
+// in m, v_E in m/s) are one parameter block of kGustAt numbers. The gust (horizontal specific force
+// in E, m/s^2, linear to the next segment's) is another, where gusts are modelled.
 inline constexpr int kNodeSize = kDriftSize + kStateSize + kGustSize;
 inline constexpr int kStateAt = kDriftSize;
 inline constexpr int kGustAt = kDriftSize + kStateSize;
@@ -18,9 +18,6 @@ using ThetaVector = Eigen::Matrix<double, kThetaSize, 1>;
 // Which gusts act in a segment: none; its own, constant to the segment's end; or its own and the
 // next segment's.
 enum class Gusts { kNone, kHeld, kLinked };
-
-// Size of the parameter block.
-inline int NodeBlockSize(Gusts gusts) { return gusts == Gusts::kNone ? kGustAt : kNodeSize; }
 
 // Derivatives of kSize numbers that are read from a segment by the gusts at its start and end.
 template <int kSize>

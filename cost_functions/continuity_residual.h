@@ -6,7 +6,7 @@
 //   error:      the next node's (p, v, drift, gust) less the prediction
 //   weighting:  of (p, v, drift) the inverse Cholesky factor of the covariance that the processes
 //               accumulate; of the gust one over the sigma of its step
-//   unknowns:   theta, node, next node
+//   unknowns:   theta; the node's drift and state; the next node's; then both gusts, if any
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -30,67 +30,65 @@ class ContinuityResidual : public ceres::CostFunction {
   ContinuityResidual(const StateNode* end, const Weights& weights, const GustSlope<6>& gusts = {})
       : end_(end), weights_(weights), gusts_(gusts) {
     set_num_residuals(HasGusts() ? kNodeSize : kGustAt);
-    const int node = NodeBlockSize(gusts.gusts);
-    *mutable_parameter_block_sizes() = {kThetaSize, node, node};
+    *mutable_parameter_block_sizes() = {kThetaSize, kGustAt, kGustAt};
+    if (HasGusts()) {
+      mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(),
+                                              {kGustSize, kGustSize});
+    }
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> node(parameters[1]), next(parameters[2]);
+    const Eigen::Map<const Path> node(parameters[1]), next(parameters[2]);
     const Weights& w = weights_;
-    Eigen::Matrix<double, 9, 1> error;
+    Path error;
     error << next.tail<6>() - end_->value,
         w.drift_unit.cwiseProduct(next.head<3>() - w.alpha * node.head<3>());
-    Eigen::Map<Eigen::Matrix<double, 9, 1>> r(residuals);
+    Eigen::Map<Path> r(residuals);
     r.noalias() = w.sqrt_information.triangularView<Eigen::Lower>() * error;
-    for (int i = kGustAt; i < num_residuals(); ++i) {
-      residuals[i] = w.gust_weight * (parameters[2][i] - w.beta * parameters[1][i]);
+    for (int i = 0; i < num_residuals() - kGustAt; ++i) {
+      residuals[kGustAt + i] = w.gust_weight * (parameters[4][i] - w.beta * parameters[3][i]);
     }
     if (jacobians != nullptr) WriteJacobians(jacobians);
     return r.allFinite();
   }
 
  private:
-  using Block = JacobianBlock<Eigen::Dynamic>;
+  using Path = Eigen::Matrix<double, kGustAt, 1>;
 
   bool HasGusts() const { return gusts_.gusts != Gusts::kNone; }
 
-  void WriteJacobians(double** jacobians) const {
-    const int rows = num_residuals(), node = parameter_block_sizes()[1];
-    const auto L = weights_.sqrt_information.triangularView<Eigen::Lower>();
-    const Eigen::Matrix3d unit = weights_.drift_unit.asDiagonal();
-    if (jacobians[0] != nullptr) {
-      Block J(jacobians[0], rows, kThetaSize);
-      J.setZero();
-      J.topRows<6>() = -end_->d_theta;
-      J.topRows<9>() = (L * J.topRows<9>()).eval();
-    }
-    if (jacobians[1] != nullptr) {
-      Block J(jacobians[1], rows, node);
-      J.setZero();
-      J.topLeftCorner<6, kDriftSize>() = -end_->d_drift();
-      J.block<3, kDriftSize>(6, 0) = -weights_.alpha * unit;
-      J.block<6, kStateSize>(0, kStateAt) = -end_->d_state;
-      if (HasGusts()) J.block<6, kGustSize>(0, kGustAt) = -gusts_.Own();
-      J.topRows<9>() = (L * J.topRows<9>()).eval();
-      WriteGustStep(-weights_.beta, &J);
-    }
-    if (jacobians[2] != nullptr) {
-      Block J(jacobians[2], rows, node);
-      J.setZero();
-      J.block<3, kDriftSize>(6, 0) = unit;
-      J.block<6, kStateSize>(0, kStateAt).setIdentity();
-      if (HasGusts()) J.block<6, kGustSize>(0, kGustAt) = -gusts_.Next();
-      J.topRows<9>() = (L * J.topRows<9>()).eval();
-      WriteGustStep(1.0, &J);
-    }
+  // Writes the derivative by a block: of the path's error, whitened here, and of the gust's step.
+  template <int kCols>
+  void Write(const Eigen::Matrix<double, kGustAt, kCols>& d_path, double d_gust,
+             double* jacobian) const {
+    if (jacobian == nullptr) return;
+    JacobianBlock<kGustAt, kCols>(jacobian).noalias() =
+        weights_.sqrt_information.triangularView<Eigen::Lower>() * d_path;
+    if (!HasGusts()) return;
+    JacobianBlock<kGustSize, kCols> below(jacobian + kGustAt * kCols);
+    below.setZero();
+    below.diagonal().setConstant(d_gust);
   }
 
-  void WriteGustStep(double factor, Block* J) const {
+  void WriteJacobians(double** jacobians) const {
+    const Eigen::Matrix3d unit = weights_.drift_unit.asDiagonal();
+    Eigen::Matrix<double, kGustAt, kThetaSize> d_theta;
+    d_theta << -end_->d_theta, Eigen::Matrix<double, 3, kThetaSize>::Zero();
+    Write<kThetaSize>(d_theta, 0.0, jacobians[0]);
+    Eigen::Matrix<double, kGustAt, kGustAt> d_node = d_node.Zero(), d_next = d_next.Zero();
+    d_node.topRows<6>() << -end_->d_drift(), -end_->d_state;
+    d_node.bottomLeftCorner<3, kDriftSize>() = -weights_.alpha * unit;
+    Write<kGustAt>(d_node, 0.0, jacobians[1]);
+    d_next.topRightCorner<6, kStateSize>().setIdentity();
+    d_next.bottomLeftCorner<3, kDriftSize>() = unit;
+    Write<kGustAt>(d_next, 0.0, jacobians[2]);
     if (!HasGusts()) return;
-    J->block<kGustSize, kGustSize>(kGustAt, kGustAt)
-        .diagonal()
-        .setConstant(factor * weights_.gust_weight);
+    Eigen::Matrix<double, kGustAt, kGustSize> d_gust = d_gust.Zero(), d_next_gust = d_gust.Zero();
+    d_gust.topRows<6>() = -gusts_.Own();
+    Write<kGustSize>(d_gust, -weights_.beta * weights_.gust_weight, jacobians[3]);
+    d_next_gust.topRows<6>() = -gusts_.Next();
+    Write<kGustSize>(d_next_gust, weights_.gust_weight, jacobians[4]);
   }
 
   const StateNode* end_;

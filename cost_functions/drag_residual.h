@@ -21,6 +21,6 @@ struct DragError {
     for (int i = 0; i < 2; ++i) r[i] = (force[i] - accel_xy[i]) / sigma;
   }
 };
-using DragResidual = NodeResidual<DragError, 2, 2>;
+using DragResidual = NodeResidual<DragError, 2, 2, 2>;
 
 }  // namespace trueline

@@ -19,7 +19,7 @@ struct FixError {
     for (int i = 0; i < 3; ++i) r[i] = (state[i] - fix_E[i]) / sigma;
   }
 };
-using FixResidual = NodeResidual<FixError, 6, 3>;
+using FixResidual = NodeResidual<FixError, 6, 3, 3>;
 
 // A fix in a pass with an error of its own: a gate displaced from its place on the map, or another
 // object detected as the gate.
@@ -38,7 +38,7 @@ struct OffsetFixError {
   }
 };
 inline constexpr int kOffsetSize = 6;  // o, o'
-using OffsetFixResidual = NodeResidual<OffsetFixError, 6, 3, kOffsetSize>;
+using OffsetFixResidual = NodeResidual<OffsetFixError, 6, 3, 3, kOffsetSize>;
 
 // A fix whose detector has a latency, a misalignment, or a map with displaced gates.
 //
@@ -70,6 +70,6 @@ struct MountedFixError {
     fix(moved, r);
   }
 };
-using MountedFixResidual = NodeResidual<MountedFixError, 6, 3, kMountSize, kGateSize>;
+using MountedFixResidual = NodeResidual<MountedFixError, 6, 6, 3, kMountSize, kGateSize>;
 
 }  // namespace trueline

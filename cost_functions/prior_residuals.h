@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "cost_functions/chain_node.h"
 
@@ -32,9 +33,20 @@ struct PastError {
 
   template <class T>
   bool operator()(const T* theta, const T* node, T* r) const {
-    Eigen::Matrix<T, Eigen::Dynamic, 1> error(mean.size());
-    for (Eigen::Index i = 0; i < mean.size(); ++i) {
-      error[i] = (i < kThetaSize ? theta[i] : node[i - kThetaSize]) - mean[i];
+    return Whiten<T>({theta, node}, r);
+  }
+  template <class T>
+  bool operator()(const T* theta, const T* node, const T* gust, T* r) const {
+    return Whiten<T>({theta, node, gust}, r);
+  }
+
+ private:
+  template <class T>
+  bool Whiten(std::array<const T*, 3> blocks, T* r) const {
+    constexpr int kFirst[] = {0, kThetaSize, kThetaSize + kGustAt, kThetaSize + kNodeSize};
+    Eigen::Matrix<T, Eigen::Dynamic, 1> error = -mean.cast<T>();
+    for (int b = 0; b < 3 && blocks[b] != nullptr; ++b) {
+      for (int i = kFirst[b]; i < kFirst[b + 1]; ++i) error[i] += blocks[b][i - kFirst[b]];
     }
     Eigen::Map<Eigen::Matrix<T, Eigen::Dynamic, 1>>(r, mean.size()) =
         sqrt_information.cast<T>() * error;

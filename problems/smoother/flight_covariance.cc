@@ -14,7 +14,7 @@ std::vector<double*> FlightProblem::Blocks() {
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     blocks.push_back(chain_.theta(k).data());
     for (std::size_t s = sections_[k].first_segment; s < sections_[k].end_segment; ++s) {
-      blocks.push_back(chain_.node(s).data());
+      for (double* block : chain_.NodeBlocks(s)) blocks.push_back(block);
     }
     if (const auto it = offsets_.find(k); it != offsets_.end()) {
       blocks.push_back(it->second.data());

@@ -25,7 +25,8 @@ void SegmentChain::AddSegment(std::unique_ptr<Segment> segment, bool linked) {
   linked_.push_back(linked);
   residuals_.emplace_back();
   x_.nodes.emplace_back(NodeVector::Zero());
-  problem_.AddParameterBlock(x_.nodes.back().data(), HasGusts() ? kNodeSize : kGustAt);
+  problem_.AddParameterBlock(x_.nodes.back().data(), kGustAt);
+  if (HasGusts()) problem_.AddParameterBlock(x_.nodes.back().data() + kGustAt, kGustSize);
 }
 
 Gusts SegmentChain::GustsOf(std::size_t s) const {
@@ -41,16 +42,18 @@ GustSlope<2> SegmentChain::ForceGusts(std::size_t s, TimeNs t) const {
   return {GustsOf(s), segments_[s]->ForceGustsAt(t)};
 }
 
-std::vector<double*> SegmentChain::Blocks(std::size_t s, Gusts gusts) {
-  std::vector<double*> blocks{x_.theta[theta_of_[s]].data(), x_.nodes[s].data()};
-  if (gusts == Gusts::kLinked) blocks.push_back(x_.nodes[s + 1].data());
+std::vector<double*> SegmentChain::NodeBlocks(std::size_t s) {
+  std::vector<double*> blocks{x_.nodes[s].data()};
+  if (HasGusts()) blocks.push_back(x_.nodes[s].data() + kGustAt);
   return blocks;
 }
 
 ceres::ResidualBlockId SegmentChain::AddReading(std::size_t s, ceres::CostFunction* cost,
                                                 ceres::LossFunction* loss,
                                                 const std::vector<double*>& own) {
-  std::vector<double*> blocks = Blocks(s, GustsOf(s));
+  std::vector<double*> blocks = NodeBlocks(s);
+  blocks.insert(blocks.begin(), x_.theta[theta_of_[s]].data());
+  if (GustsOf(s) == Gusts::kLinked) blocks.push_back(NodeBlocks(s + 1).back());
   blocks.insert(blocks.end(), own.begin(), own.end());
   residuals_[s].push_back(problem_.AddResidualBlock(cost, loss, blocks));
   return residuals_[s].back();
@@ -70,22 +73,27 @@ void SegmentChain::AddStep(std::size_t s, double gravity) {
   const ContinuityResidual::Weights weights =
       StepWeights(options_.process, scaling_.DriftUnit(), seconds, gravity);
   log_weights_ += LogDeterminant(weights, HasGusts());
-  std::vector<double*> blocks = Blocks(s, Gusts::kLinked);
+  std::vector<double*> blocks{x_.theta[theta_of_[s]].data(), x_.nodes[s].data(),
+                              x_.nodes[s + 1].data()};
+  if (HasGusts()) {
+    blocks.insert(blocks.end(), {NodeBlocks(s).back(), NodeBlocks(s + 1).back()});
+  }
   residuals_[s].push_back(problem_.AddResidualBlock(
       new ContinuityResidual(segment.end_node(), weights, StateGusts(s, segment.end())), nullptr,
       blocks));
 }
 
-ceres::ResidualBlockId SegmentChain::AddStart(std::size_t s) {
+std::vector<ceres::ResidualBlockId> SegmentChain::AddStart(std::size_t s) {
   const Eigen::Vector3d drift = options_.process.DriftSigma().cwiseMax(1e-5);
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(HasGusts() ? kNodeSize : kGustAt);
+  Eigen::Matrix<double, kGustAt, 1> weight = Eigen::Matrix<double, kGustAt, 1>::Zero();
   weight.head<kDriftSize>() = scaling_.DriftUnit().cwiseQuotient(drift);
   log_weights_ -= drift.array().log().sum();
-  if (HasGusts()) {
-    weight.tail<kGustSize>().setConstant(1.0 / options_.process.gust);
-    log_weights_ -= kGustSize * std::log(options_.process.gust);
-  }
-  return AddPrior(x_.nodes[s].data(), weight);
+  std::vector<ceres::ResidualBlockId> priors{AddPrior(x_.nodes[s].data(), weight)};
+  if (!HasGusts()) return priors;
+  log_weights_ -= kGustSize * std::log(options_.process.gust);
+  priors.push_back(
+      AddPrior(NodeBlocks(s).back(), Eigen::Vector2d::Constant(1.0 / options_.process.gust)));
+  return priors;
 }
 
 ceres::ResidualBlockId SegmentChain::AddPrior(double* block, const Eigen::VectorXd& weight) {
@@ -105,8 +113,7 @@ void SegmentChain::SetBounds() {
 }
 
 void SegmentChain::HoldDrift(std::size_t s) {
-  const int size = problem_.ParameterBlockSize(x_.nodes[s].data());
-  problem_.SetManifold(x_.nodes[s].data(), new ceres::SubsetManifold(size, {0, 1, 2}));
+  problem_.SetManifold(x_.nodes[s].data(), new ceres::SubsetManifold(kGustAt, {0, 1, 2}));
 }
 
 std::size_t SegmentChain::SegmentAt(TimeNs t, std::size_t first, std::size_t end) const {

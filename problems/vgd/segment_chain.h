@@ -40,7 +40,7 @@ class SegmentChain : private ceres::EvaluationCallback {
   // The process from a segment to the next, which is linked to it.
   void AddStep(std::size_t s, double gravity);
   // Priors of drift and gust on a segment that is not linked to the one before.
-  ceres::ResidualBlockId AddStart(std::size_t s);
+  std::vector<ceres::ResidualBlockId> AddStart(std::size_t s);
   // A zero-mean prior on a block: residual weight * x; a zero weight leaves a component free.
   ceres::ResidualBlockId AddPrior(double* block, const Eigen::VectorXd& weight);
   // The bounds of the options' priors, on every theta.
@@ -68,6 +68,8 @@ class SegmentChain : private ceres::EvaluationCallback {
   auto state(std::size_t s) const { return x_.nodes[s].segment<kStateSize>(kStateAt); }
   // Sets position and velocity; drift and gust return to zero.
   void SetState(std::size_t s, const Eigen::Vector3d& p, const Eigen::Vector3d& v);
+  // The parameter blocks of a segment's own unknowns.
+  std::vector<double*> NodeBlocks(std::size_t s);
   // Takes all unknowns of a chain with the same segments.
   void StartFrom(const SegmentChain& other) { x_ = other.x_; }
 
@@ -101,7 +103,6 @@ class SegmentChain : private ceres::EvaluationCallback {
   void Integrate(std::size_t s, bool derivatives);
   Gusts GustsOf(std::size_t s) const;
   bool IsLinked(std::size_t s) const { return s + 1 < linked_.size() && linked_[s + 1]; }
-  std::vector<double*> Blocks(std::size_t s, Gusts gusts);
 
   VgdOptions options_;
   ParameterScaling scaling_;

@@ -33,7 +33,9 @@ WindowPrior EliminateFirst(const Eigen::MatrixXd& J, const Eigen::VectorXd& r,
 std::vector<double*> WindowProblem::Blocks() {
   std::vector<double*> blocks{chain_.theta().data()};
   for (Offset& offset : offsets_) blocks.push_back(offset.value.data());
-  for (std::size_t s = 0; s < chain_.size(); ++s) blocks.push_back(chain_.node(s).data());
+  for (std::size_t s = 0; s < chain_.size(); ++s) {
+    for (double* block : chain_.NodeBlocks(s)) blocks.push_back(block);
+  }
   return blocks;
 }
 
@@ -54,17 +56,17 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
     options.residual_blocks.push_back(offset.prior);
   }
   for (std::size_t s = 0; s < kept; ++s) {
-    options.parameter_blocks.push_back(chain_.node(s).data());
+    for (double* block : chain_.NodeBlocks(s)) options.parameter_blocks.push_back(block);
     const auto& residuals = chain_.residuals(s);
     options.residual_blocks.insert(options.residual_blocks.end(), residuals.begin(),
                                    residuals.end());
   }
   options.parameter_blocks.push_back(chain_.theta().data());
-  options.parameter_blocks.push_back(chain_.node(kept).data());
+  for (double* block : chain_.NodeBlocks(kept)) options.parameter_blocks.push_back(block);
   std::vector<double> residuals;
   ceres::CRSMatrix crs;
   problem().Evaluate(options, nullptr, &residuals, nullptr, &crs);
-  Eigen::VectorXd at(kThetaSize + problem().ParameterBlockSize(chain_.node(kept).data()));
+  Eigen::VectorXd at(kThetaSize + (chain_.HasGusts() ? kNodeSize : kGustAt));
   at << chain_.theta(), chain_.node(kept).head(at.size() - kThetaSize);
   WindowPrior prior = EliminateFirst(
       ToEigen(crs), Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size()), at);
@@ -111,7 +113,7 @@ WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
   }
   G.block<kStateSize, 6>(last_at + state_at, kParameters) = end.d_state.transpose();
   if (chain_.HasGusts()) {
-    G.block<kGustSize, 6>(last_at + kGustAt, kParameters) =
+    G.block<kGustSize, 6>(normal.At(chain_.NodeBlocks(last).back()), kParameters) =
         chain_.StateGusts(last, chain_.segment(last).end()).Own().transpose();
   }
   for (std::size_t k = 0; k < doubtful.size(); ++k) {

@@ -87,7 +87,7 @@ void WindowProblem::AddFixes(const WindowData& data) {
 void WindowProblem::AddPriors() {
   priors_.push_back(chain_.AddPrior(chain_.theta().data(), ThetaVector::Ones()));
   if (options_.process.Any()) {
-    priors_.push_back(chain_.AddStart(0));
+    for (const ceres::ResidualBlockId id : chain_.AddStart(0)) priors_.push_back(id);
   } else {
     chain_.HoldDrift(0);
   }
@@ -98,16 +98,17 @@ void WindowProblem::AddPast(const WindowPrior& past) {
   chain_.AddLogWeights(past.sqrt_information.householderQr().logAbsDeterminant());
   const PastError error{past.mean, past.sqrt_information};
   using Calm = ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize, kThetaSize, kGustAt>;
-  using Gusty =
-      ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize + kGustSize, kThetaSize, kNodeSize>;
+  using Gusty = ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize + kGustSize, kThetaSize,
+                                            kGustAt, kGustSize>;
   ceres::CostFunction* cost = nullptr;
   if (chain_.HasGusts()) {
     cost = new Gusty(new PastError(error));
   } else {
     cost = new Calm(new PastError(error));
   }
-  priors_.push_back(
-      problem().AddResidualBlock(cost, nullptr, chain_.theta().data(), chain_.node(0).data()));
+  std::vector<double*> blocks = chain_.NodeBlocks(0);
+  blocks.insert(blocks.begin(), chain_.theta().data());
+  priors_.push_back(problem().AddResidualBlock(cost, nullptr, blocks));
 }
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {

@@ -41,22 +41,22 @@ class ShortChain : public testing::Test {
 Eigen::MatrixXd DenseRows(const LinearFlight& linear, const NoiseStrengths& noise) {
   const int segments = static_cast<int>(linear.flight.plan().segments.size());
   const int nodes = segments * kNodeSize, width = linear.width(), z = width - 1;
-  std::vector<RowStack> stacks;
+  std::vector<SegmentRows> stacks;
   std::vector<int> owner;
   int count = z;
   for (int s = 0; s < segments; ++s) {
-    for (const RowStack& stack :
+    for (const SegmentRows& stack :
          {FixStack(linear, s, noise.fix_scale), ForceStack(linear, s, noise.force_sigma),
           LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
       stacks.push_back(stack);
       owner.push_back(s);
-      count += static_cast<int>(stack.row.size());
+      count += stack.count();
     }
   }
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(count, nodes + width);
   int at = 0;
   for (std::size_t i = 0; i < stacks.size(); ++i) {
-    const int rows = static_cast<int>(stacks[i].row.size()), s = owner[i];
+    const int rows = stacks[i].count(), s = owner[i];
     dense.block(at, s * kNodeSize, rows, kNodeSize) = stacks[i].node();
     if (s + 1 < segments) dense.block(at, (s + 1) * kNodeSize, rows, kNodeSize) = stacks[i].next();
     dense.block(at, nodes, rows, width) = stacks[i].border();
@@ -79,32 +79,28 @@ TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
   const int unknowns = static_cast<int>(dense.cols()) - 1, z = linear.width() - 1;
   const Eigen::VectorXd x =
       -dense.leftCols(unknowns).colPivHouseholderQr().solve(dense.col(unknowns));
-  const Eigen::VectorXd border = -system.reduced().M.ldlt().solve(system.reduced().b);
+  const Eigen::VectorXd border = system.reduced().Solution();
   EXPECT_LT((border - x.tail(z)).norm(), 1e-4 * (1.0 + x.tail(z).norm()));
 
-  Eigen::VectorXd with_residual(z + 1);
-  with_residual << border, 1.0;
-  const auto nodes = system.NodesFor(with_residual);
+  const Eigen::VectorXd with_residual = system.reduced().Fitted();
+  const auto nodes = system.chain().NodesAt(with_residual);
   for (std::size_t s = 0; s < nodes.size(); ++s) {
     const auto expected = x.segment<kNodeSize>(static_cast<int>(s) * kNodeSize);
     EXPECT_LT((nodes[s].col(0) - expected).norm(), 1e-4 * (1.0 + expected.norm())) << s;
   }
-  // The sum of squared residuals, and its split into clusters.
+  // The sum of squared residuals, split into clusters.
   const double rest = (dense.leftCols(unknowns) * x + dense.col(unknowns)).squaredNorm();
-  EXPECT_NEAR(system.reduced().rss - system.reduced().b.dot(-border), rest, 1e-5 * rest);
   const double priors =
       (dense.bottomRows(z).leftCols(unknowns) * x + dense.bottomRows(z).col(unknowns))
           .squaredNorm();
-  EXPECT_NEAR(system.ClusterProducts(with_residual, with_residual).sum(), rest - priors,
+  EXPECT_NEAR(system.ByCluster().ClusterProducts(with_residual, with_residual).sum(), rest - priors,
               1e-5 * rest);
 }
 
 // The fit's nuisances keep whitened residuals at their stated size.
 TEST_F(ShortChain, ResidualsOfAnOrdinaryFlightAreOrdinary) {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  Eigen::VectorXd e(system.border() + 1);
-  e << -system.reduced().M.ldlt().solve(system.reduced().b), 1.0;
-  const Eigen::VectorXd whitened = system.Whitened(e).head(3 * plan_.fixes.size());
+  const Eigen::VectorXd whitened = system.Whitened(system.reduced().Fitted()).head(3 * plan_.fixes.size());
   EXPECT_NEAR(std::sqrt(whitened.squaredNorm() / static_cast<double>(whitened.size())), 1.0, 0.2);
 }
 

@@ -59,7 +59,7 @@ TEST(Gust, WindowsDerivativesAreThoseOfItsResiduals) {
   int col = 0, gust_blocks = 0;
   for (double* block : all.parameter_blocks) {
     const int size = problem.ParameterBlockSize(block);
-    gust_blocks += size == kNodeSize;
+    gust_blocks += size == kGustSize;
     for (int i = 0; i < size; ++i, ++col) {
       const double kept = block[i], step = 1e-4;
       block[i] = kept + step;
