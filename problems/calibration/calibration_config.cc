@@ -51,7 +51,7 @@ ThrustSource ParseThrust(const std::string& text) {
 CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
   CalibrationOptions options;
   if (!flags.config.empty()) {
-    options.methods = ReadEstimatorOptions(YamlMap::FromFile(flags.config));
+    options.methods = FromYaml<EstimatorOptions>(YamlMap::FromFile(flags.config));
   }
   VgdOptions& vgd = options.methods.vgd;
   if (!flags.model.empty()) options.effects = ApplyModel(flags.model, &vgd);

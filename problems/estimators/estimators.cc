@@ -82,23 +82,12 @@ EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
   return Estimators(flight, options).Run(name, gamma);
 }
 
-EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
-  EstimatorOptions options;
-  options.ekf = ReadEkfOptions(map.ChildOrEmpty("ekf"));
-  options.kinematic = ReadKinematicOptions(map.ChildOrEmpty("kinematic"));
-  options.smoother = ReadSmootherOptions(map.ChildOrEmpty("smoother"));
-  options.whole_flight = ReadWholeFlightOptions(map.ChildOrEmpty("whole_flight"));
-  options.vgd = ReadVgdOptions(map);  // last: it rejects keys that were never asked for
-  return options;
-}
-
-YAML::Node ToYaml(const EstimatorOptions& options) {
-  YAML::Node node = ToYaml(options.vgd);
-  node["ekf"] = ToYaml(options.ekf);
-  node["kinematic"] = ToYaml(options.kinematic);
-  node["smoother"] = ToYaml(options.smoother);
-  node["whole_flight"] = ToYaml(options.whole_flight);
-  return node;
+void Serialize(YamlArchive* a, EstimatorOptions* o) {
+  Serialize(a, &o->vgd);
+  a->Nested("ekf", &o->ekf);
+  a->Nested("kinematic", &o->kinematic);
+  a->Nested("smoother", &o->smoother);
+  a->Nested("whole_flight", &o->whole_flight);
 }
 
 }  // namespace trueline

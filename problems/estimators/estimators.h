@@ -62,10 +62,7 @@ class Estimators {
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma);
 
-// Reads the keys of `map` over the defaults (see config/calibrate/default.yaml); strict.
-EstimatorOptions ReadEstimatorOptions(const YamlMap& map);
-
-// All options with their values, for provenance; ReadEstimatorOptions reads it back.
-YAML::Node ToYaml(const EstimatorOptions& options);
+// The keys, as config/calibrate/default.yaml states them.
+void Serialize(YamlArchive* a, EstimatorOptions* o);
 
 }  // namespace trueline

@@ -89,7 +89,7 @@ class ConfigRun {
         rotor_driven_(config.GetChoice("system", {"rotor_driven", "imu_driven"}, "rotor_driven") ==
                       "rotor_driven"),
         vehicle_(ReadRotorVehicle(config.Child("vehicle"), gravity_)),
-        noise_(ReadSensorNoise(config.ChildOrEmpty("sensors"))),
+        noise_(FromYaml<SensorSet>(config.ChildOrEmpty("sensors"))),
         limits_(ReadLimits(config.ChildOrEmpty("limits"))),
         horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {}
 
@@ -174,7 +174,7 @@ CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& confi
   std::string warning;
   const RotorVehicle vehicle = config ? ReadRotorVehicle(config->Child("vehicle"), log.gravity)
                                       : VehicleFromLog(log, &warning);
-  SensorSet sensors = config ? ReadSensorNoise(config->ChildOrEmpty("sensors")) : SensorSet{};
+  SensorSet sensors = config ? FromYaml<SensorSet>(config->ChildOrEmpty("sensors")) : SensorSet{};
   sensors.pose = !log.pose.empty() || !log.mocap.empty();
   sensors.position = !sensors.pose && !log.fixes.empty();
   const RotorDrivenSystem system(vehicle.model, sensors);

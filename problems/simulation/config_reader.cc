@@ -48,18 +48,21 @@ void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
 SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   using namespace simulation;  // NOLINT(google-build-using-namespace): its own internals
   SimulationConfig config;
-  config.name = map.Get<std::string>("name", config.name);
-  ReadPositive(map, "duration", &config.duration);
-  ReadNotNegative(map, "warm_up", &config.warm_up);
-  ReadPositive(map, "gravity", &config.gravity);
+  YamlArchive a(map);
+  a.Value("name", &config.name);
+  a.Positive("duration", &config.duration);
+  a.NotNegative("warm_up", &config.warm_up);
+  a.Positive("gravity", &config.gravity);
   config.course = ReadCourse(map.Child("course"));
   config.vehicle = ReadVehicle(map.ChildOrEmpty("vehicle"), config.gravity);
-  config.autopilot = ReadAutopilot(map.ChildOrEmpty("autopilot"));
-  config.turbulence = ReadTurbulence(map.ChildOrEmpty("turbulence"));
-  config.imu = ReadImu(map.ChildOrEmpty("imu"));
-  config.ahrs = ReadAhrs(map.ChildOrEmpty("ahrs"));
-  config.detector = ReadDetector(map.ChildOrEmpty("detector"));
-  ReadStreams(map, &config);
+  a.Nested("autopilot", &config.autopilot);
+  a.Nested("turbulence", &config.turbulence);
+  a.Nested("imu", &config.imu);
+  a.Nested("ahrs", &config.ahrs);
+  a.Nested("detector", &config.detector);
+  a.Nested("mocap", &config.mocap);
+  a.Nested("rotors", &config.rotors);
+  a.Nested("range", &config.range);
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }

@@ -20,8 +20,7 @@ struct SmootherOptions {
   FalsePassOptions false_pass;
 };
 
-SmootherOptions ReadSmootherOptions(const YamlMap& map);
-YAML::Node ToYaml(const SmootherOptions& options);
+void Serialize(YamlArchive* a, SmootherOptions* o);
 
 // Causal, with a lag of vgd.gamma passes. Throws InputError without vgd.process: a rigid trajectory
 // has no state to marginalise at. After a break in the flight only the parameters are carried on.

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/common/yaml_options.h"
 #include "problems/smoother/strengths.h"
 #include "problems/vgd/identifiability.h"
 
@@ -107,30 +106,14 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
 
 }  // namespace
 
-WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map) {
-  WholeFlightOptions options;
-  ReadOption(map, "learn_strengths", &options.learn_strengths);
-  ReadOption(map, "withhold_drag", &options.withhold_drag);
-  ReadPositive(map, "learn_time_s", &options.learn_time);
-  ReadNotNegative(map, "fix_latency_sigma_s", &options.detector.fix_latency);
-  ReadNotNegative(map, "camera_misalignment_sigma_deg", &options.detector.camera_misalignment,
-                  kDegree);
-  ReadNotNegative(map, "gate_offset_sigma_m", &options.detector.gate_offset);
-  ReadNotNegative(map, "attitude_latency_sigma_s", &options.attitude_latency);
-  map.Finish();
-  return options;
-}
-
-YAML::Node ToYaml(const WholeFlightOptions& options) {
-  YAML::Node node;
-  node["learn_strengths"] = options.learn_strengths;
-  node["withhold_drag"] = options.withhold_drag;
-  node["learn_time_s"] = options.learn_time;
-  node["fix_latency_sigma_s"] = options.detector.fix_latency;
-  node["camera_misalignment_sigma_deg"] = options.detector.camera_misalignment / kDegree;
-  node["gate_offset_sigma_m"] = options.detector.gate_offset;
-  node["attitude_latency_sigma_s"] = options.attitude_latency;
-  return node;
+void Serialize(YamlArchive* a, WholeFlightOptions* o) {
+  a->Value("learn_strengths", &o->learn_strengths);
+  a->Value("withhold_drag", &o->withhold_drag);
+  a->Positive("learn_time_s", &o->learn_time);
+  a->NotNegative("fix_latency_sigma_s", &o->detector.fix_latency);
+  a->NotNegative("camera_misalignment_sigma_deg", &o->detector.camera_misalignment, kDegree);
+  a->NotNegative("gate_offset_sigma_m", &o->detector.gate_offset);
+  a->NotNegative("attitude_latency_sigma_s", &o->attitude_latency);
 }
 
 WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,

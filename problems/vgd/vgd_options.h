@@ -1,13 +1,13 @@
 // Options of the vision-based gradient descent fit (VGD, Li et al. 2019). Defaults are stated only
-// here; ReadVgdOptions takes the same names from YAML.
+// here.
 #pragma once
 
 #include <array>
 #include <string>
 
 #include "cost_functions/models/process_noise.h"
-#include "problems/common/strict_yaml.h"
 #include "problems/common/units.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/window/drive_track.h"
 #include "problems/window/force_samples.h"
 #include "problems/window/passes.h"
@@ -80,10 +80,7 @@ struct VgdOptions {
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
 };
 
-// Reads `map` (see config/calibrate/default.yaml); missing keys keep their defaults. Strict.
-VgdOptions ReadVgdOptions(const YamlMap& map);
-
-// All options with their values, for the provenance of a result; ReadVgdOptions reads it back.
-YAML::Node ToYaml(const VgdOptions& options);
+// The keys, as config/calibrate/default.yaml states them.
+void Serialize(YamlArchive* a, VgdOptions* o);
 
 }  // namespace trueline
