@@ -110,7 +110,7 @@ DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
       config.Fail("show", "'" + name + "' is taken as known; give it a sigma under 'prior'");
     }
     bound.show.push_back(constant);
-    shown.push_back({name, RotorConstantNames()[constant].unit});
+    shown.push_back({name, kRotorConstants[constant].unit});
   }
   YamlArchive(config).NotNegative("ramp", &bound.ramp);
   if (bound.ramp > 0.4 * common.shape.duration) {

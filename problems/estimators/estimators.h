@@ -26,14 +26,21 @@ struct EstimatorOptions {
   WholeFlightOptions whole_flight;
 };
 
-// Names that --estimator takes.
-const std::vector<std::string>& KnownEstimators();
+class Estimators;
+
+// An estimator that --estimator takes. A new one is a row in estimators.cc, and if it has options a
+// member of EstimatorOptions.
+struct EstimatorEntry {
+  std::string name;
+  EstimatorRun (*run)(Estimators* on, int gamma);
+  bool windows = true;         // results depend on gamma; a filter has no windows
+  bool force_effects = false;  // its model takes aerodynamic effects
+  bool whole_flight = false;   // flights of one vehicle are also solved at once (WholeFlight)
+};
+const std::vector<EstimatorEntry>& AllEstimators();
 
 // Throws InputError for an unknown name, listing the known ones.
-void CheckEstimator(const std::string& name);
-
-// True if results depend on gamma; a filter has no windows.
-bool HasWindows(const std::string& name);
+const EstimatorEntry& FindEstimator(const std::string& name);
 
 // Estimators over one flight with one set of options. Values that depend neither on the estimator
 // nor on the window length (the strength of the AHRS drift) are learned once, when first needed.

@@ -66,10 +66,8 @@ NominalFlight ImuFlight(const RotorFlight& flight) {
     using Model = RotorDrivenModel;
     const FlatMatrix flat = flight.path().Expand(t, 2);
     const NominalPoint rotor = flight.At(t);
-    NominalPoint point{std::vector<double>(ImuDrivenSystem::kStates, 0.0), {}};
+    NominalPoint point{ImuDrivenSystem::Typical(), {}};
     for (int i = 0; i < 6; ++i) point.x[i] = rotor.x[Model::kPosition + i];
-    point.x[ImuDrivenSystem::kParameters] = ImuDrivenSystem::kTypicalDragX;
-    point.x[ImuDrivenSystem::kParameters + 1] = ImuDrivenSystem::kTypicalDragY;
     const Eigen::Quaterniond q(rotor.x[0], rotor.x[1], rotor.x[2], rotor.x[3]);
     const Eigen::Matrix3d R = q.toRotationMatrix();
     for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));

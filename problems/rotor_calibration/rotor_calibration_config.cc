@@ -50,7 +50,7 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
                       "is no constant of the rotor-driven model; --model needs the "
                       "model.yaml of a calibration with --drive=rotors");
     }
-    if (name.starts_with("b_")) continue;
+    if (kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");

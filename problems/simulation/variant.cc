@@ -1,5 +1,6 @@
 #include "problems/simulation/variant.h"
 
+#include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 
@@ -44,8 +45,9 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
   SimulationConfig flown = config;
   const std::map<std::string, double*> tunables = Tunables(&flown);
   const YamlMap parameters = model.Child("parameters");
-  for (const char* name : {"K_x", "K_y", "b_az", "phi_I_B", "theta_I_B", "psi_I_B"}) {
-    *tunables.at(name) = parameters.Child(name).Get<double>("value");
+  for (int i = 0; i < kMotionSize; ++i) {
+    const char* name = kTheta[i].name;
+    if (IsVehicle(i)) *tunables.at(name) = parameters.Child(name).Get<double>("value");
   }
   for (const YamlMap& entry : model.Children("effects")) {
     simulation::EffectSetting effect{entry.Get<std::string>("id"), {}};

@@ -29,8 +29,7 @@ void SetCovariance(const Eigen::MatrixXd& cov, WindowPrior* prior) {
 void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
             WindowPrior* prior) {
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
-  for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
-  walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
+  for (int i = 0; i < kThetaSize; ++i) walk[i] = options.WalkOf(kTheta[i].group);
   if (walk.isZero()) return;
   Eigen::MatrixXd cov = CovarianceOf(*prior);
   cov.diagonal().head<kThetaSize>() += walk.cwiseQuotient(scaling.sigma).cwiseAbs2() * seconds;

@@ -18,6 +18,11 @@ struct SmootherOptions {
   double accel_bias_walk = 0.01;            // m/s^2/sqrt(s): b_ax, b_ay, b_az
   double ahrs_error_walk = 0.05 * kDegree;  // rad/sqrt(s): Phi_E_Ep, the slow part of the error
   FalsePassOptions false_pass;
+
+  double WalkOf(ParameterGroup group) const {
+    if (group == ParameterGroup::kBias) return accel_bias_walk;
+    return group == ParameterGroup::kAhrsError ? ahrs_error_walk : 0.0;
+  }
 };
 
 void Serialize(YamlArchive* a, SmootherOptions* o);

@@ -5,22 +5,20 @@
 namespace trueline {
 namespace {
 
-// YAML gives angles in degrees.
-double UnitOf(int parameter) { return parameter >= 3 ? kDegree : 1.0; }
-
-void SerializePriors(YamlArchive* a, std::array<ParameterPrior, 9>* priors) {
-  for (int i = 0; i < 9; ++i) {
-    ParameterPrior* prior = &(*priors)[i];
-    const double unit = UnitOf(i);
-    a->Map(kImuDrivenNames[i], [&](YamlArchive* entry) {
+void SerializePriors(YamlArchive* a, VgdOptions* o) {
+  for (int i = 0; i < kMotionSize; ++i) {
+    ParameterPrior* prior = &o->priors[i];
+    const char* name = kTheta[i].name;
+    const double unit = FileUnit(i);
+    a->Map(name, [&](YamlArchive* entry) {
       entry->Value("mean", &prior->mean, unit);
       entry->Value("sigma", &prior->sigma, unit);
       entry->Value("lower", &prior->lower, unit);
       entry->Value("upper", &prior->upper, unit);
       entry->OnOneLine();
     });
-    a->Require(prior->sigma > 0.0, kImuDrivenNames[i], "sigma must be above zero");
-    a->Require(prior->lower < prior->mean && prior->mean < prior->upper, kImuDrivenNames[i],
+    a->Require(prior->sigma > 0.0, name, "sigma must be above zero");
+    a->Require(prior->lower < prior->mean && prior->mean < prior->upper, name,
                "needs lower < mean < upper");
   }
 }
@@ -59,7 +57,7 @@ void SerializeDrive(YamlArchive* a, DriveOptions* drive) {
 void Serialize(YamlArchive* a, VgdOptions* o) {
   a->Count("gamma", &o->gamma);
   a->Count("min_window_fixes", &o->min_window_fixes);
-  a->Map("priors", [o](YamlArchive* map) { SerializePriors(map, &o->priors); });
+  a->Map("priors", [o](YamlArchive* map) { SerializePriors(map, o); });
   a->Choice("loss", &o->loss,
             {{"cauchy", FixLoss::kCauchy},
              {"huber", FixLoss::kHuber},

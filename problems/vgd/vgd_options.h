@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
-#include <string>
+#include <limits>
+#include <string_view>
 
+#include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/process_noise.h"
 #include "problems/common/units.h"
 #include "problems/common/yaml_archive.h"
@@ -14,13 +16,20 @@
 
 namespace trueline {
 
-// Prior of a parameter: normal, with hard bounds, in its own unit.
-struct ParameterPrior {
-  double mean;
-  double sigma;
-  double lower;
-  double upper;
-};
+// The default prior in the parameter's own unit (the table has angles in deg).
+inline double FileUnit(int parameter) {
+  return std::string_view(kTheta[parameter].unit) == "rad" ? kDegree : 1.0;
+}
+inline ParameterPrior DefaultPrior(int parameter) {
+  const auto& [mean, sigma, lower, upper] = kTheta[parameter].prior;
+  const double unit = FileUnit(parameter);
+  return {unit * mean, unit * sigma, unit * lower, unit * upper};
+}
+inline std::array<ParameterPrior, kMotionSize> DefaultPriors() {
+  std::array<ParameterPrior, kMotionSize> priors;
+  for (int i = 0; i < kMotionSize; ++i) priors[i] = DefaultPrior(i);
+  return priors;
+}
 
 inline bool AtBound(const ParameterPrior& prior, double value) {
   const double margin = 1e-6 * prior.sigma;
@@ -35,19 +44,8 @@ struct VgdOptions {
   // Windows reach further back until they hold this many fixes.
   int min_window_fixes = 8;
 
-  // In the order of eq. 16. Mean and sigma are those of the uniform distributions over the ranges
-  // of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not be positive.
-  std::array<ParameterPrior, 9> priors = {{
-      {-0.5, 0.29, -2.0, 0.0},                           // K_x, 1/s
-      {-0.5, 0.29, -2.0, 0.0},                           // K_y, 1/s
-      {0.0, 0.58, -2.0, 2.0},                            // b_az, m/s^2
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_E_Ep, rad
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_I_B
-  }};
+  // Of the parameters of the equation of motion, in the order of theta.
+  std::array<ParameterPrior, kMotionSize> priors = DefaultPriors();
 
   FixLoss loss = FixLoss::kHuber;
   double loss_scale = 2.5;  // in sigmas, on the norm of a fix's three whitened residuals
@@ -75,6 +73,13 @@ struct VgdOptions {
 
   PassOptions passes;
   DriveOptions drive;
+
+  // Of any parameter in theta.
+  ParameterPrior PriorOf(int parameter) const {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    if (parameter < kMotionSize) return priors[parameter];
+    return {0.0, drag_measurement.bias_sigma, -kNone, kNone};
+  }
 
   // Only the accelerometer distinguishes a gust from a tilt.
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
