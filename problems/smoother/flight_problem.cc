@@ -21,8 +21,7 @@ namespace {
 // The airframe's parameters may change by this share of their prior sigma from section to section.
 // This nearly rigid tie keeps the chain banded; the share is far below any flight's resolution.
 constexpr double kTie = 1e-4;
-constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
-constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // indices of drag and misalignment in theta
+constexpr double kHeld = 1e4;  // in each section, times the weight of the prior
 
 template <class Vector>
 ceres::CostFunction* Prior(const Vector& weight) {
@@ -76,7 +75,7 @@ void FlightProblem::AllocateUnknowns() {
   x_.states.assign(segments_.size(), Eigen::Matrix<double, 6, 1>::Zero());
   for (auto& theta : x_.theta) {
     problem_.AddParameterBlock(theta.data(), kThetaSize);
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       const ParameterPrior& prior = options_.vgd.priors[i];
       problem_.SetParameterLowerBound(theta.data(), i, (prior.lower - prior.mean) / prior.sigma);
       problem_.SetParameterUpperBound(theta.data(), i, (prior.upper - prior.mean) / prior.sigma);
@@ -119,8 +118,8 @@ void FlightProblem::AllocateGusts() {
 // tied to the flight before.
 void FlightProblem::AddFlightPriors(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Ones();
-  if (section > 0) {
-    for (const int i : kAirframe) weight[i] = 0.0;
+  for (int i = 0; i < kThetaSize; ++i) {
+    if (section > 0 && IsAirframe(i)) weight[i] = 0.0;
   }
   problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
 }
@@ -129,7 +128,7 @@ void FlightProblem::AddFlightPriors(std::size_t section) {
 void FlightProblem::HoldDrag(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> weight = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (const int i : {0, 1}) {
-    if (!options_.drag_shows[i]) weight[i] = kHeld;
+    if (!options_.drag_shows[i]) weight[kDragInTheta + i] = kHeld;
   }
   if (weight.isZero()) return;
   problem_.AddResidualBlock(Prior(weight), nullptr, x_.theta[section].data());
@@ -140,13 +139,14 @@ void FlightProblem::AddStep(std::size_t section) {
   Eigen::Matrix<double, kThetaSize, 1> sigma = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   if (last.flight == next.flight) {
     const double root = std::sqrt(SecondsBetween(last.begin, next.begin));
-    for (const int i : {2, 9, 10}) sigma[i] = options_.walks.accel_bias_walk * root;
-    sigma.segment<3>(kAhrsInTheta).setConstant(options_.walks.ahrs_error_walk * root);
+    for (int i = 0; i < kThetaSize; ++i) sigma[i] = options_.walks.WalkOf(kTheta[i].group) * root;
     sigma = sigma.cwiseQuotient(scaling_.sigma).cwiseMax(kTie);
   } else {
     sigma.setConstant(std::numeric_limits<double>::infinity());
   }
-  for (const int i : kAirframe) sigma[i] = kTie;
+  for (int i = 0; i < kThetaSize; ++i) {
+    if (IsAirframe(i)) sigma[i] = kTie;
+  }
   problem_.AddResidualBlock(new ParameterStepResidual(sigma.cwiseInverse()), nullptr,
                             x_.theta[section - 1].data(), x_.theta[section].data());
 }

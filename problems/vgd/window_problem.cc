@@ -186,7 +186,7 @@ std::vector<double*> WindowProblem::BlocksOf(std::size_t segment) {
 }
 
 void WindowProblem::SetBounds() {
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     const ParameterPrior& prior = options_.priors[i];
     const double lower = (prior.lower - prior.mean) / prior.sigma;
     const double upper = (prior.upper - prior.mean) / prior.sigma;
@@ -197,7 +197,8 @@ void WindowProblem::SetBounds() {
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   x_.theta.setZero();
-  x_.theta.head<9>() = (theta - scaling_.mean.head<9>()).cwiseQuotient(scaling_.sigma.head<9>());
+  x_.theta.head<kMotionSize>() =
+      (theta - scaling_.mean.head<kMotionSize>()).cwiseQuotient(scaling_.sigma.head<kMotionSize>());
   for (Eigen::Vector2d& gust : x_.gusts) gust.setZero();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     x_.drift[s].setZero();
