@@ -30,7 +30,8 @@ EffectSetting ReadEffect(const YamlMap& map) {
 }
 
 void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
-  const std::vector<std::string> known = TunableNames(*config);
+  std::vector<std::string> known;
+  for (const auto& [name, value] : TunableValues(*config)) known.push_back(name);
   for (const std::string& key : map.Keys()) {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       map.Fail(key,

@@ -59,14 +59,11 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
   return flown;
 }
 
-namespace simulation {
-
-std::vector<std::string> TunableNames(const SimulationConfig& config) {
+std::map<std::string, double> TunableValues(const SimulationConfig& config) {
   SimulationConfig copy = config;
-  std::vector<std::string> names;
-  for (const auto& [name, value] : Tunables(&copy)) names.push_back(name);
-  return names;
+  std::map<std::string, double> values;
+  for (const auto& [name, value] : Tunables(&copy)) values[name] = *value;
+  return values;
 }
 
-}  // namespace simulation
 }  // namespace trueline

@@ -64,7 +64,7 @@ VgdOptions EveryOptionChanged() {
   VgdOptions o;
   o.gamma = 4;
   o.min_window_fixes = 9;
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     ParameterPrior& prior = o.priors[i];
     prior = {prior.mean - 0.01, 0.9 * prior.sigma, 0.9 * prior.lower, prior.upper + 0.02};
   }
@@ -101,7 +101,7 @@ TEST(VgdOptions, SurviveYamlAndBack) {
     if (x.back() == ':') continue;
     EXPECT_NE(x, y) << "not changed by this test";
   }
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     EXPECT_NEAR(read.priors[i].mean, changed.priors[i].mean, 1e-9);
     EXPECT_NEAR(read.priors[i].upper, changed.priors[i].upper, 1e-9);
   }

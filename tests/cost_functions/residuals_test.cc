@@ -106,7 +106,7 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   const Eigen::VectorXd residual = Residual(cost);
   const auto end =
       testing_window::Integrate(track_, scaling_, theta_, drift_, state_, kStart, kEnd);
-  const double unit = options_.priors[3].sigma;
+  const double unit = options_.priors[kAhrsInTheta].sigma;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(residual[i], next_state_[i] - end.p[i], 1e-3);
     EXPECT_NEAR(residual[3 + i], next_state_[3 + i] - end.v[i], 1e-3);
