@@ -16,18 +16,18 @@
 
 namespace trueline {
 
-// The default prior in the parameter's own unit (the table has angles in deg).
+// The unit of a parameter's prior in kTheta and in files: degrees for angles.
 inline double FileUnit(int parameter) {
   return std::string_view(kTheta[parameter].unit) == "rad" ? kDegree : 1.0;
 }
-inline ParameterPrior DefaultPrior(int parameter) {
-  const auto& [mean, sigma, lower, upper] = kTheta[parameter].prior;
-  const double unit = FileUnit(parameter);
-  return {unit * mean, unit * sigma, unit * lower, unit * upper};
-}
+// In the parameters' own units.
 inline std::array<ParameterPrior, kMotionSize> DefaultPriors() {
   std::array<ParameterPrior, kMotionSize> priors;
-  for (int i = 0; i < kMotionSize; ++i) priors[i] = DefaultPrior(i);
+  for (int i = 0; i < kMotionSize; ++i) {
+    const auto& [mean, sigma, lower, upper] = kTheta[i].prior;
+    const double unit = FileUnit(i);
+    priors[i] = {unit * mean, unit * sigma, unit * lower, unit * upper};
+  }
   return priors;
 }
 
