@@ -1,20 +1,18 @@
 // The result of one integration of a segment, shared by the cost functions that depend on it.
 //
 // A window is cut into segments. Its unknowns are three kinds of parameter blocks: `theta` (the
-// nine of eq. 16 in Li et al. 2019, then b_ax and b_ay; shared by all segments); `drift` (a
+// parameters kTheta; shared by all segments); `drift` (a
 // segment's AHRS error less the constant Phi_E_Ep); and `state` (p_E in m, v_E in m/s at a
 // segment's start). Theta and drift are in units of theta's prior sigma. An EvaluationCallback
 // integrates every segment once for each evaluation point; the cost functions only read nodes.
 #pragma once
 
-#include <Eigen/Core>
+#include "cost_functions/models/imu_driven_model.h"
 
 namespace trueline {
 
-inline constexpr int kThetaSize = 11;
 inline constexpr int kDriftSize = 3;
 inline constexpr int kStateSize = 6;
-inline constexpr int kAhrsInTheta = 3;  // index of Phi_E_Ep in theta
 
 // kSize numbers at one instant with their derivatives by the blocks.
 template <int kSize>

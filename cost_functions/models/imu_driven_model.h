@@ -5,17 +5,81 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <iterator>
+#include <string_view>
 
 #include "cost_functions/models/rotation.h"
 
 namespace trueline {
 
-// The nine unknowns of eq. 16, constant over a window.
+// What a parameter belongs to.
+enum class ParameterGroup {
+  kDrag,          // the airframe: constant
+  kBias,          // the accelerometer: walks
+  kAhrsError,     // the AHRS: walks, and drift adds to it
+  kMisalignment,  // the airframe: constant
+};
+
+// A normal prior with hard bounds.
+struct ParameterPrior {
+  double mean;
+  double sigma;
+  double lower;
+  double upper;
+};
+
+struct ParameterInfo {
+  const char* name;
+  const char* unit;
+  ParameterGroup group;
+  ParameterPrior prior;  // in `unit`, angles in deg
+};
+
+// The parameters, in the order of theta: those of eq. 16, then b_ax and b_ay, which only the
+// accelerometer's measurement of drag shows. Mean and sigma are those of the uniform distributions
+// over the ranges of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not
+// be positive. The prior of b_ax and b_ay is an option of that measurement.
+inline constexpr ParameterPrior kAnglePrior{0.0, 1.73, -6.0, 6.0};
+inline constexpr ParameterInfo kTheta[] = {
+    {"K_x", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
+    {"K_y", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
+    {"b_az", "m/s^2", ParameterGroup::kBias, {0.0, 0.58, -2.0, 2.0}},
+    {"phi_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
+    {"theta_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
+    {"psi_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
+    {"phi_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
+    {"theta_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
+    {"psi_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
+    {"b_ax", "m/s^2", ParameterGroup::kBias, {}},
+    {"b_ay", "m/s^2", ParameterGroup::kBias, {}},
+};
+
+// The place of a parameter in theta.
+consteval int InTheta(std::string_view name) {
+  int i = 0;
+  while (kTheta[i].name != name) ++i;
+  return i;
+}
+
+inline constexpr int kThetaSize = static_cast<int>(std::size(kTheta));
+inline constexpr int kDragInTheta = InTheta("K_x");        // K_x, K_y
+inline constexpr int kAhrsInTheta = InTheta("phi_E_Ep");   // Phi_E_Ep
+inline constexpr int kForceBiasInTheta = InTheta("b_ax");  // b_ax, b_ay
+// Parameters of the equation of motion.
+inline constexpr int kMotionSize = kForceBiasInTheta;
+
+constexpr bool IsAirframe(int parameter) {
+  const ParameterGroup group = kTheta[parameter].group;
+  return group == ParameterGroup::kDrag || group == ParameterGroup::kMisalignment;
+}
+// The AHRS error belongs to a flight; the rest is the vehicle's.
+constexpr bool IsVehicle(int parameter) {
+  return kTheta[parameter].group != ParameterGroup::kAhrsError;
+}
+
+// The parameters of the equation of motion (eq. 16), constant over a window.
 template <typename T>
 struct ImuDrivenParameters {
-  static constexpr int kSize = 9;
-
   T K_x = T(0);                              // 1/s, drag along x_B; negative (eq. 9)
   T K_y = T(0);                              // 1/s, drag along y_B
   T b_az = T(0);                             // m/s^2; a_z = a_z measured - b_az (eq. 15)
@@ -23,21 +87,16 @@ struct ImuDrivenParameters {
   Vector3<T> Phi_I_B = Vector3<T>::Zero();   // rad, IMU misalignment (eq. 8)
 
   static ImuDrivenParameters FromArray(const T* theta) {
+    const auto vector = [theta](int i) { return Vector3<T>(theta[i], theta[i + 1], theta[i + 2]); };
     ImuDrivenParameters p;
-    p.K_x = theta[0];
-    p.K_y = theta[1];
-    p.b_az = theta[2];
-    p.Phi_E_Ep = Vector3<T>(theta[3], theta[4], theta[5]);
-    p.Phi_I_B = Vector3<T>(theta[6], theta[7], theta[8]);
+    p.K_x = theta[InTheta("K_x")];
+    p.K_y = theta[InTheta("K_y")];
+    p.b_az = theta[InTheta("b_az")];
+    p.Phi_E_Ep = vector(InTheta("phi_E_Ep"));
+    p.Phi_I_B = vector(InTheta("phi_I_B"));
     return p;
   }
 };
-
-// Names and units in the order of FromArray, as results use them.
-inline constexpr std::array<const char*, 9> kImuDrivenNames = {
-    "K_x", "K_y", "b_az", "phi_E_Ep", "theta_E_Ep", "psi_E_Ep", "phi_I_B", "theta_I_B", "psi_I_B"};
-inline constexpr std::array<const char*, 9> kImuDrivenUnits = {"1/s", "1/s", "m/s^2", "rad", "rad",
-                                                               "rad", "rad", "rad",   "rad"};
 
 // The input of the translation at one instant: the logged attitude and the thrust-axis
 // acceleration. Plain numbers of the log, or power series of them for Lie derivatives.

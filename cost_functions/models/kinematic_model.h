@@ -23,6 +23,12 @@ struct ImuBias {
   Vector3<T> gyro = Vector3<T>::Zero();   // rad/s
 };
 
+// Names and units of the biases, accel first.
+inline constexpr const char* kImuBiasNames[] = {"b_ax", "b_ay", "b_az", "b_gx", "b_gy", "b_gz"};
+inline constexpr const char* kImuBiasUnits[] = {"m/s^2", "m/s^2", "m/s^2",
+                                                "rad/s", "rad/s", "rad/s"};
+inline constexpr int kImuBiasSize = 6;
+
 // Attitude as a quaternion; no singular attitude.
 template <typename T>
 struct KinematicState {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cost_functions/models/motor_model.h"
+#include "cost_functions/models/rotor_constants.h"
 #include "cost_functions/models/rotor_driven_model.h"
 #include "cost_functions/models/rotor_effects.h"
 
@@ -35,6 +36,7 @@ class RotorAeroModel {
   };
   static constexpr int kMoving = Base::kMoving;
   static constexpr int kConstants = kStates - kMoving;
+  static_assert(kConstants == std::size(kRotorConstants));
   // Error state: attitude in body axes, q = q0 (1, theta / 2), then one number for each state.
   static constexpr int kMovingErrors = kMoving - 1;
   static constexpr int kErrors = kStates - 1;

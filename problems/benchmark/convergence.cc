@@ -1,8 +1,10 @@
 #include "problems/benchmark/convergence.h"
 
-#include <array>
 #include <cmath>
 #include <limits>
+
+#include "cost_functions/models/imu_driven_model.h"
+#include "problems/simulation/variant.h"
 
 namespace trueline {
 namespace {
@@ -31,16 +33,8 @@ std::vector<TimedError> ParameterErrors(const EstimatorRun& run, const std::stri
 }  // namespace
 
 std::map<std::string, double> TrueParameters(const SimulationTruth& truth) {
-  const SimulationConfig& config = truth.config;
-  std::map<std::string, double> parameters;
-  const auto add = [&](const std::array<const char*, 3>& names, const Eigen::Vector3d& values) {
-    for (int i = 0; i < 3; ++i) parameters[names[i]] = values[i];
-  };
-  add({"K_x", "K_y", "K_z"}, config.vehicle.drag);
-  add({"b_ax", "b_ay", "b_az"}, config.imu.accel_bias);
-  add({"b_gx", "b_gy", "b_gz"}, config.imu.gyro_bias);
-  add({"phi_I_B", "theta_I_B", "psi_I_B"}, config.imu.misalignment);
-  add({"phi_E_Ep", "theta_E_Ep", "psi_E_Ep"}, truth.ahrs_error_mean);
+  std::map<std::string, double> parameters = TunableValues(truth.config);
+  for (int i = 0; i < 3; ++i) parameters[kTheta[kAhrsInTheta + i].name] = truth.ahrs_error_mean[i];
   return parameters;
 }
 

@@ -93,7 +93,7 @@ EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas
   EstimatorSource estimator;
   estimator.name = map.Get<std::string>("name");
   try {
-    CheckEstimator(estimator.name);
+    FindEstimator(estimator.name);
   } catch (const InputError& error) {
     map.Fail("name", error.what());
   }
@@ -101,7 +101,7 @@ EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas
   if (map.Has("config")) estimator.file = ReadPath(map, "config");
   estimator.options = ReadOptions(map);
   estimator.gammas = ReadGammas(map, gammas);
-  if (!HasWindows(estimator.name)) estimator.gammas = {GammaOfFilter(estimator.gammas)};
+  if (!FindEstimator(estimator.name).windows) estimator.gammas = {GammaOfFilter(estimator.gammas)};
   estimator.line = map.LineOf("name");
   map.Finish();
   return estimator;

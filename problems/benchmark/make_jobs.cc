@@ -85,9 +85,9 @@ JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource&
                            const SweepPoint& point, const Experiment& experiment) {
   // Read the file alone first, so that its own errors name its own lines. All other nodes come from
   // the experiment and keep its lines.
-  if (!estimator.file.empty()) ReadEstimatorOptions(YamlMap::FromFile(estimator.file));
+  if (!estimator.file.empty()) FromYaml<EstimatorOptions>(YamlMap::FromFile(estimator.file));
   const YamlMap options(OptionsNode(estimator, flight, point), experiment.file, "options");
-  return {estimator.name, estimator.label, ReadEstimatorOptions(options), estimator.gammas};
+  return {estimator.name, estimator.label, FromYaml<EstimatorOptions>(options), estimator.gammas};
 }
 
 // Checksums of all files that a flight source reads.

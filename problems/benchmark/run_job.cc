@@ -125,7 +125,7 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimato
 // Truth of eq. 16.
 Theta TrueTheta(const std::map<std::string, double>& truth) {
   Theta theta;
-  for (int i = 0; i < 9; ++i) theta[i] = truth.at(kImuDrivenNames[i]);
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = truth.at(kTheta[i].name);
   return theta;
 }
 

@@ -133,7 +133,7 @@ std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options) {
   std::vector<PlannedRun> runs;
   for (const std::string& estimator : options.estimators) {
     for (const int gamma : gammas) {
-      if (gamma == reported || HasWindows(estimator)) runs.push_back({estimator, gamma});
+      if (gamma == reported || FindEstimator(estimator).windows) runs.push_back({estimator, gamma});
     }
   }
   return runs;
@@ -161,7 +161,7 @@ WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
     more.push_back(std::make_unique<FlightData>(log, vgd.drive, vgd.passes, vgd.drag_measurement));
     if (more.back()->passes.empty()) continue;
     const std::vector<int> wrong =
-        Estimators(*more.back(), methods).Run("smoother", vgd.gamma).false_passes;
+        Estimators(*more.back(), methods).Run(lagged.estimator, vgd.gamma).false_passes;
     shares.push_back({more.back().get(), {wrong.begin(), wrong.end()}});
   }
   return RunWholeFlight(shares, vgd, methods.smoother, methods.whole_flight);
@@ -186,7 +186,8 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
     done();
   }
   for (const EstimatorRun& run : calibration.runs) {
-    if (run.estimator != "smoother" || run.gamma != vgd.gamma || run.windows.empty()) continue;
+    if (!FindEstimator(run.estimator).whole_flight) continue;
+    if (run.gamma != vgd.gamma || run.windows.empty()) continue;
     calibration.whole_flight =
         SolveWhole(flight, run, CorrectLogs(others, options.effects), options.methods);
   }

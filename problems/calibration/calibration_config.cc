@@ -24,7 +24,7 @@ int ParseGamma(const std::string& text) {
 
 std::vector<std::string> ParseEstimators(const std::string& text) {
   std::vector<std::string> names = SplitList(text);
-  for (const std::string& name : names) CheckEstimator(name);
+  for (const std::string& name : names) FindEstimator(name);
   if (names.empty()) throw InputError("--estimator names no estimator");
   return names;
 }
@@ -33,7 +33,7 @@ std::vector<std::string> ParseEstimators(const std::string& text) {
 void CheckForces(const ForceEffects& forces, const std::vector<std::string>& estimators) {
   if (!forces.Any()) return;
   for (const std::string& name : estimators) {
-    if (name == "vgd" || name == "smoother") continue;
+    if (FindEstimator(name).force_effects) continue;
     throw InputError(fmt::format(
         "--model holds aerodynamic effects, which '{}' does not take; use vgd or smoother", name));
   }
@@ -51,7 +51,7 @@ ThrustSource ParseThrust(const std::string& text) {
 CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
   CalibrationOptions options;
   if (!flags.config.empty()) {
-    options.methods = ReadEstimatorOptions(YamlMap::FromFile(flags.config));
+    options.methods = FromYaml<EstimatorOptions>(YamlMap::FromFile(flags.config));
   }
   VgdOptions& vgd = options.methods.vgd;
   if (!flags.model.empty()) options.effects = ApplyModel(flags.model, &vgd);
@@ -67,8 +67,9 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
 }
 
 void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptions& options) {
+  const auto whole = [](const std::string& name) { return FindEstimator(name).whole_flight; };
   const auto& names = options.estimators;
-  if (others.empty() || std::find(names.begin(), names.end(), "smoother") != names.end()) return;
+  if (others.empty() || std::any_of(names.begin(), names.end(), whole)) return;
   throw InputError(
       "only the smoother takes several logs: give one with --log, or --estimator=smoother");
 }
@@ -78,8 +79,9 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
   const std::vector<Effect> effects = ReadEffects(model);
   options->drive.force_effects = ForceEffectsOf(effects);
   const YamlMap parameters = model.Child("parameters");
-  for (const int i : {0, 1, 2, 6, 7, 8}) {
-    const YamlMap entry = parameters.Child(kImuDrivenNames[i]);
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (!IsVehicle(i)) continue;
+    const YamlMap entry = parameters.Child(kTheta[i].name);
     ParameterPrior& prior = options->priors[i];
     const double value = entry.Get<double>("value");
     if (!std::isfinite(value)) entry.Fail("value", "must be a finite number");
@@ -88,8 +90,8 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
     if (!(prior.sigma > 0.0) || !std::isfinite(prior.sigma)) {
       entry.Fail("sigma", "must be a finite number above zero");
     }
-    if (entry.Get<std::string>("unit") != kImuDrivenUnits[i]) {
-      entry.Fail("unit", fmt::format("must be {}", kImuDrivenUnits[i]));
+    if (entry.Get<std::string>("unit") != kTheta[i].unit) {
+      entry.Fail("unit", fmt::format("must be {}", kTheta[i].unit));
     }
   }
   return effects;

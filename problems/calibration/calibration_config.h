@@ -9,7 +9,7 @@ namespace trueline {
 
 // Flags as typed; an empty one (or 0) leaves the value to the configuration.
 struct CalibrationFlags {
-  std::string config;       // YAML file with the keys of ReadEstimatorOptions
+  std::string config;       // YAML file with the keys of EstimatorOptions
   std::string model;        // model.yaml of an earlier calibration
   std::string estimators;   // "vgd,ekf"
   std::string gamma_sweep;  // "1,2,3"

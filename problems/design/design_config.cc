@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/common/yaml_options.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
@@ -84,7 +84,7 @@ DesignTarget ReadTarget(const YamlMap& config, const RotorDrivenSystem& system) 
 DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
   const RotorVehicle vehicle =
       ReadRotorVehicle(config.Child("vehicle"), config.Get<double>("gravity", 9.81));
-  const SensorSet noise = ReadSensorNoise(config.ChildOrEmpty("noise"));
+  const SensorSet noise = FromYaml<SensorSet>(config.ChildOrEmpty("noise"));
   const auto sensors = config.Get<std::vector<std::string>>("sensors", {"imu", "pose"});
   const RotorDrivenSystem system(vehicle.model, WithSensors(noise, sensors, config, "sensors"));
   GramianCriterion gramian{system, ReadTarget(config, system)};
@@ -110,9 +110,9 @@ DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
       config.Fail("show", "'" + name + "' is taken as known; give it a sigma under 'prior'");
     }
     bound.show.push_back(constant);
-    shown.push_back({name, RotorConstantNames()[constant].unit});
+    shown.push_back({name, kRotorConstants[constant].unit});
   }
-  ReadNotNegative(config, "ramp", &bound.ramp);
+  YamlArchive(config).NotNegative("ramp", &bound.ramp);
   if (bound.ramp > 0.4 * common.shape.duration) {
     config.Fail("ramp", "must be at most 0.4 of the duration");
   }

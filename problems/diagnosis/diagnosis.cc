@@ -38,9 +38,7 @@ void StoreCauses(const CauseSearch& search, const Rounds& rounds, Diagnosis* dia
 void StoreModel(const CauseSearch& search, Diagnosis* diagnosis) {
   const ThetaVector value = search.Parameters(), sigma = search.Sigmas();
   for (int i = 0; i < kThetaSize; ++i) {
-    const bool named = i < 9;
-    diagnosis->parameters.push_back({named ? kImuDrivenNames[i] : (i == 9 ? "b_ax" : "b_ay"),
-                                     named ? kImuDrivenUnits[i] : "m/s^2", value[i], sigma[i]});
+    diagnosis->parameters.push_back({kTheta[i].name, kTheta[i].unit, value[i], sigma[i]});
   }
   diagnosis->noise = search.fit().noise;
   diagnosis->clusters = search.plan().clusters;

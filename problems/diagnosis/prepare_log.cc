@@ -47,7 +47,8 @@ FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options) {
 
 VgdOptions OpenPriors(VgdOptions options) {
   constexpr double kOpenDrag = 1.0;  // 1/s
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (kTheta[i].group != ParameterGroup::kDrag) continue;
     options.priors[i].sigma = std::max(kOpenDrag, options.priors[i].sigma);
   }
   return options;

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/window/imu_noise.h"
 
 namespace trueline {
@@ -53,8 +53,6 @@ struct EkfOptions {
   double paper_rate = 512.0;     // Hz
 };
 
-// Strict; calls map.Finish().
-EkfOptions ReadEkfOptions(const YamlMap& map);
-YAML::Node ToYaml(const EkfOptions& options);
+void Serialize(YamlArchive* a, EkfOptions* o);
 
 }  // namespace trueline

@@ -13,8 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-const std::vector<std::string> kNames = {"b_ax", "b_ay", "b_az", "b_gx", "b_gy", "b_gz"};
-const std::vector<std::string> kUnits = {"m/s^2", "m/s^2", "m/s^2", "rad/s", "rad/s", "rad/s"};
+const std::vector<std::string> kNames(std::begin(kImuBiasNames), std::end(kImuBiasNames));
+const std::vector<std::string> kUnits(std::begin(kImuBiasUnits), std::end(kImuBiasUnits));
 
 TrajectoryPoint PointOf(TimeNs t, const NavState& x) { return {t, x.motion.p, x.motion.v}; }
 

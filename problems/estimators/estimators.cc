@@ -2,10 +2,6 @@
 
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <functional>
-#include <map>
-
 #include "problems/common/error.h"
 #include "problems/ekf/ekf_run.h"
 #include "problems/kinematic/vgd_kinematic.h"
@@ -14,8 +10,6 @@
 
 namespace trueline {
 namespace {
-
-using RunFunction = std::function<EstimatorRun(Estimators*, int gamma)>;
 
 VgdOptions WithGamma(const Estimators& estimators, int gamma) {
   VgdOptions vgd = estimators.options().vgd;
@@ -39,32 +33,26 @@ EstimatorRun RunEkfAt(Estimators* e, int gamma) {
   return RunEkf(e->flight(), e->options().ekf, gamma);
 }
 
-const std::map<std::string, RunFunction>& Runners() {
-  static const std::map<std::string, RunFunction> runners = {{"vgd", RunVgdAt},
-                                                             {"vgd_kinematic", RunKinematicAt},
-                                                             {"ekf", RunEkfAt},
-                                                             {"smoother", RunSmootherAt}};
-  return runners;
-}
-
 }  // namespace
 
-const std::vector<std::string>& KnownEstimators() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> list;
-    for (const auto& [name, runner] : Runners()) list.push_back(name);
-    return list;
-  }();
-  return names;
+const std::vector<EstimatorEntry>& AllEstimators() {
+  static const std::vector<EstimatorEntry> all = {
+      {.name = "ekf", .run = RunEkfAt, .windows = false},
+      {.name = "smoother", .run = RunSmootherAt, .force_effects = true, .whole_flight = true},
+      {.name = "vgd", .run = RunVgdAt, .force_effects = true},
+      {.name = "vgd_kinematic", .run = RunKinematicAt}};
+  return all;
 }
 
-void CheckEstimator(const std::string& name) {
-  if (Runners().count(name) > 0) return;
-  throw InputError(fmt::format("estimator '{}' is not known; use one of: {}", name,
-                               fmt::join(KnownEstimators(), ", ")));
+const EstimatorEntry& FindEstimator(const std::string& name) {
+  std::vector<std::string> known;
+  for (const EstimatorEntry& entry : AllEstimators()) {
+    if (entry.name == name) return entry;
+    known.push_back(entry.name);
+  }
+  throw InputError(
+      fmt::format("estimator '{}' is not known; use one of: {}", name, fmt::join(known, ", ")));
 }
-
-bool HasWindows(const std::string& name) { return name != "ekf"; }
 
 const std::vector<ProcessNoise>& Estimators::Processes() {
   if (!processes_) processes_ = LearnProcess(flight_, options_.vgd);
@@ -72,9 +60,9 @@ const std::vector<ProcessNoise>& Estimators::Processes() {
 }
 
 EstimatorRun Estimators::Run(const std::string& name, int gamma) {
-  CheckEstimator(name);
+  const EstimatorEntry& estimator = FindEstimator(name);
   if (flight_.passes.empty()) return {name, gamma, {}, flight_.warnings};
-  return Runners().at(name)(this, gamma);
+  return estimator.run(this, gamma);
 }
 
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
@@ -82,23 +70,12 @@ EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
   return Estimators(flight, options).Run(name, gamma);
 }
 
-EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
-  EstimatorOptions options;
-  options.ekf = ReadEkfOptions(map.ChildOrEmpty("ekf"));
-  options.kinematic = ReadKinematicOptions(map.ChildOrEmpty("kinematic"));
-  options.smoother = ReadSmootherOptions(map.ChildOrEmpty("smoother"));
-  options.whole_flight = ReadWholeFlightOptions(map.ChildOrEmpty("whole_flight"));
-  options.vgd = ReadVgdOptions(map);  // last: it rejects keys that were never asked for
-  return options;
-}
-
-YAML::Node ToYaml(const EstimatorOptions& options) {
-  YAML::Node node = ToYaml(options.vgd);
-  node["ekf"] = ToYaml(options.ekf);
-  node["kinematic"] = ToYaml(options.kinematic);
-  node["smoother"] = ToYaml(options.smoother);
-  node["whole_flight"] = ToYaml(options.whole_flight);
-  return node;
+void Serialize(YamlArchive* a, EstimatorOptions* o) {
+  Serialize(a, &o->vgd);
+  a->Nested("ekf", &o->ekf);
+  a->Nested("kinematic", &o->kinematic);
+  a->Nested("smoother", &o->smoother);
+  a->Nested("whole_flight", &o->whole_flight);
 }
 
 }  // namespace trueline

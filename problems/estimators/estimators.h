@@ -26,14 +26,21 @@ struct EstimatorOptions {
   WholeFlightOptions whole_flight;
 };
 
-// Names that --estimator takes.
-const std::vector<std::string>& KnownEstimators();
+class Estimators;
+
+// An estimator that --estimator takes. A new one is a row in estimators.cc, and if it has options a
+// member of EstimatorOptions.
+struct EstimatorEntry {
+  std::string name;
+  EstimatorRun (*run)(Estimators* on, int gamma);
+  bool windows = true;         // results depend on gamma; a filter has no windows
+  bool force_effects = false;  // its model takes aerodynamic effects
+  bool whole_flight = false;   // flights of one vehicle are also solved at once (WholeFlight)
+};
+const std::vector<EstimatorEntry>& AllEstimators();
 
 // Throws InputError for an unknown name, listing the known ones.
-void CheckEstimator(const std::string& name);
-
-// True if results depend on gamma; a filter has no windows.
-bool HasWindows(const std::string& name);
+const EstimatorEntry& FindEstimator(const std::string& name);
 
 // Estimators over one flight with one set of options. Values that depend neither on the estimator
 // nor on the window length (the strength of the AHRS drift) are learned once, when first needed.
@@ -62,10 +69,7 @@ class Estimators {
 EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
                           const EstimatorOptions& options, int gamma);
 
-// Reads the keys of `map` over the defaults (see config/calibrate/default.yaml); strict.
-EstimatorOptions ReadEstimatorOptions(const YamlMap& map);
-
-// All options with their values, for provenance; ReadEstimatorOptions reads it back.
-YAML::Node ToYaml(const EstimatorOptions& options);
+// The keys, as config/calibrate/default.yaml states them.
+void Serialize(YamlArchive* a, EstimatorOptions* o);
 
 }  // namespace trueline

@@ -2,7 +2,7 @@
 // the YAML keys are in the mapping `kinematic`.
 #pragma once
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/window/imu_noise.h"
 
 namespace trueline {
@@ -23,8 +23,6 @@ struct KinematicOptions {
   bool gyro_from_log = true;  // whether noise.gyro_scatter is measured on the log
 };
 
-// Strict; calls map.Finish().
-KinematicOptions ReadKinematicOptions(const YamlMap& map);
-YAML::Node ToYaml(const KinematicOptions& options);
+void Serialize(YamlArchive* a, KinematicOptions* o);
 
 }  // namespace trueline

@@ -74,10 +74,14 @@ void KinematicWindow::AddResiduals(std::span<const Fix> fixes) {
     problem_.AddResidualBlock(new KinematicFixResidual(&nodes_[fix_nodes_.back()], fix.p_E, sigma),
                               MakeLoss(vgd_.loss, vgd_.loss_scale), theta_.data(), state_.data());
   }
-  problem_.AddResidualBlock(new ceres::NormalPrior(Eigen::MatrixXd::Identity(9, 9), Theta::Zero()),
-                            nullptr, theta_.data());
+  constexpr int kSize = kKinematicThetaSize;
+  problem_.AddResidualBlock(
+      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kSize, kSize), Theta::Zero()), nullptr,
+      theta_.data());
   if (!options_.initial_attitude) {
-    problem_.SetManifold(theta_.data(), new ceres::SubsetManifold(9, {6, 7, 8}));
+    std::vector<int> attitude;
+    for (int i = kImuBiasSize; i < kSize; ++i) attitude.push_back(i);
+    problem_.SetManifold(theta_.data(), new ceres::SubsetManifold(kSize, attitude));
   }
   if (vgd_.solver == VgdSolver::kGradientDescent) return;  // Ceres' line search has no bounds
   for (int i = 0; i < kKinematicThetaSize; ++i) {

@@ -35,7 +35,9 @@ class KinematicWindow : private ceres::EvaluationCallback {
   Theta Parameters() const { return sigma_.cwiseProduct(theta_); }
   const Theta& prior_sigma() const { return sigma_; }
   // How many of the parameters are free: six without the initial attitude.
-  int free_parameters() const { return options_.initial_attitude ? 9 : 6; }
+  int free_parameters() const {
+    return options_.initial_attitude ? kKinematicThetaSize : kImuBiasSize;
+  }
 
   // Covariance of (theta in units of its prior sigmas, p and v at the end): the fixes' part by the
   // Gauss-Newton Hessian, and the effect of IMU noise on the path, within the fit and after it.

@@ -11,18 +11,17 @@
 namespace trueline {
 namespace {
 
-using Biases = Eigen::Matrix<double, 6, 1>;
-
-const std::vector<std::string> kNames = {"b_ax", "b_ay",     "b_az",       "b_gx",    "b_gy",
-                                         "b_gz", "phi_E_Ep", "theta_E_Ep", "psi_E_Ep"};
-const std::vector<std::string> kUnits = {"m/s^2", "m/s^2", "m/s^2", "rad/s", "rad/s",
-                                         "rad/s", "rad",   "rad",   "rad"};
+using Biases = Eigen::Matrix<double, kImuBiasSize, 1>;
 
 void StoreParameters(const KinematicWindow& window, double bound_sigmas,
                      const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
   const int count = window.free_parameters();
-  const std::vector<std::string> names(kNames.begin(), kNames.begin() + count);
-  const std::vector<std::string> units(kUnits.begin(), kUnits.begin() + count);
+  std::vector<std::string> names(std::begin(kImuBiasNames), std::end(kImuBiasNames));
+  std::vector<std::string> units(std::begin(kImuBiasUnits), std::end(kImuBiasUnits));
+  for (int i = kAhrsInTheta; static_cast<int>(names.size()) < count; ++i) {
+    names.emplace_back(kTheta[i].name);
+    units.emplace_back(kTheta[i].unit);
+  }
   const Eigen::VectorXd prior = window.prior_sigma().head(count);
   const Eigen::MatrixXd cov = cov_all.topLeftCorner(count, count);
   const Identifiability shown = AnalyseIdentifiability(names, units, prior, cov);
@@ -60,7 +59,7 @@ void SetStart(const FlightData& flight, int first, int tau, const Biases& biases
   const auto passes = std::span(flight.passes).subspan(first, tau - first);
   const LineFit line = RoughPath(flight.log.fixes, passes).At(passes.front().begin);
   KinematicWindow::Theta theta = KinematicWindow::Theta::Zero();
-  theta.head<6>() = biases;
+  theta.head<kImuBiasSize>() = biases;
   KinematicWindow::State state;
   state << line.p, line.v;
   window->SetStart(theta, state);
@@ -68,7 +67,7 @@ void SetStart(const FlightData& flight, int first, int tau, const Biases& biases
 
 Biases BiasesOf(const WindowEstimate& estimate) {
   Biases biases;
-  for (int i = 0; i < 6; ++i) biases[i] = estimate.parameters[i].value;
+  for (int i = 0; i < kImuBiasSize; ++i) biases[i] = estimate.parameters[i].value;
   return biases;
 }
 

@@ -151,11 +151,9 @@ NominalFlight ImuFlightFromLog(const FlightLog& log) {
       Between(log, std::max({attitude->start(), accel->start(), position->start()}),
               std::min({attitude->end(), accel->end(), position->end()}));
   flight.at = [=](double t) {
-    NominalPoint point{std::vector<double>(ImuDrivenSystem::kStates, 0.0), {}};
+    NominalPoint point{ImuDrivenSystem::Typical(), {}};
     const Vector v = position->Slope(t, 0.15), q = attitude->At(t).normalized();
     for (int i = 0; i < 3; ++i) point.x[ImuDrivenSystem::kVelocity + i] = v[i];
-    point.x[ImuDrivenSystem::kParameters] = ImuDrivenSystem::kTypicalDragX;
-    point.x[ImuDrivenSystem::kParameters + 1] = ImuDrivenSystem::kTypicalDragY;
     const Eigen::Matrix3d R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
     for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));
     point.u.push_back(accel->Smooth(t, 0.02)[0]);

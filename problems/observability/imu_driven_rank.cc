@@ -22,7 +22,10 @@ class Point {
       : random_(seed, "imu_driven"), order_(turning == Turning::kNone ? 0 : order) {
     for (int i = 0; i < 3; ++i) x.push_back(RandomScalar<C>(&random_, 0.0, 1.0));
     for (int i = 0; i < 3; ++i) x.push_back(RandomScalar<C>(&random_, 2.0, 1.0));
-    for (int i = 0; i < 9; ++i) x.push_back(RandomScalar<C>(&random_, i < 2 ? -0.5 : 0.0, 0.02));
+    for (int i = 0; i < kMotionSize; ++i) {
+      const double mean = kTheta[i].group == ParameterGroup::kDrag ? -0.5 : 0.0;
+      x.push_back(RandomScalar<C>(&random_, mean, 0.02));
+    }
     const Series level(0.0), one(1.0);
     const Series roll = turning == Turning::kPitch ? level : Vary(0.0, 0.2);
     const Series pitch = Vary(0.0, 0.2);

@@ -1,4 +1,4 @@
-// The model of Li et al. 2019 as a System (see lie_derivatives.h): position, velocity and the nine
+// The model of Li et al. 2019 as a System (see lie_derivatives.h): position, velocity and the
 // parameters of eq. 16. Inputs are the nine numbers of the AHRS attitude R_Ep_I (row by row) and
 // the thrust-axis acceleration; the output is position.
 #pragma once
@@ -17,20 +17,27 @@ namespace trueline {
 class ImuDrivenSystem {
  public:
   static constexpr int kPosition = 0, kVelocity = 3, kParameters = 6;
-  static constexpr int kStates = 15, kMoving = 6, kErrors = 15;
+  static constexpr int kMoving = 6, kStates = kMoving + kMotionSize, kErrors = kStates;
   static constexpr int kInputs = 10;
-  // Drag at which flights are assessed, 1/s. It differs between the axes: with equal drag a
+  // Drag (x, y) at which flights are assessed, 1/s. It differs between the axes: with equal drag a
   // rotation of the IMU about z changes nothing, and psi_I_B would be unobservable.
-  static constexpr double kTypicalDragX = -0.55, kTypicalDragY = -0.45;
+  static constexpr double kTypicalDrag[] = {-0.55, -0.45};
 
   // `fix_rate` [Hz] and `sigma_fix` [m] of position fixes, each axis.
   explicit ImuDrivenSystem(double gravity = 9.81, double fix_rate = 30.0, double sigma_fix = 0.1)
       : gravity_(gravity), fix_rate_(fix_rate), sigma_fix_(sigma_fix) {
     for (const char* name : {"p_x", "p_y", "p_z"}) errors_.push_back({name, "m", true, 0.1});
     for (const char* name : {"v_x", "v_y", "v_z"}) errors_.push_back({name, "m/s", true, 0.1});
-    for (std::size_t i = 0; i < kImuDrivenNames.size(); ++i) {
-      errors_.push_back({kImuDrivenNames[i], kImuDrivenUnits[i], false, 0.1});
+    for (int i = 0; i < kMotionSize; ++i) {
+      errors_.push_back({kTheta[i].name, kTheta[i].unit, false, 0.1});
     }
+  }
+
+  // A state at rest, with typical drag.
+  static std::vector<double> Typical() {
+    std::vector<double> x(kStates, 0.0);
+    for (int i = 0; i < 2; ++i) x[kParameters + kDragInTheta + i] = kTypicalDrag[i];
+    return x;
   }
 
   const std::vector<StateInfo>& errors() const { return errors_; }

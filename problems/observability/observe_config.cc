@@ -66,10 +66,8 @@ NominalFlight ImuFlight(const RotorFlight& flight) {
     using Model = RotorDrivenModel;
     const FlatMatrix flat = flight.path().Expand(t, 2);
     const NominalPoint rotor = flight.At(t);
-    NominalPoint point{std::vector<double>(ImuDrivenSystem::kStates, 0.0), {}};
+    NominalPoint point{ImuDrivenSystem::Typical(), {}};
     for (int i = 0; i < 6; ++i) point.x[i] = rotor.x[Model::kPosition + i];
-    point.x[ImuDrivenSystem::kParameters] = ImuDrivenSystem::kTypicalDragX;
-    point.x[ImuDrivenSystem::kParameters + 1] = ImuDrivenSystem::kTypicalDragY;
     const Eigen::Quaterniond q(rotor.x[0], rotor.x[1], rotor.x[2], rotor.x[3]);
     const Eigen::Matrix3d R = q.toRotationMatrix();
     for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));
@@ -89,7 +87,7 @@ class ConfigRun {
         rotor_driven_(config.GetChoice("system", {"rotor_driven", "imu_driven"}, "rotor_driven") ==
                       "rotor_driven"),
         vehicle_(ReadRotorVehicle(config.Child("vehicle"), gravity_)),
-        noise_(ReadSensorNoise(config.ChildOrEmpty("sensors"))),
+        noise_(FromYaml<SensorSet>(config.ChildOrEmpty("sensors"))),
         limits_(ReadLimits(config.ChildOrEmpty("limits"))),
         horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {}
 
@@ -174,7 +172,7 @@ CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& confi
   std::string warning;
   const RotorVehicle vehicle = config ? ReadRotorVehicle(config->Child("vehicle"), log.gravity)
                                       : VehicleFromLog(log, &warning);
-  SensorSet sensors = config ? ReadSensorNoise(config->ChildOrEmpty("sensors")) : SensorSet{};
+  SensorSet sensors = config ? FromYaml<SensorSet>(config->ChildOrEmpty("sensors")) : SensorSet{};
   sensors.pose = !log.pose.empty() || !log.mocap.empty();
   sensors.position = !sensors.pose && !log.fixes.empty();
   const RotorDrivenSystem system(vehicle.model, sensors);

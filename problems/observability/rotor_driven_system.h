@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cost_functions/models/rotor_constants.h"
 #include "cost_functions/models/rotor_driven_model.h"
 #include "problems/observability/state_info.h"
 
@@ -107,12 +108,11 @@ class RotorDrivenSystem {
     return x;
   }
 
-  // The error states of the papers' 31 numbers: all but r_BI_z, k_f and k_m.
+  // The error states of the papers' 31 numbers: all but r_BI_z, k_f and k_m, which are known.
   std::vector<int> PaperStates() const {
     std::vector<int> states;
     for (int i = 0; i < kErrors; ++i) {
-      const bool known = i == Model::kImuArm + 1 || i >= Model::kThrustScale - 1;
-      if (!known) states.push_back(i);
+      if (i < kMovingErrors || kRotorConstants[i - kMovingErrors].sigma > 0.0) states.push_back(i);
     }
     return states;
   }
@@ -120,17 +120,14 @@ class RotorDrivenSystem {
  private:
   static std::vector<StateInfo> MakeErrors() {
     std::vector<StateInfo> all;
-    const auto add = [&](const std::string& name, const std::string& unit, double typical) {
-      for (const char* axis : {"x", "y", "z"}) {
-        all.push_back({name + axis, unit, static_cast<int>(all.size()) < kMovingErrors, typical});
-      }
+    const auto add = [&](const std::string& name, const std::string& unit) {
+      for (const char* axis : {"x", "y", "z"}) all.push_back({name + axis, unit, true, 0.1});
     };
-    add("theta_", "rad", 0.1), add("p_", "m", 0.1), add("v_", "m/s", 0.1), add("w_", "rad/s", 0.1);
-    all.push_back({"m", "kg", false, 0.01});
-    add("I_", "kg m^2", 1e-4), add("r_BM_", "m", 0.01), add("r_BP_", "m", 0.01);
-    add("r_BI_", "m", 0.01), add("b_a_", "m/s^2", 0.1), add("b_w_", "rad/s", 0.01);
-    all.push_back({"k_f", "1", false, 0.1});
-    all.push_back({"k_m", "1", false, 0.1});
+    add("theta_", "rad"), add("p_", "m"), add("v_", "m/s"), add("w_", "rad/s");
+    for (int i = 0; i < kStates - kMoving; ++i) {
+      const RotorConstantInfo& info = kRotorConstants[i];
+      all.push_back({info.name, info.unit, false, info.typical});
+    }
     return all;
   }
 

@@ -9,12 +9,6 @@ namespace {
 
 using Model = RotorDrivenModel;
 
-double Positive(const YamlMap& map, const std::string& key, double fallback) {
-  const double value = map.Get<double>(key, fallback);
-  if (!(value > 0.0)) map.Fail(key, fmt::format("{} is not positive", value));
-  return value;
-}
-
 void Put(const Eigen::Vector3d& value, int index, std::vector<double>* x) {
   for (int i = 0; i < 3; ++i) (*x)[index + i] = value[i];
 }
@@ -55,7 +49,7 @@ RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity) {
              "no body has these moments: each must be positive and below the sum of the "
              "other two (kg m^2)");
   }
-  vehicle.parameters[Model::kMass] = Positive(map, "mass", 0.0);
+  YamlArchive(map).Positive("mass", &vehicle.parameters[Model::kMass]);
   Put(inertia, Model::kInertia, &vehicle.parameters);
   Put(map.GetVector3("r_BM", Eigen::Vector3d::Zero()), Model::kCentre, &vehicle.parameters);
   Put(map.GetVector3("r_BP", Eigen::Vector3d::Zero()), Model::kPoseArm, &vehicle.parameters);
@@ -88,16 +82,13 @@ RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning) {
   return vehicle;
 }
 
-SensorSet ReadSensorNoise(const YamlMap& map) {
-  SensorSet s;
-  s.imu_rate = Positive(map, "imu_rate", s.imu_rate);
-  s.sigma_accel = Positive(map, "sigma_accel", s.sigma_accel);
-  s.sigma_gyro = Positive(map, "sigma_gyro", s.sigma_gyro);
-  s.pose_rate = Positive(map, "pose_rate", s.pose_rate);
-  s.sigma_position = Positive(map, "sigma_position", s.sigma_position);
-  s.sigma_attitude = Positive(map, "sigma_attitude", s.sigma_attitude);
-  map.Finish();
-  return s;
+void Serialize(YamlArchive* a, SensorSet* s) {
+  a->Positive("imu_rate", &s->imu_rate);
+  a->Positive("sigma_accel", &s->sigma_accel);
+  a->Positive("sigma_gyro", &s->sigma_gyro);
+  a->Positive("pose_rate", &s->pose_rate);
+  a->Positive("sigma_position", &s->sigma_position);
+  a->Positive("sigma_attitude", &s->sigma_attitude);
 }
 
 SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, const YamlMap& map,

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/log/flight_log.h"
 #include "problems/observability/rotor_driven_system.h"
 
@@ -26,7 +26,7 @@ std::vector<RotorSpec> ReadRotors(const std::vector<YamlMap>& rotors);
 RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning);
 
 // Rates [Hz] and sigmas of one sample; every key has a default (those of Wuest et al.).
-SensorSet ReadSensorNoise(const YamlMap& map);
+void Serialize(YamlArchive* a, SensorSet* s);
 // Names out of imu, position, pose.
 SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, const YamlMap& map,
                       const std::string& key);

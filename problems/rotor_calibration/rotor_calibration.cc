@@ -45,7 +45,7 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
     const double difference = std::abs(a.mean[i] - b.mean[i]) / sigma;
     if (difference <= result->halves) continue;
     result->halves = difference;
-    result->halves_parameter = RotorConstantNames()[i].name;
+    result->halves_parameter = kRotorConstants[i].name;
   }
 }
 
@@ -147,8 +147,8 @@ void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
   Eigen::VectorXd scale(n);
   Eigen::MatrixXd cov(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    names.push_back(RotorConstantNames()[free[i]].name);
-    units.push_back(RotorConstantNames()[free[i]].unit);
+    names.push_back(kRotorConstants[free[i]].name);
+    units.push_back(kRotorConstants[free[i]].unit);
     scale[i] = prior.sigma[free[i]];
     for (Eigen::Index j = 0; j < n; ++j) {
       cov(i, j) = batch.cov(free[i], free[j]) / (prior.sigma[free[i]] * prior.sigma[free[j]]);

@@ -1,14 +1,11 @@
 #include "problems/rotor_calibration/rotor_calibration_config.h"
 
-#include "problems/common/yaml_options.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/effects/read_effects.h"
 #include "problems/rotor_calibration/considered.h"
 
 namespace trueline {
 namespace {
-
-const std::map<std::string, PoseSource> kSources = {{"pose", PoseSource::kPose},
-                                                    {"mocap", PoseSource::kMocap}};
 
 RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
   std::string warning;
@@ -23,18 +20,21 @@ void ShareMotors(RotorCalibrationOptions* options) {
   options->data.motors_at = MotorsOf(options->prior.mean);
 }
 
+void SerializeMotors(YamlArchive* a, MotorCurve* curve, MotorValues* at) {
+  a->Positive("full_speed", &curve->full_speed);
+  a->Positive("nominal_voltage", &curve->nominal_voltage);
+  a->Positive("lag", &(*at)[kLag]);
+  a->NotNegative("idle", &(*at)[kIdle]);
+  a->Require((*at)[kIdle] < 1.0, "idle", "is a share of full_speed, below 1");
+  a->NotNegative("voltage", &(*at)[kVoltage]);
+}
+
 void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
   RotorDataOptions& data = options->data;
-  MotorCurve curve;
-  ReadPositive(map, "full_speed", &curve.full_speed);
-  ReadPositive(map, "nominal_voltage", &curve.nominal_voltage);
-  ReadPositive(map, "lag", &data.motors_at[kLag]);
-  ReadNotNegative(map, "idle", &data.motors_at[kIdle]);
-  if (data.motors_at[kIdle] >= 1.0) map.Fail("idle", "is a share of full_speed, below 1");
-  ReadNotNegative(map, "voltage", &data.motors_at[kVoltage]);
+  YamlArchive archive(map);
+  SerializeMotors(&archive, &data.motors.emplace(), &data.motors_at);
   map.Finish();
   data.rotors = RotorSource::kMotors;
-  data.motors = curve;
   options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
 }
 
@@ -50,7 +50,7 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
                       "is no constant of the rotor-driven model; --model needs the "
                       "model.yaml of a calibration with --drive=rotors");
     }
-    if (name.starts_with("b_")) continue;
+    if (kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
@@ -63,24 +63,33 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
 
 }  // namespace
 
+void Serialize(YamlArchive* a, RotorCalibrationOptions* o) {
+  RotorDataOptions* data = &o->data;
+  a->Choice("fit_to", &data->source, {{"mocap", PoseSource::kMocap}, {"pose", PoseSource::kPose}});
+  a->Value("attitude", &data->attitude);
+  a->Positive("pose_rate", &data->pose_rate);
+  a->NotNegative("start", &data->start);
+  a->NotNegative("end", &data->end);
+  a->NotNegative("hold_out", &o->hold_out);
+  a->Require(o->hold_out <= 0.8, "hold_out", "is a share of the flight, at most 0.8");
+  a->Value("learn_noise", &o->learn_noise);
+  a->Value("rotor_delay", &data->rotor_delay);
+  a->Value("learn_rotor_delay", &o->learn_rotor_delay);
+  a->NotNegative("robust_pose", &o->robust_pose);
+  a->Value("widen", &o->widen);
+  a->Map(
+      "consider", [o](const YamlMap& map) { o->considered = ReadConsidered(map); },
+      [o] { return ToYaml(o->considered); });
+  a->NotNegative("wander", &o->wander);
+  a->Nested("noise", &o->noise);
+  a->Map(
+      "prior", [o](const YamlMap& map) { ReadRotorPrior(map, &o->prior); },
+      [o] { return ToYaml(o->prior); });
+}
+
 void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
-  RotorDataOptions& data = options->data;
-  ReadOption(map, "fit_to", kSources, &data.source);
-  ReadOption(map, "attitude", &data.attitude);
-  ReadPositive(map, "pose_rate", &data.pose_rate);
-  ReadNotNegative(map, "start", &data.start);
-  ReadNotNegative(map, "end", &data.end);
-  ReadNotNegative(map, "hold_out", &options->hold_out);
-  if (options->hold_out > 0.8) map.Fail("hold_out", "is a share of the flight, at most 0.8");
-  ReadOption(map, "learn_noise", &options->learn_noise);
-  ReadOption(map, "rotor_delay", &data.rotor_delay);
-  ReadOption(map, "learn_rotor_delay", &options->learn_rotor_delay);
-  ReadNotNegative(map, "robust_pose", &options->robust_pose);
-  ReadOption(map, "widen", &options->widen);
-  options->considered = ReadConsidered(map.ChildOrEmpty("consider"));
-  ReadNotNegative(map, "wander", &options->wander);
-  ReadRotorNoise(map.ChildOrEmpty("noise"), &options->noise);
-  ReadRotorPrior(map.ChildOrEmpty("prior"), &options->prior);
+  YamlArchive archive(map);
+  Serialize(&archive, options);
   ShareMotors(options);
 }
 
@@ -105,31 +114,18 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
   return options;
 }
 
-YAML::Node ToYaml(const RotorCalibrationOptions& options) {
-  YAML::Node node;
+YAML::Node ToYaml(const RotorCalibrationOptions& given) {
+  RotorCalibrationOptions options = given;
+  YamlArchive archive;
   if (options.data.motors) {
-    node["motors"]["full_speed"] = options.data.motors->full_speed;
-    node["motors"]["nominal_voltage"] = options.data.motors->nominal_voltage;
-    node["motors"]["lag"] = options.data.motors_at[kLag];
-    node["motors"]["idle"] = options.data.motors_at[kIdle];
-    node["motors"]["voltage"] = options.data.motors_at[kVoltage];
+    archive.Map("motors", [&](YamlArchive* map) {
+      SerializeMotors(map, &*options.data.motors, &options.data.motors_at);
+    });
   }
-  node["drive"] = "rotors";
-  node["fit_to"] = NameOf(kSources, options.data.source);
-  node["attitude"] = options.data.attitude;
-  node["pose_rate"] = options.data.pose_rate;
-  node["start"] = options.data.start;
-  node["end"] = options.data.end;
-  node["hold_out"] = options.hold_out;
-  node["learn_noise"] = options.learn_noise;
-  node["rotor_delay"] = options.data.rotor_delay;
-  node["learn_rotor_delay"] = options.learn_rotor_delay;
-  node["robust_pose"] = options.robust_pose;
-  node["widen"] = options.widen;
-  node["consider"] = ToYaml(options.considered);
-  node["wander"] = options.wander;
-  node["noise"] = ToYaml(options.noise);
-  node["prior"] = ToYaml(options.prior);
+  std::string drive = "rotors";
+  archive.Value("drive", &drive);
+  Serialize(&archive, &options);
+  YAML::Node node = archive.node();
   for (const Effect& effect : options.effects) {
     YAML::Node entry;
     entry["id"] = effect.id;

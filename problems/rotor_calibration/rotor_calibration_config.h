@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "problems/common/yaml_archive.h"
 #include "problems/rotor_calibration/rotor_calibration.h"
 
 namespace trueline {
@@ -13,9 +14,8 @@ namespace trueline {
 RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
                                             const FlightLog& log);
 
-// Keys fit_to, attitude, pose_rate, start, end, hold_out, learn_noise, rotor_delay,
-// learn_rotor_delay, robust_pose, widen, wander, noise and prior replace the values in `options`.
-// The caller reads `vehicle` and `motors`.
+// All keys but `vehicle` and `motors`, which the caller reads.
+void Serialize(YamlArchive* a, RotorCalibrationOptions* o);
 void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options);
 
 // The resolved options, for provenance.

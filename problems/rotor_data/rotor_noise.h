@@ -1,7 +1,7 @@
 // Noise that the rotor-driven estimators assume of sensors and of unmodelled forces.
 #pragma once
 
-#include "problems/common/strict_yaml.h"
+#include "problems/common/yaml_archive.h"
 
 namespace trueline {
 
@@ -17,9 +17,6 @@ struct RotorNoise {
   double angular_density = 0.5;  // rad/s^2/sqrt(Hz), angular acceleration, each axis
 };
 
-// Keys sigma_accel, sigma_gyro, sigma_position, sigma_attitude, force_density and angular_density
-// replace the values in `noise`. Throws InputError where one is not positive.
-void ReadRotorNoise(const YamlMap& map, RotorNoise* noise);
-YAML::Node ToYaml(const RotorNoise& noise);
+void Serialize(YamlArchive* a, RotorNoise* noise);
 
 }  // namespace trueline

@@ -5,13 +5,9 @@
 namespace trueline {
 namespace {
 
-void Set(RotorConstants* values, const std::string& first, const Eigen::Vector3d& value) {
-  values->segment<3>(FindRotorConstant(first)) = value;
-}
-
 std::vector<std::string> Names() {
   std::vector<std::string> names;
-  for (const RotorConstantInfo& info : RotorConstantNames()) names.push_back(info.name);
+  for (const RotorConstantInfo& info : kRotorConstants) names.push_back(info.name);
   return names;
 }
 
@@ -31,14 +27,10 @@ RotorPrior PriorFromVehicle(const RotorVehicle& vehicle) {
   for (int i = moving; i < RotorDrivenModel::kStates; ++i) {
     prior.mean[i - moving] = vehicle.parameters[i];
   }
-  const int inertia = FindRotorConstant("I_x");
-  prior.sigma[0] = 0.2 * prior.mean[0];
-  Set(&prior.sigma, "I_x", 0.3 * prior.mean.segment<3>(inertia));
-  Set(&prior.sigma, "r_BM_x", Eigen::Vector3d::Constant(0.02));
-  Set(&prior.sigma, "r_BP_x", Eigen::Vector3d::Constant(0.05));
-  Set(&prior.sigma, "r_BI_x", Eigen::Vector3d(0.02, 0.02, 0.0));
-  Set(&prior.sigma, "b_a_x", Eigen::Vector3d::Constant(0.5));
-  Set(&prior.sigma, "b_w_x", Eigen::Vector3d::Constant(0.1));
+  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+    const RotorConstantInfo& info = kRotorConstants[i];
+    prior.sigma[i] = info.relative ? info.sigma * prior.mean[i] : info.sigma;
+  }
   return prior;
 }
 
@@ -68,7 +60,7 @@ YAML::Node ToYaml(const RotorPrior& prior) {
     entry["mean"] = prior.mean[i];
     entry["sigma"] = prior.sigma[i];
     entry.SetStyle(YAML::EmitterStyle::Flow);
-    node[RotorConstantNames()[i].name] = entry;
+    node[kRotorConstants[i].name] = entry;
   }
   return node;
 }

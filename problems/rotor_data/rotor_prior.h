@@ -15,10 +15,9 @@ struct RotorPrior {
   std::vector<int> Free() const;
 };
 
-// The 18 constants of Wuest et al. 2019 are free, with means at the vehicle's nominal values and
-// sigmas for a new payload: mass 20 %, inertia 30 %, centre of mass 20 mm, pose sensor 50 mm, IMU
-// 20 mm, biases 0.5 m/s^2 and 0.1 rad/s. r_BI_z, k_f and k_m are known; drag, inflow and delay are
-// zero.
+// Means at the vehicle's nominal values, and sigmas for a new payload (kRotorConstants): the 18
+// constants of Wuest et al. 2019 are free; r_BI_z, k_f and k_m are known; drag, inflow and delay
+// are zero.
 RotorPrior PriorFromVehicle(const RotorVehicle& vehicle);
 
 // `map` holds NAME: sigma, or NAME: {mean: ..., sigma: ...}; sigma 0 makes a constant known. Throws

@@ -16,23 +16,36 @@ using Jets = std::array<Jet, Model::kStates>;
 
 constexpr int ColumnOf(int state) { return state - 1; }  // of the error state; no attitude
 
-// Numbers of columns: those that motion depends on, then with those that only readings depend on,
-// then with the motors' unknowns, which matter where speeds come from commands. All other
-// derivatives are known without evaluating the model.
-constexpr int kMotion = 23, kReading = 26, kAll = 29;
-constexpr std::array<int, kAll> kColumns = [] {
-  std::array<int, kAll> columns{};
-  int count = 0;
+// Columns of the error state that the model must be evaluated for: those that motion depends on,
+// then those that only readings depend on, then the motors' unknowns, which matter where speeds
+// come from commands. All other derivatives are known.
+struct ActiveColumns {
+  std::array<int, Model::kErrors> columns{};
+  int motion = 0, readings = 0, all = 0;  // how many
+
+  std::span<const int> First(const RotorInput& input, int without_motors) const {
+    return std::span(columns).first(input.slopes.empty() ? without_motors : all);
+  }
+};
+
+constexpr ActiveColumns kActive = [] {
+  ActiveColumns active;
   const auto add = [&](int first, int more) {
-    for (int i = 0; i < more; ++i) columns[count++] = first + i;
+    for (int i = 0; i < more; ++i) active.columns[active.all++] = first + i;
+  };
+  const auto add_group = [&](RotorConstantGroup group) {
+    for (int i = 0; i < Model::kConstants; ++i) {
+      if (kRotorConstants[i].group == group) add(ColumnOf(Model::kMoving + i), 1);
+    }
   };
   add(0, 3);                              // attitude
   add(ColumnOf(Base::kPosition + 2), 7);  // height, velocity, rates
-  add(ColumnOf(Base::kMass), 7);          // and inertia, centre
-  add(ColumnOf(Base::kThrustScale), 6);   // and scale of torque, drag, inflow
-  add(ColumnOf(Base::kImuArm), 3);        // of readings
-  add(ColumnOf(Model::kMotors), kMotorUnknowns);
-  return columns;
+  add_group(RotorConstantGroup::kMotion);
+  active.motion = active.all;
+  add_group(RotorConstantGroup::kImuArm);
+  active.readings = active.all;
+  add_group(RotorConstantGroup::kCommands);
+  return active;
 }();
 
 // Calls `of(jets, columns)` for a few of `columns` at a time; the jets are `x` seeded in these
@@ -51,10 +64,6 @@ void ByColumns(const RotorState& x, std::span<const int> columns, const Function
   }
 }
 
-std::span<const int> ActiveColumns(const RotorInput& input, int without_motors) {
-  return std::span(kColumns).first(input.slopes.empty() ? without_motors : kAll);
-}
-
 }  // namespace
 
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
@@ -62,14 +71,16 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
   RotorReading reading;
   reading.slope.setZero();
   reading.slope.middleCols<6>(ColumnOf(Base::kAccelBias)).setIdentity();
-  ByColumns(x, ActiveColumns(input, kReading), [&](const Jets& at, std::span<const int> columns) {
-    std::array<Jet, 6> y;
-    model.Imu(at.data(), input, y.data());
-    for (int i = 0; i < 6; ++i) {
-      reading.y[i] = y[i].a;
-      for (std::size_t j = 0; j < columns.size(); ++j) reading.slope(i, columns[j]) = y[i].v[j];
-    }
-  });
+  ByColumns(x, kActive.First(input, kActive.readings),
+            [&](const Jets& at, std::span<const int> columns) {
+              std::array<Jet, 6> y;
+              model.Imu(at.data(), input, y.data());
+              for (int i = 0; i < 6; ++i) {
+                reading.y[i] = y[i].a;
+                for (std::size_t j = 0; j < columns.size(); ++j)
+                  reading.slope(i, columns[j]) = y[i].v[j];
+              }
+            });
   return reading;
 }
 
@@ -81,7 +92,7 @@ RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& inp
   std::array<Jet, 6> held;
   for (int i = 0; i < 6; ++i) held[i] = Jet(disturbance[i]);
   RotorState end;
-  ByColumns(*x, ActiveColumns(input, kMotion), [&](Jets& at, std::span<const int> columns) {
+  ByColumns(*x, kActive.First(input, kActive.motion), [&](Jets& at, std::span<const int> columns) {
     RotorMidpointStep(model, input, held.data(), dt, at.data());
     const auto moved = MovingSensitivity(at.data());
     for (std::size_t j = 0; j < columns.size(); ++j) slope.col(columns[j]) = moved.col(j);

@@ -7,38 +7,7 @@ namespace {
 
 using Model = RotorAeroModel;
 
-std::vector<RotorConstantInfo> MakeNames() {
-  std::vector<RotorConstantInfo> names = {{"m", "kg"}};
-  const auto add = [&](const std::string& name, const std::string& unit) {
-    for (const char* axis : {"x", "y", "z"}) names.push_back({name + axis, unit});
-  };
-  add("I_", "kg m^2"), add("r_BM_", "m"), add("r_BP_", "m"), add("r_BI_", "m");
-  add("b_a_", "m/s^2"), add("b_w_", "rad/s");
-  names.push_back({"k_f", "1"});
-  names.push_back({"k_m", "1"});
-  add("K_", "1/s");
-  names.push_back({"inflow", "1"});
-  names.push_back({"pose_delay", "s"});
-  names.push_back({"motor_lag", "s"});
-  names.push_back({"motor_idle", "1"});
-  names.push_back({"motor_voltage", "1"});
-  return names;
-}
-
 }  // namespace
-
-const std::vector<RotorConstantInfo>& RotorConstantNames() {
-  static const std::vector<RotorConstantInfo> names = MakeNames();
-  return names;
-}
-
-int FindRotorConstant(const std::string& name) {
-  const auto& all = RotorConstantNames();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
 
 RotorState Plus(const RotorState& x, const RotorError& error) {
   const Vec3<double> theta = error.head<3>();

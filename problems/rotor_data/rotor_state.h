@@ -22,15 +22,6 @@ inline constexpr int kNodeErrors = RotorAeroModel::kMovingErrors;
 inline constexpr int kInertiaConstants = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
 
-// Name and unit of each constant, in the model's order: m, I_x, ..., motor_voltage.
-struct RotorConstantInfo {
-  std::string name;
-  std::string unit;
-};
-const std::vector<RotorConstantInfo>& RotorConstantNames();
-// -1 if there is no such constant.
-int FindRotorConstant(const std::string& name);
-
 // `x` moved by a finite error; the quaternion stays of unit length.
 RotorState Plus(const RotorState& x, const RotorError& error);
 // The error e with Plus(a, e) = b (attitude: 2 vec(q_a^* q_b), signed for the shorter rotation).

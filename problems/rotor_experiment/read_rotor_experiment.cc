@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "problems/common/yaml_options.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
@@ -20,10 +20,10 @@ FlightKindSource ReadKind(const YamlMap& map) {
   }
   if (source.kind == "evolved") {
     source.evaluations = 1800;
-    ReadCount(map, "evaluations", &source.evaluations);
+    YamlArchive(map).Count("evaluations", &source.evaluations);
   }
   if (source.kind == "lissajous" || source.kind == "evolved") {
-    ReadCount(map, "best_of", &source.best_of);
+    YamlArchive(map).Count("best_of", &source.best_of);
     for (const auto& name :
          map.Get<std::vector<std::string>>("by", {"r_BP_x", "r_BP_y", "r_BP_z"})) {
       source.by.push_back(FindRotorConstant(name));
@@ -49,18 +49,19 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   experiment.config = YAML::LoadFile(file.string());
   experiment.name = map.Get<std::string>("name");
   experiment.about = map.Get<std::string>("about", std::string());
-  ReadPositive(map, "duration", &experiment.duration);
-  if (experiment.duration < 2.0) map.Fail("duration", "must be 2 s or more");
-  ReadCount(map, "flights", &experiment.flights);
-  ReadOption(map, "seed", &experiment.seed);
-  ReadOption(map, "learn_noise", &experiment.learn_noise);
-  ReadOption(map, "widen", &experiment.widen);
+  YamlArchive a(map);
+  a.Positive("duration", &experiment.duration);
+  a.Require(experiment.duration >= 2.0, "duration", "must be 2 s or more");
+  a.Count("flights", &experiment.flights);
+  a.Value("seed", &experiment.seed);
+  a.Value("learn_noise", &experiment.learn_noise);
+  a.Value("widen", &experiment.widen);
   experiment.unmodelled = ReadConsidered(map.ChildOrEmpty("unmodelled"));
   experiment.considered = ReadConsidered(map.ChildOrEmpty("consider"));
   experiment.prior = PriorFromVehicle(experiment.simulation.vehicle);
   ReadRotorPrior(map.ChildOrEmpty("prior"), &experiment.prior);
   experiment.believed = experiment.simulation.noise;
-  ReadRotorNoise(map.ChildOrEmpty("noise"), &experiment.believed);
+  a.Nested("noise", &experiment.believed);
   for (const YamlMap& kind : map.Children("kinds")) experiment.kinds.push_back(ReadKind(kind));
   if (experiment.kinds.empty()) map.Fail("kinds", "names no kind of flight");
   map.Finish();

@@ -44,7 +44,7 @@ double RootMean(const Trials& trials, const std::vector<int>& axes,
 ConstantScore ScoreOf(const Trials& trials, const std::string& name, const std::vector<int>& axes) {
   ConstantScore score;
   score.name = name;
-  score.unit = RotorConstantNames()[axes.front()].unit;
+  score.unit = kRotorConstants[axes.front()].unit;
   score.filter = Score(trials, axes, &RotorTrial::filter_error, &RotorTrial::filter_sigma);
   score.batch = Score(trials, axes, &RotorTrial::batch_error, &RotorTrial::batch_sigma);
   score.bound = RootMean(trials, axes, &RotorTrial::bound);
@@ -75,12 +75,12 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
   summary.flights = static_cast<int>(trials.size());
   if (trials.empty()) return summary;
   for (const int i : free) {
-    summary.constants.push_back(ScoreOf(trials, RotorConstantNames()[i].name, {i}));
+    summary.constants.push_back(ScoreOf(trials, kRotorConstants[i].name, {i}));
   }
   for (const char* group : {"I", "r_BM", "r_BP", "r_BI", "b_a", "b_w"}) {
     std::vector<int> axes;
     for (const int i : free) {
-      const std::string& full = RotorConstantNames()[i].name;
+      const std::string& full = kRotorConstants[i].name;
       if (full.substr(0, full.rfind('_')) == group) axes.push_back(i);
     }
     if (!axes.empty()) summary.groups.push_back(ScoreOf(trials, group, axes));

@@ -74,7 +74,7 @@ std::string TrialsCsv(const RotorExperiment& experiment, const std::vector<Rotor
   for (const RotorTrial& t : trials) {
     if (!t.failure.empty()) continue;
     for (const int i : experiment.prior.Free()) {
-      const RotorConstantInfo& info = RotorConstantNames()[i];
+      const RotorConstantInfo& info = kRotorConstants[i];
       text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
                           experiment.kinds[t.kind].name, t.seed, info.name, info.unit,
                           t.first_guess[i], t.filter_error[i], t.filter_sigma[i], t.batch_error[i],
@@ -120,8 +120,8 @@ std::string HistoryCsv(const RotorExperiment& experiment, const std::vector<Roto
                                  ? sim.vehicle.parameters[i + RotorAeroModel::kMoving]
                                  : 0.0;
         text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                            experiment.kinds[k].name, m.t, RotorConstantNames()[i].name,
-                            RotorConstantNames()[i].unit, truth, mean,
+                            experiment.kinds[k].name, m.t, kRotorConstants[i].name,
+                            kRotorConstants[i].unit, truth, mean,
                             std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
                             std::sqrt(m.variance[i] / m.count));
       }

@@ -37,9 +37,9 @@ std::string RotorTruthYaml(const RotorTruth& truth, const RotorSimulation& confi
   for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
     YAML::Node entry;
     entry["value"] = truth.constants[i];
-    entry["unit"] = RotorConstantNames()[i].unit;
+    entry["unit"] = kRotorConstants[i].unit;
     entry.SetStyle(YAML::EmitterStyle::Flow);
-    node["parameters"][RotorConstantNames()[i].name] = entry;
+    node["parameters"][kRotorConstants[i].name] = entry;
   }
   for (int i = 0; i < 3; ++i) node["drag"].push_back(config.drag[i]);
   node["motor_lag"] = config.motor_lag;

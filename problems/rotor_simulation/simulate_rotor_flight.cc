@@ -4,7 +4,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/random.h"
-#include "problems/common/yaml_options.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/rotor_simulation/navigator.h"
 #include "problems/rotor_simulation/trajectory_tracker.h"
 #include "problems/simulation/effects.h"
@@ -205,16 +205,17 @@ namespace {
 
 simulation::MotorDriveConfig ReadMotorDrive(const YamlMap& map) {
   simulation::MotorDriveConfig drive;
-  ReadPositive(map, "full_speed", &drive.full_speed);
-  ReadPositive(map, "nominal_voltage", &drive.nominal_voltage);
-  ReadNotNegative(map, "idle", &drive.idle);
-  if (drive.idle >= 1.0) map.Fail("idle", "is a share of full_speed, below 1");
-  ReadNotNegative(map, "voltage", &drive.voltage);
-  ReadPositive(map, "battery", &drive.battery);
-  ReadNotNegative(map, "drop", &drive.drop);
-  ReadNotNegative(map, "sag", &drive.sag);
-  ReadNotNegative(map, "battery_sigma", &drive.battery_sigma);
-  ReadPositive(map, "battery_rate", &drive.battery_rate);
+  YamlArchive a(map);
+  a.Positive("full_speed", &drive.full_speed);
+  a.Positive("nominal_voltage", &drive.nominal_voltage);
+  a.NotNegative("idle", &drive.idle);
+  a.Require(drive.idle < 1.0, "idle", "is a share of full_speed, below 1");
+  a.NotNegative("voltage", &drive.voltage);
+  a.Positive("battery", &drive.battery);
+  a.NotNegative("drop", &drive.drop);
+  a.NotNegative("sag", &drive.sag);
+  a.NotNegative("battery_sigma", &drive.battery_sigma);
+  a.Positive("battery_rate", &drive.battery_rate);
   map.Finish();
   return drive;
 }
@@ -230,7 +231,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   if (!(config->pose_rate > 0.0 && config->pose_rate <= config->imu_rate)) {
     map.Fail("pose_rate", "must be above 0 and at most imu_rate");
   }
-  ReadRotorNoise(map.ChildOrEmpty("noise"), &config->noise);
+  FromYaml(map.ChildOrEmpty("noise"), &config->noise);
   config->drag = map.GetVector3("drag", config->drag);
   config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
   if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");

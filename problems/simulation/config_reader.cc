@@ -30,7 +30,8 @@ EffectSetting ReadEffect(const YamlMap& map) {
 }
 
 void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
-  const std::vector<std::string> known = TunableNames(*config);
+  std::vector<std::string> known;
+  for (const auto& [name, value] : TunableValues(*config)) known.push_back(name);
   for (const std::string& key : map.Keys()) {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       map.Fail(key,
@@ -48,18 +49,21 @@ void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
 SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   using namespace simulation;  // NOLINT(google-build-using-namespace): its own internals
   SimulationConfig config;
-  config.name = map.Get<std::string>("name", config.name);
-  ReadPositive(map, "duration", &config.duration);
-  ReadNotNegative(map, "warm_up", &config.warm_up);
-  ReadPositive(map, "gravity", &config.gravity);
+  YamlArchive a(map);
+  a.Value("name", &config.name);
+  a.Positive("duration", &config.duration);
+  a.NotNegative("warm_up", &config.warm_up);
+  a.Positive("gravity", &config.gravity);
   config.course = ReadCourse(map.Child("course"));
   config.vehicle = ReadVehicle(map.ChildOrEmpty("vehicle"), config.gravity);
-  config.autopilot = ReadAutopilot(map.ChildOrEmpty("autopilot"));
-  config.turbulence = ReadTurbulence(map.ChildOrEmpty("turbulence"));
-  config.imu = ReadImu(map.ChildOrEmpty("imu"));
-  config.ahrs = ReadAhrs(map.ChildOrEmpty("ahrs"));
-  config.detector = ReadDetector(map.ChildOrEmpty("detector"));
-  ReadStreams(map, &config);
+  a.Nested("autopilot", &config.autopilot);
+  a.Nested("turbulence", &config.turbulence);
+  a.Nested("imu", &config.imu);
+  a.Nested("ahrs", &config.ahrs);
+  a.Nested("detector", &config.detector);
+  a.Nested("mocap", &config.mocap);
+  a.Nested("rotors", &config.rotors);
+  a.Nested("range", &config.range);
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }

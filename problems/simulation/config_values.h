@@ -1,20 +1,20 @@
-// The readers of a configuration's sections, one for each.
+// The sections of a configuration, each described once.
 #pragma once
 
-#include "problems/common/yaml_options.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/simulation/config.h"
 
 namespace trueline::simulation {
 
-// Each keeps the value that is there where a key is left out, and throws InputError with file, line
-// and key.
 CourseConfig ReadCourse(const YamlMap& map);
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity);
-AutopilotConfig ReadAutopilot(const YamlMap& map);
-TurbulenceConfig ReadTurbulence(const YamlMap& map);
-ImuConfig ReadImu(const YamlMap& map);
-AhrsConfig ReadAhrs(const YamlMap& map);
-DetectorConfig ReadDetector(const YamlMap& map);
-void ReadStreams(const YamlMap& map, SimulationConfig* config);
+void Serialize(YamlArchive* a, AutopilotConfig* autopilot);
+void Serialize(YamlArchive* a, TurbulenceConfig* turbulence);
+void Serialize(YamlArchive* a, ImuConfig* imu);
+void Serialize(YamlArchive* a, AhrsConfig* ahrs);
+void Serialize(YamlArchive* a, DetectorConfig* detector);
+void Serialize(YamlArchive* a, MocapConfig* mocap);
+void Serialize(YamlArchive* a, RotorLogConfig* rotors);
+void Serialize(YamlArchive* a, RangeConfig* range);
 
 }  // namespace trueline::simulation

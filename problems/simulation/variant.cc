@@ -1,5 +1,6 @@
 #include "problems/simulation/variant.h"
 
+#include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 
@@ -44,8 +45,9 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
   SimulationConfig flown = config;
   const std::map<std::string, double*> tunables = Tunables(&flown);
   const YamlMap parameters = model.Child("parameters");
-  for (const char* name : {"K_x", "K_y", "b_az", "phi_I_B", "theta_I_B", "psi_I_B"}) {
-    *tunables.at(name) = parameters.Child(name).Get<double>("value");
+  for (int i = 0; i < kMotionSize; ++i) {
+    const char* name = kTheta[i].name;
+    if (IsVehicle(i)) *tunables.at(name) = parameters.Child(name).Get<double>("value");
   }
   for (const YamlMap& entry : model.Children("effects")) {
     simulation::EffectSetting effect{entry.Get<std::string>("id"), {}};
@@ -57,14 +59,11 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
   return flown;
 }
 
-namespace simulation {
-
-std::vector<std::string> TunableNames(const SimulationConfig& config) {
+std::map<std::string, double> TunableValues(const SimulationConfig& config) {
   SimulationConfig copy = config;
-  std::vector<std::string> names;
-  for (const auto& [name, value] : Tunables(&copy)) names.push_back(name);
-  return names;
+  std::map<std::string, double> values;
+  for (const auto& [name, value] : Tunables(&copy)) values[name] = *value;
+  return values;
 }
 
-}  // namespace simulation
 }  // namespace trueline

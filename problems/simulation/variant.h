@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
-#include <vector>
 
 #include "problems/simulation/config.h"
 
@@ -18,11 +18,8 @@ SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed)
 // trueline-diagnose): drag, thrust bias, misalignment, and its effects.
 SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model);
 
-namespace simulation {
+// The parameters that `randomise` accepts, with their values: K_x, b_az, phi_I_B, ... and
+// `effect.parameter` for the configured effects.
+std::map<std::string, double> TunableValues(const SimulationConfig& config);
 
-// Names that `randomise` accepts: K_x, b_az, phi_I_B, ... and `effect.parameter` for the configured
-// effects.
-std::vector<std::string> TunableNames(const SimulationConfig& config);
-
-}  // namespace simulation
 }  // namespace trueline

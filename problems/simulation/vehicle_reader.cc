@@ -1,4 +1,6 @@
 // YAML -> course, vehicle, autopilot, air.
+#include <fmt/format.h>
+
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/course.h"
 
@@ -11,12 +13,12 @@ CoursePoint ReadPoint(const YamlMap& map, bool spline, const CoursePoint& usual)
   const auto position = map.Get<std::vector<double>>("position");
   if (position.size() != 2) map.Fail("position", "needs 2 numbers: north and east in m");
   point.position = {position[0], position[1]};
-  if (!spline) ReadPositive(map, "radius", &point.radius);
-  ReadPositive(map, "altitude", &point.altitude);
-  ReadNotNegative(map, "speed", &point.speed);
-  point.turn_speed = usual.turn_speed;
-  if (!spline) ReadNotNegative(map, "turn_speed", &point.turn_speed);
-  point.gate = map.Get<int>("gate", -1);
+  YamlArchive a(map);
+  if (!spline) a.Positive("radius", &point.radius);
+  a.Positive("altitude", &point.altitude);
+  a.NotNegative("speed", &point.speed);
+  if (!spline) a.NotNegative("turn_speed", &point.turn_speed);
+  a.Value("gate", &point.gate);
   map.Finish();
   return point;
 }
@@ -26,12 +28,14 @@ CoursePoint ReadPoint(const YamlMap& map, bool spline, const CoursePoint& usual)
 CourseConfig ReadCourse(const YamlMap& map) {
   CourseConfig course;
   CoursePoint usual;
-  ReadPositive(map, "altitude", &usual.altitude);
-  ReadNotNegative(map, "speed", &usual.speed);
-  usual.turn_speed = map.Get<double>("turn_speed", usual.speed);
-  usual.radius = map.Get<double>("radius", 0.0);
-  ReadPositive(map, "along_limit", &course.along_limit);
-  ReadPositive(map, "lateral_limit", &course.lateral_limit);
+  YamlArchive a(map);
+  a.Positive("altitude", &usual.altitude);
+  a.NotNegative("speed", &usual.speed);
+  usual.turn_speed = usual.speed;
+  a.Value("turn_speed", &usual.turn_speed);
+  a.Value("radius", &usual.radius);
+  a.Positive("along_limit", &course.along_limit);
+  a.Positive("lateral_limit", &course.lateral_limit);
   course.spline = map.Has("waypoints");
   if (course.spline && map.Has("corners")) {
     map.Fail("corners", "a course has either corners (lines and arcs) or waypoints (a spline)");
@@ -78,12 +82,13 @@ Rotor ReadRotor(const YamlMap& map) {
 
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   VehicleConfig vehicle;
-  ReadPositive(map, "mass", &vehicle.mass);
-  ReadFinite(map, "inertia", &vehicle.inertia);
-  if (vehicle.inertia.minCoeff() <= 0.0) map.Fail("inertia", "must be above 0 on each axis");
-  ReadPositive(map, "motor_lag", &vehicle.motor_lag);
-  ReadPositive(map, "max_rotor_speed", &vehicle.max_rotor_speed);
-  ReadFinite(map, "drag", &vehicle.drag);
+  YamlArchive a(map);
+  a.Positive("mass", &vehicle.mass);
+  a.Finite("inertia", &vehicle.inertia);
+  a.Require(vehicle.inertia.minCoeff() > 0.0, "inertia", "must be above 0 on each axis");
+  a.Positive("motor_lag", &vehicle.motor_lag);
+  a.Positive("max_rotor_speed", &vehicle.max_rotor_speed);
+  a.Finite("drag", &vehicle.drag);
   for (const YamlMap& rotor : map.Children("rotors")) vehicle.rotors.push_back(ReadRotor(rotor));
   if (vehicle.rotors.empty()) vehicle.rotors = DefaultRotors(vehicle.mass, gravity);
   if (vehicle.rotors.size() < 4 || vehicle.rotors.size() > 8) {
@@ -93,25 +98,19 @@ VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   return vehicle;
 }
 
-AutopilotConfig ReadAutopilot(const YamlMap& map) {
-  AutopilotConfig autopilot;
-  ReadPositive(map, "position_gain", &autopilot.position_gain);
-  ReadPositive(map, "velocity_gain", &autopilot.velocity_gain);
-  ReadNotNegative(map, "attitude_gain", &autopilot.attitude_gain);
-  ReadNotNegative(map, "rate_gain", &autopilot.rate_gain);
-  ReadPositive(map, "disturbance_time", &autopilot.disturbance_time);
-  ReadNotNegative(map, "lead", &autopilot.lead);
-  ReadPositive(map, "max_tilt", &autopilot.max_tilt);
-  map.Finish();
-  return autopilot;
+void Serialize(YamlArchive* a, AutopilotConfig* autopilot) {
+  a->Positive("position_gain", &autopilot->position_gain);
+  a->Positive("velocity_gain", &autopilot->velocity_gain);
+  a->NotNegative("attitude_gain", &autopilot->attitude_gain);
+  a->NotNegative("rate_gain", &autopilot->rate_gain);
+  a->Positive("disturbance_time", &autopilot->disturbance_time);
+  a->NotNegative("lead", &autopilot->lead);
+  a->Positive("max_tilt", &autopilot->max_tilt);
 }
 
-TurbulenceConfig ReadTurbulence(const YamlMap& map) {
-  TurbulenceConfig turbulence;
-  ReadNotNegative(map, "sigma", &turbulence.sigma);
-  ReadNotNegative(map, "memory", &turbulence.memory);
-  map.Finish();
-  return turbulence;
+void Serialize(YamlArchive* a, TurbulenceConfig* turbulence) {
+  a->NotNegative("sigma", &turbulence->sigma);
+  a->NotNegative("memory", &turbulence->memory);
 }
 
 }  // namespace trueline::simulation

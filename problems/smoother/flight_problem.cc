@@ -16,8 +16,7 @@ namespace {
 // The airframe's parameters may change by this share of their prior sigma from section to section.
 // This nearly rigid tie keeps the chain banded; the share is far below any flight's resolution.
 constexpr double kTie = 1e-4;
-constexpr double kHeld = 1e4;                 // in each section, times the weight of the prior
-constexpr int kAirframe[] = {0, 1, 6, 7, 8};  // indices of drag and misalignment in theta
+constexpr double kHeld = 1e4;  // in each section, times the weight of the prior
 
 }  // namespace
 
@@ -85,14 +84,14 @@ void FlightProblem::AddParameterPriors(std::size_t section) {
   double* theta = chain_.theta(section).data();
   if (section == 0 || sections_[section].flight != sections_[section - 1].flight) {
     ThetaVector weight = ThetaVector::Ones();
-    if (section > 0) {
-      for (const int i : kAirframe) weight[i] = 0.0;
+    for (int i = 0; i < kThetaSize; ++i) {
+      if (section > 0 && IsAirframe(i)) weight[i] = 0.0;
     }
     chain_.AddPrior(theta, weight);
   }
   ThetaVector held = ThetaVector::Zero();
   for (const int i : {0, 1}) {
-    if (!options_.drag_shows[i]) held[i] = kHeld;
+    if (!options_.drag_shows[i]) held[kDragInTheta + i] = kHeld;
   }
   if (!held.isZero()) chain_.AddPrior(theta, held);
 }
@@ -102,13 +101,14 @@ void FlightProblem::AddParameterStep(std::size_t section) {
   ThetaVector sigma = ThetaVector::Zero();
   if (last.flight == next.flight) {
     const double root = std::sqrt(SecondsBetween(last.begin, next.begin));
-    for (const int i : {2, 9, 10}) sigma[i] = options_.walks.accel_bias_walk * root;
-    sigma.segment<3>(kAhrsInTheta).setConstant(options_.walks.ahrs_error_walk * root);
+    for (int i = 0; i < kThetaSize; ++i) sigma[i] = options_.walks.WalkOf(kTheta[i].group) * root;
     sigma = sigma.cwiseQuotient(scaling().sigma).cwiseMax(kTie);
   } else {
     sigma.setConstant(std::numeric_limits<double>::infinity());
   }
-  for (const int i : kAirframe) sigma[i] = kTie;
+  for (int i = 0; i < kThetaSize; ++i) {
+    if (IsAirframe(i)) sigma[i] = kTie;
+  }
   using Step = ceres::AutoDiffCostFunction<ParameterStepError, kThetaSize, kThetaSize, kThetaSize>;
   chain_.problem().AddResidualBlock(new Step(new ParameterStepError{sigma.cwiseInverse()}), nullptr,
                                     chain_.theta(section - 1).data(), chain_.theta(section).data());

@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 
 #include "problems/common/error.h"
-#include "problems/common/yaml_options.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
@@ -30,8 +29,7 @@ void SetCovariance(const Eigen::MatrixXd& cov, WindowPrior* prior) {
 void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
             WindowPrior* prior) {
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
-  for (const int i : {2, 9, 10}) walk[i] = options.accel_bias_walk;
-  walk.segment<3>(kAhrsInTheta).setConstant(options.ahrs_error_walk);
+  for (int i = 0; i < kThetaSize; ++i) walk[i] = options.WalkOf(kTheta[i].group);
   if (walk.isZero()) return;
   Eigen::MatrixXd cov = CovarianceOf(*prior);
   cov.diagonal().head<kThetaSize>() += walk.cwiseQuotient(scaling.sigma).cwiseAbs2() * seconds;
@@ -140,30 +138,16 @@ class Lag {
 
 }  // namespace
 
-SmootherOptions ReadSmootherOptions(const YamlMap& map) {
-  SmootherOptions options;
-  ReadNotNegative(map, "accel_bias_walk_mps2_per_sqrt_s", &options.accel_bias_walk);
-  ReadNotNegative(map, "ahrs_error_walk_deg_per_sqrt_s", &options.ahrs_error_walk, kDegree);
-  const YamlMap false_pass = map.ChildOrEmpty("false_pass");
-  ReadNotNegative(false_pass, "probability", &options.false_pass.probability);
-  if (options.false_pass.probability >= 1.0) false_pass.Fail("probability", "must be below 1");
-  ReadPositive(false_pass, "offset_m", &options.false_pass.offset);
-  ReadPositive(false_pass, "offset_rate_mps", &options.false_pass.offset_rate);
-  ReadPositive(false_pass, "lost_probability", &options.false_pass.lost_probability);
-  false_pass.Finish();
-  map.Finish();
-  return options;
-}
-
-YAML::Node ToYaml(const SmootherOptions& options) {
-  YAML::Node node;
-  node["accel_bias_walk_mps2_per_sqrt_s"] = options.accel_bias_walk;
-  node["ahrs_error_walk_deg_per_sqrt_s"] = options.ahrs_error_walk / kDegree;
-  node["false_pass"]["probability"] = options.false_pass.probability;
-  node["false_pass"]["offset_m"] = options.false_pass.offset;
-  node["false_pass"]["offset_rate_mps"] = options.false_pass.offset_rate;
-  node["false_pass"]["lost_probability"] = options.false_pass.lost_probability;
-  return node;
+void Serialize(YamlArchive* a, SmootherOptions* o) {
+  a->NotNegative("accel_bias_walk_mps2_per_sqrt_s", &o->accel_bias_walk);
+  a->NotNegative("ahrs_error_walk_deg_per_sqrt_s", &o->ahrs_error_walk, kDegree);
+  a->Map("false_pass", [pass = &o->false_pass](YamlArchive* map) {
+    map->NotNegative("probability", &pass->probability);
+    map->Require(pass->probability < 1.0, "probability", "must be below 1");
+    map->Positive("offset_m", &pass->offset);
+    map->Positive("offset_rate_mps", &pass->offset_rate);
+    map->Positive("lost_probability", &pass->lost_probability);
+  });
 }
 
 EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,

@@ -18,10 +18,14 @@ struct SmootherOptions {
   double accel_bias_walk = 0.01;            // m/s^2/sqrt(s): b_ax, b_ay, b_az
   double ahrs_error_walk = 0.05 * kDegree;  // rad/sqrt(s): Phi_E_Ep, the slow part of the error
   FalsePassOptions false_pass;
+
+  double WalkOf(ParameterGroup group) const {
+    if (group == ParameterGroup::kBias) return accel_bias_walk;
+    return group == ParameterGroup::kAhrsError ? ahrs_error_walk : 0.0;
+  }
 };
 
-SmootherOptions ReadSmootherOptions(const YamlMap& map);
-YAML::Node ToYaml(const SmootherOptions& options);
+void Serialize(YamlArchive* a, SmootherOptions* o);
 
 // Causal, with a lag of vgd.gamma passes. Throws InputError without vgd.process: a rigid trajectory
 // has no state to marginalise at. After a break in the flight only the parameters are carried on.

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/common/yaml_options.h"
 #include "problems/smoother/strengths.h"
 #include "problems/vgd/identifiability.h"
 
@@ -30,11 +29,8 @@ struct Names {
 Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
   Names all;
   const ParameterScaling& scaling = problem.scaling();
-  for (int i = 0; i < 9; ++i) {
-    all.Add(kImuDrivenNames[i], kImuDrivenUnits[i], scaling.mean[i], scaling.sigma[i]);
-  }
-  for (const int i : {9, 10}) {
-    all.Add(i == 9 ? "b_ax" : "b_ay", "m/s^2", scaling.mean[i], scaling.sigma[i]);
+  for (int i = 0; i < kThetaSize; ++i) {
+    all.Add(kTheta[i].name, kTheta[i].unit, scaling.mean[i], scaling.sigma[i]);
   }
   if (!detector.Any()) return all;
   all.Add("fix_latency", "s", 0.0, detector.fix_latency);
@@ -54,7 +50,7 @@ Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
 std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   std::vector<int> asked;
   for (int i = 0; i < all.sigma.size(); ++i) {
-    const bool accelerometer = i == 9 || i == 10;
+    const bool accelerometer = i >= kForceBiasInTheta && i < kThetaSize;
     if (all.sigma[i] > 0.0 && (!accelerometer || problem.HasForces())) asked.push_back(i);
   }
   return asked;
@@ -67,7 +63,7 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt) {
     notes.push_back(fmt::format(
         "{} is not read from the accelerometer: the vehicle's speed along {}_B seems to vary by "
         "{:.3f} m/s and is known to {:.3f} m/s only; fly with changes of speed along that axis",
-        kImuDrivenNames[i], "xy"[i], doubt.Spread()[i], doubt.Uncertainty()[i]));
+        kTheta[kDragInTheta + i].name, "xy"[i], doubt.Spread()[i], doubt.Uncertainty()[i]));
   }
   return notes;
 }
@@ -75,9 +71,10 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt) {
 // Restores the prior's variance of a parameter that was held, and widens all parameters correlated
 // with it.
 void WidenHeld(const std::array<bool, 2>& drag_shows, Eigen::MatrixXd* cov) {
-  if (!drag_shows[0] && !drag_shows[1]) (*cov)(0, 1) = (*cov)(1, 0) = 0.0;
+  constexpr int kX = kDragInTheta, kY = kX + 1;
+  if (!drag_shows[0] && !drag_shows[1]) (*cov)(kX, kY) = (*cov)(kY, kX) = 0.0;
   for (const int i : {0, 1}) {
-    if (!drag_shows[i]) Widen(i, 1.0, cov);
+    if (!drag_shows[i]) Widen(kX + i, 1.0, cov);
   }
 }
 
@@ -99,7 +96,7 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const int i = asked[k];
     const double value = all.mean[i] + all.sigma[i] * means.value[i];
-    const bool at_bound = i < 9 && AtBound(options.vgd.priors[i], value);
+    const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], value);
     result->parameters.push_back({names[k], value, sigma[k] * std::sqrt(cov(k, k)), units[k],
                                   at_bound ? "at_bound" : shown.status[k]});
   }
@@ -107,30 +104,14 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
 
 }  // namespace
 
-WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map) {
-  WholeFlightOptions options;
-  ReadOption(map, "learn_strengths", &options.learn_strengths);
-  ReadOption(map, "withhold_drag", &options.withhold_drag);
-  ReadPositive(map, "learn_time_s", &options.learn_time);
-  ReadNotNegative(map, "fix_latency_sigma_s", &options.detector.fix_latency);
-  ReadNotNegative(map, "camera_misalignment_sigma_deg", &options.detector.camera_misalignment,
-                  kDegree);
-  ReadNotNegative(map, "gate_offset_sigma_m", &options.detector.gate_offset);
-  ReadNotNegative(map, "attitude_latency_sigma_s", &options.attitude_latency);
-  map.Finish();
-  return options;
-}
-
-YAML::Node ToYaml(const WholeFlightOptions& options) {
-  YAML::Node node;
-  node["learn_strengths"] = options.learn_strengths;
-  node["withhold_drag"] = options.withhold_drag;
-  node["learn_time_s"] = options.learn_time;
-  node["fix_latency_sigma_s"] = options.detector.fix_latency;
-  node["camera_misalignment_sigma_deg"] = options.detector.camera_misalignment / kDegree;
-  node["gate_offset_sigma_m"] = options.detector.gate_offset;
-  node["attitude_latency_sigma_s"] = options.attitude_latency;
-  return node;
+void Serialize(YamlArchive* a, WholeFlightOptions* o) {
+  a->Value("learn_strengths", &o->learn_strengths);
+  a->Value("withhold_drag", &o->withhold_drag);
+  a->Positive("learn_time_s", &o->learn_time);
+  a->NotNegative("fix_latency_sigma_s", &o->detector.fix_latency);
+  a->NotNegative("camera_misalignment_sigma_deg", &o->detector.camera_misalignment, kDegree);
+  a->NotNegative("gate_offset_sigma_m", &o->detector.gate_offset);
+  a->NotNegative("attitude_latency_sigma_s", &o->attitude_latency);
 }
 
 WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,

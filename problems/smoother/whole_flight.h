@@ -44,8 +44,7 @@ struct WholeFlight {
   double solve_time = 0.0;  // s, of the last solve
 };
 
-WholeFlightOptions ReadWholeFlightOptions(const YamlMap& map);
-YAML::Node ToYaml(const WholeFlightOptions& options);
+void Serialize(YamlArchive* a, WholeFlightOptions* o);
 
 // Throws InputError without vgd.process, or if a flight has no pass.
 WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,

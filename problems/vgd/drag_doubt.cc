@@ -63,12 +63,14 @@ void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_s
   if (!options.drag_measurement.enabled) return;
   Eigen::Vector2d drag, variance;
   for (int i = 0; i < 2; ++i) {
-    drag[i] = options.priors[i].mean;
-    variance[i] = unit[i] * unit[i] * (*cov)(i, i);
+    const int k = kDragInTheta + i;
+    drag[i] = options.priors[k].mean;
+    variance[i] = unit[k] * unit[k] * (*cov)(k, k);
   }
   const Eigen::Vector2d sigma = doubt.Sigma(drag, variance, force_sigma);
   for (int i = 0; i < 2; ++i) {
-    Widen(i, std::min((*cov)(i, i) + std::pow(sigma[i] / unit[i], 2), 1.0), cov);
+    const int k = kDragInTheta + i;
+    Widen(k, std::min((*cov)(k, k) + std::pow(sigma[i] / unit[k], 2), 1.0), cov);
   }
   const Eigen::VectorXd shrink = cov->diagonal().cwiseMax(1.0).cwiseSqrt().cwiseInverse();
   *cov = (shrink.asDiagonal() * *cov * shrink.asDiagonal()).eval();

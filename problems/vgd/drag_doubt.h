@@ -48,7 +48,7 @@ class DragDoubt {
 void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
 
 // Adds the drag uncertainty to the covariance of all parameters, in units of `unit` (prior sigmas),
-// with K_x and K_y first. No parameter's sigma rises above its unit.
+// in the order of theta. No parameter's sigma rises above its unit.
 void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov);
 

@@ -8,16 +8,15 @@
 namespace trueline {
 namespace {
 
-// Columns of the integration's derivatives: the nine of eq. 16 and the initial velocity. The
+// Columns of the integration's derivatives: the parameters of eq. 16 and the initial velocity. The
 // initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
 // motion, so their derivatives are known.
-constexpr int kNine = 9;
-constexpr int kSeeds = kNine + 3;
+constexpr int kSeeds = kMotionSize + 3;
 using Jet = ceres::Jet<double, kSeeds>;
 
 template <int kSize>
 void SplitDerivatives(const Eigen::Matrix<double, kSize, kSeeds>& d, SegmentNode<kSize>* node) {
-  node->d_theta.template leftCols<kNine>() = d.template leftCols<kNine>();
+  node->d_theta.template leftCols<kMotionSize>() = d.template leftCols<kMotionSize>();
   node->d_state.template rightCols<3>() = d.template rightCols<3>();
 }
 
@@ -84,12 +83,10 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
 }  // namespace
 
 ParameterScaling::ParameterScaling(const VgdOptions& options) {
-  for (int i = 0; i < kNine; ++i) {
-    mean[i] = options.priors[i].mean;
-    sigma[i] = options.priors[i].sigma;
+  for (int i = 0; i < kThetaSize; ++i) {
+    mean[i] = options.PriorOf(i).mean;
+    sigma[i] = options.PriorOf(i).sigma;
   }
-  mean.tail<2>().setZero();
-  sigma.tail<2>().setConstant(options.drag_measurement.bias_sigma);
 }
 
 Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
@@ -171,19 +168,29 @@ void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionSt
   chain_.Integrate(model, start, visit, &effects_);
 }
 
+namespace {
+
+// The largest step of a parameter that is near, in its unit.
+double NearOf(ParameterGroup group) {
+  if (group == ParameterGroup::kDrag) return 0.0005;  // 1/s
+  if (group == ParameterGroup::kBias) return 0.005;   // m/s^2
+  return 0.0003;                                      // rad
+}
+
+}  // namespace
+
 // True if the second-order part of the step (angle by angle and time squared, drag by velocity) is
 // at most a few micrometres over a second, so that the optimiser sees no jump in the cost.
 bool Segment::IsNear(const Inputs& at) const {
-  constexpr double kDrag = 0.0005;     // 1/s
-  constexpr double kBias = 0.005;      // m/s^2
-  constexpr double kAngle = 0.0003;    // rad
   constexpr double kVelocity = 0.005;  // m/s
   if (!follows_ || !linearised_at_) return false;
   const Eigen::Matrix<double, kThetaSize, 1> moved =
       scaling_->sigma.cwiseProduct(at.theta - linearised_at_->theta).cwiseAbs();
   const Eigen::Vector3d v = at.state.tail<3>() - linearised_at_->state.tail<3>();
-  return moved.head<2>().maxCoeff() < kDrag && moved[2] < kBias &&
-         moved.segment<6>(3).maxCoeff() < kAngle && v.cwiseAbs().maxCoeff() < kVelocity;
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (!(moved[i] < NearOf(kTheta[i].group))) return false;
+  }
+  return v.cwiseAbs().maxCoeff() < kVelocity;
 }
 
 void Segment::Extrapolate(const Inputs& to) {
@@ -201,17 +208,17 @@ void Segment::Extrapolate(const Inputs& to) {
 void Segment::Linearise(const Inputs& at) {
   const Eigen::Matrix<double, kThetaSize, 1> x =
       scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
-  Jet jets[kNine];
-  for (int i = 0; i < kNine; ++i) {
+  Jet jets[kMotionSize];
+  for (int i = 0; i < kMotionSize; ++i) {
     jets[i] = Jet(x[i]);
     jets[i].v[i] = scaling_->sigma[i];
   }
   MotionState<Jet> start;
   for (int i = 0; i < 3; ++i) {
     start.p[i] = Jet(at.state[i]);
-    start.v[i] = Jet(at.state[3 + i], kNine + i);
+    start.v[i] = Jet(at.state[3 + i], kMotionSize + i);
   }
-  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, x.data() + kNine);
+  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, x.data() + kMotionSize);
   linearised_at_ = at;
   states_there_.clear();
   for (const StateNode& node : states_) states_there_.push_back(node.value);
@@ -232,7 +239,7 @@ void Segment::Evaluate(const double* theta, const double* drift, const double* s
     const Eigen::Matrix<double, kThetaSize, 1> x =
         scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
     const MotionState<double> start{at.state.head<3>(), at.state.tail<3>()};
-    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, x.data() + kNine);
+    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, x.data() + kMotionSize);
   }
 }
 

@@ -104,7 +104,7 @@ ceres::ResidualBlockId SegmentChain::AddPrior(double* block, const Eigen::Vector
 
 void SegmentChain::SetBounds() {
   for (ThetaVector& theta : x_.theta) {
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       const ParameterPrior& prior = options_.priors[i];
       problem_.SetParameterLowerBound(theta.data(), i, (prior.lower - prior.mean) / prior.sigma);
       problem_.SetParameterUpperBound(theta.data(), i, (prior.upper - prior.mean) / prior.sigma);

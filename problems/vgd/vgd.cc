@@ -14,7 +14,7 @@
 namespace trueline {
 Theta PriorMeans(const VgdOptions& options) {
   Theta theta;
-  for (int i = 0; i < 9; ++i) theta[i] = options.priors[i].mean;
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = options.priors[i].mean;
   return theta;
 }
 
@@ -61,7 +61,7 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
   std::vector<WindowEstimate> estimates;
   for (int k = 0; k < count; ++k) {
     Theta start;
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       const ParameterPrior& prior = options.priors[i];
       const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
       start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);

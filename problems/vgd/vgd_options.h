@@ -1,26 +1,35 @@
 // Options of the vision-based gradient descent fit (VGD, Li et al. 2019). Defaults are stated only
-// here; ReadVgdOptions takes the same names from YAML.
+// here.
 #pragma once
 
 #include <array>
-#include <string>
+#include <limits>
+#include <string_view>
 
+#include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/process_noise.h"
-#include "problems/common/strict_yaml.h"
 #include "problems/common/units.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/window/drive_track.h"
 #include "problems/window/force_samples.h"
 #include "problems/window/passes.h"
 
 namespace trueline {
 
-// Prior of a parameter: normal, with hard bounds, in its own unit.
-struct ParameterPrior {
-  double mean;
-  double sigma;
-  double lower;
-  double upper;
-};
+// The unit of a parameter's prior in kTheta and in files: degrees for angles.
+inline double FileUnit(int parameter) {
+  return std::string_view(kTheta[parameter].unit) == "rad" ? kDegree : 1.0;
+}
+// In the parameters' own units.
+inline std::array<ParameterPrior, kMotionSize> DefaultPriors() {
+  std::array<ParameterPrior, kMotionSize> priors;
+  for (int i = 0; i < kMotionSize; ++i) {
+    const auto& [mean, sigma, lower, upper] = kTheta[i].prior;
+    const double unit = FileUnit(i);
+    priors[i] = {unit * mean, unit * sigma, unit * lower, unit * upper};
+  }
+  return priors;
+}
 
 inline bool AtBound(const ParameterPrior& prior, double value) {
   const double margin = 1e-6 * prior.sigma;
@@ -35,19 +44,8 @@ struct VgdOptions {
   // Windows reach further back until they hold this many fixes.
   int min_window_fixes = 8;
 
-  // In the order of eq. 16. Mean and sigma are those of the uniform distributions over the ranges
-  // of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not be positive.
-  std::array<ParameterPrior, 9> priors = {{
-      {-0.5, 0.29, -2.0, 0.0},                           // K_x, 1/s
-      {-0.5, 0.29, -2.0, 0.0},                           // K_y, 1/s
-      {0.0, 0.58, -2.0, 2.0},                            // b_az, m/s^2
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_E_Ep, rad
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_E_Ep
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // phi_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // theta_I_B
-      {0.0, 1.73 * kDegree, -6 * kDegree, 6 * kDegree},  // psi_I_B
-  }};
+  // Of the parameters of the equation of motion, in the order of theta.
+  std::array<ParameterPrior, kMotionSize> priors = DefaultPriors();
 
   FixLoss loss = FixLoss::kHuber;
   double loss_scale = 2.5;  // in sigmas, on the norm of a fix's three whitened residuals
@@ -76,14 +74,18 @@ struct VgdOptions {
   PassOptions passes;
   DriveOptions drive;
 
+  // Of any parameter in theta.
+  ParameterPrior PriorOf(int parameter) const {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    if (parameter < kMotionSize) return priors[parameter];
+    return {0.0, drag_measurement.bias_sigma, -kNone, kNone};
+  }
+
   // Only the accelerometer distinguishes a gust from a tilt.
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
 };
 
-// Reads `map` (see config/calibrate/default.yaml); missing keys keep their defaults. Strict.
-VgdOptions ReadVgdOptions(const YamlMap& map);
-
-// All options with their values, for the provenance of a result; ReadVgdOptions reads it back.
-YAML::Node ToYaml(const VgdOptions& options);
+// The keys, as config/calibrate/default.yaml states them.
+void Serialize(YamlArchive* a, VgdOptions* o);
 
 }  // namespace trueline

@@ -8,20 +8,6 @@
 namespace trueline {
 namespace {
 
-using Parameters = Eigen::Matrix<double, WindowProblem::kParameters, 1>;
-
-std::vector<std::string> ParameterNames(bool with_forces) {
-  std::vector<std::string> names(kImuDrivenNames.begin(), kImuDrivenNames.end());
-  if (with_forces) names.insert(names.end(), {"b_ax", "b_ay"});
-  return names;
-}
-
-std::vector<std::string> ParameterUnits(bool with_forces) {
-  std::vector<std::string> units(kImuDrivenUnits.begin(), kImuDrivenUnits.end());
-  if (with_forces) units.insert(units.end(), {"m/s^2", "m/s^2"});
-  return units;
-}
-
 void StoreMisfits(const WindowProblem& problem, const WindowData& data, const VgdOptions& options,
                   WindowEstimate* estimate) {
   for (const Fix& fix : data.fixes) {
@@ -50,7 +36,7 @@ void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pas
 Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
   const VgdOptions table_2;
   Eigen::VectorXd sigma = prior_sigma;
-  for (int i = 0; i < 9; ++i) sigma[i] = std::max(sigma[i], table_2.priors[i].sigma);
+  for (int i = 0; i < kMotionSize; ++i) sigma[i] = std::max(sigma[i], table_2.priors[i].sigma);
   return sigma;
 }
 
@@ -69,13 +55,16 @@ Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const WindowProblem::Uncertainty& uncertainty, double force_sigma,
                      WindowEstimate* estimate) {
-  const int count = problem->HasForces() ? WindowProblem::kParameters : 9;
-  const auto names = ParameterNames(count > 9), units = ParameterUnits(count > 9);
-  const Parameters value = problem->Parameters();
-  Eigen::VectorXd sigma_prior(WindowProblem::kParameters);
-  for (int i = 0; i < 9; ++i) sigma_prior[i] = options.priors[i].sigma;
-  sigma_prior.tail<2>().setConstant(options.drag_measurement.bias_sigma);
-  const Eigen::VectorXd prior = sigma_prior.head(count), reference = ReferenceSigma(prior);
+  const int count = problem->HasForces() ? kThetaSize : kMotionSize;
+  const auto value = problem->Parameters();
+  std::vector<std::string> names(count), units(count);
+  Eigen::VectorXd prior(count);
+  for (int i = 0; i < count; ++i) {
+    names[i] = kTheta[i].name;
+    units[i] = kTheta[i].unit;
+    prior[i] = options.PriorOf(i).sigma;
+  }
+  const Eigen::VectorXd reference = ReferenceSigma(prior);
   Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
   Eigen::MatrixXd shown = UnderReference(cov, prior, reference);
   WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
@@ -84,8 +73,8 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
-    if (i < 9 && AtBound(options.priors[i], value[i])) status = "at_bound";
-    const double sigma = sigma_prior[i] * std::sqrt(cov(i, i));
+    if (AtBound(options.PriorOf(i), value[i])) status = "at_bound";
+    const double sigma = prior[i] * std::sqrt(cov(i, i));
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
   }
 }
@@ -94,7 +83,7 @@ void StoreArc(const FlightData& flight, int tau, const WindowProblem& problem,
               const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
   ArcPrediction arc = flight.ArcAfter(tau);
   arc.p_E = problem.FinalState().head<2>();
-  arc.cov = cov_all.block<2, 2>(WindowProblem::kParameters, WindowProblem::kParameters);
+  arc.cov = cov_all.block<2, 2>(kThetaSize, kThetaSize);
   estimate->arc = arc;
 }
 
@@ -102,7 +91,7 @@ void StoreArc(const FlightData& flight, int tau, const WindowProblem& problem,
 
 Theta ThetaOf(const WindowEstimate& estimate) {
   Theta theta;
-  for (int i = 0; i < 9; ++i) theta[i] = estimate.parameters[i].value;
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = estimate.parameters[i].value;
   return theta;
 }
 

@@ -13,7 +13,7 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
                               const WindowData& data, int tau,
                               const ceres::Solver::Summary& summary, WindowProblem* problem);
 
-// The nine parameters of eq. 16 of an estimate.
+// The parameters of eq. 16 of an estimate.
 Theta ThetaOf(const WindowEstimate& estimate);
 
 }  // namespace trueline

@@ -114,8 +114,8 @@ void WindowProblem::AddPast(const WindowPrior& past) {
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
   const ParameterScaling& scaling = chain_.scaling();
   chain_.theta().setZero();
-  chain_.theta().head<9>() =
-      (theta - scaling.mean.head<9>()).cwiseQuotient(scaling.sigma.head<9>());
+  chain_.theta().head<kMotionSize>() =
+      (theta - scaling.mean.head<kMotionSize>()).cwiseQuotient(scaling.sigma.head<kMotionSize>());
   for (std::size_t s = 0; s < chain_.size(); ++s) {
     if (s == 0 || chain_.segment(s).start() <= path.end()) {
       const LineFit guess = path.At(chain_.segment(s).start());

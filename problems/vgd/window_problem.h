@@ -29,8 +29,8 @@ struct WindowData {
   std::vector<PassOffset> offsets;  // of the passes that have one, ascending
 };
 
-// The start of a solve: the nine of eq. 16 in their own units.
-using Theta = Eigen::Matrix<double, 9, 1>;
+// The start of a solve: the parameters of eq. 16 in their own units.
+using Theta = Eigen::Matrix<double, kMotionSize, 1>;
 
 // The marginalised past as a prior on a window's first unknowns, theta and the first node, in the
 // units of the parameter blocks. The residual is sqrt_information * (x - mean).
@@ -58,7 +58,7 @@ class WindowProblem {
   // Holds the shared parameters at SetStart's values, or frees them.
   void HoldParameters(bool hold);
 
-  // The solution in physical units: the nine of eq. 16, then b_ax and b_ay.
+  // The solution in physical units, in the order of theta.
   static constexpr int kParameters = kThetaSize;
   Eigen::Matrix<double, kParameters, 1> Parameters() const;
   // True if b_ax, b_ay are unknowns of the problem.

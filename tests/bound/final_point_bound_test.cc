@@ -37,8 +37,9 @@ VgdOptions ExactModel() {
 }
 
 Theta TruthOf(const SimulationConfig& c) {
+  const auto values = TunableValues(c);
   Theta theta;
-  theta << c.vehicle.drag.head<2>(), c.imu.accel_bias.z(), c.ahrs.constant, c.imu.misalignment;
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = values.at(kTheta[i].name);
   return theta;
 }
 

@@ -30,7 +30,7 @@ std::string Written(const std::string& text) {
 
 std::string ErrorOfConfig(const std::string& text) {
   try {
-    ReadVgdOptions(YamlMap::FromFile(Written(text)));
+    FromYaml<VgdOptions>(YamlMap::FromFile(Written(text)));
   } catch (const InputError& error) {
     return error.what();
   }
@@ -64,7 +64,7 @@ VgdOptions EveryOptionChanged() {
   VgdOptions o;
   o.gamma = 4;
   o.min_window_fixes = 9;
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     ParameterPrior& prior = o.priors[i];
     prior = {prior.mean - 0.01, 0.9 * prior.sigma, 0.9 * prior.lower, prior.upper + 0.02};
   }
@@ -92,7 +92,7 @@ VgdOptions EveryOptionChanged() {
 TEST(VgdOptions, SurviveYamlAndBack) {
   const VgdOptions changed = EveryOptionChanged();
   const std::string text = Text(ToYaml(changed));
-  const VgdOptions read = ReadVgdOptions(YamlMap(YAML::Load(text), "memory", ""));
+  const VgdOptions read = FromYaml<VgdOptions>(YamlMap(YAML::Load(text), "memory", ""));
   EXPECT_EQ(Text(ToYaml(read)), text);
   // And no option was left out of either direction.
   const std::string defaults = Text(ToYaml(VgdOptions()));
@@ -101,7 +101,7 @@ TEST(VgdOptions, SurviveYamlAndBack) {
     if (x.back() == ':') continue;
     EXPECT_NE(x, y) << "not changed by this test";
   }
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     EXPECT_NEAR(read.priors[i].mean, changed.priors[i].mean, 1e-9);
     EXPECT_NEAR(read.priors[i].upper, changed.priors[i].upper, 1e-9);
   }
@@ -111,7 +111,7 @@ TEST(VgdOptions, SurviveYamlAndBack) {
 }
 
 TEST(VgdOptions, TheDefaultFileStatesTheDefaults) {
-  EXPECT_EQ(Text(ToYaml(ReadEstimatorOptions(YamlMap::FromFile(ConfigFile("default.yaml"))))),
+  EXPECT_EQ(Text(ToYaml(FromYaml<EstimatorOptions>(YamlMap::FromFile(ConfigFile("default.yaml"))))),
             Text(ToYaml(EstimatorOptions())));
 }
 
@@ -120,7 +120,7 @@ TEST(VgdOptions, EveryShippedFileRunsAFlight) {
   for (const auto& entry : std::filesystem::directory_iterator(ConfigFile(""))) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().filename().string().starts_with("rotors")) continue;  // of the other drive
-    const VgdOptions options = ReadEstimatorOptions(YamlMap::FromFile(entry.path())).vgd;
+    const VgdOptions options = FromYaml<EstimatorOptions>(YamlMap::FromFile(entry.path())).vgd;
     SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
     config.duration = 15.0;
     const testing_vgd::Flight flight(config, 3, options);

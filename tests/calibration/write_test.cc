@@ -100,7 +100,7 @@ TEST_F(WrittenFlight, ProvenanceIsCompleteAndItsConfigurationReadsBack) {
   EXPECT_EQ(config["gamma_sweep"][0].as<int>(), 1);
   config.remove("estimators");
   config.remove("gamma_sweep");
-  EXPECT_EQ(ReadEstimatorOptions(YamlMap(config, "provenance", "")).vgd.gamma, 2);
+  EXPECT_EQ(FromYaml<EstimatorOptions>(YamlMap(config, "provenance", "")).vgd.gamma, 2);
 }
 
 TEST_F(WrittenFlight, TablesHaveTheAgreedColumns) {

@@ -135,7 +135,7 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
   const Eigen::VectorXd residual = Residual(cost);
   const auto end =
       testing_window::Integrate(track_, scaling_, theta_, drift(), state(), kStart, kEnd);
-  const double unit = options_.priors[3].sigma;
+  const double unit = options_.priors[kAhrsInTheta].sigma;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(residual[i], next_[kStateAt + i] - end.p[i], 1e-3);
     EXPECT_NEAR(residual[3 + i], next_[kStateAt + 3 + i] - end.v[i], 1e-3);

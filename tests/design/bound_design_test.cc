@@ -67,8 +67,8 @@ TEST(BoundDesign, BoundsAreThoseOfTheBatch) {
   design.considered = criterion.considered;
   const std::vector<double> wide = FlownSigmas(design, path);
   for (const int i : design.prior.Free()) {
-    EXPECT_NEAR(sigma[i], std::sqrt(bound(i, i)), 1e-6 * sigma[i]) << RotorConstantNames()[i].name;
-    EXPECT_GE(wide[i], sigma[i]) << RotorConstantNames()[i].name;
+    EXPECT_NEAR(sigma[i], std::sqrt(bound(i, i)), 1e-6 * sigma[i]) << kRotorConstants[i].name;
+    EXPECT_GE(wide[i], sigma[i]) << kRotorConstants[i].name;
   }
   EXPECT_GT(wide[0], 1.2 * sigma[0]);  // rotor differences look like mass differences
 }

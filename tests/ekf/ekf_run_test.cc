@@ -146,7 +146,7 @@ TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
   options.ekf.noise.gyro = 0.0123;
   options.kinematic.initial_attitude = false;
   const YAML::Node node = ToYaml(options);
-  const EstimatorOptions back = ReadEstimatorOptions(YamlMap(node, "test.yaml", ""));
+  const EstimatorOptions back = FromYaml<EstimatorOptions>(YamlMap(node, "test.yaml", ""));
   EXPECT_EQ(back.ekf.tuning, EkfTuning::kPaper);
   EXPECT_TRUE(back.ekf.iterated);
   EXPECT_NEAR(back.ekf.noise.gyro, 0.0123, 1e-15);
@@ -154,7 +154,7 @@ TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
   for (const char* bad :
        {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: -1}}",
         "ekf: {paper: {q_per_sample: [1, 2]}}", "kinematic: {tilt_sigma_deg: 0}"}) {
-    EXPECT_THROW(ReadEstimatorOptions(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError)
+    EXPECT_THROW(FromYaml<EstimatorOptions>(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError)
         << bad;
   }
 }

@@ -168,7 +168,7 @@ TEST(RotorBatch, FindsDragThatFliesWithTheVehicle) {
   for (int i = 0; i < 3; ++i) {
     const int k = FindRotorConstant("K_x") + i;
     EXPECT_LT(std::abs(result.mean[k] - c.sim.drag[i]), 3.3 * sigma[k]);  // 0.1 %
-    ExpectSigma(sigma[k], kDue[i], 1.4, RotorConstantNames()[k].name);
+    ExpectSigma(sigma[k], kDue[i], 1.4, kRotorConstants[k].name);
   }
 }
 

@@ -62,7 +62,7 @@ TEST(Considered, SlowIsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
     for (const int i : options.prior.Free()) {
       const double shift = std::abs(moved.mean[i] - fit.mean[i]), sigma = std::sqrt(fit.cov(i, i));
       EXPECT_NEAR(std::sqrt(cov(i, i)), shift, 0.1 * shift + 0.05 * sigma)
-          << effect.id << ", " << RotorConstantNames()[i].name;
+          << effect.id << ", " << kRotorConstants[i].name;
       largest = std::max(largest, shift / sigma);
     }
     EXPECT_GT(largest, 0.3) << effect.id << " moves nothing";

@@ -103,7 +103,7 @@ TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
   const RotorEkfRun run = c.Run();
   for (const int i : c.options.prior.Free()) {
     EXPECT_NEAR(run.history.back().sigma[i] / std::sqrt(bound(i, i)), 1.0, 0.15)
-        << RotorConstantNames()[i].name;
+        << kRotorConstants[i].name;
   }
 }
 

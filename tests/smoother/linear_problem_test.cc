@@ -40,8 +40,8 @@ VgdOptions LinearOptions(double tilt_sigma, double bias_sigma) {
   options.max_iterations = 100;
   options.process = {.acceleration = 0.0005, .tilt = tilt_sigma, .heading = 0.0, .memory = 1.5};
   for (ParameterPrior& prior : options.priors) prior = {0.0, kKnown, -1.0, 1.0};
-  options.priors[2].sigma = bias_sigma;
-  options.priors[3].sigma = options.priors[4].sigma = options.priors[5].sigma = tilt_sigma;
+  options.priors[InTheta("b_az")].sigma = bias_sigma;
+  for (int i = 0; i < 3; ++i) options.priors[kAhrsInTheta + i].sigma = tilt_sigma;
   return options;
 }
 

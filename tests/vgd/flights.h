@@ -2,6 +2,7 @@
 #pragma once
 
 #include "problems/common/random.h"
+#include "problems/simulation/variant.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
 #include "problems/window/flight_data.h"
@@ -44,11 +45,11 @@ inline WindowEstimate SolveLast(const Flight& flight, const VgdOptions& options)
   return SolveWindow(flight.data, options, tau, PriorMeans(options));
 }
 
-// The nine of eq. 16 as the simulator flew them.
+// The parameters of eq. 16 as the simulator flew them.
 inline Theta TrueTheta(const SimulationConfig& config) {
+  const auto values = TunableValues(config);
   Theta theta;
-  theta << config.vehicle.drag.x(), config.vehicle.drag.y(), config.imu.accel_bias.z(),
-      config.ahrs.constant, config.imu.misalignment;
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = values.at(kTheta[i].name);
   return theta;
 }
 

@@ -19,10 +19,10 @@ double Miss(const WindowEstimate& window, const SimulationConfig& config,
             const VgdOptions& options) {
   const Theta truth = TrueTheta(config);
   double sum = 0.0;
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     sum += std::pow((window.parameters[i].value - truth[i]) / options.priors[i].sigma, 2);
   }
-  return std::sqrt(sum / 9.0);
+  return std::sqrt(sum / kMotionSize);
 }
 
 TEST(Losses, RobustOnesWithstandOutliers) {
@@ -55,7 +55,7 @@ TEST(Losses, ThePapersCostIsTheSumOfNormsInMetres) {
   const WindowEstimate window = SolveLast(flight, options);
   double sum = 0.0;
   for (const FixMisfit& m : window.misfits) sum += m.error.norm();
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     const ParameterPrior& prior = options.priors[i];
     sum += 0.5 * std::pow((window.parameters[i].value - prior.mean) / prior.sigma, 2);
   }

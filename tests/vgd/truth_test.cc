@@ -26,7 +26,7 @@ TEST(RigidFit, FindsTheTrueNine) {
   const WindowEstimate window = SolveLast(flight, options);
   ASSERT_TRUE(window.converged);
   const Theta truth = TrueTheta(config);
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     const ParameterEstimate& p = window.parameters[i];
     EXPECT_NEAR(p.value, truth[i], 3.0 * p.sigma) << p.name;
   }
@@ -47,7 +47,7 @@ struct Draw {
 
   static Theta DrawTruth(const VgdOptions& options, Random* random) {
     Theta theta;
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       const ParameterPrior& prior = options.priors[i];
       theta[i] = prior.mean + std::sqrt(3.0) * prior.sigma * random->Uniform(-1.0, 1.0);
     }
@@ -55,11 +55,8 @@ struct Draw {
   }
   static SimulationConfig WithTruth(const Theta& theta) {
     SimulationConfig config = ExactHippodrome(16.0);
-    config.vehicle.drag.head<2>() = theta.head<2>();
-    config.imu.accel_bias.z() = theta[2];
-    config.ahrs.constant = theta.segment<3>(3);
-    config.imu.misalignment = theta.tail<3>();
-    return config;
+    for (int i = 0; i < kMotionSize; ++i) config.randomise[kTheta[i].name] = {theta[i], theta[i]};
+    return DrawVariant(config, 1);
   }
   int Last() const { return static_cast<int>(flight.data.passes.size()); }
 
@@ -93,9 +90,9 @@ TEST(RigidFit, SlowErrorsAreAsLargeAsStated) {
   for (int seed = 0; seed < 20; ++seed) {
     Draw draw(seed, options, &random);
     const double best = draw.Solve(PriorMeans(options), true);
-    const Theta error = draw.problem.Parameters().head<9>() - draw.truth;
+    const Theta error = draw.problem.Parameters().head<kMotionSize>() - draw.truth;
     const auto cov = draw.problem.Covariance();
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       const double sigma = options.priors[i].sigma * std::sqrt(cov(i, i));
       within_two_sigma += std::abs(error[i]) < 2.0 * sigma;
     }
@@ -111,7 +108,7 @@ TEST(RigidFit, SlowErrorsAreAsLargeAsStated) {
 // Least squares of the window written out independently.
 class IndependentFit {
  public:
-  using Unknowns = Eigen::Matrix<double, 15, 1>;  // the nine, then p and v at the start
+  using Unknowns = Eigen::Matrix<double, kMotionSize + 6, 1>;  // then p and v at the start
 
   IndependentFit(const FlightLog& log, const VgdOptions& options, const WindowEstimate& window)
       : log_(log), options_(options), begin_(window.begin), end_(window.end) {}
@@ -119,8 +116,8 @@ class IndependentFit {
   Unknowns Solve(Unknowns x) const {
     for (int round = 0; round < 15; ++round) {
       const Eigen::VectorXd r = Residuals(x);
-      Eigen::MatrixXd J(r.size(), 15);
-      for (int i = 0; i < 15; ++i) {
+      Eigen::MatrixXd J(r.size(), x.size());
+      for (int i = 0; i < x.size(); ++i) {
         const double h = 1e-5;
         Unknowns up = x, down = x;
         up[i] += h;
@@ -144,10 +141,10 @@ class IndependentFit {
 
   Eigen::VectorXd Residuals(const Unknowns& x) const {
     std::vector<double> r;
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < kMotionSize; ++i) {
       r.push_back((x[i] - options_.priors[i].mean) / options_.priors[i].sigma);
     }
-    Eigen::Vector3d p = x.segment<3>(9), v = x.tail<3>();
+    Eigen::Vector3d p = x.segment<3>(kMotionSize), v = x.tail<3>();
     std::size_t fix = 0;
     while (log_.fixes[fix].t < begin_) ++fix;
     for (std::size_t i = 0; i + 1 < log_.imu.size(); ++i) {
@@ -198,7 +195,7 @@ TEST(RigidFit, SlowMeetsAnIndependentGaussNewton) {
   start << PriorMeans(options), line.p, line.v;
   const IndependentFit::Unknowns best = reference.Solve(start);
   EXPECT_NEAR(window.cost, reference.Cost(best), 1e-3 * window.cost);
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     const ParameterEstimate& p = window.parameters[i];
     EXPECT_NEAR(p.value, best[i], 0.02 * p.sigma) << p.name;
   }

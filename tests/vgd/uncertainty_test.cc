@@ -65,7 +65,7 @@ TEST(Uncertainty, SurvivesRankDeficiency) {
   VgdOptions options = RigidOptions();
   options.gamma = 5;
   options.priors[0] = options.priors[1] = {-0.5, 1e-7, -2.0, 0.0};
-  for (int i = 2; i < 9; ++i) options.priors[i] = {0.0, 1e4, -1e6, 1e6};
+  for (int i = 2; i < kMotionSize; ++i) options.priors[i] = {0.0, 1e4, -1e6, 1e6};
   SimulationConfig config = ExactHippodrome(30.0);
   config.vehicle.drag.head<2>().setConstant(-0.5);
   config.detector.sigma_factor = 0.01;
@@ -92,12 +92,12 @@ TEST(Uncertainty, StatusTellsWhatTheFlightShowsWhateverThePrior) {
   const int tau = static_cast<int>(flight.data.passes.size());
   const WindowEstimate wide = SolveWindow(flight.data, options, tau, PriorMeans(options));
   ASSERT_EQ(Find(wide, "K_x").status, "identified");
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     options.priors[i].mean = wide.parameters[i].value;
     options.priors[i].sigma = 0.3 * wide.parameters[i].sigma;
   }
   const WindowEstimate tight = SolveWindow(flight.data, options, tau, PriorMeans(options));
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < kMotionSize; ++i) {
     EXPECT_LE(tight.parameters[i].sigma, 0.31 * wide.parameters[i].sigma);
     EXPECT_EQ(tight.parameters[i].status, wide.parameters[i].status) << wide.parameters[i].name;
   }

@@ -35,7 +35,8 @@ inline Eigen::Matrix<double, kThetaSize, 1> Physical(const ParameterScaling& sca
                                                      const double* theta, const double* drift) {
   Eigen::Matrix<double, kThetaSize, 1> x;
   for (int i = 0; i < kThetaSize; ++i) {
-    const double added = i >= 3 && i < 6 ? drift[i - 3] : 0.0;
+    const bool ahrs = kTheta[i].group == ParameterGroup::kAhrsError;
+    const double added = ahrs ? drift[i - kAhrsInTheta] : 0.0;
     x[i] = scaling.mean[i] + scaling.sigma[i] * (theta[i] + added);
   }
   return x;
@@ -50,10 +51,13 @@ inline Eigen::Quaterniond Turn(double phi, double theta, double psi) {
 // dv_E/dt by eq. 15.
 template <class Parameters>
 Eigen::Vector3d Acceleration(const Parameters& x, const Drive& drive, const Eigen::Vector3d& v_E) {
-  const Eigen::Quaterniond q_E_B =
-      Turn(x[3], x[4], x[5]) * Eigen::Quaterniond(drive.R_Ep_I) * Turn(x[6], x[7], x[8]);
+  constexpr int kE = InTheta("phi_E_Ep"), kI = InTheta("phi_I_B");
+  const Eigen::Quaterniond q_E_B = Turn(x[kE], x[kE + 1], x[kE + 2]) *
+                                   Eigen::Quaterniond(drive.R_Ep_I) *
+                                   Turn(x[kI], x[kI + 1], x[kI + 2]);
   const Eigen::Vector3d v_B = q_E_B.conjugate() * v_E;
-  const Eigen::Vector3d f_B(x[0] * v_B.x(), x[1] * v_B.y(), drive.a_z - x[2]);
+  const Eigen::Vector3d f_B(x[InTheta("K_x")] * v_B.x(), x[InTheta("K_y")] * v_B.y(),
+                            drive.a_z - x[InTheta("b_az")]);
   return q_E_B * f_B + Eigen::Vector3d(0, 0, 9.81);
 }
 
@@ -89,8 +93,10 @@ inline Eigen::Vector3d ForceInImu(const DriveTrack& track, const ParameterScalin
   const Motion motion = Integrate(track, scaling, theta, drift, state, start, t);
   const Drive& drive = track.steps()[track.StepAt(t)].drive;
   const Eigen::Vector3d a = Acceleration(x, drive, motion.v) - Eigen::Vector3d(0, 0, 9.81);
-  const Eigen::Quaterniond q_E_I = Turn(x[3], x[4], x[5]) * Eigen::Quaterniond(drive.R_Ep_I);
-  return q_E_I.conjugate() * a + Eigen::Vector3d(x[9], x[10], 0.0);
+  constexpr int kE = InTheta("phi_E_Ep");
+  const Eigen::Quaterniond q_E_I =
+      Turn(x[kE], x[kE + 1], x[kE + 2]) * Eigen::Quaterniond(drive.R_Ep_I);
+  return q_E_I.conjugate() * a + Eigen::Vector3d(x[InTheta("b_ax")], x[InTheta("b_ay")], 0.0);
 }
 
 }  // namespace trueline::testing_window

@@ -141,7 +141,7 @@ TEST(TruthAtPass, WithoutMocapFollowsTheNextPassRobustly) {
 // The preintegrated chain against direct integration, over irregular times and a long stretch.
 TEST(MotionChain, AgreesWithDirectIntegration) {
   const DriveTrack track = DriveTrack::FromLog(testing_window::FlownLog(8.0), DriveOptions());
-  const double theta[9] = {-0.5, -0.7, 0.3, 0.03, -0.02, 0.05, -0.02, 0.04, 0.03};
+  const double theta[kMotionSize] = {-0.5, -0.7, 0.3, 0.03, -0.02, 0.05, -0.02, 0.04, 0.03};
   const MotionState<double> start{Vector3d(1, 2, -1), Vector3d(0.5, -1.0, 0.2)};
   const std::vector<TimeNs> times = {FromSeconds(0.5), FromSeconds(0.5073), FromSeconds(3.1),
                                      FromSeconds(7.9)};
