@@ -47,17 +47,11 @@ Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
 
 void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
-  const auto row = [&](const char* name, std::size_t count) {
-    if (count > 0)
-      fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
-  };
-  row("imu", log.imu.size());
-  row("attitude", log.attitude.size());
-  row("fixes", log.fixes.size());
-  row("mocap", log.mocap.size());
-  row("rotors", log.rotors.size());
-  row("motors", log.motors.size());
-  row("range", log.range.size());
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    if (samples.empty()) return;
+    fmt::print("{:<22} {:>10} {:>10.1f}\n", stream.name, samples.size(),
+               static_cast<double>(samples.size()) / truth.config.duration);
+  });
   fmt::print("\n{:<22} {:>10.2f}\n", "laps", truth.laps);
   fmt::print("{:<22} {:>10}\n", "passes", truth.passes);
   fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean,

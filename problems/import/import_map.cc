@@ -63,14 +63,17 @@ ImportMap ReadImportMap(const std::filesystem::path& path) {
   import.gravity = map.Get<double>("gravity", 9.81);
   if (!(import.gravity > 0.0)) map.Fail("gravity", "must be positive (m/s^2)");
   ReadInputs(map, &import);
-  ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), &import);
+  import.streams = ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), import.inputs);
   import.cut = ReadCut(map.ChildOrEmpty("cut"));
   import.gates = ReadGates(map);
   if (map.Has("vehicle")) import.vehicle = ReadVehicle(map.Child("vehicle"));
   if (map.Has("fixes_from_mocap")) {
     import.fixes_from_mocap = ReadFixesFromMocap(map.Child("fixes_from_mocap"));
-    if (!import.mocap) map.Fail("fixes_from_mocap", "needs the stream 'mocap'; add it");
-    if (import.fixes) map.Fail("fixes_from_mocap", "the map has the stream 'fixes'; keep one");
+    if (!import.streams.contains("mocap"))
+      map.Fail("fixes_from_mocap", "needs the stream 'mocap'; add it");
+    if (import.streams.contains("fixes")) {
+      map.Fail("fixes_from_mocap", "the map has the stream 'fixes'; keep one");
+    }
   }
   map.Finish();
   return import;
