@@ -13,7 +13,7 @@
 #include "problems/common/error.h"
 #include "problems/common/units.h"
 #include "problems/log/native_log.h"
-#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 
@@ -78,7 +78,7 @@ int RunRotorFlight(const YamlMap& map) {
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
   WriteNativeLog(log, FLAGS_out);
   WriteFileAtomically(TruthPath(FLAGS_out),
-                      RotorTruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
+                      TruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
   if (!FLAGS_quiet) {
     fmt::print("{} IMU samples, {} poses; {:.3f} m off the trajectory (RMS)\n", log.imu.size(),
                log.pose.size(), truth.path_error_rms);

@@ -68,8 +68,9 @@ class SourceReader {
     sources_->push_back({field.key, {}, SourceAttitude(map_, axes_)});
   }
   void operator()(const Field& field, double) const {
-    const bool is_stream = *field.key == '\0';
-    Add(field, NumberSource::Single(is_stream ? map_ : map_.Child(field.key), field.unit));
+    const bool of_stream = *field.key == '\0';
+    Add(field, of_stream ? NumberSource::Single(map_, field.unit)
+                         : NumberSource::Single(map_.Child(field.key), field.unit));
   }
   void operator()(const Field& field, int) const {
     Add(field, map_.Has(field.key) ? NumberSource::Single(map_.Child(field.key), field.unit)

@@ -45,4 +45,7 @@ inline Quaterniond RotationByVector(const Vector3d& angle) {
   return Quaterniond(Eigen::AngleAxisd(norm, angle / norm));
 }
 
+// Twice the vector part, on the shorter way: the rotation vector (rad) of a small or moderate turn.
+inline Vector3d SmallTurn(const Quaterniond& q) { return (q.w() < 0.0 ? -2.0 : 2.0) * q.vec(); }
+
 }  // namespace trueline::simulation

@@ -4,6 +4,13 @@
 
 namespace trueline::simulation {
 
+PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
+                       double attitude_sigma, Random* random) {
+  const Vector3d shift = position_sigma * random->NormalVector3();
+  const Vector3d turn = attitude_sigma * random->NormalVector3();
+  return {FromSeconds(t), p_E + shift, q_E * RotationByVector(turn)};
+}
+
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log) {
   double latency = 0.0;
@@ -20,9 +27,8 @@ void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint
   Random random(seed, "mocap");
   for (const double t : StreamTimes(config.mocap.rate, config.duration)) {
     const TruePose pose = truth.At(t);
-    const Vector3d shift = config.mocap.position_sigma * random.NormalVector3();
-    const Vector3d turn = config.mocap.attitude_sigma * random.NormalVector3();
-    log->mocap.push_back({FromSeconds(t), pose.p_E + shift, pose.q_E_B * RotationByVector(turn)});
+    log->mocap.push_back(MeasurePose(t, pose.p_E, pose.q_E_B, config.mocap.position_sigma,
+                                     config.mocap.attitude_sigma, &random));
   }
 }
 

@@ -6,6 +6,10 @@
 
 namespace trueline::simulation {
 
+// A pose sensor's sample of the pose `p_E`, `q_E` at `t` (s); sigmas in m and rad.
+PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
+                       double attitude_sigma, Random* random);
+
 // The AHRS's attitude, delayed by the effects' latency.
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log);
