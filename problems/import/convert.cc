@@ -59,11 +59,8 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
 // The straights: given for the first pattern that matches the file's name, or found by curvature.
 std::vector<Straight> StraightsOf(const FixesFromMocap& options, const std::string& file,
                                   const std::vector<PoseSample>& mocap) {
-  std::vector<std::string> patterns;
-  for (const StraightsMap& straights : options.straights) patterns.push_back(straights.pattern);
-  const auto fitting = FirstFitting(patterns, file);
   for (const StraightsMap& straights : options.straights) {
-    if (!fitting || straights.pattern != *fitting) continue;
+    if (!Fits(straights.pattern, file)) continue;
     if (straights.boxes.empty()) return FindStraights(mocap, straights.curvature, options.limits);
     return StraightsInBoxes(mocap, straights.boxes, options.limits);
   }

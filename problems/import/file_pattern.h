@@ -1,14 +1,11 @@
 // Settings that hold for some files only.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
 namespace trueline {
 
-// The first of `patterns` (with * and ?) that matches the file's name without its folder.
-std::optional<std::string> FirstFitting(const std::vector<std::string>& patterns,
-                                        const std::string& path);
+// Whether `pattern` (with * and ?) matches the file's name without its folder.
+bool Fits(const std::string& pattern, const std::string& path);
 
 }  // namespace trueline

@@ -14,12 +14,9 @@ namespace {
 class StampReader {
  public:
   StampReader(const TimeSource& time, const std::string& file) : time_(time) {
-    std::vector<std::string> patterns;
-    for (const auto& [pattern, offset] : time.offset_by_file) patterns.push_back(pattern);
-    const auto fitting = FirstFitting(patterns, file);
-    for (const auto& [pattern, offset] : time.offset_by_file) {
-      if (fitting && pattern == *fitting) offset_ = FromSeconds(offset);
-    }
+    const auto found = std::find_if(time.offset_by_file.begin(), time.offset_by_file.end(),
+                                    [&](const auto& entry) { return Fits(entry.first, file); });
+    if (found != time.offset_by_file.end()) offset_ = FromSeconds(found->second);
   }
 
   void Bind(const ForeignCsv& csv) { time_.column.Bind(csv); }

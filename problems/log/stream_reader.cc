@@ -119,16 +119,14 @@ void StreamReader::CheckStatedUnits() const {
 
 bool StreamReader::Next() {
   std::string_view line;
-  do {
-    if (!lines_.Next(&line)) return false;
-  } while (TrimmedField(line).empty());
+  if (!lines_.NextFilled(&line)) return false;
   if (row_bytes_ == 0) row_bytes_ = line.size() + 1;
   const TimeNs previous = time_;
   SplitFields(line, ',', &fields_);
   if (!ParseRow()) {
     const bool short_row = fields_.size() < names_.size();
     if (!lines_.AtEnd() || (lines_.terminated() && !short_row)) FailRow();
-    WarnCutOff();
+    warnings_->push_back(lines_.CutOff());
     return false;
   }
   CheckRow(previous);
@@ -190,13 +188,8 @@ void StreamReader::Fail(const std::string& column, const std::string& message) c
 
 bool StreamReader::DropAsCutOff() {
   if (lines_.terminated() || !lines_.AtEnd()) return false;
-  WarnCutOff();
+  warnings_->push_back(lines_.CutOff());
   return true;
-}
-
-void StreamReader::WarnCutOff() {
-  warnings_->push_back(
-      fmt::format("{}:{}: the last line is cut off; it is dropped", lines_.file(), line()));
 }
 
 std::size_t StreamReader::EstimatedRows() const {

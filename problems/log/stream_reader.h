@@ -52,7 +52,6 @@ class StreamReader {
   bool ParseRow();
   void CheckRow(TimeNs previous) const;
   [[noreturn]] void FailRow() const;
-  void WarnCutOff();
   std::string_view Field(int index) const;
 
   LineReader lines_;

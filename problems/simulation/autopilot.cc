@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/simulation/attitude_for_thrust.h"
-
 namespace trueline::simulation {
 
 Autopilot::Autopilot(const VehicleConfig& vehicle, const AutopilotConfig& config, double gravity)

@@ -12,23 +12,6 @@ namespace trueline {
 namespace simulation {
 namespace {
 
-EffectSetting ReadEffect(const YamlMap& map) {
-  EffectSetting effect;
-  effect.id = map.Get<std::string>("id");
-  const EffectDefinition* definition = FindEffect(effect.id);
-  if (definition == nullptr) {
-    map.Fail("id", fmt::format("unknown effect '{}'; use one of: {}", effect.id,
-                               fmt::join(EffectIds(), ", ")));
-  }
-  for (const EffectParameter& parameter : definition->parameters) {
-    effect.values[parameter.name] = parameter.fallback
-                                        ? map.Get<double>(parameter.name, *parameter.fallback)
-                                        : map.Get<double>(parameter.name);
-  }
-  map.Finish();
-  return effect;
-}
-
 void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
   const std::vector<std::string> known = TunableNames(*config);
   for (const std::string& key : map.Keys()) {
@@ -59,7 +42,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   config.imu = ReadImu(map.ChildOrEmpty("imu"));
   config.ahrs = ReadAhrs(map.ChildOrEmpty("ahrs"));
   config.detector = ReadDetector(map.ChildOrEmpty("detector"));
-  ReadStreams(map, &config);
+  ReadSensors(map, &config.sensors);
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }

@@ -15,6 +15,5 @@ TurbulenceConfig ReadTurbulence(const YamlMap& map);
 ImuConfig ReadImu(const YamlMap& map);
 AhrsConfig ReadAhrs(const YamlMap& map);
 DetectorConfig ReadDetector(const YamlMap& map);
-void ReadStreams(const YamlMap& map, SimulationConfig* config);
 
 }  // namespace trueline::simulation

@@ -195,6 +195,23 @@ const EffectDefinition* FindEffect(const std::string& id) {
   return nullptr;
 }
 
+EffectSetting ReadEffect(const YamlMap& map) {
+  EffectSetting effect;
+  effect.id = map.Get<std::string>("id");
+  const EffectDefinition* definition = FindEffect(effect.id);
+  if (definition == nullptr) {
+    map.Fail("id", fmt::format("unknown effect '{}'; use one of: {}", effect.id,
+                               fmt::join(EffectIds(), ", ")));
+  }
+  for (const EffectParameter& parameter : definition->parameters) {
+    effect.values[parameter.name] = parameter.fallback
+                                        ? map.Get<double>(parameter.name, *parameter.fallback)
+                                        : map.Get<double>(parameter.name);
+  }
+  map.Finish();
+  return effect;
+}
+
 Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity) {
   Stages stages;
   for (const EffectSetting& effect : effects) {

@@ -103,6 +103,9 @@ std::vector<std::string> EffectIds();
 // Null for an unknown id.
 const EffectDefinition* FindEffect(const std::string& id);
 
+// One entry of `effects:`, {id: wind, w_x: 1, w_y: 0}. Throws InputError naming file, line and key.
+EffectSetting ReadEffect(const YamlMap& map);
+
 // Throws InputError for an unknown id or a missing or unknown parameter.
 Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity);
 

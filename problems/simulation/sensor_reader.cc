@@ -87,21 +87,4 @@ DetectorConfig ReadDetector(const YamlMap& map) {
   return detector;
 }
 
-// The streams with rate and noise only.
-void ReadStreams(const YamlMap& map, SimulationConfig* config) {
-  const YamlMap mocap = map.ChildOrEmpty("mocap");
-  ReadNotNegative(mocap, "rate", &config->mocap.rate);
-  ReadNotNegative(mocap, "position_sigma", &config->mocap.position_sigma);
-  ReadNotNegative(mocap, "attitude_sigma", &config->mocap.attitude_sigma);
-  mocap.Finish();
-  const YamlMap rotors = map.ChildOrEmpty("rotors");
-  ReadNotNegative(rotors, "rate", &config->rotors.rate);
-  ReadNotNegative(rotors, "sigma", &config->rotors.sigma);
-  rotors.Finish();
-  const YamlMap range = map.ChildOrEmpty("range");
-  ReadNotNegative(range, "rate", &config->range.rate);
-  ReadNotNegative(range, "sigma", &config->range.sigma);
-  range.Finish();
-}
-
 }  // namespace trueline::simulation

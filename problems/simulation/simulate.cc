@@ -92,9 +92,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
       &log);
 
   LogAttitude(config, setup.stages, trajectory, &log);
-  LogMocap(config, trajectory, seed, &log);
-  LogRotors(config, trajectory, seed, &log);
-  LogRange(config, trajectory, seed, &log);
+  LogSensors(config, trajectory, seed, &log);
   GateCamera camera(config.detector, course.gates, setup.stages, seed);
   log.fixes = camera.Fixes(trajectory);
   if (truth == nullptr) return log;

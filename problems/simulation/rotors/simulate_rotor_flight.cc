@@ -249,19 +249,12 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");
   }
   for (const YamlMap& entry : map.Children("effects")) {
-    simulation::EffectSetting effect;
-    for (const std::string& key : entry.Keys()) {
-      if (key == "id") continue;
-      effect.values[key] = entry.Get<double>(key);
-    }
-    effect.id = entry.Get<std::string>("id");
-    entry.Finish();
+    const simulation::EffectSetting effect = simulation::ReadEffect(entry);
     if (effect.id == "ground_effect" && config->height == 0.0) {
       entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
     }
     config->effects.push_back(effect);
   }
-  simulation::HangEffects(config->effects, 9.81);  // throws for unknown effects before any flight
   map.Finish();
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/simulation/attitude_for_thrust.h"
-
 namespace trueline::simulation {
 TrajectoryTracker::TrajectoryTracker(const RotorFlight& flight, double gravity, double step,
                                      double min_speed, double max_speed, double lag,
