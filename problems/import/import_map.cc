@@ -1,6 +1,6 @@
 #include "problems/import/import_map.h"
 
-#include <algorithm>
+#include <fnmatch.h>
 
 #include "problems/common/error.h"
 #include "problems/import/read_fixes_from_mocap.h"
@@ -53,6 +53,10 @@ void ReadInputs(const YamlMap& map, ImportMap* import) {
 }
 
 }  // namespace
+
+bool Fits(const std::string& pattern, const std::string& path) {
+  return fnmatch(pattern.c_str(), std::filesystem::path(path).filename().c_str(), 0) == 0;
+}
 
 ImportMap ReadImportMap(const std::filesystem::path& path) {
   const YamlMap map = YamlMap::FromFile(path);

@@ -51,7 +51,6 @@
 
 #include "problems/course/fix_sampler.h"
 #include "problems/course/straight.h"
-#include "problems/import/file_pattern.h"
 #include "problems/import/row_filter.h"
 #include "problems/import/source.h"
 #include "problems/log/flight_log.h"
@@ -121,6 +120,9 @@ struct ImportMap {
   std::optional<FixesFromMocap> fixes_from_mocap;
   std::map<std::string, StreamMap> streams;  // by name
 };
+
+// Whether `pattern` (with * and ?) matches a file's name without its folder.
+bool Fits(const std::string& pattern, const std::string& path);
 
 // Throws InputError naming file, line and key.
 ImportMap ReadImportMap(const std::filesystem::path& path);

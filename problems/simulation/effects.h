@@ -92,7 +92,7 @@ class EffectValues {
 struct EffectDefinition {
   std::string id;
   std::vector<EffectParameter> parameters;
-  std::function<void(const EffectValues&, double gravity, Stages*)> hang;
+  std::function<void(const EffectValues&, double gravity, Stages*)> add;
 };
 
 const std::vector<EffectDefinition>& ImuDrivenEffects();
@@ -107,6 +107,6 @@ const EffectDefinition* FindEffect(const std::string& id);
 EffectSetting ReadEffect(const YamlMap& map);
 
 // Throws InputError for an unknown id or a missing or unknown parameter.
-Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity);
+Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity);
 
 }  // namespace trueline::simulation

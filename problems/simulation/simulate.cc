@@ -58,7 +58,7 @@ FlightSetup MakeSetup(const SimulationConfig& config) {
   setup.imu = config.imu;
   setup.ahrs = config.ahrs;
   setup.gravity = config.gravity;
-  setup.stages = HangEffects(config.effects, config.gravity);
+  setup.stages = StagesWith(config.effects, config.gravity);
   const double rate = config.imu.rate;
   setup.first = -static_cast<int>(std::ceil(config.warm_up * rate));
   setup.last = static_cast<int>(StreamTimes(rate, config.duration).size()) - 1;

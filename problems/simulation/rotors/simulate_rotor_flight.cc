@@ -45,7 +45,7 @@ simulation::Stages MakeStages(const RotorSimulation& config) {
   std::vector<simulation::EffectSetting> effects = config.effects;
   const Vector3d arm = Parameter(config, Model::kImuArm) - Parameter(config, Model::kCentre);
   effects.push_back({"imu_lever_arm", {{"r_x", arm.x()}, {"r_y", arm.y()}, {"r_z", arm.z()}}});
-  return simulation::HangEffects(effects, config.vehicle.model.gravity());
+  return simulation::StagesWith(effects, config.vehicle.model.gravity());
 }
 
 simulation::ImuConfig MakeImu(const RotorSimulation& config) {
