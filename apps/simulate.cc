@@ -13,7 +13,7 @@
 #include "problems/common/error.h"
 #include "problems/common/units.h"
 #include "problems/log/native_log.h"
-#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
 
@@ -47,17 +47,11 @@ Then: trueline-calibrate --log=/tmp/flight --out=/tmp/result)";
 
 void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
   fmt::print("{:<22} {:>10} {:>10}\n", "stream", "samples", "Hz");
-  const auto row = [&](const char* name, std::size_t count) {
-    if (count > 0)
-      fmt::print("{:<22} {:>10} {:>10.1f}\n", name, count, count / truth.config.duration);
-  };
-  row("imu", log.imu.size());
-  row("attitude", log.attitude.size());
-  row("fixes", log.fixes.size());
-  row("mocap", log.mocap.size());
-  row("rotors", log.rotors.size());
-  row("motors", log.motors.size());
-  row("range", log.range.size());
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    if (samples.empty()) return;
+    fmt::print("{:<22} {:>10} {:>10.1f}\n", stream.name, samples.size(),
+               static_cast<double>(samples.size()) / truth.config.duration);
+  });
   fmt::print("\n{:<22} {:>10.2f}\n", "laps", truth.laps);
   fmt::print("{:<22} {:>10}\n", "passes", truth.passes);
   fmt::print("{:<22} {:>10.2f} (largest {:.2f})\n", "speed [m/s]", truth.speed_mean,
@@ -84,7 +78,7 @@ int RunRotorFlight(const YamlMap& map) {
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
   WriteNativeLog(log, FLAGS_out);
   WriteFileAtomically(TruthPath(FLAGS_out),
-                      RotorTruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
+                      TruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
   if (!FLAGS_quiet) {
     fmt::print("{} IMU samples, {} poses; {:.3f} m off the trajectory (RMS)\n", log.imu.size(),
                log.pose.size(), truth.path_error_rms);

@@ -11,7 +11,7 @@
 #include "problems/design/evolve.h"
 #include "problems/design/overtones.h"
 #include "problems/rotor_calibration/considered.h"
-#include "problems/rotor_simulation/flown.h"
+#include "problems/simulation/rotors/flown.h"
 
 namespace trueline {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "problems/rotor_calibration/rotor_calibration.h"
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 #include "problems/trajectory/piecewise_polynomial.h"
 
 namespace trueline {

@@ -8,7 +8,7 @@
 #include "problems/common/strict_yaml.h"
 #include "problems/design/design.h"
 #include "problems/rotor_calibration/rotor_calibration.h"
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 namespace trueline {
 

@@ -3,30 +3,25 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
 #include "problems/import/cut.h"
-#include "problems/import/stream_takers.h"
+#include "problems/import/stream_import.h"
 
 namespace trueline {
 namespace {
 
 // Reads the rows of one file for the streams that come from it.
 void ReadFile(const std::string& file, const CsvDialect& dialect,
-              const std::vector<RowTaker*>& takers, std::vector<std::string>* warnings) {
+              const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
   ForeignCsv csv(file, dialect, warnings);
-  bool bound = false;
-  while (csv.Next()) {
-    for (RowTaker* taker : takers) {
-      if (!bound) taker->Bind(csv);
-      taker->Take(csv);
-    }
-    bound = true;
+  bool any = false;
+  for (; csv.Next(); any = true) {
+    for (StreamImport* stream : streams) stream->AddRow(csv);
   }
-  if (!bound) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
-  for (RowTaker* taker : takers) taker->Finish(warnings);
+  if (!any) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
+  for (StreamImport* stream : streams) stream->Finish(warnings);
 }
 
 void RequireOneFileForEachInput(const ImportMap& map, const std::vector<std::string>& files) {
@@ -64,11 +59,8 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
 // The straights: given for the first pattern that matches the file's name, or found by curvature.
 std::vector<Straight> StraightsOf(const FixesFromMocap& options, const std::string& file,
                                   const std::vector<PoseSample>& mocap) {
-  std::vector<std::string> patterns;
-  for (const StraightsMap& straights : options.straights) patterns.push_back(straights.pattern);
-  const auto fitting = FirstFitting(patterns, file);
   for (const StraightsMap& straights : options.straights) {
-    if (!fitting || straights.pattern != *fitting) continue;
+    if (!Fits(straights.pattern, file)) continue;
     if (straights.boxes.empty()) return FindStraights(mocap, straights.curvature, options.limits);
     return StraightsInBoxes(mocap, straights.boxes, options.limits);
   }
@@ -95,11 +87,11 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
   RequireOneFileForEachInput(map, files);
   FlightLog log;
   Describe(map, files, &log);
-  const std::vector<StreamTaker> takers = MakeTakers(map, files, options.fix_sigma, &log);
+  const auto imports = MakeImports(map, files, options.fix_sigma, &log);
   for (std::size_t i = 0; i < files.size(); ++i) {
-    std::vector<RowTaker*> of_file;
-    for (const StreamTaker& taker : takers) {
-      if (taker.input == i) of_file.push_back(taker.taker.get());
+    std::vector<StreamImport*> of_file;
+    for (const auto& stream : imports) {
+      if (stream->input() == i) of_file.push_back(stream.get());
     }
     ReadFile(files[i], map.inputs[i].dialect, of_file, &log.warnings);
   }

@@ -39,11 +39,6 @@ Span AirborneSpan(const CutOptions& options, const std::vector<PoseSample>& moca
   return {first->t + margin, last->t - margin};
 }
 
-template <class Sample>
-void CutStream(const Span& span, std::vector<Sample>* samples) {
-  std::erase_if(*samples, [&](const Sample& s) { return s.t < span.from || s.t > span.to; });
-}
-
 }  // namespace
 
 void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* log) {
@@ -57,15 +52,9 @@ void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* l
   }
   const TimeNs start = log->imu.front().t;
   const TimeNs end = log->imu.back().t;
-  CutStream(span, &log->imu);
-  CutStream(span, &log->attitude);
-  CutStream(span, &log->fixes);
-  CutStream(span, &log->pose);
-  CutStream(span, &log->mocap);
-  CutStream(span, &log->rotors);
-  CutStream(span, &log->motors);
-  CutStream(span, &log->battery);
-  CutStream(span, &log->range);
+  ForEachStream(*log, [&](const Stream&, auto& samples) {
+    std::erase_if(samples, [&](const auto& s) { return s.t < span.from || s.t > span.to; });
+  });
   if (log->imu.empty()) {
     throw ErrorAt(map_file, 0,
                   fmt::format("'cut' leaves nothing of the IMU, which lasts from {} s "

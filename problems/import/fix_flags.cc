@@ -46,10 +46,12 @@ std::optional<FixesFromMocap> OverrideFixes(const ImportMap& map, const FixFlags
   }
   if (!asked) return map.fixes_from_mocap;
   sampler.Check();
-  if (map.fixes) {
+  if (map.streams.contains("fixes")) {
     throw InputError(map.file + " reads real fixes; flags of sampled ones don't go with it");
   }
-  if (!map.mocap) throw InputError(map.file + " reads no mocap to sample fixes from");
+  if (!map.streams.contains("mocap")) {
+    throw InputError(map.file + " reads no mocap to sample fixes from");
+  }
   return fixes;
 }
 

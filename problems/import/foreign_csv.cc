@@ -38,15 +38,12 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
 
 bool ForeignCsv::Next() {
   std::string_view line;
-  do {
-    if (!lines_.Next(&line)) return false;
-  } while (TrimmedField(line).empty());
+  if (!lines_.NextFilled(&line)) return false;
   SplitFields(line, delimiter_, &fields_);
   missing_ = -1;
   if (width_ == 0) width_ = fields_.size();
   if (fields_.size() < width_ && lines_.AtEnd()) {
-    warnings_->push_back(
-        fmt::format("{}:{}: the last line is cut off; it is dropped", file(), this->line()));
+    warnings_->push_back(lines_.CutOff());
     return false;
   }
   if (fields_.size() != width_) {

@@ -1,6 +1,6 @@
 #include "problems/import/import_map.h"
 
-#include <algorithm>
+#include <fnmatch.h>
 
 #include "problems/common/error.h"
 #include "problems/import/read_fixes_from_mocap.h"
@@ -54,6 +54,10 @@ void ReadInputs(const YamlMap& map, ImportMap* import) {
 
 }  // namespace
 
+bool Fits(const std::string& pattern, const std::string& path) {
+  return fnmatch(pattern.c_str(), std::filesystem::path(path).filename().c_str(), 0) == 0;
+}
+
 ImportMap ReadImportMap(const std::filesystem::path& path) {
   const YamlMap map = YamlMap::FromFile(path);
   ImportMap import;
@@ -63,14 +67,17 @@ ImportMap ReadImportMap(const std::filesystem::path& path) {
   import.gravity = map.Get<double>("gravity", 9.81);
   if (!(import.gravity > 0.0)) map.Fail("gravity", "must be positive (m/s^2)");
   ReadInputs(map, &import);
-  ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), &import);
+  import.streams = ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), import.inputs);
   import.cut = ReadCut(map.ChildOrEmpty("cut"));
   import.gates = ReadGates(map);
   if (map.Has("vehicle")) import.vehicle = ReadVehicle(map.Child("vehicle"));
   if (map.Has("fixes_from_mocap")) {
     import.fixes_from_mocap = ReadFixesFromMocap(map.Child("fixes_from_mocap"));
-    if (!import.mocap) map.Fail("fixes_from_mocap", "needs the stream 'mocap'; add it");
-    if (import.fixes) map.Fail("fixes_from_mocap", "the map has the stream 'fixes'; keep one");
+    if (!import.streams.contains("mocap"))
+      map.Fail("fixes_from_mocap", "needs the stream 'mocap'; add it");
+    if (import.streams.contains("fixes")) {
+      map.Fail("fixes_from_mocap", "the map has the stream 'fixes'; keep one");
+    }
   }
   map.Finish();
   return import;

@@ -39,18 +39,18 @@
 //       "*": {curvature: {max_curvature: 0.3, flattest_share: 0.4}}
 //
 // A column is given by name, by number from 1, or as {constant: value in SI}. Values become scale *
-// unit * column + offset. `accel` may be given in earth axes: its `attitude` (quaternion or euler)
-// rotates it back. Unknown keys are errors.
+// unit * column + offset. `accel` and `gyro` may be given in earth axes: their `attitude`
+// (quaternion or euler) rotates them back. Unknown keys are errors.
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "problems/course/fix_sampler.h"
 #include "problems/course/straight.h"
-#include "problems/import/file_pattern.h"
 #include "problems/import/row_filter.h"
 #include "problems/import/source.h"
 #include "problems/log/flight_log.h"
@@ -72,38 +72,22 @@ struct InputMap {
   bool drop_unsorted = false;
 };
 
-// Settings common to all streams.
+// Where the values of one field of a stream come from.
+struct FieldSource {
+  std::string key;       // of Field
+  NumberSource numbers;  // in the source's axes
+  // An attitude's source, or that of the attitude in which a body vector is given in earth axes.
+  std::optional<SourceAttitude> attitude;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // from the source's to the native ones
+};
+
 struct StreamMap {
   std::size_t input = 0;  // index of InputMap
   TimeSource time;
   bool drop_unsorted = false;
   bool skip_missing = false;  // skip rows with a missing value instead of an error
   RowFilter filter;
-};
-
-struct ImuMap : StreamMap {
-  ArraySource accel, gyro;
-  Eigen::Matrix3d accel_axes, gyro_axes;  // to FRD, or to NED for accel in earth axes
-  std::optional<SourceAttitude> accel_attitude;
-};
-struct AttitudeMap : StreamMap {
-  SourceAttitude attitude;
-};
-struct FixMap : StreamMap {
-  ArraySource position;
-  Eigen::Matrix3d axes;
-  ScalarSource sigma, gate;
-};
-struct PoseMap : StreamMap {
-  ArraySource position;
-  Eigen::Matrix3d axes;
-  SourceAttitude attitude;
-};
-struct ChannelsMap : StreamMap {
-  ArraySource values;
-};
-struct ScalarMap : StreamMap {
-  ScalarSource value;
+  std::vector<FieldSource> fields;  // in the order of the stream's declaration
 };
 
 struct CutOptions {
@@ -134,14 +118,11 @@ struct ImportMap {
   std::optional<Vehicle> vehicle;
   CutOptions cut;
   std::optional<FixesFromMocap> fixes_from_mocap;
-
-  std::optional<ImuMap> imu;
-  std::optional<AttitudeMap> attitude;
-  std::optional<FixMap> fixes;
-  std::optional<PoseMap> pose, mocap;
-  std::optional<ChannelsMap> rotors, motors;
-  std::optional<ScalarMap> battery, range;
+  std::map<std::string, StreamMap> streams;  // by name
 };
+
+// Whether `pattern` (with * and ?) matches a file's name without its folder.
+bool Fits(const std::string& pattern, const std::string& path);
 
 // Throws InputError naming file, line and key.
 ImportMap ReadImportMap(const std::filesystem::path& path);

@@ -5,8 +5,6 @@
 namespace trueline {
 namespace {
 
-using Inputs = std::vector<InputMap>;
-
 void ReadOffset(const YamlMap& map, TimeSource* time) {
   const YAML::Node node = map.RawNode("offset");
   if (!map.Has("offset")) return;
@@ -20,7 +18,7 @@ void ReadOffset(const YamlMap& map, TimeSource* time) {
   }
 }
 
-std::size_t ReadInputName(const YamlMap& map, const Inputs& inputs) {
+std::size_t ReadInputName(const YamlMap& map, const std::vector<InputMap>& inputs) {
   std::vector<std::string> names;
   for (const InputMap& input : inputs) names.push_back(input.name);
   const std::string name = map.GetChoice("input", names, names.front());
@@ -30,8 +28,8 @@ std::size_t ReadInputName(const YamlMap& map, const Inputs& inputs) {
   return 0;
 }
 
-// The part that all streams share.
-StreamMap ReadStream(const YamlMap& map, const Inputs& inputs) {
+// The settings that all streams share.
+StreamMap ReadSettings(const YamlMap& map, const std::vector<InputMap>& inputs) {
   StreamMap stream;
   stream.input = ReadInputName(map, inputs);
   stream.time = map.Has("time") ? ReadTimeSource(map.Child("time")) : inputs[stream.input].time;
@@ -46,53 +44,51 @@ StreamMap ReadStream(const YamlMap& map, const Inputs& inputs) {
   return stream;
 }
 
-ImuMap ReadImu(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  ImuMap imu{ReadStream(map, inputs), {}, {}, {}, {}, {}};
-  const YamlMap accel = map.Child("accel");
-  const YamlMap gyro = map.Child("gyro");
-  const SourceAxes own = ReadAxes(map, axes);
-  const SourceAxes accel_axes = ReadAxes(accel, own);
-  imu.accel = ArraySource(accel, Dimension::kAcceleration, 3);
-  imu.gyro = ArraySource(gyro, Dimension::kAngularRate, 3);
-  imu.accel_axes = accel_axes.body;
-  imu.gyro_axes = ReadAxes(gyro, own).body;
-  if (accel.Has("attitude")) {
-    const YamlMap attitude = accel.Child("attitude");
-    imu.accel_axes = accel_axes.earth;
-    imu.accel_attitude = SourceAttitude(attitude, accel_axes);
-    attitude.Finish();
+// Archive that reads the source of each field from the stream's part of a map.
+class SourceReader {
+ public:
+  SourceReader(const YamlMap& map, const SourceAxes& axes, std::vector<FieldSource>* sources)
+      : map_(map), axes_(axes), sources_(sources) {}
+
+  // A vector may have axes of its own beside those of the stream's attitude.
+  void operator()(const Field& field, const Eigen::Vector3d&) const {
+    const YamlMap map = map_.Child(field.key);
+    const SourceAxes own = ReadAxes(map, ReadAxes(map_, axes_));
+    FieldSource source{field.key, NumberSource(map, field.unit, 3), {}, own.earth};
+    if (field.axes == Axes::kBody && !map.Has("attitude")) source.axes = own.body;
+    if (field.axes == Axes::kBody && map.Has("attitude")) {
+      const YamlMap attitude = map.Child("attitude");
+      source.attitude = SourceAttitude(attitude, own);
+      attitude.Finish();
+    }
+    map.Finish();
+    sources_->push_back(source);
   }
-  accel.Finish();
-  gyro.Finish();
-  return imu;
-}
+  void operator()(const Field& field, const Eigen::Quaterniond&) const {
+    sources_->push_back({field.key, {}, SourceAttitude(map_, axes_)});
+  }
+  void operator()(const Field& field, double) const {
+    const bool of_stream = *field.key == '\0';
+    Add(field, of_stream ? NumberSource::Single(map_, field.unit)
+                         : NumberSource::Single(map_.Child(field.key), field.unit));
+  }
+  void operator()(const Field& field, int) const {
+    Add(field, map_.Has(field.key) ? NumberSource::Single(map_.Child(field.key), field.unit)
+                                   : NumberSource(0.0));
+  }
+  void operator()(const Field& field, const std::vector<double>&) const {
+    Add(field, NumberSource(map_, field.unit, 0));
+  }
 
-AttitudeMap ReadAttitude(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  return {ReadStream(map, inputs), SourceAttitude(map, axes)};
-}
+ private:
+  void Add(const Field& field, const NumberSource& numbers) const {
+    sources_->push_back({field.key, numbers, {}});
+  }
 
-// A position may have an `earth` of its own beside the attitude's.
-ArraySource ReadPosition(const YamlMap& map, const SourceAxes& axes, Eigen::Matrix3d* to_native) {
-  const YamlMap position = map.Child("position");
-  *to_native = ReadAxes(position, ReadAxes(map, axes)).earth;
-  ArraySource source(position, Dimension::kLength, 3);
-  position.Finish();
-  return source;
-}
-
-FixMap ReadFixes(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  FixMap fixes{ReadStream(map, inputs), {}, {}, {}, ScalarSource(0.0)};
-  fixes.position = ReadPosition(map, axes, &fixes.axes);
-  fixes.sigma = ScalarSource(map.Child("sigma"), Dimension::kLength);
-  if (map.Has("gate")) fixes.gate = ScalarSource(map.Child("gate"), Dimension::kNone);
-  return fixes;
-}
-
-PoseMap ReadPose(const YamlMap& map, const SourceAxes& axes, const Inputs& inputs) {
-  PoseMap pose{ReadStream(map, inputs), {}, {}, SourceAttitude(map, axes)};
-  pose.position = ReadPosition(map, axes, &pose.axes);
-  return pose;
-}
+  const YamlMap& map_;
+  const SourceAxes& axes_;
+  std::vector<FieldSource>* sources_;
+};
 
 }  // namespace
 
@@ -100,57 +96,33 @@ TimeSource ReadTimeSource(const YamlMap& map) {
   TimeSource time;
   map.Get<std::string>("column");
   time.column = SourceColumn(map.RawNode("column"), map.file());
-  const std::string unit = map.Get<std::string>("unit", "s");
-  const auto factor = UnitFactor(Dimension::kTime, unit);
-  if (!factor) {
-    map.Fail("unit", fmt::format("'{}' is not known here; use one of: {}", unit,
-                                 KnownUnits(Dimension::kTime)));
-  }
-  time.exponent = TimeExponent(*factor);
+  const double unit = ReadUnit(map, "s");
+  time.exponent = TimeExponent(unit);
   const auto scale = map.GetOptional<double>("scale");
   if (scale && !(*scale > 0.0)) map.Fail("scale", "must be positive");
-  if (scale) time.factor = *scale * *factor;
+  if (scale) time.factor = *scale * unit;
   ReadOffset(map, &time);
   map.Finish();
   return time;
 }
 
-void ReadStreamsMap(const YamlMap& map, const SourceAxes& axes, ImportMap* import) {
-  const Inputs& inputs = import->inputs;
-  // Reads one stream where the map has it; unknown keys inside are refused.
-  const auto read = [&](const char* name, auto* stream, const auto& reader) {
-    if (!map.Has(name)) {
-      map.RawNode(name);  // marks it as known, though absent
-      return;
-    }
-    const YamlMap child = map.Child(name);
-    stream->emplace(reader(child));
-    child.Finish();
-  };
-  const auto channels = [&](Dimension dimension) {
-    return [&inputs, dimension](const YamlMap& m) {
-      return ChannelsMap{ReadStream(m, inputs), ArraySource(m, dimension, 0)};
-    };
-  };
-  const auto scalar = [&](Dimension dimension) {
-    return [&inputs, dimension](const YamlMap& m) {
-      StreamMap stream = ReadStream(m, inputs);
-      return ScalarMap{std::move(stream), ScalarSource(m, dimension)};
-    };
-  };
-  const auto pose = [&](const YamlMap& m) { return ReadPose(m, axes, inputs); };
+std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const SourceAxes& axes,
+                                                const std::vector<InputMap>& inputs) {
+  std::map<std::string, StreamMap> streams;
   map.Child("imu");  // required: the error if absent
-  read("imu", &import->imu, [&](const YamlMap& m) { return ReadImu(m, axes, inputs); });
-  read("attitude", &import->attitude,
-       [&](const YamlMap& m) { return ReadAttitude(m, axes, inputs); });
-  read("fixes", &import->fixes, [&](const YamlMap& m) { return ReadFixes(m, axes, inputs); });
-  read("pose", &import->pose, pose);
-  read("mocap", &import->mocap, pose);
-  read("rotors", &import->rotors, channels(Dimension::kAngularRate));
-  read("motors", &import->motors, channels(Dimension::kNone));
-  read("battery", &import->battery, scalar(Dimension::kVoltage));
-  read("range", &import->range, scalar(Dimension::kLength));
+  const FlightLog log;
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    map.RawNode(stream.name);  // marks it as known, though absent
+    if (!map.Has(stream.name)) return;
+    const YamlMap child = map.Child(stream.name);
+    StreamMap& read = streams[stream.name] = ReadSettings(child, inputs);
+    SourceReader reader(child, axes, &read.fields);
+    const SampleOf<decltype(samples)> sample{};
+    sample.Describe(reader, sample, stream);
+    child.Finish();
+  });
   map.Finish();
+  return streams;
 }
 
 }  // namespace trueline

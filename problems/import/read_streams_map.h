@@ -7,7 +7,8 @@ namespace trueline {
 
 TimeSource ReadTimeSource(const YamlMap& map);
 
-// Reads every stream into `import`, whose inputs are known; `axes` are those of the whole map.
-void ReadStreamsMap(const YamlMap& map, const SourceAxes& axes, ImportMap* import);
+// Every stream that the map has, by name; `axes` are those of the whole map.
+std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const SourceAxes& axes,
+                                                const std::vector<InputMap>& inputs);
 
 }  // namespace trueline

@@ -7,13 +7,6 @@
 namespace trueline {
 namespace {
 
-double ReadUnit(const YamlMap& map, Dimension dimension) {
-  const std::string unit = map.Get<std::string>("unit", SiUnit(dimension));
-  if (const auto factor = UnitFactor(dimension, unit)) return *factor;
-  map.Fail("unit",
-           fmt::format("'{}' is not known here; use one of: {}", unit, KnownUnits(dimension)));
-}
-
 // One number for all columns, or one for each.
 std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, double fallback,
                                 std::size_t count) {
@@ -28,6 +21,12 @@ std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, doub
 }
 
 }  // namespace
+
+double ReadUnit(const YamlMap& map, const char* si) {
+  const std::string unit = map.Get<std::string>("unit", si);
+  if (const auto factor = UnitFactor(si, unit)) return *factor;
+  map.Fail("unit", fmt::format("'{}' is not known here; use one of: {}", unit, KnownUnits(si)));
+}
 
 SourceColumn::SourceColumn(const YAML::Node& node, const std::string& map_file)
     : where_(fmt::format("{}:{}", map_file, node.Mark().line + 1)) {
@@ -62,53 +61,42 @@ std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key
   return columns;
 }
 
-ScalarSource::ScalarSource(const YamlMap& map, Dimension dimension) {
-  if (map.Has("constant")) {
-    offset_ = map.Get<double>("constant");
-    bound_ = false;
-  } else {
-    map.Get<std::string>("column");
-    column_ = SourceColumn(map.RawNode("column"), map.file());
-    scale_ = map.Get<double>("scale", 1.0) * ReadUnit(map, dimension);
-    offset_ = map.Get<double>("offset", 0.0);
-  }
-  map.Finish();
-}
-
-void ScalarSource::Bind(const ForeignCsv& csv) {
-  if (bound_) column_.Bind(csv);
-}
-
-double ScalarSource::Value(const ForeignCsv& csv) const {
-  return bound_ ? scale_ * column_.Value(csv) + offset_ : offset_;
-}
-
-ArraySource::ArraySource(const YamlMap& map, Dimension dimension, int count)
+NumberSource::NumberSource(const YamlMap& map, const char* si, int count)
     : columns_(ReadColumns(map, "columns", count)),
       scale_(ReadForEach(map, "scale", 1.0, columns_.size())),
       offset_(ReadForEach(map, "offset", 0.0, columns_.size())) {
-  const double unit = ReadUnit(map, dimension);
+  const double unit = ReadUnit(map, si);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     // A constant is given in SI.
     scale_[i] = columns_[i].is_constant() ? 1.0 : scale_[i] * unit;
   }
 }
 
-void ArraySource::Bind(const ForeignCsv& csv) {
+NumberSource NumberSource::Single(const YamlMap& map, const char* si) {
+  if (map.Has("constant")) {
+    const NumberSource source(map.Get<double>("constant"));
+    map.Finish();
+    return source;
+  }
+  NumberSource source;
+  map.Get<std::string>("column");
+  source.columns_ = {SourceColumn(map.RawNode("column"), map.file())};
+  source.scale_ = {map.Get<double>("scale", 1.0) * ReadUnit(map, si)};
+  source.offset_ = {map.Get<double>("offset", 0.0)};
+  map.Finish();
+  return source;
+}
+
+void NumberSource::Bind(const ForeignCsv& csv) {
   for (SourceColumn& column : columns_) column.Bind(csv);
 }
 
-std::vector<double> ArraySource::Values(const ForeignCsv& csv) const {
+std::vector<double> NumberSource::Values(const ForeignCsv& csv) const {
   std::vector<double> values(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     values[i] = scale_[i] * columns_[i].Value(csv) + offset_[i];
   }
   return values;
-}
-
-Eigen::Vector3d ArraySource::Vector3(const ForeignCsv& csv) const {
-  const std::vector<double> values = Values(csv);
-  return {values[0], values[1], values[2]};
 }
 
 SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
@@ -126,7 +114,7 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
     columns_[i] = SourceColumn(columns.RawNode(key), map.file());
   }
   scale_ = columns.Get<double>("scale", 1.0);
-  if (!is_quaternion_) scale_ *= ReadUnit(columns, Dimension::kAngle);
+  if (!is_quaternion_) scale_ *= ReadUnit(columns, "rad");
   columns.Finish();
   const SourceAxes own = ReadAxes(map, axes);
   to_earth_ = Eigen::Quaterniond(own.earth);

@@ -17,6 +17,7 @@ namespace trueline {
 class SourceColumn {
  public:
   SourceColumn() = default;
+  explicit SourceColumn(double constant) : constant_(constant) {}
   SourceColumn(const YAML::Node& node, const std::string& map_file);
 
   void Bind(const ForeignCsv& csv);
@@ -34,32 +35,23 @@ class SourceColumn {
 // `keys: [a, b, c]` as columns; `count` of them, or any number for 0.
 std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count);
 
-// {column: c, unit: u, scale: s, offset: o} or {constant: c}: SI = scale * unit * column + offset.
-class ScalarSource {
+// The factor of the map's `unit` (default: `si`) to the SI unit `si`.
+double ReadUnit(const YamlMap& map, const char* si);
+
+// Numbers in SI = scale * unit * column + offset, in any number of columns:
+// {columns: [a, b, c], unit: u, scale: s or [s, s, s], offset: likewise}.
+class NumberSource {
  public:
-  ScalarSource() = default;
-  ScalarSource(const YamlMap& map, Dimension dimension);
-  explicit ScalarSource(double constant) : offset_(constant), bound_(false) {}
-
-  void Bind(const ForeignCsv& csv);
-  double Value(const ForeignCsv& csv) const;
-
- private:
-  SourceColumn column_;
-  double scale_ = 1.0;
-  double offset_ = 0.0;
-  bool bound_ = true;
-};
-
-// {columns: [a, b, c], unit: u, scale: s or [s, s, s], offset: likewise}, in any number of columns.
-class ArraySource {
- public:
-  ArraySource() = default;
-  ArraySource(const YamlMap& map, Dimension dimension, int count);
+  NumberSource() = default;
+  explicit NumberSource(double constant)
+      : columns_{SourceColumn(constant)}, scale_{1}, offset_{0} {}
+  // `si` is the SI unit; `count` the number of columns, or 0 for any.
+  NumberSource(const YamlMap& map, const char* si, int count);
+  // A single column: {column: c, unit: u, scale: s, offset: o} or {constant: c}.
+  static NumberSource Single(const YamlMap& map, const char* si);
 
   void Bind(const ForeignCsv& csv);
   std::vector<double> Values(const ForeignCsv& csv) const;
-  Eigen::Vector3d Vector3(const ForeignCsv& csv) const;  // where there are three columns
 
  private:
   std::vector<SourceColumn> columns_;

@@ -5,22 +5,37 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "problems/common/time.h"
+#include "problems/log/field.h"
 
 namespace trueline {
 
-// Every stream keeps its own rate; stamps are strictly increasing within a stream.
+// Every stream keeps its own rate; stamps are strictly increasing within a stream. Describe() calls
+// the archive with each field and its value, in the order of the columns after `t`. A new stream
+// needs a sample type with its Describe() and a line in ForEachStream().
 struct ImuSample {
   TimeNs t;
   Eigen::Vector3d accel;  // m/s^2, specific force in the IMU frame I; level and at rest z is -9.81
   Eigen::Vector3d gyro;   // rad/s, in I
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream&) {
+    archive(Field{"accel", {"ax", "ay", "az"}, "m/s^2", Axes::kBody}, self.accel);
+    archive(Field{"gyro", {"gx", "gy", "gz"}, "rad/s", Axes::kBody}, self.gyro);
+  }
 };
 
 struct AttitudeSample {
   TimeNs t;
   Eigen::Quaterniond q_Ep_I;  // takes a vector in I to the AHRS's own earth frame E'
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream&) {
+    archive(kAttitudeField, self.q_Ep_I);
+  }
 };
 
 struct Fix {
@@ -28,6 +43,13 @@ struct Fix {
   Eigen::Vector3d p_E;  // m
   double sigma;         // m, the detector's own 1-sigma figure for each axis
   int gate;             // id of the gate seen
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream&) {
+    archive(Field{"position", {"x", "y", "z"}, "m", Axes::kEarth}, self.p_E);
+    archive(Field{"sigma", {"sigma"}, "m", Axes::kNone, true}, self.sigma);
+    archive(Field{"gate", {"gate"}}, self.gate);
+  }
 };
 
 // Pose of a frame in E: mocap gives that of B, a pose sensor that of its own frame P.
@@ -35,16 +57,32 @@ struct PoseSample {
   TimeNs t;
   Eigen::Vector3d p_E;     // m
   Eigen::Quaterniond q_E;  // takes a vector in the sensor's frame to E
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream&) {
+    archive(Field{"position", {"x", "y", "z"}, "m", Axes::kEarth}, self.p_E);
+    archive(kAttitudeField, self.q_E);
+  }
 };
 
 struct ChannelsSample {
   TimeNs t;
   std::vector<double> values;  // rotor speeds in rad/s, or motor commands in [0, 1]
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream& stream) {
+    archive(stream.value, self.values);
+  }
 };
 
 struct ScalarSample {
   TimeNs t;
   double value;  // V for battery, m for range
+
+  template <class Archive, class Self>
+  static void Describe(Archive& archive, Self& self, const Stream& stream) {
+    archive(stream.value, self.value);
+  }
 };
 
 struct Gate {
@@ -88,5 +126,22 @@ struct FlightLog {
   std::map<std::string, std::string> sha256;  // by file name
   std::vector<std::string> warnings;          // what was treated, and how
 };
+
+// Calls visit(stream, samples) for every stream of a log, filled or empty.
+template <class Log, class Visit>
+void ForEachStream(Log& log, const Visit& visit) {
+  visit(Stream{"imu"}, log.imu);
+  visit(Stream{"attitude"}, log.attitude);
+  visit(Stream{"fixes"}, log.fixes);
+  visit(Stream{"pose"}, log.pose);
+  visit(Stream{"mocap"}, log.mocap);
+  visit(Stream{"rotors", {"", {"w"}, "rad/s"}}, log.rotors);
+  visit(Stream{"motors", {"", {"u"}}}, log.motors);
+  visit(Stream{"battery", {"", {"voltage"}, "V"}}, log.battery);
+  visit(Stream{"range", {"", {"range"}, "m"}}, log.range);
+}
+
+template <class Samples>
+using SampleOf = typename std::remove_cvref_t<Samples>::value_type;
 
 }  // namespace trueline

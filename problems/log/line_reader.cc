@@ -1,6 +1,7 @@
 #include "problems/log/line_reader.h"
 
 #include "problems/common/error.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
@@ -42,6 +43,17 @@ bool LineReader::Next(std::string_view* line) {
   if (line_number_++ == 0 && line->substr(0, 3) == kByteOrderMark) line->remove_prefix(3);
   if (!line->empty() && line->back() == '\r') line->remove_suffix(1);
   return true;
+}
+
+bool LineReader::NextFilled(std::string_view* line) {
+  do {
+    if (!Next(line)) return false;
+  } while (TrimmedField(*line).empty());
+  return true;
+}
+
+std::string LineReader::CutOff() const {
+  return fmt::format("{}:{}: the last line is cut off; it is dropped", file_, line_number_);
 }
 
 bool LineReader::AtEnd() {

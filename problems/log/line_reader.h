@@ -16,9 +16,12 @@ class LineReader {
   // The next line without its end (LF or CR LF), valid until the next call. False at the end.
   bool Next(std::string_view* line);
 
+  bool NextFilled(std::string_view* line);  // likewise, without blank lines
+
   int line_number() const { return line_number_; }   // of the line last given, from 1
   bool terminated() const { return terminated_; }    // the line last given ended in a newline
   bool AtEnd();                                      // nothing follows the line last given
+  std::string CutOff() const;                        // a warning that this line is dropped
   const std::string& file() const { return file_; }  // for messages
 
  private:

@@ -5,8 +5,7 @@
 #include "problems/common/sha256.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/log_yaml.h"
-#include "problems/log/read_streams.h"
-#include "problems/log/write_streams.h"
+#include "problems/log/streams.h"
 
 namespace trueline {
 

@@ -25,14 +25,7 @@ StreamReader::StreamReader(const std::filesystem::path& path, std::vector<Column
                            std::vector<std::string>* warnings)
     : lines_(path), columns_(std::move(columns)), warnings_(warnings) {
   ReadHeader();
-  SelectColumns();
-}
-
-StreamReader::StreamReader(const std::filesystem::path& path, const std::string& prefix,
-                           Dimension dimension, std::vector<std::string>* warnings)
-    : lines_(path), warnings_(warnings) {
-  ReadHeader();
-  SelectNumbered(prefix, dimension);
+  ExpandNumbered();
   SelectColumns();
 }
 
@@ -56,9 +49,15 @@ void StreamReader::ReadHeader() {
   }
 }
 
-void StreamReader::SelectNumbered(const std::string& prefix, Dimension dimension) {
-  for (int k = 1; IndexOf(names_, fmt::format("{}{}", prefix, k)) >= 0 || k == 1; ++k) {
-    columns_.push_back({fmt::format("{}{}", prefix, k), dimension});
+void StreamReader::ExpandNumbered() {
+  std::vector<Column> wanted = std::move(columns_);
+  columns_.clear();
+  for (const Column& column : wanted) {
+    const auto name = [&](int k) { return fmt::format("{}{}", column.name, k); };
+    if (!column.numbered) columns_.push_back(column);
+    for (int k = 1; column.numbered && (k == 1 || IndexOf(names_, name(k)) >= 0); ++k) {
+      columns_.push_back({name(k), column.unit});
+    }
   }
 }
 
@@ -71,7 +70,7 @@ void StreamReader::SelectColumns() {
         fmt::format("column '{}' is missing; the header has: {}", name, fmt::join(names_, ", ")));
   };
   time_index_ = require("t");
-  time_exponent_ = TimeExponent(FactorOf({"t", Dimension::kTime}, time_index_));
+  time_exponent_ = TimeExponent(FactorOf({"t", "s"}, time_index_));
   std::vector<bool> used(names_.size(), false);
   used[static_cast<std::size_t>(time_index_)] = true;
   for (const Column& column : columns_) {
@@ -94,11 +93,11 @@ void StreamReader::SelectColumns() {
 double StreamReader::FactorOf(const Column& column, int index) const {
   const std::string& unit = units_[static_cast<std::size_t>(index)];
   if (unit.empty()) return 1.0;
-  if (const auto factor = UnitFactor(column.dimension, unit)) return *factor;
+  if (const auto factor = UnitFactor(column.unit, unit)) return *factor;
   throw ErrorAt(lines_.file(), 1,
                 fmt::format("column '{}': unit '{}' is not known here; use one "
                             "of: {}",
-                            column.name, unit, KnownUnits(column.dimension)));
+                            column.name, unit, KnownUnits(column.unit)));
 }
 
 // A column without a unit is in SI, as in a header "ax [m/s^2], ay, az". If another column of its
@@ -107,29 +106,27 @@ void StreamReader::CheckStatedUnits() const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (!units_[static_cast<std::size_t>(index_[i])].empty()) continue;
     for (std::size_t j = 0; j < columns_.size(); ++j) {
-      if (columns_[j].dimension != columns_[i].dimension || factor_[j] == 1.0) continue;
+      if (columns_[j].unit != columns_[i].unit || factor_[j] == 1.0) continue;
       throw ErrorAt(lines_.file(), 1,
                     fmt::format("column '{}' states no unit, but '{}' is in {}; write '{} [unit]' "
                                 "with one of: {}",
                                 columns_[i].name, columns_[j].name,
                                 units_[static_cast<std::size_t>(index_[j])], columns_[i].name,
-                                KnownUnits(columns_[i].dimension)));
+                                KnownUnits(columns_[i].unit)));
     }
   }
 }
 
 bool StreamReader::Next() {
   std::string_view line;
-  do {
-    if (!lines_.Next(&line)) return false;
-  } while (TrimmedField(line).empty());
+  if (!lines_.NextFilled(&line)) return false;
   if (row_bytes_ == 0) row_bytes_ = line.size() + 1;
   const TimeNs previous = time_;
   SplitFields(line, ',', &fields_);
   if (!ParseRow()) {
     const bool short_row = fields_.size() < names_.size();
     if (!lines_.AtEnd() || (lines_.terminated() && !short_row)) FailRow();
-    WarnCutOff();
+    warnings_->push_back(lines_.CutOff());
     return false;
   }
   CheckRow(previous);
@@ -191,13 +188,8 @@ void StreamReader::Fail(const std::string& column, const std::string& message) c
 
 bool StreamReader::DropAsCutOff() {
   if (lines_.terminated() || !lines_.AtEnd()) return false;
-  WarnCutOff();
+  warnings_->push_back(lines_.CutOff());
   return true;
-}
-
-void StreamReader::WarnCutOff() {
-  warnings_->push_back(
-      fmt::format("{}:{}: the last line is cut off; it is dropped", lines_.file(), line()));
 }
 
 std::size_t StreamReader::EstimatedRows() const {

@@ -13,12 +13,13 @@ namespace trueline {
 
 struct Column {
   std::string name;
-  Dimension dimension;
+  std::string unit;       // SI
+  bool numbered = false;  // stands for name1, name2, ...: as many as the header has, at least one
 };
 
 // Reads `t` and the wanted columns, in any order in the file, converted to SI.
 //
-//   StreamReader reader(path, {{"x", Dimension::kLength}}, &warnings);
+//   StreamReader reader(path, {{"x", "m"}}, &warnings);
 //   while (reader.Next()) Use(reader.time(), reader.value(0));
 //
 // Throws InputError naming file, line and column for whatever can't be used; drops a last line that
@@ -26,9 +27,6 @@ struct Column {
 class StreamReader {
  public:
   StreamReader(const std::filesystem::path& path, std::vector<Column> columns,
-               std::vector<std::string>* warnings);
-  // Columns named prefix1, prefix2, ... as many as the header has (at least one).
-  StreamReader(const std::filesystem::path& path, const std::string& prefix, Dimension dimension,
                std::vector<std::string>* warnings);
 
   bool Next();
@@ -47,14 +45,13 @@ class StreamReader {
 
  private:
   void ReadHeader();
-  void SelectNumbered(const std::string& prefix, Dimension dimension);
+  void ExpandNumbered();
   void SelectColumns();
   double FactorOf(const Column& column, int index) const;
   void CheckStatedUnits() const;
   bool ParseRow();
   void CheckRow(TimeNs previous) const;
   [[noreturn]] void FailRow() const;
-  void WarnCutOff();
   std::string_view Field(int index) const;
 
   LineReader lines_;

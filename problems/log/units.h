@@ -7,22 +7,10 @@
 
 namespace trueline {
 
-enum class Dimension {
-  kNone,
-  kTime,
-  kLength,
-  kAngle,
-  kAngularRate,
-  kSpeed,
-  kAcceleration,
-  kVoltage
-};
+// Factor from `unit` to the SI unit `si`; no value if the one can't be converted to the other.
+std::optional<double> UnitFactor(std::string_view si, std::string_view unit);
 
-// Factor from `unit` to the SI unit of `dimension`; no value if it is not a unit of that dimension.
-std::optional<double> UnitFactor(Dimension dimension, std::string_view unit);
-
-std::string SiUnit(Dimension dimension);
-std::string KnownUnits(Dimension dimension);  // "m/s^2, g, ...", for messages
+std::string KnownUnits(std::string_view si);  // "m/s^2, g, ...", for messages
 
 // Of a unit of time in nanoseconds, for ParseTime: 9 for a unit of 1 s, 6 for 1e-3 s.
 int TimeExponent(double unit_in_seconds);

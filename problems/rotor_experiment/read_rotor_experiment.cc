@@ -3,7 +3,7 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
-#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

@@ -29,7 +29,7 @@
 
 #include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_ekf/rotor_ekf.h"
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 namespace trueline {
 

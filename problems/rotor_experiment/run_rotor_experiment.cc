@@ -11,7 +11,7 @@
 #include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_calibration/learn_noise.h"
 #include "problems/rotor_experiment/rotor_experiment.h"
-#include "problems/rotor_simulation/flown.h"
+#include "problems/simulation/rotors/flown.h"
 #include "problems/trajectory/feasible_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/simulation/attitude_for_thrust.h"
-
 namespace trueline::simulation {
 
 Autopilot::Autopilot(const VehicleConfig& vehicle, const AutopilotConfig& config, double gravity)
@@ -69,9 +67,7 @@ Vector3d Autopilot::WantedThrust(const BodyState& state, const PathPoint& positi
 
 Vector3d Autopilot::WantedRate(const Quaterniond& q_E_B, const Quaterniond& wanted,
                                const PathPoint& ahead) const {
-  const Quaterniond error = q_E_B.conjugate() * wanted;
-  const Vector3d angle = (error.w() < 0.0 ? -2.0 : 2.0) * error.vec();
-  return config_.attitude_gain.cwiseProduct(angle) +
+  return config_.attitude_gain.cwiseProduct(SmallTurn(q_E_B.conjugate() * wanted)) +
          q_E_B.conjugate() * Vector3d(0.0, 0.0, ahead.heading_rate);
 }
 

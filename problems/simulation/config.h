@@ -119,21 +119,10 @@ struct DetectorConfig {
   bool turned_by_ahrs = false;         // vector turned to E by the AHRS's attitude, or by truth
 };
 
-struct MocapConfig {
-  double rate = 120.0;            // Hz; 0: no mocap
-  double position_sigma = 0.001;  // m
-  double attitude_sigma = 0.002;  // rad
-};
-
-struct RotorLogConfig {
-  double rate = 0.0;   // Hz; 0: not logged
-  double sigma = 0.0;  // rad/s
-};
-
-struct RangeConfig {
-  double rate = 0.0;    // Hz; 0: not logged
-  double sigma = 0.01;  // m
-};
+// Numbers of the sensors that are sampled from the flight, by sensor and name (catalogue with
+// units: streams.cc).
+using SensorSettings = std::map<std::string, std::map<std::string, double>>;
+SensorSettings DefaultSensors();
 
 // One entry of `effects:`, its parameters by name (units in the catalogue, effects.h).
 struct EffectSetting {
@@ -160,9 +149,7 @@ struct SimulationConfig {
   simulation::ImuConfig imu;
   simulation::AhrsConfig ahrs;
   simulation::DetectorConfig detector;
-  simulation::MocapConfig mocap;
-  simulation::RotorLogConfig rotors;
-  simulation::RangeConfig range;
+  simulation::SensorSettings sensors = simulation::DefaultSensors();
   std::vector<simulation::EffectSetting> effects;
   std::map<std::string, simulation::Range> randomise;
 };

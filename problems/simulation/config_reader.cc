@@ -12,23 +12,6 @@ namespace trueline {
 namespace simulation {
 namespace {
 
-EffectSetting ReadEffect(const YamlMap& map) {
-  EffectSetting effect;
-  effect.id = map.Get<std::string>("id");
-  const EffectDefinition* definition = FindEffect(effect.id);
-  if (definition == nullptr) {
-    map.Fail("id", fmt::format("unknown effect '{}'; use one of: {}", effect.id,
-                               fmt::join(EffectIds(), ", ")));
-  }
-  for (const EffectParameter& parameter : definition->parameters) {
-    effect.values[parameter.name] = parameter.fallback
-                                        ? map.Get<double>(parameter.name, *parameter.fallback)
-                                        : map.Get<double>(parameter.name);
-  }
-  map.Finish();
-  return effect;
-}
-
 void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
   std::vector<std::string> known;
   for (const auto& [name, value] : TunableValues(*config)) known.push_back(name);
@@ -61,9 +44,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   a.Nested("imu", &config.imu);
   a.Nested("ahrs", &config.ahrs);
   a.Nested("detector", &config.detector);
-  a.Nested("mocap", &config.mocap);
-  a.Nested("rotors", &config.rotors);
-  a.Nested("range", &config.range);
+  Serialize(&a, &config.sensors);
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }

@@ -15,7 +15,7 @@ using Values = const EffectValues&;
 // The AHRS mistakes kinematic acceleration for gravity: the z axis of E' follows -f through a
 // first-order low-pass of gain k. With z' = (-a_x, -a_y, g) / g the angles of eq. 1 from E to E'
 // are phi = a_y / g and theta = -a_x / g.
-void HangAccelerationError(Values p, double gravity, Stages* stages) {
+void AddAccelerationError(Values p, double gravity, Stages* stages) {
   stages->ahrs_error.push_back([k = p["k"], gravity, tilt = Eigen::Vector2d(0.0, 0.0)](
                                    const Motion& motion, Vector3d* angles) mutable {
     const Eigen::Vector2d apparent(motion.a_E.y() / gravity, -motion.a_E.x() / gravity);
@@ -73,7 +73,7 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
                *a += m.w_B.cross(m.w_B.cross(r)) + m.dw_B.cross(r);
              });
        }},
-      {"ahrs_acceleration_error", {{"k", "1/s"}}, HangAccelerationError},
+      {"ahrs_acceleration_error", {{"k", "1/s"}}, AddAccelerationError},
       // The AHRS states R_E_B with its tilt, a turn by `lean` about a level axis, 1 + s times as
       // large.
       {"tilt_scale",
@@ -195,7 +195,24 @@ const EffectDefinition* FindEffect(const std::string& id) {
   return nullptr;
 }
 
-Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity) {
+EffectSetting ReadEffect(const YamlMap& map) {
+  EffectSetting effect;
+  effect.id = map.Get<std::string>("id");
+  const EffectDefinition* definition = FindEffect(effect.id);
+  if (definition == nullptr) {
+    map.Fail("id", fmt::format("unknown effect '{}'; use one of: {}", effect.id,
+                               fmt::join(EffectIds(), ", ")));
+  }
+  for (const EffectParameter& parameter : definition->parameters) {
+    effect.values[parameter.name] = parameter.fallback
+                                        ? map.Get<double>(parameter.name, *parameter.fallback)
+                                        : map.Get<double>(parameter.name);
+  }
+  map.Finish();
+  return effect;
+}
+
+Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity) {
   Stages stages;
   for (const EffectSetting& effect : effects) {
     const EffectDefinition* definition = FindEffect(effect.id);
@@ -204,7 +221,7 @@ Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity) {
                                    fmt::join(EffectIds(), ", ")));
     }
     const std::map<std::string, double> values = Complete(effect, *definition);
-    definition->hang(EffectValues(values), gravity, &stages);
+    definition->add(EffectValues(values), gravity, &stages);
   }
   return stages;
 }

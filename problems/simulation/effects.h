@@ -92,7 +92,7 @@ class EffectValues {
 struct EffectDefinition {
   std::string id;
   std::vector<EffectParameter> parameters;
-  std::function<void(const EffectValues&, double gravity, Stages*)> hang;
+  std::function<void(const EffectValues&, double gravity, Stages*)> add;
 };
 
 const std::vector<EffectDefinition>& ImuDrivenEffects();
@@ -103,7 +103,10 @@ std::vector<std::string> EffectIds();
 // Null for an unknown id.
 const EffectDefinition* FindEffect(const std::string& id);
 
+// One entry of `effects:`, {id: wind, w_x: 1, w_y: 0}. Throws InputError naming file, line and key.
+EffectSetting ReadEffect(const YamlMap& map);
+
 // Throws InputError for an unknown id or a missing or unknown parameter.
-Stages HangEffects(const std::vector<EffectSetting>& effects, double gravity);
+Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity);
 
 }  // namespace trueline::simulation

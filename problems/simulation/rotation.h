@@ -45,4 +45,16 @@ inline Quaterniond RotationByVector(const Vector3d& angle) {
   return Quaterniond(Eigen::AngleAxisd(norm, angle / norm));
 }
 
+// R_E_B as a quaternion: -z_B along the wanted `thrust_E`, x_B towards `heading` (rad).
+inline Quaterniond AttitudeFor(const Vector3d& thrust_E, double heading) {
+  const Vector3d z = -thrust_E.normalized();
+  const Vector3d y = z.cross(Vector3d(std::cos(heading), std::sin(heading), 0.0)).normalized();
+  Eigen::Matrix3d R_E_B;
+  R_E_B << y.cross(z), y, z;
+  return Quaterniond(R_E_B);
+}
+
+// Twice the vector part, on the shorter way: the rotation vector (rad) of a small or moderate turn.
+inline Vector3d SmallTurn(const Quaterniond& q) { return (q.w() < 0.0 ? -2.0 : 2.0) * q.vec(); }
+
 }  // namespace trueline::simulation

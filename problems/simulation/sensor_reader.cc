@@ -69,20 +69,4 @@ void Serialize(YamlArchive* a, DetectorConfig* detector) {
   a->Choice("turned_by", &detector->turned_by_ahrs, {{"truth", false}, {"ahrs", true}});
 }
 
-void Serialize(YamlArchive* a, MocapConfig* mocap) {
-  a->NotNegative("rate", &mocap->rate);
-  a->NotNegative("position_sigma", &mocap->position_sigma);
-  a->NotNegative("attitude_sigma", &mocap->attitude_sigma);
-}
-
-void Serialize(YamlArchive* a, RotorLogConfig* rotors) {
-  a->NotNegative("rate", &rotors->rate);
-  a->NotNegative("sigma", &rotors->sigma);
-}
-
-void Serialize(YamlArchive* a, RangeConfig* range) {
-  a->NotNegative("rate", &range->rate);
-  a->NotNegative("sigma", &range->sigma);
-}
-
 }  // namespace trueline::simulation

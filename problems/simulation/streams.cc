@@ -2,7 +2,80 @@
 
 #include <algorithm>
 
+#include "problems/common/yaml_archive.h"
+#include "problems/simulation/config_values.h"
+
 namespace trueline::simulation {
+namespace {
+
+void SampleMocap(const SensorInstant& now, FlightLog* log) {
+  const TruePose pose = now.truth.At(now.t);
+  log->mocap.push_back(MeasurePose(now.t, pose.p_E, pose.q_E_B, now.settings.at("position_sigma"),
+                                   now.settings.at("attitude_sigma"), now.random));
+}
+
+// Measured rotor speeds, and the commands as a share of the greatest speed.
+void SampleRotors(const SensorInstant& now, FlightLog* log) {
+  const VehicleConfig& vehicle = now.config.vehicle;
+  if (!log->vehicle) log->vehicle = Vehicle{vehicle.mass, vehicle.rotors};
+  const TruthSample& truth = now.truth.Nearest(now.t);
+  ChannelsSample speeds{FromSeconds(now.t), {}}, commands{FromSeconds(now.t), {}};
+  for (const double w : truth.rotors) {
+    speeds.values.push_back(w + now.settings.at("sigma") * now.random->Normal());
+  }
+  for (const double w : truth.command) commands.values.push_back(w / vehicle.max_rotor_speed);
+  log->rotors.push_back(speeds);
+  log->motors.push_back(commands);
+}
+
+// Distance to the floor along B's z axis.
+void SampleRange(const SensorInstant& now, FlightLog* log) {
+  const TruePose pose = now.truth.At(now.t);
+  const double slant = (pose.q_E_B * Vector3d::UnitZ()).z();
+  const double noise = now.settings.at("sigma") * now.random->Normal();
+  log->range.push_back({FromSeconds(now.t), -pose.p_E.z() / std::max(slant, 0.1) + noise});
+}
+
+}  // namespace
+
+const std::vector<SensorDefinition>& SampledSensors() {
+  static const std::vector<SensorDefinition> sensors = {
+      {"mocap",
+       {{"rate", "Hz", 120.0}, {"position_sigma", "m", 0.001}, {"attitude_sigma", "rad", 0.002}},
+       SampleMocap},
+      {"rotors", {{"rate", "Hz", 0.0}, {"sigma", "rad/s", 0.0}}, SampleRotors},
+      {"range", {{"rate", "Hz", 0.0}, {"sigma", "m", 0.01}}, SampleRange},
+  };
+  return sensors;
+}
+
+SensorSettings DefaultSensors() {
+  SensorSettings settings;
+  for (const SensorDefinition& sensor : SampledSensors()) {
+    for (const EffectParameter& p : sensor.parameters) settings[sensor.id][p.name] = *p.fallback;
+  }
+  return settings;
+}
+
+void Serialize(YamlArchive* a, SensorSettings* sensors) {
+  for (const SensorDefinition& sensor : SampledSensors()) {
+    a->Map(sensor.id, [numbers = &(*sensors)[sensor.id]](YamlArchive* map) {
+      for (auto& [name, value] : *numbers) map->NotNegative(name, &value);
+    });
+  }
+}
+
+void LogSensors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
+                FlightLog* log) {
+  for (const SensorDefinition& sensor : SampledSensors()) {
+    const std::map<std::string, double>& settings = config.sensors.at(sensor.id);
+    if (settings.at("rate") <= 0.0) continue;
+    Random random(seed, sensor.id);
+    for (const double t : StreamTimes(settings.at("rate"), config.duration)) {
+      sensor.sample({t, config, settings, truth, &random}, log);
+    }
+  }
+}
 
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log) {
@@ -14,45 +87,11 @@ void LogAttitude(const SimulationConfig& config, const Stages& stages, const Tra
   }
 }
 
-void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.mocap.rate <= 0.0) return;
-  Random random(seed, "mocap");
-  for (const double t : StreamTimes(config.mocap.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const Vector3d shift = config.mocap.position_sigma * random.NormalVector3();
-    const Vector3d turn = config.mocap.attitude_sigma * random.NormalVector3();
-    log->mocap.push_back({FromSeconds(t), pose.p_E + shift, pose.q_E_B * RotationByVector(turn)});
-  }
-}
-
-void LogRotors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-               FlightLog* log) {
-  if (config.rotors.rate <= 0.0) return;
-  log->vehicle = Vehicle{config.vehicle.mass, config.vehicle.rotors};
-  Random random(seed, "rotors");
-  for (const double t : StreamTimes(config.rotors.rate, config.duration)) {
-    const TruthSample& now = truth.Nearest(t);
-    ChannelsSample speeds{FromSeconds(t), {}}, commands{FromSeconds(t), {}};
-    for (const double w : now.rotors)
-      speeds.values.push_back(w + config.rotors.sigma * random.Normal());
-    for (const double w : now.command)
-      commands.values.push_back(w / config.vehicle.max_rotor_speed);
-    log->rotors.push_back(speeds);
-    log->motors.push_back(commands);
-  }
-}
-
-void LogRange(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log) {
-  if (config.range.rate <= 0.0) return;
-  Random random(seed, "range");
-  for (const double t : StreamTimes(config.range.rate, config.duration)) {
-    const TruePose pose = truth.At(t);
-    const double slant = (pose.q_E_B * Vector3d::UnitZ()).z();
-    const double noise = config.range.sigma * random.Normal();
-    log->range.push_back({FromSeconds(t), -pose.p_E.z() / std::max(slant, 0.1) + noise});
-  }
+PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
+                       double attitude_sigma, Random* random) {
+  const Vector3d shift = position_sigma * random->NormalVector3();
+  const Vector3d turn = attitude_sigma * random->NormalVector3();
+  return {FromSeconds(t), p_E + shift, q_E * RotationByVector(turn)};
 }
 
 }  // namespace trueline::simulation

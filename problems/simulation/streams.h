@@ -1,21 +1,41 @@
-// Streams that are sampled from the true flight afterwards, each at its own rate. A rate of 0 omits
-// the stream.
+// Sensors that are sampled from the true flight afterwards, each at its own rate and declared once
+// in a catalogue: a section of the configuration with its numbers, and the samples that it logs.
 #pragma once
+
+#include <functional>
 
 #include "problems/simulation/trajectory.h"
 
 namespace trueline::simulation {
 
+// One sample to be taken.
+struct SensorInstant {
+  double t;  // s
+  const SimulationConfig& config;
+  const std::map<std::string, double>& settings;  // the sensor's own
+  const Trajectory& truth;
+  Random* random;  // the sensor's own
+};
+
+struct SensorDefinition {
+  std::string id;  // of the configuration's section
+  // Defaults of `rate` (Hz; 0: not logged) and of the other numbers, with their units.
+  std::vector<EffectParameter> parameters;
+  std::function<void(const SensorInstant&, FlightLog*)> sample;
+};
+
+const std::vector<SensorDefinition>& SampledSensors();
+
+// Adds the streams of all sampled sensors, with noise drawn from `seed`.
+void LogSensors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
+                FlightLog* log);
+
 // The AHRS's attitude, delayed by the effects' latency.
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log);
-void LogMocap(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log);
-// Measured rotor speeds, and the commands as a share of the greatest speed.
-void LogRotors(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-               FlightLog* log);
-// Distance to the floor along B's z axis.
-void LogRange(const SimulationConfig& config, const Trajectory& truth, std::uint64_t seed,
-              FlightLog* log);
+
+// A pose sensor's sample of the pose `p_E`, `q_E` at `t` (s); sigmas in m and rad.
+PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
+                       double attitude_sigma, Random* random);
 
 }  // namespace trueline::simulation

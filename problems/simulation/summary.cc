@@ -27,11 +27,13 @@ void DescribeAhrs(SimulationTruth* truth) {
 }
 
 void DescribeFlight(const PathErrors& errors, SimulationTruth* truth) {
+  const auto count = static_cast<double>(truth->trajectory.size());
   for (const TruthSample& sample : truth->trajectory) {
-    truth->speed_mean += sample.v_E.norm() / static_cast<double>(truth->trajectory.size());
+    truth->accel_walk_mean += sample.accel_walk / count;
+    truth->speed_mean += sample.v_E.norm() / count;
     truth->speed_max = std::max(truth->speed_max, sample.v_E.norm());
   }
-  truth->path_error_rms = std::sqrt(errors.squares / std::max(1, errors.count));
+  truth->path_error_rms = errors.Rms();
   truth->path_error_max = errors.largest;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/simulation/simulate.h"
 
@@ -17,12 +18,13 @@ struct PathErrors {
     largest = std::max(largest, error);
     ++count;
   }
+  double Rms() const { return std::sqrt(squares / std::max(1, count)); }
 };
 
 // Fills in the truth's AHRS statistics: angles of eq. 14's R_Ep_E over the log, their mean and
 // spread, and the resulting tilt.
 void DescribeAhrs(SimulationTruth* truth);
-// Fills in the statistics of speed and path.
+// Fills in the statistics of speed, path and accelerometer bias.
 void DescribeFlight(const PathErrors& errors, SimulationTruth* truth);
 
 }  // namespace trueline::simulation

@@ -10,16 +10,17 @@ namespace trueline {
 namespace simulation {
 
 struct TruthSample {
-  double t;            // s, from the start of the log; negative in the warm-up
-  Vector3d p_E, v_E;   // m, m/s
-  Quaterniond q_E_B;   // takes a vector in B to E
-  Vector3d w_B, dw_B;  // rad/s, rad/s^2
-  Vector3d f_B;        // m/s^2, specific force at the origin of B
-  Vector3d a_E;        // m/s^2, acceleration
-  RotorArray rotors;   // rad/s
-  RotorArray command;  // rad/s, held until the next sample
-  double thrust;       // m/s^2, specific thrust
-  Quaterniond q_Ep_I;  // the AHRS's attitude, without latency
+  double t;             // s, from the start of the log; negative in the warm-up
+  Vector3d p_E, v_E;    // m, m/s
+  Quaterniond q_E_B;    // takes a vector in B to E
+  Vector3d w_B, dw_B;   // rad/s, rad/s^2
+  Vector3d f_B;         // m/s^2, specific force at the origin of B
+  Vector3d a_E;         // m/s^2, acceleration
+  RotorArray rotors;    // rad/s
+  RotorArray command;   // rad/s, held until the next sample
+  double thrust;        // m/s^2, specific thrust
+  Quaterniond q_Ep_I;   // the AHRS's attitude, without latency
+  Vector3d accel_walk;  // m/s^2, random walk of the accelerometer's bias
 };
 
 struct TruePose {

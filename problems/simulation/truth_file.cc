@@ -1,6 +1,7 @@
 #include "problems/simulation/truth_file.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "problems/common/app.h"
 
@@ -10,11 +11,12 @@ namespace {
 using Eigen::Vector3d;
 
 void Parameter(YAML::Emitter* out, const std::string& name, double value, const std::string& unit,
-               bool constant) {
+               const std::optional<bool>& constant = {}) {
   *out << YAML::Key << name << YAML::Value << YAML::Flow << YAML::BeginMap;
   *out << YAML::Key << "value" << YAML::Value << value;
   *out << YAML::Key << "unit" << YAML::Value << unit;
-  *out << YAML::Key << "constant" << YAML::Value << constant << YAML::EndMap;
+  if (constant) *out << YAML::Key << "constant" << YAML::Value << *constant;
+  *out << YAML::EndMap;
 }
 
 void Vector(YAML::Emitter* out, const std::string& key, const Vector3d& value) {
@@ -86,6 +88,13 @@ void FlightSummary(const SimulationTruth& truth, YAML::Emitter* out) {
        << YAML::EndMap;
 }
 
+std::string Finish(std::uint64_t seed, const std::string& config_file, YAML::Emitter* out) {
+  *out << YAML::Key << "seed" << YAML::Value << seed;
+  *out << YAML::Key << "version" << YAML::Value << Version();
+  *out << YAML::Key << "config" << YAML::Value << config_file << YAML::EndMap;
+  return std::string(out->c_str()) + "\n";
+}
+
 }  // namespace
 
 std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file) {
@@ -96,10 +105,23 @@ std::string TruthYaml(const SimulationTruth& truth, const std::string& config_fi
   Sensors(truth, &out);
   Effects(truth, &out);
   FlightSummary(truth, &out);
-  out << YAML::Key << "seed" << YAML::Value << truth.seed;
-  out << YAML::Key << "version" << YAML::Value << Version();
-  out << YAML::Key << "config" << YAML::Value << config_file << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
+  return Finish(truth.seed, config_file, &out);
+}
+
+std::string TruthYaml(const RotorTruth& truth, const RotorSimulation& simulation,
+                      std::uint64_t seed, const std::string& config_file) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::BeginMap << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
+  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+    const RotorConstantInfo& info = kRotorConstants[i];
+    Parameter(&out, info.name, truth.constants[i], info.unit);
+  }
+  out << YAML::EndMap << YAML::Key << "drag" << YAML::Value << YAML::BeginSeq;
+  for (const double value : simulation.drag) out << value;
+  out << YAML::EndSeq << YAML::Key << "motor_lag" << YAML::Value << simulation.motor_lag;
+  out << YAML::Key << "path_error_rms" << YAML::Value << truth.path_error_rms;
+  return Finish(seed, config_file, &out);
 }
 
 std::filesystem::path TruthPath(const std::filesystem::path& log_directory) {

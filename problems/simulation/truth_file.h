@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 #include "problems/simulation/simulate.h"
 
 namespace trueline {
@@ -11,6 +12,11 @@ namespace trueline {
 // YAML: the parameters of eq. 16 with value, unit and whether they are constant over the flight,
 // the AHRS's error, the effects, statistics of the flight, seed, version, configuration.
 std::string TruthYaml(const SimulationTruth& truth, const std::string& config_file);
+
+// The true constants of a rotor-driven flight with units, drag and lag, seed, version,
+// configuration.
+std::string TruthYaml(const RotorTruth& truth, const RotorSimulation& simulation,
+                      std::uint64_t seed, const std::string& config_file);
 
 // DIR.truth.yaml beside the log's directory, never inside it.
 std::filesystem::path TruthPath(const std::filesystem::path& log_directory);

@@ -3,18 +3,10 @@
 #include <algorithm>
 
 #include "problems/common/error.h"
+#include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {
-
-double MedianStep(const std::vector<ImuSample>& imu) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < imu.size(); ++i) {
-    steps.push_back(SecondsBetween(imu[i - 1].t, imu[i].t));
-  }
-  std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
-  return steps[steps.size() / 2];
-}
 
 // Advances through the attitude stream together with the IMU and interpolates between its samples.
 class AttitudeCursor {

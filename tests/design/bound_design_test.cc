@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "problems/design/run_design.h"
-#include "problems/rotor_simulation/flown.h"
+#include "problems/simulation/rotors/flown.h"
 
 namespace trueline {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "problems/common/random.h"
 #include "problems/rotor_data/rotor_prior.h"
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 #include "problems/trajectory/feasible_flight.h"
 #include "tests/observability/test_vehicle.h"
 

@@ -12,7 +12,7 @@
 #include "problems/rotor_calibration/learn_noise.h"
 #include "problems/rotor_calibration/rotor_calibration_config.h"
 #include "problems/rotor_calibration/write_rotor_calibration.h"
-#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"
 
 namespace trueline {

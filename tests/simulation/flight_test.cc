@@ -142,7 +142,7 @@ TEST(Flight, StreamsKeepTheirRates) {
 TEST(Flight, LoggedRotorsMakeTheThrust) {
   SimulationConfig config = ReadShipped("figure_eight");
   config.duration = 5.0;
-  config.rotors.rate = 512.0;
+  config.sensors["rotors"]["rate"] = 512.0;
   const Flown flown = Fly(config);
   ASSERT_TRUE(flown.log.vehicle.has_value());
   for (std::size_t i = 0; i < flown.log.rotors.size(); ++i) {

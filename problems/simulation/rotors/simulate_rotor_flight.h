@@ -11,8 +11,8 @@
 #include "problems/observability/vehicle_config.h"
 #include "problems/rotor_data/rotor_noise.h"
 #include "problems/rotor_data/rotor_state.h"
-#include "problems/rotor_simulation/motor_drive.h"
 #include "problems/simulation/config.h"
+#include "problems/simulation/rotors/motor_drive.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {

@@ -1,6 +1,6 @@
 // Simulated rotor-driven flights: they follow their trajectory, and what they log agrees with the
 // estimators' model, which shares no code with the simulator's physics.
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 #include <gtest/gtest.h>
 

@@ -1,25 +1,25 @@
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 #include <cmath>
 
 #include "problems/common/error.h"
 #include "problems/common/random.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/rotor_simulation/navigator.h"
-#include "problems/rotor_simulation/trajectory_tracker.h"
-#include "problems/simulation/effects.h"
-#include "problems/simulation/imu.h"
+#include "problems/simulation/flight.h"
+#include "problems/simulation/rotors/navigator.h"
+#include "problems/simulation/rotors/trajectory_tracker.h"
+#include "problems/simulation/streams.h"
+#include "problems/simulation/summary.h"
 
 namespace trueline {
 namespace {
 
-using simulation::BodyRate;
 using simulation::BodyState;
+using simulation::Instant;
 using simulation::RotorArray;
 using Model = RotorDrivenModel;
 using Eigen::Vector3d;
 
-constexpr int kSubsteps = 4;   // of the physics in an IMU period
 constexpr double kLost = 2.0;  // m from the trajectory
 
 Vector3d Parameter(const RotorSimulation& config, int index) {
@@ -45,7 +45,7 @@ simulation::Stages MakeStages(const RotorSimulation& config) {
   std::vector<simulation::EffectSetting> effects = config.effects;
   const Vector3d arm = Parameter(config, Model::kImuArm) - Parameter(config, Model::kCentre);
   effects.push_back({"imu_lever_arm", {{"r_x", arm.x()}, {"r_y", arm.y()}, {"r_z", arm.z()}}});
-  return simulation::HangEffects(effects, config.vehicle.model.gravity());
+  return simulation::StagesWith(effects, config.vehicle.model.gravity());
 }
 
 simulation::ImuConfig MakeImu(const RotorSimulation& config) {
@@ -73,109 +73,110 @@ PiecewisePolynomial Raised(const PiecewisePolynomial& path, double height) {
   return {path.breaks(), pieces};
 }
 
-// Vehicle, air and sensors, stepped together from one IMU sample to the next.
-class TrackedFlight {
+simulation::FlightSetup MakeSetup(const RotorSimulation& config) {
+  simulation::FlightSetup setup;
+  setup.vehicle = MakeVehicle(config);
+  setup.imu = MakeImu(config);
+  setup.gravity = config.vehicle.model.gravity();
+  setup.stages = MakeStages(config);
+  setup.substeps = 4;
+  setup.time = [period = 1.0 / config.imu_rate](int k) { return k * period; };
+  return setup;
+}
+
+// True for one sample out of 1 / share: the first one after each due time, or the nearest to it
+// with a `phase` of 0.5.
+bool IsDue(int k, double share, double phase) {
+  return k == 0 || std::floor(k * share + phase) > std::floor((k - 1) * share + phase);
+}
+
+ChannelsSample Channels(double t, const RotorArray& values) {
+  return {FromSeconds(t), {values.begin(), values.end()}};
+}
+
+// Flies along the trajectory by the vehicle's own sensors, and logs these and the motors.
+class TrajectoryPilot {
  public:
-  TrackedFlight(const RotorSimulation& config, const PiecewisePolynomial& path, std::uint64_t seed)
+  TrajectoryPilot(const RotorSimulation& config, const PiecewisePolynomial& path,
+                  std::uint64_t seed, FlightLog* log)
       : config_(config),
-        period_(1.0 / config.imu_rate),
-        stages_(MakeStages(config)),
-        airframe_(MakeVehicle(config), config.vehicle.model.gravity(), stages_),
+        pose_arm_(Parameter(config, Model::kPoseArm) - Parameter(config, Model::kCentre)),
         tracker_(RotorFlight(config.vehicle.model, config.vehicle.parameters,
                              Raised(path, config.height)),
-                 config.vehicle.model.gravity(), period_,
+                 config.vehicle.model.gravity(), 1.0 / config.imu_rate,
                  (1.0 - config.control_margin) * config.limits.min_speed,
                  (1.0 + config.control_margin) * config.limits.max_speed, config.motor_lag),
-        imu_(MakeImu(config), config.vehicle.model.num_rotors(), seed, stages_),
-        force_(seed, "force"),
-        twist_(seed, "twist"),
+        navigator_(MakeNavigator(config), Start()),
         pose_(seed, "pose"),
         battery_(seed, "battery"),
-        state_(tracker_.Start()),
-        navigator_(MakeNavigator(config), state_) {}
+        log_(log) {}
 
   int num_samples() const { return tracker_.num_steps(); }
+  BodyState Start() const { return tracker_.Start(); }
+  const simulation::PathErrors& errors() const { return errors_; }
 
-  // Records sample `k` in log and truth, then integrates to the next with command and disturbances
-  // held.
-  void Step(int k, FlightLog* log, RotorTruth* truth) {
-    const double t = k * period_, root_rate = std::sqrt(config_.imu_rate);
-    const Vector3d gust_B = config_.noise.force_density * root_rate * force_.NormalVector3();
-    const Vector3d twist_B = config_.noise.angular_density * root_rate * twist_.NormalVector3();
-    const Vector3d gust_E = state_.Attitude() * gust_B;
-    // Specific force and rates do not depend on the new command: it acts from now on.
-    const BodyRate now = airframe_.Rate(t, state_, state_.rotors, gust_E, twist_B);
-    const auto reading =
-        imu_.Sample({t, period_, state_.Attitude(), now.rate.v_E, state_.w_B, now.rate.w_B},
-                    now.f_B, state_.rotors);
-    log->imu.push_back({FromSeconds(t), reading.accel, reading.gyro});
-    if (IsPoseSample(k)) LogPose(t, log);
-    const RotorArray command = tracker_.Command(k, navigator_.state());
-    navigator_.Add(reading, period_);
-    if (config_.log_rotors) LogSpeeds(t, config_.log_commands ? command : state_.rotors, log);
-    const RotorArray settled = config_.motors ? DriveMotors(k, command, log) : command;
-    Note(k, truth);
-    for (int j = 0; j < kSubsteps; ++j) {
-      const double h = period_ / kSubsteps;
-      state_ = airframe_.Step(t + j * h, h, state_, settled, gust_E, twist_B);
+  RotorArray Command(const Instant& now) {
+    NoteError(now);
+    // The camera is triggered by the IMU's sample nearest to its own time.
+    if (IsDue(now.k, config_.pose_rate / config_.imu_rate, 0.5)) LogPose(now);
+    const RotorArray command = tracker_.Command(now.k, navigator_.state());
+    navigator_.Add(now.reading, now.dt);
+    if (config_.log_rotors) {
+      log_->rotors.push_back(Channels(now.t, config_.log_commands ? command : now.state.rotors));
     }
+    return config_.motors ? DriveMotors(now, command) : command;
   }
 
  private:
-  // True for the sample nearest to each of the camera's times.
-  bool IsPoseSample(int k) const {
-    const double share = config_.pose_rate / config_.imu_rate;
-    return k == 0 || std::floor(k * share + 0.5) > std::floor((k - 1) * share + 0.5);
-  }
-  void LogSpeeds(double t, const RotorArray& speeds, FlightLog* log) const {
-    log->rotors.push_back({FromSeconds(t), {speeds.begin(), speeds.end()}});
-  }
   // Speeds that the motors reach for the wanted ones; logs commands, and the battery at its rate.
-  RotorArray DriveMotors(int k, const RotorArray& wanted, FlightLog* log) {
+  RotorArray DriveMotors(const Instant& now, const RotorArray& wanted) {
     const simulation::MotorDrive drive(*config_.motors);
-    const double t = k * period_;
     const RotorArray command = drive.CommandFor(wanted);
-    log->motors.push_back({FromSeconds(t), {command.begin(), command.end()}});
-    const double share = config_.motors->battery_rate * period_;
-    if (k == 0 || std::floor(k * share) > std::floor((k - 1) * share)) {
+    log_->motors.push_back(Channels(now.t, command));
+    if (IsDue(now.k, config_.motors->battery_rate * now.dt, 0.0)) {
       const double error = config_.motors->battery_sigma * battery_.Normal();
-      log->battery.push_back({FromSeconds(t), drive.Voltage(t, command) + error});
+      log_->battery.push_back({FromSeconds(now.t), drive.Voltage(now.t, command) + error});
     }
-    return drive.SettledSpeed(t, command);
+    return drive.SettledSpeed(now.t, command);
   }
-  void LogPose(double t, FlightLog* log) {
-    const Vector3d arm = Parameter(config_, Model::kPoseArm) - Parameter(config_, Model::kCentre);
-    const Vector3d shift = config_.noise.position * pose_.NormalVector3();
-    const Vector3d turn = config_.noise.attitude * pose_.NormalVector3();
-    log->pose.push_back({FromSeconds(t), state_.p_E + state_.Attitude() * arm + shift,
-                         state_.Attitude() * simulation::RotationByVector(turn)});
-    navigator_.AddPose(log->pose.back().p_E, log->pose.back().q_E);
+  void LogPose(const Instant& now) {
+    const Eigen::Quaterniond q = now.state.Attitude();
+    log_->pose.push_back(simulation::MeasurePose(now.t, now.state.p_E + q * pose_arm_, q,
+                                                 config_.noise.position, config_.noise.attitude,
+                                                 &pose_));
+    navigator_.AddPose(log_->pose.back().p_E, log_->pose.back().q_E);
   }
-  void Note(int k, RotorTruth* truth) const {
-    const double error = (tracker_.PositionAt(k) - state_.p_E).norm();
+  void NoteError(const Instant& now) {
+    const double error = (tracker_.PositionAt(now.k) - now.state.p_E).norm();
     if (!(error < kLost)) {
       throw InputError(fmt::format(
           "the vehicle lost the trajectory after {:.2f} s; fly a gentler one, or lower the "
           "disturbances and effects",
-          k * period_));
+          now.t));
     }
-    const Eigen::Quaterniond q = state_.Attitude();
-    RotorNode node;
-    node << q.w(), q.x(), q.y(), q.z(), state_.p_E, state_.v_E, state_.w_B;
-    truth->states.push_back(node);
-    truth->path_error_rms += error * error;
+    errors_.Note(error);
   }
 
   const RotorSimulation& config_;
-  double period_;
-  simulation::Stages stages_;
-  simulation::Airframe airframe_;
+  Vector3d pose_arm_;  // m, of the pose sensor from the centre of mass
   simulation::TrajectoryTracker tracker_;
-  simulation::Imu imu_;
-  Random force_, twist_, pose_, battery_;
-  BodyState state_;
   simulation::Navigator navigator_;
+  Random pose_, battery_;
+  simulation::PathErrors errors_;
+  FlightLog* log_;
 };
+
+RotorTruth TruthOf(const RotorSimulation& config, const simulation::Trajectory& flown) {
+  RotorTruth truth;
+  for (int i = Model::kMoving; i < Model::kStates; ++i) {
+    truth.constants[i - Model::kMoving] = config.vehicle.parameters[i];
+  }
+  for (const simulation::TruthSample& now : flown.samples()) {
+    const Eigen::Quaterniond& q = now.q_E_B;
+    truth.states.emplace_back() << q.w(), q.x(), q.y(), q.z(), now.p_E, now.v_E, now.w_B;
+  }
+  return truth;
+}
 
 }  // namespace
 
@@ -188,16 +189,23 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   for (const RotorSpec& r : config.vehicle.model.rotors()) {
     log.vehicle->rotors.push_back({r.position, r.axis, r.spin, r.k_f, r.k_m});
   }
-  RotorTruth own;
-  RotorTruth* noted = truth != nullptr ? truth : &own;
-  *noted = RotorTruth();
-  for (int i = Model::kMoving; i < Model::kStates; ++i) {
-    noted->constants[i - Model::kMoving] = config.vehicle.parameters[i];
+  const double root_rate = std::sqrt(config.imu_rate);
+  Random force(seed, "force"), twist(seed, "twist");
+  const auto air = [&](const BodyState& state) {
+    const Vector3d gust_B = config.noise.force_density * root_rate * force.NormalVector3();
+    const Vector3d twist_B = config.noise.angular_density * root_rate * twist.NormalVector3();
+    return simulation::Disturbance{state.Attitude() * gust_B, twist_B};
+  };
+  TrajectoryPilot pilot(config, path, seed, &log);
+  simulation::FlightSetup setup = MakeSetup(config);
+  setup.last = pilot.num_samples() - 1;
+  const simulation::Trajectory flown = simulation::RunFlight(
+      setup, pilot.Start(), air, [&](const Instant& now) { return pilot.Command(now); }, seed,
+      &log);
+  if (truth != nullptr) {
+    *truth = TruthOf(config, flown);
+    truth->path_error_rms = pilot.errors().Rms();
   }
-  TrackedFlight flight(config, path, seed);
-  const int samples = flight.num_samples();
-  for (int k = 0; k < samples; ++k) flight.Step(k, &log, noted);
-  noted->path_error_rms = std::sqrt(noted->path_error_rms / std::max(1, samples));
   return log;
 }
 
@@ -242,19 +250,12 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");
   }
   for (const YamlMap& entry : map.Children("effects")) {
-    simulation::EffectSetting effect;
-    for (const std::string& key : entry.Keys()) {
-      if (key == "id") continue;
-      effect.values[key] = entry.Get<double>(key);
-    }
-    effect.id = entry.Get<std::string>("id");
-    entry.Finish();
+    const simulation::EffectSetting effect = simulation::ReadEffect(entry);
     if (effect.id == "ground_effect" && config->height == 0.0) {
       entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
     }
     config->effects.push_back(effect);
   }
-  simulation::HangEffects(config->effects, 9.81);  // throws for unknown effects before any flight
   map.Finish();
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/rotor_data/rotor_data.h"
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 namespace trueline {
 

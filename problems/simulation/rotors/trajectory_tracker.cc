@@ -1,18 +1,9 @@
-#include "problems/rotor_simulation/trajectory_tracker.h"
+#include "problems/simulation/rotors/trajectory_tracker.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "problems/simulation/attitude_for_thrust.h"
-
 namespace trueline::simulation {
-namespace {
-
-// Rotation vector of `error`, the shorter way; accurate for small and moderate angles.
-Vector3d Turn(const Quaterniond& error) { return (error.w() < 0.0 ? -2.0 : 2.0) * error.vec(); }
-
-}  // namespace
-
 TrajectoryTracker::TrajectoryTracker(const RotorFlight& flight, double gravity, double step,
                                      double min_speed, double max_speed, double lag,
                                      const TrackerGains& gains)
@@ -87,7 +78,7 @@ RotorArray TrajectoryTracker::Command(int k, const BodyState& state) const {
   const Quaterniond q_E_B = state.Attitude();
   const Quaterniond q_B_wanted = q_E_B.conjugate() * AttitudeFor(thrust_E, wanted.yaw);
   const Quaterniond q_B_reference = q_E_B.conjugate() * wanted.q_E_B;
-  const Vector3d w = q_B_reference * wanted.w_B + gains_.attitude * Turn(q_B_wanted);
+  const Vector3d w = q_B_reference * wanted.w_B + gains_.attitude * SmallTurn(q_B_wanted);
   const Vector3d dw = q_B_reference * ahead.dw_B + gains_.rate * (w - state.w_B);
   const Vector3d momentum = vehicle_.inertia.cwiseProduct(state.w_B);
   return SpeedsFor(

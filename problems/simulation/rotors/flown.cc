@@ -1,4 +1,4 @@
-#include "problems/rotor_simulation/flown.h"
+#include "problems/simulation/rotors/flown.h"
 
 #include <cmath>
 

@@ -1,9 +1,7 @@
 // A rotor-driven flight from its YAML (config/rotors/): vehicle, trajectory, sensors, effects.
 #pragma once
 
-#include <string>
-
-#include "problems/rotor_simulation/simulate_rotor_flight.h"
+#include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 namespace trueline {
 
@@ -20,9 +18,5 @@ RotorFlightConfig ReadRotorFlight(const YamlMap& map);
 
 // Reads gravity, vehicle, biases, limits and simulation; the caller reads the other keys.
 RotorSimulation ReadRotorFlightVehicle(const YamlMap& map);
-
-// The true constants with units, for a file beside the log; the log never contains them.
-std::string RotorTruthYaml(const RotorTruth& truth, const RotorSimulation& config,
-                           std::uint64_t seed, const std::string& config_file);
 
 }  // namespace trueline

@@ -1,6 +1,5 @@
-#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
 
-#include "problems/common/app.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
@@ -29,28 +28,6 @@ RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
       ReadTrajectory(map.Child("trajectory"), simulation.vehicle, simulation.limits);
   map.Finish();
   return {simulation, path};
-}
-
-std::string RotorTruthYaml(const RotorTruth& truth, const RotorSimulation& config,
-                           std::uint64_t seed, const std::string& config_file) {
-  YAML::Node node;
-  for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-    YAML::Node entry;
-    entry["value"] = truth.constants[i];
-    entry["unit"] = kRotorConstants[i].unit;
-    entry.SetStyle(YAML::EmitterStyle::Flow);
-    node["parameters"][kRotorConstants[i].name] = entry;
-  }
-  for (int i = 0; i < 3; ++i) node["drag"].push_back(config.drag[i]);
-  node["motor_lag"] = config.motor_lag;
-  node["path_error_rms"] = truth.path_error_rms;
-  node["seed"] = seed;
-  node["version"] = Version();
-  node["config"] = config_file;
-  YAML::Emitter out;
-  out.SetDoublePrecision(12);
-  out << node;
-  return std::string(out.c_str()) + "\n";
 }
 
 }  // namespace trueline
