@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
-#include "problems/benchmark/write_benchmark.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
-#include "problems/report/render.h"
-#include "problems/rotor_experiment/write_rotor_experiment.h"
+#include "problems/experiment/write_benchmark.h"
+#include "problems/experiment/write_rotor_experiment.h"
+#include "problems/result/render.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -36,7 +36,7 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
-problems/benchmark/experiment.h lists the keys of an experiment.
+problems/experiment/experiment.h lists the keys of an experiment.
 
 Exit codes: 0 done, 2 bad input or usage, 3 no flight gave a result, 1 a defect.)";
 

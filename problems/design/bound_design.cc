@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/considered.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/design/evolve.h"
 #include "problems/design/overtones.h"
-#include "problems/rotor_calibration/considered.h"
 #include "problems/rotor_simulation/flown.h"
 
 namespace trueline {

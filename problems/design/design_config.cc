@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/considered.h"
 #include "problems/common/yaml_options.h"
-#include "problems/rotor_calibration/considered.h"
+#include "problems/observability/sensor_config.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
 

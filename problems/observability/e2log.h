@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "problems/observability/rotor_flight.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "problems/observability/nominal.h"
 #include "problems/observability/state_info.h"
+#include "problems/trajectory/nominal.h"
 
 namespace trueline {
 

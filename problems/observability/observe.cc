@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "problems/common/parallel.h"
-#include "problems/observability/rotor_flight.h"
 #include "problems/observability/windowed_information.h"
 #include "problems/trajectory/catalogue.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 namespace {

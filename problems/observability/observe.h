@@ -6,10 +6,10 @@
 
 #include "problems/observability/assessment.h"
 #include "problems/observability/imu_driven_rank.h"
-#include "problems/observability/nominal.h"
 #include "problems/observability/rotor_driven_rank.h"
-#include "problems/observability/vehicle_config.h"
+#include "problems/rotor_data/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
+#include "problems/trajectory/nominal.h"
 
 namespace trueline {
 

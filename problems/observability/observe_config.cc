@@ -7,7 +7,8 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/flight_from_log.h"
-#include "problems/observability/rotor_flight.h"
+#include "problems/observability/sensor_config.h"
+#include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

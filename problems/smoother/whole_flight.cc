@@ -6,8 +6,8 @@
 
 #include "problems/common/error.h"
 #include "problems/common/yaml_options.h"
+#include "problems/result/identifiability.h"
 #include "problems/smoother/strengths.h"
-#include "problems/vgd/identifiability.h"
 
 namespace trueline {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/observability/rotor_flight.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 

@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
-#include "problems/observability/rotor_flight.h"
 #include "problems/observability/write_observability.h"
 #include "problems/trajectory/catalogue.h"
+#include "problems/trajectory/rotor_flight.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

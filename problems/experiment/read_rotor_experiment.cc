@@ -1,0 +1,80 @@
+#include <algorithm>
+
+#include "problems/calibration/considered.h"
+#include "problems/common/yaml_options.h"
+#include "problems/experiment/rotor_experiment.h"
+#include "problems/rotor_simulation/rotor_flight_config.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+FlightKindSource ReadKind(const YamlMap& map) {
+  FlightKindSource source;
+  source.name = map.Get<std::string>("name");
+  source.kind = map.GetChoice("kind", {"random", "lissajous", "evolved", "file"}, "random");
+  if (source.kind == "file") {
+    const auto file = map.Get<std::string>("file");
+    source.file = (std::filesystem::path(map.file()).parent_path() / file).string();
+    if (!std::filesystem::exists(source.file)) map.Fail("file", "there is no " + source.file);
+  }
+  if (source.kind == "evolved") {
+    source.evaluations = 1800;
+    ReadCount(map, "evaluations", &source.evaluations);
+  }
+  if (source.kind == "lissajous" || source.kind == "evolved") {
+    ReadCount(map, "best_of", &source.best_of);
+    for (const auto& name :
+         map.Get<std::vector<std::string>>("by", {"r_BP_x", "r_BP_y", "r_BP_z"})) {
+      source.by.push_back(FindRotorConstant(name));
+      if (source.by.back() < 0) map.Fail("by", "'" + name + "' is no constant of this model");
+    }
+  }
+  map.Finish();
+  return source;
+}
+
+}  // namespace
+
+bool IsRotorExperiment(const std::filesystem::path& file) {
+  const YamlMap map = YamlMap::FromFile(file);
+  return map.Has("drive") && map.Get<std::string>("drive") == "rotors";
+}
+
+RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
+  const YamlMap map = YamlMap::FromFile(file);
+  map.GetChoice("drive", {"rotors"}, "rotors");
+  RotorExperiment experiment(ReadRotorFlightVehicle(map));
+  experiment.file = file.string();
+  experiment.config = YAML::LoadFile(file.string());
+  experiment.name = map.Get<std::string>("name");
+  experiment.about = map.Get<std::string>("about", std::string());
+  ReadPositive(map, "duration", &experiment.duration);
+  if (experiment.duration < 2.0) map.Fail("duration", "must be 2 s or more");
+  ReadCount(map, "flights", &experiment.flights);
+  ReadOption(map, "seed", &experiment.seed);
+  ReadOption(map, "learn_noise", &experiment.learn_noise);
+  ReadOption(map, "widen", &experiment.widen);
+  experiment.unmodelled = ReadConsidered(map.ChildOrEmpty("unmodelled"));
+  experiment.considered = ReadConsidered(map.ChildOrEmpty("consider"));
+  experiment.prior = PriorFromVehicle(experiment.simulation.vehicle);
+  ReadRotorPrior(map.ChildOrEmpty("prior"), &experiment.prior);
+  experiment.believed = experiment.simulation.noise;
+  ReadRotorNoise(map.ChildOrEmpty("noise"), &experiment.believed);
+  for (const YamlMap& kind : map.Children("kinds")) experiment.kinds.push_back(ReadKind(kind));
+  if (experiment.kinds.empty()) map.Fail("kinds", "names no kind of flight");
+  map.Finish();
+  return experiment;
+}
+
+void ShortenRotorExperiment(RotorExperiment* experiment) {
+  experiment->flights = 2;
+  experiment->duration = 5.0;
+  experiment->learn_noise = false;
+  for (FlightKindSource& kind : experiment->kinds) {
+    kind.best_of = 3;
+    kind.evaluations = std::min(kind.evaluations, 24);
+  }
+}
+
+}  // namespace trueline
