@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "problems/calibration/considered.h"
-#include "problems/calibration/learn_noise.h"
+#include "problems/calibration/learn_rotor_noise.h"
 #include "problems/result/identifiability.h"
 
 namespace trueline {

@@ -28,7 +28,7 @@ struct RotorCalibrationOptions {
   std::vector<Effect> effects;  // from a diagnosis; `prior` and `data` already hold those of their
                                 // values that are constants or a motor lag
   double hold_out = 0.25;       // share of the flight, at its end, that predictions are judged on
-  bool learn_noise = true;      // from the flight (learn_noise.h); else use `noise`
+  bool learn_noise = true;      // from the flight (learn_rotor_noise.h); else use `noise`
   bool learn_rotor_delay = false;  // on top of data.rotor_delay
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
   bool widen = true;               // see RotorBatchOptions

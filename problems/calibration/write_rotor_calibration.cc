@@ -1,28 +1,14 @@
 #include "problems/calibration/write_rotor_calibration.h"
 
-#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
-#include <cmath>
-
+#include "problems/calibration/result_files.h"
 #include "problems/common/atomic_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
-
-YAML::Node ParameterNode(const RotorCalibration& c) {
-  YAML::Node node(YAML::NodeType::Map);
-  for (const ParameterEstimate& p : c.parameters) {
-    YAML::Node entry;
-    entry["value"] = Rounded(p.value, 6);
-    entry["sigma"] = Rounded(p.sigma, 3);
-    entry["unit"] = p.unit;
-    entry["status"] = p.status;
-    entry.SetStyle(YAML::EmitterStyle::Flow);
-    node[p.name] = entry;
-  }
-  return node;
-}
 
 YAML::Node PredictionNode(const RotorCalibration& c) {
   YAML::Node node(YAML::NodeType::Sequence);
@@ -41,14 +27,11 @@ YAML::Node PredictionNode(const RotorCalibration& c) {
   return node;
 }
 
-YAML::Node CalibrationNode(const RotorCalibration& c, const YAML::Node& provenance) {
-  YAML::Node node;
-  node["verdict"] = c.verdict.word;
-  node["reasons"] = c.verdict.reasons;
-  node["warnings"] = c.warnings;
+YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& provenance) {
+  YAML::Node node = VerdictNode(c.verdict, c.warnings);
   node["drive"] = "rotors";
   node["estimator"] = "batch";
-  node["parameters"] = ParameterNode(c);
+  node["parameters"] = ParameterNode(c.parameters);
   node["unobservable"] = c.unobservable;
   node["open_loop"] = PredictionNode(c);
   node["noise"] = ToYaml(c.noise);
@@ -64,72 +47,62 @@ YAML::Node CalibrationNode(const RotorCalibration& c, const YAML::Node& provenan
 
 double Seconds(const RotorCalibration& c, double t) { return ToSeconds(c.origin) + t; }
 
-std::string TrajectoryCsv(const RotorCalibration& c) {
-  std::string text =
-      "t [s],estimator,kind,tau,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s],qw [1],qx [1],qy "
-      "[1],qz [1],wx [rad/s],wy [rad/s],wz [rad/s]\n";
-  for (std::size_t i = 0; i < c.batch.nodes.size(); ++i) {
-    const RotorNode& n = c.batch.nodes[i];
-    text += fmt::format("{:.6f},batch,fit,1", Seconds(c, c.pose_times[i]));
-    for (int j = 4; j < 10; ++j) text += fmt::format(",{:.6f}", n[j]);
-    for (int j = 0; j < 4; ++j) text += fmt::format(",{:.8f}", n[j]);
-    for (int j = 10; j < 13; ++j) text += fmt::format(",{:.6f}", n[j]);
-    text += "\n";
-  }
-  return text;
-}
-
-std::string WindowsCsv(const RotorCalibration& c, const std::string& log) {
-  std::string text =
-      "log,estimator,gamma,tau,t_start [s],t_end [s],parameter,value,sigma,unit,status\n";
-  const double start = c.filter.history.front().t;
-  double next = start + 0.5;
-  int tau = 0;
-  const auto row = [&](const char* estimator, int window, double t, const ParameterEstimate& p,
-                       double value, double sigma) {
-    text += fmt::format("{},{},0,{},{:.6f},{:.6f},{},{:.8g},{:.6g},{},{}\n", log, estimator, window,
-                        Seconds(c, start), Seconds(c, t), p.name, value, sigma, p.unit, p.status);
+void WriteWindows(const RotorCalibration& c, const std::string& log,
+                  const std::filesystem::path& path) {
+  constexpr double kEvery = 0.5;  // s
+  const std::vector<RotorEstimate>& history = c.filter.history;
+  const auto window = [&](const char* estimator, int tau, double t) {
+    return fmt::format("{},{},0,{},{:.6f},{:.6f}", log, estimator, tau,
+                       Seconds(c, history.front().t), Seconds(c, t));
   };
-  for (const RotorEstimate& e : c.filter.history) {
-    if (e.t < next) continue;
-    next = e.t + 0.5;
-    ++tau;
-    for (const ParameterEstimate& p : c.parameters) {
-      const int i = FindRotorConstant(p.name);
-      row("filter", tau, e.t, p, e.mean[i], e.sigma[i]);
+  WriteCsv(path, kWindowsHeader, [&](std::ostream& out) {
+    double next = history.front().t + kEvery;
+    int tau = 0;
+    for (const RotorEstimate& e : history) {
+      if (e.t < next) continue;
+      next = e.t + kEvery;
+      const std::string fields = window("filter", ++tau, e.t);
+      for (ParameterEstimate p : c.parameters) {
+        const int i = FindRotorConstant(p.name);
+        p.value = e.mean[i], p.sigma = e.sigma[i];
+        WriteParameterRow(out, fields, p);
+      }
     }
-  }
-  for (const ParameterEstimate& p : c.parameters) {
-    row("batch", tau, c.filter.history.back().t, p, p.value, p.sigma);
-  }
-  return text;
+    const std::string fields = window("batch", tau, history.back().t);
+    for (const ParameterEstimate& p : c.parameters) WriteParameterRow(out, fields, p);
+  });
 }
 
-std::string PredictionsCsv(const RotorCalibration& c) {
-  std::string text = "t [s],horizon [s],error [m]\n";
-  for (const OpenLoopError& e : c.open_loop) {
-    text += fmt::format("{:.6f},{},{:.6g}\n", e.t, e.horizon, e.error);
-  }
-  return text;
+void WriteTrajectory(const RotorCalibration& c, const std::filesystem::path& path) {
+  const auto header =
+      "t [s],estimator,kind,tau,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s],qw [1],qx [1],qy "
+      "[1],qz [1],wx [rad/s],wy [rad/s],wz [rad/s]";
+  WriteCsv(path, header, [&](std::ostream& out) {
+    for (std::size_t i = 0; i < c.batch.nodes.size(); ++i) {
+      const double* n = c.batch.nodes[i].data();
+      fmt::print(out, "{:.6f},batch,fit,1,{:.6f},{:.8f},{:.6f}\n", Seconds(c, c.pose_times[i]),
+                 fmt::join(n + 4, n + 10, ","), fmt::join(n, n + 4, ","),
+                 fmt::join(n + 10, n + 13, ","));
+    }
+  });
 }
 
 }  // namespace
 
 void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog& log,
                            const YAML::Node& provenance, const std::filesystem::path& directory) {
-  std::string name = log.name.empty() ? "flight" : log.name;
-  if (name.find_first_of(",\"\r\n") != std::string::npos) name = "flight";
-  WriteFileAtomically(directory / "trajectory.csv", TrajectoryCsv(calibration));
-  WriteFileAtomically(directory / "windows.csv", WindowsCsv(calibration, name));
-  WriteFileAtomically(directory / "predictions.csv", PredictionsCsv(calibration));
-  YAML::Node model;
-  model["parameters"] = ParameterNode(calibration);
-  model["effects"] = YAML::Node(YAML::NodeType::Sequence);
-  model["effects"].SetStyle(YAML::EmitterStyle::Flow);
-  model["provenance"] = provenance;
-  WriteFileAtomically(directory / "model.yaml", TextOf(model));
+  const std::string name = CsvField(log.name.empty() ? "flight" : log.name);
+  WriteTrajectory(calibration, directory / "trajectory.csv");
+  WriteWindows(calibration, name, directory / "windows.csv");
+  WriteCsv(directory / "predictions.csv", "t [s],horizon [s],error [m]", [&](std::ostream& out) {
+    for (const OpenLoopError& e : calibration.open_loop) {
+      fmt::print(out, "{:.6f},{},{:.6g}\n", e.t, e.horizon, e.error);
+    }
+  });
+  WriteFileAtomically(directory / "model.yaml",
+                      TextOf(ModelNode(calibration.parameters, {}, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
-                      TextOf(CalibrationNode(calibration, provenance)));
+                      TextOf(RotorCalibrationNode(calibration, provenance)));
 }
 
 std::string RotorCalibrationTable(const RotorCalibration& c) {
@@ -139,9 +112,7 @@ std::string RotorCalibrationTable(const RotorCalibration& c) {
     table += fmt::format("{:<12}{:>13.5g}{:>12.2g}  {:<9}{:>13.5g}  {}\n", p.name, p.value, p.sigma,
                          p.unit, c.filter.history.back().mean[FindRotorConstant(p.name)], p.status);
   }
-  for (const std::string& combination : c.unobservable) {
-    table += fmt::format("  not shown by this flight: {}\n", combination);
-  }
+  table += UnobservableText(c.unobservable);
   for (const HorizonScore& s : c.predictions) {
     if (s.count == 0) continue;
     table += fmt::format(
@@ -149,9 +120,7 @@ std::string RotorCalibrationTable(const RotorCalibration& c) {
         "starts\n",
         s.horizon, s.after, s.before, s.count);
   }
-  table += fmt::format("\nverdict: {}\n", c.verdict.word);
-  for (const std::string& reason : c.verdict.reasons) table += "  " + reason + "\n";
-  return table;
+  return table + VerdictText(c.verdict);
 }
 
 }  // namespace trueline

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/experiment/run_experiment.h"
+#include "problems/experiment/run_jobs.h"
 #include "problems/result/bootstrap.h"
 #include "problems/result/statistics.h"
 

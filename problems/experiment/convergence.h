@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/experiment/benchmark_rows.h"
+#include "problems/experiment/rows.h"
 #include "problems/result/estimate.h"
 #include "problems/simulation/simulate.h"
 

@@ -14,19 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Relative paths start at the experiment's own folder.
-fs::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text) {
-  const fs::path path = ExpandVariables(text, map, key);
-  fs::path full =
-      path.is_absolute() ? path : (fs::path(map.file()).parent_path() / path).lexically_normal();
-  if (!fs::exists(full)) map.Fail(key, fmt::format("'{}' does not exist", full.string()));
-  return full;
-}
-
-fs::path ReadPath(const YamlMap& map, const std::string& key) {
-  return ReadPath(map, key, map.Get<std::string>(key));
-}
-
 // Names become fields of CSV files.
 std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback) {
   auto name = map.Get<std::string>(key, fallback);
@@ -195,6 +182,20 @@ void RequireUniqueNames(const YamlMap& map, const Experiment& experiment) {
 }
 
 }  // namespace
+
+std::vector<fs::path> FilesOf(const FlightSource& source) {
+  if (source.kind != FlightKind::kNativeLog) {
+    std::vector<fs::path> files{source.file};
+    files.insert(files.end(), source.inputs.begin(), source.inputs.end());
+    return files;
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(source.file)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
 Experiment ReadExperiment(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::FromFile(file);

@@ -93,6 +93,9 @@ struct Experiment {
   YAML::Node config;  // the file as it is, for provenance
 };
 
+// All files that a flight source reads.
+std::vector<std::filesystem::path> FilesOf(const FlightSource& source);
+
 // Throws InputError with file, line and key for what is unknown, missing or out of range.
 Experiment ReadExperiment(const std::filesystem::path& file);
 

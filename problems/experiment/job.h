@@ -1,15 +1,16 @@
-// Jobs of a benchmark: one flight each, on which all estimators run.
+// Jobs of an experiment: one flight each, on which all estimators run.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "problems/calibration/estimators.h"
-#include "problems/experiment/benchmark_rows.h"
 #include "problems/experiment/experiment.h"
+#include "problems/experiment/rotor_experiment.h"
+#include "problems/experiment/rows.h"
 #include "problems/import/convert.h"
 #include "problems/simulation/config.h"
 
@@ -21,8 +22,9 @@ struct ForeignLog {
   ConvertOptions options;
 };
 
-// A simulated flight, a native log's directory, or a foreign log.
-using JobFlight = std::variant<SimulationConfig, std::filesystem::path, ForeignLog>;
+// A simulated flight, a native log's directory, a foreign log, or a rotor-driven flight.
+using JobFlight = std::variant<SimulationConfig, std::filesystem::path, ForeignLog,
+                               std::shared_ptr<const RotorFlightKind>>;
 
 struct JobEstimator {
   std::string name;
@@ -31,10 +33,10 @@ struct JobEstimator {
   std::vector<int> gammas;
 };
 
-// Fully resolved: the result depends on nothing else. Holds no YAML nodes: threads must not share
-// those.
+// Fully resolved: the result depends on nothing else. Threads must not share YAML nodes, so a job
+// uses none. A rotor-driven flight needs log, seed, flight and key only.
 struct Job {
-  std::string log;  // name of its flight source
+  std::string log;  // name of its flight source, or kind of flight
   std::uint64_t seed = 0;
   int sweep_index = 0;
   double x = 0.0;  // the sweep's value; NaN where there is none
@@ -50,6 +52,11 @@ struct Job {
 // All jobs: flights x sweep x seeds, in this order. A log without random numbers has one seed.
 // Throws InputError naming the experiment's line for settings that a flight or estimator refuses.
 std::vector<Job> MakeJobs(const Experiment& experiment);
+
+// The same of an experiment with rotor-driven flights: kinds x flights. Paths that the experiment
+// designs and noise that it learns are stored in `jobs_folder` (see ReuseOrMake).
+std::vector<Job> MakeRotorJobs(const RotorExperiment& experiment,
+                               const std::filesystem::path& jobs_folder, int threads, bool quiet);
 
 // Flies or reads the flight and runs every estimator on it. Throws InputError where that fails.
 JobResult RunJob(const Job& job);

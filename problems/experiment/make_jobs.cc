@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
-#include "problems/experiment/job.h"
+#include "problems/experiment/run_jobs.h"
 #include "problems/import/read_fixes_from_mocap.h"
 #include "problems/simulation/variant.h"
 
@@ -90,22 +89,10 @@ JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource&
   return {estimator.name, estimator.label, ReadEstimatorOptions(options), estimator.gammas};
 }
 
-// Checksums of all files that a flight source reads.
 std::string FilesText(const FlightSource& source) {
   std::string text;
-  const auto add = [&](const fs::path& file) {
+  for (const fs::path& file : FilesOf(source)) {
     text += fmt::format("{} {}\n", file.filename().string(), Sha256OfFile(file));
-  };
-  if (source.kind == FlightKind::kNativeLog) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(source.file)) {
-      if (entry.is_regular_file()) files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) add(file);
-  } else {
-    add(source.file);
-    for (const std::string& input : source.inputs) add(input);
   }
   return text;
 }
@@ -182,7 +169,7 @@ void RequireTouched(const Experiment& experiment, const FlightSource& source,
 }
 
 void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep_index,
-             const std::string& program, std::vector<Job>* jobs) {
+             std::vector<Job>* jobs) {
   const SweepPoint none{std::numeric_limits<double>::quiet_NaN(), {}};
   const SweepPoint& point =
       experiment.sweep.points.empty() ? none : experiment.sweep.points[sweep_index];
@@ -198,13 +185,13 @@ void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep
   }
   RequireTouched(experiment, source, point);
   const JobFlight flight = ReadFlightOf(source, point, experiment);
-  const std::string description = program + DescriptionOf(job, source, point, experiment);
+  const std::string description = DescriptionOf(job, source, point, experiment);
   const int seeds = DrawsNumbers(flight) ? experiment.seeds : 1;
   for (int i = 0; i < seeds; ++i) {
     job.seed = experiment.first_seed + static_cast<std::uint64_t>(i);
     job.flight = FlightOf(flight, source, job.seed);
     job.paths = experiment.trajectories && jobs->empty();
-    job.key = Sha256OfText(fmt::format("{}{} {}", description, job.seed, job.paths)).substr(0, 24);
+    job.key = KeyOf(fmt::format("{}{} {}", description, job.seed, job.paths));
     jobs->push_back(job);
   }
 }
@@ -212,14 +199,10 @@ void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep
 }  // namespace
 
 std::vector<Job> MakeJobs(const Experiment& experiment) {
-  // A rebuilt program may give other results under the same version.
-  const std::string program = Version() + Sha256OfFile("/proc/self/exe") + "\n";
   const int points = std::max<int>(1, static_cast<int>(experiment.sweep.points.size()));
   std::vector<Job> jobs;
   for (const FlightSource& source : experiment.flights) {
-    for (int index = 0; index < points; ++index) {
-      AddJobs(experiment, source, index, program, &jobs);
-    }
+    for (int index = 0; index < points; ++index) AddJobs(experiment, source, index, &jobs);
   }
   return jobs;
 }

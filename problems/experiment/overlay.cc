@@ -7,10 +7,15 @@
 #include "problems/common/error.h"
 
 namespace trueline {
+namespace {
+
+bool IsMapping(const YAML::Node& node) { return node.IsDefined() && node.IsMap(); }
+
+}  // namespace
 
 YAML::Node Merge(const YAML::Node& base, const YAML::Node& over) {
   if (!over.IsDefined() || over.IsNull()) return base;
-  if (!base.IsDefined() || !base.IsMap() || !over.IsMap()) return over;
+  if (!IsMapping(base) || !over.IsMap()) return over;
   YAML::Node merged(YAML::NodeType::Map);
   for (const auto& item : base) merged[item.first.as<std::string>()] = item.second;
   for (const auto& item : over) {
@@ -19,12 +24,6 @@ YAML::Node Merge(const YAML::Node& base, const YAML::Node& over) {
   }
   return merged;
 }
-
-namespace {
-
-bool IsMapping(const YAML::Node& node) { return node.IsDefined() && node.IsMap(); }
-
-}  // namespace
 
 YAML::Node WithSetting(const YAML::Node& base, const std::string& path, const YAML::Node& value) {
   const std::size_t dot = path.find('.');
@@ -59,6 +58,9 @@ std::vector<Setting> ReadSettings(const YamlMap& map) {
   return settings;
 }
 
+namespace {
+
+// Replaces ${NAME} by the environment variable NAME.
 std::string ExpandVariables(const std::string& text, const YamlMap& map, const std::string& key) {
   std::string result = text;
   for (std::size_t at = result.find("${"); at != std::string::npos; at = result.find("${")) {
@@ -73,6 +75,25 @@ std::string ExpandVariables(const std::string& text, const YamlMap& map, const s
     result.replace(at, end - at + 1, value);
   }
   return result;
+}
+
+}  // namespace
+
+std::filesystem::path ReadPath(const YamlMap& map, const std::string& key,
+                               const std::string& text) {
+  const std::filesystem::path path = ExpandVariables(text, map, key);
+  std::filesystem::path full =
+      path.is_absolute()
+          ? path
+          : (std::filesystem::path(map.file()).parent_path() / path).lexically_normal();
+  if (!std::filesystem::exists(full)) {
+    map.Fail(key, fmt::format("'{}' does not exist", full.string()));
+  }
+  return full;
+}
+
+std::filesystem::path ReadPath(const YamlMap& map, const std::string& key) {
+  return ReadPath(map, key, map.Get<std::string>(key));
 }
 
 std::string YamlText(const YAML::Node& node) {

@@ -1,8 +1,9 @@
-// Merging of YAML: an experiment changes keys of the files that it names.
+// Merging of YAML: an experiment changes keys of the files that it names. Paths in YAML.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,9 +32,11 @@ YAML::Node WithSettings(const YAML::Node& base, const std::vector<Setting>& sett
 // The entries of a mapping from key paths to values, in its order.
 std::vector<Setting> ReadSettings(const YamlMap& map);
 
-// Replaces ${NAME} by the environment variable NAME. Throws InputError at `key` of `map` where the
-// variable is not set.
-std::string ExpandVariables(const std::string& text, const YamlMap& map, const std::string& key);
+// The path `text`, or the value of `key`. ${NAME} stands for the environment variable NAME, and
+// relative paths start at the file's own folder. Throws InputError at `key` of `map` where the
+// variable is not set or the path does not exist.
+std::filesystem::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text);
+std::filesystem::path ReadPath(const YamlMap& map, const std::string& key);
 
 // Deterministic text of a node, for checksums and provenance.
 std::string YamlText(const YAML::Node& node);

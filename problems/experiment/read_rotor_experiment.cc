@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <set>
 
 #include "problems/calibration/considered.h"
 #include "problems/common/yaml_options.h"
+#include "problems/experiment/overlay.h"
 #include "problems/experiment/rotor_experiment.h"
 #include "problems/rotor_simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
@@ -14,9 +16,7 @@ FlightKindSource ReadKind(const YamlMap& map) {
   source.name = map.Get<std::string>("name");
   source.kind = map.GetChoice("kind", {"random", "lissajous", "evolved", "file"}, "random");
   if (source.kind == "file") {
-    const auto file = map.Get<std::string>("file");
-    source.file = (std::filesystem::path(map.file()).parent_path() / file).string();
-    if (!std::filesystem::exists(source.file)) map.Fail("file", "there is no " + source.file);
+    source.file = ReadPath(map, "file").string();
   }
   if (source.kind == "evolved") {
     source.evaluations = 1800;
@@ -63,6 +63,10 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   ReadRotorNoise(map.ChildOrEmpty("noise"), &experiment.believed);
   for (const YamlMap& kind : map.Children("kinds")) experiment.kinds.push_back(ReadKind(kind));
   if (experiment.kinds.empty()) map.Fail("kinds", "names no kind of flight");
+  std::set<std::string> names;
+  for (const FlightKindSource& kind : experiment.kinds) {
+    if (!names.insert(kind.name).second) map.Fail("kinds", "'" + kind.name + "' is named twice");
+  }
   map.Finish();
   return experiment;
 }

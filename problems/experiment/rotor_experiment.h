@@ -22,13 +22,12 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "problems/calibration/rotor_calibration.h"
-#include "problems/rotor_ekf/rotor_ekf.h"
+#include "problems/experiment/rows.h"
 #include "problems/rotor_simulation/simulate_rotor_flight.h"
 
 namespace trueline {
@@ -60,18 +59,11 @@ struct RotorExperiment {
   explicit RotorExperiment(RotorSimulation flown) : simulation(std::move(flown)) {}
 };
 
-// One flight, calibrated. Errors are estimate less truth.
-struct RotorTrial {
-  int kind = 0;
-  std::uint64_t seed = 0;
-  std::string failure;         // empty where all went well
-  RotorConstants first_guess;  // less truth
-  RotorConstants filter_error, filter_sigma;
-  RotorConstants batch_error, batch_sigma;
-  RotorConstants bound;                        // sigma
-  double filter_nees = 0.0, batch_nees = 0.0;  // by degree of freedom
-  double path_error = 0.0;                     // m
-  std::vector<RotorEstimate> history;          // of the filter, errors in `mean`
+// A kind of flight, ready to be flown.
+struct RotorFlightKind {
+  RotorExperiment experiment;
+  std::optional<PiecewisePolynomial> path;  // of all its flights, if they share one
+  RotorNoise noise;                         // the estimators'
 };
 
 // True for a file of config/experiments with `drive: rotors`.
@@ -81,14 +73,8 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file);
 // The same experiment shortened for a test: two flights of 5 s for each kind, best of 3 figures.
 void ShortenRotorExperiment(RotorExperiment* experiment);
 
-struct RotorExperimentRun {
-  std::vector<RotorTrial> trials;
-  std::vector<std::optional<PiecewisePolynomial>> paths;  // for each kind whose flights share one
-                                                          // path
-};
-
-// The result does not depend on `threads`.
-RotorExperimentRun RunRotorExperiment(const RotorExperiment& experiment, int threads,
-                                      const std::function<void(const std::string&)>& progress);
+// Simulates a flight and calibrates it by filter and batch from a random initial guess. Throws
+// InputError if the vehicle departs from its path or the batch does not converge.
+TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed);
 
 }  // namespace trueline

@@ -6,16 +6,16 @@
 namespace trueline {
 namespace {
 
-using Trials = std::vector<const RotorTrial*>;
+using Trials = std::vector<const TrialRow*>;
 
 constexpr double k95 = 1.959964;
 
 // Sums over the trials of one kind; `axes` are the constants that form one score.
 EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
-                     RotorConstants RotorTrial::*error, RotorConstants RotorTrial::*sigma) {
+                     RotorConstants TrialRow::*error, RotorConstants TrialRow::*sigma) {
   EstimatorScore score;
   int inside = 0;
-  for (const RotorTrial* trial : trials) {
+  for (const TrialRow* trial : trials) {
     for (const int i : axes) {
       const double e = (trial->*error)[i], s = (trial->*sigma)[i];
       score.rmse += e * e;
@@ -33,9 +33,9 @@ EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
 }
 
 double RootMean(const Trials& trials, const std::vector<int>& axes,
-                RotorConstants RotorTrial::*value) {
+                RotorConstants TrialRow::*value) {
   double sum = 0.0;
-  for (const RotorTrial* trial : trials) {
+  for (const TrialRow* trial : trials) {
     for (const int i : axes) sum += std::pow((trial->*value)[i], 2);
   }
   return std::sqrt(sum / static_cast<double>(trials.size()));
@@ -45,10 +45,10 @@ ConstantScore ScoreOf(const Trials& trials, const std::string& name, const std::
   ConstantScore score;
   score.name = name;
   score.unit = RotorConstantNames()[axes.front()].unit;
-  score.filter = Score(trials, axes, &RotorTrial::filter_error, &RotorTrial::filter_sigma);
-  score.batch = Score(trials, axes, &RotorTrial::batch_error, &RotorTrial::batch_sigma);
-  score.bound = RootMean(trials, axes, &RotorTrial::bound);
-  score.first_guess = RootMean(trials, axes, &RotorTrial::first_guess);
+  score.filter = Score(trials, axes, &TrialRow::filter_error, &TrialRow::filter_sigma);
+  score.batch = Score(trials, axes, &TrialRow::batch_error, &TrialRow::batch_sigma);
+  score.bound = RootMean(trials, axes, &TrialRow::bound);
+  score.first_guess = RootMean(trials, axes, &TrialRow::first_guess);
   return score;
 }
 
@@ -60,10 +60,10 @@ double OverBound(const KindSummary& summary, EstimatorScore ConstantScore::*esti
   return std::sqrt(sum / static_cast<double>(summary.constants.size()));
 }
 
-double Median(const Trials& trials, double RotorTrial::*value) {
+double Median(const Trials& trials, double TrialRow::*value) {
   std::vector<double> values;
   values.reserve(trials.size());
-  for (const RotorTrial* trial : trials) values.push_back(trial->*value);
+  for (const TrialRow* trial : trials) values.push_back(trial->*value);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -86,14 +86,14 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
     if (!axes.empty()) summary.groups.push_back(ScoreOf(trials, group, axes));
   }
   const auto n = static_cast<double>(trials.size());
-  for (const RotorTrial* trial : trials) {
+  for (const TrialRow* trial : trials) {
     summary.filter_nees += trial->filter_nees / n;
     summary.batch_nees += trial->batch_nees / n;
     summary.path_error += trial->path_error * trial->path_error / n;
   }
   summary.path_error = std::sqrt(summary.path_error);
-  summary.filter_nees_median = Median(trials, &RotorTrial::filter_nees);
-  summary.batch_nees_median = Median(trials, &RotorTrial::batch_nees);
+  summary.filter_nees_median = Median(trials, &TrialRow::filter_nees);
+  summary.batch_nees_median = Median(trials, &TrialRow::batch_nees);
   summary.batch_over_bound = OverBound(summary, &ConstantScore::batch);
   summary.filter_over_bound = OverBound(summary, &ConstantScore::filter);
   return summary;
@@ -101,22 +101,23 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
 
 }  // namespace
 
-std::vector<KindSummary> SummariseRotorTrials(const RotorExperiment& experiment,
-                                              const std::vector<RotorTrial>& trials) {
+std::vector<const TrialRow*> TrialsOf(const std::vector<JobOutcome>& outcomes,
+                                      const std::string& kind) {
+  std::vector<const TrialRow*> trials;
+  for (const JobOutcome& outcome : outcomes) {
+    if (outcome.job.log != kind) continue;
+    for (const TrialRow& trial : outcome.result.trials) trials.push_back(&trial);
+  }
+  return trials;
+}
+
+std::vector<KindSummary> SummariseTrials(const RotorExperiment& experiment,
+                                         const std::vector<JobOutcome>& outcomes) {
   std::vector<KindSummary> summaries;
-  for (std::size_t k = 0; k < experiment.kinds.size(); ++k) {
-    Trials own;
-    int failures = 0;
-    for (const RotorTrial& trial : trials) {
-      if (trial.kind != static_cast<int>(k)) continue;
-      if (trial.failure.empty()) {
-        own.push_back(&trial);
-      } else {
-        ++failures;
-      }
-    }
-    summaries.push_back(Summarise(experiment.kinds[k].name, own, experiment.prior.Free()));
-    summaries.back().failures = failures;
+  for (const FlightKindSource& kind : experiment.kinds) {
+    summaries.push_back(
+        Summarise(kind.name, TrialsOf(outcomes, kind.name), experiment.prior.Free()));
+    summaries.back().failures = experiment.flights - summaries.back().flights;
   }
   return summaries;
 }

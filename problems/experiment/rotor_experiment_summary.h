@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/experiment/rotor_experiment.h"
+#include "problems/experiment/run_jobs.h"
 
 namespace trueline {
 
@@ -37,7 +37,11 @@ struct KindSummary {
   double path_error = 0.0;  // m, RMS
 };
 
-std::vector<KindSummary> SummariseRotorTrials(const RotorExperiment& experiment,
-                                              const std::vector<RotorTrial>& trials);
+std::vector<KindSummary> SummariseTrials(const RotorExperiment& experiment,
+                                         const std::vector<JobOutcome>& outcomes);
+
+// The trials of one kind of flight that have a result.
+std::vector<const TrialRow*> TrialsOf(const std::vector<JobOutcome>& outcomes,
+                                      const std::string& kind);
 
 }  // namespace trueline

@@ -163,6 +163,9 @@ void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
 }  // namespace
 
 JobResult RunJob(const Job& job) {
+  if (const auto* kind = std::get_if<std::shared_ptr<const RotorFlightKind>>(&job.flight)) {
+    return {.trials = {FlyTrial(**kind, job.seed)}};
+  }
   const JobLog flown = MakeLog(job);
   JobResult result;
   if (job.paths) AddTruthPaths(flown.log, &result.paths);

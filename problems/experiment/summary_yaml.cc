@@ -112,17 +112,10 @@ YAML::Node ChecksumsNode(const Experiment& experiment) {
   };
   add(experiment.file, fs::path(experiment.file).filename().string());
   for (const FlightSource& flight : experiment.flights) {
-    if (flight.kind == FlightKind::kNativeLog) {
-      std::vector<fs::path> files;
-      for (const auto& entry : fs::directory_iterator(flight.file)) {
-        if (entry.is_regular_file()) files.push_back(entry.path());
-      }
-      std::sort(files.begin(), files.end());
-      for (const fs::path& file : files) add(file, flight.name + "/" + file.filename().string());
-      continue;
+    const bool folder = flight.kind == FlightKind::kNativeLog;
+    for (const fs::path& file : FilesOf(flight)) {
+      add(file, (folder ? flight.name + "/" : "") + file.filename().string());
     }
-    add(flight.file, flight.file.filename().string());
-    for (const fs::path input : flight.inputs) add(input, input.filename().string());
   }
   return node;
 }
@@ -140,7 +133,7 @@ YAML::Node ProvenanceNode(const Experiment& experiment) {
 
 }  // namespace
 
-std::string SummaryYaml(const Experiment& experiment, const BenchmarkRun& run) {
+std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run) {
   YAML::Node node;
   node["name"] = experiment.name;
   if (!experiment.about.empty()) node["about"] = experiment.about;

@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include "problems/experiment/run_experiment.h"
+#include "problems/experiment/run_jobs.h"
 
 namespace trueline {
 
 // summary.yaml: groups, convergence, starts, failures, provenance. Independent of times and
 // threads.
-std::string SummaryYaml(const Experiment& experiment, const BenchmarkRun& run);
+std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run);
 
 }  // namespace trueline

@@ -16,21 +16,14 @@ std::string Number(double value, const char* format = "{:.6g}") {  // empty for 
   return std::isnan(value) ? "" : fmt::format(fmt::runtime(format), value);
 }
 
-void WriteArcRow(std::ostream& out, const Job& job, const ArcRow& r, bool times) {
-  fmt::print(out, "{},{},{},{},{:.9f},{:.9f},{},{:.6g},{},{},{},{},{},{},{},{},{}\n", job.log,
-             r.estimator, r.gamma, r.tau, r.begin, r.end, Number(r.error), r.predicted_sigma,
-             r.iterations, times ? Number(r.solve_time) : "", r.truth, r.label, Number(job.x),
-             job.seed, r.truth == "none" ? "" : fmt::format("{}", int(r.inside_95)), int(r.counted),
-             Number(r.bound));
-}
-
-// Writes the header and calls `write(job, row)` for all rows of one kind; no file without rows.
+// Writes the header and calls `write(job, row)` for all rows of one kind; no file without rows,
+// except for arcs.
 template <class Row, class Write>
-void WriteTable(const BenchmarkRun& run, std::vector<Row> JobResult::*rows,
+void WriteTable(const ExperimentRun& run, std::vector<Row> JobResult::*rows,
                 const std::filesystem::path& path, const char* header, const Write& write) {
   AtomicFile file(path);
   fmt::print(file.stream(), "{}\n", header);
-  bool any = false;
+  bool any = std::is_same_v<Row, ArcRow>;
   for (const JobOutcome& outcome : run.outcomes) {
     for (const Row& row : outcome.result.*rows) {
       write(file.stream(), outcome.job, row);
@@ -44,21 +37,7 @@ void WriteTable(const BenchmarkRun& run, std::vector<Row> JobResult::*rows,
   }
 }
 
-void WriteArcs(const BenchmarkRun& run, bool times, const std::filesystem::path& path) {
-  AtomicFile file(path);
-  fmt::print(file.stream(),
-             "log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],predicted_sigma "
-             "[m],iterations [1],solve_time [s],truth,label,sweep,seed,inside_95 [1],counted "
-             "[1],bound [m]\n");
-  for (const JobOutcome& outcome : run.outcomes) {
-    for (const ArcRow& row : outcome.result.arcs) {
-      WriteArcRow(file.stream(), outcome.job, row, times);
-    }
-  }
-  file.Commit();
-}
-
-void WriteTiming(const BenchmarkRun& run, int threads, const std::filesystem::path& path) {
+void WriteTiming(const ExperimentRun& run, int threads, const std::filesystem::path& path) {
   if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   WriteFileAtomically(path, fmt::format("threads: {}\nwall_time: {:.3f}  # s\nflights: {}\n"
                                         "flights_reused: {}  # from an earlier run\n",
@@ -71,9 +50,20 @@ std::string Share(int part, int whole) {
 
 }  // namespace
 
-void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int threads, bool times,
+void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int threads, bool times,
                     const std::filesystem::path& directory) {
-  WriteArcs(run, times, directory / "arcs.csv");
+  WriteTable(run, &JobResult::arcs, directory / "arcs.csv",
+             "log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],predicted_sigma "
+             "[m],iterations [1],solve_time [s],truth,label,sweep,seed,inside_95 [1],counted "
+             "[1],bound [m]",
+             [times](std::ostream& out, const Job& job, const ArcRow& r) {
+               fmt::print(out, "{},{},{},{},{:.9f},{:.9f},{},{:.6g},{},{},{},{},{},{},{},{},{}\n",
+                          job.log, r.estimator, r.gamma, r.tau, r.begin, r.end, Number(r.error),
+                          r.predicted_sigma, r.iterations, times ? Number(r.solve_time) : "",
+                          r.truth, r.label, Number(job.x), job.seed,
+                          r.truth == "none" ? "" : fmt::format("{}", int(r.inside_95)),
+                          int(r.counted), Number(r.bound));
+             });
   WriteTable(run, &JobResult::convergence, directory / "convergence.csv",
              "log,label,gamma,sweep,seed,quantity,tolerance,windows,time [s]",
              [](std::ostream& out, const Job& job, const ConvergenceRow& r) {
@@ -98,7 +88,7 @@ void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int t
   WriteTiming(run, threads, directory / "timing.yaml");
 }
 
-std::string BenchmarkTable(const Experiment& experiment, const BenchmarkRun& run) {
+std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run) {
   std::string text =
       fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log", "label",
                   "gamma", experiment.sweep.name.empty() ? "" : "sweep", "arcs", "mean [m]",

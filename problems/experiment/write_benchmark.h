@@ -6,7 +6,7 @@
 #include <string>
 
 #include "problems/experiment/benchmark_summary.h"
-#include "problems/experiment/run_experiment.h"
+#include "problems/experiment/run_jobs.h"
 
 namespace trueline {
 
@@ -14,10 +14,10 @@ namespace trueline {
 // summary.yaml, timing.yaml with the wall time, and if the experiment asks for them
 // convergence.csv, starts.csv, trajectory.csv. With `times` false the column solve_time is empty,
 // so that arcs.csv has the same bytes in every run.
-void WriteBenchmark(const Experiment& experiment, const BenchmarkRun& run, int threads, bool times,
+void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int threads, bool times,
                     const std::filesystem::path& directory);
 
 // For standard output.
-std::string BenchmarkTable(const Experiment& experiment, const BenchmarkRun& run);
+std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run);
 
 }  // namespace trueline

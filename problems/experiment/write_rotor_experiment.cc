@@ -67,18 +67,19 @@ YAML::Node SummaryNode(const RotorExperiment& experiment,
   return node;
 }
 
-std::string TrialsCsv(const RotorExperiment& experiment, const std::vector<RotorTrial>& trials) {
+std::string TrialsCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
   std::string text =
       "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,batch_error,batch_sigma,"
       "bound\n";
-  for (const RotorTrial& t : trials) {
-    if (!t.failure.empty()) continue;
-    for (const int i : experiment.prior.Free()) {
-      const RotorConstantInfo& info = RotorConstantNames()[i];
-      text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                          experiment.kinds[t.kind].name, t.seed, info.name, info.unit,
-                          t.first_guess[i], t.filter_error[i], t.filter_sigma[i], t.batch_error[i],
-                          t.batch_sigma[i], t.bound[i]);
+  for (const JobOutcome& outcome : run.outcomes) {
+    for (const TrialRow& t : outcome.result.trials) {
+      for (const int i : experiment.prior.Free()) {
+        const RotorConstantInfo& info = RotorConstantNames()[i];
+        text +=
+            fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", outcome.job.log,
+                        outcome.job.seed, info.name, info.unit, t.first_guess[i], t.filter_error[i],
+                        t.filter_sigma[i], t.batch_error[i], t.batch_sigma[i], t.bound[i]);
+      }
     }
   }
   return text;
@@ -91,37 +92,34 @@ struct Moment {
   RotorConstants error = RotorConstants::Zero(), square = error, variance = error;
 };
 
-std::vector<Moment> MomentsOf(const std::vector<RotorTrial>& trials, int kind) {
+std::vector<Moment> MomentsOf(const std::vector<const TrialRow*>& trials) {
   std::vector<Moment> moments;
-  for (const RotorTrial& trial : trials) {
-    if (trial.kind != kind || !trial.failure.empty()) continue;
-    constexpr int kEvery = 6;  // every sixth pose: about 0.2 s
-    for (std::size_t j = 0; j * kEvery < trial.history.size(); ++j) {
-      const RotorEstimate& estimate = trial.history[j * kEvery];
-      if (moments.size() <= j) moments.resize(j + 1);
+  for (const TrialRow* trial : trials) {
+    if (moments.size() < trial->history.size()) moments.resize(trial->history.size());
+    for (std::size_t j = 0; j < trial->history.size(); ++j) {
+      const TrialRow::Moment& estimate = trial->history[j];
       moments[j].t = estimate.t;
       ++moments[j].count;
-      moments[j].error += estimate.mean;
-      moments[j].square += estimate.mean.cwiseAbs2();
+      moments[j].error += estimate.error;
+      moments[j].square += estimate.error.cwiseAbs2();
       moments[j].variance += estimate.sigma.cwiseAbs2();
     }
   }
   return moments;
 }
 
-std::string HistoryCsv(const RotorExperiment& experiment, const std::vector<RotorTrial>& trials) {
+std::string HistoryCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
   std::string text = "kind,t [s],parameter,unit,truth,mean_error,spread,rmse,sigma\n";
   const RotorSimulation& sim = experiment.simulation;
-  for (std::size_t k = 0; k < experiment.kinds.size(); ++k) {
-    for (const Moment& m : MomentsOf(trials, static_cast<int>(k))) {
+  for (const FlightKindSource& kind : experiment.kinds) {
+    for (const Moment& m : MomentsOf(TrialsOf(run.outcomes, kind.name))) {
       for (const int i : experiment.prior.Free()) {
         const double mean = m.error[i] / m.count, square = m.square[i] / m.count;
         const double truth = i + RotorAeroModel::kMoving < RotorDrivenModel::kStates
                                  ? sim.vehicle.parameters[i + RotorAeroModel::kMoving]
                                  : 0.0;
-        text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                            experiment.kinds[k].name, m.t, RotorConstantNames()[i].name,
-                            RotorConstantNames()[i].unit, truth, mean,
+        text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", kind.name, m.t,
+                            RotorConstantNames()[i].name, RotorConstantNames()[i].unit, truth, mean,
                             std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
                             std::sqrt(m.variance[i] / m.count));
       }
@@ -130,28 +128,36 @@ std::string HistoryCsv(const RotorExperiment& experiment, const std::vector<Roto
   return text;
 }
 
-}  // namespace
-
-void WriteRotorExperiment(const RotorExperiment& experiment, const RotorExperimentRun& run,
-                          const std::filesystem::path& directory) {
-  const std::vector<RotorTrial>& trials = run.trials;
-  for (std::size_t k = 0; k < run.paths.size(); ++k) {
-    if (!run.paths[k] || experiment.kinds[k].kind == "file") continue;
-    std::string name = experiment.kinds[k].name;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == ' ' || c == '/'; }, '_');
-    WriteFileAtomically(directory / ("trajectory_" + name + ".yaml"),
-                        TrajectoryYaml(*run.paths[k]));
+// The path that the experiment has designed for a job's kind of flight.
+const PiecewisePolynomial* DesignedPath(const Job& job) {
+  const auto& kind = *std::get<std::shared_ptr<const RotorFlightKind>>(job.flight);
+  for (const FlightKindSource& source : kind.experiment.kinds) {
+    if (source.name == job.log && source.kind != "file" && kind.path) return &*kind.path;
   }
-  WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, trials));
-  WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, trials));
-  WriteFileAtomically(directory / "summary.yaml",
-                      TextOf(SummaryNode(experiment, SummariseRotorTrials(experiment, trials))));
+  return nullptr;
 }
 
-std::string RotorExperimentTable(const std::vector<KindSummary>& summaries) {
+}  // namespace
+
+void WriteRotorExperiment(const RotorExperiment& experiment, const ExperimentRun& run,
+                          const std::filesystem::path& directory) {
+  for (std::size_t i = 0; i < run.outcomes.size(); i += experiment.flights) {
+    const PiecewisePolynomial* path = DesignedPath(run.outcomes[i].job);
+    if (path == nullptr) continue;
+    std::string name = run.outcomes[i].job.log;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ' ' || c == '/'; }, '_');
+    WriteFileAtomically(directory / ("trajectory_" + name + ".yaml"), TrajectoryYaml(*path));
+  }
+  WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, run));
+  WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, run));
+  WriteFileAtomically(directory / "summary.yaml",
+                      TextOf(SummaryNode(experiment, SummariseTrials(experiment, run.outcomes))));
+}
+
+std::string RotorExperimentTable(const RotorExperiment& experiment, const ExperimentRun& run) {
   std::string table;
-  for (const KindSummary& s : summaries) {
+  for (const KindSummary& s : SummariseTrials(experiment, run.outcomes)) {
     table += fmt::format("{}: {} flights{}\n", s.name, s.flights,
                          s.failures > 0 ? fmt::format(", {} without result", s.failures) : "");
     if (s.flights == 0) continue;

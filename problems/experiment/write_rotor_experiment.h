@@ -12,9 +12,10 @@ namespace trueline {
 // summary.yaml; trials.csv (each constant of each flight); history.csv (the filter's errors over
 // time by kind: mean, spread between flights, RMSE, stated sigma); trajectory_KIND.yaml of each
 // trajectory chosen by the experiment, with '_' for blanks in the name.
-void WriteRotorExperiment(const RotorExperiment& experiment, const RotorExperimentRun& run,
+void WriteRotorExperiment(const RotorExperiment& experiment, const ExperimentRun& run,
                           const std::filesystem::path& directory);
 
-std::string RotorExperimentTable(const std::vector<KindSummary>& summaries);
+// For standard output.
+std::string RotorExperimentTable(const RotorExperiment& experiment, const ExperimentRun& run);
 
 }  // namespace trueline

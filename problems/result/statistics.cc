@@ -26,13 +26,4 @@ ErrorSummary Summarise(const std::vector<double>& values) {
           Quantile(values, 0.95)};
 }
 
-double BinomialCdf(int inside, int count, double p) {
-  double sum = 0.0;
-  for (int k = 0; k <= inside; ++k) {
-    sum += std::exp(std::lgamma(count + 1.0) - std::lgamma(k + 1.0) - std::lgamma(count - k + 1.0) +
-                    k * std::log(p) + (count - k) * std::log1p(-p));
-  }
-  return std::min(sum, 1.0);
-}
-
 }  // namespace trueline

@@ -16,8 +16,4 @@ struct ErrorSummary {
 };
 ErrorSummary Summarise(const std::vector<double>& values);
 
-// Probability of `inside` or fewer hits out of `count` where each has probability p: small values
-// say that intervals are too narrow.
-double BinomialCdf(int inside, int count, double p);
-
 }  // namespace trueline

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "problems/calibration/learn_noise.h"
+#include "problems/calibration/learn_rotor_noise.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
@@ -75,7 +75,7 @@ TEST(LearnNoise, FindsTheNoiseThatFlew) {
   options.noise.force_density *= 0.25;
   options.prior = DrawnPrior(WuestVehicle(), 2);
   const LearnedNoise learned =
-      LearnNoise(EstimationModel(sim.vehicle), data, options, options.noise);
+      LearnRotorNoise(EstimationModel(sim.vehicle), data, options, options.noise);
   EXPECT_GT(learned.gain, 100.0);
   EXPECT_NEAR(std::log(learned.noise.gyro / sim.noise.gyro), 0.0, 0.2);
   EXPECT_NEAR(std::log(learned.noise.force_density / sim.noise.force_density), 0.0, 0.7);

@@ -5,7 +5,7 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
-#include "problems/result/statistics.h"
+#include "problems/result/distributions.h"
 #include "problems/simulation/simulate.h"
 #include "problems/window/gyro_scatter.h"
 

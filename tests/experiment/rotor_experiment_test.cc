@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "problems/common/error.h"
 #include "problems/experiment/write_rotor_experiment.h"
@@ -24,12 +25,9 @@ fs::path Shipped(const std::string& name) {
   return fs::path(TRUELINE_TEST_SOURCE_DIR) / "config/experiments" / (name + ".yaml");
 }
 
-RotorExperimentRun RunWith(const RotorExperiment& experiment, int threads = 0) {
-  return RunRotorExperiment(experiment, threads, [](const std::string&) {});
-}
-
-std::vector<RotorTrial> RunAll(const RotorExperiment& experiment, int threads = 0) {
-  return RunWith(experiment, threads).trials;
+ExperimentRun RunAll(const RotorExperiment& experiment, int threads = 0,
+                     const fs::path& jobs_folder = {}) {
+  return RunJobs(MakeRotorJobs(experiment, jobs_folder, threads, true), jobs_folder, threads, true);
 }
 
 TEST(RotorExperiment, ShippedOnesAreReadAndOthersAreNot) {
@@ -47,9 +45,9 @@ TEST(RotorExperiment, ATrialOfThePapersExperimentWritesItsResult) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_matched"));
   ShortenRotorExperiment(&experiment);
   experiment.kinds.resize(2);  // random and Lissajous; the designed ones last 20 s
-  const RotorExperimentRun run = RunWith(experiment);
-  ASSERT_EQ(run.trials.size(), 4u);
-  for (const RotorTrial& trial : run.trials) EXPECT_EQ(trial.failure, "");
+  const ExperimentRun run = RunAll(experiment);
+  ASSERT_EQ(run.outcomes.size(), 4u);
+  for (const JobOutcome& outcome : run.outcomes) EXPECT_EQ(outcome.failure, "");
   const fs::path out = fs::path(testing::TempDir()) / "trueline_rotor_experiment";
   fs::remove_all(out);
   WriteRotorExperiment(experiment, run, out);
@@ -67,9 +65,44 @@ TEST(RotorExperiment, ResultsDoNotDependOnThreads) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_coverage"));
   experiment.flights = 2;
   experiment.duration = 3.0;
-  const std::vector<RotorTrial> one = RunAll(experiment, 1), two = RunAll(experiment, 2);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(one[i].batch_error, two[i].batch_error);
-  EXPECT_NE(one[0].batch_error, one[1].batch_error);
+  const ExperimentRun one = RunAll(experiment, 1), two = RunAll(experiment, 2);
+  const auto error = [](const ExperimentRun& run, int i) {
+    return run.outcomes[i].result.trials.front().batch_error;
+  };
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(error(one, i), error(two, i));
+  EXPECT_NE(error(one, 0), error(one, 1));
+}
+
+TEST(RotorExperiment, SlowGoesOnWhereItWasKilledWithTheSameBytes) {
+  RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_matched"));
+  ShortenRotorExperiment(&experiment);
+  experiment.duration = 3.0;
+  experiment.kinds.resize(2);  // random and Lissajous
+  const fs::path out = fs::path(testing::TempDir()) / "trueline_rotor_resume";
+  fs::remove_all(out);
+  const auto run = [&](int reused) {
+    const ExperimentRun result = RunAll(experiment, 1, out / "jobs");
+    EXPECT_EQ(result.reused, reused);
+    WriteRotorExperiment(experiment, result, out);
+    std::string text;
+    for (const char* name :
+         {"summary.yaml", "trials.csv", "history.csv", "trajectory_best_Lissajous.yaml"}) {
+      std::ostringstream content;
+      content << std::ifstream(out / name).rdbuf();
+      EXPECT_GT(content.str().size(), 100u) << name;
+      text += content.str();
+    }
+    return text;
+  };
+  const std::string whole = run(0);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(out / "jobs")) files.push_back(entry.path());
+  ASSERT_EQ(files.size(), 6u);  // two kinds, four flights
+  const Job last = MakeRotorJobs(experiment, out / "jobs", 1, true).back();
+  fs::resize_file(out / "jobs" / (last.key + ".txt"), 1000);  // as after a disk failure
+  EXPECT_EQ(run(3), whole);
+  EXPECT_EQ(run(4), whole);
+  fs::remove_all(out);
 }
 
 // 12 flights of 18 constants: the ratio of RMSE to the bound scatters by about 6 %.
@@ -77,7 +110,7 @@ TEST(RotorExperiment, BatchReachesTheBoundAndIntervalsHoldSlow) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_coverage"));
   experiment.flights = 12;
   experiment.duration = 8.0;
-  const KindSummary summary = SummariseRotorTrials(experiment, RunAll(experiment)).front();
+  const KindSummary summary = SummariseTrials(experiment, RunAll(experiment).outcomes).front();
   EXPECT_EQ(summary.failures, 0);
   EXPECT_NEAR(summary.batch_over_bound, 1.0, 0.2);
   ExpectChiSquare(12 * 18 * summary.batch_nees, 12 * 18, "batch");
@@ -88,12 +121,13 @@ TEST(RotorExperiment, BatchReachesTheBoundAndIntervalsHoldSlow) {
 }
 
 // Squared errors of some constants in stated sigmas, summed over all flights.
-double SquaredErrors(const std::vector<RotorTrial>& trials, const std::set<std::string>& names) {
+double SquaredErrors(const std::vector<const TrialRow*>& trials,
+                     const std::set<std::string>& names) {
   double sum = 0.0;
-  for (const RotorTrial& trial : trials) {
+  for (const TrialRow* trial : trials) {
     for (const std::string& name : names) {
       const int i = FindRotorConstant(name);
-      sum += std::pow(trial.batch_error[i] / trial.batch_sigma[i], 2);
+      sum += std::pow(trial->batch_error[i] / trial->batch_sigma[i], 2);
     }
   }
   return sum;
@@ -105,9 +139,9 @@ TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
   RotorExperiment experiment = ReadRotorExperiment(Shipped("rotors_coverage_unmodelled"));
   experiment.flights = 16;
   experiment.duration = 8.0;
-  const auto inside = [&](const std::vector<RotorTrial>& trials, const std::set<std::string>& names,
+  const auto inside = [&](const ExperimentRun& run, const std::set<std::string>& names,
                           EstimatorScore ConstantScore::*estimator) {
-    const KindSummary summary = SummariseRotorTrials(experiment, trials).front();
+    const KindSummary summary = SummariseTrials(experiment, run.outcomes).front();
     EXPECT_EQ(summary.failures, 0);
     double sum = 0.0;
     int count = 0;
@@ -117,13 +151,14 @@ TEST(RotorExperiment, SlowIntervalsTakeInWhatTheModelLacks) {
     return sum / count;
   };
   const std::set<std::string> bent = {"m", "r_BM_x", "r_BM_y"};
-  const std::vector<RotorTrial> wide = RunAll(experiment);
+  const ExperimentRun wide = RunAll(experiment);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::batch), 0.95, 0.05);
   EXPECT_NEAR(inside(wide, {}, &ConstantScore::filter), 0.95, 0.05);
   // Coverage alone accepts intervals of any width; squared errors show that these are no wider than
   // needed.
   EXPECT_GT(inside(wide, bent, &ConstantScore::batch), 0.85);
-  ExpectChiSquare(SquaredErrors(wide, bent), 16.0 * bent.size(), "bent constants");
+  ExpectChiSquare(SquaredErrors(TrialsOf(wide.outcomes, experiment.kinds.front().name), bent),
+                  16.0 * bent.size(), "bent constants");
   experiment.considered.clear();
   EXPECT_LT(inside(RunAll(experiment), bent, &ConstantScore::batch), 0.6);
 }

@@ -119,7 +119,7 @@ TEST(Failure, OfOneFlightLeavesTheOthers) {
                          "estimators: [{name: vgd}]\n"
                          "sweep: {name: speed, keys: [simulation.vehicle.max_rotor_speed], values: "
                          "[1300, 700]}\n");
-  const BenchmarkRun run = RunFile(file, folder.path() / "out", 1);
+  const ExperimentRun run = RunFile(file, folder.path() / "out", 1);
   ASSERT_EQ(run.outcomes.size(), 2U);
   EXPECT_EQ(run.outcomes[0].failure, "");
   EXPECT_THAT(run.outcomes[1].failure, HasSubstr("left the course"));

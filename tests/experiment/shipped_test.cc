@@ -25,7 +25,7 @@ TEST_P(ShippedSlow, GivesArcsOfEveryEstimatorOnEveryFlight) {
   Experiment experiment = ReadExperiment(file);
   ShortenExperiment(&experiment);
   const TemporaryFolder out;
-  const BenchmarkRun run = RunJobs(MakeJobs(experiment), out.path() / "jobs", 0, true);
+  const ExperimentRun run = RunJobs(MakeJobs(experiment), out.path() / "jobs", 0, true);
   for (const JobOutcome& outcome : run.outcomes) {
     SCOPED_TRACE(outcome.job.log);
     EXPECT_EQ(outcome.failure, "");
@@ -42,7 +42,7 @@ TEST_P(ShippedSlow, GivesArcsOfEveryEstimatorOnEveryFlight) {
 std::vector<std::string> ExperimentNames() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(SourceFolder() / "config/experiments")) {
-    if (IsRotorExperiment(entry.path())) continue;  // tests/rotor_experiment runs those
+    if (IsRotorExperiment(entry.path())) continue;  // rotor_experiment_test.cc runs those
     names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());

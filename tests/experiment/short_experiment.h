@@ -51,9 +51,9 @@ inline fs::path WriteExperiment(const fs::path& folder, const std::string& text)
   return file;
 }
 
-inline BenchmarkRun RunFile(const fs::path& file, const fs::path& out, int threads) {
+inline ExperimentRun RunFile(const fs::path& file, const fs::path& out, int threads) {
   const Experiment experiment = ReadExperiment(file);
-  BenchmarkRun run = RunJobs(MakeJobs(experiment), out / "jobs", threads, true);
+  ExperimentRun run = RunJobs(MakeJobs(experiment), out / "jobs", threads, true);
   WriteBenchmark(experiment, run, threads, false, out);
   return run;
 }

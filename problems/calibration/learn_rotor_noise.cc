@@ -1,4 +1,4 @@
-#include "problems/calibration/learn_noise.h"
+#include "problems/calibration/learn_rotor_noise.h"
 
 #include <array>
 #include <cmath>
@@ -33,9 +33,9 @@ RotorEkfRun Run(const RotorAeroModel& model, const RotorData& data,
 
 }  // namespace
 
-LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
-                        const RotorEkfOptions& options, const RotorNoise& stated,
-                        double first_step) {
+LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
+                             const RotorEkfOptions& options, const RotorNoise& stated,
+                             double first_step) {
   RotorEkfOptions best = options;
   LearnedNoise learned;
   RotorEkfRun leader = Run(model, data, options);
@@ -106,7 +106,7 @@ void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
   };
   const auto learn = [&] {
     const LearnedNoise learned =
-        LearnNoise(model, some(), *filter, learning.stated, learning.first_step);
+        LearnRotorNoise(model, some(), *filter, learning.stated, learning.first_step);
     filter->noise = learned.noise;
     filter->point = learned.point;
   };

@@ -16,9 +16,9 @@ struct LearnedNoise {
 // Coordinate search over the logarithms of the six values of RotorNoise, each kept within a factor
 // of 100 of `stated`. The constants stay unknown. `first_step` is of the logarithm; use a small one
 // from a start that is known to be good.
-LearnedNoise LearnNoise(const RotorAeroModel& model, const RotorData& data,
-                        const RotorEkfOptions& options, const RotorNoise& stated,
-                        double first_step = 1.2);
+LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
+                             const RotorEkfOptions& options, const RotorNoise& stated,
+                             double first_step = 1.2);
 
 // The delay (s) of the rotor speeds that maximises the likelihood, within +-`range`, to 2.5 ms.
 // Clocks and filters of rotor sensors and IMU differ, and inertia is the most sensitive to that.
@@ -31,7 +31,7 @@ struct RotorLearning {
   bool noise = true;
   bool rotor_delay = false;
   double seconds = 20.0;   // of flight, from its start
-  RotorNoise stated = {};  // the reference of LearnNoise's factor 100
+  RotorNoise stated = {};  // the reference of LearnRotorNoise's factor 100
   double first_step = 1.2;
 };
 
