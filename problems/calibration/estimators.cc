@@ -77,11 +77,6 @@ EstimatorRun Estimators::Run(const std::string& name, int gamma) {
   return Runners().at(name)(this, gamma);
 }
 
-EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
-                          const EstimatorOptions& options, int gamma) {
-  return Estimators(flight, options).Run(name, gamma);
-}
-
 EstimatorOptions ReadEstimatorOptions(const YamlMap& map) {
   EstimatorOptions options;
   options.ekf = ReadEkfOptions(map.ChildOrEmpty("ekf"));

@@ -58,10 +58,6 @@ class Estimators {
   std::optional<std::vector<ProcessNoise>> processes_;
 };
 
-// One run alone.
-EstimatorRun RunEstimator(const std::string& name, const FlightData& flight,
-                          const EstimatorOptions& options, int gamma);
-
 // Reads the keys of `map` over the defaults (see config/calibrate/default.yaml); strict.
 EstimatorOptions ReadEstimatorOptions(const YamlMap& map);
 

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "problems/observability/rotor_driven_system.h"
 #include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {

@@ -18,7 +18,6 @@ class ImuDrivenSystem {
  public:
   static constexpr int kPosition = 0, kVelocity = 3, kParameters = 6;
   static constexpr int kStates = 15, kMoving = 6, kErrors = 15;
-  static constexpr int kInputs = 10;
   // Drag at which flights are assessed, 1/s. It differs between the axes: with equal drag a
   // rotation of the IMU about z changes nothing, and psi_I_B would be unobservable.
   static constexpr double kTypicalDragX = -0.55, kTypicalDragY = -0.45;
@@ -34,7 +33,6 @@ class ImuDrivenSystem {
   }
 
   const std::vector<StateInfo>& errors() const { return errors_; }
-  int num_inputs() const { return kInputs; }
   int num_outputs() const { return 3; }
   std::vector<double> OutputWeights() const {
     return std::vector<double>(3, std::sqrt(fix_rate_) / sigma_fix_);
@@ -71,10 +69,6 @@ class ImuDrivenSystem {
   template <class C>
   void Error(const C*, const C* dx, C* error) const {
     for (int i = 0; i < kStates; ++i) error[i] = dx[i];
-  }
-  std::vector<double> Perturbed(std::vector<double> x, int error, double by) const {
-    x[error] += by;
-    return x;
   }
 
  private:

@@ -5,9 +5,9 @@
 
 #include "problems/design/design_score.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/empirical_gramian.h"
 #include "problems/observability/rotor_driven_rank.h"
 #include "problems/observability/variational_gramian.h"
+#include "tests/observability/empirical_gramian.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

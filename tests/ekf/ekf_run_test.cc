@@ -6,6 +6,7 @@
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
 #include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/window/gyro_scatter.h"
 

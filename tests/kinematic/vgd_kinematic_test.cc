@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 
 namespace trueline {

@@ -1,16 +1,30 @@
 // The empirical observability Gramian of Krener and Ide 2009: the flight is simulated again with
 // each error state perturbed to either side. Slow but independent of all derivatives: a
-// cross-check.
+// cross-check. A System has errors() and an overload of Perturbed.
 #pragma once
 
 #include <Eigen/Core>
 #include <cmath>
 #include <vector>
 
-#include "problems/observability/state_info.h"
+#include "problems/observability/rotor_driven_system.h"
 #include "problems/trajectory/nominal.h"
 
 namespace trueline {
+
+// `x` with one error state moved by a finite amount.
+inline std::vector<double> Perturbed(const RotorDrivenSystem&, std::vector<double> x, int error,
+                                     double by) {
+  if (error >= 3) {
+    x[error + 1] += by;
+    return x;
+  }
+  Vec4<double> turn(std::cos(0.5 * by), 0.0, 0.0, 0.0);
+  turn[1 + error] = std::sin(0.5 * by);
+  const Vec4<double> q = HamiltonProduct(Vec4<double>(x[0], x[1], x[2], x[3]), turn);
+  for (int i = 0; i < 4; ++i) x[i] = q[i];
+  return x;
+}
 
 // Outputs at the ends of `steps` Runge-Kutta steps, num_outputs x (steps + 1), from `x` with the
 // flight's inputs.
@@ -55,7 +69,7 @@ Eigen::MatrixXd EmpiricalGramian(const System& system, const NominalFlight& flig
   for (int column = 0; column < System::kErrors; ++column) {
     const double size = relative * system.errors()[column].typical;
     const auto outputs = [&](double by) {
-      return SimulateOutputs(system, flight, system.Perturbed(start.x, column, by), steps);
+      return SimulateOutputs(system, flight, Perturbed(system, start.x, column, by), steps);
     };
     Eigen::MatrixXd difference = (outputs(size) - outputs(-size)) / (2.0 * size);
     for (int i = 0; i <= steps; ++i) {
