@@ -39,13 +39,10 @@ YAML::Node VerdictNode(const Verdict& verdict, const std::vector<std::string>& w
 YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
   YAML::Node node(YAML::NodeType::Map);
   for (const ParameterEstimate& p : parameters) {
-    YAML::Node entry;
-    entry["value"] = Rounded(p.value, 6);
-    entry["sigma"] = Rounded(p.sigma, 3);
-    entry["unit"] = p.unit;
-    entry["status"] = p.status;
-    entry.SetStyle(YAML::EmitterStyle::Flow);
-    node[p.name] = entry;
+    node[p.name] = FlowMap({{"value", Rounded(p.value, 6)},
+                            {"sigma", Rounded(p.sigma, 3)},
+                            {"unit", p.unit},
+                            {"status", p.status}});
   }
   return node;
 }

@@ -102,13 +102,10 @@ YAML::Node ArcsNode(const EstimatorRun& run) {
   YAML::Node node;
   node["count"] = arcs.error.count;
   if (arcs.error.count == 0) return node;
-  YAML::Node error;
-  error["mean"] = Rounded(arcs.error.mean, 4);
-  error["median"] = Rounded(arcs.error.median, 4);
-  error["p95"] = Rounded(arcs.error.p95, 4);
-  error["unit"] = "m";
-  error.SetStyle(YAML::EmitterStyle::Flow);
-  node["final_point_error"] = error;
+  node["final_point_error"] = FlowMap({{"mean", Rounded(arcs.error.mean, 4)},
+                                       {"median", Rounded(arcs.error.median, 4)},
+                                       {"p95", Rounded(arcs.error.p95, 4)},
+                                       {"unit", "m"}});
   node["inside_95_ellipse"] = Rounded(arcs.Coverage(), 3);
   return node;
 }

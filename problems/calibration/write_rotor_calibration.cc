@@ -14,15 +14,12 @@ YAML::Node PredictionNode(const RotorCalibration& c) {
   YAML::Node node(YAML::NodeType::Sequence);
   for (const HorizonScore& score : c.predictions) {
     if (score.count == 0) continue;
-    YAML::Node entry;
-    entry["horizon"] = score.horizon;
-    entry["count"] = score.count;
-    entry["before"] = Rounded(score.before, 4);
-    entry["after"] = Rounded(score.after, 4);
-    entry["after_rms"] = Rounded(score.after_rms, 4);
-    entry["unit"] = "m";
-    entry.SetStyle(YAML::EmitterStyle::Flow);
-    node.push_back(entry);
+    node.push_back(FlowMap({{"horizon", Rounded(score.horizon, 6)},
+                            {"count", fmt::format("{}", score.count)},
+                            {"before", Rounded(score.before, 4)},
+                            {"after", Rounded(score.after, 4)},
+                            {"after_rms", Rounded(score.after_rms, 4)},
+                            {"unit", "m"}}));
   }
   return node;
 }

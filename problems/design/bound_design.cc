@@ -22,7 +22,7 @@ constexpr double kYawSize = 2.0;  // rad
 PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial& path, double step,
                            double largest) {
   const RotorSimulation& sim = design.simulation;
-  return ScaledToLimits(sim.vehicle.model, sim.vehicle.parameters, path, sim.limits, step, largest);
+  return ScaledToLimits(sim.vehicle, path, sim.limits, step, largest);
 }
 
 }  // namespace

@@ -36,6 +36,13 @@ std::vector<Group<Row>> GroupRows(const std::vector<JobOutcome>& outcomes,
   return groups;
 }
 
+template <class Row>
+GroupLabel LabelOf(const Group<Row>& rows) {
+  const Row& first = *rows.flights.front().front();
+  return {rows.job->log,         first.label, first.gamma,
+          rows.job->sweep_index, rows.job->x, static_cast<int>(rows.flights.size())};
+}
+
 // Counts one flight's arcs; returns the finite errors.
 std::vector<double> CountArcs(const std::vector<const ArcRow*>& arcs, GroupSummary* group,
                               std::vector<double>* iterations, std::vector<double>* bounds) {
@@ -54,21 +61,9 @@ std::vector<double> CountArcs(const std::vector<const ArcRow*>& arcs, GroupSumma
   return errors;
 }
 
-double RootMeanSquare(std::vector<double> values) {
-  for (double& value : values) value *= value;
-  return std::sqrt(Mean(values));
-}
-
 GroupSummary SummariseGroup(const Group<ArcRow>& rows) {
   const ArcRow& first = *rows.flights.front().front();
-  GroupSummary group;
-  group.log = rows.job->log;
-  group.label = first.label;
-  group.estimator = first.estimator;
-  group.gamma = first.gamma;
-  group.sweep_index = rows.job->sweep_index;
-  group.x = rows.job->x;
-  group.flights = static_cast<int>(rows.flights.size());
+  GroupSummary group{LabelOf(rows), first.estimator};
   std::vector<double> iterations, bounds, pooled;
   std::vector<std::vector<double>> errors;
   for (const auto& arcs : rows.flights) {
@@ -86,23 +81,9 @@ GroupSummary SummariseGroup(const Group<ArcRow>& rows) {
   return group;
 }
 
-// The lower median, which stays meaningful where some times are infinite.
-double LowerMedian(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 ConvergenceSummary SummariseTimes(const Group<ConvergenceRow>& rows) {
   const ConvergenceRow& first = *rows.flights.front().front();
-  ConvergenceSummary summary;
-  summary.log = rows.job->log;
-  summary.label = first.label;
-  summary.gamma = first.gamma;
-  summary.sweep_index = rows.job->sweep_index;
-  summary.x = rows.job->x;
-  summary.quantity = first.quantity;
-  summary.tolerance = first.tolerance;
+  ConvergenceSummary summary{LabelOf(rows), first.quantity, first.tolerance};
   std::vector<double> times;
   std::vector<std::vector<double>> by_flight;
   for (const auto& flight : rows.flights) {
@@ -111,7 +92,6 @@ ConvergenceSummary SummariseTimes(const Group<ConvergenceRow>& rows) {
     summary.converged += std::isfinite(time);
     by_flight.push_back({times.back()});
   }
-  summary.flights = static_cast<int>(times.size());
   summary.median_time = LowerMedian(times);
   summary.interval = BootstrapInterval(by_flight, LowerMedian);
   return summary;

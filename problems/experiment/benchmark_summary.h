@@ -11,33 +11,32 @@
 
 namespace trueline {
 
-struct GroupSummary {
-  std::string log, label, estimator;
+struct GroupLabel {
+  std::string log, label;
   int gamma = 0;
   int sweep_index = 0;
   double x = 0.0;  // NaN: no sweep
   int flights = 0;
-  int diverged = 0;    // arcs whose error is not a finite number; not part of the figures below
-  ErrorSummary error;  // final-point error, m
-  double rms = 0.0;    // of it, m
-  std::optional<Interval> mean_interval, median_interval;  // 95 %, bootstrap over flights
-  int inside_95 = 0;                                       // arcs inside their 95 % ellipse
+};
+
+struct GroupSummary : GroupLabel {
+  std::string estimator;
+  int diverged = 0;  // arcs whose error is not a finite number; not part of the figures below
+  ErrorSummary error = {};                                           // final-point error, m
+  double rms = 0.0;                                                  // of it, m
+  std::optional<Interval> mean_interval = {}, median_interval = {};  // 95 %, bootstrap over flights
+  int inside_95 = 0;  // arcs inside their 95 % ellipse
   double iterations_mean = 0.0;
   int iterations_max = 0;
   double bound_rms = 0.0;  // m, to be compared with rms; NaN: not asked for
 };
 
-struct ConvergenceSummary {
-  std::string log, label;
-  int gamma = 0;
-  int sweep_index = 0;
-  double x = 0.0;
+struct ConvergenceSummary : GroupLabel {
   std::string quantity;
   double tolerance = 0.0;
-  int flights = 0;
   int converged = 0;         // flights on which the quantity came to stay inside
   double median_time = 0.0;  // s from the first fix; infinite where fewer than half converged
-  std::optional<Interval> interval;
+  std::optional<Interval> interval = {};
 };
 
 // In the order in which they first occur in the jobs.

@@ -1,7 +1,8 @@
 #include "problems/experiment/rotor_experiment_summary.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -60,13 +61,11 @@ double OverBound(const KindSummary& summary, EstimatorScore ConstantScore::*esti
   return std::sqrt(sum / static_cast<double>(summary.constants.size()));
 }
 
-double Median(const Trials& trials, double TrialRow::*value) {
+std::vector<double> ValuesOf(const Trials& trials, double TrialRow::*value) {
   std::vector<double> values;
   values.reserve(trials.size());
   for (const TrialRow* trial : trials) values.push_back(trial->*value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values;
 }
 
 KindSummary Summarise(const std::string& name, const Trials& trials, const std::vector<int>& free) {
@@ -85,15 +84,13 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
     }
     if (!axes.empty()) summary.groups.push_back(ScoreOf(trials, group, axes));
   }
-  const auto n = static_cast<double>(trials.size());
-  for (const TrialRow* trial : trials) {
-    summary.filter_nees += trial->filter_nees / n;
-    summary.batch_nees += trial->batch_nees / n;
-    summary.path_error += trial->path_error * trial->path_error / n;
-  }
-  summary.path_error = std::sqrt(summary.path_error);
-  summary.filter_nees_median = Median(trials, &TrialRow::filter_nees);
-  summary.batch_nees_median = Median(trials, &TrialRow::batch_nees);
+  const std::vector<double> filter = ValuesOf(trials, &TrialRow::filter_nees);
+  const std::vector<double> batch = ValuesOf(trials, &TrialRow::batch_nees);
+  summary.path_error = RootMeanSquare(ValuesOf(trials, &TrialRow::path_error));
+  summary.filter_nees = Mean(filter);
+  summary.batch_nees = Mean(batch);
+  summary.filter_nees_median = UpperMedian(filter);
+  summary.batch_nees_median = UpperMedian(batch);
   summary.batch_over_bound = OverBound(summary, &ConstantScore::batch);
   summary.filter_over_bound = OverBound(summary, &ConstantScore::filter);
   return summary;

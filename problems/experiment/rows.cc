@@ -8,11 +8,11 @@ namespace trueline {
 
 std::string ToText(JobResult result) {
   std::string text;
-  result.ForEachTable([&](const std::string& kind, const auto& rows) {
-    for (const auto& row : rows) {
-      RowWriter writer;
-      writer(kind, row);
-      text += writer.line() + "\n";
+  result.ForEachTable([&](std::string kind, auto& rows) {
+    for (auto& row : rows) {
+      RowText archive(&text);
+      archive(kind, row);
+      text += "\n";
     }
   });
   return text;
@@ -23,7 +23,7 @@ JobResult ParseJobResult(const std::string& text, const std::string& file) {
   JobResult result;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
-    RowReader reader(line, fmt::format("{}:{}", file, number));
+    RowText reader(line, fmt::format("{}:{}", file, number));
     std::string kind;
     reader(kind);
     bool known = false;

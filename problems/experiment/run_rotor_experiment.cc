@@ -49,13 +49,8 @@ double Nees(const Eigen::MatrixXd& cov, const RotorConstants& error, const std::
 }
 
 PiecewisePolynomial RandomPath(const RotorExperiment& experiment, std::uint64_t seed) {
-  const RotorSimulation& sim = experiment.simulation;
-  SplineShape shape;
-  shape.duration = experiment.duration;
-  shape.pieces = std::max(10, static_cast<int>(std::lround(2.0 * experiment.duration)));
-  Random random(seed, "trajectory");
-  return RandomFeasibleFlight(sim.vehicle.model, sim.vehicle.parameters, shape, sim.limits,
-                              &random);
+  return RandomFeasibleFlight(experiment.simulation.vehicle, experiment.duration,
+                              experiment.simulation.limits, seed);
 }
 
 // The simulation with effects that the estimators do not model, of sizes drawn for this flight.
@@ -184,12 +179,14 @@ void AddJobs(const RotorExperiment& experiment, const FlightKindSource& source,
   Announce(source.name, quiet);
   const std::string description = DescriptionOf(experiment, source);
   const std::string text = ReuseOrMake(folder, KeyOf(description), [&] {
-                             RowWriter writer;
-                             writer(Prepare(experiment, source, threads, quiet));
-                             return writer.line();
+                             std::string line;
+                             PreparedRow made = Prepare(experiment, source, threads, quiet);
+                             RowText archive(&line);
+                             archive(made);
+                             return line;
                            }).text;
   PreparedRow row;
-  RowReader(text, source.name)(row);
+  RowText(text, source.name)(row);
   const auto kind =
       std::make_shared<const RotorFlightKind>(RotorFlightKind{experiment, PathOf(row), row.noise});
   for (int i = 0; i < experiment.flights; ++i) {

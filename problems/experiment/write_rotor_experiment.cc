@@ -16,13 +16,10 @@ namespace {
 constexpr int kDigits = 4;
 
 YAML::Node EstimatorNode(const EstimatorScore& score) {
-  YAML::Node node;
-  node["rmse"] = Rounded(score.rmse, kDigits);
-  node["mean_error"] = Rounded(score.mean_error, kDigits);
-  node["sigma"] = Rounded(score.sigma, kDigits);
-  node["coverage95"] = Rounded(score.coverage, kDigits);
-  node.SetStyle(YAML::EmitterStyle::Flow);
-  return node;
+  return FlowMap({{"rmse", Rounded(score.rmse, kDigits)},
+                  {"mean_error", Rounded(score.mean_error, kDigits)},
+                  {"sigma", Rounded(score.sigma, kDigits)},
+                  {"coverage95", Rounded(score.coverage, kDigits)}});
 }
 
 YAML::Node ScoresNode(const std::vector<ConstantScore>& scores) {

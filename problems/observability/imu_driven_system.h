@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -33,10 +34,12 @@ class ImuDrivenSystem {
   }
 
   const std::vector<StateInfo>& errors() const { return errors_; }
+  std::string SensorNames() const { return "position"; }
   int num_outputs() const { return 3; }
   std::vector<double> OutputWeights() const {
     return std::vector<double>(3, std::sqrt(fix_rate_) / sigma_fix_);
   }
+  static int CountStates(const std::vector<int>& states) { return static_cast<int>(states.size()); }
   std::vector<int> AllStates() const {
     std::vector<int> all(kErrors);
     std::iota(all.begin(), all.end(), 0);

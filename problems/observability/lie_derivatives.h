@@ -5,7 +5,7 @@
 //
 // A System has, for every scalar T and coefficient C:
 //   kStates, kMoving (states that move, first), kErrors (dimension of the error state);
-//   num_outputs(), errors() -> std::vector<StateInfo>;
+//   num_outputs(), SensorNames(), CountStates(error states), errors() -> std::vector<StateInfo>;
 //   Derivative(const T* x, const T* u, T* dx): dx/dt of the first kMoving states;
 //   Output(const T* x, const T* u, T* y);
 //   Seed(const C* x, Jet<C, kErrors>* out): x + (first-order error) as Jets;

@@ -4,6 +4,7 @@
 
 #include <ceres/jet.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -40,6 +41,14 @@ class RotorDrivenSystem {
   const Model& model() const { return model_; }
   const SensorSet& sensors() const { return sensors_; }
   const std::vector<StateInfo>& errors() const { return errors_; }
+  std::string SensorNames() const {
+    std::string names;
+    const auto add = [&](bool there, const char* name) {
+      if (there) names += names.empty() ? name : std::string(", ") + name;
+    };
+    add(sensors_.imu, "imu"), add(sensors_.position, "position"), add(sensors_.pose, "pose");
+    return names;
+  }
   int num_outputs() const {
     return (sensors_.imu ? 6 : 0) + (sensors_.position ? 3 : 0) + (sensors_.pose ? 7 : 0);
   }
@@ -91,6 +100,12 @@ class RotorDrivenSystem {
     const Vec4<C> turn = HamiltonProduct(Conjugate(q), dq);
     for (int i = 0; i < 3; ++i) error[i] = turn[i + 1] + turn[i + 1];
     for (int i = 4; i < kStates; ++i) error[i - 1] = dx[i];
+  }
+
+  // Numbers of the state vector for these error states.
+  static int CountStates(const std::vector<int>& states) {
+    const bool attitude = std::count(states.begin(), states.end(), 0) > 0;
+    return static_cast<int>(states.size()) + (attitude ? 1 : 0);
   }
 
   // The error states of the papers' 31 numbers: all but r_BI_z, k_f and k_m.

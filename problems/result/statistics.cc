@@ -21,6 +21,28 @@ double Mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+double RootMeanSquare(const std::vector<double>& values) {
+  std::vector<double> squares(values);
+  for (double& value : squares) value *= value;
+  return std::sqrt(Mean(squares));
+}
+
+namespace {
+
+double OrderStatistic(std::vector<double> values, std::size_t index) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(index);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+}  // namespace
+
+double LowerMedian(std::vector<double> values) {
+  return OrderStatistic(values, (values.size() - 1) / 2);
+}
+
+double UpperMedian(std::vector<double> values) { return OrderStatistic(values, values.size() / 2); }
+
 ErrorSummary Summarise(const std::vector<double>& values) {
   return {static_cast<int>(values.size()), Mean(values), Quantile(values, 0.5),
           Quantile(values, 0.95)};

@@ -7,6 +7,12 @@ namespace trueline {
 // Linear interpolation between order statistics; NaN for no values. p in [0, 1].
 double Quantile(std::vector<double> values, double p);
 double Mean(const std::vector<double>& values);
+double RootMeanSquare(const std::vector<double>& values);
+
+// The value itself that is in the middle, the lower or upper one of an even number: stays
+// meaningful where some are infinite. There must be a value.
+double LowerMedian(std::vector<double> values);
+double UpperMedian(std::vector<double> values);
 
 struct ErrorSummary {
   int count = 0;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "cost_functions/models/rotor_driven_model.h"
+#include "problems/rotor_data/rotor_vehicle.h"
 #include "problems/trajectory/flatness.h"
 #include "problems/trajectory/nominal.h"
 #include "problems/trajectory/piecewise_polynomial.h"
@@ -44,10 +44,9 @@ SegmentStart<C, kOrder> StartFromFlat(const FlatVehicle& vehicle,
 
 class RotorFlight {
  public:
-  RotorFlight(const RotorDrivenModel& model, std::vector<double> parameters,
-              PiecewisePolynomial path)
-      : vehicle_(MakeFlatVehicle(model, parameters)),
-        parameters_(std::move(parameters)),
+  RotorFlight(const RotorVehicle& vehicle, PiecewisePolynomial path)
+      : vehicle_(MakeFlatVehicle(vehicle.model, vehicle.parameters)),
+        parameters_(vehicle.parameters),
         path_(std::move(path)) {}
 
   const FlatVehicle& vehicle() const { return vehicle_; }

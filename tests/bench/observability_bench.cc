@@ -22,7 +22,7 @@ const RotorFlight& Flight() {
   static const RotorFlight flight = [] {
     std::srand(1);
     FlatMatrix control = 0.25 * FlatMatrix::Random(kFlatOutputs, 47);
-    return RotorFlight(TestQuadrotor(), TestNominal(),
+    return RotorFlight({TestQuadrotor(), TestNominal()},
                        PiecewisePolynomial::FromSpline(control, 7, 20.0));
   }();
   return flight;

@@ -84,7 +84,7 @@ class RotorGramian : public ::testing::Test {
   RotorGramian() {
     std::srand(1);
     FlatMatrix control = 0.2 * FlatMatrix::Random(kFlatOutputs, 11);
-    flight_ = std::make_unique<RotorFlight>(TestQuadrotor(), TestNominal(),
+    flight_ = std::make_unique<RotorFlight>(RotorVehicle{TestQuadrotor(), TestNominal()},
                                             PiecewisePolynomial::FromSpline(control, 7, 2.0));
   }
   // Largest difference, each state scaled to unit information.
