@@ -4,13 +4,12 @@
 
 #include <algorithm>
 
-#include "problems/benchmark/write_benchmark.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/progress.h"
-#include "problems/report/render.h"
-#include "problems/rotor_experiment/write_rotor_experiment.h"
+#include "problems/experiment/write_benchmark.h"
+#include "problems/experiment/write_rotor_experiment.h"
+#include "problems/result/render.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -36,62 +35,53 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
-problems/benchmark/experiment.h lists the keys of an experiment.
+problems/experiment/experiment.h lists the keys of an experiment.
 
 Exit codes: 0 done, 2 bad input or usage, 3 no flight gave a result, 1 a defect.)";
 
-void Report(const std::string& verb) {
-  if (!FLAGS_report) return;
-  const std::string warning = trueline::RenderReport(verb, {"--result=" + FLAGS_out}, FLAGS_out);
-  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+bool HasResult(const trueline::JobOutcome& outcome) { return outcome.failure.empty(); }
+
+// Warns of flights without a result, writes the page, prints the table.
+int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table) {
+  for (const trueline::JobOutcome& outcome : run.outcomes) {
+    if (HasResult(outcome)) continue;
+    trueline::Warn(fmt::format("no result for {}, seed {}: {}", outcome.job.log, outcome.job.seed,
+                               outcome.failure),
+                   FLAGS_quiet);
+  }
+  const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(), HasResult);
+  if (FLAGS_report && (any || verb == "benchmark")) {
+    const std::string warning = trueline::RenderReport(verb, {"--result=" + FLAGS_out}, FLAGS_out);
+    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  }
+  if (!FLAGS_quiet) fmt::print("{}", table);
+  return any ? trueline::kExitDone : trueline::kExitNoResult;
 }
 
-int RunRotors() {
+int RunRotors(const std::filesystem::path& jobs_folder) {
   trueline::RotorExperiment experiment = trueline::ReadRotorExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenRotorExperiment(&experiment);
   trueline::EnsureWritable(FLAGS_out);
-  const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
-  const auto run = trueline::RunRotorExperiment(experiment, FLAGS_threads, progress);
-  const std::vector<trueline::RotorTrial>& trials = run.trials;
-  bool any = false;
-  for (const trueline::RotorTrial& trial : trials) {
-    any |= trial.failure.empty();
-    if (trial.failure.empty()) continue;
-    trueline::Warn(fmt::format("no result for {}, seed {}: {}", experiment.kinds[trial.kind].name,
-                               trial.seed, trial.failure),
-                   FLAGS_quiet);
-  }
+  const std::vector<trueline::Job> jobs =
+      trueline::MakeRotorJobs(experiment, jobs_folder, FLAGS_threads, FLAGS_quiet);
+  const trueline::ExperimentRun run =
+      trueline::RunJobs(jobs, jobs_folder, FLAGS_threads, FLAGS_quiet);
   trueline::WriteRotorExperiment(experiment, run, FLAGS_out);
-  if (any) Report("rotor_experiment");
-  if (!FLAGS_quiet) {
-    fmt::print("{}",
-               trueline::RotorExperimentTable(trueline::SummariseRotorTrials(experiment, trials)));
-  }
-  return any ? trueline::kExitDone : trueline::kExitNoResult;
+  return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run));
 }
 
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
-  if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors();
+  const std::filesystem::path out = FLAGS_out;
+  if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(out / "jobs");
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenExperiment(&experiment);
-  const std::filesystem::path out = FLAGS_out;
-  const trueline::BenchmarkRun run =
+  const trueline::ExperimentRun run =
       trueline::RunJobs(trueline::MakeJobs(experiment), out / "jobs", FLAGS_threads, FLAGS_quiet);
-  for (const trueline::JobOutcome& outcome : run.outcomes) {
-    if (outcome.failure.empty()) continue;
-    trueline::Warn(fmt::format("no result for {}, seed {}: {}", outcome.job.log, outcome.job.seed,
-                               outcome.failure),
-                   FLAGS_quiet);
-  }
   trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out);
-  Report("benchmark");
-  if (!FLAGS_quiet) fmt::print("{}", trueline::BenchmarkTable(experiment, run));
-  const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(),
-                               [](const auto& outcome) { return outcome.failure.empty(); });
-  return any ? trueline::kExitDone : trueline::kExitNoResult;
+  return Finish(run, "benchmark", trueline::BenchmarkTable(experiment, run));
 }
 
 }  // namespace

@@ -4,15 +4,15 @@
 
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/calibration_config.h"
+#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
+#include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/log/native_log.h"
-#include "problems/report/render.h"
-#include "problems/rotor_calibration/rotor_calibration_config.h"
-#include "problems/rotor_calibration/write_rotor_calibration.h"
+#include "problems/result/render.h"
 
 DEFINE_string(log, "",
               "the flight: a native log directory; further ones of the same vehicle, separated by "

@@ -7,7 +7,7 @@
 #include "problems/common/progress.h"
 #include "problems/design/run_design.h"
 #include "problems/design/write_design.h"
-#include "problems/report/render.h"
+#include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with vehicle, limits and the states to show, as in config/design/");
 DEFINE_string(out, "", "where results go; made if missing");

@@ -3,14 +3,14 @@
 #include <gflags/gflags.h>
 
 #include "problems/calibration/calibration_config.h"
+#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/log/native_log.h"
-#include "problems/report/render.h"
-#include "problems/rotor_calibration/rotor_calibration_config.h"
+#include "problems/result/render.h"
 #include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");

@@ -12,7 +12,7 @@
 #include "problems/log/native_log.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"
-#include "problems/report/render.h"
+#include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with a system and cases, as in config/observe/");
 DEFINE_string(log, "", "a flight: a native log directory");

@@ -153,14 +153,6 @@ class ImuDrivenModel {
   Vector3<T> g_E_;
 };
 
-// The accelerometer reading if B's origin has acceleration a_E, by eq. 6-7 and eq. 8: f_I = R_I_B
-// R_B_E (a_E - g).
-template <typename T>
-Vector3<T> SpecificForceAtImu(const Matrix3<T>& R_E_B, const Matrix3<T>& R_B_I,
-                              const Vector3<T>& a_E, double gravity) {
-  return R_B_I.transpose() * (R_E_B.transpose() * (a_E - Vector3<T>(T(0), T(0), T(gravity))));
-}
-
 // Thrust-axis acceleration that holds the altitude, for vehicles without a usable accelerometer:
 // a_z = -g / (cos phi cos theta), i.e. -g over the vertical component of z_I.
 inline double LevelFlightThrust(const Eigen::Matrix3d& R_Ep_I, double gravity) {

@@ -57,15 +57,6 @@ Vec3<T> InertiaFromLogSecondMoments(const Vec3<T>& log_s) {
   return Vec3<T>(s[1] + s[2], s[2] + s[0], s[0] + s[1]);
 }
 
-// Its inverse; the inertia must satisfy IsPhysicalInertia.
-template <class T>
-Vec3<T> LogSecondMomentsFromInertia(const Vec3<T>& inertia) {
-  using std::log;
-  const T half_trace = (inertia[0] + inertia[1] + inertia[2]) * T(0.5);
-  return Vec3<T>(log(half_trace - inertia[0]), log(half_trace - inertia[1]),
-                 log(half_trace - inertia[2]));
-}
-
 // Positive, and each moment below the sum of the other two.
 inline bool IsPhysicalInertia(const Eigen::Vector3d& inertia) {
   const double half_trace = 0.5 * inertia.sum();

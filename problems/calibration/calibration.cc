@@ -8,6 +8,7 @@
 #include <set>
 
 #include "problems/common/error.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {

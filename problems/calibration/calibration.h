@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "problems/calibration/estimators.h"
 #include "problems/effects/effect.h"
-#include "problems/estimators/estimators.h"
 #include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
 

@@ -5,33 +5,14 @@
 
 #include <functional>
 
+#include "problems/calibration/result_files.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/log/csv_text.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
-
-std::string Time(TimeNs t) {  // seconds, exact to the nanosecond
-  return fmt::format("{}{}.{:09d}", t < 0 ? "-" : "", std::abs(t / kNsPerSecond),
-                     std::abs(t % kNsPerSecond));
-}
-
-// Quoted where the text would break the row (RFC 4180).
-std::string CsvField(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string(2, c) : std::string(1, c);
-  return quoted + "\"";
-}
-
-void WriteCsv(const std::filesystem::path& path, const std::string& header,
-              const std::function<void(std::ostream&)>& rows) {
-  AtomicFile file(path);
-  fmt::print(file.stream(), "{}\n", header);
-  rows(file.stream());
-  file.Commit();
-}
 
 void ForEachWindow(const Calibration& calibration,
                    const std::function<void(const EstimatorRun&, const WindowEstimate&)>& visit) {
@@ -46,7 +27,7 @@ void WriteArcRow(std::ostream& out, const std::string& log, const EstimatorRun& 
   const bool truth = arc.truth.has_value();
   fmt::print(
       out, "{},{},{},{},{},{},{},{:.6g},{},{:.6g},{},{},{:.6g},{:.6g},{},{},{:.6g},{:.6g},{:.6g}\n",
-      log, run.estimator, run.gamma, w.tau, Time(arc.begin), Time(arc.end),
+      log, run.estimator, run.gamma, w.tau, TimeText(arc.begin), TimeText(arc.end),
       truth ? fmt::format("{:.6g}", arc.FinalPointError()) : "", arc.PredictedSigma(), w.iterations,
       w.solve_time, arc.truth_source, truth ? fmt::format("{}", int(arc.Inside95())) : "",
       arc.p_E.x(), arc.p_E.y(), truth ? fmt::format("{:.6g}", arc.truth->x()) : "",
@@ -69,16 +50,13 @@ void WriteArcs(const Calibration& calibration, const std::string& log,
 
 void WriteWindows(const Calibration& calibration, const std::string& log,
                   const std::filesystem::path& path) {
-  WriteCsv(path, "log,estimator,gamma,tau,t_start [s],t_end [s],parameter,value,sigma,unit,status",
-           [&](std::ostream& out) {
-             ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
-               for (const ParameterEstimate& p : w.parameters) {
-                 fmt::print(out, "{},{},{},{},{},{},{},{:.8g},{:.6g},{},{}\n", log, run.estimator,
-                            run.gamma, w.tau, Time(w.begin), Time(w.end), p.name, p.value, p.sigma,
-                            p.unit, p.status);
-               }
-             });
-           });
+  WriteCsv(path, kWindowsHeader, [&](std::ostream& out) {
+    ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
+      const std::string window = fmt::format("{},{},{},{},{},{}", log, run.estimator, run.gamma,
+                                             w.tau, TimeText(w.begin), TimeText(w.end));
+      for (const ParameterEstimate& p : w.parameters) WriteParameterRow(out, window, p);
+    });
+  });
 }
 
 void WriteResiduals(const Calibration& calibration, const std::string& log,
@@ -89,7 +67,7 @@ void WriteResiduals(const Calibration& calibration, const std::string& log,
              ForEachWindow(calibration, [&](const EstimatorRun& run, const WindowEstimate& w) {
                for (const FixMisfit& m : w.misfits) {
                  fmt::print(out, "{},{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", log,
-                            run.estimator, run.gamma, w.tau, Time(m.t), m.gate, m.error.x(),
+                            run.estimator, run.gamma, w.tau, TimeText(m.t), m.gate, m.error.x(),
                             m.error.y(), m.error.z(), m.sigma, m.weight);
                }
              });
@@ -105,8 +83,8 @@ void WriteTrajectory(const Calibration& calibration, const std::filesystem::path
                                     const std::vector<TrajectoryPoint>& points) {
                for (const TrajectoryPoint& x : points) {
                  fmt::print(out, "{},{},{},{},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}\n",
-                            Time(x.t), run.estimator, kind, tau, x.p_E.x(), x.p_E.y(), x.p_E.z(),
-                            x.v_E.x(), x.v_E.y(), x.v_E.z());
+                            TimeText(x.t), run.estimator, kind, tau, x.p_E.x(), x.p_E.y(),
+                            x.p_E.z(), x.v_E.x(), x.v_E.y(), x.v_E.z());
                }
              };
              for (const WindowEstimate& w : run.windows) {
@@ -119,32 +97,15 @@ void WriteTrajectory(const Calibration& calibration, const std::filesystem::path
            });
 }
 
-YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
-  YAML::Node node(YAML::NodeType::Map);
-  for (const ParameterEstimate& p : parameters) {
-    YAML::Node entry;
-    entry["value"] = Rounded(p.value, 6);
-    entry["sigma"] = Rounded(p.sigma, 3);
-    entry["unit"] = p.unit;
-    entry["status"] = p.status;
-    entry.SetStyle(YAML::EmitterStyle::Flow);
-    node[p.name] = entry;
-  }
-  return node;
-}
-
 YAML::Node ArcsNode(const EstimatorRun& run) {
   const ArcSummary arcs = SummariseArcs(run);
   YAML::Node node;
   node["count"] = arcs.error.count;
   if (arcs.error.count == 0) return node;
-  YAML::Node error;
-  error["mean"] = Rounded(arcs.error.mean, 4);
-  error["median"] = Rounded(arcs.error.median, 4);
-  error["p95"] = Rounded(arcs.error.p95, 4);
-  error["unit"] = "m";
-  error.SetStyle(YAML::EmitterStyle::Flow);
-  node["final_point_error"] = error;
+  node["final_point_error"] = FlowMap({{"mean", Rounded(arcs.error.mean, 4)},
+                                       {"median", Rounded(arcs.error.median, 4)},
+                                       {"p95", Rounded(arcs.error.p95, 4)},
+                                       {"unit", "m"}});
   node["inside_95_ellipse"] = Rounded(arcs.Coverage(), 3);
   return node;
 }
@@ -180,10 +141,7 @@ WindowEstimate LastWindow(const Calibration& calibration) {
 YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& provenance) {
   const EstimatorRun& run = calibration.Reported();
   const WindowEstimate last = LastWindow(calibration);
-  YAML::Node node;
-  node["verdict"] = calibration.verdict.word;
-  node["reasons"] = calibration.verdict.reasons;
-  node["warnings"] = calibration.warnings;
+  YAML::Node node = VerdictNode(calibration.verdict, calibration.warnings);
   node["estimator"] = run.estimator;
   node["gamma"] = run.gamma;
   node["parameters"] = ParameterNode(last.parameters);
@@ -192,24 +150,6 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
     node["whole_flight"] = WholeFlightNode(*calibration.whole_flight);
   }
   node["arcs"] = ArcsNode(run);
-  node["provenance"] = provenance;
-  return node;
-}
-
-// The content that --model takes: the vehicle's parameters after this flight, and the effects
-// beyond eq. 15 that came with the given model (a calibration finds none).
-YAML::Node ModelNode(const Calibration& calibration, const YAML::Node& provenance) {
-  YAML::Node node;
-  node["parameters"] = ParameterNode(calibration.whole_flight ? calibration.whole_flight->parameters
-                                                              : LastWindow(calibration).parameters);
-  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
-  node["effects"].SetStyle(YAML::EmitterStyle::Flow);
-  for (const Effect& effect : calibration.effects) {
-    YAML::Node entry;
-    entry["id"] = effect.id;
-    for (const auto& [key, value] : effect.values) entry[key] = Rounded(value, 6);
-    node["effects"].push_back(entry);
-  }
   node["provenance"] = provenance;
   return node;
 }
@@ -247,7 +187,11 @@ void WriteCalibration(const Calibration& calibration, const FlightLog& log,
   WriteWindows(calibration, name, directory / "windows.csv");
   WriteResiduals(calibration, name, directory / "residuals.csv");
   WriteTrajectory(calibration, directory / "trajectory.csv");
-  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(calibration, provenance)));
+  const std::vector<ParameterEstimate> model = calibration.whole_flight
+                                                   ? calibration.whole_flight->parameters
+                                                   : LastWindow(calibration).parameters;
+  WriteFileAtomically(directory / "model.yaml",
+                      TextOf(ModelNode(model, calibration.effects, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
                       TextOf(CalibrationNode(calibration, provenance)));
 }
@@ -284,13 +228,9 @@ std::string CalibrationTable(const Calibration& calibration) {
   table += fmt::format("\nparameters from the last window ({}, gamma {})\n", reported.estimator,
                        reported.gamma);
   table += ParameterTable(last.parameters);
-  for (const std::string& combination : last.unobservable) {
-    table += fmt::format("  not shown by this flight: {}\n", combination);
-  }
+  table += UnobservableText(last.unobservable);
   if (calibration.whole_flight) table += WholeFlightTable(*calibration.whole_flight);
-  table += fmt::format("\nverdict: {}\n", calibration.verdict.word);
-  for (const std::string& reason : calibration.verdict.reasons) table += "  " + reason + "\n";
-  return table;
+  return table + VerdictText(calibration.verdict);
 }
 
 }  // namespace trueline

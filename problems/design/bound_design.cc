@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/considered.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/common/random.h"
 #include "problems/design/evolve.h"
 #include "problems/design/overtones.h"
-#include "problems/rotor_calibration/considered.h"
+#include "problems/calibration/considered.h"
 #include "problems/simulation/rotors/flown.h"
 
 namespace trueline {
@@ -22,7 +23,7 @@ constexpr double kYawSize = 2.0;  // rad
 PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial& path, double step,
                            double largest) {
   const RotorSimulation& sim = design.simulation;
-  return ScaledToLimits(sim.vehicle.model, sim.vehicle.parameters, path, sim.limits, step, largest);
+  return ScaledToLimits(sim.vehicle, path, sim.limits, step, largest);
 }
 
 }  // namespace

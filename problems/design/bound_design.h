@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/rotor_calibration/rotor_calibration.h"
+#include "problems/calibration/rotor_calibration.h"
 #include "problems/simulation/rotors/simulate_rotor_flight.h"
 #include "problems/trajectory/piecewise_polynomial.h"
 

@@ -79,8 +79,8 @@ Optimised Optimise(const DesignScore& score, const LimitPenalty& penalty, FlatMa
 
 // A random Lissajous figure as the control points of a start. Figures are often better than random
 // flights, and the spline's ends make them start and end at rest.
-FlatMatrix FigureControl(const RotorDrivenModel& model, const std::vector<double>& parameters,
-                         const SplineShape& shape, const FlightLimits& limits, Random* random) {
+FlatMatrix FigureControl(const RotorVehicle& vehicle, const SplineShape& shape,
+                         const FlightLimits& limits, Random* random) {
   const Lissajous figure = RandomFigure(0.5 * limits.travel, 2.0, random);
   const double spacing = shape.duration / shape.pieces;
   FlatMatrix free(kFlatOutputs, shape.num_free());
@@ -91,31 +91,31 @@ FlatMatrix FigureControl(const RotorDrivenModel& model, const std::vector<double
                       .matrix()
                       .cwiseProduct(figure.amplitude);
   }
-  return FilledToLimits(model, parameters, shape, limits, free);
+  return FilledToLimits(vehicle, shape, limits, free);
 }
 
 }  // namespace
 
-double FlightScore(const RotorDrivenSystem& system, const std::vector<double>& parameters,
+double FlightScore(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                    const PiecewisePolynomial& path, const DesignTarget& target) {
   E2logOptions options;
   options.order = 4;
   options.segment = target.segment;
-  const RotorFlight flight(system.model(), parameters, path);
+  const RotorFlight flight(vehicle, path);
   const Eigen::MatrixXd gramian = E2log(system, flight, target.weights, options);
   return ScoreStates(gramian, target.interest, target.asked, target.scale).sigma_min;
 }
 
 std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
-                                           const std::vector<double>& parameters,
+                                           const RotorVehicle& vehicle,
                                            const std::vector<int>& asked, const SplineShape& shape,
                                            const FlightLimits& limits, int count,
                                            std::uint64_t seed, int threads) {
   std::vector<std::vector<double>> bounds(count);
   ParallelFor(count, threads, [&](int i) {
     Random random(seed + i, "scale");
-    const auto path = RandomFeasibleFlight(system.model(), parameters, shape, limits, &random);
-    const RotorFlight flight(system.model(), parameters, path);
+    const auto path = RandomFeasibleFlight(vehicle, shape, limits, &random);
+    const RotorFlight flight(vehicle, path);
     const Eigen::MatrixXd information = E2log(system, flight, system.OutputWeights(), {4, 0.1, 1});
     bounds[i] = Assess(information, asked, system.errors()).sigma;
   });
@@ -131,35 +131,34 @@ std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
   return scale;
 }
 
-DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<double>& parameters,
+DesignResult DesignFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                           const DesignTarget& target, const DesignOptions& options) {
   const auto started = Clock::now();
   const SplineShape& shape = options.shape;
-  const RotorDrivenModel& model = system.model();
   const int count = std::max(options.candidates, options.starts);
   std::vector<FlatMatrix> candidates(count);
   std::vector<double> scores(count);
   ParallelFor(count, options.threads, [&](int i) {
     Random random(options.seed + i, "design");
-    candidates[i] = (i % 2 == 0 ? RandomFeasibleControl : FigureControl)(model, parameters, shape,
+    candidates[i] = (i % 2 == 0 ? RandomFeasibleControl : FigureControl)(vehicle, shape,
                                                                          options.limits, &random);
-    scores[i] = FlightScore(system, parameters, SplinePath(shape, candidates[i]), target);
+    scores[i] = FlightScore(system, vehicle, SplinePath(shape, candidates[i]), target);
   });
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return scores[a] > scores[b]; });
 
-  const DesignScore score(system, parameters, shape, target, 1);
-  const LimitPenalty penalty(MakeFlatVehicle(model, parameters), shape, options.limits,
-                             kPenaltyStep, kMargin);
+  const DesignScore score(system, vehicle.parameters, shape, target, 1);
+  const LimitPenalty penalty(MakeFlatVehicle(vehicle.model, vehicle.parameters), shape,
+                             options.limits, kPenaltyStep, kMargin);
   std::vector<DesignResult> results(options.starts,
                                     {SplinePath(shape, candidates[0]), {}, 0, 0, 0, false, 0, {}});
   ParallelFor(options.starts, options.threads, [&](int i) {
     const Optimised optimised = Optimise(score, penalty, candidates[order[i]], options);
     DesignResult& result = results[i];
-    result.path = ScaledToLimits(model, parameters, SplinePath(shape, optimised.free),
-                                 options.limits, options.check_step, 1.0);
-    result.score = FlightScore(system, parameters, result.path, target);
+    result.path = ScaledToLimits(vehicle, SplinePath(shape, optimised.free), options.limits,
+                                 options.check_step, 1.0);
+    result.score = FlightScore(system, vehicle, result.path, target);
     result.start_score = scores[order[i]];
     result.iterations = optimised.iterations;
     result.time_limited = optimised.time_limited;
@@ -168,8 +167,7 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<dou
                                         [](auto& a, auto& b) { return a.score < b.score; });
   best.start_results.reserve(results.size());
   for (const DesignResult& result : results) best.start_results.push_back(result.score);
-  best.use =
-      CheckLimits(RotorFlight(model, parameters, best.path), options.limits, options.check_step);
+  best.use = CheckLimits(RotorFlight(vehicle, best.path), options.limits, options.check_step);
   best.seconds = SecondsSince(started);
   return best;
 }

@@ -39,20 +39,20 @@ struct DesignResult {
 };
 
 // The score of any flight: sigma_min of its scaled, marginalised E2LOG Gramian (order 4).
-double FlightScore(const RotorDrivenSystem& system, const std::vector<double>& parameters,
+double FlightScore(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                    const PiecewisePolynomial& path, const DesignTarget& target);
 
 // Usual standard deviations of the error states: the root mean square of the Cramer-Rao bounds over
 // `count` random flights within the limits (30 in the papers). States that no flight shows keep
 // their typical size. Independent of `threads`.
 std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
-                                           const std::vector<double>& parameters,
+                                           const RotorVehicle& vehicle,
                                            const std::vector<int>& asked, const SplineShape& shape,
                                            const FlightLimits& limits, int count,
                                            std::uint64_t seed, int threads);
 
 // Throws InputError where the vehicle can't hover within the limits.
-DesignResult DesignFlight(const RotorDrivenSystem& system, const std::vector<double>& parameters,
+DesignResult DesignFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                           const DesignTarget& target, const DesignOptions& options);
 
 }  // namespace trueline

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/considered.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/rotor_calibration/considered.h"
+#include "problems/observability/sensor_config.h"
 #include "problems/simulation/rotors/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
 
@@ -43,7 +44,7 @@ DesignOptions ReadCommonOptions(const YamlMap& config, std::uint64_t seed, int t
   if (!(options.shape.duration >= 2.0 && options.shape.duration <= 120.0)) {
     config.Fail("duration", "must be in [2, 120] s");
   }
-  options.shape.pieces = std::max(10, static_cast<int>(std::lround(2.0 * options.shape.duration)));
+  options.shape = SplineShape::Lasting(options.shape.duration);
   options.limits = ReadLimits(config.ChildOrEmpty("limits"));
   return options;
 }

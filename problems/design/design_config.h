@@ -5,9 +5,10 @@
 #include <variant>
 #include <vector>
 
+#include "problems/calibration/rotor_calibration.h"
 #include "problems/common/strict_yaml.h"
 #include "problems/design/design.h"
-#include "problems/rotor_calibration/rotor_calibration.h"
+#include "problems/calibration/rotor_calibration.h"
 #include "problems/simulation/rotors/simulate_rotor_flight.h"
 
 namespace trueline {

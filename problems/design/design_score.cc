@@ -6,10 +6,11 @@
 #include <limits>
 
 #include "problems/common/parallel.h"
-#include "problems/design/variable.h"
+#include "problems/design/flat_variables.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
 #include "problems/observability/local_gramian.h"
+#include "problems/trajectory/feasible_flight.h"
 
 namespace trueline {
 namespace {
@@ -23,33 +24,16 @@ struct SegmentState {
   GramianMatrix gramian, transition, after;  // W_k, Phi_k, V_{k+1}
 };
 
-Eigen::MatrixXd Select(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
-                       const std::vector<int>& columns) {
-  Eigen::MatrixXd block(rows.size(), columns.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < columns.size(); ++j) block(i, j) = matrix(rows[i], columns[j]);
-  }
-  return block;
-}
-
 // Adjoint of one segment's flat Taylor coefficients (4 x (kScoreOrder + 5)), given those of W and
 // Phi.
 FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
                         const DesignTarget& target, const SegmentTimes& time,
                         const SegmentState& state, const GramianMatrix& adjoint_gramian) {
   Tape::OfThread().Clear();
-  const FlatMatrix expansion = flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4);
-  Vec4<Taylor<Variable, kScoreOrder + 4>> flat;
-  Eigen::Matrix<Variable, kFlatOutputs, kScoreOrder + 5> inputs;
-  for (int i = 0; i < kFlatOutputs; ++i) {
-    for (int j = 0; j <= kScoreOrder + 4; ++j) {
-      inputs(i, j) = Variable::Independent(expansion(i, j));
-      if (j == 0) flat[i] = Taylor<Variable, kScoreOrder + 4>::Start(inputs(i, j));
-      if (j > 0) flat[i].Append(inputs(i, j));
-    }
-  }
+  const FlatVariables<kScoreOrder + 4> inputs(
+      flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4));
   const auto start =
-      StartFromFlat<Variable, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
+      StartFromFlat<Variable, kScoreOrder>(flight.vehicle(), flight.parameters(), inputs.series);
   const auto local =
       ExpandSensitivity<kScoreOrder, Variable>(system, start.x, start.u, time.duration);
 
@@ -81,11 +65,7 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
       seed(local.transition(r, c), adjoint_transition(r, c));
   }
   Tape::OfThread().Sweep(&adjoints);
-  FlatMatrix result(kFlatOutputs, kScoreOrder + 5);
-  for (int i = 0; i < kFlatOutputs; ++i) {
-    for (int j = 0; j <= kScoreOrder + 4; ++j) result(i, j) = adjoints[inputs(i, j).entry()];
-  }
-  return result;
+  return inputs.Adjoints(adjoints);
 }
 
 SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
@@ -122,10 +102,10 @@ SoftMinimum LogSoftMinimum(const Eigen::MatrixXd& gramian, const DesignTarget& t
   Eigen::MatrixXd lift = Eigen::MatrixXd::Zero(gramian.rows(), target.interest.size());
   for (std::size_t i = 0; i < target.interest.size(); ++i) lift(target.interest[i], i) = 1.0;
   if (!others.empty()) {
-    const Eigen::MatrixXd solved = Select(scaled, others, others)
+    const Eigen::MatrixXd solved = Block(scaled, others, others)
                                        .selfadjointView<Eigen::Lower>()
                                        .ldlt()
-                                       .solve(Select(scaled, others, target.interest));
+                                       .solve(Block(scaled, others, target.interest));
     for (std::size_t i = 0; i < others.size(); ++i) lift.row(others[i]) = -solved.row(i);
   }
   lift = scale.asDiagonal() * lift;
@@ -142,9 +122,7 @@ DesignScore::DesignScore(RotorDrivenSystem system, std::vector<double> parameter
       threads_(threads) {}
 
 double DesignScore::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const {
-  const RotorFlight flight(
-      system_.model(), parameters_,
-      PiecewisePolynomial::FromSpline(RestToRest(shape_, free), shape_.degree, shape_.duration));
+  const RotorFlight flight({system_.model(), parameters_}, SplinePath(shape_, free));
   const std::vector<SegmentTimes> times = SplitIntoSegments(flight.path(), target_.segment);
   const int count = static_cast<int>(times.size());
   std::vector<SegmentState> states(count);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "problems/design/variable.h"
+#include "problems/design/flat_variables.h"
 
 namespace trueline {
 namespace {
@@ -63,26 +63,15 @@ double LimitPenalty::Evaluate(const FlatMatrix& free, FlatMatrix* gradient) cons
     for (int k = 0; k < shape_.pieces; ++k) {
       Tape::OfThread().Clear();
       const FlatMatrix expansion = control.middleCols(k, shape_.degree + 1) * basis.transpose();
-      Eigen::Matrix<Variable, kFlatOutputs, kLimitOrder + 1> inputs;
-      Vec4<LimitSeries> flat;
-      for (int i = 0; i < kFlatOutputs; ++i) {
-        for (int j = 0; j <= kLimitOrder; ++j) {
-          inputs(i, j) = Variable::Independent(expansion(i, j));
-          if (j == 0) flat[i] = LimitSeries::Start(inputs(i, j));
-          if (j > 0) flat[i].Append(inputs(i, j));
-        }
-      }
-      const Variable excess = SquaredExcess(StateFromFlat(vehicle_, flat), limits_, margin_);
+      const FlatVariables<kLimitOrder> inputs(expansion);
+      const Variable excess =
+          SquaredExcess(StateFromFlat(vehicle_, inputs.series), limits_, margin_);
       total += excess.value() / points;
       if (gradient == nullptr || excess.entry() < 0) continue;
       Tape::OfThread().StartAdjoints(&adjoints);
       adjoints[excess.entry()] = 1.0 / points;
       Tape::OfThread().Sweep(&adjoints);
-      FlatMatrix local(kFlatOutputs, kLimitOrder + 1);
-      for (int i = 0; i < kFlatOutputs; ++i) {
-        for (int j = 0; j <= kLimitOrder; ++j) local(i, j) = adjoints[inputs(i, j).entry()];
-      }
-      adjoint.middleCols(k, shape_.degree + 1) += local * basis;
+      adjoint.middleCols(k, shape_.degree + 1) += inputs.Adjoints(adjoints) * basis;
     }
   }
   if (gradient != nullptr) *gradient = adjoint.middleCols(shape_.degree, shape_.num_free());

@@ -99,12 +99,8 @@ PiecewisePolynomial OvertonePath(const Overtones& figure, double duration, doubl
   double fastest = 0.0;
   for (int i = 0; i < kFlatOutputs; ++i) fastest = std::max(fastest, ToneOf(figure, i));
   const int pieces = static_cast<int>(std::ceil(16.0 * std::max(0.25, fastest) * duration));
-  std::vector<double> breaks;
-  breaks.reserve(pieces + 1);
-  for (int i = 0; i <= pieces; ++i) breaks.push_back(i * duration / pieces);
   return PiecewisePolynomial::FromExpansions(
-      [&](double t) { return ExpandOvertones(figure, t, duration, ramp); }, breaks,
-      kMatchedDerivatives);
+      [&](double t) { return ExpandOvertones(figure, t, duration, ramp); }, duration, pieces);
 }
 
 }  // namespace trueline

@@ -19,16 +19,14 @@ using Progress = std::function<void(const std::string&)>;
 using DrawFlight = std::function<PiecewisePolynomial(Random*)>;
 
 PiecewisePolynomial DrawRandom(const DesignTask& task, Random* random) {
-  return RandomFeasibleFlight(task.vehicle.model, task.vehicle.parameters, task.options.shape,
-                              task.options.limits, random);
+  return RandomFeasibleFlight(task.vehicle, task.options.shape, task.options.limits, random);
 }
 
 // A Lissajous figure with its amplitude cut to the limits.
 PiecewisePolynomial DrawFigure(const DesignTask& task, Random* random) {
   const Lissajous figure = RandomFigure(0.5 * task.options.limits.travel, 2.0, random);
-  return ScaledToLimits(task.vehicle.model, task.vehicle.parameters,
-                        LissajousPath(figure, task.options.shape.duration), task.options.limits,
-                        0.02, 2.0);
+  return ScaledToLimits(task.vehicle, LissajousPath(figure, task.options.shape.duration),
+                        task.options.limits, 0.02, 2.0);
 }
 
 // Scores of `task.compare` flights, sorted.
@@ -79,26 +77,25 @@ std::vector<double> GramianBounds(const GramianCriterion& criterion, const Rotor
 DesignOutcome DesignByGramian(const DesignTask& task, const GramianCriterion& criterion,
                               const Progress& progress) {
   const DesignOptions& options = task.options;
-  const std::vector<double>& parameters = task.vehicle.parameters;
   progress(fmt::format("{} random flights for the scale of each state", criterion.scale_flights));
   DesignTarget target = criterion.target;
-  target.scale = ScaleFromRandomFlights(criterion.system, parameters, target.asked, options.shape,
+  target.scale = ScaleFromRandomFlights(criterion.system, task.vehicle, target.asked, options.shape,
                                         options.limits, criterion.scale_flights, options.seed,
                                         options.threads);
   progress(fmt::format("design from the best {} of {} random flights and figures", options.starts,
                        options.candidates));
   DesignOutcome outcome{
-      DesignFlight(criterion.system, parameters, target, options), {}, {}, {}, {}, {}};
-  const RotorFlight flight(task.vehicle.model, parameters, outcome.result.path);
+      DesignFlight(criterion.system, task.vehicle, target, options), {}, {}, {}, {}, {}};
+  const RotorFlight flight(task.vehicle, outcome.result.path);
   outcome.exact_score = ExactScore(criterion, target, flight);
   outcome.sigma = GramianBounds(criterion, flight);
   Random random(options.seed, "design");
-  outcome.random_sigma = GramianBounds(
-      criterion, RotorFlight(task.vehicle.model, parameters, DrawRandom(task, &random)));
+  outcome.random_sigma =
+      GramianBounds(criterion, RotorFlight(task.vehicle, DrawRandom(task, &random)));
   Compare(
       task,
       [&](const PiecewisePolynomial& path) {
-        return FlightScore(criterion.system, parameters, path, target);
+        return FlightScore(criterion.system, task.vehicle, path, target);
       },
       progress, &outcome);
   return outcome;
@@ -129,8 +126,7 @@ DesignOutcome DesignByBound(const DesignTask& task, const BoundCriterion& criter
   Random random(options.seed, "design");
   DesignOutcome outcome{
       {figure.path,
-       CheckLimits(RotorFlight(task.vehicle.model, task.vehicle.parameters, figure.path),
-                   options.limits, options.check_step),
+       CheckLimits(RotorFlight(task.vehicle, figure.path), options.limits, options.check_step),
        score(figure.path),
        1.0 / std::sqrt(figure.start_bound),
        design.evaluations,

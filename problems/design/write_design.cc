@@ -7,12 +7,11 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/units.h"
+#include "problems/result/statistics.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
 namespace {
-
-double Median(const std::vector<double>& sorted) { return sorted[sorted.size() / 2]; }
 
 std::string ScoreMeaning(const DesignTask& task) {
   return task.ByBound() ? "times that the flight narrows the prior of what it shows, rms"
@@ -39,7 +38,7 @@ std::string ComparedYaml(const DesignTask& task, const DesignOutcome& outcome) {
   std::string text = "compared:\n";
   const auto add = [&](const char* name, const std::vector<double>& scores) {
     text += fmt::format("  {}: {{count: {}, median: {:.6g}, best: {:.6g}}}\n", name, task.compare,
-                        Median(scores), scores.back());
+                        UpperMedian(scores), scores.back());
   };
   add("random", outcome.random_scores);
   add("lissajous", outcome.lissajous_scores);
@@ -78,7 +77,7 @@ std::string ScoreYaml(const DesignTask& task, const DesignOutcome& outcome) {
 
 void WriteDesign(const DesignTask& task, const DesignOutcome& outcome,
                  const std::filesystem::path& directory) {
-  const RotorFlight flight(task.vehicle.model, task.vehicle.parameters, outcome.result.path);
+  const RotorFlight flight(task.vehicle, outcome.result.path);
   WriteFileAtomically(directory / "trajectory.yaml", TrajectoryYaml(outcome.result.path));
   WriteFileAtomically(directory / "trajectory.csv", TrajectoryCsv(flight, 100.0));
   WriteFileAtomically(directory / "score.yaml", ScoreYaml(task, outcome));
@@ -94,8 +93,8 @@ std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome) {
     text += fmt::format(
         "random flights ({0}): median {1:.4g}, best {2:.4g}; Lissajous figures ({0}): "
         "median {3:.4g}, best {4:.4g}\n",
-        task.compare, Median(outcome.random_scores), outcome.random_scores.back(),
-        Median(outcome.lissajous_scores), outcome.lissajous_scores.back());
+        task.compare, UpperMedian(outcome.random_scores), outcome.random_scores.back(),
+        UpperMedian(outcome.lissajous_scores), outcome.lissajous_scores.back());
   }
   if (outcome.exact_score) {
     text += fmt::format("score by the exact Gramian: {:.4g}\n", *outcome.exact_score);

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/course/mocap_path.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/trajectory/mocap_path.h"
 #include "problems/window/motion_chain.h"
 
 namespace trueline {

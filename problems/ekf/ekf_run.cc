@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "problems/ekf/arc_update.h"
-#include "problems/vgd/identifiability.h"
+#include "problems/result/identifiability.h"
 #include "problems/window/gyro_scatter.h"
 #include "problems/window/line_fit.h"
 

@@ -35,9 +35,6 @@ NavState Advance(AttitudeForm form, const NavState& x, const ImuInput& imu, doub
 // x moved by an error.
 NavState Moved(AttitudeForm form, const NavState& x, const Vector15d& error);
 
-// The error between two states: Moved(form, from, Difference(form, from, to)) == to.
-Vector15d Difference(AttitudeForm form, const NavState& from, const NavState& to);
-
 // Derivative of the attitude error of `form` by a small rotation vector in E: converts an
 // uncertainty of tilt and heading to the filter's errors.
 Eigen::Matrix3d AttitudeErrorFromEarth(AttitudeForm form, const NavState& x);

@@ -49,11 +49,11 @@
 #include <string>
 #include <vector>
 
-#include "problems/course/fix_sampler.h"
-#include "problems/course/straight.h"
 #include "problems/import/row_filter.h"
 #include "problems/import/source.h"
 #include "problems/log/flight_log.h"
+#include "problems/trajectory/fix_sampler.h"
+#include "problems/trajectory/straight.h"
 
 namespace trueline {
 

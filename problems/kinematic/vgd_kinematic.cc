@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "problems/kinematic/kinematic_window.h"
+#include "problems/result/identifiability.h"
 #include "problems/vgd/fix_loss.h"
-#include "problems/vgd/identifiability.h"
 #include "problems/window/gyro_scatter.h"
 #include "problems/window/rough_path.h"
 

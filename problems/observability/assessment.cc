@@ -12,15 +12,6 @@ constexpr double kUnseen = 1e-13;  // of the largest eigenvalue, columns scaled 
 constexpr double kUseless = 1e3;   // a sigma above so many typical sizes counts as infinite
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
-                      const std::vector<int>& columns) {
-  Eigen::MatrixXd block(rows.size(), columns.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < columns.size(); ++j) block(i, j) = matrix(rows[i], columns[j]);
-  }
-  return block;
-}
-
 // Factors that scale the diagonal to one; zero columns stay zero.
 Eigen::VectorXd UnitDiagonalScale(const Eigen::MatrixXd& matrix) {
   return matrix.diagonal().unaryExpr(
@@ -52,6 +43,15 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& matrix) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
+                      const std::vector<int>& columns) {
+  Eigen::MatrixXd block(rows.size(), columns.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t j = 0; j < columns.size(); ++j) block(i, j) = matrix(rows[i], columns[j]);
+  }
+  return block;
+}
 
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info) {

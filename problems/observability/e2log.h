@@ -6,7 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "problems/observability/rotor_flight.h"
+#include "problems/observability/rotor_driven_system.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "problems/log/flight_log.h"
-#include "problems/observability/nominal.h"
-#include "problems/observability/vehicle_config.h"
+#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/trajectory/nominal.h"
 
 namespace trueline {
 

@@ -3,18 +3,16 @@
 #include <cmath>
 
 #include "cost_functions/models/rigid_body.h"
-#include "problems/observability/lie_derivatives.h"
+#include "problems/observability/generic_rank.h"
 #include "problems/observability/rotor_driven_points.h"
 
 namespace trueline {
 namespace {
 
-constexpr int kImuExactOrder = ImuDrivenSystem::kErrors;
-constexpr int kImuNumericalOrder = 10;
 constexpr double kTimeScale = 0.5;  // s, of variation in the floating-point test points
 
 template <class C, int kMaxOrder>
-class Point {
+class Point : public SystemPoint<C, kMaxOrder> {
  public:
   using Series = Taylor<C, kMaxOrder>;
 
@@ -34,10 +32,10 @@ class Point {
     u.push_back(Vary(-9.81, 1.0));
   }
 
-  std::vector<C> x;
-  std::vector<Series> u;
-
  private:
+  using SystemPoint<C, kMaxOrder>::x;
+  using SystemPoint<C, kMaxOrder>::u;
+
   Series Vary(double mean, double spread) {
     Series series = Series::Constant(RandomScalar<C>(&random_, mean, spread));
     if (order_ == 0) return series;
@@ -69,34 +67,16 @@ class Point {
   int order_;
 };
 
-DynamicMatrix<Modular> ExactMatrix(const ImuDrivenSystem& system, Turning turning, int order,
-                                   std::uint64_t seed) {
-  const Point<Modular, kImuExactOrder> point(turning, order, seed);
-  return ObservabilityMatrix<kImuExactOrder, Modular>(system, point.x, point.u, order);
-}
-
-Eigen::MatrixXd NumericalMatrix(const ImuDrivenSystem& system, Turning turning,
-                                std::uint64_t seed) {
-  const Point<double, kImuNumericalOrder> point(turning, kImuNumericalOrder, seed);
-  Eigen::MatrixXd matrix =
-      ObservabilityMatrix<kImuNumericalOrder, double>(system, point.x, point.u, kImuNumericalOrder);
-  for (int i = 0; i <= kImuNumericalOrder; ++i) {
-    const Eigen::Index outputs = system.num_outputs();
-    matrix.middleRows(i * outputs, outputs) *= std::pow(kTimeScale, i);
-  }
-  return matrix;
-}
-
 }  // namespace
 
 RankReport ImuDrivenRank(const ImuDrivenSystem& system, const std::vector<int>& states,
                          Turning turning, std::uint64_t seed) {
-  const int order = static_cast<int>(states.size());
-  RankReport report = ExactRank(ExactMatrix(system, turning, order, 2 * seed), states);
-  const RankReport again = ExactRank(ExactMatrix(system, turning, order, 2 * seed + 1), states);
-  if (again.rank > report.rank) report = again;
-  FillDirections(NumericalMatrix(system, turning, seed), system.errors(), &report);
-  return report;
+  constexpr int kOrder = 10;
+  const auto exact = [&](int order, int k) -> SystemPoint<Modular, ImuDrivenSystem::kErrors> {
+    return Point<Modular, ImuDrivenSystem::kErrors>(turning, order, 2 * seed + k);
+  };
+  const SystemPoint<double, kOrder> near = Point<double, kOrder>(turning, kOrder, seed);
+  return GenericRank(system, states, exact, near, kTimeScale);
 }
 
 }  // namespace trueline

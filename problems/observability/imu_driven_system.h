@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -18,7 +19,6 @@ class ImuDrivenSystem {
  public:
   static constexpr int kPosition = 0, kVelocity = 3, kParameters = 6;
   static constexpr int kMoving = 6, kStates = kMoving + kMotionSize, kErrors = kStates;
-  static constexpr int kInputs = 10;
   // Drag (x, y) at which flights are assessed, 1/s. It differs between the axes: with equal drag a
   // rotation of the IMU about z changes nothing, and psi_I_B would be unobservable.
   static constexpr double kTypicalDrag[] = {-0.55, -0.45};
@@ -41,11 +41,12 @@ class ImuDrivenSystem {
   }
 
   const std::vector<StateInfo>& errors() const { return errors_; }
-  int num_inputs() const { return kInputs; }
+  std::string SensorNames() const { return "position"; }
   int num_outputs() const { return 3; }
   std::vector<double> OutputWeights() const {
     return std::vector<double>(3, std::sqrt(fix_rate_) / sigma_fix_);
   }
+  static int CountStates(const std::vector<int>& states) { return static_cast<int>(states.size()); }
   std::vector<int> AllStates() const {
     std::vector<int> all(kErrors);
     std::iota(all.begin(), all.end(), 0);
@@ -78,10 +79,6 @@ class ImuDrivenSystem {
   template <class C>
   void Error(const C*, const C* dx, C* error) const {
     for (int i = 0; i < kStates; ++i) error[i] = dx[i];
-  }
-  std::vector<double> Perturbed(std::vector<double> x, int error, double by) const {
-    x[error] += by;
-    return x;
   }
 
  private:

@@ -5,12 +5,11 @@
 //
 // A System has, for every scalar T and coefficient C:
 //   kStates, kMoving (states that move, first), kErrors (dimension of the error state);
-//   num_inputs(), num_outputs(), errors() -> std::vector<StateInfo>;
+//   num_outputs(), SensorNames(), CountStates(error states), errors() -> std::vector<StateInfo>;
 //   Derivative(const T* x, const T* u, T* dx): dx/dt of the first kMoving states;
 //   Output(const T* x, const T* u, T* y);
 //   Seed(const C* x, Jet<C, kErrors>* out): x + (first-order error) as Jets;
-//   Error(const C* x, const C* dx, C* error): the error that moves x by dx, to first order;
-//   Perturbed(x, i, by): x with error state i moved by a finite amount (double; empirical Gramian).
+//   Error(const C* x, const C* dx, C* error): the error that moves x by dx, to first order.
 #pragma once
 
 #include <ceres/jet.h>
@@ -21,6 +20,13 @@
 #include "problems/observability/row_reduction.h"
 
 namespace trueline {
+
+// A state, and the series of the inputs there.
+template <class C, int kMaxOrder>
+struct SystemPoint {
+  std::vector<C> x;
+  std::vector<Taylor<C, kMaxOrder>> u;
+};
 
 template <class T>
 struct SeriesSolution {

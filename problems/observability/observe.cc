@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "problems/common/parallel.h"
-#include "problems/observability/rotor_flight.h"
 #include "problems/observability/windowed_information.h"
 #include "problems/trajectory/catalogue.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 namespace {
@@ -32,12 +32,41 @@ std::vector<double> ConstantSigmas(const Eigen::MatrixXd& windowed, const std::v
 }
 
 template <class System>
+CaseResult NewCase(const System& system, const std::string& name, const std::string& inputs,
+                   const std::vector<int>& states) {
+  CaseResult result;
+  result.name = name;
+  result.sensors = system.SensorNames();
+  result.inputs = inputs;
+  result.info = system.errors();
+  result.states = System::CountStates(states);
+  return result;
+}
+
+}  // namespace
+
+CaseResult ObserveRotorMotion(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
+                              const std::string& name, const std::vector<int>& states,
+                              Motion motion) {
+  const char* words[] = {"any, inputs vary", "any, inputs constant", "hover",
+                         "straight up and down", "straight ahead and back"};
+  CaseResult result = NewCase(system, name, words[static_cast<int>(motion)], states);
+  result.rank = RotorDrivenRank(system, vehicle.parameters, states, motion);
+  return result;
+}
+
+CaseResult ObserveImuMotion(const ImuDrivenSystem& system, const std::string& name,
+                            const std::vector<int>& states, Turning turning) {
+  const char* words[] = {"any", "constant heading", "pitching only", "constant attitude"};
+  CaseResult result = NewCase(system, name, words[static_cast<int>(turning)], states);
+  result.rank = ImuDrivenRank(system, states, turning);
+  return result;
+}
+
+template <class System>
 CaseResult ObserveFlight(const System& system, const NominalFlight& flight,
                          const FlightQuestion& question) {
-  CaseResult result;
-  result.name = question.name;
-  result.inputs = question.flight;
-  result.info = system.errors();
+  CaseResult result = NewCase(system, question.name, question.flight, question.states);
   result.duration = flight.end - flight.start;
   result.horizon = std::min(question.horizon, result.duration);
   const std::vector<double> weights = system.OutputWeights();
@@ -58,65 +87,10 @@ CaseResult ObserveFlight(const System& system, const NominalFlight& flight,
   return result;
 }
 
-int CountStates(const std::vector<int>& states, bool quaternion) {
-  const bool attitude = quaternion && std::count(states.begin(), states.end(), 0) > 0;
-  return static_cast<int>(states.size()) + (attitude ? 1 : 0);
-}
-
-}  // namespace
-
-std::string SensorNames(const SensorSet& sensors) {
-  std::string names;
-  const auto add = [&](bool there, const char* name) {
-    if (there) names += names.empty() ? name : std::string(", ") + name;
-  };
-  add(sensors.imu, "imu"), add(sensors.position, "position"), add(sensors.pose, "pose");
-  return names;
-}
-
-CaseResult ObserveRotorMotion(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
-                              const std::string& name, const std::vector<int>& states,
-                              Motion motion) {
-  const char* words[] = {"any, inputs vary", "any, inputs constant", "hover",
-                         "straight up and down", "straight ahead and back"};
-  CaseResult result;
-  result.name = name;
-  result.sensors = SensorNames(system.sensors());
-  result.inputs = words[static_cast<int>(motion)];
-  result.info = system.errors();
-  result.states = CountStates(states, true);
-  result.rank = RotorDrivenRank(system, vehicle.parameters, states, motion);
-  return result;
-}
-
-CaseResult ObserveImuMotion(const ImuDrivenSystem& system, const std::string& name,
-                            const std::vector<int>& states, Turning turning) {
-  const char* words[] = {"any", "constant heading", "pitching only", "constant attitude"};
-  CaseResult result;
-  result.name = name;
-  result.sensors = "position";
-  result.inputs = words[static_cast<int>(turning)];
-  result.info = system.errors();
-  result.states = CountStates(states, false);
-  result.rank = ImuDrivenRank(system, states, turning);
-  return result;
-}
-
-CaseResult ObserveRotorFlight(const RotorDrivenSystem& system, const NominalFlight& flight,
-                              const FlightQuestion& question) {
-  CaseResult result = ObserveFlight(system, flight, question);
-  result.sensors = SensorNames(system.sensors());
-  result.states = CountStates(question.states, true);
-  return result;
-}
-
-CaseResult ObserveImuFlight(const ImuDrivenSystem& system, const NominalFlight& flight,
-                            const FlightQuestion& question) {
-  CaseResult result = ObserveFlight(system, flight, question);
-  result.sensors = "position";
-  result.states = CountStates(question.states, false);
-  return result;
-}
+template CaseResult ObserveFlight(const RotorDrivenSystem&, const NominalFlight&,
+                                  const FlightQuestion&);
+template CaseResult ObserveFlight(const ImuDrivenSystem&, const NominalFlight&,
+                                  const FlightQuestion&);
 
 void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                        const NominalFlight& flight, const FlightQuestion& question,
@@ -130,9 +104,9 @@ void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehi
   const std::vector<Manoeuvre> manoeuvres = PlainManoeuvres();
   std::vector<std::vector<double>> sigmas(manoeuvres.size());
   ParallelFor(static_cast<int>(manoeuvres.size()), 0, [&](int i) {
-    const auto path = ScaledToLimits(vehicle.model, vehicle.parameters,
-                                     LissajousPath(manoeuvres[i].figure, 10.0), limits, 0.02, 1.0);
-    const RotorFlight flown(vehicle.model, vehicle.parameters, path);
+    const auto path =
+        ScaledToLimits(vehicle, LissajousPath(manoeuvres[i].figure, 10.0), limits, 0.02, 1.0);
+    const RotorFlight flown(vehicle, path);
     sigmas[i] = ConstantSigmas(own + information(flown.Nominal()), question.states, result->info);
   });
   const std::vector<double> scale = ScaleOf(question, result->info);

@@ -6,10 +6,10 @@
 
 #include "problems/observability/assessment.h"
 #include "problems/observability/imu_driven_rank.h"
-#include "problems/observability/nominal.h"
 #include "problems/observability/rotor_driven_rank.h"
-#include "problems/observability/vehicle_config.h"
+#include "problems/rotor_data/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
+#include "problems/trajectory/nominal.h"
 
 namespace trueline {
 
@@ -54,17 +54,15 @@ CaseResult ObserveRotorMotion(const RotorDrivenSystem& system, const RotorVehicl
 CaseResult ObserveImuMotion(const ImuDrivenSystem& system, const std::string& name,
                             const std::vector<int>& states, Turning turning);
 
-CaseResult ObserveRotorFlight(const RotorDrivenSystem& system, const NominalFlight& flight,
-                              const FlightQuestion& question);
-CaseResult ObserveImuFlight(const ImuDrivenSystem& system, const NominalFlight& flight,
-                            const FlightQuestion& question);
+// System: RotorDrivenSystem or ImuDrivenSystem.
+template <class System>
+CaseResult ObserveFlight(const System& system, const NominalFlight& flight,
+                         const FlightQuestion& question);
 
 // For each constant that the flight does not show, or shows worst relative to its scale: the simple
 // manoeuvre of 10 s within `limits` that reduces its sigma most.
 void AdviseRotorFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                        const NominalFlight& flight, const FlightQuestion& question,
                        const FlightLimits& limits, CaseResult* result);
-
-std::string SensorNames(const SensorSet& sensors);
 
 }  // namespace trueline

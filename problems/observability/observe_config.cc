@@ -7,7 +7,9 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/flight_from_log.h"
-#include "problems/observability/rotor_flight.h"
+#include "problems/observability/sensor_config.h"
+#include "problems/result/statistics.h"
+#include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
@@ -118,7 +120,7 @@ class ConfigRun {
     }
     const FlightQuestion question = QuestionOf(map, name, states, horizon_);
     const RotorFlight flight = FlightOf(map, vehicle);
-    CaseResult result = ObserveRotorFlight(system, flight.Nominal(), question);
+    CaseResult result = ObserveFlight(system, flight.Nominal(), question);
     WarnOfLimits(flight, &result);
     if (map.Get<bool>("advice", true)) {
       AdviseRotorFlight(system, vehicle, flight.Nominal(), question, limits_, &result);
@@ -135,12 +137,11 @@ class ConfigRun {
     }
     const FlightQuestion question = QuestionOf(map, name, states, horizon_);
     const RotorFlight flight = FlightOf(map, vehicle_);
-    return ObserveImuFlight(system, ImuFlight(flight), question);
+    return ObserveFlight(system, ImuFlight(flight), question);
   }
 
   RotorFlight FlightOf(const YamlMap& map, const RotorVehicle& vehicle) const {
-    return {vehicle.model, vehicle.parameters,
-            ReadTrajectory(map.Child("trajectory"), vehicle, limits_)};
+    return {vehicle, ReadTrajectory(map.Child("trajectory"), vehicle, limits_)};
   }
 
   void WarnOfLimits(const RotorFlight& flight, CaseResult* result) const {
@@ -162,10 +163,9 @@ class ConfigRun {
 };
 
 double MedianSigma(const std::vector<Fix>& fixes) {
-  std::vector<double> sigmas(fixes.size());
-  for (std::size_t i = 0; i < fixes.size(); ++i) sigmas[i] = fixes[i].sigma;
-  std::nth_element(sigmas.begin(), sigmas.begin() + sigmas.size() / 2, sigmas.end());
-  return sigmas[sigmas.size() / 2];
+  std::vector<double> sigmas;
+  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
+  return UpperMedian(sigmas);
 }
 
 CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& config) {
@@ -181,7 +181,7 @@ CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& confi
   question.name = "rotor_driven";
   question.flight = log.name;
   question.states = system.PaperStates();
-  CaseResult result = ObserveRotorFlight(system, flight, question);
+  CaseResult result = ObserveFlight(system, flight, question);
   if (!warning.empty()) result.warnings.push_back(warning);
   try {
     AdviseRotorFlight(system, vehicle, flight, question, FlightLimits{}, &result);
@@ -203,7 +203,7 @@ CaseResult AskImuLog(const FlightLog& log) {
   question.flight = log.name;
   question.states = system.AllStates();
   question.horizon = 10.0;
-  return ObserveImuFlight(system, flight, question);
+  return ObserveFlight(system, flight, question);
 }
 
 }  // namespace

@@ -21,12 +21,6 @@ enum class Motion {
   kStraight   // in the vertical plane of the body's x axis, pitching
 };
 
-template <class C, int kMaxOrder>
-struct SystemPoint {
-  std::vector<C> x;
-  std::vector<Taylor<C, kMaxOrder>> u;
-};
-
 // `mean` + `spread` * random, or any number of GF(p).
 template <class C>
 C RandomScalar(Random* random, double mean, double spread) {

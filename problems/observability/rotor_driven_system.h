@@ -4,6 +4,7 @@
 
 #include <ceres/jet.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -41,7 +42,14 @@ class RotorDrivenSystem {
   const Model& model() const { return model_; }
   const SensorSet& sensors() const { return sensors_; }
   const std::vector<StateInfo>& errors() const { return errors_; }
-  int num_inputs() const { return model_.num_rotors(); }
+  std::string SensorNames() const {
+    std::string names;
+    const auto add = [&](bool there, const char* name) {
+      if (there) names += names.empty() ? name : std::string(", ") + name;
+    };
+    add(sensors_.imu, "imu"), add(sensors_.position, "position"), add(sensors_.pose, "pose");
+    return names;
+  }
   int num_outputs() const {
     return (sensors_.imu ? 6 : 0) + (sensors_.position ? 3 : 0) + (sensors_.pose ? 7 : 0);
   }
@@ -95,17 +103,10 @@ class RotorDrivenSystem {
     for (int i = 4; i < kStates; ++i) error[i - 1] = dx[i];
   }
 
-  // `x` with one error state moved by a finite amount.
-  std::vector<double> Perturbed(std::vector<double> x, int error, double by) const {
-    if (error >= 3) {
-      x[error + 1] += by;
-      return x;
-    }
-    Vec4<double> turn(std::cos(0.5 * by), 0.0, 0.0, 0.0);
-    turn[1 + error] = std::sin(0.5 * by);
-    const Vec4<double> q = HamiltonProduct(Vec4<double>(x[0], x[1], x[2], x[3]), turn);
-    for (int i = 0; i < 4; ++i) x[i] = q[i];
-    return x;
+  // Numbers of the state vector for these error states.
+  static int CountStates(const std::vector<int>& states) {
+    const bool attitude = std::count(states.begin(), states.end(), 0) > 0;
+    return static_cast<int>(states.size()) + (attitude ? 1 : 0);
   }
 
   // The error states of the papers' 31 numbers: all but r_BI_z, k_f and k_m, which are known.

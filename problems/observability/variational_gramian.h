@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "problems/observability/nominal.h"
+#include "problems/trajectory/nominal.h"
 
 namespace trueline {
 

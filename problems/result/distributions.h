@@ -1,4 +1,4 @@
-// Tail probabilities of the distributions that tests need.
+// Probabilities of the distributions that tests need, by Boost.Math.
 #pragma once
 
 namespace trueline {
@@ -12,6 +12,10 @@ double FTail(double x, double d1, double d2);
 // The value that chi-square with `dof` (F with d1, d2) exceeds with probability p.
 double ChiSquareCritical(double p, double dof);
 double FCritical(double p, double d1, double d2);
+
+// Probability of `inside` or fewer hits out of `count` where each has probability p: small values
+// say that intervals are too narrow.
+double BinomialCdf(int inside, int count, double p);
 
 // Non-centrality at which chi-square with `dof` exceeds `critical` with probability `power`
 // (0.5 < power < 1; Abdel-Aty's cube-root approximation where dof is above 1, good to a few per

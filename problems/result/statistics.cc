@@ -21,18 +21,31 @@ double Mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+double RootMeanSquare(const std::vector<double>& values) {
+  std::vector<double> squares(values);
+  for (double& value : squares) value *= value;
+  return std::sqrt(Mean(squares));
+}
+
+namespace {
+
+double OrderStatistic(std::vector<double> values, std::size_t index) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(index);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+}  // namespace
+
+double LowerMedian(std::vector<double> values) {
+  return OrderStatistic(values, (values.size() - 1) / 2);
+}
+
+double UpperMedian(std::vector<double> values) { return OrderStatistic(values, values.size() / 2); }
+
 ErrorSummary Summarise(const std::vector<double>& values) {
   return {static_cast<int>(values.size()), Mean(values), Quantile(values, 0.5),
           Quantile(values, 0.95)};
-}
-
-double BinomialCdf(int inside, int count, double p) {
-  double sum = 0.0;
-  for (int k = 0; k <= inside; ++k) {
-    sum += std::exp(std::lgamma(count + 1.0) - std::lgamma(k + 1.0) - std::lgamma(count - k + 1.0) +
-                    k * std::log(p) + (count - k) * std::log1p(-p));
-  }
-  return std::min(sum, 1.0);
 }
 
 }  // namespace trueline

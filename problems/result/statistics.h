@@ -7,6 +7,12 @@ namespace trueline {
 // Linear interpolation between order statistics; NaN for no values. p in [0, 1].
 double Quantile(std::vector<double> values, double p);
 double Mean(const std::vector<double>& values);
+double RootMeanSquare(const std::vector<double>& values);
+
+// The value itself that is in the middle, the lower or upper one of an even number: stays
+// meaningful where some are infinite. There must be a value.
+double LowerMedian(std::vector<double> values);
+double UpperMedian(std::vector<double> values);
 
 struct ErrorSummary {
   int count = 0;
@@ -15,9 +21,5 @@ struct ErrorSummary {
   double p95 = 0.0;
 };
 ErrorSummary Summarise(const std::vector<double>& values);
-
-// Probability of `inside` or fewer hits out of `count` where each has probability p: small values
-// say that intervals are too narrow.
-double BinomialCdf(int inside, int count, double p);
 
 }  // namespace trueline

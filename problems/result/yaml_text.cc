@@ -18,6 +18,13 @@ std::string Rounded(double value, int digits) {
   return text;
 }
 
+YAML::Node FlowMap(std::initializer_list<std::pair<const char*, std::string>> entries) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const auto& [key, value] : entries) node[key] = value;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
 std::string TextOf(const YAML::Node& node) {
   YAML::Emitter emitter;
   emitter << node;

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "problems/observability/vehicle_config.h"
 #include "problems/rotor_data/rotor_state.h"
+#include "problems/rotor_data/rotor_vehicle.h"
 
 namespace trueline {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "problems/calibration/rotor_calibration.h"
 #include "problems/effects/rotor_extension.h"
 #include "problems/rotor_batch/rotor_variant.h"
-#include "problems/rotor_calibration/rotor_calibration.h"
 #include "problems/rotor_diagnosis/rotor_catalogue.h"
 
 namespace trueline {

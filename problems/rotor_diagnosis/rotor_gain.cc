@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "problems/benchmark/bootstrap.h"
+#include "problems/result/bootstrap.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

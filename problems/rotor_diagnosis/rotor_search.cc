@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "problems/rotor_calibration/learn_noise.h"
+#include "problems/calibration/learn_rotor_noise.h"
 
 namespace trueline {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/result/identifiability.h"
 #include "problems/smoother/strengths.h"
-#include "problems/vgd/identifiability.h"
 
 namespace trueline {
 namespace {

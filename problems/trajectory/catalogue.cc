@@ -6,6 +6,10 @@
 
 namespace trueline {
 
+SplineShape SplineShape::Lasting(double duration) {
+  return {duration, std::max(10, static_cast<int>(std::lround(2.0 * duration)))};
+}
+
 FlatMatrix RestToRest(const SplineShape& shape, const FlatMatrix& free) {
   CHECK_EQ(free.cols(), shape.num_free());
   FlatMatrix control = FlatMatrix::Zero(kFlatOutputs, shape.num_control());
@@ -48,10 +52,7 @@ PiecewisePolynomial LissajousPath(const Lissajous& figure, double duration) {
   };
   const double fastest = std::max(0.25, figure.frequency.maxCoeff());
   const int pieces = static_cast<int>(std::ceil(8.0 * fastest * duration));
-  std::vector<double> breaks;
-  breaks.reserve(pieces + 1);
-  for (int i = 0; i <= pieces; ++i) breaks.push_back(i * duration / pieces);
-  return PiecewisePolynomial::FromExpansions(expand, breaks, kMatchedDerivatives);
+  return PiecewisePolynomial::FromExpansions(expand, duration, pieces);
 }
 
 std::vector<Manoeuvre> PlainManoeuvres() {

@@ -15,6 +15,8 @@ struct SplineShape {
   int pieces = 40;
   int degree = 7;  // continuous up to the sixth derivative: rotor speeds are smooth
 
+  // Two pieces a second.
+  static SplineShape Lasting(double duration);
   int num_control() const { return pieces + degree; }
   int num_free() const { return num_control() - 2 * degree; }
 };

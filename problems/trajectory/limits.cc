@@ -57,13 +57,10 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
   return use;
 }
 
-PiecewisePolynomial ScaledToLimits(const RotorDrivenModel& model,
-                                   const std::vector<double>& parameters,
-                                   const PiecewisePolynomial& path, const FlightLimits& limits,
-                                   double step, double largest) {
+PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,
+                                   const FlightLimits& limits, double step, double largest) {
   const auto holds = [&](double factor) {
-    return CheckLimits(RotorFlight(model, parameters, path.Scaled(factor)), limits, step).worst <=
-           1.0;
+    return CheckLimits(RotorFlight(vehicle, path.Scaled(factor)), limits, step).worst <= 1.0;
   };
   if (!holds(0.0)) {
     throw InputError(

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/observability/rotor_flight.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
 
@@ -28,9 +28,7 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
 
 // The trajectory scaled about its start by the largest factor up to `largest` that keeps the limits
 // on the grid, found by bisection; a small enough factor always does, because hover keeps them.
-PiecewisePolynomial ScaledToLimits(const RotorDrivenModel& model,
-                                   const std::vector<double>& parameters,
-                                   const PiecewisePolynomial& path, const FlightLimits& limits,
-                                   double step, double largest);
+PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,
+                                   const FlightLimits& limits, double step, double largest);
 
 }  // namespace trueline

@@ -99,13 +99,14 @@ PiecewisePolynomial PiecewisePolynomial::FromSpline(const FlatMatrix& control, i
 }
 
 PiecewisePolynomial PiecewisePolynomial::FromExpansions(
-    const std::function<FlatMatrix(double)>& expand, const std::vector<double>& breaks,
-    int matched) {
+    const std::function<FlatMatrix(double)>& expand, double duration, int pieces) {
+  const auto at = [&](double t) { return expand(t).leftCols(kMatchedDerivatives + 1).eval(); };
+  std::vector<double> breaks{0.0};
   std::vector<FlatMatrix> coefficients;
-  for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
-    coefficients.push_back(HermitePiece(expand(breaks[i]).leftCols(matched + 1),
-                                        expand(breaks[i + 1]).leftCols(matched + 1),
-                                        breaks[i + 1] - breaks[i]));
+  for (int i = 1; i <= pieces; ++i) {
+    const double before = breaks.back(), now = i * duration / pieces;
+    coefficients.push_back(HermitePiece(at(before), at(now), now - before));
+    breaks.push_back(now);
   }
   return {breaks, coefficients};
 }

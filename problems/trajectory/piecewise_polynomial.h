@@ -23,10 +23,10 @@ class PiecewisePolynomial {
   // continuous; a point repeated `degree` times at an end makes the flight start or end at rest.
   static PiecewisePolynomial FromSpline(const FlatMatrix& control, int degree, double duration);
 
-  // Pieces of degree 2 * matched + 1 that agree with `expand(t)` (Taylor coefficients at t, at
-  // least matched + 1 columns) at the breaks in value and `matched` derivatives.
+  // `pieces` of equal length from 0 to `duration` (s) that agree with `expand(t)` (Taylor
+  // coefficients at t) at the breaks in value and kMatchedDerivatives derivatives.
   static PiecewisePolynomial FromExpansions(const std::function<FlatMatrix(double)>& expand,
-                                            const std::vector<double>& breaks, int matched = 5);
+                                            double duration, int pieces);
 
   double start() const { return breaks_.front(); }
   double end() const { return breaks_.back(); }

@@ -62,11 +62,7 @@ PiecewisePolynomial ReadTrajectory(const YamlMap& map, const RotorVehicle& vehic
     return ReadTrajectoryFile(std::filesystem::exists(file) ? std::filesystem::path(file) : beside);
   }
   if (kind != "random") return LissajousPath(figure, duration);
-  SplineShape shape;
-  shape.duration = duration;
-  shape.pieces = std::max(10, static_cast<int>(std::lround(2.0 * duration)));
-  Random random(seed, "trajectory");
-  return RandomFeasibleFlight(vehicle.model, vehicle.parameters, shape, limits, &random);
+  return RandomFeasibleFlight(vehicle, duration, limits, seed);
 }
 
 std::string TrajectoryYaml(const PiecewisePolynomial& path) {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "problems/result/identifiability.h"
 #include "problems/vgd/fix_loss.h"
-#include "problems/vgd/identifiability.h"
 
 namespace trueline {
 namespace {

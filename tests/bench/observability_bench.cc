@@ -5,9 +5,9 @@
 
 #include "problems/design/design_score.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/empirical_gramian.h"
 #include "problems/observability/rotor_driven_rank.h"
 #include "problems/observability/variational_gramian.h"
+#include "tests/observability/empirical_gramian.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -22,7 +22,7 @@ const RotorFlight& Flight() {
   static const RotorFlight flight = [] {
     std::srand(1);
     FlatMatrix control = 0.25 * FlatMatrix::Random(kFlatOutputs, 47);
-    return RotorFlight(TestQuadrotor(), TestNominal(),
+    return RotorFlight({TestQuadrotor(), TestNominal()},
                        PiecewisePolynomial::FromSpline(control, 7, 20.0));
   }();
   return flight;

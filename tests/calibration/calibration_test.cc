@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "problems/result/distributions.h"
+
 namespace trueline {
 namespace {
 

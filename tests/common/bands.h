@@ -7,7 +7,6 @@
 #include <string>
 
 #include "problems/result/distributions.h"
-#include "problems/result/statistics.h"
 
 namespace trueline {
 

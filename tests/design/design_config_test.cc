@@ -60,7 +60,7 @@ TEST_F(QuickDesign, BeatsItsStartAndTheRandomFlights) {
 }
 
 TEST_F(QuickDesign, KeepsAllLimitsBetweenTheGridPointsToo) {
-  const RotorFlight flight(task_->vehicle.model, task_->vehicle.parameters, outcome_->result.path);
+  const RotorFlight flight(task_->vehicle, outcome_->result.path);
   EXPECT_LE(CheckLimits(flight, task_->options.limits, 0.000713).worst, 1.0 + 1e-6);
 }
 

@@ -6,6 +6,7 @@
 
 #include "problems/common/random.h"
 #include "problems/ekf/ekf.h"
+#include "tests/ekf/nav_difference.h"
 
 namespace trueline {
 namespace {

@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
-#include "problems/estimators/estimators.h"
+#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/window/gyro_scatter.h"

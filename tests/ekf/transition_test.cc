@@ -4,6 +4,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "problems/ekf/ekf.h"
+#include "tests/ekf/nav_difference.h"
 
 namespace trueline {
 namespace {

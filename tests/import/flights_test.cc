@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <set>
 
-#include "problems/course/mocap_path.h"
 #include "problems/log/native_log.h"
+#include "problems/trajectory/mocap_path.h"
 #include "tests/import/import_files.h"
 #include "tests/import/physics_check.h"
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 

@@ -9,6 +9,14 @@
 namespace trueline {
 namespace {
 
+// The accelerometer reading if B's origin has acceleration a_E, by eq. 6-7 and eq. 8: f_I = R_I_B
+// R_B_E (a_E - g).
+template <typename T>
+Vector3<T> SpecificForceAtImu(const Matrix3<T>& R_E_B, const Matrix3<T>& R_B_I,
+                              const Vector3<T>& a_E, double gravity) {
+  return R_B_I.transpose() * (R_E_B.transpose() * (a_E - Vector3<T>(T(0), T(0), T(gravity))));
+}
+
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;

@@ -7,6 +7,15 @@
 namespace trueline {
 namespace {
 
+// Inverse of InertiaFromLogSecondMoments.
+template <class T>
+Vec3<T> LogSecondMomentsFromInertia(const Vec3<T>& inertia) {
+  using std::log;
+  const T half_trace = (inertia[0] + inertia[1] + inertia[2]) * T(0.5);
+  return Vec3<T>(log(half_trace - inertia[0]), log(half_trace - inertia[1]),
+                 log(half_trace - inertia[2]));
+}
+
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

@@ -6,9 +6,9 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/empirical_gramian.h"
 #include "problems/observability/local_gramian.h"
 #include "problems/observability/variational_gramian.h"
+#include "tests/observability/empirical_gramian.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -17,7 +17,6 @@ namespace {
 // Undamped oscillator x'' = -x with x measured: K = (cos t, sin t).
 struct Oscillator {
   static constexpr int kStates = 2, kMoving = 2, kErrors = 2;
-  int num_inputs() const { return 0; }
   int num_outputs() const { return 1; }
   std::vector<StateInfo> errors() const { return std::vector<StateInfo>(2); }
   template <class T>
@@ -38,11 +37,12 @@ struct Oscillator {
     error[0] = dx[0];
     error[1] = dx[1];
   }
-  std::vector<double> Perturbed(std::vector<double> x, int error, double by) const {
-    x[error] += by;
-    return x;
-  }
 };
+
+std::vector<double> Perturbed(const Oscillator&, std::vector<double> x, int error, double by) {
+  x[error] += by;
+  return x;
+}
 
 Eigen::Matrix2d OscillatorGramian(double T) {
   const double c = T / 2 + std::sin(2 * T) / 4, s = T / 2 - std::sin(2 * T) / 4;
@@ -84,7 +84,7 @@ class RotorGramian : public ::testing::Test {
   RotorGramian() {
     std::srand(1);
     FlatMatrix control = 0.2 * FlatMatrix::Random(kFlatOutputs, 11);
-    flight_ = std::make_unique<RotorFlight>(TestQuadrotor(), TestNominal(),
+    flight_ = std::make_unique<RotorFlight>(RotorVehicle{TestQuadrotor(), TestNominal()},
                                             PiecewisePolynomial::FromSpline(control, 7, 2.0));
   }
   // Largest difference, each state scaled to unit information.

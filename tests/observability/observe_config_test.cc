@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
-#include "problems/observability/rotor_flight.h"
 #include "problems/observability/write_observability.h"
 #include "problems/trajectory/catalogue.h"
+#include "problems/trajectory/rotor_flight.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -124,7 +124,7 @@ TEST(ObserveLog, FlightFromALogIsTheFlight) {
   Lissajous figure;
   figure.amplitude << 0.4, 0.4, 0.15, 1.0;
   figure.frequency << 0.5, 0.6, 0.7, 0.4;
-  const RotorFlight flight(TestQuadrotor(), TestNominal(), LissajousPath(figure, 4.0));
+  const RotorFlight flight({TestQuadrotor(), TestNominal()}, LissajousPath(figure, 4.0));
   FlightLog log;
   log.name = "made", log.directory = "made";
   for (int i = 0; i <= 4000; ++i) {
@@ -146,7 +146,7 @@ TEST(ObserveLog, FlightFromALogIsTheFlight) {
   const RotorDrivenSystem system(TestQuadrotor(), OnlySensors(true, false, true));
   FlightQuestion question;
   question.states = system.PaperStates();
-  const CaseResult want = ObserveRotorFlight(system, flight.Nominal(), question);
+  const CaseResult want = ObserveFlight(system, flight.Nominal(), question);
   for (std::size_t i = 0; i < question.states.size(); ++i) {
     if (std::isnan(want.sigma[i])) continue;
     EXPECT_NEAR(cases[0].sigma[i] / want.sigma[i], 1.0, 0.02) << system.errors()[i].name;

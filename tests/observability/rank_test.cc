@@ -12,7 +12,6 @@ namespace {
 // x. Scale, x and v are observable only jointly: (x, v, k, s) -> (x/c, v/c, k, c s).
 struct DragSystem {
   static constexpr int kStates = 4, kMoving = 2, kErrors = 4;
-  int num_inputs() const { return 0; }
   int num_outputs() const { return 1; }
   template <class T>
   void Derivative(const T* x, const T*, T* dx) const {

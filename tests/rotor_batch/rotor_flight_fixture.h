@@ -17,7 +17,7 @@ inline PiecewisePolynomial RandomPath(double duration, std::uint64_t seed) {
   shape.pieces = std::max(10, static_cast<int>(2.0 * duration));
   Random random(seed, "trajectory");
   const RotorVehicle vehicle = WuestVehicle();
-  return RandomFeasibleFlight(vehicle.model, vehicle.parameters, shape, FlightLimits(), &random);
+  return RandomFeasibleFlight(vehicle, shape, FlightLimits(), &random);
 }
 
 inline RotorAeroModel EstimationModel(const RotorVehicle& vehicle) {

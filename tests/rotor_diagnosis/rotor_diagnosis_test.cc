@@ -3,9 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
-#include "problems/rotor_calibration/rotor_calibration_config.h"
 #include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"

@@ -12,7 +12,7 @@ namespace trueline {
 namespace {
 
 RotorFlight Fly(const Lissajous& figure, double duration = 4.0) {
-  return {TestQuadrotor(), TestNominal(), LissajousPath(figure, duration)};
+  return {{TestQuadrotor(), TestNominal()}, LissajousPath(figure, duration)};
 }
 
 TEST(Limits, HoverUsesNothingButRotorSpeed) {
@@ -47,9 +47,9 @@ TEST(Limits, RandomFlightsAreBroughtJustWithinAllLimits) {
     const auto path = PiecewisePolynomial::FromSpline(
         RestToRest(shape, RandomControl(shape, 3.0, 3.0, &random)), shape.degree, shape.duration);
     const auto fitted =
-        ScaledToLimits(TestQuadrotor(), TestNominal(), path, FlightLimits{}, 0.01, 1.0);
+        ScaledToLimits({TestQuadrotor(), TestNominal()}, path, FlightLimits{}, 0.01, 1.0);
     const LimitUse use =
-        CheckLimits(RotorFlight(TestQuadrotor(), TestNominal(), fitted), FlightLimits{}, 0.01);
+        CheckLimits(RotorFlight({TestQuadrotor(), TestNominal()}, fitted), FlightLimits{}, 0.01);
     EXPECT_LE(use.worst, 1.0);
     EXPECT_GT(use.worst, 0.97);
     EXPECT_FALSE(use.binding.empty());
@@ -60,7 +60,7 @@ TEST(Limits, VehicleTooHeavyToHoverIsRefused) {
   std::vector<double> heavy = TestNominal();
   heavy[RotorDrivenModel::kMass] = 2.0;
   EXPECT_THROW(
-      ScaledToLimits(TestQuadrotor(), heavy, LissajousPath({}, 2.0), FlightLimits{}, 0.1, 1.0),
+      ScaledToLimits({TestQuadrotor(), heavy}, LissajousPath({}, 2.0), FlightLimits{}, 0.1, 1.0),
       InputError);
 }
 

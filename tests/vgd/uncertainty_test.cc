@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/calibration/calibration.h"
-#include "problems/vgd/identifiability.h"
+#include "problems/result/identifiability.h"
 #include "problems/vgd/learn_process.h"
 #include "tests/common/bands.h"
 #include "tests/vgd/flights.h"

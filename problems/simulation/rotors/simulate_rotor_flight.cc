@@ -101,8 +101,7 @@ class TrajectoryPilot {
                   std::uint64_t seed, FlightLog* log)
       : config_(config),
         pose_arm_(Parameter(config, Model::kPoseArm) - Parameter(config, Model::kCentre)),
-        tracker_(RotorFlight(config.vehicle.model, config.vehicle.parameters,
-                             Raised(path, config.height)),
+        tracker_(RotorFlight(config.vehicle, Raised(path, config.height)),
                  config.vehicle.model.gravity(), 1.0 / config.imu_rate,
                  (1.0 - config.control_margin) * config.limits.min_speed,
                  (1.0 + config.control_margin) * config.limits.max_speed, config.motor_lag),

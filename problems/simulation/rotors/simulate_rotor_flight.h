@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "problems/log/flight_log.h"
-#include "problems/observability/vehicle_config.h"
 #include "problems/rotor_data/rotor_noise.h"
 #include "problems/rotor_data/rotor_state.h"
+#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/simulation/rotors/motor_drive.h"
 #include "problems/simulation/config.h"
 #include "problems/simulation/rotors/motor_drive.h"
 #include "problems/trajectory/limits.h"

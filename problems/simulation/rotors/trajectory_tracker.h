@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "problems/observability/rotor_flight.h"
 #include "problems/simulation/airframe.h"
+#include "problems/trajectory/rotor_flight.h"
 
 namespace trueline::simulation {
 

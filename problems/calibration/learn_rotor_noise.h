@@ -1,0 +1,44 @@
+// Noise learned from a flight: the sensor sigmas and disturbance densities that maximise the
+// likelihood of the filter's innovations. Logs do not state the noise, and intervals depend on it.
+#pragma once
+
+#include "problems/rotor_ekf/rotor_ekf.h"
+
+namespace trueline {
+
+struct LearnedNoise {
+  RotorNoise noise;
+  RotorConstants point;  // the filter's last linearisation point
+  double gain = 0.0;     // of log likelihood, over the noise that it started from
+  int runs = 0;          // of the filter
+};
+
+// Coordinate search over the logarithms of the six values of RotorNoise, each kept within a factor
+// of 100 of `stated`. The constants stay unknown. `first_step` is of the logarithm; use a small one
+// from a start that is known to be good.
+LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
+                             const RotorEkfOptions& options, const RotorNoise& stated,
+                             double first_step = 1.2);
+
+// The delay (s) of the rotor speeds that maximises the likelihood, within +-`range`, to 2.5 ms.
+// Clocks and filters of rotor sensors and IMU differ, and inertia is the most sensitive to that.
+// The delay adds to the one that MakeRotorData applied to `data`.
+double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
+                       const RotorEkfOptions& options, double range);
+
+// Which of noise and delay to learn, and on how much of a flight.
+struct RotorLearning {
+  bool noise = true;
+  bool rotor_delay = false;
+  double seconds = 20.0;   // of flight, from its start
+  RotorNoise stated = {};  // the reference of LearnRotorNoise's factor 100
+  double first_step = 1.2;
+};
+
+// Learns noise, delay, and noise again, because a wrong delay inflates the disturbances. `streams`
+// and `filter` give the start and receive the result.
+void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
+                     const RotorLearning& learning, RotorDataOptions* streams,
+                     RotorEkfOptions* filter);
+
+}  // namespace trueline

@@ -1,0 +1,83 @@
+#include "problems/calibration/open_loop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/rotor_data/rotor_step.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kStep = 0.004;      // s
+constexpr double kFirstStart = 1.0;  // s after the first pose
+
+// The measured pose nearest to `t`, null where none is within 5 ms.
+const RotorPose* PoseAt(const RotorData& data, double t) {
+  const auto after =
+      std::lower_bound(data.poses.begin(), data.poses.end(), t,
+                       [](const RotorPose& pose, double time) { return pose.t < time; });
+  const RotorPose* nearest = nullptr;
+  double distance = 0.005;
+  for (auto it = after == data.poses.begin() ? after : after - 1;
+       it != data.poses.end() && it <= after; ++it) {
+    if (std::abs(it->t - t) > distance) continue;
+    distance = std::abs(it->t - t);
+    nearest = &*it;
+  }
+  return nearest;
+}
+
+// `data` with the speeds of motors that have these constants.
+RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
+  RotorData driven = data;
+  if (driven.motors) driven.TurnMotors(MotorsOf(constants));
+  return driven;
+}
+
+RotorState Integrate(const RotorAeroModel& model, const RotorData& data, RotorState x, double from,
+                     double to) {
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep - 1e-9)));
+  const double dt = (to - from) / steps;
+  for (int k = 0; k < steps; ++k) {
+    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
+    x.head<4>().normalize();
+  }
+  return x;
+}
+
+}  // namespace
+
+std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const RotorData& data,
+                                           const RotorNoise& noise,
+                                           const RotorConstants& calibrated,
+                                           const RotorConstants& constants,
+                                           const std::vector<double>& horizons, double spacing) {
+  RotorEkfOptions options;
+  options.noise = noise;
+  options.prior.mean = calibrated;
+  const RotorEkfRun run = RunRotorEkf(model, DrivenBy(calibrated, data), options);
+  const RotorData driven = DrivenBy(constants, data);
+  std::vector<OpenLoopError> errors;
+  double next = data.poses.front().t + kFirstStart;
+  for (const RotorEstimate& start : run.history) {
+    if (start.t < next) continue;
+    next = start.t + spacing;
+    for (const double horizon : horizons) {
+      // Compare at the exact time of the measured pose nearest to the horizon.
+      const RotorPose* pose = nullptr;
+      for (double slack = 0.0; slack < 0.02 && pose == nullptr; slack += 0.005) {
+        pose = PoseAt(data, start.t + horizon + slack);
+      }
+      if (pose == nullptr) continue;
+      const RotorState end =
+          Integrate(model, driven, Joined(start.moving, constants), start.t, pose->t);
+      Eigen::Vector3d p_E;
+      RotorAeroModel::Position(end.data(), p_E.data());
+      errors.push_back({start.t, horizon, (p_E - pose->p_E).norm()});
+    }
+  }
+  return errors;
+}
+
+}  // namespace trueline

@@ -1,0 +1,80 @@
+#include "problems/calibration/result_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
+
+namespace trueline {
+
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string(2, c) : std::string(1, c);
+  return quoted + "\"";
+}
+
+void WriteCsv(const std::filesystem::path& path, const std::string& header,
+              const std::function<void(std::ostream&)>& rows) {
+  AtomicFile file(path);
+  fmt::print(file.stream(), "{}\n", header);
+  rows(file.stream());
+  file.Commit();
+}
+
+void WriteParameterRow(std::ostream& out, const std::string& window, const ParameterEstimate& p) {
+  fmt::print(out, "{},{},{:.8g},{:.6g},{},{}\n", window, p.name, p.value, p.sigma, p.unit,
+             p.status);
+}
+
+YAML::Node VerdictNode(const Verdict& verdict, const std::vector<std::string>& warnings) {
+  YAML::Node node;
+  node["verdict"] = verdict.word;
+  node["reasons"] = verdict.reasons;
+  node["warnings"] = warnings;
+  return node;
+}
+
+YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const ParameterEstimate& p : parameters) {
+    node[p.name] = FlowMap({{"value", Rounded(p.value, 6)},
+                            {"sigma", Rounded(p.sigma, 3)},
+                            {"unit", p.unit},
+                            {"status", p.status}});
+  }
+  return node;
+}
+
+YAML::Node ModelNode(const std::vector<ParameterEstimate>& parameters,
+                     const std::vector<Effect>& effects, const YAML::Node& provenance) {
+  YAML::Node node;
+  node["parameters"] = ParameterNode(parameters);
+  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  node["effects"].SetStyle(YAML::EmitterStyle::Flow);
+  for (const Effect& effect : effects) {
+    YAML::Node entry;
+    entry["id"] = effect.id;
+    for (const auto& [key, value] : effect.values) entry[key] = Rounded(value, 6);
+    node["effects"].push_back(entry);
+  }
+  node["provenance"] = provenance;
+  return node;
+}
+
+std::string UnobservableText(const std::vector<std::string>& combinations) {
+  std::string text;
+  for (const std::string& combination : combinations) {
+    text += fmt::format("  not shown by this flight: {}\n", combination);
+  }
+  return text;
+}
+
+std::string VerdictText(const Verdict& verdict) {
+  std::string text = fmt::format("\nverdict: {}\n", verdict.word);
+  for (const std::string& reason : verdict.reasons) text += "  " + reason + "\n";
+  return text;
+}
+
+}  // namespace trueline

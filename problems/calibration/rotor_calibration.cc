@@ -1,0 +1,209 @@
+#include "problems/calibration/rotor_calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/calibration/considered.h"
+#include "problems/calibration/learn_rotor_noise.h"
+#include "problems/result/identifiability.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kNotABody = 1e-3;     // share of the trace, of the smallest second moment
+constexpr double kHalvesDiffer = 4.0;  // sigmas
+constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
+constexpr double kWorse = 1.2;         // prediction error, over that of the nominal vehicle
+
+RotorDataOptions Part(const RotorDataOptions& whole, double start, double duration) {
+  RotorDataOptions part = whole;
+  part.start += start;
+  part.duration = duration;
+  return part;
+}
+
+double Duration(const RotorData& data) { return data.poses.back().t - data.poses.front().t; }
+
+// The smallest second moment of mass that the inertia implies, as a share of the inertia's trace.
+double ThinnestShare(const RotorConstants& constants) {
+  const Eigen::Vector3d inertia = constants.segment<3>(FindRotorConstant("I_x"));
+  return (0.5 * inertia.sum() - inertia.maxCoeff()) / inertia.sum();
+}
+
+void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
+                   const RotorBatchOptions& batch, const RotorDataOptions& data, double fitted,
+                   RotorCalibration* result) {
+  const int rotors = model.num_rotors();
+  const RotorBatchResult a =
+      RunRotorBatch(model, MakeRotorData(log, rotors, Part(data, 0.0, 0.5 * fitted)), batch);
+  const RotorBatchResult b = RunRotorBatch(
+      model, MakeRotorData(log, rotors, Part(data, 0.5 * fitted, 0.5 * fitted)), batch);
+  for (const int i : batch.prior.Free()) {
+    const double sigma = std::sqrt(a.cov(i, i) + b.cov(i, i));
+    const double difference = std::abs(a.mean[i] - b.mean[i]) / sigma;
+    if (difference <= result->halves) continue;
+    result->halves = difference;
+    result->halves_parameter = kRotorConstants[i].name;
+  }
+}
+
+// Speeds from commands are linearised in the motors' unknowns. Filter and noise learning use the
+// linearisation at a first batch's estimate instead of the prior's mean.
+void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
+                const RotorCalibrationOptions& options, double fitted, RotorDataOptions* streams,
+                RotorEkfOptions* filter) {
+  constexpr double kNear = 0.4;  // of the noise's logarithm
+  if (MotorsOf(options.prior.sigma).maxCoeff() == 0.0) return;
+  const RotorData data = MakeRotorData(log, model.num_rotors(), Part(*streams, 0.0, fitted));
+  const RotorBatchResult batch =
+      RunRotorBatch(model, data, {filter->noise, options.prior, options.robust_pose});
+  const MotorValues at = MotorsOf(batch.mean);
+  if (!(at[kLag] > 0.0)) return;  // the verdict reports it
+  streams->motors_at = at;
+  LearnFromFlight(
+      model, log,
+      {options.learn_noise, false, std::min(fitted, RotorLearning().seconds), options.noise, kNear},
+      streams, filter);
+}
+
+void ScorePredictions(const RotorAeroModel& model, const RotorData& held_out,
+                      const RotorCalibrationOptions& options, RotorCalibration* result) {
+  constexpr double kSpacing = 0.1;  // s
+  result->open_loop = PredictOpenLoop(model, held_out, result->noise, result->batch.mean,
+                                      result->batch.mean, options.horizons, kSpacing);
+  const std::vector<OpenLoopError> before =
+      PredictOpenLoop(model, held_out, result->noise, result->batch.mean, options.prior.mean,
+                      options.horizons, kSpacing);
+  for (const double horizon : options.horizons) {
+    HorizonScore score{horizon};
+    double squares = 0.0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (before[i].horizon != horizon) continue;
+      ++score.count;
+      score.before += before[i].error;
+      score.after += result->open_loop[i].error;
+      squares += result->open_loop[i].error * result->open_loop[i].error;
+    }
+    if (score.count > 0) {
+      score.before /= score.count;
+      score.after /= score.count;
+      score.after_rms = std::sqrt(squares / score.count);
+    }
+    result->predictions.push_back(score);
+  }
+}
+
+Verdict JudgeRotors(const RotorCalibration& c) {
+  Verdict verdict{"usable", {}};
+  const auto poor = [&](const std::string& reason) {
+    if (verdict.word == "usable") verdict.word = "poor";
+    verdict.reasons.push_back(reason);
+  };
+  const auto identified = std::count_if(c.parameters.begin(), c.parameters.end(),
+                                        [](const auto& p) { return p.status == "identified"; });
+  if (c.halves > kHalvesDiffer) {
+    poor(fmt::format(
+        "the halves of the flight disagree on {} by {:.1f} of its sigmas: the model lacks "
+        "something, and the intervals are too narrow",
+        c.halves_parameter, c.halves));
+  }
+  if (c.chi_square > kPoorFit) {
+    poor(
+        fmt::format("residuals are {:.1f} times what the noise explains; set learn_noise: true or "
+                    "correct the noise",
+                    c.chi_square));
+  }
+  for (const ParameterEstimate& p : c.parameters) {
+    if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
+  }
+  for (const HorizonScore& score : c.predictions) {
+    if (score.count == 0 || score.after <= kWorse * score.before) continue;
+    poor(
+        fmt::format("the fit predicts held-out flight worse than the nominal vehicle does over "
+                    "{} s ({:.3f} m against {:.3f} m)",
+                    score.horizon, score.after, score.before));
+    break;
+  }
+  if (!c.batch.converged || identified < 3) {
+    verdict.word = "unusable";
+    verdict.reasons.emplace_back(
+        c.batch.converged ? "this flight determines fewer than three constants; fly more "
+                            "(trueline-design proposes how)"
+                          : "the fit did not converge; check frames, rotor order and priors");
+  }
+  return verdict;
+}
+
+}  // namespace
+
+void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
+                       std::vector<ParameterEstimate>* parameters,
+                       std::vector<std::string>* unobservable) {
+  const std::vector<int> free = prior.Free();
+  const auto n = static_cast<Eigen::Index>(free.size());
+  std::vector<std::string> names, units;
+  Eigen::VectorXd scale(n);
+  Eigen::MatrixXd cov(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    names.push_back(kRotorConstants[free[i]].name);
+    units.push_back(kRotorConstants[free[i]].unit);
+    scale[i] = prior.sigma[free[i]];
+    for (Eigen::Index j = 0; j < n; ++j) {
+      cov(i, j) = batch.cov(free[i], free[j]) / (prior.sigma[free[i]] * prior.sigma[free[j]]);
+    }
+  }
+  const Identifiability seen = AnalyseIdentifiability(names, units, scale, cov);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const bool thin = names[i].starts_with("I_") && ThinnestShare(batch.mean) < kNotABody;
+    parameters->push_back({names[i], batch.mean[free[i]], std::sqrt(batch.cov(free[i], free[i])),
+                           units[i], thin ? "at_bound" : seen.status[i]});
+  }
+  *unobservable = seen.combinations;
+}
+
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity) {
+  return RotorAeroModel(options.vehicle.model.rotors(), gravity,
+                        RotorExtensionOf(options.effects).effects);
+}
+
+RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
+  const RotorAeroModel model = ModelFor(options, log.gravity);
+  const int rotors = model.num_rotors();
+  RotorCalibration result;
+  result.warnings = options.warnings;
+  const double whole = Duration(MakeRotorData(log, rotors, options.data));
+  const double fitted = (1.0 - options.hold_out) * whole;
+  RotorDataOptions streams = options.data;
+  RotorEkfOptions filter{options.noise, options.prior, options.wander};
+  LearnFromFlight(model, log,
+                  {options.learn_noise, options.learn_rotor_delay,
+                   std::min(fitted, RotorLearning().seconds), options.noise},
+                  &streams, &filter);
+  if (options.data.motors) TurnMotors(model, log, options, fitted, &streams, &filter);
+  const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
+  result.rotor_delay = streams.rotor_delay;
+  result.noise = filter.noise;
+  result.filter = RunRotorEkf(model, data, filter);
+  RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
+  batch.widen = options.widen;
+  result.batch = RunRotorBatch(model, data, batch);
+  result.batch.cov +=
+      ConsideredCovariance(model, data, batch, result.batch,
+                           ConsideredVariants(log, options, Part(streams, 0.0, fitted)));
+  const double nodes = static_cast<double>(result.batch.nodes.size());
+  result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - 12.0 * nodes);
+  result.origin = data.origin;
+  for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
+  DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
+  CompareHalves(model, log, batch, streams, fitted, &result);
+  if (options.hold_out > 0.0) {
+    ScorePredictions(model, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
+                     &result);
+  }
+  result.verdict = JudgeRotors(result);
+  return result;
+}
+
+}  // namespace trueline

@@ -1,0 +1,81 @@
+// Calibration of one flight by the rotor-driven model: log in; constants with intervals, a verdict,
+// the filter's estimates over time, and the prediction error on held-out flight.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/calibration/calibration.h"
+#include "problems/calibration/open_loop.h"
+#include "problems/effects/rotor_extension.h"
+#include "problems/rotor_batch/rotor_batch.h"
+#include "problems/rotor_ekf/rotor_ekf.h"
+
+namespace trueline {
+
+// An unmodelled effect and its usual size; see considered.h.
+struct ConsideredEffect {
+  std::string id, parameter;
+  double sigma;  // mean zero, in the catalogue's unit
+};
+
+struct RotorCalibrationOptions {
+  RotorVehicle vehicle;  // rotors, and nominal constants
+  RotorPrior prior;
+  RotorNoise noise;
+  RotorDataOptions data;
+  std::vector<Effect> effects;  // from a diagnosis; `prior` and `data` already hold those of their
+                                // values that are constants or a motor lag
+  double hold_out = 0.25;       // share of the flight, at its end, that predictions are judged on
+  bool learn_noise = true;      // from the flight (learn_rotor_noise.h); else use `noise`
+  bool learn_rotor_delay = false;  // on top of data.rotor_delay
+  double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
+  bool widen = true;               // see RotorBatchOptions
+  std::vector<ConsideredEffect> considered;
+  double wander = 0.0;  // random walk of the filter's constants, see RotorEkfOptions
+  std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
+  std::vector<std::string> warnings;                // from reading
+
+  explicit RotorCalibrationOptions(RotorVehicle nominal)
+      : vehicle(std::move(nominal)), prior(PriorFromVehicle(vehicle)) {}
+};
+
+struct HorizonScore {
+  double horizon;  // s
+  int count = 0;
+  double before = 0.0;  // m, mean error with the nominal constants
+  double after = 0.0;   // m, with the calibrated ones
+  double after_rms = 0.0;
+};
+
+struct RotorCalibration {
+  RotorBatchResult batch;
+  RotorEkfRun filter;
+  RotorNoise noise;                           // used
+  double rotor_delay = 0.0;                   // s, used
+  std::vector<ParameterEstimate> parameters;  // the batch's
+  std::vector<std::string> unobservable;
+  std::vector<HorizonScore> predictions;
+  std::vector<OpenLoopError> open_loop;  // with the calibrated constants
+  std::vector<double> pose_times;        // s, of the batch's nodes
+  TimeNs origin = 0;                     // that times count from
+  double chi_square = 0.0;               // whitened squares by degree of freedom
+  double halves = 0.0;  // largest difference between the fits to each half, in its sigma
+  std::string halves_parameter;
+  Verdict verdict;
+  std::vector<std::string> warnings;
+};
+
+// The model of the vehicle with its effects.
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity);
+
+// Throws InputError for logs that lack a required stream.
+RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);
+
+// The parameters with their status, and the combinations that are unobservable on the flight.
+void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
+                       std::vector<ParameterEstimate>* parameters,
+                       std::vector<std::string>* unobservable);
+
+}  // namespace trueline

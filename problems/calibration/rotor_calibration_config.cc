@@ -1,0 +1,148 @@
+#include "problems/calibration/rotor_calibration_config.h"
+
+#include "problems/calibration/considered.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/effects/read_effects.h"
+
+namespace trueline {
+namespace {
+
+RotorCalibrationOptions OptionsFromLog(const FlightLog& log) {
+  std::string warning;
+  RotorCalibrationOptions options(VehicleFromLog(log, &warning));
+  options.warnings.push_back(warning);
+  return options;
+}
+
+// Prior and rotor data both hold values of the motors' unknowns; the prior's values are copied.
+void ShareMotors(RotorCalibrationOptions* options) {
+  if (!options->data.motors) return;
+  options->data.motors_at = MotorsOf(options->prior.mean);
+}
+
+void SerializeMotors(YamlArchive* a, MotorCurve* curve, MotorValues* at) {
+  a->Positive("full_speed", &curve->full_speed);
+  a->Positive("nominal_voltage", &curve->nominal_voltage);
+  a->Positive("lag", &(*at)[kLag]);
+  a->NotNegative("idle", &(*at)[kIdle]);
+  a->Require((*at)[kIdle] < 1.0, "idle", "is a share of full_speed, below 1");
+  a->NotNegative("voltage", &(*at)[kVoltage]);
+}
+
+void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
+  RotorDataOptions& data = options->data;
+  YamlArchive archive(map);
+  SerializeMotors(&archive, &data.motors.emplace(), &data.motors_at);
+  map.Finish();
+  data.rotors = RotorSource::kMotors;
+  options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
+}
+
+// The earlier flight's estimates and sigmas become the prior; biases keep theirs.
+void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) {
+  RotorPrior* prior = &options->prior;
+  const YamlMap model = YamlMap::FromFile(file);
+  const YamlMap parameters = model.Child("parameters");
+  for (const std::string& name : parameters.Keys()) {
+    const int i = FindRotorConstant(name);
+    if (i < 0) {
+      parameters.Fail(name,
+                      "is no constant of the rotor-driven model; --model needs the "
+                      "model.yaml of a calibration with --drive=rotors");
+    }
+    if (kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
+    const YamlMap entry = parameters.Child(name);
+    prior->mean[i] = entry.Get<double>("value");
+    prior->sigma[i] = entry.Get<double>("sigma");
+  }
+  options->effects = ReadEffects(model, IsRotorEffect);
+  const RotorExtension extension = RotorExtensionOf(options->effects);
+  prior->mean += extension.added;
+  options->data.motor_lag += extension.motor_lag;
+}
+
+}  // namespace
+
+void Serialize(YamlArchive* a, RotorCalibrationOptions* o) {
+  RotorDataOptions* data = &o->data;
+  a->Choice("fit_to", &data->source, {{"mocap", PoseSource::kMocap}, {"pose", PoseSource::kPose}});
+  a->Value("attitude", &data->attitude);
+  a->Positive("pose_rate", &data->pose_rate);
+  a->NotNegative("start", &data->start);
+  a->NotNegative("end", &data->end);
+  a->NotNegative("hold_out", &o->hold_out);
+  a->Require(o->hold_out <= 0.8, "hold_out", "is a share of the flight, at most 0.8");
+  a->Value("learn_noise", &o->learn_noise);
+  a->Value("rotor_delay", &data->rotor_delay);
+  a->Value("learn_rotor_delay", &o->learn_rotor_delay);
+  a->NotNegative("robust_pose", &o->robust_pose);
+  a->Value("widen", &o->widen);
+  a->Map(
+      "consider", [o](const YamlMap& map) { o->considered = ReadConsidered(map); },
+      [o] { return ToYaml(o->considered); });
+  a->NotNegative("wander", &o->wander);
+  a->Nested("noise", &o->noise);
+  a->Map(
+      "prior", [o](const YamlMap& map) { ReadRotorPrior(map, &o->prior); },
+      [o] { return ToYaml(o->prior); });
+}
+
+void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
+  YamlArchive archive(map);
+  Serialize(&archive, options);
+  ShareMotors(options);
+}
+
+RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
+                                            const FlightLog& log) {
+  if (config.empty()) {
+    RotorCalibrationOptions options = OptionsFromLog(log);
+    if (log.pose.empty()) options.data.source = PoseSource::kMocap;
+    if (!model.empty()) ApplyRotorModel(model, &options);
+    return options;
+  }
+  const YamlMap map = YamlMap::FromFile(config);
+  RotorCalibrationOptions options =
+      map.Has("vehicle")
+          ? RotorCalibrationOptions(ReadRotorVehicle(map.Child("vehicle"), log.gravity))
+          : OptionsFromLog(log);
+  if (log.pose.empty()) options.data.source = PoseSource::kMocap;
+  if (map.Has("motors")) ReadMotors(map.Child("motors"), &options);
+  if (!model.empty()) ApplyRotorModel(model, &options);
+  ReadRotorOptions(map, &options);
+  map.Finish();
+  return options;
+}
+
+YAML::Node ToYaml(const RotorCalibrationOptions& given) {
+  RotorCalibrationOptions options = given;
+  YamlArchive archive;
+  if (options.data.motors) {
+    archive.Map("motors", [&](YamlArchive* map) {
+      SerializeMotors(map, &*options.data.motors, &options.data.motors_at);
+    });
+  }
+  std::string drive = "rotors";
+  archive.Value("drive", &drive);
+  Serialize(&archive, &options);
+  YAML::Node node = archive.node();
+  for (const Effect& effect : options.effects) {
+    YAML::Node entry;
+    entry["id"] = effect.id;
+    for (const auto& [name, value] : effect.values) entry[name] = value;
+    node["effects"].push_back(entry);
+  }
+  for (const RotorSpec& rotor : options.vehicle.model.rotors()) {
+    YAML::Node entry;
+    for (const double value : rotor.position) entry["position"].push_back(value);
+    for (const double value : rotor.axis) entry["axis"].push_back(value);
+    entry["spin"] = rotor.spin;
+    entry["k_f"] = rotor.k_f;
+    entry["k_m"] = rotor.k_m;
+    entry.SetStyle(YAML::EmitterStyle::Flow);
+    node["rotors"].push_back(entry);
+  }
+  return node;
+}
+
+}  // namespace trueline

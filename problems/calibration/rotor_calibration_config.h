@@ -1,0 +1,24 @@
+// Options of trueline-calibrate --drive=rotors, from YAML (config/calibrate/rotors.yaml).
+#pragma once
+
+#include <string>
+
+#include "problems/calibration/rotor_calibration.h"
+#include "problems/common/yaml_archive.h"
+
+namespace trueline {
+
+// `config`: a YAML file, or empty for the vehicle stated in the log. `model`: model.yaml of an
+// earlier calibration of this vehicle, or empty; its constants other than biases become the prior.
+// Throws InputError naming file, line and key.
+RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
+                                            const FlightLog& log);
+
+// All keys but `vehicle` and `motors`, which the caller reads.
+void Serialize(YamlArchive* a, RotorCalibrationOptions* o);
+void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options);
+
+// The resolved options, for provenance.
+YAML::Node ToYaml(const RotorCalibrationOptions& options);
+
+}  // namespace trueline

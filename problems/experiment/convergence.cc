@@ -1,0 +1,70 @@
+#include "problems/experiment/convergence.h"
+
+#include <cmath>
+#include <limits>
+
+#include "cost_functions/models/imu_driven_model.h"
+#include "problems/simulation/variant.h"
+
+namespace trueline {
+namespace {
+
+std::vector<TimedError> ArcErrors(const EstimatorRun& run, TimeNs origin) {
+  std::vector<TimedError> errors;
+  for (const WindowEstimate& window : run.windows) {
+    if (!window.arc || !window.arc->truth) continue;
+    errors.push_back({SecondsBetween(origin, window.arc->end), window.arc->FinalPointError()});
+  }
+  return errors;
+}
+
+std::vector<TimedError> ParameterErrors(const EstimatorRun& run, const std::string& name,
+                                        double truth, TimeNs origin) {
+  std::vector<TimedError> errors;
+  for (const WindowEstimate& window : run.windows) {
+    for (const ParameterEstimate& p : window.parameters) {
+      if (p.name != name) continue;
+      errors.push_back({SecondsBetween(origin, window.end), p.value - truth});
+    }
+  }
+  return errors;
+}
+
+}  // namespace
+
+std::map<std::string, double> TrueParameters(const SimulationTruth& truth) {
+  std::map<std::string, double> parameters = TunableValues(truth.config);
+  for (int i = 0; i < 3; ++i) parameters[kTheta[kAhrsInTheta + i].name] = truth.ahrs_error_mean[i];
+  return parameters;
+}
+
+double TimeInside(const std::vector<TimedError>& errors, double tolerance) {
+  double time = std::numeric_limits<double>::quiet_NaN();
+  for (const TimedError& error : errors) {
+    const bool inside = std::abs(error.error) <= tolerance;  // false for NaN
+    if (!inside) time = std::numeric_limits<double>::quiet_NaN();
+    if (inside && std::isnan(time)) time = error.time;
+  }
+  return time;
+}
+
+std::vector<ConvergenceRow> Convergence(const EstimatorRun& run, const std::string& label,
+                                        const std::map<std::string, double>& truth,
+                                        const std::map<std::string, double>& tolerances,
+                                        TimeNs first_fix) {
+  std::vector<ConvergenceRow> rows;
+  for (const auto& [quantity, tolerance] : tolerances) {
+    std::vector<TimedError> errors;
+    if (quantity == "final_point_error") {
+      errors = ArcErrors(run, first_fix);
+    } else if (const auto known = truth.find(quantity); known != truth.end()) {
+      errors = ParameterErrors(run, quantity, known->second, first_fix);
+    }
+    if (errors.empty()) continue;
+    rows.push_back({label, run.gamma, quantity, tolerance, static_cast<int>(errors.size()),
+                    TimeInside(errors, tolerance)});
+  }
+  return rows;
+}
+
+}  // namespace trueline

@@ -1,0 +1,125 @@
+// The result of one job of an experiment: rows for the tables of the whole run.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/rotor_data/rotor_state.h"
+
+namespace trueline {
+
+// One arc of one estimator at one gamma.
+struct ArcRow {
+  std::string label;
+  std::string estimator;
+  int gamma = 0;
+  int tau = 0;
+  double begin = 0.0, end = 0.0;  // s, the log's own clock
+  double error = 0.0;             // m, final-point error; NaN where there is no truth
+  double predicted_sigma = 0.0;   // m
+  bool inside_95 = false;
+  std::string truth;     // mocap | fixes | none
+  bool counted = false;  // arcs with truth from fixes do not count if the log has mocap
+  int iterations = 0;
+  double bound = 0.0;       // m, root of the bound on the mean squared error; NaN: not asked for
+  double solve_time = 0.0;  // s
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, estimator, gamma, tau, begin, end, error, predicted_sigma, inside_95, truth,
+            counted, iterations, bound, solve_time);
+  }
+};
+
+// The time from which a quantity stays within its tolerance of the truth.
+struct ConvergenceRow {
+  std::string label;
+  int gamma = 0;
+  std::string quantity;
+  double tolerance = 0.0;  // SI
+  int windows = 0;         // that give it
+  double time = 0.0;       // s from the first fix; NaN: not within the flight
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, gamma, quantity, tolerance, windows, time);
+  }
+};
+
+// One window solved from random starts.
+struct StartsRow {
+  std::string label;
+  int gamma = 0;
+  int tau = 0;
+  int starts = 0;
+  int same_optimum = 0;
+  double iterations_mean = 0.0;
+  int iterations_max = 0;
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, gamma, tau, starts, same_optimum, iterations_mean, iterations_max);
+  }
+};
+
+struct PathRow {
+  std::string label;  // of the estimator; "truth", "fixes"
+  std::string kind;   // fit | prediction | mocap | fix
+  int tau = 0;
+  double t = 0.0, x = 0.0, y = 0.0, z = 0.0;  // s, m
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, kind, tau, t, x, y, z);
+  }
+};
+
+// Estimates of one rotor-driven flight by filter and batch. Errors are estimate less truth.
+struct TrialRow {
+  struct Moment {    // of the filter
+    double t = 0.0;  // s
+    RotorConstants error, sigma;
+
+    template <class Archive>
+    void Fields(Archive& archive) {
+      archive(t, error, sigma);
+    }
+  };
+  RotorConstants first_guess;  // less truth
+  RotorConstants filter_error, filter_sigma;
+  RotorConstants batch_error, batch_sigma;
+  RotorConstants bound;                        // sigma
+  double filter_nees = 0.0, batch_nees = 0.0;  // by degree of freedom
+  double path_error = 0.0;                     // m
+  std::vector<Moment> history;                 // about every 0.2 s
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(first_guess, filter_error, filter_sigma, batch_error, batch_sigma, bound, filter_nees,
+            batch_nees, path_error, history);
+  }
+};
+
+struct JobResult {
+  std::vector<ArcRow> arcs;
+  std::vector<ConvergenceRow> convergence;
+  std::vector<StartsRow> starts;
+  std::vector<PathRow> paths;
+  std::vector<TrialRow> trials;
+
+  template <class Visit>
+  void ForEachTable(const Visit& visit) {
+    visit("arc", arcs);
+    visit("convergence", convergence);
+    visit("starts", starts);
+    visit("path", paths);
+    visit("trial", trials);
+  }
+};
+
+// A job's result as text without loss, and the inverse.
+std::string ToText(JobResult result);
+// Throws InputError if `text` is not a job's result; `file` is for the message.
+JobResult ParseJobResult(const std::string& text, const std::string& file);
+
+}  // namespace trueline

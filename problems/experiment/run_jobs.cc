@@ -1,0 +1,64 @@
+#include "problems/experiment/run_jobs.h"
+
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/common/parallel.h"
+#include "problems/common/progress.h"
+#include "problems/common/sha256.h"
+
+namespace trueline {
+
+std::string KeyOf(const std::string& description) {
+  static const std::string program = Version() + Sha256OfFile("/proc/self/exe");
+  return Sha256OfText(program + "\n" + description).substr(0, 24);
+}
+
+StoredText ReuseOrMake(const std::filesystem::path& folder, const std::string& key,
+                       const std::function<std::string()>& make) {
+  if (folder.empty()) return {make(), false};
+  const std::filesystem::path path = folder / (key + ".txt");
+  std::ifstream file(path);
+  std::string checksum;
+  if (file && std::getline(file, checksum)) {
+    std::ostringstream text;
+    text << file.rdbuf();
+    if (Sha256OfText(text.str()) == checksum) return {text.str(), true};
+  }
+  std::string text = make();
+  WriteFileAtomically(path, Sha256OfText(text) + "\n" + text);
+  return {std::move(text), false};
+}
+
+ExperimentRun RunJobs(const std::vector<Job>& jobs, const std::filesystem::path& jobs_folder,
+                      int threads, bool quiet) {
+  const auto start = std::chrono::steady_clock::now();
+  const int count = static_cast<int>(jobs.size());
+  ExperimentRun run;
+  run.outcomes.resize(jobs.size());
+  std::atomic<int> reused{0};
+  Progress progress(count, "flights", quiet);
+  ParallelFor(count, threads, [&](int i) {
+    JobOutcome& outcome = run.outcomes[i];
+    outcome.job = jobs[i];
+    try {
+      const StoredText stored =
+          ReuseOrMake(jobs_folder, jobs[i].key, [&] { return ToText(RunJob(jobs[i])); });
+      reused += stored.reused;
+      outcome.result = ParseJobResult(stored.text, jobs[i].key);
+    } catch (const InputError& error) {
+      outcome.failure = error.what();
+    }
+    progress.Done();
+  });
+  run.reused = reused;
+  run.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return run;
+}
+
+}  // namespace trueline

@@ -1,0 +1,244 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include "problems/calibration/considered.h"
+#include "problems/calibration/learn_rotor_noise.h"
+#include "problems/common/error.h"
+#include "problems/common/progress.h"
+#include "problems/common/random.h"
+#include "problems/common/sha256.h"
+#include "problems/design/bound_design.h"
+#include "problems/experiment/row_text.h"
+#include "problems/experiment/run_jobs.h"
+#include "problems/simulation/rotors/flown.h"
+#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+// Draws an initial guess from the prior, limited to physical bodies.
+RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed) {
+  RotorPrior drawn = prior;
+  Random random(seed, "first guess");
+  const int inertia = FindRotorConstant("I_x");
+  do {
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      drawn.mean[i] = truth[i] + prior.sigma[i] * random.Normal();
+    }
+  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) || !(drawn.mean[0] > 0.0));
+  return drawn;
+}
+
+double Nees(const Eigen::MatrixXd& cov, const RotorConstants& error, const std::vector<int>& free) {
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::VectorXd scaled(n);
+  Eigen::MatrixXd correlation(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    scaled[i] = error[free[i]] / std::sqrt(cov(free[i], free[i]));
+    for (Eigen::Index j = 0; j < n; ++j) {
+      correlation(i, j) =
+          cov(free[i], free[j]) / std::sqrt(cov(free[i], free[i]) * cov(free[j], free[j]));
+    }
+  }
+  return scaled.dot(correlation.ldlt().solve(scaled)) / static_cast<double>(n);
+}
+
+PiecewisePolynomial RandomPath(const RotorExperiment& experiment, std::uint64_t seed) {
+  return RandomFeasibleFlight(experiment.simulation.vehicle, experiment.duration,
+                              experiment.simulation.limits, seed);
+}
+
+// The simulation with effects that the estimators do not model, of sizes drawn for this flight.
+// Drag and lag are drawn with one sign.
+RotorSimulation DrawUnmodelled(const RotorExperiment& experiment, std::uint64_t seed) {
+  RotorSimulation drawn = experiment.simulation;
+  Random random(seed, "unmodelled");
+  std::map<std::string, std::map<std::string, double>> values;
+  for (const ConsideredEffect& e : experiment.unmodelled) {
+    if (e.id == "rotor_loss") {
+      for (int i = 0; i < drawn.vehicle.model.num_rotors(); ++i) {
+        const double factor = 1.0 + e.sigma * random.Normal();
+        drawn.effects.push_back({e.id, {{"rotor", i}, {"factor", factor}}});
+      }
+      continue;
+    }
+    double size = e.sigma * random.Normal();
+    if (e.id == "linear_drag") size = -std::abs(size);
+    if (e.id == "motor_lag") {
+      constexpr double kQuickest = 0.002;  // s, smallest lag drawn; real motors are slower
+      size = std::max(kQuickest, std::abs(size));
+      drawn.log_commands = true;
+    }
+    values[e.id][e.parameter] = size;
+  }
+  for (auto& [id, parameters] : values) {
+    for (const std::string& name : ConsiderableParameters(id)) parameters.try_emplace(name, 0.0);
+    drawn.effects.push_back({id, parameters});
+  }
+  return drawn;
+}
+
+// Covariance that the considered effects add to those of filter and batch.
+Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown,
+                           const RotorBatchOptions& batch, const RotorBatchResult& fit) {
+  RotorCalibrationOptions options(experiment.simulation.vehicle);
+  options.prior = batch.prior;
+  options.considered = experiment.considered;
+  return ConsideredCovariance(ModelOf(experiment.simulation), flown.data, batch, fit,
+                              ConsideredVariants(flown.log, options, {}));
+}
+
+RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
+                      const RotorPrior& prior, TrialRow* trial) {
+  constexpr std::size_t kEvery = 6;  // every sixth pose: about 0.2 s
+  const RotorConstants& truth = flown.truth.constants;
+  RotorEkfRun run = RunRotorEkf(model, flown.data, {noise, prior});
+  for (std::size_t i = 0; i < run.history.size(); i += kEvery) {
+    const RotorEstimate& estimate = run.history[i];
+    trial->history.push_back({estimate.t, estimate.mean - truth, estimate.sigma});
+  }
+  trial->filter_error = run.history.back().mean - truth;
+  return run;
+}
+
+// Inputs of a kind's flights except the seed, and of its path.
+std::string DescriptionOf(const RotorExperiment& experiment, const FlightKindSource& kind) {
+  return fmt::format("{}\n{} {} {} {} {} {} {} {}\n", YamlText(experiment.config),
+                     experiment.duration, experiment.seed, experiment.learn_noise, kind.name,
+                     kind.kind, kind.best_of, kind.evaluations,
+                     kind.file.empty() ? "" : Sha256OfFile(kind.file));
+}
+
+// Result of the work before a kind's flights, as it is stored.
+struct PreparedRow {
+  std::vector<double> breaks;                        // of the path; empty: none
+  std::vector<std::vector<Eigen::Vector4d>> pieces;  // its coefficients
+  RotorNoise noise;
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(breaks, pieces, noise.accel, noise.gyro, noise.position, noise.attitude,
+            noise.force_density, noise.angular_density);
+  }
+};
+
+// The path that all flights of a kind share, if they do.
+std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
+                                            const FlightKindSource& kind, int threads, bool quiet) {
+  if (kind.kind == "random") return std::nullopt;
+  if (kind.kind == "file") return ReadTrajectoryFile(kind.file);
+  return DesignFigure(
+             {experiment.simulation, experiment.prior, experiment.considered, kind.by,
+              experiment.duration, 0.0, kind.best_of, kind.evaluations, experiment.seed, threads},
+             [&](const std::string& what) { Announce(what, quiet); })
+      .path;
+}
+
+RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial& path) {
+  if (!experiment.learn_noise) return experiment.believed;
+  const Flown flown = Fly(DrawUnmodelled(experiment, experiment.seed), path, experiment.seed);
+  RotorEkfOptions options;
+  options.noise = experiment.believed;
+  options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);
+  return LearnRotorNoise(ModelOf(experiment.simulation), flown.data, options, experiment.believed)
+      .noise;
+}
+
+PreparedRow Prepare(const RotorExperiment& experiment, const FlightKindSource& kind, int threads,
+                    bool quiet) {
+  const auto path = SamePath(experiment, kind, threads, quiet);
+  PreparedRow row;
+  row.noise = NoiseFor(experiment, path ? *path : RandomPath(experiment, experiment.seed));
+  if (!path) return row;
+  row.breaks = path->breaks();
+  for (const FlatMatrix& c : path->coefficients()) {
+    row.pieces.emplace_back(c.colwise().begin(), c.colwise().end());
+  }
+  return row;
+}
+
+std::optional<PiecewisePolynomial> PathOf(const PreparedRow& row) {
+  if (row.breaks.empty()) return std::nullopt;
+  std::vector<FlatMatrix> coefficients;
+  for (const auto& piece : row.pieces) {
+    coefficients.emplace_back(kFlatOutputs, static_cast<Eigen::Index>(piece.size()));
+    for (std::size_t j = 0; j < piece.size(); ++j) {
+      coefficients.back().col(static_cast<Eigen::Index>(j)) = piece[j];
+    }
+  }
+  return PiecewisePolynomial(row.breaks, std::move(coefficients));
+}
+
+void AddJobs(const RotorExperiment& experiment, const FlightKindSource& source,
+             const std::filesystem::path& folder, int threads, bool quiet, std::vector<Job>* jobs) {
+  Announce(source.name, quiet);
+  const std::string description = DescriptionOf(experiment, source);
+  const std::string text = ReuseOrMake(folder, KeyOf(description), [&] {
+                             std::string line;
+                             PreparedRow made = Prepare(experiment, source, threads, quiet);
+                             RowText archive(&line);
+                             archive(made);
+                             return line;
+                           }).text;
+  PreparedRow row;
+  RowText(text, source.name)(row);
+  const auto kind =
+      std::make_shared<const RotorFlightKind>(RotorFlightKind{experiment, PathOf(row), row.noise});
+  for (int i = 0; i < experiment.flights; ++i) {
+    Job job;
+    job.log = source.name;
+    job.seed = experiment.seed + static_cast<std::uint64_t>(i);
+    job.flight = kind;
+    job.key = KeyOf(fmt::format("{}{}", description, job.seed));
+    jobs->push_back(std::move(job));
+  }
+}
+
+}  // namespace
+
+TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed) {
+  const RotorExperiment& experiment = kind.experiment;
+  TrialRow trial;
+  const RotorAeroModel model = ModelOf(experiment.simulation);
+  const Flown flown = Fly(DrawUnmodelled(experiment, seed),
+                          kind.path ? *kind.path : RandomPath(experiment, seed), seed);
+  const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
+  trial.path_error = flown.truth.path_error_rms;
+  trial.first_guess = prior.mean - flown.truth.constants;
+  const RotorEkfRun filter = RunFilter(model, flown, kind.noise, prior, &trial);
+  RotorBatchOptions options{kind.noise, prior};
+  options.widen = experiment.widen;
+  const RotorBatchResult batch = RunRotorBatch(model, flown.data, options);
+  if (!batch.converged) throw InputError("the batch did not converge");
+  trial.batch_error = batch.mean - flown.truth.constants;
+  const Eigen::MatrixXd considered = Considered(experiment, flown, options, batch);
+  const Eigen::MatrixXd batch_cov = batch.cov + considered;
+  trial.batch_sigma = batch_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+  trial.batch_nees = Nees(batch_cov, trial.batch_error, prior.Free());
+  constexpr int kConstants = RotorAeroModel::kConstants;
+  const Eigen::MatrixXd filter_cov =
+      filter.cov.bottomRightCorner<kConstants, kConstants>() + considered;
+  trial.filter_sigma = filter_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+  trial.filter_nees = Nees(filter_cov, trial.filter_error, prior.Free());
+  trial.bound = RotorBound(model, flown.data, {experiment.simulation.noise, prior}, flown.nodes,
+                           flown.truth.constants)
+                    .diagonal()
+                    .cwiseSqrt();
+  return trial;
+}
+
+std::vector<Job> MakeRotorJobs(const RotorExperiment& experiment,
+                               const std::filesystem::path& jobs_folder, int threads, bool quiet) {
+  std::vector<Job> jobs;
+  for (const FlightKindSource& kind : experiment.kinds) {
+    AddJobs(experiment, kind, jobs_folder, threads, quiet, &jobs);
+  }
+  return jobs;
+}
+
+}  // namespace trueline

@@ -1,0 +1,116 @@
+#include "problems/experiment/write_benchmark.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <cmath>
+#include <thread>
+
+#include "problems/common/atomic_file.h"
+#include "problems/experiment/summary_yaml.h"
+
+namespace trueline {
+namespace {
+
+std::string Number(double value, const char* format = "{:.6g}") {  // empty for NaN
+  return std::isnan(value) ? "" : fmt::format(fmt::runtime(format), value);
+}
+
+// Writes the header and calls `write(job, row)` for all rows of one kind; no file without rows,
+// except for arcs.
+template <class Row, class Write>
+void WriteTable(const ExperimentRun& run, std::vector<Row> JobResult::*rows,
+                const std::filesystem::path& path, const char* header, const Write& write) {
+  AtomicFile file(path);
+  fmt::print(file.stream(), "{}\n", header);
+  bool any = std::is_same_v<Row, ArcRow>;
+  for (const JobOutcome& outcome : run.outcomes) {
+    for (const Row& row : outcome.result.*rows) {
+      write(file.stream(), outcome.job, row);
+      any = true;
+    }
+  }
+  if (any) {
+    file.Commit();
+  } else {
+    std::filesystem::remove(path);  // of an earlier run
+  }
+}
+
+void WriteTiming(const ExperimentRun& run, int threads, const std::filesystem::path& path) {
+  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  WriteFileAtomically(path, fmt::format("threads: {}\nwall_time: {:.3f}  # s\nflights: {}\n"
+                                        "flights_reused: {}  # from an earlier run\n",
+                                        threads, run.wall_time, run.outcomes.size(), run.reused));
+}
+
+std::string Share(int part, int whole) {
+  return whole > 0 ? fmt::format("{:.0f} %", 100.0 * part / whole) : "-";
+}
+
+}  // namespace
+
+void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int threads, bool times,
+                    const std::filesystem::path& directory) {
+  WriteTable(run, &JobResult::arcs, directory / "arcs.csv",
+             "log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error [m],predicted_sigma "
+             "[m],iterations [1],solve_time [s],truth,label,sweep,seed,inside_95 [1],counted "
+             "[1],bound [m]",
+             [times](std::ostream& out, const Job& job, const ArcRow& r) {
+               fmt::print(out, "{},{},{},{},{:.9f},{:.9f},{},{:.6g},{},{},{},{},{},{},{},{},{}\n",
+                          job.log, r.estimator, r.gamma, r.tau, r.begin, r.end, Number(r.error),
+                          r.predicted_sigma, r.iterations, times ? Number(r.solve_time) : "",
+                          r.truth, r.label, Number(job.x), job.seed,
+                          r.truth == "none" ? "" : fmt::format("{}", int(r.inside_95)),
+                          int(r.counted), Number(r.bound));
+             });
+  WriteTable(run, &JobResult::convergence, directory / "convergence.csv",
+             "log,label,gamma,sweep,seed,quantity,tolerance,windows,time [s]",
+             [](std::ostream& out, const Job& job, const ConvergenceRow& r) {
+               fmt::print(out, "{},{},{},{},{},{},{},{},{}\n", job.log, r.label, r.gamma,
+                          Number(job.x), job.seed, r.quantity, r.tolerance, r.windows,
+                          Number(r.time));
+             });
+  WriteTable(run, &JobResult::starts, directory / "starts.csv",
+             "log,label,gamma,sweep,seed,tau,starts,same_optimum,iterations_mean,iterations_max",
+             [](std::ostream& out, const Job& job, const StartsRow& r) {
+               fmt::print(out, "{},{},{},{},{},{},{},{},{:.4g},{}\n", job.log, r.label, r.gamma,
+                          Number(job.x), job.seed, r.tau, r.starts, r.same_optimum,
+                          r.iterations_mean, r.iterations_max);
+             });
+  WriteTable(run, &JobResult::paths, directory / "trajectory.csv",
+             "label,kind,tau,t [s],x [m],y [m],z [m]",
+             [](std::ostream& out, const Job&, const PathRow& r) {
+               fmt::print(out, "{},{},{},{:.6f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau,
+                          r.t, r.x, r.y, r.z);
+             });
+  WriteFileAtomically(directory / "summary.yaml", SummaryYaml(experiment, run));
+  WriteTiming(run, threads, directory / "timing.yaml");
+}
+
+std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run) {
+  std::string text =
+      fmt::format("{:<18}{:<22}{:>6}{:>9}{:>8}{:>9}{:>9}{:>9}{:>7}{:>9}{:>9}\n", "log", "label",
+                  "gamma", experiment.sweep.name.empty() ? "" : "sweep", "arcs", "mean [m]",
+                  "median", "rms", "in 95", "iter.", "bound");
+  for (const GroupSummary& g : SummariseGroups(run.outcomes)) {
+    text +=
+        fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>8}{:>9.3f}{:>9.3f}{:>9.3f}{:>7}{:>9.1f}{:>9}\n",
+                    g.log, g.label, g.gamma, Number(g.x), g.error.count, g.error.mean,
+                    g.error.median, g.rms, Share(g.inside_95, g.error.count + g.diverged),
+                    g.iterations_mean, Number(g.bound_rms, "{:.3f}"));
+  }
+  const auto times = SummariseConvergence(run.outcomes);
+  if (times.empty()) return text;
+  text += fmt::format("\n{:<18}{:<22}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", "log", "label", "gamma",
+                      "sweep", "inside", "tolerance", "flights", "median [s]");
+  for (const ConvergenceSummary& c : times) {
+    text += fmt::format(
+        "{:<18.17}{:<22.21}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", c.log, c.label, c.gamma,
+        Number(c.x), c.quantity, c.tolerance, Share(c.converged, c.flights),
+        std::isinf(c.median_time) ? "not reached" : fmt::format("{:.1f}", c.median_time));
+  }
+  return text;
+}
+
+}  // namespace trueline

@@ -1,0 +1,181 @@
+#include "problems/experiment/write_rotor_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/result/yaml_text.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kDigits = 4;
+
+YAML::Node EstimatorNode(const EstimatorScore& score) {
+  return FlowMap({{"rmse", Rounded(score.rmse, kDigits)},
+                  {"mean_error", Rounded(score.mean_error, kDigits)},
+                  {"sigma", Rounded(score.sigma, kDigits)},
+                  {"coverage95", Rounded(score.coverage, kDigits)}});
+}
+
+YAML::Node ScoresNode(const std::vector<ConstantScore>& scores) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const ConstantScore& score : scores) {
+    YAML::Node entry;
+    entry["unit"] = score.unit;
+    entry["first_guess"] = Rounded(score.first_guess, kDigits);
+    entry["bound"] = Rounded(score.bound, kDigits);
+    entry["filter"] = EstimatorNode(score.filter);
+    entry["batch"] = EstimatorNode(score.batch);
+    node[score.name] = entry;
+  }
+  return node;
+}
+
+YAML::Node SummaryNode(const RotorExperiment& experiment,
+                       const std::vector<KindSummary>& summaries) {
+  YAML::Node node;
+  node["name"] = experiment.name;
+  node["about"] = experiment.about;
+  for (const KindSummary& s : summaries) {
+    YAML::Node kind;
+    kind["name"] = s.name;
+    kind["flights"] = s.flights;
+    kind["failures"] = s.failures;
+    kind["path_error_rms"] = Rounded(s.path_error, kDigits);
+    kind["nees"]["filter"] = Rounded(s.filter_nees, kDigits);
+    kind["nees"]["batch"] = Rounded(s.batch_nees, kDigits);
+    kind["nees_median"]["filter"] = Rounded(s.filter_nees_median, kDigits);
+    kind["nees_median"]["batch"] = Rounded(s.batch_nees_median, kDigits);
+    kind["rmse_over_bound"]["filter"] = Rounded(s.filter_over_bound, kDigits);
+    kind["rmse_over_bound"]["batch"] = Rounded(s.batch_over_bound, kDigits);
+    kind["constants"] = ScoresNode(s.constants);
+    kind["groups"] = ScoresNode(s.groups);
+    node["kinds"].push_back(kind);
+  }
+  node["provenance"]["version"] = Version();
+  node["provenance"]["source"] = experiment.file;
+  node["provenance"]["seed"] = experiment.seed;
+  node["provenance"]["config"] = experiment.config;
+  return node;
+}
+
+std::string TrialsCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
+  std::string text =
+      "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,batch_error,batch_sigma,"
+      "bound\n";
+  for (const JobOutcome& outcome : run.outcomes) {
+    for (const TrialRow& t : outcome.result.trials) {
+      for (const int i : experiment.prior.Free()) {
+        const RotorConstantInfo& info = kRotorConstants[i];
+        text +=
+            fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", outcome.job.log,
+                        outcome.job.seed, info.name, info.unit, t.first_guess[i], t.filter_error[i],
+                        t.filter_sigma[i], t.batch_error[i], t.batch_sigma[i], t.bound[i]);
+      }
+    }
+  }
+  return text;
+}
+
+// Estimates of all flights of one kind at one time.
+struct Moment {
+  double t = 0.0;
+  int count = 0;
+  RotorConstants error = RotorConstants::Zero(), square = error, variance = error;
+};
+
+std::vector<Moment> MomentsOf(const std::vector<const TrialRow*>& trials) {
+  std::vector<Moment> moments;
+  for (const TrialRow* trial : trials) {
+    if (moments.size() < trial->history.size()) moments.resize(trial->history.size());
+    for (std::size_t j = 0; j < trial->history.size(); ++j) {
+      const TrialRow::Moment& estimate = trial->history[j];
+      moments[j].t = estimate.t;
+      ++moments[j].count;
+      moments[j].error += estimate.error;
+      moments[j].square += estimate.error.cwiseAbs2();
+      moments[j].variance += estimate.sigma.cwiseAbs2();
+    }
+  }
+  return moments;
+}
+
+std::string HistoryCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
+  std::string text = "kind,t [s],parameter,unit,truth,mean_error,spread,rmse,sigma\n";
+  const RotorSimulation& sim = experiment.simulation;
+  for (const FlightKindSource& kind : experiment.kinds) {
+    for (const Moment& m : MomentsOf(TrialsOf(run.outcomes, kind.name))) {
+      for (const int i : experiment.prior.Free()) {
+        const double mean = m.error[i] / m.count, square = m.square[i] / m.count;
+        const double truth = i + RotorAeroModel::kMoving < RotorDrivenModel::kStates
+                                 ? sim.vehicle.parameters[i + RotorAeroModel::kMoving]
+                                 : 0.0;
+        text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", kind.name, m.t,
+                            kRotorConstants[i].name, kRotorConstants[i].unit, truth, mean,
+                            std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
+                            std::sqrt(m.variance[i] / m.count));
+      }
+    }
+  }
+  return text;
+}
+
+// The path that the experiment has designed for a job's kind of flight.
+const PiecewisePolynomial* DesignedPath(const Job& job) {
+  const auto& kind = *std::get<std::shared_ptr<const RotorFlightKind>>(job.flight);
+  for (const FlightKindSource& source : kind.experiment.kinds) {
+    if (source.name == job.log && source.kind != "file" && kind.path) return &*kind.path;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void WriteRotorExperiment(const RotorExperiment& experiment, const ExperimentRun& run,
+                          const std::filesystem::path& directory) {
+  for (std::size_t i = 0; i < run.outcomes.size(); i += experiment.flights) {
+    const PiecewisePolynomial* path = DesignedPath(run.outcomes[i].job);
+    if (path == nullptr) continue;
+    std::string name = run.outcomes[i].job.log;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ' ' || c == '/'; }, '_');
+    WriteFileAtomically(directory / ("trajectory_" + name + ".yaml"), TrajectoryYaml(*path));
+  }
+  WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, run));
+  WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, run));
+  WriteFileAtomically(directory / "summary.yaml",
+                      TextOf(SummaryNode(experiment, SummariseTrials(experiment, run.outcomes))));
+}
+
+std::string RotorExperimentTable(const RotorExperiment& experiment, const ExperimentRun& run) {
+  std::string table;
+  for (const KindSummary& s : SummariseTrials(experiment, run.outcomes)) {
+    table += fmt::format("{}: {} flights{}\n", s.name, s.flights,
+                         s.failures > 0 ? fmt::format(", {} without result", s.failures) : "");
+    if (s.flights == 0) continue;
+    table += fmt::format("  {:<10}{:>11}{:>11}{:>7}{:>11}{:>11}{:>7}{:>11}\n", "", "filter rmse",
+                         "sigma", "in 95", "batch rmse", "sigma", "in 95", "bound");
+    const auto row = [&](const ConstantScore& c) {
+      table += fmt::format(
+          "  {:<10}{:>11.3g}{:>11.3g}{:>5.0f} %{:>11.3g}{:>11.3g}{:>5.0f} %"
+          "{:>11.3g} {}\n",
+          c.name, c.filter.rmse, c.filter.sigma, 100.0 * c.filter.coverage, c.batch.rmse,
+          c.batch.sigma, 100.0 * c.batch.coverage, c.bound, c.unit);
+    };
+    for (const ConstantScore& c : s.constants) row(c);
+    for (const ConstantScore& c : s.groups) row(c);
+    table += fmt::format(
+        "  RMSE over bound: filter {:.3f}, batch {:.3f}; NEES (median): {:.2f} ({:.2f}), {:.2f} "
+        "({:.2f})\n\n",
+        s.filter_over_bound, s.batch_over_bound, s.filter_nees, s.filter_nees_median, s.batch_nees,
+        s.batch_nees_median);
+  }
+  return table;
+}
+
+}  // namespace trueline

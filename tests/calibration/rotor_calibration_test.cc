@@ -1,0 +1,171 @@
+// Calibration by rotor speeds from a log to its files.
+#include "problems/calibration/rotor_calibration.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "problems/calibration/learn_rotor_noise.h"
+#include "problems/calibration/rotor_calibration_config.h"
+#include "problems/calibration/write_calibration.h"
+#include "problems/calibration/write_rotor_calibration.h"
+#include "problems/common/error.h"
+#include "problems/calibration/learn_noise.h"
+#include "problems/calibration/rotor_calibration_config.h"
+#include "problems/calibration/write_rotor_calibration.h"
+#include "problems/result/render.h"
+#include "problems/simulation/rotors/rotor_flight_config.h"
+#include "tests/rotor_batch/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::filesystem::path Source() { return TRUELINE_TEST_SOURCE_DIR; }
+
+FlightLog FlyFor(double duration) {
+  RotorSimulation sim(WuestVehicle());
+  return SimulateRotorFlight(sim, RandomPath(duration, 4), 3);
+}
+
+RotorCalibrationOptions Nominal() {
+  RotorCalibrationOptions options(WuestVehicle());
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  options.learn_noise = false;
+  return options;
+}
+
+const ParameterEstimate& Find(const RotorCalibration& c, const std::string& name) {
+  for (const ParameterEstimate& p : c.parameters) {
+    if (p.name == name) return p;
+  }
+  throw std::runtime_error(name);
+}
+
+TEST(RotorCalibration, AnInformativeFlightIsUsable) {
+  const RotorCalibration c = CalibrateRotors(FlyFor(14.0), Nominal());
+  EXPECT_EQ(c.verdict.word, "usable") << (c.verdict.reasons.empty() ? "" : c.verdict.reasons[0]);
+  EXPECT_EQ(c.parameters.size(), 18u);
+  EXPECT_EQ(Find(c, "m").status, "identified");
+  EXPECT_NEAR(Find(c, "m").value, 0.2463, 4.0 * Find(c, "m").sigma);
+  ASSERT_EQ(c.predictions.size(), 3u);
+  EXPECT_GT(c.predictions[1].count, 5);
+  EXPECT_LT(c.predictions[1].after, 0.5 * c.predictions[1].before);  // the prior's mass is wrong
+}
+
+// A common scale of mass, inertia, k_f and k_m changes no output; nor does a common shift of all
+// levers along z.
+TEST(RotorCalibration, NamesWhatNoFlightShows) {
+  RotorCalibrationOptions options = Nominal();
+  options.hold_out = 0.0;
+  for (const char* name : {"k_f", "k_m"}) options.prior.sigma[FindRotorConstant(name)] = 0.1;
+  options.prior.sigma[FindRotorConstant("r_BI_z")] = 0.02;
+  const RotorCalibration c = CalibrateRotors(FlyFor(8.0), options);
+  std::string all;
+  for (const std::string& combination : c.unobservable) all += combination + "\n";
+  EXPECT_THAT(all, AllOf(HasSubstr("k_f"), HasSubstr("m with"), HasSubstr("r_BM_z")));
+}
+
+TEST(LearnNoise, FindsTheNoiseThatFlew) {
+  const RotorSimulation sim(WuestVehicle());
+  const RotorData data = MakeRotorData(FlyFor(6.0), 4, {});
+  RotorEkfOptions options;
+  options.noise = sim.noise;
+  options.noise.gyro *= 4.0;
+  options.noise.force_density *= 0.25;
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  const LearnedNoise learned =
+      LearnRotorNoise(EstimationModel(sim.vehicle), data, options, options.noise);
+  EXPECT_GT(learned.gain, 100.0);
+  EXPECT_NEAR(std::log(learned.noise.gyro / sim.noise.gyro), 0.0, 0.2);
+  EXPECT_NEAR(std::log(learned.noise.force_density / sim.noise.force_density), 0.0, 0.7);
+  EXPECT_NEAR(std::log(learned.noise.position / sim.noise.position), 0.0, 0.3);
+}
+
+TEST(LearnRotorDelay, FindsLateStamps) {
+  const RotorSimulation sim(WuestVehicle());
+  RotorData data = MakeRotorData(FlyFor(6.0), 4, {});
+  for (double& t : data.speed_times) t += 0.015;
+  RotorEkfOptions options;
+  options.noise = sim.noise;
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  EXPECT_NEAR(LearnRotorDelay(EstimationModel(sim.vehicle), data, options, 0.04), -0.015, 0.003);
+}
+
+std::string TextOf(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+TEST(RotorCalibration, WritesWhatOthersRead) {
+  const std::filesystem::path out =
+      std::filesystem::path(testing::TempDir()) / "trueline_rotor_calibration";
+  std::filesystem::remove_all(out);
+  const FlightLog log = FlyFor(6.0);
+  const RotorCalibrationOptions options = Nominal();
+  const RotorCalibration c = CalibrateRotors(log, options);
+  WriteRotorCalibration(c, log, Provenance(log, 0, ToYaml(options)), out);
+  const YAML::Node yaml = YAML::LoadFile((out / "calibration.yaml").string());
+  EXPECT_NEAR(yaml["parameters"]["m"]["value"].as<double>(), Find(c, "m").value, 1e-5);
+  EXPECT_EQ(yaml["parameters"]["I_x"]["unit"].as<std::string>(), "kg m^2");
+  EXPECT_EQ(yaml["drive"].as<std::string>(), "rotors");
+  EXPECT_GE(yaml["open_loop"].size(), 1u);
+  EXPECT_THAT(TextOf(out / "windows.csv"), AllOf(HasSubstr(",filter,"), HasSubstr(",batch,")));
+  EXPECT_THAT(TextOf(out / "trajectory.csv"), HasSubstr("t [s],estimator,kind,tau,x [m]"));
+  EXPECT_EQ(RenderReport("rotors", {"--result=" + out.string()}, out), "");
+  EXPECT_THAT(TextOf(out / "report.html"), HasSubstr("Calibration by rotor speeds"));
+  // The model of this flight is the prior of the next, except for the biases.
+  const RotorCalibrationOptions next = ResolveRotorOptions("", (out / "model.yaml").string(), log);
+  EXPECT_NEAR(next.prior.mean[0], Find(c, "m").value, 1e-6);
+  EXPECT_NEAR(next.prior.sigma[0], Find(c, "m").sigma, 1e-5);
+  EXPECT_EQ(next.prior.mean[FindRotorConstant("b_a_x")], 0.0);
+  std::filesystem::remove_all(out);
+}
+
+TEST(RotorOptions, ShippedConfigurationsAreRead) {
+  const FlightLog log = FlyFor(2.0);
+  const RotorCalibrationOptions options =
+      ResolveRotorOptions(Source() / "config/calibrate/rotors.yaml", "", log);
+  EXPECT_EQ(options.prior.Free().size(), 18u);
+  EXPECT_EQ(options.vehicle.model.num_rotors(), 4);
+  for (const char* name :
+       {"rotors_neurobem", "rotors_nanodrone", "rotors_nanobench", "rotors_indi_throw"}) {
+    const auto file = Source() / "config/calibrate" / (std::string(name) + ".yaml");
+    const RotorCalibrationOptions real = ResolveRotorOptions(file, "", log);
+    EXPECT_EQ(real.prior.sigma[0], 0.0) << name;  // the vehicle was weighed
+    EXPECT_GT(real.data.end, 0.0);
+  }
+  const RotorFlightConfig flight =
+      ReadRotorFlight(YamlMap::FromFile(Source() / "config/rotors/random.yaml"));
+  EXPECT_NEAR(flight.path.duration(), 20.0, 1e-9);
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    RotorCalibrationOptions options = Nominal();
+    const YamlMap map(YAML::Load(text), "rotors.yaml", "");
+    ReadRotorOptions(map, &options);
+    map.Finish();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(RotorOptions, WrongOnesAreRefusedByName) {
+  EXPECT_THAT(ErrorOf("prior:\n  mass: 0.1"),
+              AllOf(HasSubstr("rotors.yaml:2"), HasSubstr("mass"), HasSubstr("r_BM_x")));
+  EXPECT_THAT(ErrorOf("hold_out: 0.9"), HasSubstr("at most 0.8"));
+  EXPECT_THAT(ErrorOf("noise: {sigma_gyro: 0}"), HasSubstr("above zero"));
+  EXPECT_THAT(ErrorOf("speed: 3"), HasSubstr("speed"));
+  FlightLog log = FlyFor(2.0);
+  log.rotors.clear();
+  EXPECT_THROW(CalibrateRotors(log, Nominal()), InputError);
+}
+
+}  // namespace
+}  // namespace trueline

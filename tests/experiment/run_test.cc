@@ -1,0 +1,153 @@
+// Runs: the same bytes for any number of threads and after a kill; failures stay with their flight.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include "problems/common/progress.h"
+#include "tests/experiment/short_experiment.h"
+
+namespace trueline::testing_benchmark {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string ThreeFlights() {
+  return Hippodrome() +
+         "    randomise: true\n"
+         "estimators:\n  - {name: vgd, label: VGD}\n  - {name: ekf, label: EKF}\n"
+         "seeds: {first: 3, count: 3}\ngammas: [1, 2]\n"
+         "convergence: {b_az: 0.5, final_point_error: 3.0}\n"
+         "starts: {count: 2}\ntrajectories: true\nbound: VGD\n";
+}
+
+const std::vector<std::string> kTables = {"arcs.csv", "summary.yaml", "convergence.csv",
+                                          "starts.csv", "trajectory.csv"};
+
+std::vector<fs::path> JobFiles(const fs::path& out) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(out / "jobs")) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// One run for all tests, on one thread.
+class Run : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    file_ = WriteExperiment(folder_->path(), ThreeFlights());
+    RunFile(file_, folder_->path() / "one", 1);
+    for (const std::string& table : kTables) {
+      expected_[table] = ReadText(folder_->path() / "one" / table);
+    }
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static void ExpectSame(const fs::path& out) {
+    for (const std::string& table : kTables) {
+      EXPECT_GT(expected_[table].size(), 100U) << table;
+      EXPECT_EQ(ReadText(out / table), expected_[table]) << table;
+    }
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+  static fs::path file_;
+  static std::map<std::string, std::string> expected_;
+};
+std::unique_ptr<TemporaryFolder> Run::folder_;
+fs::path Run::file_;
+std::map<std::string, std::string> Run::expected_;
+
+TEST_F(Run, SlowGivesTheSameBytesOnTwoThreads) {
+  const fs::path out = folder_->path() / "two";
+  EXPECT_EQ(RunFile(file_, out, 2).reused, 0);
+  ExpectSame(out);
+}
+
+TEST_F(Run, SlowGoesOnWhereItWasKilled) {
+  const fs::path out = folder_->path() / "killed";
+  fs::create_directories(out);
+  fs::copy(folder_->path() / "one" / "jobs", out / "jobs");
+  const auto files = JobFiles(out);
+  ASSERT_EQ(files.size(), 3U);
+  fs::remove(files[0]);                                    // was not reached
+  fs::resize_file(files[1], fs::file_size(files[1]) / 2);  // as after a disk failure
+  EXPECT_EQ(RunFile(file_, out, 1).reused, 1);
+  ExpectSame(out);
+  EXPECT_EQ(RunFile(file_, out, 1).reused, 3);
+  ExpectSame(out);
+}
+
+TEST_F(Run, SlowReusesNothingOfAnotherExperiment) {
+  const TemporaryFolder other;
+  fs::copy(folder_->path() / "one" / "jobs", other.path() / "jobs");
+  std::string text = ThreeFlights();
+  text.replace(text.find("b_az: 0.5"), 9, "b_az: 0.4");
+  const fs::path file = WriteExperiment(other.path(), text);
+  EXPECT_EQ(RunFile(file, other.path(), 1).reused, 0);
+}
+
+TEST_F(Run, SlowTablesHoldEveryArcOfEveryFlight) {
+  std::map<std::string, int> count;
+  std::istringstream lines(expected_["arcs.csv"]);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_THAT(line, HasSubstr("log,estimator,gamma,tau,t_start [s],t_end [s],final_point_error "
+                              "[m],predicted_sigma [m],iterations [1],solve_time [s]"));
+  while (std::getline(lines, line)) {
+    ++count[line.substr(0, line.find(',', line.find(',', line.find(',') + 1) + 1))];
+  }
+  EXPECT_EQ(count.size(), 3U);  // the EKF has no windows: once
+  EXPECT_EQ(count["hippodrome,vgd,1"], count["hippodrome,vgd,2"]);
+  EXPECT_EQ(count["hippodrome,vgd,1"], count["hippodrome,ekf,1"]);
+  EXPECT_GE(count["hippodrome,vgd,1"], 12);
+  const YAML::Node summary = YAML::Load(expected_["summary.yaml"]);
+  ASSERT_EQ(summary["groups"].size(), 3U);
+  EXPECT_EQ(summary["groups"][0]["flights"].as<int>(), 3);
+  EXPECT_EQ(summary["groups"][0]["arcs"].as<int>(), count["hippodrome,vgd,1"]);
+  EXPECT_GT(summary["groups"][0]["bound_rms_m"].as<double>(), 0.05);
+  EXPECT_EQ(summary["provenance"]["seeds"]["first"].as<int>(), 3);
+}
+
+TEST(Failure, OfOneFlightLeavesTheOthers) {
+  const TemporaryFolder folder;
+  const fs::path file = WriteExperiment(
+      folder.path(), Hippodrome() +
+                         "estimators: [{name: vgd}]\n"
+                         "sweep: {name: speed, keys: [simulation.vehicle.max_rotor_speed], values: "
+                         "[1300, 700]}\n");
+  const ExperimentRun run = RunFile(file, folder.path() / "out", 1);
+  ASSERT_EQ(run.outcomes.size(), 2U);
+  EXPECT_EQ(run.outcomes[0].failure, "");
+  EXPECT_THAT(run.outcomes[1].failure, HasSubstr("left the course"));
+  EXPECT_EQ(JobFiles(folder.path() / "out").size(), 1U);
+  EXPECT_THAT(ReadText(folder.path() / "out/summary.yaml"), HasSubstr("left the course"));
+}
+
+TEST(JobFile, ReadsBackWhatItWrote) {
+  JobResult result;
+  ArcRow arc;
+  arc.label = "VGD as published";
+  arc.estimator = "vgd";
+  arc.truth = "mocap";
+  arc.error = 0.1 + 0.2;
+  arc.bound = std::nan("");
+  result.arcs = {arc};
+  result.convergence = {{"EKF", 3, "b_az", 0.1, 20, std::nan("")}};
+  const JobResult back = ParseJobResult(ToText(result), "file");
+  EXPECT_EQ(back.arcs[0].label, arc.label);
+  EXPECT_EQ(back.arcs[0].error, arc.error);
+  EXPECT_TRUE(std::isnan(back.arcs[0].bound));
+  EXPECT_TRUE(std::isnan(back.convergence[0].time));
+}
+
+TEST(ProgressText, StatesTheTimeLeft) {
+  EXPECT_EQ(Progress::Text(25, 100, "flights", 10.0), "25 of 100 flights, 30 s left");
+  EXPECT_EQ(Progress::Text(1, 100, "flights", 10.0), "1 of 100 flights, 17 min left");
+}
+
+}  // namespace
+}  // namespace trueline::testing_benchmark

@@ -1,0 +1,61 @@
+// Experiments of a few seconds, in folders that vanish.
+#pragma once
+
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "problems/experiment/write_benchmark.h"
+
+namespace trueline::testing_benchmark {
+
+namespace fs = std::filesystem;
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "trueline_benchmark_XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~TemporaryFolder() { fs::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+inline fs::path SourceFolder() { return TRUELINE_TEST_SOURCE_DIR; }
+
+inline std::string ReadText(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// The simulation line of an experiment: 25 s of the hippodrome.
+inline std::string Hippodrome(const std::string& more = "") {
+  return "simulations:\n  - config: " +
+         (SourceFolder() / "config/simulate/hippodrome.yaml").string() +
+         "\n    overrides: {duration: 25, warm_up: 3" + more + "}\n";
+}
+
+inline fs::path WriteExperiment(const fs::path& folder, const std::string& text) {
+  const fs::path file = folder / "experiment.yaml";
+  std::ofstream(file) << text;
+  return file;
+}
+
+inline ExperimentRun RunFile(const fs::path& file, const fs::path& out, int threads) {
+  const Experiment experiment = ReadExperiment(file);
+  ExperimentRun run = RunJobs(MakeJobs(experiment), out / "jobs", threads, true);
+  WriteBenchmark(experiment, run, threads, false, out);
+  return run;
+}
+
+}  // namespace trueline::testing_benchmark

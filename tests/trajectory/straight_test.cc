@@ -1,0 +1,140 @@
+// Straights of the paper's hippodrome: 3 m straights, half circles of 1.5 m, 1.8 m/s.
+#include "problems/trajectory/straight.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "problems/common/random.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kStraight = 3.0, kRadius = 1.5, kSpeed = 1.8;
+constexpr double kLap = 2.0 * kStraight + 2.0 * kPi * kRadius;
+
+// Position at length s; straights run north at y = 0 from x = 0 to 3, and south at y = 3.
+Eigen::Vector3d Hippodrome(double s) {
+  s = std::fmod(s, kLap);
+  const bool back = s >= kLap / 2.0;
+  if (back) s -= kLap / 2.0;
+  Eigen::Vector3d p(s, 0.0, -1.5);
+  if (s > kStraight) {
+    const double angle = (s - kStraight) / kRadius;
+    p = {kStraight + kRadius * std::sin(angle), kRadius * (1.0 - std::cos(angle)), -1.5};
+  }
+  return back ? Eigen::Vector3d(kStraight - p.x(), 2.0 * kRadius - p.y(), p.z()) : p;
+}
+
+std::vector<PoseSample> Fly(int laps, double noise, double rate = 120.0) {
+  Random random(3);
+  std::vector<PoseSample> mocap;
+  // Starts and ends in the middle of a turn.
+  for (int i = 0; i < laps * kLap / kSpeed * rate; ++i) {
+    const Eigen::Vector3d p = Hippodrome(kLap / 2.0 - 2.0 + i * kSpeed / rate);
+    mocap.push_back({FromSeconds(i / rate), p + noise * random.NormalVector3(),
+                     Eigen::Quaterniond::Identity()});
+  }
+  return mocap;
+}
+
+void ExpectHippodrome(const std::vector<Straight>& straights, int laps, double tolerance) {
+  ASSERT_EQ(straights.size(), static_cast<std::size_t>(2 * laps));
+  for (std::size_t i = 0; i < straights.size(); ++i) {
+    const Straight& s = straights[i];
+    EXPECT_EQ(s.gate.id, static_cast<int>(i % 2));
+    EXPECT_NEAR(SecondsBetween(s.from, s.to), kStraight / kSpeed, 2.0 * tolerance / kSpeed);
+    // Gate 0 ends the straight that leads south, which is flown first.
+    const bool south = s.gate.id == 0;
+    const Eigen::Vector3d end = south ? Eigen::Vector3d(0, 3, -1.5) : Eigen::Vector3d(3, 0, -1.5);
+    EXPECT_LT((s.gate.position - end).norm(), tolerance);
+    EXPECT_NEAR(std::abs(std::remainder(s.gate.yaw - (south ? kPi : 0.0), 2.0 * kPi)), 0.0, 0.15);
+  }
+}
+
+TEST(Straights, AreFoundByCurvature) {
+  ExpectHippodrome(FindStraights(Fly(5, 0.0), {}, {}), 5, 0.25);
+}
+
+TEST(Straights, AreFoundInNoise) { ExpectHippodrome(FindStraights(Fly(5, 0.003), {}, {}), 5, 0.3); }
+
+TEST(Straights, AreFoundInSlowMocap) {
+  ExpectHippodrome(FindStraights(Fly(5, 0.001, 30.0), {}, {}), 5, 0.3);
+}
+
+TEST(Straights, AreTakenFromABox) {
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = 3.0;
+  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0), {box}, {}), 4, 0.03);
+}
+
+TEST(Straights, OfABoxKeepToItsHeading) {
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = 3.0;
+  box.heading = 0.0;
+  const auto straights = StraightsInBoxes(Fly(4, 0.0), {box}, {});
+  ASSERT_EQ(straights.size(), 4U);
+  for (const Straight& s : straights) EXPECT_NEAR(s.gate.yaw, 0.0, 1e-6);
+  EXPECT_EQ(GatesOf(straights).size(), 1U);
+}
+
+// Samples further apart than the window over which speed is measured.
+TEST(Straights, AreTakenFromVerySlowMocap) {
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = 3.0;
+  ExpectHippodrome(StraightsInBoxes(Fly(4, 0.0, 6.0), {box}, {}), 4, 0.4);
+}
+
+// A circle has none, unless the flattest part is asked for.
+TEST(Straights, DontExistOnACircle) {
+  std::vector<PoseSample> mocap;
+  for (int i = 0; i < 1200; ++i) {
+    const double a = 0.01 * i;
+    mocap.push_back({FromSeconds(0.01 * i),
+                     {1.5 * std::cos(a), 1.5 * std::sin(a), -1.0},
+                     Eigen::Quaterniond::Identity()});
+  }
+  EXPECT_TRUE(FindStraights(mocap, {}, {}).empty());
+}
+
+// An ellipse bends everywhere; its long sides are the flattest 40 %.
+TEST(Straights, CanBeTheFlattestShare) {
+  std::vector<PoseSample> mocap;
+  for (int i = 0; i < 3000; ++i) {
+    const double a = 0.01 * i;
+    mocap.push_back({FromSeconds(0.01 * i),
+                     {2.0 * std::cos(a), std::sin(a), -1.0},
+                     Eigen::Quaterniond::Identity()});
+  }
+  CurvatureOptions options;
+  options.flattest_share = 0.4;
+  const auto straights = FindStraights(mocap, options, {});
+  ASSERT_GE(straights.size(), 8U);
+  const auto gates = GatesOf(straights);
+  ASSERT_EQ(gates.size(), 2U);
+  for (const Gate& gate : gates) EXPECT_NEAR(std::abs(gate.position.y()), 0.9, 0.12);
+}
+
+TEST(Straights, EndWhereMocapHasAGap) {
+  std::vector<PoseSample> mocap = Fly(1, 0.0);
+  const auto cut = [](const PoseSample& p) {
+    return p.p_E.y() < 0.01 && std::abs(p.p_E.x() - 1) < 0.4;
+  };
+  mocap.erase(std::remove_if(mocap.begin(), mocap.end(), cut), mocap.end());
+  StraightBox box;
+  box.low.x() = 0.0;
+  box.high.x() = 3.0;
+  box.heading = 0.0;
+  const auto straights = StraightsInBoxes(mocap, {box}, {});
+  ASSERT_EQ(straights.size(), 1U);  // 0.6 m before the gap is too short, 1.6 m after is not
+  EXPECT_NEAR(SecondsBetween(straights[0].from, straights[0].to), 1.6 / kSpeed, 0.02);
+}
+
+}  // namespace
+}  // namespace trueline
