@@ -55,8 +55,8 @@ class SourceReader {
     const YamlMap map = map_.Child(field.key);
     const SourceAxes own = ReadAxes(map, ReadAxes(map_, axes_));
     FieldSource source{field.key, NumberSource(map, field.unit, 3), {}, own.earth};
-    if (field.axes == Axes::kBody && !map.Has("attitude")) source.axes = own.body;
-    if (field.axes == Axes::kBody && map.Has("attitude")) {
+    if (field.axes == FrameAxes::kBody && !map.Has("attitude")) source.axes = own.body;
+    if (field.axes == FrameAxes::kBody && map.Has("attitude")) {
       const YamlMap attitude = map.Child("attitude");
       source.attitude = SourceAttitude(attitude, own);
       attitude.Finish();

@@ -6,13 +6,13 @@
 
 namespace trueline {
 
-enum class Axes { kNone, kEarth, kBody };
+enum class FrameAxes { kNone, kEarth, kBody };
 
 struct Field {
   const char* key;                          // in a column map; "": the stream's own keys
   std::array<const char*, 4> columns = {};  // of the CSV file; null after the last one
   const char* unit = "1";                   // SI; units.cc lists the units that it converts
-  Axes axes = Axes::kNone;                  // of a vector: an importer turns foreign axes to these
+  FrameAxes axes = FrameAxes::kNone;        // of a vector: an importer turns foreign axes to these
   bool is_sigma = false;                    // a standard deviation: must be positive
 };
 

@@ -23,8 +23,8 @@ struct ImuSample {
 
   template <class Archive, class Self>
   static void Describe(Archive& archive, Self& self, const Stream&) {
-    archive(Field{"accel", {"ax", "ay", "az"}, "m/s^2", Axes::kBody}, self.accel);
-    archive(Field{"gyro", {"gx", "gy", "gz"}, "rad/s", Axes::kBody}, self.gyro);
+    archive(Field{"accel", {"ax", "ay", "az"}, "m/s^2", FrameAxes::kBody}, self.accel);
+    archive(Field{"gyro", {"gx", "gy", "gz"}, "rad/s", FrameAxes::kBody}, self.gyro);
   }
 };
 
@@ -46,8 +46,8 @@ struct Fix {
 
   template <class Archive, class Self>
   static void Describe(Archive& archive, Self& self, const Stream&) {
-    archive(Field{"position", {"x", "y", "z"}, "m", Axes::kEarth}, self.p_E);
-    archive(Field{"sigma", {"sigma"}, "m", Axes::kNone, true}, self.sigma);
+    archive(Field{"position", {"x", "y", "z"}, "m", FrameAxes::kEarth}, self.p_E);
+    archive(Field{"sigma", {"sigma"}, "m", FrameAxes::kNone, true}, self.sigma);
     archive(Field{"gate", {"gate"}}, self.gate);
   }
 };
@@ -60,7 +60,7 @@ struct PoseSample {
 
   template <class Archive, class Self>
   static void Describe(Archive& archive, Self& self, const Stream&) {
-    archive(Field{"position", {"x", "y", "z"}, "m", Axes::kEarth}, self.p_E);
+    archive(Field{"position", {"x", "y", "z"}, "m", FrameAxes::kEarth}, self.p_E);
     archive(kAttitudeField, self.q_E);
   }
 };

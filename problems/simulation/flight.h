@@ -37,9 +37,8 @@ struct FlightSetup {
   int substeps = 1;  // of the physics between two samples
   int first = 0;     // samples first .. last are flown
   int last = 0;
-  std::function<double(int)> time;  // s, of a sample
-  std::function<void(double)>
-      progress;  // called from time to time with the seconds flown; optional
+  std::function<double(int)> time;       // s, of a sample
+  std::function<void(double)> progress;  // told the seconds flown from time to time; optional
 };
 
 // Flies from `start` and logs the IMU. Noise is drawn from `seed`.
