@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cost_functions/models/motion_block.h"
+#include "cost_functions/models/motion_slopes.h"
 #include "problems/window/drive_track.h"
 
 namespace trueline {
@@ -25,12 +25,21 @@ class MotionChain {
     const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
     MotionState<T> state;  // in E', relative to the start's position
     state.v = model.R_Ep_E() * start_E.v;
-    std::size_t block = 0;
-    for (std::size_t i = 0; i < times_.size(); ++i) {
-      for (; block < block_ends_[i]; ++block) Propagate(block_model, blocks_[block], &state);
-      const MotionState<T> state_E{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v};
-      visit(i, state_E, state.v);
-    }
+    ForEachBlock(
+        [&](const MotionBlock& block) { Propagate(block_model, block, &state); },
+        [&](std::size_t i) {
+          visit(i, MotionState<T>{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v}, state.v);
+        });
+  }
+
+  // The same with derivatives, without effects: calls visit(i, state, slopes), both in E', the
+  // position relative to the start's.
+  template <typename Visitor>
+  void IntegrateWithSlopes(const LinearisedModel& model, Visitor&& visit) const {
+    MotionState<double> state = model.Start();
+    ChainSlopes<6> slopes = LinearisedModel::StartSlopes();
+    ForEachBlock([&](const MotionBlock& block) { model.Propagate(block, &state, &slopes); },
+                 [&](std::size_t i) { visit(i, state, slopes); });
   }
 
   TimeNs start() const { return start_; }
@@ -38,6 +47,16 @@ class MotionChain {
   std::size_t block_count() const { return blocks_.size(); }
 
  private:
+  // Calls move(block) for each block and reached(i) at each of the chosen times.
+  template <typename Move, typename Reached>
+  void ForEachBlock(Move&& move, Reached&& reached) const {
+    std::size_t block = 0;
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      for (; block < block_ends_[i]; ++block) move(blocks_[block]);
+      reached(i);
+    }
+  }
+
   TimeNs start_;
   std::vector<TimeNs> times_;
   std::vector<MotionBlock> blocks_;
