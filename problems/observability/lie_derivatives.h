@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 #include "problems/observability/row_reduction.h"
 
 namespace trueline {

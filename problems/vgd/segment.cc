@@ -32,7 +32,7 @@ void StoreJets(const Eigen::Matrix<Jet, kSize, 1>& x, SegmentNode<kSize>* node) 
 // drag.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
   constexpr double kThrustReach = 0.05;  // s, to either side
-  const auto& steps = track.steps();
+  const DriveSteps steps = track.steps();
   const std::size_t middle = track.StepAt(t);
   std::size_t first = middle, last = middle;
   while (first > 0 && SecondsBetween(steps[first - 1].t, t) <= kThrustReach) --first;
