@@ -88,7 +88,7 @@ struct BlockModel {
   Vector3<T> w_b;      // w * b_az
   Symmetric3<T> drag;  // D, packed, in I
   Matrix3<T> R_B_I;
-  T K_x, K_y;                             // 1/s
+  T K_x, K_y, b_az;                       // 1/s, 1/s, m/s^2
   const ForceEffects* effects = nullptr;  // force beyond linear drag; null: none
 
   explicit BlockModel(const ImuDrivenModel<T>& model, const ForceEffects* force_effects = nullptr)
@@ -96,6 +96,7 @@ struct BlockModel {
     const ImuDrivenParameters<T>& p = model.parameters();
     K_x = p.K_x;
     K_y = p.K_y;
+    b_az = p.b_az;
     if (force_effects != nullptr && force_effects->Any()) effects = force_effects;
     g_Ep = R_Ep_E.col(2) * model.g_E()[2];
     const auto entry = [&](int i, int j) -> T {
@@ -106,6 +107,48 @@ struct BlockModel {
     drag << entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2);
   }
 };
+
+// The acceleration of one block without effects, and how it changes (p, v) in E'.
+template <typename T>
+struct BlockMotion {
+  Matrix3<T> A, A_tau;    // int R D R' dtau, int tau R D R' dtau
+  Vector3<T> free_curve;  // m/s, mean of the velocity's curve by gravity and thrust
+  Vector3<T> first_a, a;  // m/s^2, mean acceleration: without and with A_tau
+  Vector3<T> dv, dp;
+};
+
+// Nearly all time of an evaluation is spent here. Without `flatten` compilers make a function call
+// of each sum and product of Jets. Under the sanitizers it is off: with a check on every access the
+// compilation would take half an hour.
+#ifdef __SANITIZE_ADDRESS__
+#define TRUELINE_FLATTEN
+#else
+#define TRUELINE_FLATTEN [[gnu::flatten]]
+#endif
+template <typename T>
+TRUELINE_FLATTEN BlockMotion<T> MotionOver(const BlockModel<T>& b, const MotionBlock& m,
+                                           const Vector3<T>& v) {
+  BlockMotion<T> x;
+  const T h(m.h);
+  // Velocity and position gained from gravity and thrust, without drag.
+  const Vector3<T> dv_free = b.g_Ep * h + Times(m.Ra_dt, b.w) - Times(m.R_dt, b.w_b);
+  const Vector3<T> dv_tau = b.g_Ep * T(0.5 * m.h * m.h) + Times(m.Ra_tau_dt, b.w) -
+                            Times(m.R_tau_dt, b.w_b);  // int tau dv
+  // Drag acts on the velocity v + a * tau + curve within the block; the curve's mean comes from the
+  // free motion and from drag itself; all terms up to h^3.
+  x.A = Unpack<T>(Times(m.RR_dt, b.drag));
+  x.A_tau = Unpack<T>(Times(m.RR_tau_dt, b.drag));
+  x.free_curve = dv_free * T(0.5) - dv_tau * T(1.0 / m.h);
+  x.first_a = (dv_free + x.A * (v + x.free_curve)) * T(1.0 / m.h);
+  const Vector3<T> curve = x.free_curve - x.A * x.first_a * T(m.h / 12.0);
+  x.a = x.first_a + x.A_tau * x.first_a * T(1.0 / m.h);
+  x.dv = dv_free + x.A * (v + curve) + x.A_tau * x.a;
+  const Vector3<T> dv_tau_drag = x.A_tau * v + x.A * (x.a * T(m.h / 3.0) + curve * T(0.5)) * h;
+  // p changes by v h + int (h - tau) dv.
+  x.dp = v * h + (x.dv * h - dv_tau - dv_tau_drag);
+  return x;
+}
+#undef TRUELINE_FLATTEN
 
 // Acceleration in E' (m/s^2) that the effects add to a block in which the velocity is v_Ep on
 // average; attitude and thrust are the block's means.
@@ -121,45 +164,26 @@ Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const
   return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
 }
 
-// Moves (p, v), both in E', over one block. Nearly all time of an evaluation is spent here. Without
-// `flatten` compilers make a function call of each sum and product of Jets. Under the sanitizers it
-// is off: with a check on every access the compilation would take half an hour.
-#ifdef __SANITIZE_ADDRESS__
-#define TRUELINE_FLATTEN
-#else
-#define TRUELINE_FLATTEN [[gnu::flatten]]
-#endif
+// Velocity that the effects add over a block, from the block's mean velocity without them. Two
+// iterations, so that all drag acts on the velocity that the effects themselves change.
 template <typename T>
-TRUELINE_FLATTEN void Propagate(const BlockModel<T>& b, const MotionBlock& m,
-                                MotionState<T>* state) {
-  const T h(m.h);
-  // Velocity and position gained from gravity and thrust, without drag.
-  const Vector3<T> dv_free = b.g_Ep * h + Times(m.Ra_dt, b.w) - Times(m.R_dt, b.w_b);
-  const Vector3<T> dv_tau = b.g_Ep * T(0.5 * m.h * m.h) + Times(m.Ra_tau_dt, b.w) -
-                            Times(m.R_tau_dt, b.w_b);  // int tau dv
-  // Drag acts on the velocity v + a * tau + curve within the block; the curve's mean comes from the
-  // free motion and from drag itself; all terms up to h^3.
-  const Matrix3<T> A = Unpack<T>(Times(m.RR_dt, b.drag));
-  const Matrix3<T> A_tau = Unpack<T>(Times(m.RR_tau_dt, b.drag));
-  const Vector3<T> free_curve = dv_free * T(0.5) - dv_tau * T(1.0 / m.h);
-  const Vector3<T> first_a = (dv_free + A * (state->v + free_curve)) * T(1.0 / m.h);
-  const Vector3<T> curve = free_curve - A * first_a * T(m.h / 12.0);
-  const Vector3<T> a = first_a + A_tau * first_a * T(1.0 / m.h);
-  const Vector3<T> dv = dv_free + A * (state->v + curve) + A_tau * a;
-  const Vector3<T> dv_tau_drag = A_tau * state->v + A * (a * T(m.h / 3.0) + curve * T(0.5)) * h;
-  // p changes by v h + int (h - tau) dv.
-  Vector3<T> dp = dv * h - dv_tau - dv_tau_drag, dv_all = dv;
-  if (b.effects != nullptr) {
-    // Two iterations, so that all drag acts on the velocity that the effects themselves change.
-    const Vector3<T> v_mean = state->v + dv * T(0.5);
-    const Vector3<T> half = AddedAcceleration(b, m, v_mean) * T(0.5 * m.h);
-    const Vector3<T> added = AddedAcceleration<T>(b, m, v_mean + half) * h + A * half;
-    dv_all += added;
-    dp += added * T(0.5 * m.h);
-  }
-  state->p += state->v * h + dp;
-  state->v += dv_all;
+Vector3<T> AddedVelocity(const BlockModel<T>& b, const MotionBlock& m, const Matrix3<T>& A,
+                         const Vector3<T>& v_mean) {
+  const Vector3<T> half = AddedAcceleration(b, m, v_mean) * T(0.5 * m.h);
+  return AddedAcceleration<T>(b, m, v_mean + half) * T(m.h) + A * half;
 }
-#undef TRUELINE_FLATTEN
+
+// Moves (p, v), both in E', over one block.
+template <typename T>
+void Propagate(const BlockModel<T>& b, const MotionBlock& m, MotionState<T>* state) {
+  BlockMotion<T> x = MotionOver(b, m, state->v);
+  if (b.effects != nullptr) {
+    const Vector3<T> added = AddedVelocity<T>(b, m, x.A, state->v + x.dv * T(0.5));
+    x.dv += added;
+    x.dp += added * T(0.5 * m.h);
+  }
+  state->p += x.dp;
+  state->v += x.dv;
+}
 
 }  // namespace trueline

@@ -79,7 +79,7 @@ class RotorDrivenModel {
   }
 
   template <class T>
-  Wrench<T> ForceAndMoment(const T* x, const T* u) const {
+  RotorSums<T> SumsOf(const T* u) const {
     Vec3<T> force(T(0.0), T(0.0), T(0.0)), lever = force, reaction = force;
     for (int i = 0; i < num_rotors(); ++i) {
       const RotorSpec& rotor = rotors_[i];
@@ -92,7 +92,11 @@ class RotorDrivenModel {
       }
       AddScaled(rotor.axis, T(rotor.spin * rotor.k_m) * u[i], &reaction);
     }
-    return WrenchOf(x, RotorSums<T>{force, lever, reaction});
+    return {force, lever, reaction};
+  }
+  template <class T>
+  Wrench<T> ForceAndMoment(const T* x, const T* u) const {
+    return WrenchOf(x, SumsOf(u));
   }
 
   // dw/dt [rad/s^2] from I dw/dt = M - w x I w.
@@ -108,7 +112,10 @@ class RotorDrivenModel {
   // dx/dt of the first kMoving states; u holds the squared rotor speeds [rad^2/s^2].
   template <class T>
   void Derivative(const T* x, const T* u, T* dx) const {
-    const Wrench<T> wrench = ForceAndMoment(x, u);
+    DerivativeBy(x, ForceAndMoment(x, u), dx);
+  }
+  template <class T>
+  void DerivativeBy(const T* x, const Wrench<T>& wrench, T* dx) const {
     Move(x, SpecificForce(x, wrench), AngularAcceleration(x, wrench.moment), dx);
   }
 
@@ -131,7 +138,10 @@ class RotorDrivenModel {
   // Accelerometer [m/s^2] then gyro [rad/s]: 6 numbers.
   template <class T>
   void Imu(const T* x, const T* u, T* y) const {
-    const Wrench<T> wrench = ForceAndMoment(x, u);
+    ImuBy(x, ForceAndMoment(x, u), y);
+  }
+  template <class T>
+  static void ImuBy(const T* x, const Wrench<T>& wrench, T* y) {
     Read(x, SpecificForce(x, wrench), AngularAcceleration(x, wrench.moment), y);
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "problems/common/error.h"
@@ -173,8 +174,10 @@ WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   const VgdOptions& vgd = options.methods.vgd;
-  const FlightLog corrected = CorrectLog(log, options.effects);
-  const FlightData flight(corrected, vgd.drive, vgd.passes, vgd.drag_measurement);
+  std::optional<FlightLog> corrected;  // a copy only where there is something to correct
+  if (!options.effects.empty()) corrected = CorrectLog(log, options.effects);
+  const FlightData flight(corrected ? *corrected : log, vgd.drive, vgd.passes,
+                          vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
   calibration.effects = options.effects;

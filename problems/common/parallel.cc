@@ -8,6 +8,11 @@
 #include <vector>
 
 namespace trueline {
+namespace {
+
+thread_local bool is_worker = false;
+
+}  // namespace
 
 void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
   if (threads <= 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -30,10 +35,21 @@ void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
   } else {
     std::vector<std::jthread> pool;
     pool.reserve(static_cast<std::size_t>(threads));
-    for (int i = 0; i < threads; ++i) pool.emplace_back(work);
+    for (int i = 0; i < threads; ++i) {
+      pool.emplace_back([&] {
+        is_worker = true;
+        work();
+      });
+    }
     pool.clear();  // joins
   }
   if (first_error) std::rethrow_exception(first_error);
+}
+
+void ParallelRuns(int count, int run, const std::function<void(int)>& body) {
+  ParallelFor((count + run - 1) / run, is_worker ? 1 : 0, [&](int k) {
+    for (int i = k * run; i < std::min(count, (k + 1) * run); ++i) body(i);
+  });
 }
 
 }  // namespace trueline

@@ -8,4 +8,8 @@ namespace trueline {
 // index, so that they do not depend on the number of threads. The first exception is rethrown.
 void ParallelFor(int count, int threads, const std::function<void(int)>& body);
 
+// The same for bodies of microseconds: `run` in a row on one thread, all cores. The calling thread
+// alone does the work if there is only one run, or if it is itself one of ParallelFor's.
+void ParallelRuns(int count, int run, const std::function<void(int)>& body);
+
 }  // namespace trueline

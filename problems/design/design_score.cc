@@ -34,22 +34,23 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
       flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4));
   const auto start =
       StartFromFlat<Variable, kScoreOrder>(flight.vehicle(), flight.parameters(), inputs.series);
-  const auto local =
-      ExpandSensitivity<kScoreOrder, Variable>(system, start.x, start.u, time.duration);
+  const RotorSumsSystem by_sums(system);
+  const auto local = ExpandSensitivity<kScoreOrder, Variable>(
+      by_sums, start.x, by_sums.Inputs(start.u), time.duration);
 
   std::vector<double> adjoints;
   Tape::OfThread().StartAdjoints(&adjoints);
   const auto seed = [&](const Variable& variable, double adjoint) {
     if (variable.entry() >= 0) adjoints[variable.entry()] += adjoint;
   };
-  const Quadrature rule = GaussLegendre(kScoreOrder + 1);
+  const Quadrature& rule = GaussLegendre(kScoreOrder + 1);
   const Eigen::Map<const Eigen::VectorXd> weights(target.weights.data(), system.num_outputs());
   for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
     const double t = rule.nodes[g] * time.duration;
     const Eigen::MatrixXd adjoint_k =
         2.0 * rule.weights[g] * time.duration *
         (weights.asDiagonal() *
-         (SensitivityAt<System::kErrors>(state.local, target.weights, t) * adjoint_gramian));
+         (weights.asDiagonal() * SensitivityAt<System::kErrors>(state.local, t) * adjoint_gramian));
     double power = 1.0;
     for (int i = 0; i <= kScoreOrder; ++i, power *= t) {
       for (Eigen::Index r = 0; r < adjoint_k.rows(); ++r) {
@@ -75,7 +76,9 @@ SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& f
   const auto start =
       StartFromFlat<double, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
   SegmentState state;
-  state.local = ExpandSensitivity<kScoreOrder, double>(system, start.x, start.u, time.duration);
+  const RotorSumsSystem by_sums(system);
+  state.local = ExpandSensitivity<kScoreOrder, double>(by_sums, start.x, by_sums.Inputs(start.u),
+                                                       time.duration);
   state.gramian = LocalGramian<System::kErrors>(state.local, target.weights, time.duration);
   state.transition = state.local.transition;
   return state;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 #include "problems/design/variable.h"
 #include "problems/trajectory/piecewise_polynomial.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 
 namespace trueline {
 namespace {

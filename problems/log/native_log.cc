@@ -24,6 +24,8 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   if (log.name.empty()) log.name = whole.filename().string();
   log.sha256["log.yaml"] = Sha256OfFile(yaml);
   ReadStreams(directory, &log);
+  log.imu.shrink_to_fit();  // by far the longest streams
+  log.attitude.shrink_to_fit();
   for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
   return log;
 }

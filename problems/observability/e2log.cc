@@ -26,7 +26,9 @@ SegmentGramian OneSegment(const RotorDrivenSystem& system, const RotorFlight& fl
   const auto flat = FlatSeries<Taylor<double, kOrder + 4>>(
       flight.path().ExpandPiece(segment.piece, segment.start, kOrder + 4));
   const auto start = StartFromFlat<double, kOrder>(flight.vehicle(), flight.parameters(), flat);
-  const auto local = ExpandSensitivity<kOrder, double>(system, start.x, start.u, segment.duration);
+  const RotorSumsSystem by_sums(system);
+  const auto local = ExpandSensitivity<kOrder, double>(by_sums, start.x, by_sums.Inputs(start.u),
+                                                       segment.duration);
   return {LocalGramian<kErrors>(local, weights, segment.duration),
           local.transition.topRows(kMoving)};
 }

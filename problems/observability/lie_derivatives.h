@@ -14,9 +14,12 @@
 
 #include <ceres/jet.h>
 
+#include <array>
+#include <numeric>
+#include <span>
 #include <vector>
 
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 #include "problems/observability/row_reduction.h"
 
 namespace trueline {
@@ -42,6 +45,7 @@ SeriesSolution<Taylor<C, kMaxOrder>> SolveSeries(const System& system, const std
                                                  int order) {
   using Series = Taylor<C, kMaxOrder>;
   SeriesSolution<Series> solution;
+  solution.x.reserve(System::kStates);
   for (int i = 0; i < System::kStates; ++i) {
     solution.x.push_back(i < System::kMoving ? Series::Start(x0[i]) : Series::Constant(x0[i]));
   }
@@ -56,14 +60,19 @@ SeriesSolution<Taylor<C, kMaxOrder>> SolveSeries(const System& system, const std
   return solution;
 }
 
-// The same in Jets seeded with the error of x0; the inputs carry no gradient.
-template <int kMaxOrder, class C, class System>
-SeriesSolution<Taylor<ceres::Jet<C, System::kErrors>, kMaxOrder>> SolveSeriesWithGradient(
-    const System& system, const std::vector<C>& x0, const std::vector<Taylor<C, kMaxOrder>>& u,
-    int order) {
-  using Jet = ceres::Jet<C, System::kErrors>;
-  std::vector<Jet> seeded(System::kStates);
-  system.Seed(x0.data(), seeded.data());
+// The same in Jets of `columns` (at most kColumns) of `seeded`, which is the state at the start
+// with its gradient by all errors (System::Seed); the inputs carry no gradient.
+template <int kColumns, int kMaxOrder, class C, class System>
+SeriesSolution<Taylor<ceres::Jet<C, kColumns>, kMaxOrder>> SolveSeriesWithGradient(
+    const System& system, const std::vector<ceres::Jet<C, System::kErrors>>& seeded,
+    const std::vector<Taylor<C, kMaxOrder>>& u, int order, std::span<const int> columns) {
+  using Jet = ceres::Jet<C, kColumns>;
+  std::vector<Jet> start;
+  start.reserve(seeded.size());
+  for (const auto& state : seeded) {
+    start.emplace_back(state.a);
+    for (std::size_t j = 0; j < columns.size(); ++j) start.back().v[j] = state.v[columns[j]];
+  }
   std::vector<Taylor<Jet, kMaxOrder>> inputs;
   for (const auto& series : u) {
     auto input = Taylor<Jet, kMaxOrder>::Constant(Jet(series[0]));
@@ -73,7 +82,14 @@ SeriesSolution<Taylor<ceres::Jet<C, System::kErrors>, kMaxOrder>> SolveSeriesWit
     }
     inputs.push_back(input);
   }
-  return SolveSeries<kMaxOrder, Jet, System>(system, seeded, inputs, order);
+  return SolveSeries<kMaxOrder, Jet, System>(system, start, inputs, order);
+}
+
+template <class C, class System>
+std::vector<ceres::Jet<C, System::kErrors>> Seeded(const System& system, const std::vector<C>& x0) {
+  std::vector<ceres::Jet<C, System::kErrors>> seeded(System::kStates);
+  system.Seed(x0.data(), seeded.data());
+  return seeded;
 }
 
 // The observability matrix: for i = 0 ... order the gradients of the i-th Lie derivative of every
@@ -81,7 +97,10 @@ SeriesSolution<Taylor<ceres::Jet<C, System::kErrors>, kMaxOrder>> SolveSeriesWit
 template <int kMaxOrder, class C, class System>
 DynamicMatrix<C> ObservabilityMatrix(const System& system, const std::vector<C>& x0,
                                      const std::vector<Taylor<C, kMaxOrder>>& u, int order) {
-  const auto solution = SolveSeriesWithGradient<kMaxOrder, C, System>(system, x0, u, order);
+  std::array<int, System::kErrors> all;
+  std::iota(all.begin(), all.end(), 0);
+  const auto solution = SolveSeriesWithGradient<System::kErrors, kMaxOrder, C, System>(
+      system, Seeded(system, x0), u, order, all);
   const int outputs = system.num_outputs();
   DynamicMatrix<C> matrix((order + 1) * outputs, System::kErrors);
   for (int i = 0; i <= order; ++i) {

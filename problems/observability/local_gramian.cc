@@ -1,11 +1,16 @@
 #include "problems/observability/local_gramian.h"
 
+#include <glog/logging.h>
+
 #include <cmath>
 
 namespace trueline {
+namespace {
+
+constexpr int kMostNodes = 16;
 
 // Newton's iteration on the roots of the Legendre polynomial.
-Quadrature GaussLegendre(int n) {
+Quadrature LegendreRoots(int n) {
   Quadrature rule;
   for (int k = 0; k < n; ++k) {
     double x = std::cos(M_PI * (k + 0.75) / (n + 0.5)), slope = 1.0;
@@ -23,6 +28,18 @@ Quadrature GaussLegendre(int n) {
     rule.weights.push_back(1.0 / ((1.0 - x * x) * slope * slope));
   }
   return rule;
+}
+
+}  // namespace
+
+const Quadrature& GaussLegendre(int n) {
+  static const std::vector<Quadrature> rules = [] {
+    std::vector<Quadrature> all(1);
+    for (int k = 1; k <= kMostNodes; ++k) all.push_back(LegendreRoots(k));
+    return all;
+  }();
+  CHECK(n >= 1 && n <= kMostNodes);
+  return rules[n];
 }
 
 }  // namespace trueline

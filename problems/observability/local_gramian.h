@@ -2,6 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "problems/observability/lie_derivatives.h"
@@ -12,7 +16,9 @@ namespace trueline {
 struct Quadrature {
   std::vector<double> nodes, weights;
 };
-Quadrature GaussLegendre(int n);
+const Quadrature& GaussLegendre(int n);  // n <= 16
+
+inline constexpr int kJetColumns = 11;  // a third of the rotor-driven model's curved errors
 
 template <class C, int kErrors>
 struct LocalSensitivity {
@@ -30,62 +36,94 @@ C Evaluate(const Taylor<C, kMaxOrder>& series, double t) {
   return sum;
 }
 
+// Writes the columns of `local` that `columns` name, by series up to t^order.
+template <int kColumns, int kOrder, class C, class System>
+void ExpandColumns(const System& system, const std::vector<ceres::Jet<C, System::kErrors>>& seeded,
+                   const std::vector<Taylor<C, kOrder>>& u, double duration, int order,
+                   std::span<const int> columns, LocalSensitivity<C, System::kErrors>* local) {
+  using Jet = ceres::Jet<C, kColumns>;
+  const auto solution =
+      SolveSeriesWithGradient<kColumns, kOrder, C, System>(system, seeded, u, order, columns);
+  const int count = static_cast<int>(columns.size());
+  for (int i = 0; i <= kOrder; ++i) {
+    for (int row = 0; row < system.num_outputs(); ++row) {
+      const Jet y = solution.y[row][i];
+      for (int j = 0; j < count; ++j) local->gradients[i](row, columns[j]) = y.v[j];
+    }
+  }
+  std::vector<Jet> end;
+  std::vector<C> x_end, dx(System::kStates), error(System::kErrors);
+  for (const auto& series : solution.x) {
+    end.push_back(series.degree() == 0 ? series[0] : Evaluate(series, duration));
+    x_end.push_back(end.back().a);
+  }
+  for (int j = 0; j < count; ++j) {
+    for (int i = 0; i < System::kStates; ++i) dx[i] = end[i].v[j];
+    system.Error(x_end.data(), dx.data(), error.data());
+    for (int i = 0; i < System::kErrors; ++i) local->transition(i, columns[j]) = error[i];
+  }
+}
+
+// In Jets of a few errors, which stay in registers; for other scalars than double in Jets of all,
+// because each Jet evaluates the values again.
 template <int kOrder, class C, class System>
 LocalSensitivity<C, System::kErrors> ExpandSensitivity(const System& system,
                                                        const std::vector<C>& x0,
                                                        const std::vector<Taylor<C, kOrder>>& u,
                                                        double duration) {
   constexpr int kErrors = System::kErrors;
-  const auto solution = SolveSeriesWithGradient<kOrder, C, System>(system, x0, u, kOrder);
+  constexpr int kColumns = std::is_same_v<C, double> ? std::min(kErrors, kJetColumns) : kErrors;
   LocalSensitivity<C, kErrors> local;
-  for (int i = 0; i <= kOrder; ++i) {
-    typename LocalSensitivity<C, kErrors>::Matrix k(system.num_outputs(), kErrors);
-    for (int row = 0; row < system.num_outputs(); ++row) {
-      k.row(row) = solution.y[row][i].v.transpose();
-    }
-    local.gradients.push_back(std::move(k));
-  }
-  using Jet = ceres::Jet<C, kErrors>;
-  std::vector<Jet> end;
-  std::vector<C> x_end, dx(System::kStates), error(kErrors);
-  for (const auto& series : solution.x) {
-    end.push_back(series.degree() == 0 ? series[0] : Evaluate(series, duration));
-    x_end.push_back(end.back().a);
-  }
+  local.gradients.assign(kOrder + 1, {system.num_outputs(), kErrors});
   local.transition.resize(kErrors, kErrors);
-  for (int column = 0; column < kErrors; ++column) {
-    for (int i = 0; i < System::kStates; ++i) dx[i] = end[i].v[column];
-    system.Error(x_end.data(), dx.data(), error.data());
-    for (int i = 0; i < kErrors; ++i) local.transition(i, column) = error[i];
+  std::vector<int> curved, affine;
+  for (int i = 0; i < kErrors; ++i) {
+    bool is_affine = false;
+    if constexpr (requires { System::AffineInTime(i); }) is_affine = System::AffineInTime(i);
+    (is_affine ? affine : curved).push_back(i);
   }
+  const auto seeded = Seeded(system, x0);
+  const auto expand = [&](std::span<const int> columns, int order) {
+    for (std::size_t first = 0; first < columns.size(); first += kColumns) {
+      ExpandColumns<kColumns>(
+          system, seeded, u, duration, order,
+          columns.subspan(first, std::min<std::size_t>(kColumns, columns.size() - first)), &local);
+    }
+  };
+  expand(curved, kOrder);
+  expand(affine, std::min(kOrder, 1));
   return local;
 }
 
-// K at `t`, rows scaled by `weights`.
+// K at `t`.
 template <int kErrors>
 typename LocalSensitivity<double, kErrors>::Matrix SensitivityAt(
-    const LocalSensitivity<double, kErrors>& local, const std::vector<double>& weights, double t) {
+    const LocalSensitivity<double, kErrors>& local, double t) {
   auto k = local.gradients.back();
   for (int i = static_cast<int>(local.gradients.size()) - 2; i >= 0; --i) {
     k = k * t + local.gradients[i];
   }
-  return Eigen::Map<const Eigen::VectorXd>(weights.data(), weights.size()).asDiagonal() * k;
+  return k;
 }
 
-// Integral of K'K over the stretch (eq. 3), including all cross terms of the series. K is a
-// polynomial, so Gauss' rule with order + 1 nodes is exact.
+// Integral of K'K over the stretch (eq. 3), the rows of K scaled by `weights`, including all cross
+// terms of the series. K is a polynomial, so Gauss' rule with order + 1 nodes is exact.
 template <int kErrors>
 Eigen::Matrix<double, kErrors, kErrors> LocalGramian(const LocalSensitivity<double, kErrors>& local,
                                                      const std::vector<double>& weights,
                                                      double duration) {
+  const Eigen::Map<const Eigen::VectorXd> weight(weights.data(), weights.size());
+  const Quadrature& rule = GaussLegendre(static_cast<int>(local.gradients.size()));
+  const Eigen::Index rows = weight.size();
+  // All nodes below each other: one product instead of many small ones.
+  Eigen::Matrix<double, Eigen::Dynamic, kErrors> k(rows * rule.nodes.size(), kErrors);
+  for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
+    k.middleRows(g * rows, rows) = std::sqrt(rule.weights[g] * duration) * weight.asDiagonal() *
+                                   SensitivityAt<kErrors>(local, rule.nodes[g] * duration);
+  }
   Eigen::Matrix<double, kErrors, kErrors> gramian;
   gramian.setZero();
-  const Quadrature rule = GaussLegendre(static_cast<int>(local.gradients.size()));
-  for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
-    const auto k = SensitivityAt<kErrors>(local, weights, rule.nodes[g] * duration);
-    gramian.template selfadjointView<Eigen::Lower>().rankUpdate(k.transpose(),
-                                                                rule.weights[g] * duration);
-  }
+  gramian.template selfadjointView<Eigen::Lower>().rankUpdate(k.transpose());
   return gramian.template selfadjointView<Eigen::Lower>();
 }
 

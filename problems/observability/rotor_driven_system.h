@@ -54,6 +54,12 @@ class RotorDrivenSystem {
     return (sensors_.imu ? 6 : 0) + (sensors_.position ? 3 : 0) + (sensors_.pose ? 7 : 0);
   }
 
+  // Errors whose effect on states and outputs is affine in time: position, velocity, sensor biases.
+  static constexpr bool AffineInTime(int error) {
+    const bool moved = error >= Model::kPosition - 1 && error < Model::kRate - 1;
+    return moved || (error >= Model::kAccelBias - 1 && error < Model::kThrustScale - 1);
+  }
+
   template <class T>
   void Derivative(const T* x, const T* u, T* dx) const {
     model_.Derivative(x, u, dx);
@@ -61,7 +67,11 @@ class RotorDrivenSystem {
 
   template <class T>
   void Output(const T* x, const T* u, T* y) const {
-    if (sensors_.imu) model_.Imu(x, u, y), y += 6;
+    OutputBy(x, model_.ForceAndMoment(x, u), y);
+  }
+  template <class T>
+  void OutputBy(const T* x, const Model::Wrench<T>& wrench, T* y) const {
+    if (sensors_.imu) Model::ImuBy(x, wrench, y), y += 6;
     if (sensors_.position) Model::Position(x, y), y += 3;
     if (sensors_.pose) Model::Position(x, y), Model::Attitude(x, y + 3);
   }
@@ -135,6 +145,55 @@ class RotorDrivenSystem {
   Model model_;
   SensorSet sensors_;
   std::vector<StateInfo> errors_;
+};
+
+// The same system with the rotors' sums as inputs instead of squared speeds. The sums do not depend
+// on the state: series of them need no gradient and are computed once.
+class RotorSumsSystem {
+ public:
+  using Model = RotorDrivenModel;
+  static constexpr int kStates = RotorDrivenSystem::kStates, kMoving = RotorDrivenSystem::kMoving,
+                       kErrors = RotorDrivenSystem::kErrors;
+
+  explicit RotorSumsSystem(const RotorDrivenSystem& system) : system_(system) {}
+
+  static constexpr bool AffineInTime(int error) { return RotorDrivenSystem::AffineInTime(error); }
+  int num_outputs() const { return system_.num_outputs(); }
+
+  template <class T>
+  std::vector<T> Inputs(const std::vector<T>& u) const {
+    const auto sums = system_.model().SumsOf(u.data());
+    std::vector<T> inputs;
+    for (const Vec3<T>& sum : {sums.force, sums.lever, sums.reaction}) {
+      for (int i = 0; i < 3; ++i) inputs.push_back(sum[i]);
+    }
+    return inputs;
+  }
+  template <class T>
+  void Derivative(const T* x, const T* inputs, T* dx) const {
+    system_.model().DerivativeBy(x, WrenchBy(x, inputs), dx);
+  }
+  template <class T>
+  void Output(const T* x, const T* inputs, T* y) const {
+    system_.OutputBy(x, WrenchBy(x, inputs), y);
+  }
+  template <class C>
+  void Seed(const C* x, ceres::Jet<C, kErrors>* out) const {
+    system_.Seed(x, out);
+  }
+  template <class C>
+  void Error(const C* x, const C* dx, C* error) const {
+    system_.Error(x, dx, error);
+  }
+
+ private:
+  template <class T>
+  static Model::Wrench<T> WrenchBy(const T* x, const T* inputs) {
+    const auto sum = [&](int i) { return Model::Vector(inputs, i); };
+    return Model::WrenchOf(x, Model::RotorSums<T>{sum(0), sum(3), sum(6)});
+  }
+
+  const RotorDrivenSystem& system_;
 };
 
 }  // namespace trueline

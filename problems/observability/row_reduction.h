@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "cost_functions/models/modular.h"
+#include "cost_functions/numbers/modular.h"
 
 namespace trueline {
 

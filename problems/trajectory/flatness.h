@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cost_functions/models/rotor_driven_model.h"
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 
 namespace trueline {
 

@@ -28,7 +28,6 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
   for (const ForceSample& force : Between(data.forces, from, before)) {
     force_times.push_back(force.t);
   }
-  times.insert(times.end(), force_times.begin(), force_times.end());
   // An arc without force samples has no nodes of its own: add some for the trajectory plot.
   const bool bare = force_times.empty() && !data.passes.empty();
   for (TimeNs t = bare ? data.passes.back().end : to; t < to; t += kPathStep) {
@@ -36,7 +35,7 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
   }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
-  return std::make_unique<Segment>(track, from, std::move(times), force_times, scaling, max_block);
+  return std::make_unique<Segment>(track, from, times, force_times, scaling, max_block);
 }
 
 std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval) {

@@ -8,52 +8,31 @@
 namespace trueline {
 namespace {
 
-// Columns of the integration's derivatives: the parameters of eq. 16 and the initial velocity. The
-// initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
+// The initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
 // motion, so their derivatives are known.
-constexpr int kSeeds = kMotionSize + 3;
-using Jet = ceres::Jet<double, kSeeds>;
+template <int kSize>
+void StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) {
+  node->d_theta.template leftCols<kMotionSize>() = slopes.template leftCols<kMotionSize>();
+  node->d_state.template rightCols<3>() = slopes.template rightCols<3>();
+}
+
+using Jet = ceres::Jet<double, kMotionColumns>;
 
 template <int kSize>
-void SplitDerivatives(const Eigen::Matrix<double, kSize, kSeeds>& d, SegmentNode<kSize>* node) {
-  node->d_theta.template leftCols<kMotionSize>() = d.template leftCols<kMotionSize>();
-  node->d_state.template rightCols<3>() = d.template rightCols<3>();
-}
-
-void Store(const Vector3<double>& p, const Vector3<double>& v, StateNode* node) {
-  node->value << p, v;
-}
-
-void Store(const Vector3<Jet>& p, const Vector3<Jet>& v, StateNode* node) {
-  Eigen::Matrix<double, 6, kSeeds> d;
-  for (int i = 0; i < 3; ++i) {
-    node->value[i] = p[i].a;
-    node->value[i + 3] = v[i].a;
-    d.row(i) = p[i].v.transpose();
-    d.row(i + 3) = v[i].v.transpose();
+void StoreJets(const Eigen::Matrix<Jet, kSize, 1>& x, SegmentNode<kSize>* node) {
+  MotionSlopes<kSize> slopes;
+  for (int i = 0; i < kSize; ++i) {
+    node->value[i] = x[i].a;
+    slopes.row(i) = x[i].v.transpose();
   }
-  SplitDerivatives(d, node);
-  node->d_state.topLeftCorner<3, 3>().setIdentity();
-}
-
-void Store(const Vector3<double>& f_I, const double* b_a, ForceNode* node) {
-  node->value << f_I[0] + b_a[0], f_I[1] + b_a[1];
-}
-
-void Store(const Vector3<Jet>& f_I, const double* b_a, ForceNode* node) {
-  Eigen::Matrix<double, 2, kSeeds> d;
-  for (int i = 0; i < 2; ++i) {
-    node->value[i] = f_I[i].a + b_a[i];
-    d.row(i) = f_I[i].v.transpose();
-  }
-  SplitDerivatives(d, node);
+  StoreSlopes(slopes, node);
 }
 
 // Mean thrust around t: single samples contain vibration, and noise in this factor would attenuate
 // drag.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
   constexpr double kThrustReach = 0.05;  // s, to either side
-  const auto& steps = track.steps();
+  const DriveSteps steps = track.steps();
   const std::size_t middle = track.StepAt(t);
   std::size_t first = middle, last = middle;
   while (first > 0 && SecondsBetween(steps[first - 1].t, t) <= kThrustReach) --first;
@@ -80,6 +59,18 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
   return model.R_B_I().transpose() * f_B;
 }
 
+// Slopes of the force's x and y, from those of (p, v) in E'.
+ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive,
+                             const Eigen::Vector3d& v_Ep, const ChainSlopes<6>& slopes_Ep) {
+  const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
+  const Eigen::Matrix<double, 2, 3> by_v = Unpack<double>(model.drag).topRows<2>() * R_I_Ep;
+  ChainSlopes<2> slopes = Product(by_v, slopes_Ep.bottomRows<3>());
+  slopes.middleCols<6>(kByDrag) += Spread(R_I_Ep * v_Ep).topRows<2>();
+  slopes.middleCols<2>(kByAxis).diagonal().array() += drive.a_z - model.b_az;
+  slopes.col(kByBias) -= model.w.head<2>();
+  return slopes;
+}
+
 }  // namespace
 
 ParameterScaling::ParameterScaling(const VgdOptions& options) {
@@ -89,14 +80,29 @@ ParameterScaling::ParameterScaling(const VgdOptions& options) {
   }
 }
 
-Segment::Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+namespace {
+
+std::vector<TimeNs> Merged(const std::vector<TimeNs>& a, const std::vector<TimeNs>& b) {
+  std::vector<TimeNs> all;
+  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
+  return all;
+}
+
+}  // namespace
+
+Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs>& times,
                  const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
                  double max_block)
-    : chain_(track, start, std::move(times), max_block),
+    : chain_(track, start, Merged(times, force_times), max_block),
       scaling_(&scaling),
       gravity_(track.gravity()),
       effects_(track.force_effects()),
       states_(chain_.times().size()) {
+  for (const TimeNs t : chain_.times()) {
+    has_slopes_.push_back(std::binary_search(times.begin(), times.end(), t));
+  }
+  for (StateNode& node : states_) node.d_state.topLeftCorner<3, 3>().setIdentity();
+  forces_.reserve(force_times.size());
   for (const TimeNs t : force_times) {
     forces_.push_back({IndexOf(t), SecondsBetween(track.log_start(), t),
                        track.steps()[track.StepAt(t)].drive, MeanThrust(track, t), ForceNode()});
@@ -153,17 +159,31 @@ void Segment::AddGusts(const GustPair& gusts) {
   for (Force& force : forces_) force.node.value += ForceByGusts(force) * gusts;
 }
 
-template <typename T>
-void Segment::Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
-                        const double* b_a) {
-  const ImuDrivenModel<T> model(parameters, gravity_);
+Segment::Vector Segment::Unscaled(const Inputs& at) const {
+  return scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
+}
+
+ImuDrivenModel<double> Segment::ModelAt(const Vector& x) const {
+  return {ImuDrivenParameters<double>::FromArray(x.data()), gravity_};
+}
+
+void Segment::StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
+                         const Vector& x, Force* force) const {
+  const Eigen::Vector3d f_I =
+      ForceInImu<double>(model, effects_, force->drive, v_Ep, force->thrust, force->t);
+  force->node.value = f_I.head<2>() + x.tail<2>();
+}
+
+void Segment::Integrate(const Inputs& at) {
+  const Vector x = Unscaled(at);
+  const ImuDrivenModel<double> model = ModelAt(x);
+  const MotionState<double> start{at.state.head<3>(), at.state.tail<3>()};
   auto force = forces_.begin();
-  const auto visit = [&](std::size_t i, const MotionState<T>& x, const Vector3<T>& v_Ep) {
-    Store(x.p, x.v, &states_[i]);
+  const auto visit = [&](std::size_t i, const MotionState<double>& state,
+                         const Eigen::Vector3d& v_Ep) {
+    states_[i].value << state.p, state.v;
     if (force == forces_.end() || force->time_index != i) return;
-    Store(ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t), b_a,
-          &force->node);
-    ++force;
+    StoreForce(model, v_Ep, x, &*force++);
   };
   chain_.Integrate(model, start, visit, &effects_);
 }
@@ -184,8 +204,7 @@ double NearOf(ParameterGroup group) {
 bool Segment::IsNear(const Inputs& at) const {
   constexpr double kVelocity = 0.005;  // m/s
   if (!follows_ || !linearised_at_) return false;
-  const Eigen::Matrix<double, kThetaSize, 1> moved =
-      scaling_->sigma.cwiseProduct(at.theta - linearised_at_->theta).cwiseAbs();
+  const Vector moved = scaling_->sigma.cwiseProduct(at.theta - linearised_at_->theta).cwiseAbs();
   const Eigen::Vector3d v = at.state.tail<3>() - linearised_at_->state.tail<3>();
   for (int i = 0; i < kMotionSize; ++i) {
     if (!(moved[i] < NearOf(kTheta[i].group))) return false;
@@ -194,7 +213,7 @@ bool Segment::IsNear(const Inputs& at) const {
 }
 
 void Segment::Extrapolate(const Inputs& to) {
-  const Eigen::Matrix<double, kThetaSize, 1> theta = to.theta - linearised_at_->theta;
+  const Vector theta = to.theta - linearised_at_->theta;
   const Eigen::Matrix<double, kStateSize, 1> state = to.state - linearised_at_->state;
   for (std::size_t i = 0; i < states_.size(); ++i) {
     states_[i].value = states_there_[i] + states_[i].d_theta * theta + states_[i].d_state * state;
@@ -205,20 +224,60 @@ void Segment::Extrapolate(const Inputs& to) {
   }
 }
 
-void Segment::Linearise(const Inputs& at) {
-  const Eigen::Matrix<double, kThetaSize, 1> x =
-      scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
+void Segment::IntegrateWithSlopes(const Inputs& at) {
+  const Vector x = Unscaled(at);
+  const LinearisedModel model(ModelAt(x), at.state.tail<3>(), scaling_->sigma.head<kMotionSize>());
+  const Eigen::Matrix3d R_E_Ep = model.model().R_Ep_E().transpose();
+  auto force = forces_.begin();
+  const auto visit = [&](std::size_t i, const MotionState<double>& state_Ep,
+                         const ChainSlopes<6>& slopes_Ep) {
+    states_[i].value << at.state.head<3>() + R_E_Ep * state_Ep.p, R_E_Ep * state_Ep.v;
+    if (follows_ || has_slopes_[i]) StoreSlopes(model.InEarth(state_Ep, slopes_Ep), &states_[i]);
+    if (force == forces_.end() || force->time_index != i) return;
+    StoreForce(model.model(), state_Ep.v, x, &*force);
+    StoreSlopes(model.ByParameters<2>(
+                    SlopesOfForce(model.block_model(), force->drive, state_Ep.v, slopes_Ep)),
+                &force->node);
+    ++force;
+  };
+  chain_.IntegrateWithSlopes(model, visit);
+}
+
+// Jets of all columns: slower, for any force.
+void Segment::IntegrateInJets(const Inputs& at) {
+  const Vector x = Unscaled(at);
   Jet jets[kMotionSize];
   for (int i = 0; i < kMotionSize; ++i) {
     jets[i] = Jet(x[i]);
     jets[i].v[i] = scaling_->sigma[i];
   }
+  const ImuDrivenModel<Jet> model(ImuDrivenParameters<Jet>::FromArray(jets), gravity_);
   MotionState<Jet> start;
   for (int i = 0; i < 3; ++i) {
     start.p[i] = Jet(at.state[i]);
     start.v[i] = Jet(at.state[3 + i], kMotionSize + i);
   }
-  Integrate(ImuDrivenParameters<Jet>::FromArray(jets), start, x.data() + kMotionSize);
+  auto force = forces_.begin();
+  const auto visit = [&](std::size_t i, const MotionState<Jet>& state, const Vector3<Jet>& v_Ep) {
+    Eigen::Matrix<Jet, 6, 1> both;
+    both << state.p, state.v;
+    StoreJets(both, &states_[i]);
+    if (force == forces_.end() || force->time_index != i) return;
+    StoreJets<2>(ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t).head<2>(),
+                 &force->node);
+    force->node.value += x.tail<2>();
+    ++force;
+  };
+  chain_.Integrate(model, start, visit, &effects_);
+}
+
+void Segment::Linearise(const Inputs& at) {
+  if (effects_.Any()) {
+    IntegrateInJets(at);
+  } else {
+    IntegrateWithSlopes(at);
+  }
+  if (!follows_) return;
   linearised_at_ = at;
   states_there_.clear();
   for (const StateNode& node : states_) states_there_.push_back(node.value);
@@ -236,10 +295,7 @@ void Segment::Evaluate(const double* theta, const double* drift, const double* s
   } else if (derivatives) {
     Linearise(at);
   } else {
-    const Eigen::Matrix<double, kThetaSize, 1> x =
-        scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
-    const MotionState<double> start{at.state.head<3>(), at.state.tail<3>()};
-    Integrate(ImuDrivenParameters<double>::FromArray(x.data()), start, x.data() + kMotionSize);
+    Integrate(at);
   }
 }
 

@@ -23,9 +23,10 @@ struct ParameterScaling {
 
 class Segment {
  public:
-  // `times` ascending and unique in [start, end]; the last one is `end`. `scaling` must outlive
-  // the segment.
-  Segment(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+  // Both times ascending and unique in [start, end]; the last of `times` is `end`. States have
+  // derivatives at `times`; at times of forces alone, only values. `scaling` must outlive the
+  // segment.
+  Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs>& times,
           const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
           double max_block);
 
@@ -37,7 +38,11 @@ class Segment {
 
   // From now on nodes are extrapolated linearly near the last linearisation point instead of
   // integrated (within 0.01 mm over a second). For problems that are solved repeatedly.
-  void FollowDerivatives() { follows_ = true; }
+  // They keep no blocks.
+  void FollowDerivatives() {
+    follows_ = true;
+    chain_.ForgetBlocks();
+  }
 
   // Force beyond linear drag; replaces the track's.
   void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }
@@ -57,17 +62,17 @@ class Segment {
   const std::vector<TimeNs>& times() const { return chain_.times(); }
 
  private:
-  std::size_t IndexOf(TimeNs t) const;
-  template <typename T>
-  void Integrate(const ImuDrivenParameters<T>& parameters, const MotionState<T>& start,
-                 const double* b_a);
+  using Vector = Eigen::Matrix<double, kThetaSize, 1>;
 
   // Inputs of the integration: theta with drift (scaled), and state.
   struct Inputs {
-    Eigen::Matrix<double, kThetaSize, 1> theta;
+    Vector theta;
     Eigen::Matrix<double, kStateSize, 1> state;
   };
   bool IsNear(const Inputs& at) const;
+  void Integrate(const Inputs& at);
+  void IntegrateWithSlopes(const Inputs& at);
+  void IntegrateInJets(const Inputs& at);
   void Linearise(const Inputs& at);
   void Extrapolate(const Inputs& to);
 
@@ -78,15 +83,22 @@ class Segment {
     double thrust;  // m/s^2, a short mean
     ForceNode node;
   };
+  std::size_t IndexOf(TimeNs t) const;
   const Force& FindForce(TimeNs t) const;
+  Vector Unscaled(const Inputs& at) const;
+  ImuDrivenModel<double> ModelAt(const Vector& x) const;
+  // x: the parameters in their own units.
+  void StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep, const Vector& x,
+                  Force* force) const;
   Eigen::Matrix<double, 2, 4> ForceByGusts(const Force& force) const;
 
   MotionChain chain_;
   const ParameterScaling* scaling_;
   double gravity_;
   ForceEffects effects_;
-  std::vector<StateNode> states_;
-  std::vector<Force> forces_;  // ascending in time
+  std::vector<StateNode> states_;  // by time
+  std::vector<bool> has_slopes_;   // by time
+  std::vector<Force> forces_;      // ascending in time
   bool follows_ = false;
   // The nodes' linearisation point, and their values there (without gusts).
   std::optional<Inputs> linearised_at_;

@@ -46,7 +46,7 @@ double ThrustAt(const StreamNeeds& needs, std::size_t i, double s, const Eigen::
 // Appends the interval from IMU sample i to i + 1, in `pieces` equal steps. False if the attitude
 // is missing.
 bool AppendInterval(const StreamNeeds& needs, std::size_t i, int pieces, AttitudeCursor* attitude,
-                    std::vector<DriveStep>* steps) {
+                    std::vector<StoredStep>* steps) {
   const TimeNs t0 = needs.log.imu[i].t, length = needs.log.imu[i + 1].t - t0;
   const std::size_t size_before = steps->size();
   for (int k = 0; k < pieces; ++k) {
@@ -57,8 +57,10 @@ bool AppendInterval(const StreamNeeds& needs, std::size_t i, int pieces, Attitud
       steps->resize(size_before);
       return false;
     }
-    const Eigen::Matrix3d R = q.toRotationMatrix();
-    steps->push_back({from, SecondsBetween(from, to), {R, ThrustAt(needs, i, s, R)}});
+    steps->push_back({from,
+                      SecondsBetween(from, to),
+                      ThrustAt(needs, i, s, q.toRotationMatrix()),
+                      {q.x(), q.y(), q.z(), q.w()}});
   }
   return true;
 }
@@ -110,8 +112,9 @@ bool DriveTrack::Covers(TimeNs t0, TimeNs t1) const {
 }
 
 std::size_t DriveTrack::StepAt(TimeNs t) const {
-  const auto after = std::upper_bound(steps_.begin(), steps_.end(), t,
-                                      [](TimeNs value, const DriveStep& s) { return value < s.t; });
+  const auto after =
+      std::upper_bound(steps_.begin(), steps_.end(), t,
+                       [](TimeNs value, const StoredStep& s) { return value < s.t; });
   return after == steps_.begin() ? 0 : static_cast<std::size_t>(after - steps_.begin()) - 1;
 }
 

@@ -1,7 +1,8 @@
 // The model's input over a whole log: attitude and thrust-axis acceleration for each IMU step.
 #pragma once
 
-#include <string>
+#include <algorithm>
+#include <span>
 #include <vector>
 
 #include "cost_functions/models/complementary_filter.h"
@@ -31,6 +32,42 @@ struct DriveStep {
   Drive drive;
 };
 
+// A step as a track stores it: a quaternion instead of a matrix, because an hour has millions.
+struct StoredStep {
+  TimeNs t;
+  double dt;
+  double a_z;
+  double q_Ep_I[4];  // x y z w
+
+  DriveStep Step() const { return {t, dt, {Eigen::Quaterniond(q_Ep_I).toRotationMatrix(), a_z}}; }
+};
+
+// The steps of a track, to be read by index or in a loop.
+class DriveSteps {
+ public:
+  class Iterator {
+   public:
+    explicit Iterator(const StoredStep* at) : at_(at) {}
+    DriveStep operator*() const { return at_->Step(); }
+    Iterator& operator++() { return ++at_, *this; }
+    bool operator!=(const Iterator& other) const { return at_ != other.at_; }
+
+   private:
+    const StoredStep* at_;
+  };
+
+  explicit DriveSteps(std::span<const StoredStep> steps) : steps_(steps) {}
+  DriveStep operator[](std::size_t i) const { return steps_[i].Step(); }
+  DriveStep front() const { return steps_.front().Step(); }
+  DriveStep back() const { return steps_.back().Step(); }
+  std::size_t size() const { return steps_.size(); }
+  Iterator begin() const { return Iterator(steps_.data()); }
+  Iterator end() const { return Iterator(steps_.data() + steps_.size()); }
+
+ private:
+  std::span<const StoredStep> steps_;
+};
+
 struct TimeSpan {
   TimeNs begin;
   TimeNs end;
@@ -47,7 +84,7 @@ class DriveTrack {
   TimeNs log_start() const { return log_start_; }  // first IMU sample: the origin of effects' times
   double gravity() const { return gravity_; }
   const ForceEffects& force_effects() const { return force_effects_; }
-  const std::vector<DriveStep>& steps() const { return steps_; }
+  DriveSteps steps() const { return DriveSteps(steps_); }
   const std::vector<TimeSpan>& gaps() const { return gaps_; }
 
   // False if [t0, t1] leaves the track or overlaps a gap.
@@ -62,12 +99,12 @@ class DriveTrack {
     for (std::size_t i = StepAt(t0); i < steps_.size() && steps_[i].t < t1; ++i) {
       const TimeNs step_end = i + 1 < steps_.size() ? steps_[i + 1].t : end_;
       const TimeNs from = std::max(steps_[i].t, t0), to = std::min(step_end, t1);
-      if (to > from) visit(steps_[i].drive, SecondsBetween(from, to));
+      if (to > from) visit(steps_[i].Step().drive, SecondsBetween(from, to));
     }
   }
 
  private:
-  std::vector<DriveStep> steps_;
+  std::vector<StoredStep> steps_;
   std::vector<TimeSpan> gaps_;
   TimeNs end_ = 0;
   TimeNs log_start_ = 0;

@@ -19,7 +19,7 @@ ImuInputs::ImuInputs(const FlightLog& log, const DriveTrack& track) : track_(tra
 
 Eigen::Quaterniond ImuInputs::AhrsAttitudeAt(TimeNs t) const {
   const std::size_t i = track_.StepAt(t);
-  const DriveStep& step = track_.steps()[i];
+  const DriveStep step = track_.steps()[i];
   const double since_middle = SecondsBetween(step.t, t) - 0.5 * step.dt;
   const Eigen::Vector3d half_turn = inputs_[i].gyro * (0.5 * since_middle);
   return Eigen::Quaterniond(step.drive.R_Ep_I) * RotationFromHalfVector<double>(half_turn);

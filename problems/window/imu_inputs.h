@@ -19,7 +19,7 @@ class ImuInputs {
   // Calls visit(input, dt) for all steps between t0 and t1; the first and the last one are clipped.
   template <typename Visitor>
   void ForEachStep(TimeNs t0, TimeNs t1, Visitor&& visit) const {
-    const std::vector<DriveStep>& steps = track_.steps();
+    const DriveSteps steps = track_.steps();
     for (std::size_t i = track_.StepAt(t0); i < steps.size() && steps[i].t < t1; ++i) {
       const TimeNs step_end = i + 1 < steps.size() ? steps[i + 1].t : track_.end();
       const TimeNs from = std::max(steps[i].t, t0), to = std::min(step_end, t1);

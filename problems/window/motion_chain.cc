@@ -6,22 +6,23 @@ namespace trueline {
 
 MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
                          double max_block)
-    : start_(start), times_(std::move(times)) {
+    : track_(&track), start_(start), times_(std::move(times)) {
+  std::size_t count = 0;
   TimeNs from = start;
   for (const TimeNs time : times_) {
-    const double span = SecondsBetween(from, time);
-    const int pieces = static_cast<int>(std::ceil(span / max_block - 1e-9));
-    for (int k = 0; k < pieces; ++k) {
-      const TimeNs length = time - from;
-      MotionBlock block;
-      block.t = SecondsBetween(track.log_start(), from + length * k / pieces);
-      track.ForEachStep(from + length * k / pieces, from + length * (k + 1) / pieces,
-                        [&](const Drive& drive, double dt) { block.Append(drive, dt); });
-      blocks_.push_back(block);
-    }
-    block_ends_.push_back(blocks_.size());
+    count += static_cast<std::size_t>(std::ceil(SecondsBetween(from, time) / max_block - 1e-9));
+    block_ends_.push_back(count);
     from = time;
   }
+  blocks_.reserve(count);
+  SumBlocks([&](const MotionBlock& block) { blocks_.push_back(block); }, [](std::size_t) {});
+}
+
+MotionBlock MotionChain::BlockBetween(TimeNs t0, TimeNs t1) const {
+  MotionBlock block;
+  block.t = SecondsBetween(track_->log_start(), t0);
+  track_->ForEachStep(t0, t1, [&](const Drive& drive, double dt) { block.Append(drive, dt); });
+  return block;
 }
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-#include "cost_functions/models/modular.h"
+#include "cost_functions/numbers/modular.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
-#include "cost_functions/models/taylor.h"
+#include "cost_functions/numbers/taylor.h"
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
-#include "cost_functions/models/modular.h"
+#include "cost_functions/numbers/modular.h"
 
 namespace trueline {
 namespace {

@@ -70,7 +70,7 @@ TEST(Gramian, AllThreeGiveTheOscillatorsClosedForm) {
 
 TEST(Gramian, GaussRuleIntegratesPolynomialsExactly) {
   for (const int n : {1, 2, 5, 7}) {
-    const Quadrature rule = GaussLegendre(n);
+    const Quadrature& rule = GaussLegendre(n);
     for (int degree = 0; degree < 2 * n; ++degree) {
       double sum = 0.0;
       for (int i = 0; i < n; ++i) sum += rule.weights[i] * std::pow(rule.nodes[i], degree);

@@ -127,7 +127,7 @@ TEST(DriveTrack, RunsItsOwnFilterWithoutAttitude) {
   for (ImuSample& sample : log.imu) sample.accel = Eigen::Vector3d(0.0, 0.0, -9.81);
   const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
   EXPECT_TRUE(track.Covers(0, FromSeconds(2.0)));
-  const DriveStep& last = track.steps().back();
+  const DriveStep last = track.steps().back();
   const double t = ToSeconds(last.t) + 0.5 * last.dt;
   const Eigen::Matrix3d expected =
       Eigen::AngleAxisd(0.7 * t, Eigen::Vector3d::UnitZ()).toRotationMatrix();
