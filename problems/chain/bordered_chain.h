@@ -152,6 +152,16 @@ class BorderedChain {
     }
   }
 
+  // The slope of half the sum of squares along the step to these border values (NodesAt's nodes).
+  double SlopeTo(const Eigen::VectorXd& values) const {
+    double slope = 0.0;
+    VisitRowsAt(values, [&](std::size_t, const Rows& rows, const Eigen::MatrixXd& at) {
+      const auto residual = rows.values.rightCols(1);
+      slope += residual.col(0).dot(at.col(0) - residual.col(0));
+    });
+    return slope;
+  }
+
   // The chain on its border as one cluster, or by the rows' clusters.
   ReducedSystem Reduced(ReducedSystem::Prior prior) const {
     return {{elimination_.border()}, std::move(prior), elimination_.log_det(), log_weights_};

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "problems/chain/damped_gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 
 namespace trueline {
@@ -49,45 +50,75 @@ double Cost(const BaseFlight& flight, const FlightRows& rows, const FlightUnknow
   return 0.5 * sum + ProcessCost(flight, rows, x, noise);
 }
 
-struct Step {
-  FlightUnknowns x;
-  Eigen::VectorXd columns;
-  double size;  // the largest change: prior sigmas, m, m/s
+// The base fit as a problem for MinimiseDamped.
+class FitProblem {
+ public:
+  FitProblem(BaseFlight* flight, BaseFit* fit) : flight_(flight), fit_(fit) {
+    Relinearise();
+    value_ = trueline::Cost(*flight_, fit_->rows, fit_->x, fit_->columns, fit_->noise);
+  }
+
+  double Cost() const { return value_; }
+
+  double Linearise() {
+    if (!linearised_) Relinearise();
+    linearised_ = false;
+    const LinearFlight linear = fit_->Linear(*flight_);
+    const ChainSystem system(linear, fit_->noise);
+    const Eigen::VectorXd border = system.reduced().Fitted();
+    step_ = {{}, border.segment(kThetaSize, fit_->columns.count())};
+    step_.x.theta = border.head<kThetaSize>();
+    size_ = step_.x.theta.norm();
+    for (const Eigen::MatrixXd& node : system.chain().NodesAt(border)) {
+      step_.x.nodes.emplace_back(node);
+      size_ = std::max(size_, node.col(0).segment<kStateSize>(kStateAt).norm());
+    }
+    start_ = {fit_->x, fit_->columns.value};
+    const ReducedSystem::Prior prior = BorderPrior(linear);
+    return system.chain().SlopeTo(border) +
+           prior.precision.cwiseProduct(prior.error).dot(border.head(system.border()));
+  }
+
+  bool Try(double part, double* cost) {
+    fit_->x.theta = start_.x.theta + part * step_.x.theta;
+    for (std::size_t s = 0; s < start_.x.nodes.size(); ++s) {
+      fit_->x.nodes[s] = start_.x.nodes[s] + part * step_.x.nodes[s];
+    }
+    fit_->columns.value = start_.columns + part * step_.columns;
+    *cost = trueline::Cost(*flight_, RowsAt(flight_, fit_->x, fit_->columns, false), fit_->x,
+                           fit_->columns, fit_->noise);
+    return true;
+  }
+
+  void Return() {
+    fit_->x = start_.x;
+    fit_->columns.value = start_.columns;
+  }
+
+  bool IsSettled(double /*before*/, double /*after*/, double part) const {
+    constexpr double kSettled = 2e-3;  // prior sigmas, m, m/s
+    return part * size_ < kSettled;
+  }
+
+  // Rows, derivatives and robust weights at the current unknowns.
+  void Relinearise() {
+    fit_->rows = RowsAt(flight_, fit_->x, fit_->columns, true);
+    fit_->weight = RobustWeights(*flight_, fit_->rows.r, fit_->noise);
+    linearised_ = true;
+  }
+
+ private:
+  struct Point {
+    FlightUnknowns x;
+    Eigen::VectorXd columns;
+  };
+
+  BaseFlight* flight_;
+  BaseFit* fit_;
+  Point start_, step_;
+  double value_ = 0.0, size_ = 0.0;  // size: of the step, its largest change
+  bool linearised_ = false;
 };
-
-// The Gauss-Newton step of all unknowns.
-Step GaussNewtonStep(const BaseFlight& flight, const BaseFit& fit) {
-  const ChainSystem system(fit.Linear(flight), fit.noise);
-  const Eigen::VectorXd border = system.reduced().Fitted();
-  Step step{{}, border.segment(kThetaSize, fit.columns.count()), 0.0};
-  step.x.theta = border.head<kThetaSize>();
-  step.size = step.x.theta.norm();
-  for (const Eigen::MatrixXd& node : system.chain().NodesAt(border)) {
-    step.x.nodes.emplace_back(node);
-    step.size = std::max(step.size, node.col(0).segment<kStateSize>(kStateAt).norm());
-  }
-  return step;
-}
-
-// Moves by the part of the step that lowers the cost: the whole, a half, a quarter, ... Returns the
-// size of the move; zero if no part does.
-double Move(BaseFlight* flight, const Step& step, BaseFit* fit) {
-  constexpr double kLeast = 1.0 / 64.0;
-  const double before = Cost(*flight, fit->rows, fit->x, fit->columns, fit->noise);
-  for (double part = 1.0; part >= kLeast; part *= 0.5) {
-    FlightUnknowns x = fit->x;
-    x.theta += part * step.x.theta;
-    for (std::size_t s = 0; s < x.nodes.size(); ++s) x.nodes[s] += part * step.x.nodes[s];
-    Columns columns = fit->columns;
-    columns.value += part * step.columns;
-    const double after = Cost(*flight, RowsAt(flight, x, columns, false), x, columns, fit->noise);
-    if (!(after < before)) continue;
-    fit->x = std::move(x);
-    fit->columns.value = columns.value;
-    return part * step.size;
-  }
-  return 0.0;
-}
 
 }  // namespace
 
@@ -100,18 +131,10 @@ NoiseStrengths StartingNoise(const VgdOptions& options) {
 }
 
 void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit) {
-  constexpr double kConverged = 2e-3;  // prior sigmas, m, m/s
   if (fit->columns.d_rows.rows() != flight->rows()) fit->columns = Columns::None(flight->rows());
-  const auto linearise = [&] {
-    fit->rows = RowsAt(flight, fit->x, fit->columns, true);
-    fit->weight = RobustWeights(*flight, fit->rows.r, fit->noise);
-  };
-  linearise();
-  for (int i = 0; i < max_iterations; ++i) {
-    const double moved = Move(flight, GaussNewtonStep(*flight, *fit), fit);
-    if (moved > 0.0) linearise();
-    if (moved < kConverged) break;
-  }
+  FitProblem problem(flight, fit);
+  MinimiseDamped(&problem, max_iterations);
+  problem.Relinearise();
 }
 
 }  // namespace trueline

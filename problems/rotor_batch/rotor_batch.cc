@@ -1,39 +1,21 @@
 #include "problems/rotor_batch/rotor_batch.h"
 
-#include <ceres/loss_function.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <array>
+#include <chrono>
 #include <cmath>
-#include <memory>
+#include <set>
 
+#include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
+#include "problems/rotor_batch/constants_chart.h"
 #include "problems/rotor_batch/fixed_point.h"
-#include "problems/rotor_batch/rotor_costs.h"
 #include "problems/rotor_batch/rotor_normal.h"
+#include "problems/rotor_data/pose_prediction.h"
 #include "problems/rotor_data/rough_nodes.h"
 
 namespace trueline {
-
-PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise& noise,
-                          const RotorNode& node, const RotorConstants& constants) {
-  std::array<RotorJet, RotorAeroModel::kStates> x;
-  std::array<RotorJet, 6> error;
-  SeedErrors(Joined(node, constants), x.data());
-  PoseError(pose, attitude, noise, x.data(), error.data());
-  const int rows = attitude ? 6 : 3;
-  PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, 12),
-                 Eigen::MatrixXd(rows, RotorAeroModel::kConstants)};
-  for (int i = 0; i < rows; ++i) {
-    r.error[i] = error[i].a;
-    r.d_node.row(i) = error[i].v.head<12>().transpose();
-    r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>().transpose();
-  }
-  return r;
-}
 
 namespace {
 
@@ -60,6 +42,7 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   }
 }
 
+// One solve, as a problem for MinimiseDamped: nodes, and the constants in their chart.
 class Batch {
  public:
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
@@ -68,15 +51,13 @@ class Batch {
     for (RotorSegment& segment : CutSegments(data)) {
       segments_.emplace_back(model, data, options.noise, std::move(segment));
     }
-    chart_ = ToChart(options.prior.mean);
-    nodes_ = RoughNodes(data, options.prior.mean);
+    at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
   }
 
   RotorBatchResult Run() {
     RotorBatchResult result;
-    Build();
     for (int k = 0; k <= options_.reweights; ++k) {
-      SetWeights(FromChart(chart_));
+      SetWeights(FromChart(at_.chart));
       Solve(&result);
     }
     return Finished(std::move(result));
@@ -86,12 +67,10 @@ class Batch {
   // constants.
   RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
                            const RotorConstants& constants) {
-    nodes_ = nodes;
+    at_.nodes = nodes;
     SetWeights(FromChart(ToChart(WithKnown(constants))));
-    chart_ = ToChart(WithKnown(start.mean));
-    nodes_ = start.nodes;
+    at_ = {ToChart(WithKnown(start.mean)), start.nodes};
     RotorBatchResult result;
-    Build();
     HoldFlat();
     Solve(&result);
     if (FreeFlat()) Solve(&result);
@@ -100,16 +79,93 @@ class Batch {
 
   // Evaluates weights and information at the given states.
   Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
-    nodes_ = nodes;
-    chart_ = ToChart(constants);
-    SetWeights(FromChart(chart_));
+    at_ = {ToChart(constants), nodes};
+    SetWeights(FromChart(at_.chart));
     return Covariance(nullptr);
   }
 
+  // Half the squares of all whitened residuals, poses under Huber's loss.
+  double Cost() const {
+    const RotorConstants constants = FromChart(at_.chart);
+    double sum = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
+    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
+      const RotorState x = Joined(at_.nodes[i], constants);
+      double pose[6];
+      PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
+      sum += options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
+      if (i == segments_.size()) break;
+      SegmentResidual step =
+          segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
+      segments_[i].Whiten(&step);
+      sum += step.error.squaredNorm();
+    }
+    return 0.5 * sum;
+  }
+
+  double Linearise() {
+    start_ = at_;
+    const RotorConstants constants = FromChart(at_.chart);
+    const BorderedChain<kNodeErrors> chain = Linear();
+    const ReducedSystem::Prior prior = BorderPrior(options_.prior, constants, 0);
+    const ReducedSystem reduced = chain.Reduced(prior);
+    const std::vector<int> free = options_.prior.Free();
+    // d(constants in prior sigmas) / d(their chart).
+    Eigen::MatrixXd by_chart =
+        Eigen::VectorXd(options_.prior.sigma(free)).cwiseInverse().asDiagonal() *
+        Eigen::MatrixXd(ChartJacobian(at_.chart)(free, free));
+    gradient_.setZero();
+    gradient_(free) = by_chart.transpose() * reduced.b();
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      if (flat_.count(free[i]) > 0) by_chart.col(static_cast<Eigen::Index>(i)).setZero();
+    }
+    Eigen::MatrixXd M = by_chart.transpose() * reduced.M() * by_chart;
+    for (Eigen::Index i = 0; i < M.rows(); ++i) {
+      // A second moment near zero moves no reading, so the step in its logarithm has no end. One
+      // e-fold a step costs as much as one sigma.
+      if (IsSecondMoment(free[i])) M(i, i) += 1.0;
+    }
+    const Eigen::VectorXd step = -M.ldlt().solve(by_chart.transpose() * reduced.b());
+    chart_step_.setZero();
+    chart_step_(free) = step;
+    Eigen::VectorXd border(reduced.border() + 1);
+    border << by_chart * step, 1.0;
+    node_steps_ = chain.NodesAt(border);
+    return chain.SlopeTo(border) + prior.error.dot(border.head(reduced.border()));
+  }
+
+  bool Try(double part, double* cost) {
+    at_.chart = start_.chart + part * chart_step_;
+    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
+      RotorError error = RotorError::Zero();
+      error.head<kNodeErrors>() = part * node_steps_[i];
+      at_.nodes[i] = Plus(Joined(start_.nodes[i], RotorConstants::Zero()), error).head<13>();
+    }
+    const RotorConstants constants = FromChart(at_.chart);
+    if (!constants.allFinite()) return false;
+    *cost = Cost();
+    return true;
+  }
+
+  void Return() { at_ = start_; }
+
+  bool IsSettled(double before, double after, double /*part*/) const {
+    constexpr double kSettled = 1e-8;  // of the cost
+    return before - after <= kSettled * before;
+  }
+
  private:
+  struct Point {
+    RotorConstants chart;
+    std::vector<RotorNode> nodes;
+  };
+
+  static bool IsSecondMoment(int constant) {
+    return constant >= kInertiaConstants && constant < kInertiaConstants + 3;
+  }
+
   RotorBatchResult Finished(RotorBatchResult result) const {
-    result.mean = FromChart(chart_);
-    result.nodes = nodes_;
+    result.mean = FromChart(at_.chart);
+    result.nodes = at_.nodes;
     result.cov = Covariance(&result.log_evidence);
     result.log_evidence -= result.cost;
     return result;
@@ -122,103 +178,56 @@ class Batch {
     return constants;
   }
 
-  void Build() {
-    ceres::Problem::Options ownership;
-    ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    problem_ = std::make_unique<ceres::Problem>(ownership);
-    for (RotorNode& node : nodes_) problem_->AddParameterBlock(node.data(), 13, &manifold_);
-    problem_->AddParameterBlock(chart_.data(), RotorAeroModel::kConstants);
-    if (options_.prior.Free().empty()) {
-      problem_->SetParameterBlockConstant(chart_.data());
-    } else {
-      Hold({});
-      problem_->AddResidualBlock(new ConstantsPriorCost(options_.prior), nullptr, chart_.data());
-    }
-    for (std::size_t i = 0; i < segments_.size(); ++i) {
-      problem_->AddResidualBlock(new SegmentCost(&segments_[i]), nullptr, nodes_[i].data(),
-                                 nodes_[i + 1].data(), chart_.data());
-    }
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      ceres::LossFunction* loss =
-          options_.robust_pose > 0.0 ? new ceres::HuberLoss(options_.robust_pose) : nullptr;
-      problem_->AddResidualBlock(new PoseCost(data_.poses[i], data_.attitude, options_.noise), loss,
-                                 nodes_[i].data(), chart_.data());
-    }
-  }
-
-  bool InertiaIsFree() const { return options_.prior.sigma[kInertiaConstants] > 0.0; }
-
-  // Holds these coordinates of the chart constant, and those of all known constants.
-  void Hold(std::vector<int> held) {
-    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      if (options_.prior.sigma[i] == 0.0) held.push_back(i);
-    }
-    held_ = std::make_unique<ceres::SubsetManifold>(RotorAeroModel::kConstants, held);
-    problem_->SetManifold(chart_.data(), held_.get());
-  }
-
-  // Holds second moments that start at zero (a flat body). log(0) makes the Gauss-Newton step in
-  // such a moment infinite, and that step would move the other constants to where the moment is
-  // negative.
+  // Holds second moments that start at zero (a flat body): the step in the logarithm of a moment
+  // that moves no reading leads nowhere.
   void HoldFlat() {
-    if (!InertiaIsFree()) return;
-    const double trace = FromChart(chart_).segment<3>(kInertiaConstants).sum();
+    if (!(options_.prior.sigma[kInertiaConstants] > 0.0)) return;
+    const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
     for (int i = kInertiaConstants; i < kInertiaConstants + 3; ++i) {
-      if (std::exp(chart_[i]) < kFlat * trace) flat_.push_back(i);
+      if (std::exp(at_.chart[i]) < kFlat * trace) flat_.insert(i);
     }
-    if (!flat_.empty()) Hold(flat_);
   }
 
   // Frees each held moment whose gradient points to growth and starts it at kThick. True if any.
   bool FreeFlat() {
     if (flat_.empty()) return false;
-    ceres::Problem::EvaluateOptions by_chart;
-    by_chart.parameter_blocks = {chart_.data()};
-    std::vector<double> gradient;
-    problem_->SetManifold(chart_.data(), nullptr);
-    problem_->Evaluate(by_chart, nullptr, nullptr, &gradient, nullptr);
-    const double trace = FromChart(chart_).segment<3>(kInertiaConstants).sum();
-    std::vector<int> still;
-    for (const int i : flat_) {
-      if (gradient[i] < 0.0) {
-        chart_[i] = std::log(kThick * trace);
-      } else {
-        still.push_back(i);
-      }
-    }
-    Hold(still);
-    return still.size() < flat_.size();
+    Linearise();
+    const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
+    return std::erase_if(flat_, [&](int i) {
+             if (gradient_[i] < 0.0) at_.chart[i] = std::log(kThick * trace);
+             return gradient_[i] < 0.0;
+           }) > 0;
   }
 
-  void SetWeights(const RotorConstants& at) {
-    for (std::size_t i = 0; i < segments_.size(); ++i) segments_[i].SetWeight(nodes_[i], at);
+  void SetWeights(const RotorConstants& constants) {
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      segments_[i].SetWeight(at_.nodes[i], constants);
+    }
   }
 
   void Solve(RotorBatchResult* result) {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    options.max_num_iterations = options_.max_iterations;
-    options.function_tolerance = 1e-8;
-    options.initial_trust_region_radius = 1e10;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, problem_.get(), &summary);
-    result->converged = summary.termination_type == ceres::CONVERGENCE;
-    result->iterations += static_cast<int>(summary.iterations.size());
-    result->cost = summary.final_cost;
-    result->residuals = summary.num_residuals;
-    result->solve_time += summary.total_time_in_seconds;
+    const auto began = std::chrono::steady_clock::now();
+    const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
+    result->converged = solved.converged;
+    result->iterations += solved.iterations;
+    result->cost = solved.cost;
+    result->residuals = static_cast<int>(options_.prior.Free().size());
+    for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
+    result->residuals += (data_.attitude ? 6 : 3) * static_cast<int>(at_.nodes.size());
+    result->solve_time +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  }
+
+  BorderedChain<kNodeErrors> Linear() const {
+    return LinearChain(data_, options_, segments_, at_.nodes, FromChart(at_.chart), {}, INFINITY);
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
   Eigen::MatrixXd Covariance(double* log_evidence) const {
-    const RotorConstants constants = FromChart(chart_);
-    const BorderedChain<kNodeErrors> chain =
-        LinearChain(data_, options_, segments_, nodes_, constants, {}, INFINITY);
+    const BorderedChain<kNodeErrors> chain = Linear();
     CHECK(chain.regular()) << "a pose does not determine its node";
-    const ReducedSystem reduced = chain.Reduced(BorderPrior(options_.prior, constants, 0));
+    const ReducedSystem reduced =
+        chain.Reduced(BorderPrior(options_.prior, FromChart(at_.chart), 0));
     if (log_evidence != nullptr) *log_evidence = reduced.LogDeterminants(reduced.border());
     return InUnits(options_.prior, reduced.Covariance());
   }
@@ -226,12 +235,11 @@ class Batch {
   const RotorData& data_;
   const RotorBatchOptions& options_;
   std::vector<SegmentModel> segments_;
-  std::vector<RotorNode> nodes_;
-  RotorConstants chart_;
-  RotorNodeManifold manifold_;
-  std::vector<int> flat_;  // held second moments of the chart
-  std::unique_ptr<ceres::SubsetManifold> held_;
-  std::unique_ptr<ceres::Problem> problem_;
+  Point at_, start_;  // start: of the step
+  RotorConstants chart_step_;
+  RotorConstants gradient_;  // of the cost by the chart, nodes at their best
+  std::set<int> flat_;       // held second moments of the chart
+  std::vector<Eigen::MatrixXd> node_steps_;
 };
 
 // The estimate clamped to values that motors can have.

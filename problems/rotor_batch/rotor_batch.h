@@ -1,6 +1,6 @@
 // Batch calibration on the rotor-driven model: maximum a posteriori of all constants and of the
-// states at all poses (multiple shooting), with white disturbances between poses. Solved by Ceres
-// with a sparse Cholesky factorisation of SuiteSparse.
+// states at all poses (multiple shooting), with white disturbances between poses. Solved by damped
+// Gauss-Newton on the chain of nodes.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,6 +24,11 @@ struct RotorBatchOptions {
   // The factor on a pose's weight under Huber's loss, for a residual of this norm (sigmas).
   double PoseWeight(double norm) const {
     return robust_pose > 0.0 && norm > robust_pose ? robust_pose / norm : 1.0;
+  }
+  // Twice its cost.
+  double PoseCost(double norm) const {
+    return robust_pose > 0.0 && norm > robust_pose ? robust_pose * (2.0 * norm - robust_pose)
+                                                   : norm * norm;
   }
 };
 

@@ -1,16 +1,41 @@
 #include "problems/rotor_batch/rotor_normal.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
-#include "problems/rotor_batch/rotor_costs.h"
+#include "problems/rotor_data/pose_prediction.h"
+#include "problems/rotor_data/rotor_slopes.h"
 
 namespace trueline {
 namespace {
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
+
+struct PoseResidual {
+  Vector error;        // in sigmas
+  Matrix d_node;       // rows x 12
+  Matrix d_constants;  // rows x kConstants, SI
+};
+
+PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise& noise,
+                          const RotorNode& node, const RotorConstants& constants) {
+  std::array<RotorJet, RotorAeroModel::kStates> x;
+  std::array<RotorJet, 6> error;
+  SeedErrors(Joined(node, constants), x.data());
+  PoseError(pose, attitude, noise, x.data(), error.data());
+  const int rows = attitude ? 6 : 3;
+  PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, 12),
+                 Eigen::MatrixXd(rows, RotorAeroModel::kConstants)};
+  for (int i = 0; i < rows; ++i) {
+    r.error[i] = error[i].a;
+    r.d_node.row(i) = error[i].v.head<12>().transpose();
+    r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>().transpose();
+  }
+  return r;
+}
 
 int ClusterCount(const RotorData& data, double cluster) {
   return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));

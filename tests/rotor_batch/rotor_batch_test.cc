@@ -7,7 +7,7 @@
 #include "problems/common/error.h"
 #include "problems/rotor_batch/constants_chart.h"
 #include "problems/rotor_batch/fixed_point.h"
-#include "problems/rotor_batch/rotor_node_manifold.h"
+#include "problems/rotor_batch/constants_chart.h"
 #include "problems/rotor_batch/segment.h"
 #include "tests/common/bands.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"
@@ -108,20 +108,6 @@ TEST(ConstantsChart, EveryPointIsABody) {
     up[i] += h, down[i] -= h;
     const RotorConstants d = (FromChart(up) - FromChart(down)) / (2 * h);
     EXPECT_LT((d - jacobian.col(i)).norm(), 1e-8);
-  }
-}
-
-TEST(RotorNodeManifold, JacobiansAreInverse) {
-  const RotorNodeManifold manifold;
-  const RotorNode node = Moved(Case(2.0).TrueNode(10), 0, 0.4);
-  Eigen::Matrix<double, 13, 12, Eigen::RowMajor> plus;
-  Eigen::Matrix<double, 12, 13, Eigen::RowMajor> minus;
-  manifold.PlusJacobian(node.data(), plus.data());
-  manifold.MinusJacobian(node.data(), minus.data());
-  EXPECT_LT((minus * plus - Eigen::Matrix<double, 12, 12>::Identity()).norm(), 1e-12);
-  for (int i = 0; i < 12; ++i) {
-    const RotorNode d = (Moved(node, i, 1e-6) - Moved(node, i, -1e-6)) / 2e-6;
-    EXPECT_LT((d - plus.col(i)).norm(), 1e-8) << i;
   }
 }
 
