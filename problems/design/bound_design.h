@@ -17,7 +17,7 @@ namespace trueline {
 struct BoundDesign {
   RotorSimulation simulation;
   RotorPrior prior;
-  std::vector<ConsideredEffect> considered;  // see rotor_calibration/considered.h
+  std::vector<ConsideredEffect> considered;  // see calibration/considered.h
   std::vector<int> show;                     // constants whose bound is judged
   double duration = 20.0;                    // s
   double ramp = 0.0;       // s, in which a figure swells from rest; 0: it begins in motion

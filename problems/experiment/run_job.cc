@@ -164,7 +164,9 @@ void AddBounds(const Job& job, const JobLog& flown, JobResult* result) {
 
 JobResult RunJob(const Job& job) {
   if (const auto* kind = std::get_if<std::shared_ptr<const RotorFlightKind>>(&job.flight)) {
-    return {.trials = {FlyTrial(**kind, job.seed)}};
+    JobResult result;
+    result.trials.push_back(FlyTrial(**kind, job.seed));
+    return result;
   }
   const JobLog flown = MakeLog(job);
   JobResult result;
