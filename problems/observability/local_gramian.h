@@ -18,7 +18,8 @@ struct Quadrature {
 };
 const Quadrature& GaussLegendre(int n);  // n <= 16
 
-inline constexpr int kJetColumns = 11;  // a third of the rotor-driven model's curved errors
+inline constexpr int kJetColumns =
+    12;  // of the rotor-driven model, 21 errors are curved, 12 affine
 
 template <class C, int kErrors>
 struct LocalSensitivity {
