@@ -133,8 +133,8 @@ TEST_F(SegmentTest, DerivativesIncludeForceEffects) {
   effects.quadratic_drag = 0.1;
   effects.wind_E = Vector3d(2.0, -1.0, 0.0);
   segment_.SetForceEffects(effects);
-  ExpectDerivativesByDifferences(DragResidual(segment_.ForceAt(kFix), {0.4, -0.2}, 0.5));
-  ExpectDerivativesByDifferences(FixResidual(segment_.StateAt(kFix), Vector3d::Zero(), 0.2));
+  ExpectDerivativesByDifferences(DragResidual(segment_.ForceAt(kFix), {{0.4, -0.2}, 0.5}));
+  ExpectDerivativesByDifferences(FixResidual(segment_.StateAt(kFix), {Vector3d::Zero(), 0.2}));
 }
 
 TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
