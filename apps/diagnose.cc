@@ -8,10 +8,11 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/diagnosis/imu_flight.h"
+#include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/log/native_log.h"
 #include "problems/result/render.h"
-#include "problems/rotor_diagnosis/write_rotor_diagnosis.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -58,22 +59,36 @@ std::vector<trueline::FlightLog> ReadLogs() {
   return logs;
 }
 
-int RunRotors() {
-  const std::vector<trueline::FlightLog> logs = ReadLogs();
-  const trueline::RotorDiagnosisOptions options{
-      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()), FLAGS_alpha};
-  const trueline::RotorDiagnosis diagnosis = trueline::DiagnoseRotors(logs, options);
+int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance) {
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
-  trueline::WriteRotorDiagnosis(
-      diagnosis, trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)),
-      FLAGS_out);
+  trueline::WriteDiagnosis(diagnosis, provenance, FLAGS_out);
   Report();
   if (!FLAGS_quiet) {
-    fmt::print("{}", trueline::RotorDiagnosisTable(diagnosis));
+    fmt::print("{}", trueline::DiagnosisTable(diagnosis));
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
   }
   return trueline::kExitDone;
+}
+
+int RunRotors() {
+  const std::vector<trueline::FlightLog> logs = ReadLogs();
+  trueline::RotorDiagnosisOptions options(
+      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
+  options.alpha = FLAGS_alpha;
+  return Store(trueline::Diagnose(logs, options),
+               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)));
+}
+
+int RunImu() {
+  trueline::ImuDiagnosisOptions options;
+  options.vgd = trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0})
+                    .methods.vgd;
+  options.fit_to_mocap = FLAGS_fit_to == "mocap";
+  options.alpha = FLAGS_alpha;
+  const std::vector<trueline::FlightLog> logs = ReadLogs();
+  return Store(trueline::Diagnose(logs, options),
+               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)));
 }
 
 int Run() {
@@ -89,24 +104,7 @@ int Run() {
   if (!(FLAGS_alpha > 0.0 && FLAGS_alpha < 1.0)) {
     throw trueline::InputError("--alpha must lie between 0 and 1");
   }
-  if (FLAGS_drive == "rotors") return RunRotors();
-  trueline::DiagnosisOptions options;
-  options.vgd = trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0})
-                    .methods.vgd;
-  options.fit_to_mocap = FLAGS_fit_to == "mocap";
-  options.alpha = FLAGS_alpha;
-  const std::vector<trueline::FlightLog> logs = ReadLogs();
-  const trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
-  for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
-  trueline::WriteDiagnosis(
-      diagnosis, trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), FLAGS_out);
-  Report();
-  if (!FLAGS_quiet) {
-    fmt::print("{}", trueline::DiagnosisTable(diagnosis));
-    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
-               diagnosis.base_seconds);
-  }
-  return trueline::kExitDone;
+  return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
 }
 
 }  // namespace

@@ -3,16 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/diagnosis/cause_rounds.h"
-#include "problems/diagnosis/false_gate.h"
-#include "problems/diagnosis/prepare_log.h"
-
 namespace trueline {
 namespace {
 
-constexpr double kAlpha = 0.05;  // a single test: the hypothesis comes from another flight
-
-bool IsFalseGate(const Cause& cause) { return cause.candidate.info->id == "false_gate"; }
+constexpr double kAlpha = 0.05;     // a single test: the hypothesis comes from another flight
+constexpr double kSamePlace = 0.5;  // m
 
 // True if signs agree and sizes are compatible.
 bool Agrees(const Cause& cause, const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {
@@ -34,68 +29,59 @@ const Gate* GateOf(const FlightLog& log, int id) {
   return nullptr;
 }
 
-// True if the effect is testable on the log and its gate, if any, is at the same place.
-bool Testable(const Candidate& candidate, const FlightLog& first, const FlightLog& log,
-              const DiagnosisOptions& options) {
-  constexpr double kSamePlace = 0.5;  // m
-  const auto candidates = CandidatesFor(log, ScopeOf(log, options));
-  const bool listed = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& c) {
-    return c.info->id == candidate.info->id;
-  });
+// True if the flight can show the effect and its gate, if any, is at the same place.
+bool Testable(const Candidate& candidate, const FlightLog& first, const DiagnosedFlight& flight) {
+  if (candidate.IsStep()) return false;
+  const auto candidates = CandidatesFor(flight.drive(), flight.Scope());
+  const bool listed = std::any_of(candidates.begin(), candidates.end(),
+                                  [&](const Candidate& c) { return c.info == candidate.info; });
   const auto gate = candidate.fixed.find("gate");
   if (!listed || gate == candidate.fixed.end()) return listed;
   const Gate* here = GateOf(first, static_cast<int>(gate->second));
-  const Gate* there = GateOf(log, static_cast<int>(gate->second));
+  const Gate* there = GateOf(flight.log(), static_cast<int>(gate->second));
   return here != nullptr && there != nullptr &&
          (here->position - there->position).norm() < kSamePlace;
 }
 
-Repeat RepeatOfFalseGate(const Cause& cause, CauseSearch* search) {
-  constexpr double kSamePlace = 0.5;  // m
-  const auto found = FindFalseGate(search->flight(), search->fit(), kAlpha);
-  if (!found) return {"", "not shown", {}, {}, 1.0};
-  const auto& fixed = cause.candidate.fixed;
-  const Eigen::Vector3d offset(fixed.at("dx"), fixed.at("dy"), fixed.at("dz"));
-  const bool same = (found->offset - offset).norm() < kSamePlace;
-  return {"", same ? "repeats" : "differs", Eigen::VectorXd::Constant(1, found->fraction),
-          Eigen::VectorXd::Constant(1, found->sigma), found->p};
+Eigen::Vector3d OffsetOf(const Cause& false_gate) {
+  const auto& fixed = false_gate.candidate.fixed;
+  return {fixed.at("dx"), fixed.at("dy"), fixed.at("dz")};
 }
 
-}  // namespace
+Repeat RepeatOfFalseData(const Cause& cause, const DiagnosedFlight& flight) {
+  const auto found = flight.FindFalseData(kAlpha);
+  if (!found) return {"", "not shown", {}, {}, 1.0};
+  const bool same = (OffsetOf(*found) - OffsetOf(cause)).norm() < kSamePlace;
+  return {"", same ? "repeats" : "differs", found->value, found->sigma, found->p};
+}
 
+// The result of a cause fitted at `value` and tested singly.
 Repeat RepeatOf(const Cause& cause, const Eigen::VectorXd& value, const ScoreTest& test) {
   const char* outcome = "not shown";
   if (test.p() < kAlpha) outcome = Agrees(cause, value, test.sigma) ? "repeats" : "differs";
   return {"", outcome, value, test.sigma, test.p()};
 }
 
-void AddRepeats(const FlightLog& first, const FlightLog& log, const DiagnosisOptions& given,
-                std::vector<Cause>* causes) {
-  if (causes->empty()) return;
-  DiagnosisOptions options = given;
-  const FlightLog data = PrepareLog(log, &options);
-  CauseSearch search(data, OpenPriors(options.vgd));
+}  // namespace
+
+void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cause>* causes) {
   std::vector<Found> found;
-  search.Fit(&found, 0);
-  std::vector<Repeat> repeats(causes->size(), {"", "can't be tested", {}, {}, 1.0});
-  std::vector<std::size_t> tested;
-  for (std::size_t i = 0; i < causes->size(); ++i) {
-    const Cause& cause = (*causes)[i];
-    if (IsFalseGate(cause)) {
-      repeats[i] = RepeatOfFalseGate(cause, &search);
-    } else if (Testable(cause.candidate, first, log, options)) {
+  std::vector<Cause*> tested;
+  for (Cause& cause : *causes) {
+    cause.repeats.push_back({"", "can't be tested", {}, {}, 1.0});
+    if (cause.candidate.id() == "false_gate") {
+      cause.repeats.back() = RepeatOfFalseData(cause, *flight);
+    } else if (Testable(cause.candidate, first, *flight)) {
       found.push_back({cause.candidate, cause.value});
-      tested.push_back(i);
+      tested.push_back(&cause);
     }
   }
-  if (!found.empty()) Refit(&search, &found);
+  if (!found.empty()) flight->Fit(&found);
+  const auto fit = flight->Linearise({}, false);
   for (std::size_t k = 0; k < found.size(); ++k) {
-    repeats[tested[k]] = RepeatOf((*causes)[tested[k]], found[k].value, search.TestFound(found, k));
+    tested[k]->repeats.back() = RepeatOf(*tested[k], found[k].value, TestFound(*fit, found, k));
   }
-  for (std::size_t i = 0; i < causes->size(); ++i) {
-    repeats[i].log = log.directory;
-    (*causes)[i].repeats.push_back(repeats[i]);
-  }
+  for (Cause& cause : *causes) cause.repeats.back().log = flight->log().directory;
 }
 
 void Confirm(std::vector<Cause>* causes) {

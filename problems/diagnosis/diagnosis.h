@@ -1,24 +1,27 @@
-// Diagnosis: which effects the calibrated model lacks on a flight.
+// Diagnosis: which effects the calibrated model lacks on a flight. It is the same for all drives;
+// each brings a DiagnosedFlight (diagnosed_flight.h).
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "problems/diagnosis/catalogue.h"
-#include "problems/diagnosis/score_test.h"
+#include "problems/diagnosis/candidate.h"
 
 namespace trueline {
 
-struct Misfit;  // misfit.h
+class DiagnosedFlight;  // diagnosed_flight.h
+struct Misfit;          // misfit.h
 
-struct DiagnosisOptions {
-  VgdOptions vgd;
-  bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
-  double mocap_interval = 0.1;  // s, between the mocap positions used
-  double mocap_sigma = 0.01;    // m
-  double alpha = 0.01;          // chance of a false cause, over the whole catalogue
+// A flight of the drive, fitted without causes. Throws InputError if the log cannot be diagnosed.
+using MakeFlight = std::function<std::unique_ptr<DiagnosedFlight>(const FlightLog& log)>;
+
+struct SearchOptions {
+  double alpha = 0.01;  // chance of a false cause, over the whole catalogue
   int max_causes = 4;
   bool measure_gain = true;
 };
@@ -44,7 +47,7 @@ struct Cause {
   Eigen::VectorXd value, sigma;  // of the estimated parameters
   double p = 1.0;                // after the correction for the number of candidates
   std::vector<std::string> confused_with;
-  Gain gain;                      // final points, against the model with the other causes alone
+  Gain gain;                      // on arcs, against the model with the other causes alone
   Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
   std::vector<Repeat> repeats;    // by further flight
   std::optional<bool> confirmed;  // by most further flights; empty if there are none
@@ -58,16 +61,18 @@ struct CandidateReport {
   std::vector<std::string> parameters, units;
   Eigen::VectorXd value, sigma, detectable;
 };
+// With names and units of the parameters; the caller fills in sizes.
+CandidateReport NamedReport(const Candidate& candidate, double z, double p);
 
 struct ModelParameter {
   std::string name, unit;
   double value, sigma;
 };
 
-// Residual of a fix or accelerometer sample in learned sigmas, before and after the causes.
+// A whitened residual in learned sigmas, before and after the causes.
 struct RowReport {
-  TimeNs t;
-  bool fix;  // else a force sample, which has x and y only
+  double t;  // s
+  std::string kind;
   int gate;  // -1 for none
   Eigen::Vector3d before, after;
 };
@@ -79,19 +84,24 @@ struct Diagnosis {
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
-  double rms_before = 0.0, rms_after = 0.0;  // of whitened fixes
+  double rms_before = 0.0, rms_after = 0.0;  // of whitened residuals
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
   std::vector<ModelParameter> parameters;  // of the model with the causes
-  NoiseStrengths noise;
   std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;
   double base_seconds = 0.0, seconds = 0.0;
   int clusters = 0;
+  // What only one drive reports.
+  std::string drive;                  // key `drive` of the file; empty: none
+  std::string residual_of;            // what `rms` is of, in words
+  YAML::Node noise;                   // learned with the causes in the model
+  std::optional<double> rotor_delay;  // s, used
 };
 
 // Searches causes on the first flight. Where there are further flights, a cause must repeat on
 // them. Throws InputError if a log cannot be diagnosed.
-Diagnosis Diagnose(const std::vector<FlightLog>& logs, const DiagnosisOptions& options);
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const MakeFlight& make,
+                   const SearchOptions& options);
 
 }  // namespace trueline

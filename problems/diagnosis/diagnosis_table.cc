@@ -29,8 +29,6 @@ std::string GainTexts(const Gain& arcs, const Gain& replays) {
          GainText(replays, "open-loop error over 1 s, held-out replays");
 }
 
-}  // namespace
-
 std::string CauseText(const Cause& cause) {
   std::string text = fmt::format("  {}: ", cause.candidate.Label());
   for (int i = 0; i < cause.value.size(); ++i) {
@@ -64,6 +62,8 @@ std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
   return table;
 }
 
+}  // namespace
+
 std::string DiagnosisTable(const Diagnosis& diagnosis) {
   std::string table = CandidateLines(diagnosis.candidates);
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
@@ -73,7 +73,7 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
   if (diagnosis.causes.size() > 1)
     table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
-  table += fmt::format("residual of fixes: {:.2f} sigma before, {:.2f} after\n",
+  table += fmt::format("{}: {:.2f} sigma before, {:.2f} after\n", diagnosis.residual_of,
                        diagnosis.rms_before, diagnosis.rms_after);
   return table;
 }

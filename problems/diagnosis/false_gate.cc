@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "problems/diagnosis/imu_flight.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -174,6 +175,47 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
   double mean = least;
   while (ChiSquareTail(2.0 * mean, 2.0 * least) > 1.0 - kPower) mean += 0.1;
   return std::min(1.0, mean / visible);
+}
+
+std::optional<Cause> ImuDrivenFlight::FindFalseData(double alpha) const {
+  const auto found = FindFalseGate(*flight_, fit_, alpha);
+  if (!found) return std::nullopt;
+  const Candidate candidate{&InfoOf("false_gate"),
+                            {{"gate", found->gate},
+                             {"dx", found->offset.x()},
+                             {"dy", found->offset.y()},
+                             {"dz", found->offset.z()}}};
+  return Cause{candidate,
+               Eigen::VectorXd::Constant(1, found->fraction),
+               Eigen::VectorXd::Constant(1, found->sigma),
+               found->p,
+               {},
+               Gain(),
+               Gain(),
+               {},
+               {}};
+}
+
+std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutFalseData(double alpha) const {
+  const auto found = FindFalseGate(*flight_, fit_, alpha);
+  return found ? std::make_unique<ImuDrivenFlight>(WithoutFixes(*log_, found->fixes))
+               : WithoutCauses();
+}
+
+std::optional<CandidateReport> ImuDrivenFlight::ReportFalseData(const std::optional<Cause>& found,
+                                                                double alpha) const {
+  const auto& fixes = log_->recorded.fixes;
+  if (std::none_of(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; })) {
+    return std::nullopt;
+  }
+  const double p = found ? found->p : 1.0;
+  CandidateReport report = NamedReport({&InfoOf("false_gate"), {}},
+                                       std::sqrt(ChiSquareCritical(std::max(p, 1e-300), 1.0)), p);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(1);
+  report.value = found ? found->value : none;
+  report.sigma = found ? found->sigma : none;
+  report.detectable = Eigen::VectorXd::Constant(1, DetectableFraction(*flight_, fit_, alpha));
+  return report;
 }
 
 }  // namespace trueline

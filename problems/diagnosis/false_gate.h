@@ -3,8 +3,9 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "problems/diagnosis/search.h"
+#include "problems/diagnosis/base_fit.h"
 
 namespace trueline {
 

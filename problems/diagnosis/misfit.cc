@@ -11,63 +11,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-// The value of a slow stream at t: its last sample before.
-double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
-  const auto after = std::upper_bound(samples.begin(), samples.end(), t,
-                                      [](TimeNs at, const ScalarSample& s) { return at < s.t; });
-  return after == samples.begin() ? kNone : std::prev(after)->value;
-}
-
-// Gate of the nearest fix within a second, and the distance to it (m).
-void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, ReplaySituation* at) {
-  const auto after = std::lower_bound(log.fixes.begin(), log.fixes.end(), t,
-                                      [](const Fix& f, TimeNs value) { return f.t < value; });
-  double nearest = 1.0;  // s
-  const auto consider = [&](const Fix& fix) {
-    if (fix.gate < 0 || std::abs(SecondsBetween(t, fix.t)) > nearest) return;
-    nearest = std::abs(SecondsBetween(t, fix.t));
-    at->gate = fix.gate;
-  };
-  if (after != log.fixes.end()) consider(*after);
-  if (after != log.fixes.begin()) consider(*std::prev(after));
-  for (const Gate& gate : log.gates) {
-    if (gate.id == at->gate) at->gate_distance = (gate.position - p_E).norm();
-  }
-}
-
-ReplaySituation SituationOf(const FlightLog& log, CauseSearch* search, const ReplayError& replay) {
-  const FlightPlan& plan = search->plan();
-  const TimeNs middle = replay.end - FromSeconds(0.5 * replay.horizon);
-  const int s = plan.SegmentOf(middle);
-  const NodeVector& node = search->fit().x.nodes[s];
-  const Eigen::Vector3d p_E = node.segment<3>(kStateAt), v_E = node.segment<3>(kStateAt + 3);
-  const DriveTrack& track = search->flight().track();
-  const Drive& drive = track.steps()[track.StepAt(middle)].drive;
-  ReplaySituation at{};
-  at.time = SecondsBetween(log.imu.front().t, middle);
-  at.speed = v_E.norm();
-  if (plan.segments[s].linked) {
-    const Eigen::Vector3d next = search->fit().x.nodes[s + 1].segment<3>(kStateAt + 3);
-    const double h = SecondsBetween(plan.segments[s].begin, plan.segments[s].end);
-    at.acceleration = (next - v_E).norm() / h;
-  }
-  at.thrust = -drive.a_z;
-  const auto imu = std::lower_bound(log.imu.begin(), log.imu.end(), middle,
-                                    [](const ImuSample& i, TimeNs t) { return i.t < t; });
-  at.rate = imu == log.imu.end() ? kNone : imu->gyro.norm();
-  at.heading = std::atan2(drive.R_Ep_I(1, 0), drive.R_Ep_I(0, 0));
-  at.gate = -1;
-  at.gate_distance = kNone;
-  NearestGate(log, middle, p_E, &at);
-  at.height = -p_E.z();
-  at.battery = LastBefore(log.battery, middle);
-  at.north = p_E.x();
-  at.east = p_E.y();
-  return at;
-}
-
 Eigen::Vector3d Rms(const std::vector<MisfitRow>& rows, double horizon,
                     const std::function<Eigen::Vector3d(const MisfitRow&)>& error) {
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
@@ -173,17 +116,24 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
 
 }  // namespace
 
-Misfit TakeApart(const FlightLog& log, CauseSearch* search, const std::vector<ReplayError>& before,
-                 const std::vector<ReplayError>& after) {
+double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
+  const auto after = std::upper_bound(samples.begin(), samples.end(), t,
+                                      [](TimeNs at, const ScalarSample& s) { return at < s.t; });
+  return after == samples.begin() ? std::numeric_limits<double>::quiet_NaN()
+                                  : std::prev(after)->value;
+}
+
+Misfit MisfitOf(const DiagnosedFlight& flight, const std::vector<ReplayError>& before,
+                const std::vector<ReplayError>& after) {
   std::map<std::pair<int, double>, const ReplayError*> later;
   for (const ReplayError& replay : after) later[{replay.segment, replay.horizon}] = &replay;
   Misfit misfit;
-  misfit.against_mocap = !log.mocap.empty();
+  misfit.measured_by = flight.ReplaysAgainst();
   for (const ReplayError& replay : before) {
     const auto match = later.find({replay.segment, replay.horizon});
     if (!after.empty() && match == later.end()) continue;
     misfit.rows.push_back(
-        {replay, after.empty() ? replay : *match->second, SituationOf(log, search, replay)});
+        {replay, after.empty() ? replay : *match->second, flight.SituationOf(replay)});
   }
   misfit.growth = GrowthOf(misfit.rows);
   // If no replay of a second exists, the length of the median arc is used.

@@ -10,7 +10,7 @@ namespace {
 
 // Adds mocap at options.mocap_interval where IMU and attitude cover it. Mocap outside of them would
 // make one long pass that cannot be integrated as a whole.
-void AddMocap(const FlightLog& log, const DiagnosisOptions& options, FlightLog* data) {
+void AddMocap(const FlightLog& log, const ImuDiagnosisOptions& options, FlightLog* data) {
   constexpr double kFromEnds = 0.05;  // s
   const TimeNs from = std::max(data->imu.front().t, data->attitude.front().t);
   const TimeNs to = std::min(data->imu.back().t, data->attitude.back().t);
@@ -24,25 +24,46 @@ void AddMocap(const FlightLog& log, const DiagnosisOptions& options, FlightLog* 
             [](const Fix& a, const Fix& b) { return a.t < b.t; });
 }
 
+FlightLog LeaveOut(const std::vector<std::size_t>& fixes, const FlightLog& log) {
+  FlightLog kept = log;
+  const std::set<std::size_t> left_out(fixes.begin(), fixes.end());
+  kept.fixes.clear();
+  for (std::size_t i = 0; i < log.fixes.size(); ++i) {
+    if (left_out.count(i) == 0) kept.fixes.push_back(log.fixes[i]);
+  }
+  return kept;
+}
+
 }  // namespace
 
-FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options) {
-  FlightLog data = log;
-  DriveOptions& drive = options->vgd.drive;
+std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
+                                              const ImuDiagnosisOptions& options) {
+  auto prepared = std::make_shared<PreparedLog>(PreparedLog{log, log, log, options});
+  FlightLog& data = prepared->data;
+  DriveOptions& drive = prepared->options.vgd.drive;
   if (data.attitude.empty() || drive.attitude == AttitudeSource::kComplementaryFilter) {
     data.attitude = RunComplementaryFilter(data.imu, drive.filter);
     drive.attitude = AttitudeSource::kLogged;
   }
-  if (!options->fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
+  if (!options.fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
     throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
   }
-  if (!options->fit_to_mocap) return data;
+  if (!options.fit_to_mocap) return prepared;
   if (log.mocap.empty()) {
     throw ErrorAt(log.directory + "/mocap.csv", 0,
                   "is not there or empty; --fit_to=mocap needs it (use --fit_to=fixes)");
   }
-  AddMocap(log, *options, &data);
-  return data;
+  AddMocap(log, options, &data);
+  return prepared;
+}
+
+std::shared_ptr<const PreparedLog> WithoutFixes(const PreparedLog& log,
+                                                const std::vector<std::size_t>& fixes) {
+  auto without = std::make_shared<PreparedLog>(log);
+  without->data = LeaveOut(fixes, log.data);
+  // With mocap among the data their fixes are numbered differently.
+  if (!log.options.fit_to_mocap) without->kept = LeaveOut(fixes, log.recorded);
+  return without;
 }
 
 VgdOptions OpenPriors(VgdOptions options) {
@@ -52,22 +73,6 @@ VgdOptions OpenPriors(VgdOptions options) {
     options.priors[i].sigma = std::max(kOpenDrag, options.priors[i].sigma);
   }
   return options;
-}
-
-CandidateScope ScopeOf(const FlightLog& log, const DiagnosisOptions& options) {
-  const bool accelerometer = options.vgd.drive.thrust == ThrustSource::kAccelerometer;
-  return {accelerometer, options.vgd.drag_measurement.enabled, !log.attitude.empty(),
-          SecondsBetween(log.imu.front().t, log.imu.back().t)};
-}
-
-FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fixes) {
-  FlightLog kept = log;
-  const std::set<std::size_t> left_out(fixes.begin(), fixes.end());
-  kept.fixes.clear();
-  for (std::size_t i = 0; i < log.fixes.size(); ++i) {
-    if (left_out.count(i) == 0) kept.fixes.push_back(log.fixes[i]);
-  }
-  return kept;
 }
 
 }  // namespace trueline

@@ -1,20 +1,38 @@
-// Prepares a log, and the options, for a diagnosis.
+// Prepares a log, and the options, for a diagnosis of the IMU-driven model.
 #pragma once
 
+#include <memory>
+
 #include "problems/diagnosis/diagnosis.h"
+#include "problems/vgd/vgd.h"
 
 namespace trueline {
 
-// The log with the filter's attitude if it has none, and mocap among the fixes (gate -1) if the fit
-// is to mocap. Throws InputError if mocap is then missing.
-FlightLog PrepareLog(const FlightLog& log, DiagnosisOptions* options);
+struct ImuDiagnosisOptions : SearchOptions {
+  VgdOptions vgd;
+  bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
+  double mocap_interval = 0.1;  // s, between the mocap positions used
+  double mocap_sigma = 0.01;    // m
+};
+
+struct PreparedLog {
+  FlightLog recorded;
+  FlightLog kept;  // without the fixes of a false gate
+  // What is fitted: `kept` with the filter's attitude if it has none, and mocap among the fixes
+  // (gate -1) if the fit is to mocap.
+  FlightLog data;
+  ImuDiagnosisOptions options;  // for `data`
+};
+
+// Throws InputError if mocap is missing that the fit needs.
+std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
+                                              const ImuDiagnosisOptions& options);
+
+// `fixes`: indices into those of `data`.
+std::shared_ptr<const PreparedLog> WithoutFixes(const PreparedLog& log,
+                                                const std::vector<std::size_t>& fixes);
 
 // Widens drag's prior: under a tight one any unusual linear drag would look like an effect.
 VgdOptions OpenPriors(VgdOptions options);
-
-// What can be tested on a prepared log.
-CandidateScope ScopeOf(const FlightLog& log, const DiagnosisOptions& options);
-
-FlightLog WithoutFixes(const FlightLog& log, const std::vector<std::size_t>& fixes);
 
 }  // namespace trueline

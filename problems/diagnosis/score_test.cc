@@ -1,6 +1,7 @@
 #include "problems/diagnosis/score_test.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "problems/result/distributions.h"
@@ -10,43 +11,58 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
+using Indices = std::vector<int>;
 
+// The tested columns with the nuisances projected out (Frisch-Waugh).
 struct Projected {
-  Matrix gain;         // nuisances that go with the candidate's parameters
-  Vector rest;         // nuisances that go with the residual
-  Matrix information;  // of the candidate's parameters
+  Matrix gain;         // of the nuisances, by the tested columns
+  Vector rest;         // of the nuisances, by the residual
+  Matrix information;  // of the tested columns
   Vector score;
 };
 
-// Projects nuisances out of the reduced normal equations (Frisch-Waugh).
-Projected Project(const ReducedSystem& reduced, int nuisances, int candidate, int size) {
-  const Eigen::LDLT<Matrix> nn(reduced.M().topLeftCorner(nuisances, nuisances));
-  const Matrix ne = reduced.M().block(0, candidate, nuisances, size);
+Projected Project(const Linearisation& fit, const Indices& nuisances, const Indices& tested) {
+  const Eigen::LDLT<Matrix> nn(Matrix(fit.M()(nuisances, nuisances)));
+  const Matrix ne = fit.M()(nuisances, tested);
   Projected out;
   out.gain = nn.solve(ne);
-  out.rest = nn.solve(reduced.b().head(nuisances));
-  out.information = reduced.M().block(candidate, candidate, size, size) - ne.transpose() * out.gain;
-  out.score = reduced.b().segment(candidate, size) - ne.transpose() * out.rest;
+  out.rest = nn.solve(Vector(fit.b()(nuisances)));
+  out.information = Matrix(fit.M()(tested, tested)) - ne.transpose() * out.gain;
+  out.score = Vector(fit.b()(tested)) - ne.transpose() * out.rest;
   return out;
 }
 
-// Scores by cluster of the fit that includes the effect; they sum to zero.
-Matrix ClusterScores(const ReducedSystem& system, const Projected& projected, const Vector& value,
-                     int candidate) {
-  const int size = static_cast<int>(value.size());
-  const int nuisances = static_cast<int>(projected.rest.size());
-  const auto border = system.border();
-  Matrix v = Matrix::Zero(border + 1, size);
-  v.topRows(nuisances) = -projected.gain;
-  v.middleRows(candidate, size).setIdentity();
-  Vector e = Vector::Zero(border + 1);
-  e.head(nuisances) = -projected.rest - projected.gain * value;
-  e.segment(candidate, size) = value;
-  e[border] = 1.0;
-  return system.ClusterProducts(e, v);
+LinearEstimate EstimateOf(const Projected& projected) {
+  const auto size = projected.score.size();
+  // A floor avoids division by zero along unobservable directions.
+  const double floor = 1e-12 * std::max(1e-12, projected.information.diagonal().maxCoeff());
+  const Matrix I = Matrix::Identity(size, size);
+  LinearEstimate estimate;
+  estimate.cov = Matrix(projected.information + floor * I).llt().solve(I);
+  estimate.value = -estimate.cov * projected.score;
+  estimate.gain = -projected.score.dot(estimate.value);
+  return estimate;
+}
+
+// Scores by cluster of the fit that includes the tested columns; they sum to zero.
+Matrix ClusterScores(const Linearisation& fit, const Projected& projected, const Vector& value,
+                     const Indices& nuisances, const Indices& tested) {
+  const auto width = fit.b().size();
+  Matrix v = Matrix::Zero(width + 1, value.size());
+  v(nuisances, Eigen::all) = -projected.gain;
+  v(tested, Eigen::all).setIdentity();
+  Vector e = Vector::Zero(width + 1);
+  e(nuisances) = -projected.rest - projected.gain * value;
+  e(tested) = value;
+  e[width] = 1.0;
+  return fit.ClusterProducts(e, v);
 }
 
 }  // namespace
+
+LinearEstimate Estimate(const Linearisation& fit, const Indices& nuisances, const Indices& tested) {
+  return EstimateOf(Project(fit, nuisances, tested));
+}
 
 double ScoreTest::z() const { return std::sqrt(std::min(chi2, chi2_cluster)); }
 
@@ -58,22 +74,28 @@ void ScoreTest::Judge(const Vector& whole_value, int clusters) {
   p_cluster = FTail(chi2_cluster / size, size, std::max(1, clusters - size));
 }
 
-void ScoreTest::LimitTo(double gain) {
-  chi2 = std::min(chi2, gain);
+void ScoreTest::LimitTo(double most) {
+  chi2 = std::min(chi2, most);
   p_model = ChiSquareTail(chi2, static_cast<double>(value.size()));
 }
 
-ScoreTest TestColumns(const ReducedSystem& system, int nuisances, int candidate,
+void ScoreTest::Scale(const Vector& unit) {
+  value = value.cwiseProduct(unit);
+  sigma = sigma.cwiseProduct(unit);
+  cov_model = unit.asDiagonal() * cov_model * unit.asDiagonal();
+  cov_cluster = unit.asDiagonal() * cov_cluster * unit.asDiagonal();
+}
+
+ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const Indices& tested,
                       const Vector& ordinary) {
   const int size = static_cast<int>(ordinary.size());
-  const Projected projected = Project(system, nuisances, candidate, size);
-  // A floor avoids division by zero along unobservable directions.
-  const double floor = 1e-12 * std::max(1e-12, projected.information.diagonal().maxCoeff());
-  const Matrix I = Matrix::Identity(size, size);
-  const Matrix cov = Matrix(projected.information + floor * I).llt().solve(I);
+  const Projected projected = Project(fit, nuisances, tested);
+  const LinearEstimate estimate = EstimateOf(projected);
+  const Matrix& cov = estimate.cov;
   ScoreTest test;
-  test.value = -cov * projected.score;
-  const Matrix scores = ClusterScores(system, projected, test.value, candidate);
+  test.value = estimate.value;
+  test.gain = estimate.gain;
+  const Matrix scores = ClusterScores(fit, projected, test.value, nuisances, tested);
   const int clusters = static_cast<int>(scores.rows());
   const Matrix scatter =
       scores.transpose() * scores * (double(clusters) / std::max(1, clusters - size));
@@ -83,6 +105,23 @@ ScoreTest TestColumns(const ReducedSystem& system, int nuisances, int candidate,
   test.cov_model = cov + usual;
   test.cov_cluster = cov_cluster + usual;
   test.Judge(test.value, clusters);
+  return test;
+}
+
+ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, std::size_t which,
+                    const Indices& beside) {
+  Indices nuisances = Concatenated(fit.nuisances, beside);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    if (k != which) nuisances = Concatenated(std::move(nuisances), fit.found[k].columns);
+  }
+  const EffectColumns& own = fit.found[which];
+  const Candidate& candidate = found[which].candidate;
+  ScoreTest test =
+      TestColumns(fit, nuisances, own.columns, candidate.Ordinary().cwiseQuotient(own.unit));
+  test.Scale(own.unit);
+  // The whole value is judged: the fitted one plus the step that the nuisance columns cause.
+  test.value += found[which].value - candidate.Neutral();
+  test.Judge(test.value, fit.clusters());
   return test;
 }
 

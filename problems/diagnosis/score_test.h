@@ -1,18 +1,29 @@
-// Score test of one effect against a solved flight. Theta, nuisances, all segments' unknowns and
-// the effects already found are projected out.
+// Score test of an effect against a fitted flight, with nuisance columns projected out. Residuals
+// of real flights are correlated in time, so the test uses the less certain of two variances: that
+// of the noise model, and that of the scatter of scores between clusters of time.
 #pragma once
 
-#include "problems/diagnosis/chain_system.h"
+#include "problems/diagnosis/candidate.h"
+#include "problems/diagnosis/linearisation.h"
 
 namespace trueline {
 
-// An effect's estimate by one linear step, and the evidence that it exceeds ordinary sizes. Effects
-// below `ordinary` are not reported, at any significance.
+// The estimate of columns by one linear step.
+struct LinearEstimate {
+  Eigen::VectorXd value;  // step from the columns' current value
+  Eigen::MatrixXd cov;    // of the noise model
+  double gain = 0.0;      // twice the increase of the log likelihood
+};
+LinearEstimate Estimate(const Linearisation& fit, const std::vector<int>& nuisances,
+                        const std::vector<int>& tested);
+
+// An estimate, and the evidence that it exceeds ordinary sizes. Effects below `ordinary` are not
+// reported, at any significance.
 struct ScoreTest {
-  Eigen::VectorXd value;  // step from the columns' current value, by parameter
-  Eigen::VectorXd
-      sigma;  // the larger of the noise model's and that of the scatter between clusters
+  Eigen::VectorXd value;  // step from the columns' current value
+  Eigen::VectorXd sigma;  // the larger of the noise model's and the scatter's between clusters
   Eigen::MatrixXd cov_model, cov_cluster;  // of the value plus an ordinary size
+  double gain = 0.0;                       // as LinearEstimate's
   double chi2 = 0.0;                       // by the noise model, all parameters jointly
   double chi2_cluster = 0.0;               // by the scatter between clusters
   double p_model = 1.0;                    // of chi2
@@ -24,15 +35,20 @@ struct ScoreTest {
   void Judge(const Eigen::VectorXd& whole_value, int clusters);
   // Limits the noise model's chi-square to `gain`, twice the increase of the log likelihood.
   void LimitTo(double gain);
+  // Converts from units of columns to those of parameters.
+  void Scale(const Eigen::VectorXd& unit);
 };
 
-// `system` holds all columns. `nuisances`: number of leading border unknowns that are projected
-// out. `candidate`: index of the effect's first column in the border. `ordinary`: one size for each
-// of its columns.
-ScoreTest TestColumns(const ReducedSystem& system, int nuisances, int candidate,
-                      const Eigen::VectorXd& ordinary);
+// `ordinary`: a size for each of the tested columns.
+ScoreTest TestColumns(const Linearisation& fit, const std::vector<int>& nuisances,
+                      const std::vector<int>& tested, const Eigen::VectorXd& ordinary);
 
-// Sizes, by parameter, that the test finds with 95 % power at level `alpha`.
+// Tests the whole value of a cause in the model against the model without it, the other causes
+// kept. `beside`: further nuisance columns, which may explain the residual as well.
+ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, std::size_t which,
+                    const std::vector<int>& beside = {});
+
+// Sizes, by column, that the test finds with 95 % power at level `alpha`.
 Eigen::VectorXd DetectableSize(const ScoreTest& test, double alpha, int clusters);
 
 }  // namespace trueline

@@ -5,10 +5,6 @@
 
 namespace trueline {
 
-// Reports unmodelled motion or noise far beyond ordinary flights. Neither is an effect, but such a
-// flight is not clean.
-std::vector<std::string> ExtraordinaryNoise(const NoiseStrengths& noise);
-
 // clean | explained | ambiguous | unexplained. A flight is not explained if a cause is not
 // confirmed by another flight, if it makes held-out arcs worse, or if a significant misfit remains.
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,

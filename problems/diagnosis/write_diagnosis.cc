@@ -76,8 +76,6 @@ YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
   return node;
 }
 
-}  // namespace
-
 YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
   node["id"] = cause.candidate.info->id;
@@ -119,22 +117,6 @@ YAML::Node EffectsNode(const std::vector<Cause>& causes) {
   return node;
 }
 
-namespace {
-
-// The nuisance strengths, learned with the causes in the model.
-YAML::Node NoiseNode(const NoiseStrengths& noise) {
-  YAML::Node node;
-  node["fix_scale"] = Rounded(noise.fix_scale, 3);
-  node["force_sigma_mps2"] = Rounded(noise.force_sigma, 3);
-  node["gust_mps2"] = Rounded(noise.process.gust, 3);
-  node["gust_memory_s"] = Rounded(noise.process.gust_memory, 3);
-  node["acceleration_mps2_per_sqrt_hz"] = Rounded(noise.process.acceleration, 3);
-  node["tilt_deg"] = Rounded(noise.process.tilt / kDegree, 3);
-  node["heading_deg"] = Rounded(noise.process.heading / kDegree, 3);
-  node["memory_s"] = Rounded(noise.process.memory, 3);
-  return Flow(node);
-}
-
 YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
                     const std::array<const char*, 3>& names) {
   YAML::Node node;
@@ -148,7 +130,7 @@ YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
 // Open-loop errors [before, after] and the variables correlated with them.
 YAML::Node MisfitNode(const Misfit& misfit) {
   YAML::Node node;
-  node["measured_by"] = misfit.against_mocap ? "mocap" : "fitted path";
+  node["measured_by"] = misfit.measured_by;
   for (const MisfitGrowth& g : misfit.growth) {
     YAML::Node row;
     row["horizon_s"] = Rounded(g.horizon, 3);
@@ -172,6 +154,7 @@ YAML::Node MisfitNode(const Misfit& misfit) {
 YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   node["verdict"] = diagnosis.verdict;
+  if (!diagnosis.drive.empty()) node["drive"] = diagnosis.drive;
   node["causes"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
   for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
@@ -190,7 +173,8 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   residual["whiteness_p_before"] = Rounded(diagnosis.whiteness_p_before, 3);
   node["residual"] = Flow(residual);
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
-  node["noise"] = NoiseNode(diagnosis.noise);
+  node["noise"] = diagnosis.noise;
+  if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;
   return node;
@@ -213,9 +197,9 @@ void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& pat
              "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],x_after [1],y_after "
              "[1],z_after [1]\n");
   for (const RowReport& r : diagnosis.rows) {
-    fmt::print(file.stream(), "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
-               ToSeconds(r.t), r.fix ? "fix" : "force", r.gate, r.before.x(), r.before.y(),
-               r.before.z(), r.after.x(), r.after.y(), r.after.z());
+    fmt::print(file.stream(), "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", r.t,
+               r.kind, r.gate, r.before.x(), r.before.y(), r.before.z(), r.after.x(), r.after.y(),
+               r.after.z());
   }
   file.Commit();
 }

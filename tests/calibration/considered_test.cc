@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/common/error.h"
-#include "problems/rotor_diagnosis/rotor_catalogue.h"
+#include "problems/effects/declaration.h"
 #include "tests/rotor_batch/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -92,7 +92,7 @@ TEST(Considered, WhatTheModelHasIsLeftOut) {
 }
 
 TEST(Considered, NamesAreTheCataloguesAndMistakesAreNamed) {
-  for (const EffectInfo* declared : RotorCatalogue()) {
+  for (const EffectInfo* declared : CausesOf(DriveKind::kRotors)) {
     const EffectInfo& info = *declared;
     if (info.id.ends_with("_step") || info.id == "ground_effect") continue;
     for (const EffectParameterInfo& parameter : info.parameters) {

@@ -1,13 +1,12 @@
 // Diagnoses of simulated flights: no cause without hidden effects, and hidden effects named with
 // their sizes.
-#include "problems/diagnosis/diagnosis.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "problems/calibration/calibration_config.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/read_effects.h"
@@ -32,7 +31,7 @@ FlightLog FlyHiding(const std::vector<simulation::EffectSetting>& effects, std::
 }
 
 Diagnosis DiagnoseQuickly(const FlightLog& log) {
-  DiagnosisOptions options;
+  ImuDiagnosisOptions options;
   options.measure_gain = false;
   return Diagnose({log}, options);
 }
@@ -89,7 +88,7 @@ TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
 
 TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   const FlightLog log = FlyHiding({{"wind", {{"w_x", 1.2}, {"w_y", -0.8}}}}, 25);
-  const Diagnosis diagnosis = Diagnose({log}, DiagnosisOptions());
+  const Diagnosis diagnosis = Diagnose({log}, ImuDiagnosisOptions());
   ASSERT_FALSE(diagnosis.causes.empty());
   EXPECT_GE(diagnosis.causes[0].gain.arcs, 8);
   EXPECT_GT(diagnosis.causes[0].gain.low, 0.0);  // 95 % sure to be better on arcs held out
@@ -115,7 +114,7 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const std::map<std::string, double> wind{{"w_x", 1.0}, {"w_y", -0.6}};
   const FlightLog first = FlyHiding({{"wind", wind}}, 22);
   const FlightLog again = FlyHiding({{"wind", wind}}, 28), calm = FlyHiding({}, 28);
-  DiagnosisOptions options;
+  ImuDiagnosisOptions options;
   options.measure_gain = false;
 
   const Diagnosis repeated = Diagnose({first, again}, options);
@@ -152,7 +151,7 @@ TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
 
 TEST(Diagnose, SaysWhatIsMissing) {
   FlightLog log = FlyHiding({}, 26);
-  DiagnosisOptions options;
+  ImuDiagnosisOptions options;
   options.fit_to_mocap = true;
   log.mocap.clear();
   log.directory = "flights/lap";

@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "problems/diagnosis/imu_flight.h"
 #include "tests/common/bands.h"
 #include "tests/simulation/short_flight.h"
 
@@ -23,10 +24,8 @@ Replayed ReplayFlight(const std::vector<simulation::EffectSetting>& effects) {
   config.detector.sigma_factor = 0.02;
   Replayed out{testing_simulation::Fly(config, 4), {}};
   const FlightLog& log = out.flown.log;
-  CauseSearch search(log, VgdOptions());
-  std::vector<Found> none;
-  search.Fit(&none, 0);
-  out.misfit = TakeApart(log, &search, ReplayOpenLoop(&search, log), {});
+  const ImuDrivenFlight flight(PrepareLog(log, ImuDiagnosisOptions()));
+  out.misfit = MisfitOf(flight, flight.ReplayOpenLoop(), {});
   return out;
 }
 
@@ -40,7 +39,7 @@ double After(const Misfit& misfit, double horizon) {
 
 TEST(Misfit, GrowsWithTheHorizonAndShowsAHeadingThatIsBent) {
   const Misfit clean = ReplayFlight({}).misfit;
-  EXPECT_TRUE(clean.against_mocap);
+  EXPECT_EQ(clean.measured_by, "mocap");
   EXPECT_LT(After(clean, 0.25), 0.02);
   EXPECT_LT(After(clean, 1.0), 0.15);
   EXPECT_GT(After(clean, 2.0), After(clean, 0.5));

@@ -1,0 +1,62 @@
+// The hypotheses that a diagnosis tests on a flight.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "problems/effects/declaration.h"
+#include "problems/effects/effect.h"
+
+namespace trueline {
+
+// An effect with its discrete parameters (gate, rotor, t_step) fixed.
+struct Candidate {
+  const EffectInfo* info;
+  std::map<std::string, double> fixed;
+
+  const std::string& id() const { return info->id; }
+  int size() const { return static_cast<int>(info->parameters.size()); }
+  bool IsStep() const { return fixed.count("t_step") > 0; }
+  // The effect with these values of the estimated parameters.
+  Effect At(const Eigen::VectorXd& parameters) const;
+  Eigen::VectorXd Neutral() const;
+  Eigen::VectorXd Ordinary() const;  // sizes that every vehicle has
+  std::string Label() const;         // id, with gate, rotor or time where there is one
+};
+
+// A cause whose value is being refined.
+struct Found {
+  Candidate candidate;
+  Eigen::VectorXd value;
+
+  Effect effect() const { return candidate.At(value); }
+};
+std::vector<Effect> EffectsOf(const std::vector<Found>& found);
+
+// The part of the catalogue that a flight can show.
+struct CatalogueScope {
+  std::function<bool(const EffectInfo&)> applies;
+  std::set<int> gates;  // seen; a single gate cannot be moved: that only moves the origin
+  int rotors = 0;
+  double start = 0.0;     // s, of the flight, from the log's first IMU sample
+  double duration = 0.0;  // s
+
+  double StepSpacing() const;  // s, between the times tried for a step effect
+};
+
+// Each effect; a moved gate for each gate, a loss for each rotor, step effects at several times.
+std::vector<Candidate> CandidatesFor(DriveKind drive, const CatalogueScope& scope);
+
+// Removes those that are in the model. Another gate or rotor may still be added, another time of a
+// step effect may not.
+std::vector<Candidate> Without(std::vector<Candidate> candidates, const std::vector<Found>& found);
+
+// True if the value is within the range of real vehicles and of a physical sign.
+bool Plausible(const Candidate& candidate, const Eigen::VectorXd& value);
+
+int DistinctIds(const std::vector<Candidate>& candidates);
+
+}  // namespace trueline

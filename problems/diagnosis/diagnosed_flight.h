@@ -1,0 +1,92 @@
+// What a diagnosis needs of a drive: its catalogue, its fit with given causes, the linearised fit
+// with columns for effects, replays, and what it reports. Rounds, tests, gains, confirmation and
+// files are the same for all drives.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/diagnosis/diagnosis.h"
+#include "problems/diagnosis/linearisation.h"
+#include "problems/diagnosis/replay.h"
+
+namespace trueline {
+
+// Whitened residuals of a fit.
+struct Residuals {
+  struct Row {
+    double t;          // s
+    const char* kind;  // fix, force, ...
+    int gate;          // -1 for none
+    Eigen::Vector3d sigmas;
+  };
+  std::vector<Row> rows;
+  double rms = 0.0;          // of the rows that the drive judges a model by
+  double whiteness_p = 1.0;  // WhitenessOf
+};
+
+// Errors (m) by place, each predicted with constants and causes fitted to the other half of the
+// flight.
+struct HeldOutErrors {
+  std::map<int, double> arcs;                // by cluster
+  std::map<int, double> replays;             // of a second, by the segment where they start
+  std::string metric = "final_point_error";  // of `arcs`
+};
+
+class DiagnosedFlight {
+ public:
+  virtual ~DiagnosedFlight() = default;
+
+  virtual DriveKind drive() const = 0;
+  virtual const FlightLog& log() const = 0;  // as recorded
+  virtual CatalogueScope Scope() const = 0;
+
+  // Solves with the causes in the model, refines their values and learns the noise again.
+  virtual void Fit(std::vector<Found>* found) = 0;
+  virtual int clusters() const = 0;
+  // The last Fit with columns for its causes, for `candidates` at their neutral values, and for
+  // the drive's terms. It must not outlive the flight.
+  virtual std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
+                                                   bool terms) const = 0;
+  // False if constants that are fitted together with this cause have an unphysical value.
+  virtual bool ConstantsArePhysical(const Found&) const { return true; }
+  // Descriptions of learned noise far beyond that of ordinary flights. It is no effect, but such a
+  // flight is not clean.
+  virtual std::vector<std::string> ExtraordinaryNoise() const = 0;
+
+  // The same flight fitted without causes: for another search; and to measure gains against, under
+  // one noise for all models.
+  virtual std::unique_ptr<DiagnosedFlight> WithoutCauses() const = 0;
+  virtual std::unique_ptr<DiagnosedFlight> Reference() const { return WithoutCauses(); }
+  // Of the model of the last Fit, whose causes are `found`. `with_false_data`: false data count as
+  // data.
+  virtual HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found,
+                                      bool with_false_data) const = 0;
+
+  // Data that no effect on all data explains: fixes of another object than the gate. Needs a fit
+  // without causes.
+  virtual std::optional<Cause> FindFalseData(double /*alpha*/) const { return std::nullopt; }
+  // The same flight without the data of FindFalseData, fitted without causes.
+  virtual std::unique_ptr<DiagnosedFlight> WithoutFalseData(double /*alpha*/) const {
+    return WithoutCauses();
+  }
+  // The entry for `found` in the list of candidates; none if the flight has no such data.
+  virtual std::optional<CandidateReport> ReportFalseData(const std::optional<Cause>& /*found*/,
+                                                         double /*alpha*/) const {
+    return std::nullopt;
+  }
+
+  virtual Residuals WhitenedResiduals() const = 0;
+  // Simulations with the model of the last Fit, and how the vehicle flew during one of them.
+  virtual std::vector<ReplayError> ReplayOpenLoop() const = 0;
+  virtual std::string ReplaysAgainst() const = 0;  // what they are compared with
+  virtual ReplaySituation SituationOf(const ReplayError& replay) const = 0;
+  // Adds the fitted constants, the noise and what else only this drive reports.
+  virtual void Describe(Diagnosis* diagnosis) const = 0;
+};
+
+}  // namespace trueline

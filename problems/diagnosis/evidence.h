@@ -1,0 +1,83 @@
+// Evidence of a linearised fit for candidates and for terms that are no effect: each singly, and
+// effects in pairs.
+#pragma once
+
+#include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/score_test.h"
+
+namespace trueline {
+
+// Gain less that of the same number of spurious parameters (Akaike).
+inline double AkaikeMerit(double gain, Eigen::Index parameters) {
+  return gain - 2.0 * static_cast<double>(parameters);
+}
+
+struct Tested {
+  Candidate candidate;
+  EffectColumns columns;
+  ScoreTest test;            // in units of the columns
+  Eigen::VectorXd value;     // estimate by one Gauss-Newton step from the fit
+  double linear_gain = 0.0;  // twice the increase of the log likelihood, with the fit's noise
+  double gain = 0.0;         // the same with noise learned again
+  double p = 1.0;            // corrected for the candidates of the same id
+  int tried = 1;             // of them
+
+  double Merit() const { return AkaikeMerit(gain, value.size()); }
+  double LinearMerit() const { return AkaikeMerit(linear_gain, value.size()); }
+  bool IsOf(const std::string& id) const { return candidate.id() == id; }
+  bool Significant(double alpha) const { return p < alpha && Plausible(candidate, value); }
+};
+
+// Two effects tested together, each given the other.
+struct TestedPair {
+  Tested first, second;
+  double merit;  // of both together, with the noise of the fit
+
+  bool Has(const std::string& id) const { return first.IsOf(id) || second.IsOf(id); }
+};
+
+// A term, or an effect of an impossible size, that the residual is correlated with.
+struct TestedTerm {
+  std::string name;
+  double p;      // corrected for the number of terms, or of effects
+  double merit;  // as Tested::Merit
+  bool of_sensor;
+  std::vector<int> columns;  // none for an effect
+
+  // True if significant and of a merit clearly greater than `than`.
+  bool Exceeds(double alpha, double than) const;
+};
+
+class FlightEvidence {
+ public:
+  // Where errors of a sensor's readings explain clearly more than any effect, effects are tested
+  // given those errors.
+  FlightEvidence(const DiagnosedFlight& flight, const std::vector<Candidate>& candidates);
+
+  const Linearisation& fit() const { return *fit_; }
+  const std::vector<Tested>& tested() const { return tested_; }
+  const std::vector<TestedTerm>& terms() const { return terms_; }  // strongest first
+  // Pairs of effects whose joint merit exceeds `merit` and of which each is significant given the
+  // other. Of a step effect only the best time takes part.
+  std::vector<TestedPair> Pairs(double alpha, double merit) const;
+
+ private:
+  Eigen::VectorXd OrdinarySteps(std::size_t which) const;
+  void Store(const ScoreTest& test, double gain, Tested* tested) const;
+  Tested TestOne(std::size_t which, const std::vector<int>& beside) const;
+  void TestEach();
+  void TestTerms(bool of_sensor, double merit);
+  void RelearnBest();
+  void AddImplausible();
+
+  std::vector<Candidate> candidates_;
+  std::unique_ptr<Linearisation> fit_;
+  std::vector<int> beside_;  // nuisance columns in each test
+  std::vector<Tested> tested_;
+  std::vector<TestedTerm> terms_;
+};
+
+// Indices in `tested` of the best candidate of each effect; rotor_loss counts rotor by rotor.
+std::vector<std::size_t> BestOfEach(const std::vector<Tested>& tested);
+
+}  // namespace trueline

@@ -1,0 +1,99 @@
+#include "problems/diagnosis/explanation.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace trueline {
+namespace {
+
+constexpr double kAsGood = 6.0;  // effects whose merits differ by less fit equally well
+
+using Ids = std::set<std::string>;
+
+std::vector<std::string> Listed(const Ids& ids) { return {ids.begin(), ids.end()}; }
+
+// The significant, plausible effect of the greatest merit, or null.
+const Tested* Greatest(const std::vector<Tested>& tested, double alpha) {
+  const Tested* best = nullptr;
+  for (const Tested& t : tested) {
+    if (t.Significant(alpha) && (best == nullptr || t.Merit() > best->Merit())) best = &t;
+  }
+  return best;
+}
+
+// Of the significant effects that fit as well as the best, the one with the fewest parameters.
+const Tested* Simplest(const std::vector<Tested>& tested, double alpha, double merit) {
+  const auto key = [](const Tested& t) { return std::make_pair(-t.value.size(), t.Merit()); };
+  const Tested* simplest = nullptr;
+  for (const Tested& t : tested) {
+    if (!t.Significant(alpha) || t.Merit() < merit - kAsGood) continue;
+    if (simplest == nullptr || key(t) > key(*simplest)) simplest = &t;
+  }
+  return simplest;
+}
+
+// Ids of the other effects that fit equally well.
+Ids FitAsWell(const std::vector<Tested>& tested, const Tested& best) {
+  Ids ids;
+  for (const Tested& t : tested) {
+    if (t.Merit() > best.Merit() - kAsGood && Plausible(t.candidate, t.value)) {
+      ids.insert(t.candidate.id());
+    }
+  }
+  ids.erase(best.candidate.id());
+  return ids;
+}
+
+// Effects that could replace one of a pair while the other is kept.
+Ids InPlaceOf(const Tested& replaced, const Tested& kept, const std::vector<TestedPair>& pairs,
+              double merit) {
+  Ids ids;
+  for (const TestedPair& pair : pairs) {
+    if (pair.merit < merit || !pair.Has(kept.candidate.id()) || pair.Has(replaced.candidate.id())) {
+      continue;
+    }
+    const bool first = pair.first.IsOf(kept.candidate.id());
+    ids.insert((first ? pair.second : pair.first).candidate.id());
+  }
+  return ids;
+}
+
+}  // namespace
+
+Explanation Explain(const FlightEvidence& evidence, double alpha) {
+  const Tested* greatest = Greatest(evidence.tested(), alpha);
+  if (greatest == nullptr) return {};
+  const Tested* best = Simplest(evidence.tested(), alpha, greatest->Merit());
+  // Pairs are compared under the noise of the fit.
+  double alone = 0.0;
+  for (const Tested& t : evidence.tested()) {
+    if (t.Significant(alpha)) alone = std::max(alone, t.LinearMerit());
+  }
+  double with_best = alone;
+  const std::vector<TestedPair> pairs = evidence.Pairs(alpha, alone - kAsGood);
+  const TestedPair* rival = nullptr;  // the best pair without `best`
+  for (const TestedPair& pair : pairs) {
+    if (pair.Has(best->candidate.id())) {
+      with_best = std::max(with_best, pair.merit);
+    } else if (rival == nullptr || pair.merit > rival->merit) {
+      rival = &pair;
+    }
+  }
+  if (rival != nullptr && rival->merit > with_best + kAsGood) {
+    const double as_good = rival->merit - kAsGood;
+    return {{rival->first, rival->second},
+            {Listed(InPlaceOf(rival->first, rival->second, pairs, as_good)),
+             Listed(InPlaceOf(rival->second, rival->first, pairs, as_good))},
+            std::max(rival->merit, greatest->Merit())};
+  }
+  Ids confused = FitAsWell(evidence.tested(), *best);
+  for (const TestedPair& pair : pairs) {
+    if (pair.Has(best->candidate.id()) || pair.merit < with_best - kAsGood) continue;
+    confused.insert(pair.first.candidate.id());
+    confused.insert(pair.second.candidate.id());
+  }
+  return {{*best}, {Listed(confused)}, std::max(with_best, greatest->Merit())};
+}
+
+}  // namespace trueline

@@ -1,0 +1,144 @@
+#include "problems/diagnosis/imu_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "problems/common/parallel.h"
+
+namespace trueline {
+namespace {
+
+// A log with fixes, map and attitude only: effects on fixes need nothing else.
+FlightLog FixesOf(const FlightLog& log) {
+  FlightLog light;
+  light.gates = log.gates;
+  light.fixes = log.fixes;
+  light.attitude = log.attitude;
+  light.imu = {log.imu.front()};
+  return light;
+}
+
+// Change of the corrected fixes, in place and time, between two parameter values. Rows are
+// (position - fix) at the fix's time.
+Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Effect>& at,
+                              const std::vector<Effect>& beyond, const BaseFlight& flight) {
+  FlightLog light = FixesOf(base.log);
+  // The fitted positions replace the fixes: the noise of a fix would enter the vector to the gate,
+  // correlate with the fix's own residual, and look like a scale error.
+  for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
+    light.fixes[base.plan.fixes[i]].p_E = flight.StateAtFix(i).head<3>();
+  }
+  const auto here = CorrectLog(light, at, base.path).fixes;
+  const auto there = CorrectLog(light, beyond, base.path).fixes;
+  Eigen::VectorXd difference = Eigen::VectorXd::Zero(flight.rows());
+  for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {
+    const Fix &before = here[base.plan.fixes[i]], &after = there[base.plan.fixes[i]];
+    const Eigen::Vector3d v_E = flight.StateAtFix(i).tail<3>();
+    difference.segment<3>(3 * static_cast<Eigen::Index>(i)) =
+        v_E * SecondsBetween(before.t, after.t) - (after.p_E - before.p_E);
+  }
+  return difference;
+}
+
+Eigen::VectorXd DriveResiduals(const SensitivityBase& base, const std::vector<Effect>& effects,
+                               const FlightUnknowns& x) {
+  const FlightLog log = CorrectLog(base.log, effects, base.path);
+  BaseFlight flight(log, base.plan, base.options, ForceEffectsOf(effects));
+  return flight.Evaluate(x, false).r;
+}
+
+Eigen::VectorXd ForceResiduals(const std::vector<Effect>& effects, const FlightUnknowns& x,
+                               BaseFlight* flight) {
+  flight->SetForceEffects(ForceEffectsOf(effects));
+  return flight->Evaluate(x, false).r;
+}
+
+}  // namespace
+
+Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candidate,
+                            const Eigen::VectorXd& parameters, const FlightUnknowns& x,
+                            const Eigen::VectorXd& here, BaseFlight* flight) {
+  const auto& infos = candidate.info->parameters;
+  const EntersAt enters = candidate.info->enters;
+  std::vector<Effect> at = base.effects;
+  at.push_back(candidate.At(parameters));
+  Eigen::MatrixXd columns(flight->rows(), infos.size());
+  const auto fill = [&](int i) {
+    Eigen::VectorXd moved = parameters;
+    moved[i] += infos[i].step;
+    std::vector<Effect> beyond = base.effects;
+    beyond.push_back(candidate.At(moved));
+    if (enters == EntersAt::kFix) {
+      columns.col(i) = FixDifference(base, at, beyond, *flight) / infos[i].step;
+    } else if (enters == EntersAt::kForce) {
+      columns.col(i) = (ForceResiduals(beyond, x, flight) - here) / infos[i].step;
+    } else {
+      columns.col(i) = (DriveResiduals(base, beyond, x) - here) / infos[i].step;
+    }
+  };
+  // Force effects change the shared flight object, so they run in one thread.
+  const int threads = enters == EntersAt::kForce ? 1 : 0;
+  ParallelFor(static_cast<int>(infos.size()), threads, fill);
+  if (enters == EntersAt::kForce) ForceResiduals(at, x, flight);
+  return columns;
+}
+
+Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
+  return {d_rows, Eigen::VectorXd::Zero(d_rows.cols()), Eigen::VectorXd::Zero(d_rows.cols())};
+}
+
+ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
+                                   int ordinary_errors, const Columns& more,
+                                   const NoiseStrengths& noise)
+    : flight_(std::move(flight)),
+      fit_(fit),
+      ordinary_errors_(ordinary_errors),
+      columns_(fit.columns.With(more)),
+      system_(ChainSystem(LinearFlight{*flight_, fit.rows, fit.x, fit.weight, columns_}, noise)
+                  .ByCluster()) {
+  nuisances = Range(0, kThetaSize + ordinary_errors);
+}
+
+std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
+    const std::vector<std::vector<int>>& sets) const {
+  // Learned noise so large that it hides a real effect is far from the right candidate's noise.
+  const int sweeps = ExtraordinaryNoiseOf(fit_.noise).empty() ? 2 : 6;
+  NoiseStrengths bare = fit_.noise;
+  const double evidence = LearnNoise(fit_.Linear(*flight_), ordinary_errors_, sweeps, &bare);
+  std::vector<Relearned> relearned(sets.size());
+  ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
+    const std::vector<int>& set = sets[k];
+    Eigen::MatrixXd own(columns_.d_rows.rows(), set.size());
+    for (std::size_t i = 0; i < set.size(); ++i) {
+      own.col(static_cast<Eigen::Index>(i)) = columns_.d_rows.col(set[i] - kThetaSize);
+    }
+    const Columns more = FreeColumns(own), all = fit_.columns.With(more);
+    NoiseStrengths noise = fit_.noise;
+    const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
+    relearned[k].gain = 2.0 * (LearnNoise(linear, ordinary_errors_, sweeps, &noise) - evidence);
+    auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_, more, noise);
+    const int modelled = kThetaSize + fit_.columns.count(), size = static_cast<int>(set.size());
+    fit->nuisances = Range(0, modelled);
+    fit->candidates = {{Range(modelled, size), Eigen::VectorXd::Ones(size)}};
+    relearned[k].fit = std::move(fit);
+  });
+  return relearned;
+}
+
+std::vector<std::string> ExtraordinaryNoiseOf(const NoiseStrengths& noise) {
+  std::vector<std::string> findings;
+  const auto note = [&](double value, double usual, const std::string& what) {
+    if (value > usual) findings.push_back(fmt::format(fmt::runtime(what), value));
+  };
+  note(noise.process.gust, 0.35, "unmodelled forces of {:.2f} m/s^2 that are correlated in time");
+  note(noise.process.acceleration, 0.25, "unmodelled white accelerations of {:.2f} m/s^2/sqrt(Hz)");
+  note(noise.process.tilt / kDegree, 2.0, "a tilt of the attitude that drifts by {:.1f} deg");
+  // A compass error drifts slowly; a heading error that changes within seconds follows the turns.
+  const bool quick = noise.process.memory < 10.0;
+  note(noise.process.heading / kDegree, quick ? 2.5 : 6.0, "a heading that drifts by {:.1f} deg");
+  note(noise.fix_scale, 2.0, "fixes that scatter {:.1f} times as much as the detector states");
+  return findings;
+}
+
+}  // namespace trueline

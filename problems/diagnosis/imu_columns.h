@@ -1,0 +1,58 @@
+// Columns of a flight on the IMU-driven model: derivatives of its rows by effect parameters
+// (difference quotients at the base solution, the flight's own unknowns held), and the linearised
+// fit that has them.
+#pragma once
+
+#include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/candidate.h"
+#include "problems/diagnosis/linearisation.h"
+
+namespace trueline {
+
+// The linearisation point of sensitivities.
+struct SensitivityBase {
+  const FlightLog& log;  // as recorded
+  const FlightPlan& plan;
+  const VgdOptions& options;
+  const std::vector<Effect>& effects;       // in the model, the candidate not among them
+  const std::vector<VelocitySample>& path;  // of the base solution
+};
+
+// Columns (rows of FlightRows x parameters) of one candidate, in addition to the base's effects, at
+// `parameters`. `flight` has been evaluated at `x` with the base's effects and the candidate;
+// `here` are its residuals. It is left in that state.
+Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candidate,
+                            const Eigen::VectorXd& parameters, const FlightUnknowns& x,
+                            const Eigen::VectorXd& here, BaseFlight* flight);
+
+// Columns without a prior, at zero.
+Columns FreeColumns(const Eigen::MatrixXd& d_rows);
+
+class ImuLinearisation : public Linearisation {
+ public:
+  // `fit` with the columns `more` after its own; `ordinary_errors` of its own are nuisances. Only
+  // Relearn needs `fit` later.
+  ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
+                   int ordinary_errors, const Columns& more, const NoiseStrengths& noise);
+
+  const Eigen::MatrixXd& M() const override { return system_.M(); }
+  const Eigen::VectorXd& b() const override { return system_.b(); }
+  int clusters() const override { return system_.clusters(); }
+  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
+                                  const Eigen::MatrixXd& v) const override {
+    return system_.ClusterProducts(e, v);
+  }
+  std::vector<Relearned> Relearn(const std::vector<std::vector<int>>& sets) const override;
+
+ private:
+  std::shared_ptr<const BaseFlight> flight_;
+  const BaseFit& fit_;
+  int ordinary_errors_;
+  Columns columns_;
+  ReducedSystem system_;
+};
+
+// Learned noise far beyond that of ordinary flights, in words.
+std::vector<std::string> ExtraordinaryNoiseOf(const NoiseStrengths& noise);
+
+}  // namespace trueline

@@ -1,0 +1,255 @@
+#include "problems/diagnosis/imu_flight.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "problems/diagnosis/imu_terms.h"
+#include "problems/diagnosis/prepare_log.h"
+
+namespace trueline {
+namespace {
+
+// Errors that every vehicle has to some extent are nuisances with these priors: the attitude filter
+// mistakes some acceleration for gravity and its integral winds up in turns; the thrust axis
+// measures a share of the other two, which grows with drag.
+struct OrdinaryError {
+  const EffectInfo* info;
+  double sigma;  // of each parameter, in its unit
+};
+
+const std::vector<OrdinaryError>& OrdinaryErrors() {
+  static const std::vector<OrdinaryError> errors = {
+      {&InfoOf("ahrs_acceleration_error"), 0.05},
+      {&InfoOf("body_tilt_drift"), 0.01},
+      // Beside the misalignment of the axes, which eq. 15 leaves out of a_z.
+      {&InfoOf("accel_cross_axis"), 0.01}};
+  return errors;
+}
+
+Columns OrdinaryColumns(const SensitivityBase& base, const FlightUnknowns& x,
+                        const Eigen::VectorXd& here, BaseFlight* flight) {
+  Columns all = Columns::None(flight->rows());
+  for (const OrdinaryError& error : OrdinaryErrors()) {
+    const Candidate candidate{error.info, {}};
+    Columns columns =
+        FreeColumns(Sensitivity(base, candidate, candidate.Neutral(), x, here, flight));
+    columns.precision.setConstant(1.0 / (error.sigma * error.sigma));
+    all = all.With(columns);
+  }
+  return all;
+}
+
+// Moves the found effects by `step`, clamped to plausible values. True once the move is small
+// against the steps of the difference quotients. Because the noise is learned again each time,
+// steps shrink by a constant ratio; Aitken extrapolation uses two of them, so the first step never
+// converges.
+bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
+  constexpr double kFurthest = 4.0;  // times the step
+  bool settled = last->size() > 0 || step.size() == 0;
+  int at = 0;
+  for (Found& f : *found) {
+    for (int k = 0; k < f.value.size(); ++k, ++at) {
+      const EffectParameterInfo& info = f.candidate.info->parameters[k];
+      const double ratio = last->size() > 0 ? step[at] / (*last)[at] : 0.0;
+      const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
+      const double move = step[at] * std::min(kFurthest, ahead);
+      f.value[k] = std::clamp(f.value[k] + move, -info.plausible, info.plausible);
+      settled = settled && std::abs(move) < 0.2 * info.step;
+    }
+  }
+  *last = step;
+  return settled;
+}
+
+std::set<int> GatesSeen(const FlightLog& log) {
+  std::set<int> gates;
+  for (const Fix& fix : log.fixes) {
+    if (fix.gate >= 0) gates.insert(fix.gate);
+  }
+  return gates;
+}
+
+bool AppliesTo(const FlightLog& log, const VgdOptions& options, const EffectInfo& info) {
+  const bool accelerometer = options.drive.thrust == ThrustSource::kAccelerometer;
+  if (info.id == "false_gate") return false;  // not a linear effect; see FindFalseData
+  if (info.enters == EntersAt::kAttitude && log.attitude.empty()) return false;
+  if (info.enters == EntersAt::kAccelerometer && !accelerometer) return false;
+  // Without the accelerometer's x and y a wind cannot be distinguished from a tilt of E'.
+  if (info.id == "wind" && !options.drag_measurement.enabled) return false;
+  const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
+  if (needs_map && log.gates.empty()) return false;
+  return info.enters != EntersAt::kFix || !GatesSeen(log).empty();
+}
+
+}  // namespace
+
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options) {
+  const MakeFlight make = [&](const FlightLog& log) {
+    return std::make_unique<ImuDrivenFlight>(PrepareLog(log, options));
+  };
+  return Diagnose(logs, make, options);
+}
+
+ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)
+    : log_(std::move(log)),
+      options_(OpenPriors(log_->options.vgd)),
+      data_(log_->data, options_.drive, options_.passes, options_.drag_measurement),
+      plan_(FlightPlan::For(data_, options_)) {
+  std::vector<Found> none;
+  Fit(&none);
+  bare_process_ = fit_.noise.process;
+}
+
+CatalogueScope ImuDrivenFlight::Scope() const {
+  const FlightLog& data = log_->data;
+  CatalogueScope scope;
+  scope.applies = [this](const EffectInfo& info) { return AppliesTo(log_->data, options_, info); };
+  scope.gates = GatesSeen(data);
+  scope.duration = SecondsBetween(data.imu.front().t, data.imu.back().t);
+  return scope;
+}
+
+std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutCauses() const {
+  return std::make_unique<ImuDrivenFlight>(log_);
+}
+
+ThetaVector ImuDrivenFlight::Parameters() const {
+  const ParameterScaling scaling(options_);
+  return scaling.mean + scaling.sigma.cwiseProduct(fit_.x.theta);
+}
+
+ThetaVector ImuDrivenFlight::Sigmas() const {
+  const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
+  const Eigen::MatrixXd cov = system.reduced().Covariance();
+  return ParameterScaling(options_).sigma.cwiseProduct(
+      cov.diagonal().head<kThetaSize>().cwiseSqrt());
+}
+
+int ImuDrivenFlight::OrdinaryCount() const {
+  if (log_->data.attitude.empty()) return 0;
+  int count = 0;
+  for (const OrdinaryError& error : OrdinaryErrors()) {
+    count += static_cast<int>(error.info->parameters.size());
+  }
+  return count;
+}
+
+void ImuDrivenFlight::StorePath() {
+  path_.clear();
+  for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
+    path_.push_back({plan_.segments[s].begin, fit_.x.nodes[s].segment<3>(kStateAt + 3)});
+  }
+}
+
+void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
+  effects_ = EffectsOf(found);
+  corrected_ = CorrectLog(log_->data, effects_, path_);
+  flight_ = std::make_shared<BaseFlight>(corrected_, plan_, options_, ForceEffectsOf(effects_));
+  if (started_) return;
+  fit_.x = flight_->RoughStart(data_.passes);
+  fit_.noise = StartingNoise(options_);
+  fit_.columns = Columns::None(flight_->rows());
+  Solve(flight_.get(), 8, &fit_);
+  StorePath();
+  started_ = true;
+}
+
+void ImuDrivenFlight::Fit(std::vector<Found>* found) {
+  constexpr int kRefits = 8;  // at most
+  columns_.clear();
+  Eigen::VectorXd last;
+  for (int i = 0; i <= kRefits; ++i) {
+    Rebuild(*found);
+    fit_.columns = ColumnsInModel(*found);
+    Solve(flight_.get(), 5, &fit_);
+    LearnNoise(fit_.Linear(*flight_), OrdinaryCount(), i == 0 ? 6 : 3, &fit_.noise);
+    Solve(flight_.get(), 3, &fit_);
+    StorePath();
+    if (Advance(fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount()), &last, found)) {
+      break;
+    }
+  }
+}
+
+// Ordinary errors, then the found effects at their values.
+Columns ImuDrivenFlight::ColumnsInModel(const std::vector<Found>& found) {
+  const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
+  const SensitivityBase base{log_->data, plan_, options_, effects_, path_};
+  Columns columns = OrdinaryCount() > 0 ? OrdinaryColumns(base, fit_.x, here, flight_.get())
+                                        : Columns::None(flight_->rows());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    std::vector<Effect> others = effects_;
+    others.erase(others.begin() + static_cast<long>(k));
+    const SensitivityBase without{log_->data, plan_, options_, others, path_};
+    columns = columns.With(FreeColumns(
+        Sensitivity(without, found[k].candidate, found[k].value, fit_.x, here, flight_.get())));
+  }
+  return columns;
+}
+
+// Those that are not known yet need the flight evaluated at the fit.
+const Eigen::MatrixXd& ImuDrivenFlight::ColumnsOf(const Candidate& candidate,
+                                                  const Eigen::VectorXd& here) const {
+  const auto [known, added] = columns_.try_emplace({candidate.id(), candidate.fixed});
+  if (added) {
+    const SensitivityBase base{log_->data, plan_, options_, effects_, path_};
+    known->second = Sensitivity(base, candidate, candidate.Neutral(), fit_.x, here, flight_.get());
+  }
+  return known->second;
+}
+
+std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Candidate>& candidates,
+                                                          bool terms) const {
+  const int ordinary = OrdinaryCount();
+  int at = kThetaSize + ordinary;
+  const auto next = [&at](Eigen::Index count) {
+    at += static_cast<int>(count);
+    return Range(at - static_cast<int>(count), static_cast<int>(count));
+  };
+  const auto effect = [&](std::size_t size) {
+    const auto count = static_cast<Eigen::Index>(size);
+    return EffectColumns{next(count), Eigen::VectorXd::Ones(count)};
+  };
+  std::vector<EffectColumns> found_columns, candidate_columns;
+  std::vector<TermColumns> term_columns;
+  std::vector<const Eigen::MatrixXd*> parts;
+  for (const Effect& e : effects_) found_columns.push_back(effect(InfoOf(e.id).parameters.size()));
+  const Eigen::VectorXd here =
+      candidates.empty() ? Eigen::VectorXd() : flight_->Evaluate(fit_.x, false).r;
+  for (const Candidate& c : candidates) {
+    candidate_columns.push_back(effect(c.info->parameters.size()));
+    parts.push_back(&ColumnsOf(c, here));
+  }
+  const std::vector<ImuTerm> library =
+      terms ? ImuTerms(flight_.get(), fit_.x) : std::vector<ImuTerm>();
+  for (const ImuTerm& term : library) {
+    term_columns.push_back({term.name, next(term.columns.cols()), term.ordinary});
+    parts.push_back(&term.columns);
+  }
+  Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());
+  Eigen::Index column = 0;
+  for (const Eigen::MatrixXd* part : parts) {
+    stacked.middleCols(column, part->cols()) = *part;
+    column += part->cols();
+  }
+  auto fit =
+      std::make_unique<ImuLinearisation>(flight_, fit_, ordinary, FreeColumns(stacked), fit_.noise);
+  fit->found = std::move(found_columns);
+  fit->candidates = std::move(candidate_columns);
+  fit->terms = std::move(term_columns);
+  return fit;
+}
+
+// A force effect that is fitted together with a drag that accelerates the vehicle (K_x or K_y
+// positive by 3 sigmas) is strongly correlated with it, and neither value is physical.
+bool ImuDrivenFlight::ConstantsArePhysical(const Found& found) const {
+  if (found.candidate.info->enters != EntersAt::kForce) return true;
+  const ThetaVector value = Parameters(), sigma = Sigmas();
+  return value[0] <= 3.0 * sigma[0] && value[1] <= 3.0 * sigma[1];  // K_x, K_y
+}
+
+std::vector<std::string> ImuDrivenFlight::ExtraordinaryNoise() const {
+  return ExtraordinaryNoiseOf(fit_.noise);
+}
+
+}  // namespace trueline

@@ -1,0 +1,81 @@
+// A flight under diagnosis with the model that the IMU drives (Li et al. 2019, eq. 15).
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/imu_columns.h"
+#include "problems/diagnosis/prepare_log.h"
+
+namespace trueline {
+
+// Searches causes on the first flight, see diagnosis.h.
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options);
+
+// A model fitted to a part of a flight.
+struct PartFit {
+  ThetaVector value, sigma;  // physical parameters
+  std::vector<Effect> effects;
+};
+
+class ImuDrivenFlight final : public DiagnosedFlight {
+ public:
+  explicit ImuDrivenFlight(std::shared_ptr<const PreparedLog> log);
+
+  DriveKind drive() const override { return DriveKind::kImu; }
+  const FlightLog& log() const override { return log_->recorded; }
+  CatalogueScope Scope() const override;
+  void Fit(std::vector<Found>* found) override;
+  int clusters() const override { return plan_.clusters; }
+  std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
+                                           bool terms) const override;
+  bool ConstantsArePhysical(const Found& found) const override;
+  std::vector<std::string> ExtraordinaryNoise() const override;
+  std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
+  HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found, bool with_false_data) const override;
+  std::optional<Cause> FindFalseData(double alpha) const override;
+  std::unique_ptr<DiagnosedFlight> WithoutFalseData(double alpha) const override;
+  std::optional<CandidateReport> ReportFalseData(const std::optional<Cause>& found,
+                                                 double alpha) const override;
+  Residuals WhitenedResiduals() const override;
+  std::vector<ReplayError> ReplayOpenLoop() const override;
+  std::string ReplaysAgainst() const override;
+  ReplaySituation SituationOf(const ReplayError& replay) const override;
+  void Describe(Diagnosis* diagnosis) const override;
+
+ private:
+  int OrdinaryCount() const;  // columns of ordinary errors; they come first
+  void Rebuild(const std::vector<Found>& found);
+  void StorePath();
+  Columns ColumnsInModel(const std::vector<Found>& found);
+  const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;
+  // Physical parameters with their sigmas.
+  ThetaVector Parameters() const;
+  ThetaVector Sigmas() const;
+  // The model of the last Fit refitted to the clusters in `used` only.
+  PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
+  void AddArcs(const FlightLog& corrected, const PartFit& fit, int half,
+               std::map<int, double>* errors) const;
+  HeldOutErrors ErrorsOfHalf(const FlightLog& log, const PartFit& fit, int half) const;
+  std::vector<ReplayError> ReplayPart(const FlightLog& log, const FlightLog& corrected,
+                                      const PartFit& fit, const std::vector<int>& segments) const;
+
+  std::shared_ptr<const PreparedLog> log_;
+  VgdOptions options_;  // with wide priors of drag
+  FlightData data_;
+  FlightPlan plan_;
+  std::vector<Effect> effects_;
+  std::vector<VelocitySample> path_;
+  FlightLog corrected_;
+  std::shared_ptr<BaseFlight> flight_;
+  BaseFit fit_;
+  bool started_ = false;
+  ProcessNoise bare_process_;  // learned by the first fit, which has no causes
+  // Of candidates at their neutral value, for the last Fit.
+  mutable std::map<std::pair<std::string, std::map<std::string, double>>, Eigen::MatrixXd> columns_;
+};
+
+}  // namespace trueline

@@ -1,0 +1,40 @@
+#include "problems/diagnosis/linearisation.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace trueline {
+
+Eigen::VectorXd EffectColumns::Sizes(const EffectInfo& info, const Eigen::VectorXd& steps) const {
+  Eigen::VectorXd sizes = steps;
+  for (int i = 0; i < sizes.size(); ++i) {
+    if (info.enters_squared) sizes[i] = std::copysign(std::sqrt(std::abs(sizes[i])), sizes[i]);
+    sizes[i] *= unit[i];
+  }
+  return sizes;
+}
+
+Eigen::VectorXd EffectColumns::Steps(const EffectInfo& info, const Eigen::VectorXd& sizes) const {
+  Eigen::VectorXd steps = sizes.cwiseQuotient(unit);
+  if (info.enters_squared) steps = steps.cwiseProduct(steps.cwiseAbs());
+  return steps;
+}
+
+std::vector<int> Linearisation::Modelled() const {
+  std::vector<int> all = nuisances;
+  for (const EffectColumns& f : found) all = Concatenated(std::move(all), f.columns);
+  return all;
+}
+
+std::vector<int> Range(int first, int count) {
+  std::vector<int> range(count);
+  std::iota(range.begin(), range.end(), first);
+  return range;
+}
+
+std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more) {
+  columns.insert(columns.end(), more.begin(), more.end());
+  return columns;
+}
+
+}  // namespace trueline

@@ -1,0 +1,71 @@
+// A fitted flight linearised at its solution, with a column for each parameter of effects and of
+// terms that the model may lack. The flight's states are eliminated.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "problems/effects/declaration.h"
+
+namespace trueline {
+
+// Columns of an effect. `unit` is the size of its parameters that one unit of a column stands for.
+struct EffectColumns {
+  std::vector<int> columns;
+  Eigen::VectorXd unit;
+
+  // Estimates from a neutral value, in columns' units, as parameters; and the inverse.
+  Eigen::VectorXd Sizes(const EffectInfo& info, const Eigen::VectorXd& steps) const;
+  Eigen::VectorXd Steps(const EffectInfo& info, const Eigen::VectorXd& sizes) const;
+};
+
+// A term that is no effect: a product of velocity, rates, thrust, place or time that acts as a
+// force, as a moment or as an error of a reading. Terms describe a residual; they are never a
+// cause.
+struct TermColumns {
+  std::string name;  // the variable that the residual is correlated with
+  std::vector<int> columns;
+  Eigen::VectorXd ordinary;  // sizes that are not reported, by column
+  bool of_sensor = false;    // an error of a reading, and no motion of the vehicle
+};
+
+class Linearisation {
+ public:
+  virtual ~Linearisation() = default;
+
+  // The cost is 1/2 z'Mz + b'z + const over the columns z, minimised over the states; it includes
+  // the model's constants, the first columns, and priors.
+  virtual const Eigen::MatrixXd& M() const = 0;
+  virtual const Eigen::VectorXd& b() const = 0;
+  virtual int clusters() const = 0;
+  // For each cluster of time the sum over its rows of e_i v_i: e are the whitened residuals at the
+  // columns' values `e` (one more entry multiplies the residual itself), v those at each column of
+  // `v`. Clusters x columns of v.
+  virtual Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
+                                          const Eigen::MatrixXd& v) const = 0;
+
+  // A fit with noise learned again while one effect or term is in the model. Noise that was learned
+  // without it contains what it explains.
+  struct Relearned {
+    double gain;                         // twice the increase of the log evidence
+    std::unique_ptr<Linearisation> fit;  // its only candidate has these columns
+  };
+  // For each set of columns; empty if the drive's noise is not learned in this way.
+  virtual std::vector<Relearned> Relearn(const std::vector<std::vector<int>>&) const { return {}; }
+
+  std::vector<int> nuisances;        // constants and ordinary errors
+  std::vector<EffectColumns> found;  // causes in the model, linearised at their values
+  std::vector<EffectColumns> candidates;
+  std::vector<TermColumns> terms;
+
+  // Nuisances, and the columns of all causes in the model.
+  std::vector<int> Modelled() const;
+};
+
+// Indices `first`, `first` + 1, ... and lists one after another.
+std::vector<int> Range(int first, int count);
+std::vector<int> Concatenated(std::vector<int> columns, const std::vector<int>& more);
+
+}  // namespace trueline

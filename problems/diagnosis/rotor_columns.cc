@@ -1,0 +1,211 @@
+#include "problems/diagnosis/rotor_columns.h"
+
+#include <cmath>
+#include <functional>
+
+namespace trueline {
+
+RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
+                          const std::vector<Effect>& effects) {
+  std::vector<Effect> all = options.effects;
+  all.insert(all.end(), effects.begin(), effects.end());
+  const RotorExtension found = RotorExtensionOf(effects);
+  RotorDataOptions streams = options.data;
+  streams.motor_lag += found.motor_lag;
+  const RotorDrivenModel& vehicle = options.vehicle.model;
+  RotorSetup setup{RotorAeroModel(vehicle.rotors(), log.gravity, RotorExtensionOf(all).effects),
+                   MakeRotorData(log, vehicle.num_rotors(), streams), options.prior,
+                   streams.motor_lag};
+  setup.prior.mean += found.added;
+  return setup;
+}
+
+RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
+                       const RotorSetup& setup, const std::vector<Effect>& effects) {
+  const RotorConstants before = setup.prior.mean;
+  const RotorExtension extension = RotorExtensionOf(effects);
+  if (options.data.motor_lag + extension.motor_lag != setup.motor_lag) {
+    RotorSetup moved = MakeRotorSetup(log, options, effects);
+    return {moved.model, moved.prior.mean - before,
+            std::make_shared<RotorData>(std::move(moved.data))};
+  }
+  std::vector<Effect> all = options.effects;
+  all.insert(all.end(), effects.begin(), effects.end());
+  return {
+      RotorAeroModel(options.vehicle.model.rotors(), log.gravity, RotorExtensionOf(all).effects),
+      options.prior.mean + extension.added - before, nullptr};
+}
+
+namespace {
+
+using Eigen::Vector3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+// The variables that a term may depend on.
+struct TermInputs {
+  Vector3d v_B, w_B;  // m/s, rad/s
+  double thrust;      // m/s^2, above hover
+  Eigen::Matrix3d R_E_B;
+  Vector3d p_E;    // m, from the middle of the flight
+  double s;        // time from -1 to 1 over the flight
+  double heading;  // rad
+
+  Vector3d Down() const { return R_E_B.row(2).transpose(); }  // in body axes
+};
+
+using Term = std::function<Vector3d(const TermInputs&)>;
+
+// What a term changes: the vehicle's specific force or angular acceleration, or a sensor's reading
+// directly. In the order of the rows of SegmentModel::PushFunction and RotorColumns::ReadFunction.
+enum class TermOn { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
+constexpr int kPushRows = 12, kReadRows = 6;
+
+struct NamedTerms {
+  std::string name;
+  TermOn on;
+  std::vector<Term> terms;
+};
+
+// One term for each of the given body axes, `size` along it.
+std::vector<Term> Along(const std::vector<int>& axes,
+                        const std::function<double(const TermInputs&)>& size) {
+  std::vector<Term> terms;
+  terms.reserve(axes.size());
+  for (const int axis : axes) {
+    terms.emplace_back(
+        [axis, size](const TermInputs& a) -> Vector3d { return size(a) * Vector3d::Unit(axis); });
+  }
+  return terms;
+}
+
+const std::vector<NamedTerms>& Library() {
+  using S = const TermInputs&;
+  using enum TermOn;
+  const auto thrust = [](S a) { return a.thrust; };
+  static const std::vector<NamedTerms> library = {
+      {"square of speed",
+       kForce,
+       {[](S a) { return Vector3d(a.v_B.norm() * a.v_B.x(), a.v_B.norm() * a.v_B.y(), 0); },
+        [](S a) { return Vector3d(0, 0, a.v_B.norm() * a.v_B.z()); }}},
+      {"sideways speed, across axes",
+       kForce,
+       {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
+        [](S a) { return Vector3d(0, a.v_B.x(), 0); }}},
+      {"turn rates, as a force", kForce, Along({0, 1, 2}, [](S a) { return a.w_B.norm(); })},
+      {"thrust, as a force", kForce, Along({0, 1, 2}, thrust)},
+      {"square of thrust", kForce, Along({2}, [](S a) { return a.thrust * a.thrust; })},
+      {"time, as a force in body axes", kForce, Along({0, 1, 2}, [](S a) { return a.s; })},
+      {"place, north to south",
+       kForce,
+       {[](S a) -> Vector3d { return a.p_E.x() * a.R_E_B.row(0).transpose(); },
+        [](S a) -> Vector3d { return a.p_E.x() * a.R_E_B.row(1).transpose(); }}},
+      {"place, east to west",
+       kForce,
+       {[](S a) -> Vector3d { return a.p_E.y() * a.R_E_B.row(0).transpose(); },
+        [](S a) -> Vector3d { return a.p_E.y() * a.R_E_B.row(1).transpose(); }}},
+      {"a force from one side",
+       kForce,
+       {[](S a) -> Vector3d { return a.R_E_B.row(0).transpose(); },
+        [](S a) -> Vector3d { return a.R_E_B.row(1).transpose(); }}},
+      {"turn rates, as a moment",
+       kTurn,
+       {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
+        [](S a) { return Vector3d(0, a.w_B.y(), 0); },
+        [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
+      {"speed, as a moment",
+       kTurn,
+       {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
+        [](S a) { return Vector3d(0, a.v_B.x(), 0); }}},
+      {"time, as a moment", kTurn, Along({0, 1, 2}, [](S a) { return a.s; })},
+      {"thrust, as the accelerometer reads it", kAccelerometer, Along({2}, thrust)},
+      {"thrust, as the accelerometer reads it across", kAccelerometer, Along({0, 1}, thrust)},
+      {"turn rates, as the gyro reads them",
+       kGyro,
+       {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
+        [](S a) { return Vector3d(0, a.w_B.y(), 0); },
+        [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
+      {"heading, as the attitude is read",
+       kAttitude,
+       {[](S a) -> Vector3d { return std::sin(a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::sin(2.0 * a.heading) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(2.0 * a.heading) * a.Down(); }}},
+      {"a constant moment", kTurn, Along({2}, [](S) { return 1.0; })},
+  };
+  return library;
+}
+
+bool IsOfSensor(TermOn on) { return on != TermOn::kForce && on != TermOn::kTurn; }
+
+TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double t,
+                        const RotorState& x) {
+  TermInputs at;
+  at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+  at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
+  at.w_B = x.segment<3>(RotorDrivenModel::kRate);
+  at.p_E = x.segment<3>(RotorDrivenModel::kPosition) - middle;
+  at.thrust =
+      -setup.model.PushOn(x.data(), setup.data.InputAt(t)).force.z() - setup.model.base().gravity();
+  at.s = 2.0 * t / setup.data.poses.back().t - 1.0;
+  at.heading = std::atan2(at.R_E_B(1, 0), at.R_E_B(0, 0));
+  return at;
+}
+
+// One column for each term: force rows (PushFunction) above pose-reading rows (ReadFunction).
+Eigen::MatrixXd ValuesOf(const TermInputs& at, int count) {
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kPushRows + kReadRows, count);
+  int column = 0;
+  for (const NamedTerms& named : Library()) {
+    const int row = 3 * static_cast<int>(named.on);
+    for (const Term& term : named.terms) values.col(column++).segment<3>(row) = term(at);
+  }
+  return values;
+}
+
+}  // namespace
+
+RotorTerms MakeRotorTerms(const RotorSetup& setup) {
+  RotorTerms library;
+  int& count = library.columns.count;
+  for (const NamedTerms& named : Library()) {
+    const int terms = static_cast<int>(named.terms.size());
+    library.terms.push_back({named.name, terms, IsOfSensor(named.on)});
+    count += terms;
+  }
+  const RotorData& data = setup.data;
+  Vector3d middle = Vector3d::Zero();
+  for (const RotorPose& pose : data.poses) middle += pose.p_E;
+  middle /= static_cast<double>(data.poses.size());
+  const auto terms_at = [&setup, middle, count](double t, const RotorState& x) {
+    return ValuesOf(TermInputsAt(setup, middle, t, x), count);
+  };
+  library.columns.push = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* push) {
+    *push = terms_at(t, x).topRows<kPushRows>();
+  };
+  library.columns.read = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* read) {
+    *read = terms_at(t, x).bottomRows<kReadRows>();
+  };
+  return library;
+}
+
+RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
+                       const RotorTerms* library) {
+  RotorColumns columns = VariantColumns(setup.model, setup.data, std::move(variants));
+  if (library == nullptr) return columns;
+  const RotorColumns& beside = library->columns;
+  const auto push = [variants = columns.push, &beside](double t, const RotorState& x,
+                                                       Eigen::MatrixXd* out) {
+    variants(t, x, out);
+    Eigen::MatrixXd described;
+    beside.push(t, x, &described);
+    out->rightCols(beside.count) = described;
+  };
+  const auto read = [&beside](double t, const RotorState& x, Eigen::MatrixXd* out) {
+    Eigen::MatrixXd described;
+    beside.read(t, x, &described);
+    out->rightCols(beside.count) = described;
+  };
+  return {columns.count + beside.count, push, read};
+}
+
+}  // namespace trueline

@@ -1,0 +1,44 @@
+// The forces that each candidate would add along a fitted flight, as columns for RotorNormal.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/calibration/rotor_calibration.h"
+#include "problems/effects/rotor_extension.h"
+#include "problems/rotor_batch/rotor_variant.h"
+
+namespace trueline {
+
+// Data, model and prior of a fit with given effects in the model.
+struct RotorSetup {
+  RotorAeroModel model;
+  RotorData data;
+  RotorPrior prior;
+  double motor_lag;  // s, used
+};
+RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
+                          const std::vector<Effect>& effects);
+
+// The model with the given effects, as an alternative to that of the fit `setup`.
+RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
+                       const RotorSetup& setup, const std::vector<Effect>& effects);
+
+// A term that is no effect (see TermColumns).
+struct RotorTerm {
+  std::string name;
+  int count;  // columns
+  bool of_sensor;
+};
+// All terms for one flight; `setup` must outlive it.
+struct RotorTerms {
+  std::vector<RotorTerm> terms;
+  RotorColumns columns;
+};
+RotorTerms MakeRotorTerms(const RotorSetup& setup);
+
+// Columns of all variants, then of the terms (may be null), side by side.
+RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
+                       const RotorTerms* terms);
+
+}  // namespace trueline

@@ -1,0 +1,266 @@
+#include "problems/diagnosis/rotor_flight.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "problems/calibration/learn_rotor_noise.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
+constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
+constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
+constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
+constexpr int kHalvings = 4;
+constexpr int kMostSteps = 6;          // of a refinement
+constexpr double kCostIncrease = 0.5;  // of cost; a smaller rise comes from re-evaluated weights
+
+class RotorLinearisation : public Linearisation {
+ public:
+  explicit RotorLinearisation(RotorNormal normal) : normal_(std::move(normal)) {
+    nuisances = Range(0, normal_.constants());
+  }
+  const Eigen::MatrixXd& M() const override { return normal_.M(); }
+  const Eigen::VectorXd& b() const override { return normal_.b(); }
+  int clusters() const override { return normal_.clusters(); }
+  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
+                                  const Eigen::MatrixXd& v) const override {
+    return normal_.ClusterProducts(e, v);
+  }
+
+ private:
+  RotorNormal normal_;
+};
+
+bool InBase(const RotorPrior& prior, const std::string& constant) {
+  return prior.sigma[FindRotorConstant(constant)] > 0.0;
+}
+
+// Lowest height of the flight above the floor (p_z = 0), m.
+double LowestHeight(const RotorData& data) {
+  double lowest = -data.poses.front().p_E.z();
+  for (const RotorPose& pose : data.poses) lowest = std::min(lowest, -pose.p_E.z());
+  return lowest;
+}
+
+// Drag, inflow and motor lag are left out where the base fit estimates them, the ground effect
+// where the flight is not above p_z = 0.
+bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
+  constexpr double kOnTheFloor = 0.02;  // m
+  const RotorPrior& prior = setup.prior;
+  if (info.id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
+  if (info.id == "rotor_inflow") return !InBase(prior, "inflow");
+  if (info.id == "motor_lag") return !setup.data.motors;
+  return info.id != "ground_effect" || LowestHeight(setup.data) > kOnTheFloor;
+}
+
+// The size of each parameter that one unit of a column stands for.
+Eigen::VectorXd UnitsOf(const Candidate& candidate, double share) {
+  Eigen::VectorXd units(candidate.size());
+  for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
+  return units;
+}
+
+}  // namespace
+
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options) {
+  const MakeFlight make = [&](const FlightLog& log) {
+    return std::make_unique<RotorDrivenFlight>(log, options.calibration);
+  };
+  return Diagnose(logs, make, options);
+}
+
+RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibrationOptions& options)
+    : log_(log), options_(options), stated_(options.noise), learn_noise_(options.learn_noise) {
+  RotorEkfOptions filter{options.noise, options.prior, options.wander};
+  LearnFromFlight(ModelFor(options, log.gravity), log,
+                  {options.learn_noise, options.learn_rotor_delay, kLearnOn, stated_},
+                  &options_.data, &filter);
+  bare_noise_ = options_.noise = filter.noise;
+  Solve({});
+}
+
+RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise,
+                                     bool learn_noise)
+    : log_(other.log_),
+      options_(other.options_),
+      stated_(other.stated_),
+      bare_noise_(noise),
+      learn_noise_(learn_noise) {
+  options_.noise = noise;
+  Solve({});
+}
+
+std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::WithoutCauses() const {
+  return std::unique_ptr<DiagnosedFlight>(
+      new RotorDrivenFlight(*this, bare_noise_, options_.learn_noise));
+}
+
+std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::Reference() const {
+  return std::unique_ptr<DiagnosedFlight>(new RotorDrivenFlight(*this, options_.noise, false));
+}
+
+CatalogueScope RotorDrivenFlight::Scope() const {
+  const RotorData& data = setup_->data;
+  CatalogueScope scope;
+  scope.applies = [this](const EffectInfo& info) { return AppliesTo(*setup_, info); };
+  scope.rotors = setup_->model.num_rotors();
+  scope.start = data.since_start + data.poses.front().t;
+  scope.duration = data.poses.back().t - data.poses.front().t;
+  return scope;
+}
+
+RotorBatchOptions RotorDrivenFlight::BatchOptions() const {
+  return {options_.noise, setup_->prior, options_.robust_pose};
+}
+
+std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
+                                                         const Eigen::VectorXd& value,
+                                                         const std::vector<Effect>& others) const {
+  const bool at_neutral = value == candidate.Neutral();
+  const Eigen::VectorXd moves = UnitsOf(candidate, at_neutral ? 1.0 : kLocal);
+  std::vector<RotorVariant> variants;
+  for (int i = 0; i < value.size(); ++i) {
+    std::vector<Effect> effects = others;
+    effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
+    variants.push_back(VariantOf(log_, options_, *setup_, effects));
+  }
+  return variants;
+}
+
+std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
+  std::vector<RotorVariant> variants;
+  for (std::size_t k = 0; k < found_.size(); ++k) {
+    std::vector<Effect> others = EffectsOf(found_);
+    others.erase(others.begin() + static_cast<long>(k));
+    for (RotorVariant& v : VariantsFor(found_[k].candidate, found_[k].value, others)) {
+      variants.push_back(std::move(v));
+    }
+  }
+  return variants;
+}
+
+void RotorDrivenFlight::Solve(const std::vector<Found>& found) {
+  found_ = found;
+  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, EffectsOf(found)));
+  const RotorBatchResult before = batch_;
+  batch_ = RunRotorBatch(setup_->model, setup_->data, BatchOptions(), started_ ? &before : nullptr);
+  started_ = true;
+  normal_.emplace(setup_->model, setup_->data, BatchOptions(), batch_,
+                  ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster);
+}
+
+bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
+  constexpr double kSmall = 0.1;  // sigmas
+  const Eigen::LLT<Eigen::MatrixXd> llt(normal_->M());
+  const Eigen::VectorXd z = llt.solve(-normal_->b());
+  const Eigen::MatrixXd cov = llt.solve(Eigen::MatrixXd::Identity(z.size(), z.size()));
+  bool settled = true;
+  int at = normal_->constants();
+  for (Found& f : *found) {
+    for (int i = 0; i < f.value.size(); ++i, ++at) {
+      const EffectParameterInfo& info = f.candidate.info->parameters[i];
+      f.value[i] += z[at] * kLocal * info.step;
+      if (!info.either_sign) f.value[i] = std::max(f.value[i], 1e-3 * info.step);
+      settled = settled && std::abs(z[at]) < kSmall * std::sqrt(cov(at, at));
+    }
+  }
+  return settled;
+}
+
+void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
+  Solve(*found);
+  for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
+    const std::vector<Found> before = *found;
+    const double cost = batch_.cost;
+    const bool settled = Step(found);
+    Solve(*found);
+    if (settled) return;
+    // Constants that absorbed part of the effect (inertia for a missing moment) make steps too
+    // long.
+    for (int k = 0; k < kHalvings && batch_.cost > cost + kCostIncrease; ++k) {
+      for (std::size_t f = 0; f < before.size(); ++f) {
+        (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
+      }
+      Solve(*found);
+    }
+  }
+}
+
+void RotorDrivenFlight::LearnNoiseAgain() {
+  RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
+  RotorDataOptions streams = options_.data;
+  streams.motor_lag += RotorExtensionOf(EffectsOf(found_)).motor_lag;
+  LearnFromFlight(setup_->model, log_, {true, false, kLearnOn, stated_, kNearStep}, &streams,
+                  &filter);
+  options_.noise = filter.noise;
+}
+
+void RotorDrivenFlight::Fit(std::vector<Found>* found) {
+  if (found->empty()) options_.noise = bare_noise_;
+  RefineValues(found);
+  if (found->empty() || !learn_noise_) return;
+  LearnNoiseAgain();
+  RefineValues(found);
+}
+
+std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
+    const std::vector<Candidate>& candidates, bool terms) const {
+  std::vector<RotorVariant> variants;
+  if (!candidates.empty() || terms) variants = VariantsOfFound();
+  const std::vector<Effect> effects = EffectsOf(found_);
+  for (const Candidate& c : candidates) {
+    for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
+  }
+  const RotorTerms library = terms ? MakeRotorTerms(*setup_) : RotorTerms();
+  auto fit = candidates.empty() && !terms
+                 ? std::make_unique<RotorLinearisation>(*normal_)
+                 : std::make_unique<RotorLinearisation>(RotorNormal(
+                       setup_->model, setup_->data, BatchOptions(), batch_,
+                       ColumnsOf(*setup_, std::move(variants), terms ? &library : nullptr),
+                       kRotorCluster));
+  int at = normal_->constants();
+  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
+  for (const Found& f : found_) {
+    fit->found.push_back({next(f.candidate.size()), UnitsOf(f.candidate, kLocal)});
+  }
+  for (const Candidate& c : candidates) {
+    fit->candidates.push_back({next(c.size()), UnitsOf(c, 1.0)});
+  }
+  for (const RotorTerm& term : library.terms) {
+    fit->terms.push_back(
+        {term.name, next(term.count), Eigen::VectorXd::Zero(term.count), term.of_sensor});
+  }
+  return fit;
+}
+
+std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
+  constexpr double kTimesStated = 3.0;
+  constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
+  constexpr double kTurn = 10.0;  // rad/s^2/sqrt(Hz)
+  const RotorNoise& learned = options_.noise;
+  std::vector<std::string> findings;
+  const auto sensor = [&](double is, double said, const std::string& what) {
+    if (is > kTimesStated * said) {
+      findings.push_back(fmt::format("{} that scatters {:.1f} times as stated", what, is / said));
+    }
+  };
+  sensor(learned.accel, stated_.accel, "an accelerometer");
+  sensor(learned.gyro, stated_.gyro, "a gyro");
+  sensor(learned.position, stated_.position, "a position");
+  sensor(learned.attitude, stated_.attitude, "an attitude");
+  if (learned.force_density > kForce) {
+    findings.push_back(
+        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
+  }
+  if (learned.angular_density > kTurn) {
+    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
+                                   learned.angular_density));
+  }
+  return findings;
+}
+
+}  // namespace trueline

@@ -1,0 +1,82 @@
+// A flight under diagnosis with the model that rotor speeds drive (Boehm et al. 2020).
+//
+// The base fit is the batch calibration of the whole flight: constants, states at all poses, noise
+// of the greatest likelihood. The forces (specific force, angular acceleration) that an effect
+// would add along the fitted flight become a column of the linearised fit.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/rotor_columns.h"
+
+namespace trueline {
+
+struct RotorDiagnosisOptions : SearchOptions {
+  RotorCalibrationOptions calibration;
+
+  explicit RotorDiagnosisOptions(RotorCalibrationOptions options)
+      : calibration(std::move(options)) {}
+};
+
+// Searches causes on the first flight, see diagnosis.h.
+Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options);
+
+class RotorDrivenFlight final : public DiagnosedFlight {
+ public:
+  // Learns noise and delay of the rotor speeds as a calibration does. `log` must outlive this
+  // object.
+  RotorDrivenFlight(const FlightLog& log, const RotorCalibrationOptions& options);
+
+  DriveKind drive() const override { return DriveKind::kRotors; }
+  const FlightLog& log() const override { return log_; }
+  CatalogueScope Scope() const override;
+  void Fit(std::vector<Found>* found) override;
+  int clusters() const override { return normal_->clusters(); }
+  std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
+                                           bool terms) const override;
+  std::vector<std::string> ExtraordinaryNoise() const override;
+  std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
+  std::unique_ptr<DiagnosedFlight> Reference() const override;
+  HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found, bool with_false_data) const override;
+  Residuals WhitenedResiduals() const override;
+  std::vector<ReplayError> ReplayOpenLoop() const override;
+  std::string ReplaysAgainst() const override;
+  ReplaySituation SituationOf(const ReplayError& replay) const override;
+  void Describe(Diagnosis* diagnosis) const override;
+
+ private:
+  // The same flight without causes; `noise` is known.
+  RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
+
+  // Solves with the causes held at their values.
+  void Solve(const std::vector<Found>& found);
+  void RefineValues(std::vector<Found>* found);
+  // One Gauss-Newton step of the causes. True if it is small in sigmas.
+  bool Step(std::vector<Found>* found) const;
+  void LearnNoiseAgain();
+  RotorBatchOptions BatchOptions() const;
+  std::vector<RotorVariant> VariantsFor(const Candidate& candidate, const Eigen::VectorXd& value,
+                                        const std::vector<Effect>& others) const;
+  // Variants of all causes in the model, each given the others.
+  std::vector<RotorVariant> VariantsOfFound() const;
+  // The model of the last Fit refitted to the clusters in `used` only.
+  struct PartFit {
+    RotorConstants constants;
+    std::vector<Effect> effects;
+  };
+  PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
+
+  const FlightLog& log_;
+  RotorCalibrationOptions options_;  // noise and delay as learned
+  RotorNoise stated_, bare_noise_;   // before learning; learned without causes
+  bool learn_noise_;                 // again, with causes in the model
+  std::vector<Found> found_;
+  std::unique_ptr<RotorSetup> setup_;
+  RotorBatchResult batch_;
+  std::optional<RotorNormal> normal_;  // of the last Solve, with the columns of its causes
+  bool started_ = false;
+};
+
+}  // namespace trueline

@@ -1,0 +1,63 @@
+// Errors of the rotor-driven model on the half of a flight that it was not fitted to.
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "problems/diagnosis/gain.h"
+#include "problems/diagnosis/rotor_flight.h"
+#include "problems/result/statistics.h"
+
+namespace trueline {
+
+RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& found,
+                                                    const std::vector<bool>& used) const {
+  const RotorNormal normal = normal_->Only(used);
+  const Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
+  const RotorPrior& prior = setup_->prior;
+  const std::vector<int> free = prior.Free();
+  PartFit part{batch_.mean, {}};
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    part.constants[free[i]] += z[static_cast<int>(i)] * prior.sigma[free[i]];
+  }
+  const auto fit = Linearise({}, false);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Eigen::VectorXd steps = z(fit->found[k].columns);
+    const Eigen::VectorXd sizes = steps.cwiseProduct(fit->found[k].unit);
+    part.effects.push_back(found[k].candidate.At(found[k].value + sizes));
+  }
+  return part;
+}
+
+// Open-loop position errors after half a second, by the cluster in which they start: means over
+// starts.
+HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
+                                               bool /*with_false_data*/) const {
+  constexpr double kHorizon = 0.5;    // s
+  constexpr double kSpacing = 0.1;    // s
+  constexpr int kFewestClusters = 5;  // clusters that both halves need for a fit
+  HeldOutErrors errors;
+  errors.metric = "open_loop_position_error_0.5s";
+  const int count = clusters();
+  if (count < 2 * kFewestClusters) return errors;
+  for (const int half : {0, 1}) {
+    std::vector<bool> used;
+    for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);
+    PartFit part = FitOf(found, used);
+    const RotorSetup setup = MakeRotorSetup(log_, options_, part.effects);
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      if (setup.prior.sigma[i] == 0.0) part.constants[i] = setup.prior.mean[i];
+    }
+    const double start = setup.data.poses.front().t;
+    const double length = setup.data.poses.back().t - start;
+    std::map<int, std::vector<double>> by_cluster;
+    for (const OpenLoopError& e :
+         PredictOpenLoop(setup.model, setup.data, options_.noise, part.constants, part.constants,
+                         {kHorizon}, kSpacing)) {
+      const int cluster = std::min(count - 1, static_cast<int>((e.t - start) / length * count));
+      if (HalfOf(cluster) == half) by_cluster[cluster].push_back(e.error);
+    }
+    for (const auto& [cluster, values] : by_cluster) errors.arcs[cluster] = Mean(values);
+  }
+  return errors;
+}
+
+}  // namespace trueline

@@ -1,0 +1,105 @@
+// Open-loop replays of the rotor-driven model: from a fitted state, rotor speeds alone.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "problems/diagnosis/misfit.h"
+#include "problems/diagnosis/rotor_flight.h"
+#include "problems/rotor_data/rotor_step.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0};  // s
+constexpr double kReplaySpacing = 0.1;                 // s, between starts
+constexpr double kReplayStep = 0.004;                  // s
+
+Eigen::Vector3d PositionOf(const RotorState& x) {
+  Eigen::Vector3d p_E;
+  RotorAeroModel::Position(x.data(), p_E.data());
+  return p_E;
+}
+
+Eigen::Matrix3d AttitudeOf(const RotorState& x) {
+  return Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+}
+
+RotorState Integrated(const RotorAeroModel& model, const RotorData& data, RotorState x, double from,
+                      double to) {
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kReplayStep - 1e-9)));
+  const double dt = (to - from) / steps;
+  for (int k = 0; k < steps; ++k) {
+    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
+    x.head<4>().normalize();
+  }
+  return x;
+}
+
+// The pose nearest to t.
+std::size_t NearestPose(const RotorData& data, double t) {
+  const auto& poses = data.poses;
+  const auto after = std::lower_bound(poses.begin(), poses.end(), t,
+                                      [](const RotorPose& p, double at) { return p.t < at; });
+  if (after == poses.begin()) return 0;
+  const auto nearest =
+      after == poses.end() || t - std::prev(after)->t < after->t - t ? std::prev(after) : after;
+  return static_cast<std::size_t>(nearest - poses.begin());
+}
+
+}  // namespace
+
+std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
+  RotorData data = setup_->data;
+  if (data.motors) data.TurnMotors(MotorsOf(batch_.mean));
+  std::vector<ReplayError> errors;
+  double next = data.poses.front().t;
+  for (std::size_t i = 0; i < data.poses.size(); ++i) {
+    double from = data.poses[i].t;
+    if (from < next) continue;
+    next = from + kReplaySpacing;
+    RotorState x = Joined(batch_.nodes[i], batch_.mean);
+    const Eigen::Vector3d p_E = PositionOf(x);
+    for (const double horizon : kHorizons) {
+      const double asked = data.poses[i].t + horizon;
+      if (asked > data.poses.back().t) break;
+      const RotorPose& pose = data.poses[NearestPose(data, asked)];
+      if (pose.t <= from) break;
+      x = Integrated(setup_->model, data, x, from, pose.t);
+      from = pose.t;
+      const Eigen::Vector3d error_E = PositionOf(x) - p_E - (pose.p_E - data.poses[i].p_E);
+      errors.push_back({static_cast<int>(i), horizon, data.origin + FromSeconds(pose.t), error_E,
+                        AttitudeOf(x).transpose() * error_E});
+    }
+  }
+  return errors;
+}
+
+std::string RotorDrivenFlight::ReplaysAgainst() const { return "poses"; }
+
+ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const {
+  constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
+  const RotorData& data = setup_->data;
+  const double t = SecondsBetween(data.origin, replay.end) - 0.5 * replay.horizon;
+  const std::size_t i = NearestPose(data, t);
+  const RotorState x = Joined(batch_.nodes[i], batch_.mean);
+  const Eigen::Matrix3d R_E_B = AttitudeOf(x);
+  const Eigen::Vector3d f_B = setup_->model.PushOn(x.data(), data.InputAt(t)).force;
+  const Eigen::Vector3d p_E = PositionOf(x);
+  ReplaySituation at{};
+  at.time = data.since_start + t;
+  at.speed = x.segment<3>(RotorDrivenModel::kVelocity).norm();
+  at.acceleration = (R_E_B * f_B + log_.gravity * Eigen::Vector3d::UnitZ()).norm();
+  at.thrust = -f_B.z();
+  at.rate = x.segment<3>(RotorDrivenModel::kRate).norm();
+  at.heading = std::atan2(R_E_B(1, 0), R_E_B(0, 0));
+  at.gate = -1;
+  at.gate_distance = kNotLogged;
+  at.height = -p_E.z();
+  at.battery = LastBefore(log_.battery, data.origin + FromSeconds(t));
+  at.north = p_E.x();
+  at.east = p_E.y();
+  return at;
+}
+
+}  // namespace trueline

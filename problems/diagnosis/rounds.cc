@@ -1,0 +1,171 @@
+#include "problems/diagnosis/rounds.h"
+
+#include <algorithm>
+
+#include "problems/diagnosis/explanation.h"
+#include "problems/diagnosis/steps.h"
+
+namespace trueline {
+
+void Rounds::Remove(std::size_t which) {
+  found.erase(found.begin() + static_cast<long>(which));
+  p.erase(p.begin() + static_cast<long>(which));
+  confused.erase(confused.begin() + static_cast<long>(which));
+}
+
+namespace {
+
+CandidateReport Report(const Tested& t, double alpha, int clusters) {
+  const EffectInfo& info = *t.candidate.info;
+  CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
+  report.value = t.value;
+  report.sigma = t.columns.Sizes(info, t.test.sigma);
+  report.detectable = t.columns.Sizes(info, DetectableSize(t.test, alpha / t.tried, clusters));
+  return report;
+}
+
+// Terms that explain clearly more than `merit`. Sensor terms do not explain the vehicle's motion,
+// so they are compared with zero merit.
+std::vector<TestedTerm> Remaining(const FlightEvidence& evidence, double alpha, double merit) {
+  std::vector<TestedTerm> remaining;
+  for (const TestedTerm& term : evidence.terms()) {
+    if (term.Exceeds(alpha, term.of_sensor ? 0.0 : merit)) remaining.push_back(term);
+  }
+  return remaining;
+}
+
+// True if the vehicle's motion clearly differs from that of every effect. An effect of an
+// impossible size does not count: it may be significant only because a correlated effect is missing
+// from the model, and such effects are searched first.
+bool BeyondEffects(const std::vector<TestedTerm>& remaining) {
+  return std::any_of(remaining.begin(), remaining.end(),
+                     [](const TestedTerm& t) { return !t.of_sensor && !t.columns.empty(); });
+}
+
+// True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
+bool RetainsHalf(const Found& f, const ScoreTest& test) {
+  const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
+  const Eigen::VectorXd beside =
+      (test.value - (f.value - f.candidate.Neutral())).cwiseQuotient(test.sigma);
+  return alone.dot(beside) > -0.5 * alone.squaredNorm();
+}
+
+class CauseSearch {
+ public:
+  CauseSearch(const std::vector<Candidate>& candidates, const SearchOptions& options,
+              DiagnosedFlight* flight)
+      : options_(options),
+        flight_(flight),
+        candidates_(candidates),
+        tried_(std::max(1, DistinctIds(candidates))),
+        alpha_(options.alpha / tried_) {}
+
+  Rounds Run() {
+    for (int round = 0; round <= options_.max_causes; ++round) {
+      const std::unique_ptr<FlightEvidence> evidence = TestAll();
+      if (round == 0) StoreReports(*evidence);
+      const Explanation best = Explain(*evidence, alpha_);
+      const std::vector<TestedTerm> remaining = Remaining(*evidence, options_.alpha, best.merit);
+      rounds_.goes_with.clear();
+      for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
+      const bool last = best.effects.empty() || round == options_.max_causes ||
+                        static_cast<int>(rounds_.found.size()) >= options_.max_causes;
+      if (BeyondEffects(remaining)) {
+        if (!last && AddOnTrial(best)) continue;
+        DropApproximations(*evidence, remaining);
+        break;
+      }
+      if (last) break;
+      Add(best);
+    }
+    return rounds_;
+  }
+
+ private:
+  // Of the model as it is.
+  std::unique_ptr<FlightEvidence> TestAll() {
+    if (next_) return std::move(next_);
+    return std::make_unique<FlightEvidence>(
+        *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
+  }
+
+  void StoreReports(const FlightEvidence& evidence) {
+    for (const Tested& t : evidence.tested()) {
+      rounds_.candidates.push_back(Report(t, alpha_, flight_->clusters()));
+    }
+  }
+
+  // Adds causes to the model and drops those that they explain away.
+  void Add(const Explanation& best) {
+    for (std::size_t i = 0; i < best.effects.size(); ++i) {
+      rounds_.p.push_back(std::min(1.0, best.effects[i].p * tried_));
+      rounds_.confused.push_back(best.confused[i]);
+      rounds_.found.push_back(Refined(best.effects[i], *flight_));
+    }
+    flight_->Fit(&rounds_.found);
+    while (DropExplainedAway()) flight_->Fit(&rounds_.found);
+  }
+
+  // Drops the last cause that is no longer significant given the others, or no longer plausible,
+  // and excludes it from later rounds. True if one was dropped.
+  bool DropExplainedAway() {
+    const auto fit = flight_->Linearise({}, false);
+    for (std::size_t i = rounds_.found.size(); i-- > 0;) {
+      const Found& f = rounds_.found[i];
+      const bool plausible = Plausible(f.candidate, f.value) && flight_->ConstantsArePhysical(f);
+      if (plausible && TestFound(*fit, rounds_.found, i).p() < alpha_) continue;
+      candidates_ = Without(candidates_, {f});
+      rounds_.Remove(i);
+      return true;
+    }
+    return false;
+  }
+
+  // An effect that is linearised far from its value may appear weaker than a term that only
+  // approximates it. Adds the best effects on trial and removes them if such a term remains
+  // significant after the fit.
+  bool AddOnTrial(const Explanation& best) {
+    const Rounds before = rounds_;
+    const std::vector<Candidate> candidates_before = candidates_;
+    Add(best);
+    next_ = TestAll();
+    const double merit = Explain(*next_, alpha_).merit;
+    if (!BeyondEffects(Remaining(*next_, options_.alpha, merit))) return true;
+    next_.reset();
+    rounds_ = before;
+    candidates_ = candidates_before;
+    flight_->Fit(&rounds_.found);
+    return false;
+  }
+
+  // Drops causes that the remaining terms explain away, wholly or by more than half: such an effect
+  // only approximates the terms.
+  void DropApproximations(const FlightEvidence& evidence,
+                          const std::vector<TestedTerm>& remaining) {
+    std::vector<int> beside;
+    for (const TestedTerm& term : remaining) beside = Concatenated(std::move(beside), term.columns);
+    const std::vector<Found> found = rounds_.found;
+    for (std::size_t i = found.size(); i-- > 0;) {
+      const ScoreTest test = TestFound(evidence.fit(), found, i, beside);
+      if (test.p() >= alpha_ || !RetainsHalf(found[i], test)) rounds_.Remove(i);
+    }
+    if (rounds_.found.size() < found.size()) flight_->Fit(&rounds_.found);
+  }
+
+  const SearchOptions& options_;
+  DiagnosedFlight* flight_;
+  std::vector<Candidate> candidates_;
+  int tried_;     // effects
+  double alpha_;  // of one of them
+  Rounds rounds_;
+  std::unique_ptr<FlightEvidence> next_;  // of the next round, where a trial has tested all already
+};
+
+}  // namespace
+
+Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
+                    DiagnosedFlight* flight) {
+  return CauseSearch(candidates, options, flight).Run();
+}
+
+}  // namespace trueline

@@ -1,0 +1,25 @@
+// Stepwise search for causes. Each round tests all candidates, adds the best effect or pair of
+// effects to the model, fits again and drops causes that are no longer significant.
+#pragma once
+
+#include "problems/diagnosis/diagnosed_flight.h"
+
+namespace trueline {
+
+// Causes in the model, in the order in which they were found; the three lists are parallel.
+struct Rounds {
+  std::vector<Found> found;
+  std::vector<double> p;                           // corrected for the number of effects tried
+  std::vector<std::vector<std::string>> confused;  // ids that fit as well
+  std::vector<CandidateReport> candidates;         // all that were tested, each singly
+  std::vector<std::string> goes_with;  // significant terms that are no effect, strongest first
+
+  void Remove(std::size_t which);
+};
+
+// Runs rounds until no candidate is significant. `flight` must be fitted without causes; it ends
+// fitted with the causes found.
+Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
+                    DiagnosedFlight* flight);
+
+}  // namespace trueline
