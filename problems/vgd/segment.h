@@ -38,11 +38,7 @@ class Segment {
 
   // From now on nodes are extrapolated linearly near the last linearisation point instead of
   // integrated (within 0.01 mm over a second). For problems that are solved repeatedly.
-  // They keep no blocks.
-  void FollowDerivatives() {
-    follows_ = true;
-    chain_.ForgetBlocks();
-  }
+  void FollowDerivatives() { follows_ = true; }
 
   // Force beyond linear drag; replaces the track's.
   void SetForceEffects(const ForceEffects& effects) { effects_ = effects; }

@@ -6,7 +6,7 @@ namespace trueline {
 
 MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
                          double max_block)
-    : track_(&track), start_(start), times_(std::move(times)) {
+    : start_(start), times_(std::move(times)) {
   std::size_t count = 0;
   TimeNs from = start;
   for (const TimeNs time : times_) {
@@ -15,14 +15,18 @@ MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<Time
     from = time;
   }
   blocks_.reserve(count);
-  SumBlocks([&](const MotionBlock& block) { blocks_.push_back(block); }, [](std::size_t) {});
-}
-
-MotionBlock MotionChain::BlockBetween(TimeNs t0, TimeNs t1) const {
-  MotionBlock block;
-  block.t = SecondsBetween(track_->log_start(), t0);
-  track_->ForEachStep(t0, t1, [&](const Drive& drive, double dt) { block.Append(drive, dt); });
-  return block;
+  from = start;
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    const TimeNs length = times_[i] - from;
+    const TimeNs pieces = static_cast<TimeNs>(block_ends_[i] - blocks_.size());
+    for (TimeNs k = 0; k < pieces; ++k) {
+      MotionBlock& block = blocks_.emplace_back();
+      block.t = SecondsBetween(track.log_start(), from + length * k / pieces);
+      track.ForEachStep(from + length * k / pieces, from + length * (k + 1) / pieces,
+                        [&](const Drive& drive, double dt) { block.Append(drive, dt); });
+    }
+    from = times_[i];
+  }
 }
 
 }  // namespace trueline

@@ -11,13 +11,9 @@ namespace trueline {
 class MotionChain {
  public:
   // Blocks from `start` through all `times` (ascending, >= start); none is longer than
-  // max_block seconds. The track must cover the whole and outlive the chain.
+  // max_block seconds. The track must cover the whole.
   MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
               double max_block = 0.05);
-
-  // From now on each integration sums its blocks again from the track. They take a kilobyte each,
-  // as much as the log itself; to sum them costs as much as to integrate with slopes.
-  void ForgetBlocks() { std::vector<MotionBlock>().swap(blocks_); }
 
   // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
   // the velocity in E' as well. Works for any scalar; logged data are preintegrated once.
@@ -54,32 +50,13 @@ class MotionChain {
   // Calls move(block) for each block and reached(i) at each of the chosen times.
   template <typename Move, typename Reached>
   void ForEachBlock(Move&& move, Reached&& reached) const {
-    if (blocks_.empty()) return SumBlocks(move, reached);
     std::size_t block = 0;
     for (std::size_t i = 0; i < times_.size(); ++i) {
       for (; block < block_ends_[i]; ++block) move(blocks_[block]);
       reached(i);
     }
   }
-  // The same with blocks summed from the track.
-  template <typename Move, typename Reached>
-  void SumBlocks(Move&& move, Reached&& reached) const {
-    TimeNs from = start_;
-    std::size_t before = 0;
-    for (std::size_t i = 0; i < times_.size(); ++i) {
-      const TimeNs length = times_[i] - from;
-      const TimeNs pieces = static_cast<TimeNs>(block_ends_[i] - before);
-      for (TimeNs k = 0; k < pieces; ++k) {
-        move(BlockBetween(from + length * k / pieces, from + length * (k + 1) / pieces));
-      }
-      reached(i);
-      from = times_[i];
-      before = block_ends_[i];
-    }
-  }
-  MotionBlock BlockBetween(TimeNs t0, TimeNs t1) const;
 
-  const DriveTrack* track_;
   TimeNs start_;
   std::vector<TimeNs> times_;
   std::vector<MotionBlock> blocks_;
