@@ -15,7 +15,8 @@ namespace trueline {
 
 // Every stream keeps its own rate; stamps are strictly increasing within a stream. Describe() calls
 // the archive with each field and its value, in the order of the columns after `t`. A new stream
-// needs a sample type with its Describe() and a line in ForEachStream().
+// needs a sample type with its Describe() and a line in ForEachStream(); to be simulated, also an
+// entry in problems/simulation/streams.cc.
 struct ImuSample {
   TimeNs t;
   Eigen::Vector3d accel;  // m/s^2, specific force in the IMU frame I; level and at rest z is -9.81
