@@ -11,7 +11,7 @@
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/error.h"
-#include "problems/calibration/learn_noise.h"
+#include "problems/calibration/learn_rotor_noise.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/result/render.h"
