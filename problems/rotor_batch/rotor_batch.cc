@@ -71,9 +71,7 @@ class Batch {
     SetWeights(FromChart(ToChart(WithKnown(constants))));
     at_ = {ToChart(WithKnown(start.mean)), start.nodes};
     RotorBatchResult result;
-    HoldFlat();
     Solve(&result);
-    if (FreeFlat()) Solve(&result);
     return Finished(std::move(result));
   }
 
@@ -104,27 +102,20 @@ class Batch {
 
   double Linearise() {
     start_ = at_;
+    HoldFlat();
     const RotorConstants constants = FromChart(at_.chart);
     const BorderedChain<kNodeErrors> chain = Linear();
     const ReducedSystem::Prior prior = BorderPrior(options_.prior, constants, 0);
     const ReducedSystem reduced = chain.Reduced(prior);
     const std::vector<int> free = options_.prior.Free();
     // d(constants in prior sigmas) / d(their chart).
-    Eigen::MatrixXd by_chart =
+    const Eigen::MatrixXd by_chart =
         Eigen::VectorXd(options_.prior.sigma(free)).cwiseInverse().asDiagonal() *
         Eigen::MatrixXd(ChartJacobian(at_.chart)(free, free));
     gradient_.setZero();
     gradient_(free) = by_chart.transpose() * reduced.b();
-    for (std::size_t i = 0; i < free.size(); ++i) {
-      if (flat_.count(free[i]) > 0) by_chart.col(static_cast<Eigen::Index>(i)).setZero();
-    }
-    Eigen::MatrixXd M = by_chart.transpose() * reduced.M() * by_chart;
-    for (Eigen::Index i = 0; i < M.rows(); ++i) {
-      // A second moment near zero moves no reading, so the step in its logarithm has no end. One
-      // e-fold a step costs as much as one sigma.
-      if (IsSecondMoment(free[i])) M(i, i) += 1.0;
-    }
-    const Eigen::VectorXd step = -M.ldlt().solve(by_chart.transpose() * reduced.b());
+    const Eigen::VectorXd step = LimitedStep(by_chart.transpose() * reduced.M() * by_chart,
+                                             by_chart.transpose() * reduced.b());
     chart_step_.setZero();
     chart_step_(free) = step;
     Eigen::VectorXd border(reduced.border() + 1);
@@ -178,7 +169,31 @@ class Batch {
     return constants;
   }
 
-  // Holds second moments that start at zero (a flat body): the step in the logarithm of a moment
+  // The step in the free constants' chart. A second moment near zero moves no reading, so the step
+  // in its logarithm has no end: it is limited, and the others are the best beside it.
+  Eigen::VectorXd LimitedStep(const Eigen::MatrixXd& M, const Eigen::VectorXd& b) const {
+    constexpr double kMost = 2.0;  // e-folds
+    const std::vector<int> free = options_.prior.Free();
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(b.size());
+    std::vector<int> open;
+    for (int i = 0; i < static_cast<int>(free.size()); ++i) {
+      if (flat_.count(free[i]) == 0) open.push_back(i);
+    }
+    bool limited = true;
+    while (limited && !open.empty()) {
+      step(open).setZero();
+      const Eigen::VectorXd gradient = b + M * step;
+      step(open) = -Eigen::MatrixXd(M(open, open)).ldlt().solve(Eigen::VectorXd(gradient(open)));
+      limited = std::erase_if(open, [&](int i) {
+                  if (!IsSecondMoment(free[i]) || std::abs(step[i]) <= kMost) return false;
+                  step[i] = std::copysign(kMost, step[i]);
+                  return true;
+                }) > 0;
+    }
+    return step;
+  }
+
+  // Holds second moments that are zero (a flat body): the step in the logarithm of a moment
   // that moves no reading leads nowhere.
   void HoldFlat() {
     if (!(options_.prior.sigma[kInertiaConstants] > 0.0)) return;
@@ -190,8 +205,9 @@ class Batch {
 
   // Frees each held moment whose gradient points to growth and starts it at kThick. True if any.
   bool FreeFlat() {
-    if (flat_.empty()) return false;
+    if (flat_.empty() || freed_) return false;
     Linearise();
+    freed_ = true;  // once: the moment may end at zero again
     const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
     return std::erase_if(flat_, [&](int i) {
              if (gradient_[i] < 0.0) at_.chart[i] = std::log(kThick * trace);
@@ -207,10 +223,14 @@ class Batch {
 
   void Solve(RotorBatchResult* result) {
     const auto began = std::chrono::steady_clock::now();
-    const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
-    result->converged = solved.converged;
-    result->iterations += solved.iterations;
-    result->cost = solved.cost;
+    flat_.clear();
+    freed_ = false;
+    do {
+      const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
+      result->converged = solved.converged;
+      result->iterations += solved.iterations;
+      result->cost = solved.cost;
+    } while (FreeFlat());
     result->residuals = static_cast<int>(options_.prior.Free().size());
     for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
     result->residuals += (data_.attitude ? 6 : 3) * static_cast<int>(at_.nodes.size());
@@ -239,6 +259,7 @@ class Batch {
   RotorConstants chart_step_;
   RotorConstants gradient_;  // of the cost by the chart, nodes at their best
   std::set<int> flat_;       // held second moments of the chart
+  bool freed_ = false;
   std::vector<Eigen::MatrixXd> node_steps_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "cost_functions/drag_residual.h"
 #include "problems/common/ceres_problem.h"
+#include "problems/common/parallel.h"
 #include "problems/vgd/make_segment.h"
 
 namespace trueline {
@@ -135,7 +136,9 @@ void SegmentChain::PrepareForEvaluation(bool evaluate_jacobians, bool /*new_eval
 // Ceres evaluates the same point repeatedly (with bounds, it announces it as new each time).
 void SegmentChain::Refresh(bool derivatives) {
   if (x_ == integrated_ && (has_derivatives_ || !derivatives)) return;
-  for (std::size_t s = 0; s < segments_.size(); ++s) Integrate(s, derivatives);
+  constexpr int kInARow = 64;  // segments; a window has fewer and stays on its thread
+  ParallelRuns(static_cast<int>(segments_.size()), kInARow,
+               [&](int s) { Integrate(static_cast<std::size_t>(s), derivatives); });
   integrated_ = x_;
   has_derivatives_ = derivatives;
 }
