@@ -25,7 +25,7 @@ namespace trueline {
 
 class YamlArchive {
  public:
-  YamlArchive() = default;                                // writes
+  YamlArchive() = default;                                  // writes
   explicit YamlArchive(const YamlMap& map) : map_(&map) {}  // reads; `map` must outlive this
 
   // What was written.
@@ -52,9 +52,8 @@ class YamlArchive {
 
   // A value by its name; an error lists the names in this order.
   template <class Enum>
-  void Choice(
-      const std::string& key, Enum* value,
-      std::initializer_list<std::pair<const char*, std::type_identity_t<Enum>>> names) {
+  void Choice(const std::string& key, Enum* value,
+              std::initializer_list<std::pair<const char*, std::type_identity_t<Enum>>> names) {
     std::vector<std::string> known;
     std::string name;
     for (const auto& [text, named] : names) {
@@ -111,7 +110,7 @@ Options FromYaml(const YamlMap& map) {
 
 // All values, for the provenance of a result; FromYaml reads them back.
 template <class Options>
-  requires requires(YamlArchive* archive, Options* options) { Serialize(archive, options); }
+requires requires(YamlArchive* archive, Options* options) { Serialize(archive, options); }
 YAML::Node ToYaml(Options options) {
   YamlArchive archive;
   Serialize(&archive, &options);

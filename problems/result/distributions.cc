@@ -11,11 +11,10 @@ namespace {
 
 namespace bm = boost::math;
 // Values out of range give infinity or no number, no exception.
-using Quiet =
-    bm::policies::policy<bm::policies::domain_error<bm::policies::ignore_error>,
-                         bm::policies::overflow_error<bm::policies::ignore_error>,
-                         bm::policies::evaluation_error<bm::policies::ignore_error>,
-                         bm::policies::promote_double<false>>;
+using Quiet = bm::policies::policy<bm::policies::domain_error<bm::policies::ignore_error>,
+                                   bm::policies::overflow_error<bm::policies::ignore_error>,
+                                   bm::policies::evaluation_error<bm::policies::ignore_error>,
+                                   bm::policies::promote_double<false>>;
 
 // The x >= 0 at which a decreasing function equals `target`.
 double Falls(const std::function<double(double)>& f, double target) {
