@@ -5,8 +5,8 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
-#include "problems/design/run_design.h"
-#include "problems/design/write_design.h"
+#include "problems/observability/run_design.h"
+#include "problems/observability/write_design.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "YAML with vehicle, limits and the states to show, as in config/design/");

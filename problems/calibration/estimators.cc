@@ -4,9 +4,9 @@
 
 #include "problems/common/error.h"
 #include "problems/ekf/ekf_run.h"
-#include "problems/kinematic/vgd_kinematic.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
+#include "problems/vgd/vgd_kinematic.h"
 
 namespace trueline {
 namespace {

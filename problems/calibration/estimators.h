@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "problems/ekf/ekf_options.h"
-#include "problems/kinematic/kinematic_options.h"
 #include "problems/result/estimate.h"
 #include "problems/smoother/smoother.h"
 #include "problems/smoother/whole_flight.h"
+#include "problems/vgd/flight_data.h"
+#include "problems/vgd/kinematic_options.h"
 #include "problems/vgd/vgd_options.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

@@ -2,7 +2,7 @@
 // likelihood of the filter's innovations. Logs do not state the noise, and intervals depend on it.
 #pragma once
 
-#include "problems/rotor_ekf/rotor_ekf.h"
+#include "problems/rotor/rotor_ekf.h"
 
 namespace trueline {
 

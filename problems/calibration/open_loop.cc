@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/rotor_data/rotor_step.h"
+#include "problems/rotor/rotor_step.h"
 
 namespace trueline {
 namespace {

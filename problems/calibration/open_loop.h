@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "problems/rotor_ekf/rotor_ekf.h"
+#include "problems/rotor/rotor_ekf.h"
 
 namespace trueline {
 

@@ -9,8 +9,8 @@
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/open_loop.h"
 #include "problems/effects/rotor_extension.h"
-#include "problems/rotor_batch/rotor_batch.h"
-#include "problems/rotor_ekf/rotor_ekf.h"
+#include "problems/rotor/rotor_batch.h"
+#include "problems/rotor/rotor_ekf.h"
 
 namespace trueline {
 

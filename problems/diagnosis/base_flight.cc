@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "problems/window/rough_path.h"
+#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 namespace {

@@ -10,8 +10,8 @@
 #include "cost_functions/chain_node.h"
 #include "problems/diagnosis/smooth_forces.h"
 #include "problems/effects/effect.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

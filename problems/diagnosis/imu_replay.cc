@@ -6,7 +6,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/trajectory/mocap_path.h"
-#include "problems/window/motion_chain.h"
+#include "problems/vgd/motion_chain.h"
 
 namespace trueline {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/effects/rotor_extension.h"
-#include "problems/rotor_batch/rotor_variant.h"
+#include "problems/rotor/rotor_variant.h"
 
 namespace trueline {
 

@@ -5,7 +5,7 @@
 
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rotor_flight.h"
-#include "problems/rotor_data/rotor_step.h"
+#include "problems/rotor/rotor_step.h"
 
 namespace trueline {
 namespace {

@@ -1,7 +1,7 @@
 // The accelerometer's x and y, smoothed for a diagnosis.
 #pragma once
 
-#include "problems/window/force_samples.h"
+#include "problems/vgd/force_samples.h"
 
 namespace trueline {
 

@@ -4,7 +4,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/effect.h"
-#include "problems/window/rough_path.h"
+#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "cost_functions/models/rotor_effects.h"
 #include "problems/effects/effect.h"
-#include "problems/rotor_data/rotor_state.h"
+#include "problems/rotor/rotor_state.h"
 
 namespace trueline {
 

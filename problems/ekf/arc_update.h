@@ -3,7 +3,7 @@
 
 #include "problems/ekf/ekf.h"
 #include "problems/log/flight_log.h"
-#include "problems/window/imu_inputs.h"
+#include "problems/vgd/imu_inputs.h"
 
 namespace trueline {
 

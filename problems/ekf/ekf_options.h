@@ -5,7 +5,7 @@
 #include <array>
 
 #include "problems/common/yaml_archive.h"
-#include "problems/window/imu_noise.h"
+#include "problems/vgd/imu_noise.h"
 
 namespace trueline {
 

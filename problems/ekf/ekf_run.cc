@@ -5,8 +5,8 @@
 
 #include "problems/ekf/arc_update.h"
 #include "problems/result/identifiability.h"
-#include "problems/window/gyro_scatter.h"
-#include "problems/window/line_fit.h"
+#include "problems/vgd/gyro_scatter.h"
+#include "problems/vgd/line_fit.h"
 
 namespace trueline {
 namespace {

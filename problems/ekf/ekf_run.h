@@ -3,8 +3,8 @@
 
 #include "problems/ekf/ekf.h"
 #include "problems/result/estimate.h"
-#include "problems/window/flight_data.h"
-#include "problems/window/imu_inputs.h"
+#include "problems/vgd/flight_data.h"
+#include "problems/vgd/imu_inputs.h"
 
 namespace trueline {
 

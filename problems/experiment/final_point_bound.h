@@ -4,8 +4,8 @@
 
 #include <optional>
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

@@ -5,7 +5,7 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/experiment/overlay.h"
 #include "problems/experiment/rotor_experiment.h"
-#include "problems/simulation/rotors/rotor_flight_config.h"
+#include "problems/simulation/rotor_flight_config.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {

@@ -28,8 +28,8 @@
 
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/experiment/rows.h"
-#include "problems/rotor_ekf/rotor_ekf.h"
-#include "problems/simulation/rotors/simulate_rotor_flight.h"
+#include "problems/rotor/rotor_ekf.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
 

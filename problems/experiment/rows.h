@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/rotor_data/rotor_state.h"
+#include "problems/rotor/rotor_state.h"
 
 namespace trueline {
 

@@ -11,10 +11,10 @@
 #include "problems/common/progress.h"
 #include "problems/common/random.h"
 #include "problems/common/sha256.h"
-#include "problems/design/bound_design.h"
 #include "problems/experiment/row_text.h"
 #include "problems/experiment/run_jobs.h"
-#include "problems/simulation/rotors/flown.h"
+#include "problems/observability/bound_design.h"
+#include "problems/simulation/flown.h"
 #include "problems/trajectory/feasible_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "problems/log/flight_log.h"
-#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/nominal.h"
 
 namespace trueline {

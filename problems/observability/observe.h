@@ -7,7 +7,7 @@
 #include "problems/observability/assessment.h"
 #include "problems/observability/imu_driven_rank.h"
 #include "problems/observability/rotor_driven_rank.h"
-#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
 #include "problems/trajectory/nominal.h"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "problems/simulation/rotors/simulate_rotor_flight.h"
 #include "problems/simulation/simulate.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
 

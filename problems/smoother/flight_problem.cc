@@ -7,8 +7,8 @@
 #include "problems/chain/gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
+#include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_data.h"
-#include "problems/window/rough_path.h"
 
 namespace trueline {
 namespace {

@@ -19,8 +19,8 @@
 
 #include "problems/smoother/smoother.h"
 #include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment_chain.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

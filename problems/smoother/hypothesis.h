@@ -7,8 +7,8 @@
 #include <optional>
 #include <set>
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

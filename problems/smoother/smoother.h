@@ -7,8 +7,8 @@
 
 #include "problems/result/estimate.h"
 #include "problems/smoother/hypothesis.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

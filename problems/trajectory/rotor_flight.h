@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/flatness.h"
 #include "problems/trajectory/nominal.h"
 #include "problems/trajectory/piecewise_polynomial.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "problems/common/strict_yaml.h"
-#include "problems/rotor_data/rotor_vehicle.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
 
 namespace trueline {

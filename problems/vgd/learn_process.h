@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

@@ -6,8 +6,8 @@
 
 #include "cost_functions/models/gust.h"
 #include "cost_functions/segment_node.h"
+#include "problems/vgd/motion_chain.h"
 #include "problems/vgd/vgd_options.h"
-#include "problems/window/motion_chain.h"
 
 namespace trueline {
 

@@ -11,8 +11,8 @@
 #include "cost_functions/chain_node.h"
 #include "cost_functions/continuity_residual.h"
 #include "cost_functions/fix_residual.h"
+#include "problems/vgd/force_samples.h"
 #include "problems/vgd/segment.h"
-#include "problems/window/force_samples.h"
 
 namespace trueline {
 

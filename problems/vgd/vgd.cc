@@ -7,9 +7,9 @@
 
 #include "problems/common/random.h"
 #include "problems/vgd/learn_process.h"
+#include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
-#include "problems/window/rough_path.h"
 
 namespace trueline {
 Theta PriorMeans(const VgdOptions& options) {

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "problems/result/estimate.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

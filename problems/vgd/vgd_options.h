@@ -10,9 +10,9 @@
 #include "cost_functions/models/process_noise.h"
 #include "problems/common/units.h"
 #include "problems/common/yaml_archive.h"
-#include "problems/window/drive_track.h"
-#include "problems/window/force_samples.h"
-#include "problems/window/passes.h"
+#include "problems/vgd/drive_track.h"
+#include "problems/vgd/force_samples.h"
+#include "problems/vgd/passes.h"
 
 namespace trueline {
 

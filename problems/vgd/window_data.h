@@ -1,8 +1,8 @@
 // The part of a flight that a window covers.
 #pragma once
 
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "problems/result/estimate.h"
+#include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
-#include "problems/window/flight_data.h"
 
 namespace trueline {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
-#include "problems/window/rough_path.h"
 
 namespace trueline {
 

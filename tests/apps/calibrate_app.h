@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "problems/log/native_log.h"
-#include "problems/window/passes.h"
+#include "problems/vgd/passes.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "problems/design/design_score.h"
+#include "problems/observability/design_score.h"
 #include "problems/observability/e2log.h"
 #include "problems/observability/rotor_driven_rank.h"
 #include "problems/observability/variational_gramian.h"

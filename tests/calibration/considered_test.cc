@@ -5,7 +5,7 @@
 
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

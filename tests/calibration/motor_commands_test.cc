@@ -8,7 +8,7 @@
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/common/error.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

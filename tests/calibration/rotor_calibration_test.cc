@@ -11,12 +11,9 @@
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/error.h"
-#include "problems/calibration/learn_rotor_noise.h"
-#include "problems/calibration/rotor_calibration_config.h"
-#include "problems/calibration/write_rotor_calibration.h"
 #include "problems/result/render.h"
-#include "problems/simulation/rotors/rotor_flight_config.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "problems/simulation/rotor_flight_config.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

@@ -9,7 +9,7 @@
 #include "cost_functions/models/process_noise.h"
 #include "cost_functions/norm_loss.h"
 #include "problems/common/random.h"
-#include "tests/window/flown_log.h"
+#include "tests/vgd/flown_log.h"
 
 namespace trueline {
 namespace {

@@ -100,7 +100,8 @@ TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
 // The fit's nuisances keep whitened residuals at their stated size.
 TEST_F(ShortChain, ResidualsOfAnOrdinaryFlightAreOrdinary) {
   const ChainSystem system(fit_.Linear(*flight_), fit_.noise);
-  const Eigen::VectorXd whitened = system.Whitened(system.reduced().Fitted()).head(3 * plan_.fixes.size());
+  const Eigen::VectorXd whitened =
+      system.Whitened(system.reduced().Fitted()).head(3 * plan_.fixes.size());
   EXPECT_NEAR(std::sqrt(whitened.squaredNorm() / static_cast<double>(whitened.size())), 1.0, 0.2);
 }
 

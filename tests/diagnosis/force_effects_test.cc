@@ -1,8 +1,8 @@
 // Aerodynamic effects in the preintegrated chain against plain integration at the IMU's rate.
 #include <gtest/gtest.h>
 
-#include "problems/window/motion_chain.h"
-#include "tests/window/flown_log.h"
+#include "problems/vgd/motion_chain.h"
+#include "tests/vgd/flown_log.h"
 
 namespace trueline {
 namespace {

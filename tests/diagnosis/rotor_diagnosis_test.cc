@@ -7,7 +7,7 @@
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "tests/diagnosis/expect_cause.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

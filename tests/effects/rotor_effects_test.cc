@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "problems/effects/rotor_extension.h"
-#include "problems/rotor_data/rotor_data.h"
-#include "problems/rotor_data/rotor_step.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_step.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

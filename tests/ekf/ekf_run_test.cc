@@ -8,7 +8,7 @@
 #include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
-#include "problems/window/gyro_scatter.h"
+#include "problems/vgd/gyro_scatter.h"
 
 namespace trueline {
 namespace {

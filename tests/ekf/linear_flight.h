@@ -6,7 +6,7 @@
 #include "cost_functions/models/kinematic_model.h"
 #include "problems/common/random.h"
 #include "problems/log/flight_log.h"
-#include "problems/window/flight_data.h"
+#include "problems/vgd/flight_data.h"
 
 namespace trueline::testing_ekf {
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "problems/ekf/ekf_run.h"
-#include "problems/kinematic/vgd_kinematic.h"
+#include "problems/vgd/vgd_kinematic.h"
 #include "tests/ekf/linear_flight.h"
 
 namespace trueline {

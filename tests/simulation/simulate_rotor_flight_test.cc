@@ -1,13 +1,13 @@
 // Simulated rotor-driven flights: they follow their trajectory, and what they log agrees with the
 // estimators' model, which shares no code with the simulator's physics.
-#include "problems/simulation/rotors/simulate_rotor_flight.h"
+#include "problems/simulation/simulate_rotor_flight.h"
 
 #include <gtest/gtest.h>
 
 #include "problems/common/error.h"
-#include "problems/rotor_data/rotor_data.h"
-#include "problems/rotor_data/rotor_step.h"
-#include "tests/rotor_batch/rotor_flight_fixture.h"
+#include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_step.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {

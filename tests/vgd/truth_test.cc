@@ -5,7 +5,7 @@
 
 #include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
-#include "tests/window/flown_log.h"
+#include "tests/vgd/flown_log.h"
 
 namespace trueline {
 namespace {

@@ -1,0 +1,96 @@
+#include "problems/observability/bound_design.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/calibration/considered.h"
+#include "problems/common/error.h"
+#include "problems/common/parallel.h"
+#include "problems/common/random.h"
+#include "problems/observability/evolve.h"
+#include "problems/observability/overtones.h"
+#include "problems/simulation/flown.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kYawSize = 2.0;  // rad
+
+// `path` scaled up or down to its limits.
+PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial& path, double step,
+                           double largest) {
+  const RotorSimulation& sim = design.simulation;
+  return ScaledToLimits(sim.vehicle, path, sim.limits, step, largest);
+}
+
+}  // namespace
+
+std::vector<double> FlownSigmas(const BoundDesign& design, const PiecewisePolynomial& path) {
+  constexpr double kLost = 0.1;  // m
+  try {
+    const RotorSimulation& sim = design.simulation;
+    const Flown flown = Fly(sim, path, design.seed);
+    if (flown.truth.path_error_rms > kLost) return {};
+    const RotorAeroModel model = ModelOf(sim);
+    RotorCalibrationOptions options(sim.vehicle);
+    options.prior = design.prior;
+    options.considered = design.considered;
+    RotorBatchResult truth;
+    truth.mean = flown.truth.constants;
+    truth.nodes = flown.nodes;
+    const RotorNormal normal(
+        model, flown.data, {sim.noise, design.prior}, truth,
+        VariantColumns(model, flown.data, ConsideredVariants(flown.log, options, {})),
+        design.duration);
+    const Eigen::MatrixXd cov = normal.NoiseCovariance() + normal.ColumnCovariance();
+    const Eigen::VectorXd sigma = cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+    return {sigma.begin(), sigma.end()};
+  } catch (const InputError&) {  // the vehicle departed from the path
+    return {};
+  }
+}
+
+double FlownBound(const BoundDesign& design, const PiecewisePolynomial& path) {
+  const std::vector<double> sigma = FlownSigmas(design, path);
+  if (sigma.empty()) return INFINITY;
+  double sum = 0.0;
+  for (const int i : design.show) sum += std::pow(sigma[i] / design.prior.sigma[i], 2);
+  return sum / static_cast<double>(design.show.size());
+}
+
+DesignedFigure DesignFigure(const BoundDesign& design,
+                            const std::function<void(const std::string&)>& progress) {
+  const double size = 0.5 * design.simulation.limits.travel;
+  const auto figure = [&](int i) {
+    Random random(design.seed + i, "figure");
+    return OvertonesOf(RandomFigure(size, kYawSize, &random));
+  };
+  const auto path = [&](const Overtones& x) {
+    return Scaled(design, OvertonePath(x, design.duration, design.ramp), 0.02, 2.0);
+  };
+  const auto cost = [&](const Eigen::VectorXd& x) { return FlownBound(design, path(x)); };
+  std::vector<double> bounds(design.candidates);
+  ParallelFor(design.candidates, design.threads, [&](int i) { bounds[i] = cost(figure(i)); });
+  const auto best = std::min_element(bounds.begin(), bounds.end()) - bounds.begin();
+  const double start_bound = bounds[best];
+  if (!std::isfinite(start_bound)) {
+    throw InputError(fmt::format(
+        "none of {} Lissajous figures can be flown within the limits; widen the limits or try more "
+        "figures (candidates, best_of)",
+        design.candidates));
+  }
+  Overtones x = figure(static_cast<int>(best));
+  if (design.evaluations > 0) {
+    EvolveOptions options{design.evaluations, 12, 0.1, design.seed, design.threads, {}};
+    options.watch = [&](int tried, double value) {
+      progress(fmt::format("{} of {} flights, bound {:.1f} % of that of the best figure", tried,
+                           design.evaluations, 100.0 * std::sqrt(value / start_bound)));
+    };
+    x = Evolve(cost, x, OvertoneUnits(size, kYawSize), options).x;
+  }
+  return {Scaled(design, path(x), 0.001, 1.0), start_bound};
+}
+
+}  // namespace trueline

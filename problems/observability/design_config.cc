@@ -1,0 +1,138 @@
+#include "problems/observability/design_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/calibration/considered.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/observability/sensor_config.h"
+#include "problems/simulation/rotor_flight_config.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+std::vector<int> StatesNamed(const YamlMap& map, const std::string& key,
+                             const std::vector<std::string>& names,
+                             const std::vector<StateInfo>& info) {
+  std::vector<int> states;
+  for (const std::string& name : names) {
+    const int state = FindState(info, name);
+    if (state < 0 || info[state].moving) {
+      map.Fail(key, fmt::format("'{}' is no parameter; use m, I_x ... I_z, r_BM_x ..., r_BP_x ..., "
+                                "r_BI_x ..., b_a_x ..., b_w_x ..., k_f, k_m",
+                                name));
+    }
+    if (std::count(states.begin(), states.end(), state) == 0) states.push_back(state);
+  }
+  return states;
+}
+
+int AtLeast(const YamlMap& map, const std::string& key, int fallback, int least) {
+  const int value = map.Get<int>(key, fallback);
+  if (value < least) map.Fail(key, fmt::format("must be at least {}", least));
+  return value;
+}
+
+DesignOptions ReadCommonOptions(const YamlMap& config, std::uint64_t seed, int threads) {
+  DesignOptions options;
+  options.seed = seed;
+  options.threads = threads;
+  options.shape.duration = config.Get<double>("duration", options.shape.duration);
+  if (!(options.shape.duration >= 2.0 && options.shape.duration <= 120.0)) {
+    config.Fail("duration", "must be in [2, 120] s");
+  }
+  options.shape = SplineShape::Lasting(options.shape.duration);
+  options.limits = ReadLimits(config.ChildOrEmpty("limits"));
+  return options;
+}
+
+void ReadOptimiser(const YamlMap& config, DesignOptions* options) {
+  SplineShape& shape = options->shape;
+  shape.pieces = AtLeast(config, "pieces", shape.pieces, shape.degree + 1);
+  options->candidates = AtLeast(config, "candidates", options->candidates, 1);
+  options->starts = AtLeast(config, "starts", options->starts, 1);
+  options->iterations = AtLeast(config, "iterations", options->iterations, 1);
+  options->time_limit = config.Get<double>("time_limit", options->time_limit);
+}
+
+// States that the Gramian is asked for, among those that it leaves free.
+DesignTarget ReadTarget(const YamlMap& config, const RotorDrivenSystem& system) {
+  DesignTarget target;
+  const auto named = [&](const std::string& key, const std::vector<std::string>& names) {
+    return StatesNamed(config, key, names, system.errors());
+  };
+  target.interest = named("show", config.Get<std::vector<std::string>>("show"));
+  target.asked = system.PaperStates();
+  for (const int state : named("free", config.Get<std::vector<std::string>>("free", {}))) {
+    target.asked.push_back(state);
+  }
+  for (const int state : target.interest) {
+    if (std::count(target.asked.begin(), target.asked.end(), state) == 0) {
+      config.Fail("show", fmt::format("'{}' is taken as known; name it under 'free' too",
+                                      system.errors()[state].name));
+    }
+  }
+  target.weights = system.OutputWeights();
+  if (config.GetChoice("weighting", {"noise", "none"}, "noise") == "none") {
+    target.weights.assign(target.weights.size(), 1.0);
+  }
+  return target;
+}
+
+DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
+  const RotorVehicle vehicle =
+      ReadRotorVehicle(config.Child("vehicle"), config.Get<double>("gravity", 9.81));
+  const SensorSet noise = FromYaml<SensorSet>(config.ChildOrEmpty("noise"));
+  const auto sensors = config.Get<std::vector<std::string>>("sensors", {"imu", "pose"});
+  const RotorDrivenSystem system(vehicle.model, WithSensors(noise, sensors, config, "sensors"));
+  GramianCriterion gramian{system, ReadTarget(config, system)};
+  gramian.scale_flights = AtLeast(config, "scale_flights", gramian.scale_flights, 1);
+  DesignTask task{config.file(), vehicle, {}, common, 0, gramian};
+  ReadOptimiser(config, &task.options);
+  for (const int state : gramian.target.interest) task.show.push_back(system.errors()[state]);
+  return task;
+}
+
+DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
+  const RotorSimulation simulation = ReadRotorFlightVehicle(config);
+  BoundCriterion bound{simulation,
+                       PriorFromVehicle(simulation.vehicle),
+                       ReadConsidered(config.ChildOrEmpty("consider")),
+                       {}};
+  ReadRotorPrior(config.ChildOrEmpty("prior"), &bound.prior);
+  std::vector<StateInfo> shown;
+  for (const auto& name : config.Get<std::vector<std::string>>("show")) {
+    const int constant = FindRotorConstant(name);
+    if (constant < 0) config.Fail("show", "'" + name + "' is no constant of this model");
+    if (!(bound.prior.sigma[constant] > 0.0)) {
+      config.Fail("show", "'" + name + "' is taken as known; give it a sigma under 'prior'");
+    }
+    bound.show.push_back(constant);
+    shown.push_back({name, kRotorConstants[constant].unit});
+  }
+  YamlArchive(config).NotNegative("ramp", &bound.ramp);
+  if (bound.ramp > 0.4 * common.shape.duration) {
+    config.Fail("ramp", "must be at most 0.4 of the duration");
+  }
+  bound.evaluations = AtLeast(config, "evaluations", bound.evaluations, 0);
+  DesignTask task{config.file(), simulation.vehicle, shown, common, 0, bound};
+  task.options.candidates = AtLeast(config, "candidates", 40, 1);
+  return task;
+}
+
+}  // namespace
+
+DesignTask ReadDesignTask(const YamlMap& config, std::uint64_t seed, int threads) {
+  const bool by_bound = config.GetChoice("criterion", {"gramian", "bound"}, "gramian") == "bound";
+  const DesignOptions common = ReadCommonOptions(config, seed, threads);
+  DesignTask task = (by_bound ? ReadBoundTask : ReadGramianTask)(config, common);
+  if (task.show.empty()) config.Fail("show", "names nothing to show");
+  task.compare = AtLeast(config, "compare", 0, 0);
+  config.Finish();
+  return task;
+}
+
+}  // namespace trueline

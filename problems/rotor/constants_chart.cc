@@ -1,0 +1,42 @@
+#include "problems/rotor/constants_chart.h"
+
+#include <cmath>
+
+namespace trueline {
+namespace {
+
+constexpr int kMass = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
+constexpr double kThinnest = 1e-6;  // share of the trace that each second moment has at least
+
+}  // namespace
+
+RotorConstants ToChart(const RotorConstants& constants) {
+  RotorConstants chart = constants;
+  chart[kMass] = std::log(constants[kMass]);
+  const Eigen::Vector3d inertia = constants.segment<3>(kInertiaConstants);
+  const Eigen::Vector3d moments = (0.5 * inertia.sum() - inertia.array()).matrix();
+  chart.segment<3>(kInertiaConstants) = moments.cwiseMax(kThinnest * inertia.sum()).array().log();
+  return chart;
+}
+
+RotorConstants FromChart(const RotorConstants& chart) {
+  RotorConstants constants = chart;
+  constants[kMass] = std::exp(chart[kMass]);
+  constants.segment<3>(kInertiaConstants) =
+      InertiaFromLogSecondMoments(Vec3<double>(chart.segment<3>(kInertiaConstants)));
+  return constants;
+}
+
+ConstantsJacobian ChartJacobian(const RotorConstants& chart) {
+  ConstantsJacobian jacobian = ConstantsJacobian::Identity();
+  jacobian(kMass, kMass) = std::exp(chart[kMass]);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      jacobian(kInertiaConstants + i, kInertiaConstants + j) =
+          i == j ? 0.0 : std::exp(chart[kInertiaConstants + j]);
+    }
+  }
+  return jacobian;
+}
+
+}  // namespace trueline

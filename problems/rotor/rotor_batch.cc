@@ -1,0 +1,337 @@
+#include "problems/rotor/rotor_batch.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <set>
+
+#include "problems/chain/damped_gauss_newton.h"
+#include "problems/common/error.h"
+#include "problems/rotor/constants_chart.h"
+#include "problems/rotor/fixed_point.h"
+#include "problems/rotor/pose_prediction.h"
+#include "problems/rotor/rotor_normal.h"
+#include "problems/rotor/rough_nodes.h"
+
+namespace trueline {
+
+namespace {
+
+// Shares of the inertia's trace. A second moment of mass below kFlat counts as zero; a zero moment
+// that is freed starts at kThick.
+constexpr double kFlat = 1e-5;
+constexpr double kThick = 1e-2;
+
+void CheckPrior(const RotorPrior& prior, const RotorData& data) {
+  if (!data.motors && MotorsOf(prior.sigma).maxCoeff() > 0.0) {
+    throw InputError(
+        "motor_lag, motor_idle and motor_voltage can be fitted to motor commands only; set their "
+        "prior to 0, or say how commands turn the motors by `motors`");
+  }
+  const int free =
+      static_cast<int>((prior.sigma.segment<3>(kInertiaConstants).array() > 0.0).count());
+  if (free != 0 && free != 3) {
+    throw InputError("I_x, I_y and I_z are either all known (sigma 0) or all unknown");
+  }
+  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertiaConstants)) || !(prior.mean[0] > 0.0)) {
+    throw InputError(
+        "the prior's mass or inertia is not that of a body: moments must be positive and each "
+        "below the sum of the other two");
+  }
+}
+
+// One solve, as a problem for MinimiseDamped: nodes, and the constants in their chart.
+class Batch {
+ public:
+  Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
+      : data_(data), options_(options) {
+    CheckPrior(options.prior, data);
+    for (RotorSegment& segment : CutSegments(data)) {
+      segments_.emplace_back(model, data, options.noise, std::move(segment));
+    }
+    at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
+  }
+
+  RotorBatchResult Run() {
+    RotorBatchResult result;
+    for (int k = 0; k <= options_.reweights; ++k) {
+      SetWeights(FromChart(at_.chart));
+      Solve(&result);
+    }
+    return Finished(std::move(result));
+  }
+
+  // Solves from `start`, a solution nearby, with weights evaluated at the given states and
+  // constants.
+  RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants) {
+    at_.nodes = nodes;
+    SetWeights(FromChart(ToChart(WithKnown(constants))));
+    at_ = {ToChart(WithKnown(start.mean)), start.nodes};
+    RotorBatchResult result;
+    Solve(&result);
+    return Finished(std::move(result));
+  }
+
+  // Evaluates weights and information at the given states.
+  Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
+    at_ = {ToChart(constants), nodes};
+    SetWeights(FromChart(at_.chart));
+    return Covariance(nullptr);
+  }
+
+  // Half the squares of all whitened residuals, poses under Huber's loss.
+  double Cost() const {
+    const RotorConstants constants = FromChart(at_.chart);
+    double sum = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
+    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
+      const RotorState x = Joined(at_.nodes[i], constants);
+      double pose[6];
+      PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
+      sum += options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
+      if (i == segments_.size()) break;
+      SegmentResidual step =
+          segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
+      segments_[i].Whiten(&step);
+      sum += step.error.squaredNorm();
+    }
+    return 0.5 * sum;
+  }
+
+  double Linearise() {
+    start_ = at_;
+    HoldFlat();
+    const RotorConstants constants = FromChart(at_.chart);
+    const BorderedChain<kNodeErrors> chain = Linear();
+    const ReducedSystem::Prior prior = BorderPrior(options_.prior, constants, 0);
+    const ReducedSystem reduced = chain.Reduced(prior);
+    const std::vector<int> free = options_.prior.Free();
+    // d(constants in prior sigmas) / d(their chart).
+    const Eigen::MatrixXd by_chart =
+        Eigen::VectorXd(options_.prior.sigma(free)).cwiseInverse().asDiagonal() *
+        Eigen::MatrixXd(ChartJacobian(at_.chart)(free, free));
+    gradient_.setZero();
+    gradient_(free) = by_chart.transpose() * reduced.b();
+    const Eigen::VectorXd step = LimitedStep(by_chart.transpose() * reduced.M() * by_chart,
+                                             by_chart.transpose() * reduced.b());
+    chart_step_.setZero();
+    chart_step_(free) = step;
+    Eigen::VectorXd border(reduced.border() + 1);
+    border << by_chart * step, 1.0;
+    node_steps_ = chain.NodesAt(border);
+    return chain.SlopeTo(border) + prior.error.dot(border.head(reduced.border()));
+  }
+
+  bool Try(double part, double* cost) {
+    at_.chart = start_.chart + part * chart_step_;
+    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
+      RotorError error = RotorError::Zero();
+      error.head<kNodeErrors>() = part * node_steps_[i];
+      at_.nodes[i] = Plus(Joined(start_.nodes[i], RotorConstants::Zero()), error).head<13>();
+    }
+    const RotorConstants constants = FromChart(at_.chart);
+    if (!constants.allFinite()) return false;
+    *cost = Cost();
+    return true;
+  }
+
+  void Return() { at_ = start_; }
+
+  bool IsSettled(double before, double after, double /*part*/) const {
+    constexpr double kSettled = 1e-8;  // of the cost
+    return before - after <= kSettled * before;
+  }
+
+ private:
+  struct Point {
+    RotorConstants chart;
+    std::vector<RotorNode> nodes;
+  };
+
+  static bool IsSecondMoment(int constant) {
+    return constant >= kInertiaConstants && constant < kInertiaConstants + 3;
+  }
+
+  RotorBatchResult Finished(RotorBatchResult result) const {
+    result.mean = FromChart(at_.chart);
+    result.nodes = at_.nodes;
+    result.cov = Covariance(&result.log_evidence);
+    result.log_evidence -= result.cost;
+    return result;
+  }
+
+  RotorConstants WithKnown(RotorConstants constants) const {
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      if (options_.prior.sigma[i] == 0.0) constants[i] = options_.prior.mean[i];
+    }
+    return constants;
+  }
+
+  // The step in the free constants' chart. A second moment near zero moves no reading, so the step
+  // in its logarithm has no end: it is limited, and the others are the best beside it.
+  Eigen::VectorXd LimitedStep(const Eigen::MatrixXd& M, const Eigen::VectorXd& b) const {
+    constexpr double kMost = 2.0;  // e-folds
+    const std::vector<int> free = options_.prior.Free();
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(b.size());
+    std::vector<int> open;
+    for (int i = 0; i < static_cast<int>(free.size()); ++i) {
+      if (flat_.count(free[i]) == 0) open.push_back(i);
+    }
+    bool limited = true;
+    while (limited && !open.empty()) {
+      step(open).setZero();
+      const Eigen::VectorXd gradient = b + M * step;
+      step(open) = -Eigen::MatrixXd(M(open, open)).ldlt().solve(Eigen::VectorXd(gradient(open)));
+      limited = std::erase_if(open, [&](int i) {
+                  if (!IsSecondMoment(free[i]) || std::abs(step[i]) <= kMost) return false;
+                  step[i] = std::copysign(kMost, step[i]);
+                  return true;
+                }) > 0;
+    }
+    return step;
+  }
+
+  // Holds second moments that are zero (a flat body): the step in the logarithm of a moment
+  // that moves no reading leads nowhere.
+  void HoldFlat() {
+    if (!(options_.prior.sigma[kInertiaConstants] > 0.0)) return;
+    const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
+    for (int i = kInertiaConstants; i < kInertiaConstants + 3; ++i) {
+      if (std::exp(at_.chart[i]) < kFlat * trace) flat_.insert(i);
+    }
+  }
+
+  // Frees each held moment whose gradient points to growth and starts it at kThick. True if any.
+  bool FreeFlat() {
+    if (flat_.empty() || freed_) return false;
+    Linearise();
+    freed_ = true;  // once: the moment may end at zero again
+    const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
+    return std::erase_if(flat_, [&](int i) {
+             if (gradient_[i] < 0.0) at_.chart[i] = std::log(kThick * trace);
+             return gradient_[i] < 0.0;
+           }) > 0;
+  }
+
+  void SetWeights(const RotorConstants& constants) {
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      segments_[i].SetWeight(at_.nodes[i], constants);
+    }
+  }
+
+  void Solve(RotorBatchResult* result) {
+    const auto began = std::chrono::steady_clock::now();
+    flat_.clear();
+    freed_ = false;
+    do {
+      const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
+      result->converged = solved.converged;
+      result->iterations += solved.iterations;
+      result->cost = solved.cost;
+    } while (FreeFlat());
+    result->residuals = static_cast<int>(options_.prior.Free().size());
+    for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
+    result->residuals += (data_.attitude ? 6 : 3) * static_cast<int>(at_.nodes.size());
+    result->solve_time +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  }
+
+  BorderedChain<kNodeErrors> Linear() const {
+    return LinearChain(data_, options_, segments_, at_.nodes, FromChart(at_.chart), {}, INFINITY);
+  }
+
+  // Covariance of the constants, and the determinants' part of the log evidence where asked for.
+  Eigen::MatrixXd Covariance(double* log_evidence) const {
+    const BorderedChain<kNodeErrors> chain = Linear();
+    CHECK(chain.regular()) << "a pose does not determine its node";
+    const ReducedSystem reduced =
+        chain.Reduced(BorderPrior(options_.prior, FromChart(at_.chart), 0));
+    if (log_evidence != nullptr) *log_evidence = reduced.LogDeterminants(reduced.border());
+    return InUnits(options_.prior, reduced.Covariance());
+  }
+
+  const RotorData& data_;
+  const RotorBatchOptions& options_;
+  std::vector<SegmentModel> segments_;
+  Point at_, start_;  // start: of the step
+  RotorConstants chart_step_;
+  RotorConstants gradient_;  // of the cost by the chart, nodes at their best
+  std::set<int> flat_;       // held second moments of the chart
+  bool freed_ = false;
+  std::vector<Eigen::MatrixXd> node_steps_;
+};
+
+// The estimate clamped to values that motors can have.
+MotorValues Possible(const MotorValues& estimate) {
+  constexpr double kShortestLag = 1e-3;  // s
+  MotorValues at = estimate;
+  at[kLag] = std::max(at[kLag], kShortestLag);
+  at[kIdle] = std::min(at[kIdle], 0.95);
+  return at;
+}
+
+// Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`
+// holds. This function relinearises until the linearisation point is the solution. It re-evaluates
+// the weights at each point too, unless `start` is given: that solution's weights are kept. Until
+// the point has converged a few iterations of each solve are enough.
+RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
+                                    const RotorBatchOptions& options,
+                                    const RotorBatchResult* start) {
+  constexpr int kMostTurns = 20;
+  constexpr int kFew = 4;           // iterations
+  constexpr double kSettled = 0.1;  // sigmas
+  RotorBatchOptions rough = options;
+  rough.max_iterations = std::min(kFew, options.max_iterations);
+  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, options).Run();
+  if (start != nullptr) result.iterations = 0, result.solve_time = 0.0;
+  RotorConstants at = result.mean;
+  FixedPoint fixed_point;
+  bool settled = false;
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    data->TurnMotors(Possible(MotorsOf(at)));
+    const RotorBatchResult before = std::move(result);
+    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? options : rough);
+    result = start != nullptr ? batch.RunFrom(before, start->nodes, start->mean)
+                              : batch.RunFrom(before, before.nodes, at);
+    result.iterations += before.iterations;
+    result.solve_time += before.solve_time;
+    RotorConstants sigma = result.Sigma();
+    if (start != nullptr) sigma.head<RotorAeroModel::kMotors - RotorAeroModel::kMoving>().setZero();
+    const RotorConstants moved = (result.mean - at).cwiseAbs();
+    settled = (sigma.array() == 0.0 || moved.array() <= kSettled * sigma.array()).all();
+    if (settled && result.converged) break;
+    if (settled) continue;
+    const RotorConstants next = fixed_point.Next(at, result.mean, sigma);
+    const bool exists = next[0] > 0.0 && next.segment<3>(kInertiaConstants).sum() > 0.0;
+    at = exists ? next : result.mean;  // the mixed value may have no mass or inertia
+  }
+  return result;
+}
+
+}  // namespace
+
+RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,
+                               const RotorBatchOptions& options, const RotorBatchResult* start) {
+  RotorData turned;
+  const bool turns = MotorsOf(options.prior.sigma).maxCoeff() > 0.0;
+  if (turns && flown.motors) turned = flown;
+  const RotorData& data = turned.motors ? turned : flown;
+  RotorBatchResult result =
+      turned.motors      ? SolveTurningMotors(model, &turned, options, start)
+      : start != nullptr ? Batch(model, data, options).RunFrom(*start, start->nodes, start->mean)
+                         : Batch(model, data, options).Run();
+  if (!options.widen) return result;
+  result.widened = WideningFactors(model, data, options, result);
+  result.cov = result.widened.asDiagonal() * result.cov * result.widened.asDiagonal();
+  return result;
+}
+
+Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,
+                           const RotorBatchOptions& options, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants) {
+  return Batch(model, data, options).BoundAt(nodes, constants);
+}
+
+}  // namespace trueline

@@ -1,0 +1,65 @@
+// Batch calibration on the rotor-driven model: maximum a posteriori of all constants and of the
+// states at all poses (multiple shooting), with white disturbances between poses. Solved by damped
+// Gauss-Newton on the chain of nodes.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_prior.h"
+
+namespace trueline {
+
+struct RotorBatchOptions {
+  RotorNoise noise;
+  RotorPrior prior;
+  double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
+  int reweights = 1;         // times that weights are re-evaluated at the solution
+  int max_iterations = 60;
+  bool widen =
+      false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
+
+  // The factor on a pose's weight under Huber's loss, for a residual of this norm (sigmas).
+  double PoseWeight(double norm) const {
+    return robust_pose > 0.0 && norm > robust_pose ? robust_pose / norm : 1.0;
+  }
+  // Twice its cost.
+  double PoseCost(double norm) const {
+    return robust_pose > 0.0 && norm > robust_pose ? robust_pose * (2.0 * norm - robust_pose)
+                                                   : norm * norm;
+  }
+};
+
+struct RotorBatchResult {
+  RotorConstants mean;
+  Eigen::MatrixXd cov;                              // kConstants x kConstants, zero where known
+  RotorConstants widened = RotorConstants::Ones();  // factor on each sigma in cov, 1 or above
+  std::vector<RotorNode> nodes;                     // at each pose
+  bool converged = false;
+  int iterations = 0;
+  double cost = 0.0;          // half the sum of squared whitened residuals
+  double log_evidence = 0.0;  // Laplace's approximation, up to a constant that depends on the data
+                              // only
+  int residuals = 0;
+  double solve_time = 0.0;  // s
+
+  RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
+};
+
+// `start`: a solution nearby to start from, or null. Where the motors' unknowns are free, rotor
+// speeds are recomputed from the commands as these unknowns change. Throws InputError for an
+// unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y, I_z, or one that
+// frees the motors' unknowns of a log without commands.
+RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
+                               const RotorBatchOptions& options,
+                               const RotorBatchResult* start = nullptr);
+
+// Bayesian Cramer-Rao bound (Van Trees) of the constants at given states, one for each pose: the
+// inverse of the information of data and prior, kConstants x kConstants.
+Eigen::MatrixXd RotorBound(const RotorAeroModel& model, const RotorData& data,
+                           const RotorBatchOptions& options, const std::vector<RotorNode>& nodes,
+                           const RotorConstants& constants);
+
+}  // namespace trueline

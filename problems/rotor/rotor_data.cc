@@ -1,0 +1,185 @@
+#include "problems/rotor/rotor_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kShortest = 1.0;  // s
+
+// Replaces commanded speeds, held from one sample to the next, by the speeds of rotors with a
+// first-order lag.
+void Follow(double lag, RotorData* data) {
+  std::vector<double> command = data->speeds.front();
+  for (std::size_t i = 1; i < data->speeds.size(); ++i) {
+    const double left = std::exp(-(data->speed_times[i] - data->speed_times[i - 1]) / lag);
+    const std::vector<double>& before = data->speeds[i - 1];
+    std::vector<double>& speeds = data->speeds[i];
+    for (std::size_t r = 0; r < speeds.size(); ++r) {
+      const double next = speeds[r];
+      speeds[r] = command[r] + left * (before[r] - command[r]);
+      command[r] = next;
+    }
+  }
+}
+
+// Battery voltage (V) at `t`: linear between readings, constant outside.
+double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
+  const auto after =
+      std::upper_bound(battery.begin(), battery.end(), t,
+                       [](TimeNs time, const ScalarSample& sample) { return time < sample.t; });
+  if (after == battery.begin()) return battery.front().value;
+  if (after == battery.end()) return battery.back().value;
+  const ScalarSample &a = *(after - 1), &b = *after;
+  return a.value + (b.value - a.value) * SecondsBetween(a.t, t) / SecondsBetween(a.t, b.t);
+}
+
+MotorCommands CommandsOf(const FlightLog& log, const MotorCurve& curve) {
+  MotorCommands motors{curve, {}, {}};
+  for (const ChannelsSample& s : log.motors) {
+    motors.commands.push_back(s.values);
+    motors.voltages.push_back(log.battery.empty() ? curve.nominal_voltage
+                                                  : VoltageAt(log.battery, s.t));
+  }
+  return motors;
+}
+
+void CheckSource(const FlightLog& log, const RotorDataOptions& options) {
+  constexpr char kHow[] =
+      "state how commands turn the motors: --config with `motors` (config/calibrate/rotors.yaml)";
+  if (options.rotors == RotorSource::kRotors) {
+    if (!log.rotors.empty()) return;
+    if (log.motors.empty()) {
+      throw ErrorAt(log.directory, 0,
+                    "has neither rotors.csv nor motors.csv; --drive=rotors needs rotor speeds or "
+                    "motor commands beside imu.csv");
+    }
+    throw ErrorAt(log.directory, 0, fmt::format("has no rotors.csv. To take motors.csv, {}", kHow));
+  }
+  if (log.motors.empty()) {
+    throw ErrorAt(log.directory, 0, "has no motors.csv; leave `motors` out to use rotors.csv");
+  }
+  if (!options.motors) throw ErrorAt(log.directory, 0, kHow);
+  if (log.battery.empty() && options.motors_at[kVoltage] != 0.0) {
+    throw ErrorAt(log.directory, 0,
+                  "has no battery.csv; set motors: {voltage: 0}, so that commands alone count");
+  }
+  if (!(options.motors_at[kLag] + options.motor_lag > 0.0)) {
+    throw ErrorAt(log.directory, 0, "the motors' lag must be above 0 s; set motors: {lag: 0.03}");
+  }
+}
+
+void CheckStreams(const FlightLog& log, int rotors, const std::vector<PoseSample>& poses,
+                  const char* pose_file, const RotorDataOptions& options) {
+  CheckSource(log, options);
+  const bool motors = options.rotors == RotorSource::kMotors;
+  const std::size_t columns = (motors ? log.motors : log.rotors).front().values.size();
+  if (static_cast<int>(columns) != rotors) {
+    throw ErrorAt(log.directory + (motors ? "/motors.csv" : "/rotors.csv"), 0,
+                  fmt::format("has {} columns, the vehicle {} rotors; list each rotor in vehicle",
+                              columns, rotors));
+  }
+  if (poses.size() < 2) {
+    throw ErrorAt(
+        log.directory, 0,
+        fmt::format("has no {}; choose the other of pose and mocap by fit_to", pose_file));
+  }
+}
+
+}  // namespace
+
+RotorInput RotorData::InputAt(double t) const {
+  const auto after = std::upper_bound(speed_times.begin(), speed_times.end(), t);
+  std::size_t i = after - speed_times.begin();
+  double share = 1.0;
+  if (after == speed_times.begin()) {
+    if (speed_times.size() > 1) ++i, share = 0.0;
+  } else if (after == speed_times.end()) {
+    --i;
+  } else {
+    share = (t - speed_times[i - 1]) / (speed_times[i] - speed_times[i - 1]);
+  }
+  const std::size_t before = i == 0 ? 0 : i - 1;
+  RotorInput input{t + since_start, std::vector<double>(speeds[i].size())};
+  for (std::size_t r = 0; r < input.speeds.size(); ++r) {
+    input.speeds[r] = (1.0 - share) * speeds[before][r] + share * speeds[i][r];
+  }
+  if (slopes.empty()) return input;
+  input.motors = motors_at;
+  input.slopes.resize(input.speeds.size());
+  for (std::size_t r = 0; r < input.slopes.size(); ++r) {
+    input.slopes[r] = (1.0 - share) * slopes[before][r] + share * slopes[i][r];
+  }
+  return input;
+}
+
+void RotorData::TurnMotors(const MotorValues& at) {
+  motors_at = at;
+  speeds = motors->commands;  // only to give `speeds` the same shape
+  slopes.assign(speeds.size(), std::vector<MotorValues>(speeds.front().size()));
+  for (std::size_t r = 0; r < speeds.front().size(); ++r) {
+    const auto steady = [&](std::size_t i) {
+      return SteadySpeed(motors->curve, at, motors->commands[i][r], motors->voltages[i]);
+    };
+    MotorSpeed speed = steady(0);
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      if (i > 0)
+        speed = AfterLag(speed, steady(i - 1), at[kLag], speed_times[i] - speed_times[i - 1]);
+      speeds[i][r] = speed.value;
+      slopes[i][r] = speed.slope;
+    }
+  }
+}
+
+RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options) {
+  const bool mocap = options.source == PoseSource::kMocap;
+  const std::vector<PoseSample>& poses = mocap ? log.mocap : log.pose;
+  CheckStreams(log, rotors, poses, mocap ? "mocap.csv" : "pose.csv", options);
+  const bool commands = options.rotors == RotorSource::kMotors;
+  const std::vector<ChannelsSample>& drive = commands ? log.motors : log.rotors;
+  TimeNs begin = std::max({log.imu.front().t, poses.front().t, drive.front().t});
+  TimeNs end = std::min({log.imu.back().t, poses.back().t, drive.back().t});
+  begin += FromSeconds(options.start);
+  end -= FromSeconds(options.end);
+  if (options.duration > 0.0) end = std::min(end, begin + FromSeconds(options.duration));
+  if (SecondsBetween(begin, end) < kShortest) {
+    throw ErrorAt(log.directory, 0,
+                  fmt::format("imu, rotors and poses overlap by {:.2f} s; {} s are needed",
+                              SecondsBetween(begin, end), kShortest));
+  }
+  RotorData data;
+  data.origin = begin;
+  data.since_start = SecondsBetween(log.imu.front().t, begin);
+  data.attitude = options.attitude;
+  const auto within = [&](TimeNs t) { return t >= begin && t <= end; };
+  for (const ImuSample& s : log.imu) {
+    if (within(s.t)) data.imu.push_back({SecondsBetween(begin, s.t), s.accel, s.gyro});
+  }
+  double next = 0.0;
+  for (const PoseSample& s : poses) {
+    const double t = SecondsBetween(begin, s.t);
+    if (!within(s.t) || t < next) continue;
+    data.poses.push_back({t, s.p_E, s.q_E.normalized()});
+    next = t + 0.8 / options.pose_rate;
+  }
+  for (const ChannelsSample& s : drive) {
+    data.speed_times.push_back(SecondsBetween(begin, s.t) + options.rotor_delay);
+    data.speeds.push_back(s.values);
+  }
+  if (commands) {
+    data.motors = CommandsOf(log, *options.motors);
+    MotorValues at = options.motors_at;
+    at[kLag] += options.motor_lag;
+    data.TurnMotors(at);
+  } else if (options.motor_lag > 0.0) {
+    Follow(options.motor_lag, &data);
+  }
+  return data;
+}
+
+}  // namespace trueline

@@ -1,0 +1,296 @@
+#include "problems/rotor/rotor_ekf.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "problems/common/error.h"
+#include "problems/rotor/pose_prediction.h"
+#include "problems/rotor/rotor_slopes.h"
+#include "problems/rotor/rotor_step.h"
+#include "problems/rotor/rough_nodes.h"
+#include "problems/rotor/unknowns.h"
+
+namespace trueline {
+namespace {
+
+using Model = RotorAeroModel;
+constexpr int kNoise = 6;
+constexpr double kSettling = 1.0;    // s, before innovations are judged
+constexpr double kFarBehind = 30.0;  // of log likelihood
+constexpr double kSettled = 0.1;     // sigmas, by which a pass may still move its constants
+using Disturbance = Eigen::Matrix<double, kNoise, 1>;
+
+class Filter {
+ public:
+  static constexpr int kErrors = Model::kErrors;
+  static constexpr int kMoving = Model::kMovingErrors;
+
+  Filter(const Model& model, const RotorData& data, const RotorEkfOptions& options)
+      : model_(model),
+        data_(data),
+        options_(options),
+        unknowns_(options.prior.Free()),
+        point_(options.point.value_or(options.prior.mean)) {}
+
+  RotorEkfRun Run() {
+    const double begin = data_.poses.front().t;
+    const int passes = unknowns_.num_constants() == 0 ? 0 : options_.passes;
+    bool settled = false;
+    for (int pass = 0; pass < passes && !settled; ++pass) {
+      Start();
+      FlyUntil(begin + options_.start_seconds);
+      settled = MovePoint();
+    }
+    if (!settled) {
+      Start();
+      if (passes > 0) FlyUntil(begin + options_.start_seconds);
+    }
+    held_ = false;
+    FlyUntil(data_.poses.back().t);
+    run_.state = x_;
+    run_.cov = unknowns_.WholeCovariance(cov_);
+    run_.point = point_;
+    return run_;
+  }
+
+ private:
+  // Initialises at the first pose with the prior.
+  void Start() {
+    x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
+    Eigen::VectorXd sigma(unknowns_.size());
+    sigma.head<kMoving>() << Eigen::Vector3d::Constant(options_.sigma_attitude),
+        Eigen::Vector3d::Constant(options_.sigma_position),
+        Eigen::Vector3d::Constant(options_.sigma_velocity),
+        Eigen::Vector3d::Constant(options_.sigma_rate);
+    for (int k = 0; k < unknowns_.num_constants(); ++k) {
+      sigma[kMoving + k] = options_.prior.sigma[unknowns_.constant(k)];
+    }
+    cov_ = sigma.cwiseAbs2().asDiagonal();
+    held_ = true;
+    t_ = data_.poses.front().t;
+    pose_ = imu_ = 0;
+    while (imu_ < data_.imu.size() && data_.imu[imu_].t < t_) ++imu_;
+    run_.history.clear();
+    run_.likelihoods.clear();
+    run_.log_likelihood = 0.0;
+  }
+
+  // Updates with all poses up to the time `end`.
+  void FlyUntil(double end) {
+    for (; pose_ < data_.poses.size() && data_.poses[pose_].t <= end; ++pose_) {
+      Propagate(data_.poses[pose_].t);
+      UpdateWithPose(data_.poses[pose_]);
+      run_.history.push_back(Estimate(t_));
+      run_.likelihoods.push_back(run_.log_likelihood);
+      if (!held_ && Hopeless()) return;
+    }
+  }
+
+  // True if the likelihood is far behind the rival run's at the same pose.
+  bool Hopeless() {
+    if (options_.rival == nullptr) return false;
+    const std::size_t now = run_.likelihoods.size() - 1;
+    if (!(run_.log_likelihood < (*options_.rival)[now] - kFarBehind)) return false;
+    run_.log_likelihood = -std::numeric_limits<double>::infinity();
+    return true;
+  }
+
+  // Moves the linearisation point to where a pass ended, by at most three prior sigmas, and mass
+  // and inertia to no less than half of what they were: accelerations are proportional to their
+  // inverses, so a step from too small a value overshoots. True if the point has converged.
+  bool MovePoint() {
+    constexpr int kPositive = RotorDrivenModel::kCentre - RotorDrivenModel::kMass;
+    const RotorConstants from = point_;
+    const RotorConstants reach = 3.0 * options_.prior.sigma;
+    point_ = x_.tail<Model::kConstants>().cwiseMax(from - reach).cwiseMin(from + reach);
+    point_.head<kPositive>() = point_.head<kPositive>().cwiseMax(0.5 * from.head<kPositive>());
+    double move = 0.0;
+    for (int k = 0; k < unknowns_.num_constants(); ++k) {
+      const int i = unknowns_.constant(k);
+      move =
+          std::max(move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(kMoving + k, kMoving + k)));
+    }
+    return move < kSettled;
+  }
+
+  // The linearisation point: the estimate, with constants at `point_` while they are held.
+  RotorState Point() const {
+    RotorState at = x_;
+    if (held_) at.tail<Model::kConstants>() = point_;
+    return at;
+  }
+  // The constants' estimate less the linearisation point.
+  RotorConstants Offset(const RotorState& at) const {
+    return x_.tail<Model::kConstants>() - at.tail<Model::kConstants>();
+  }
+
+  // Propagates through all IMU samples up to the time `end`.
+  void Propagate(double end) {
+    while (t_ < end - 1e-9) {
+      const bool sample = imu_ < data_.imu.size() && data_.imu[imu_].t <= t_ + 1e-9;
+      if (sample) ++imu_;
+      double next = std::min(end, t_ + kLongestStep);
+      if (imu_ < data_.imu.size()) next = std::min(next, data_.imu[imu_].t);
+      Step(t_, next - t_, sample ? &data_.imu[imu_ - 1] : nullptr);
+      t_ = next;
+    }
+  }
+
+  // The disturbance of a step after the update with the reading at its start (if any): mean,
+  // covariance with the state (6 x size), and its own covariance.
+  struct Held {
+    Disturbance mean;
+    Unknowns::Rows<kNoise> with_state;
+    Eigen::Matrix<double, kNoise, kNoise> cov;
+  };
+
+  // One step. The reading at its start (if any) also measures the disturbance held over the step.
+  void Step(double t, double dt, const RotorImu* imu) {
+    const RotorNoise& noise = options_.noise;
+    Disturbance variance;
+    variance << Eigen::Vector3d::Constant(std::pow(noise.force_density, 2) / dt),
+        Eigen::Vector3d::Constant(std::pow(noise.angular_density, 2) / dt);
+    Held held{Disturbance::Zero(), {}, variance.asDiagonal()};
+    held.with_state.setZero(kNoise, unknowns_.size());
+    if (imu != nullptr) UpdateWithImu(t, *imu, &held);
+    Predict(t, dt, held);
+  }
+
+  void UpdateWithImu(double t, const RotorImu& imu, Held* held) {
+    const RotorState at = Point();
+    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t));
+    Eigen::Matrix<double, 6, 1> innovation, sigma;
+    sigma << Eigen::Vector3d::Constant(options_.noise.accel),
+        Eigen::Vector3d::Constant(options_.noise.gyro);
+    innovation << imu.accel, imu.gyro;
+    innovation -= reading.y + reading.slope.middleCols<Model::kConstants>(kMoving) * Offset(at);
+    const Unknowns::Rows<6> H = unknowns_.Of(reading.slope);
+    const Eigen::Matrix<double, 6, kNoise> D = DisturbanceFeedthrough(at), DW = D * held->cov;
+    Unknowns::Rows<6> HP = Times<6>(H, cov_);
+    Eigen::Matrix<double, 6, 6> S = DW * D.transpose();
+    S += HP.lazyProduct(H.transpose());
+    S.diagonal() += sigma.cwiseAbs2();
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(S);
+    const Eigen::Matrix<double, 6, 1> weighed = llt.solve(innovation);
+    Judge(t, innovation.dot(weighed), llt.matrixLLT().diagonal().prod());
+    const RotorError step = unknowns_.Whole(Eigen::VectorXd(HP.transpose() * weighed));
+    held->mean = DW.transpose() * weighed;
+    const Eigen::Matrix<double, 6, kNoise> B = llt.matrixL().solve(DW);
+    llt.matrixL().solveInPlace(HP);
+    held->with_state = -B.transpose().lazyProduct(HP);
+    held->cov -= B.transpose() * B;
+    const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kErrors, 6> PH = HP.transpose();
+    cov_ -= PH.lazyProduct(HP);
+    x_ = Plus(x_, step);
+  }
+
+  void Predict(double t, double dt, const Held& held) {
+    RotorState at = Point();
+    const RotorConstants constants = x_.tail<Model::kConstants>(), away = Offset(at);
+    const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
+    const RotorStepMatrix slope =
+        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at);
+    const Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
+    Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
+    FP += G.lazyProduct(held.with_state);
+    Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;
+    with_held += F.lazyProduct(held.with_state.transpose());
+    Eigen::Matrix<double, kMoving, kMoving> moving = with_held * G.transpose();
+    moving += FP.lazyProduct(F.transpose());
+    cov_.topRows<kMoving>() = FP;
+    cov_.leftCols<kMoving>() = FP.transpose();
+    cov_.topLeftCorner<kMoving, kMoving>() = 0.5 * (moving + moving.transpose());
+    const double wander = options_.wander * options_.wander * dt;
+    for (int k = 0; wander > 0.0 && k < unknowns_.num_constants(); ++k) {
+      const double sigma = options_.prior.sigma[unknowns_.constant(k)];
+      cov_(kMoving + k, kMoving + k) += wander * sigma * sigma;
+    }
+    MoveTo(at, slope.rightCols<Model::kConstants>() * away, constants);
+    if (!x_.allFinite()) {
+      throw InputError(fmt::format(
+          "the filter diverged after {:.2f} s; widen priors or noise, or check frames and rotors",
+          t));
+    }
+  }
+
+  // Moves the state to the end of a step from Point(), plus the first-order effect of the
+  // constants' offset.
+  void MoveTo(const RotorState& end, const Eigen::Matrix<double, kMoving, 1>& offset,
+              const RotorConstants& constants) {
+    x_ = end;
+    x_.head<4>().normalize();
+    RotorError error = RotorError::Zero();
+    error.head<kMoving>() = offset;
+    x_ = Plus(x_, error);
+    x_.tail<Model::kConstants>() = constants;
+  }
+
+  void UpdateWithPose(const RotorPose& pose) {
+    const int rows = data_.attitude ? 6 : 3;
+    std::array<RotorJet, Model::kStates> x;
+    std::array<RotorJet, 6> error;
+    const RotorState at = Point();
+    SeedErrors(at, x.data());
+    PoseError(pose, data_.attitude, options_.noise, x.data(), error.data());
+    Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> whole(rows, kErrors);
+    Eigen::VectorXd innovation(rows);
+    for (int i = 0; i < rows; ++i) {
+      whole.row(i) = error[i].v.transpose();
+      innovation[i] = -error[i].a;
+    }
+    innovation -= whole.rightCols<Model::kConstants>() * Offset(at);
+    const Unknowns::Rows<Eigen::Dynamic> H = unknowns_.Of(whole);
+    const Eigen::MatrixXd HP = H * cov_;
+    Eigen::MatrixXd S = HP * H.transpose();
+    S.diagonal().array() += 1.0;  // errors are in sigmas
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    // Innovations are in sigmas; the density in SI needs the factor of that change of units.
+    const double unit = std::pow(options_.noise.position, 3) *
+                        (data_.attitude ? std::pow(options_.noise.attitude, 3) : 1.0);
+    Judge(pose.t, innovation.dot(llt.solve(innovation)), unit * llt.matrixLLT().diagonal().prod());
+    const Eigen::MatrixXd K = llt.solve(HP).transpose();
+    cov_ -= K * HP;
+    cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
+    x_ = Plus(x_, unknowns_.Whole(K * innovation));
+  }
+
+  // Adds one innovation's log density; `root_determinant` is that of the Cholesky factor of its
+  // covariance.
+  void Judge(double t, double squared, double root_determinant) {
+    if (t < data_.poses.front().t + kSettling) return;
+    run_.log_likelihood -= 0.5 * squared + std::log(root_determinant);
+  }
+
+  RotorEstimate Estimate(double t) const {
+    RotorEstimate estimate;
+    estimate.t = t;
+    estimate.moving = x_.head<Model::kMoving>();
+    estimate.mean = x_.tail<Model::kConstants>();
+    estimate.sigma =
+        unknowns_.Whole(cov_.diagonal().cwiseMax(0.0).cwiseSqrt()).tail<Model::kConstants>();
+    return estimate;
+  }
+
+  const Model& model_;
+  const RotorData& data_;
+  const RotorEkfOptions& options_;
+  Unknowns unknowns_;
+  RotorState x_;
+  Unknowns::Covariance cov_;
+  RotorConstants point_;  // linearisation point of held constants
+  bool held_ = true;
+  double t_ = 0.0;                  // s
+  std::size_t pose_ = 0, imu_ = 0;  // the next ones to process
+  RotorEkfRun run_;
+};
+
+}  // namespace
+
+RotorEkfRun RunRotorEkf(const RotorAeroModel& model, const RotorData& data,
+                        const RotorEkfOptions& options) {
+  return Filter(model, data, options).Run();
+}
+
+}  // namespace trueline

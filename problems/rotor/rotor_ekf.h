@@ -1,0 +1,67 @@
+// The filter of Wuest et al. 2019 ("Online estimation of geometric and inertia parameters for
+// multirotor aerial vehicles"), on the rotor-driven model in NED. It has 31 states, 30 in the error
+// state. Rotor speeds are its input, IMU and poses (or positions) its updates; constants may do
+// random walks (Wiener processes). Jacobians are automatic (rotor_data/rotor_slopes.h).
+//
+// It differs from the paper in two points. First, the accelerometer measures the disturbance that
+// also moves the vehicle: the disturbance held over an IMU period is a state for that period, so
+// reading and motion are correlated. Second, the first seconds are filtered several times.
+// Accelerations are proportional to 1 / m and 1 / I, so that at a guess of I of 0.4 times the truth
+// the readings' Jacobian by I is 6 times too large, and an extended filter becomes certain of a
+// wrong value. Each pass starts from the same prior and is linearised at the constants where the
+// last pass ended (Gauss-Newton over these seconds); after them the filter runs once, as usual.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_prior.h"
+
+namespace trueline {
+
+struct RotorEkfOptions {
+  RotorNoise noise;
+  RotorPrior prior;
+  // Densities of the constants' Wiener processes, as shares of their prior sigma, 1/sqrt(s).
+  double wander = 0.0;
+  // Sigmas of the moving state before the first pose.
+  double sigma_attitude = 0.2;  // rad
+  double sigma_position = 1.0;  // m
+  double sigma_velocity = 1.0;  // m/s
+  double sigma_rate = 1.0;      // rad/s
+  double start_seconds = 2.0;   // s, that are flown several times
+  int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
+  // Linearisation point of the first pass; the prior's mean if left out.
+  std::optional<RotorConstants> point = {};
+  // RotorEkfRun::likelihoods of another run on the same flight, or null. A run that falls far
+  // behind the rival stops, with a log likelihood of minus infinity.
+  const std::vector<double>* rival = nullptr;
+};
+
+// Estimates at one time.
+struct RotorEstimate {
+  double t;  // s
+  RotorNode moving;
+  RotorConstants mean;
+  RotorConstants sigma;  // zero for what is known
+};
+
+struct RotorEkfRun {
+  std::vector<RotorEstimate> history;  // after each pose; the last pass over the first seconds
+                                       // counts
+  RotorState state;                    // at the end
+  RotorErrorMatrix cov;
+  RotorConstants point;  // linearisation point in the first seconds
+  // Log likelihood of all innovations after the first second; compares options on one flight.
+  double log_likelihood = 0.0;
+  std::vector<double> likelihoods;  // the same up to each pose
+};
+
+// Filters the flight once, forward. Throws InputError if the filter diverges (not finite): the
+// options do not fit the flight.
+RotorEkfRun RunRotorEkf(const RotorAeroModel& model, const RotorData& data,
+                        const RotorEkfOptions& options);
+
+}  // namespace trueline

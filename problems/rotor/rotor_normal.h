@@ -1,0 +1,75 @@
+// The batch linearised at its solution: normal equations of the constants and of candidate effects,
+// all states eliminated, stored by cluster of time. Residuals of real flights are correlated in
+// time, so evidence and intervals also use the scatter of scores between clusters.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "problems/chain/bordered_chain.h"
+#include "problems/rotor/rotor_batch.h"
+#include "problems/rotor/rotor_segment.h"
+
+namespace trueline {
+
+// Effects that a model may lack, one column each: forces along the flight, and errors of pose
+// readings.
+struct RotorColumns {
+  // Error of the pose read at a node, for each unit of size: position [m], then rotation in body
+  // axes [rad]: 6 x columns.
+  using ReadFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* read)>;
+
+  int count = 0;
+  SegmentModel::PushFunction push;
+  ReadFunction read = nullptr;  // null where no column changes pose readings directly
+};
+
+// The flight's chain linearised at the given nodes and constants, with the weights that `segments`
+// hold. Border: the free constants in units of their prior sigma, the columns' sizes, the residual.
+// Clusters of `cluster` seconds.
+BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
+                                       const std::vector<SegmentModel>& segments,
+                                       const std::vector<RotorNode>& nodes,
+                                       const RotorConstants& constants, const RotorColumns& columns,
+                                       double cluster);
+// Priors of that border: of the free constants; the columns have none.
+ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,
+                                 int columns);
+// Converts a matrix of the free constants in prior sigmas to one of all constants in SI.
+Eigen::MatrixXd InUnits(const RotorPrior& prior, const Eigen::MatrixXd& scaled);
+
+// The normal equations of the free constants and of candidate effects.
+class RotorNormal : public ReducedSystem {
+ public:
+  // `cluster`: length of a cluster, s.
+  RotorNormal(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options,
+              const RotorBatchResult& batch, const RotorColumns& columns, double cluster);
+
+  int constants() const { return constants_; }
+  RotorNormal Only(const std::vector<bool>& used) const;
+  // The same system with the constants and the given columns only (counted from 0), in that order.
+  RotorNormal Select(const std::vector<int>& columns) const;
+
+  // Covariance of the constants (kConstants x kConstants, SI) from noise and prior, all columns
+  // held at zero. For a flight linearised at the truth this is the Bayesian Cramer-Rao bound (Van
+  // Trees).
+  Eigen::MatrixXd NoiseCovariance() const;
+  // The same from the observed scatter of scores between clusters (sandwich estimator).
+  Eigen::MatrixXd ClusterCovariance() const;
+  // What the columns, each a consider parameter of sigma 1, add to these covariances.
+  Eigen::MatrixXd ColumnCovariance() const;
+
+ private:
+  RotorNormal(ReducedSystem system, const RotorPrior& prior);
+
+  RotorPrior prior_;
+  int constants_;
+};
+
+// For each constant the ratio of the sigma from scatter between clusters to the sigma from noise,
+// at least 1; 1 for known constants. An unmodelled smooth disturbance such as drag is not white:
+// its scores add up within a cluster where those of noise cancel.
+RotorConstants WideningFactors(const RotorAeroModel& model, const RotorData& data,
+                               const RotorBatchOptions& options, const RotorBatchResult& batch);
+
+}  // namespace trueline

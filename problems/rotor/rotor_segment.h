@@ -1,0 +1,78 @@
+// The flight between two poses, integrated at the IMU's rate from the state at the first pose
+// (multiple shooting), with derivatives. One disturbance moves the IMU readings and the state at
+// the second pose, so their joint covariance is computed too.
+#pragma once
+
+#include <Eigen/Dense>
+#include <functional>
+#include <vector>
+
+#include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_state.h"
+
+namespace trueline {
+
+struct RotorSegment {
+  struct Step {
+    double t;   // s
+    double dt;  // s
+    int imu;    // index of the reading at its start, -1 for none
+  };
+  std::vector<Step> steps;
+  int num_imu = 0;
+  int NumRows() const { return 6 * num_imu + RotorAeroModel::kMovingErrors; }
+};
+
+// One segment for each pair of consecutive poses.
+std::vector<RotorSegment> CutSegments(const RotorData& data);
+
+// Rows: (accelerometer, gyro) of each reading, then the 12 errors of the state at the end.
+struct SegmentResidual {
+  Eigen::VectorXd error;        // measured less predicted (end: next node less prediction)
+  Eigen::MatrixXd d_start;      // rows x 12, by the error of the node at the start
+  Eigen::MatrixXd d_next;       // rows x 12
+  Eigen::MatrixXd d_constants;  // rows x kConstants, by the model's constants (SI)
+};
+
+// e = 2 vec(q_end^* q_next) = 2 v: de = S d_end - S' d_next with S = [v]x - w, (w, v) the rotation.
+Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next);
+
+class SegmentModel {
+ public:
+  SegmentModel(const RotorAeroModel& model, const RotorData& data, const RotorNoise& noise,
+               RotorSegment segment);
+
+  // Not whitened. Computes derivatives if `derivatives`.
+  SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
+                           const RotorConstants& constants, bool derivatives) const;
+  // Small forces that a model lacks, at a time and state, for each unit of size: specific force
+  // [m/s^2] and angular acceleration [rad/s^2] in the first 6 rows, direct errors of accelerometer
+  // [m/s^2] and gyro [rad/s] in the next 6; 12 x columns.
+  using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
+  // d(error of Evaluate) / d(size of each column): rows x columns, not whitened.
+  Eigen::MatrixXd Respond(const RotorNode& start, const RotorNode& next,
+                          const RotorConstants& constants, int columns,
+                          const PushFunction& push) const;
+  // Evaluates the covariance of the rows at this state, for Whiten.
+  void SetWeight(const RotorNode& start, const RotorConstants& constants);
+  // Multiplies by L^-1 of the covariance L L'.
+  void Whiten(SegmentResidual* residual) const;
+  void Whiten(Eigen::MatrixXd* rows) const;
+  // log of the determinant of the covariance, for the evidence.
+  double LogDeterminant() const;
+  const RotorSegment& segment() const { return segment_; }
+
+ private:
+  struct Shot;  // readings, end and derivatives by the start
+  Shot Shoot(const RotorState& x, bool derivatives) const;
+  Eigen::MatrixXd Disturbed(const RotorState& x) const;
+
+  const RotorAeroModel& model_;
+  const RotorData& data_;
+  RotorNoise noise_;
+  RotorSegment segment_;
+  Eigen::MatrixXd lower_;  // L
+};
+
+}  // namespace trueline

@@ -1,0 +1,60 @@
+// One time step of the rotor-driven model, shared by filter and batch, and the influence of
+// disturbances on it.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+
+#include "problems/rotor/rotor_state.h"
+
+namespace trueline {
+
+// Longer gaps in the IMU are stepped through, s.
+inline constexpr double kLongestStep = 0.01;
+
+// One explicit midpoint step of `dt` seconds of a state of kStates numbers. `input` is taken at the
+// middle of the step; `disturbance` (6 numbers, see RotorAeroModel) is constant over it.
+template <class T>
+void RotorMidpointStep(const RotorAeroModel& model, const RotorInput& input, const T* disturbance,
+                       double dt, T* x) {
+  using Model = RotorAeroModel;
+  std::array<T, Model::kMoving> slope;
+  model.Derivative(x, input, disturbance, slope.data());
+  std::array<T, Model::kStates> middle;
+  for (int i = 0; i < Model::kStates; ++i) {
+    middle[i] = i < Model::kMoving ? T(x[i] + slope[i] * T(0.5 * dt)) : x[i];
+  }
+  model.Derivative(middle.data(), input, disturbance, slope.data());
+  for (int i = 0; i < Model::kMoving; ++i) x[i] += slope[i] * T(dt);
+}
+
+// d(moving error after the step) / d(disturbance held over it): 12 x 6.
+inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(const RotorState& x,
+                                                                                double dt) {
+  const Eigen::Matrix3d R =
+      Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> G;
+  G.setZero();
+  G.block<3, 3>(0, 3) = 0.5 * dt * dt * I;
+  G.block<3, 3>(3, 0) = 0.5 * dt * dt * R;
+  G.block<3, 3>(6, 0) = dt * R;
+  G.block<3, 3>(9, 3) = dt * I;
+  return G;
+}
+
+// d(IMU reading) / d(disturbance at that time), 6 x 6: the accelerometer measures the force, and
+// the angular acceleration through its lever arm.
+inline Eigen::Matrix<double, 6, 6> DisturbanceFeedthrough(const RotorState& x) {
+  using Base = RotorDrivenModel;
+  const Eigen::Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
+  Eigen::Matrix<double, 6, 6> D;
+  D.setZero();
+  D.block<3, 3>(0, 0).setIdentity();
+  for (int i = 0; i < 3; ++i) {
+    D.block<3, 1>(0, 3 + i) = Eigen::Vector3d::Unit(i).cross(arm);
+  }
+  return D;
+}
+
+}  // namespace trueline

@@ -1,0 +1,71 @@
+// The errors that a filter estimates: those of the moving state and of the unknown constants. Known
+// constants have no rows and columns in the covariance.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "problems/rotor/rotor_state.h"
+
+namespace trueline {
+
+class Unknowns {
+ public:
+  static constexpr int kMoving = RotorAeroModel::kMovingErrors;
+  static constexpr int kErrors = RotorAeroModel::kErrors;
+  using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kErrors, kErrors>;
+  // Columns of the unknowns.
+  template <int kRows>
+  using Rows = Eigen::Matrix<double, kRows, Eigen::Dynamic, 0, kRows, kErrors>;
+
+  explicit Unknowns(std::vector<int> free) : free_(std::move(free)) {}
+
+  int size() const { return kMoving + num_constants(); }
+  int num_constants() const { return static_cast<int>(free_.size()); }
+  // Index of the k-th unknown constant among all constants.
+  int constant(int k) const { return free_[static_cast<std::size_t>(k)]; }
+
+  // The columns of the unknowns, out of kErrors.
+  template <class Derived>
+  Rows<Derived::RowsAtCompileTime> Of(const Eigen::MatrixBase<Derived>& whole) const {
+    Rows<Derived::RowsAtCompileTime> rows(whole.rows(), size());
+    rows.template leftCols<kMoving>() = whole.template leftCols<kMoving>();
+    for (int k = 0; k < num_constants(); ++k) {
+      rows.col(kMoving + k) = whole.col(kMoving + constant(k));
+    }
+    return rows;
+  }
+  // All errors; zero for known constants.
+  template <class Derived>
+  RotorError Whole(const Eigen::MatrixBase<Derived>& error) const {
+    RotorError whole = RotorError::Zero();
+    whole.template head<kMoving>() = error.template head<kMoving>();
+    for (int k = 0; k < num_constants(); ++k) whole[kMoving + constant(k)] = error[kMoving + k];
+    return whole;
+  }
+  RotorErrorMatrix WholeCovariance(const Covariance& cov) const {
+    RotorErrorMatrix whole = RotorErrorMatrix::Zero();
+    for (int i = 0; i < size(); ++i) {
+      whole.col(i < kMoving ? i : kMoving + constant(i - kMoving)) = Whole(cov.col(i));
+    }
+    return whole;
+  }
+
+ private:
+  std::vector<int> free_;
+};
+
+// Product of a matrix with few rows and a covariance, column by column. Eigen's general product
+// first packs its factors, which takes longer than this product.
+template <int kRows>
+Unknowns::Rows<kRows> Times(const Unknowns::Rows<kRows>& rows, const Unknowns::Covariance& cov) {
+  Unknowns::Rows<kRows> product(kRows, cov.cols());
+  for (Eigen::Index j = 0; j < cov.cols(); ++j) {
+    Eigen::Matrix<double, kRows, 1> sum = Eigen::Matrix<double, kRows, 1>::Zero();
+    for (Eigen::Index k = 0; k < cov.rows(); ++k) sum += cov(k, j) * rows.col(k);
+    product.col(j) = sum;
+  }
+  return product;
+}
+
+}  // namespace trueline

@@ -1,0 +1,25 @@
+// A simulated flight: the estimators' inputs and the truth that scores them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "problems/rotor/rotor_data.h"
+#include "problems/simulation/simulate_rotor_flight.h"
+
+namespace trueline {
+
+struct Flown {
+  FlightLog log;
+  RotorTruth truth;
+  RotorData data;
+  std::vector<RotorNode> nodes;  // the truth at each pose
+};
+
+// Throws InputError if the vehicle departs from the trajectory.
+Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed);
+
+// The estimators' model: without the simulation's additional effects.
+RotorAeroModel ModelOf(const RotorSimulation& simulation);
+
+}  // namespace trueline

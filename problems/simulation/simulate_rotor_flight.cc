@@ -1,0 +1,261 @@
+#include "problems/simulation/simulate_rotor_flight.h"
+
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/common/random.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/simulation/flight.h"
+#include "problems/simulation/navigator.h"
+#include "problems/simulation/streams.h"
+#include "problems/simulation/summary.h"
+#include "problems/simulation/trajectory_tracker.h"
+
+namespace trueline {
+namespace {
+
+using simulation::BodyState;
+using simulation::Instant;
+using simulation::RotorArray;
+using Model = RotorDrivenModel;
+using Eigen::Vector3d;
+
+constexpr double kLost = 2.0;  // m from the trajectory
+
+Vector3d Parameter(const RotorSimulation& config, int index) {
+  return Eigen::Map<const Vector3d>(config.vehicle.parameters.data() + index);
+}
+
+// The airframe's body origin B is the centre of mass.
+simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
+  simulation::VehicleConfig vehicle;
+  vehicle.mass = config.vehicle.parameters[Model::kMass];
+  vehicle.inertia = Parameter(config, Model::kInertia);
+  for (const RotorSpec& rotor : config.vehicle.model.rotors()) {
+    vehicle.rotors.push_back({rotor.position - Parameter(config, Model::kCentre), rotor.axis,
+                              rotor.spin, rotor.k_f, rotor.k_m});
+  }
+  vehicle.motor_lag = config.motor_lag;
+  vehicle.max_rotor_speed = config.limits.max_speed;
+  vehicle.drag = config.drag;
+  return vehicle;
+}
+
+simulation::Stages MakeStages(const RotorSimulation& config) {
+  std::vector<simulation::EffectSetting> effects = config.effects;
+  const Vector3d arm = Parameter(config, Model::kImuArm) - Parameter(config, Model::kCentre);
+  effects.push_back({"imu_lever_arm", {{"r_x", arm.x()}, {"r_y", arm.y()}, {"r_z", arm.z()}}});
+  return simulation::StagesWith(effects, config.vehicle.model.gravity());
+}
+
+simulation::ImuConfig MakeImu(const RotorSimulation& config) {
+  simulation::ImuConfig imu;
+  imu.rate = config.imu_rate;
+  imu.accel_noise_density = config.noise.accel / std::sqrt(config.imu_rate);
+  imu.gyro_noise_density = config.noise.gyro / std::sqrt(config.imu_rate);
+  imu.accel_bias = Parameter(config, Model::kAccelBias);
+  imu.gyro_bias = Parameter(config, Model::kGyroBias);
+  return imu;
+}
+
+simulation::NavigatorConfig MakeNavigator(const RotorSimulation& config) {
+  simulation::NavigatorConfig navigator;
+  navigator.gravity = config.vehicle.model.gravity();
+  navigator.accel_bias = Parameter(config, Model::kAccelBias);
+  navigator.gyro_bias = Parameter(config, Model::kGyroBias);
+  navigator.pose_arm = Parameter(config, Model::kPoseArm) - Parameter(config, Model::kCentre);
+  return navigator;
+}
+
+PiecewisePolynomial Raised(const PiecewisePolynomial& path, double height) {
+  std::vector<FlatMatrix> pieces = path.coefficients();
+  for (FlatMatrix& piece : pieces) piece(2, 0) -= height;
+  return {path.breaks(), pieces};
+}
+
+simulation::FlightSetup MakeSetup(const RotorSimulation& config) {
+  simulation::FlightSetup setup;
+  setup.vehicle = MakeVehicle(config);
+  setup.imu = MakeImu(config);
+  setup.gravity = config.vehicle.model.gravity();
+  setup.stages = MakeStages(config);
+  setup.substeps = 4;
+  setup.time = [period = 1.0 / config.imu_rate](int k) { return k * period; };
+  return setup;
+}
+
+// True for one sample out of 1 / share: the first one after each due time, or the nearest to it
+// with a `phase` of 0.5.
+bool IsDue(int k, double share, double phase) {
+  return k == 0 || std::floor(k * share + phase) > std::floor((k - 1) * share + phase);
+}
+
+ChannelsSample Channels(double t, const RotorArray& values) {
+  return {FromSeconds(t), {values.begin(), values.end()}};
+}
+
+// Flies along the trajectory by the vehicle's own sensors, and logs these and the motors.
+class TrajectoryPilot {
+ public:
+  TrajectoryPilot(const RotorSimulation& config, const PiecewisePolynomial& path,
+                  std::uint64_t seed, FlightLog* log)
+      : config_(config),
+        pose_arm_(Parameter(config, Model::kPoseArm) - Parameter(config, Model::kCentre)),
+        tracker_(RotorFlight(config.vehicle, Raised(path, config.height)),
+                 config.vehicle.model.gravity(), 1.0 / config.imu_rate,
+                 (1.0 - config.control_margin) * config.limits.min_speed,
+                 (1.0 + config.control_margin) * config.limits.max_speed, config.motor_lag),
+        navigator_(MakeNavigator(config), Start()),
+        pose_(seed, "pose"),
+        battery_(seed, "battery"),
+        log_(log) {}
+
+  int num_samples() const { return tracker_.num_steps(); }
+  BodyState Start() const { return tracker_.Start(); }
+  const simulation::PathErrors& errors() const { return errors_; }
+
+  RotorArray Command(const Instant& now) {
+    NoteError(now);
+    // The camera is triggered by the IMU's sample nearest to its own time.
+    if (IsDue(now.k, config_.pose_rate / config_.imu_rate, 0.5)) LogPose(now);
+    const RotorArray command = tracker_.Command(now.k, navigator_.state());
+    navigator_.Add(now.reading, now.dt);
+    if (config_.log_rotors) {
+      log_->rotors.push_back(Channels(now.t, config_.log_commands ? command : now.state.rotors));
+    }
+    return config_.motors ? DriveMotors(now, command) : command;
+  }
+
+ private:
+  // Speeds that the motors reach for the wanted ones; logs commands, and the battery at its rate.
+  RotorArray DriveMotors(const Instant& now, const RotorArray& wanted) {
+    const simulation::MotorDrive drive(*config_.motors);
+    const RotorArray command = drive.CommandFor(wanted);
+    log_->motors.push_back(Channels(now.t, command));
+    if (IsDue(now.k, config_.motors->battery_rate * now.dt, 0.0)) {
+      const double error = config_.motors->battery_sigma * battery_.Normal();
+      log_->battery.push_back({FromSeconds(now.t), drive.Voltage(now.t, command) + error});
+    }
+    return drive.SettledSpeed(now.t, command);
+  }
+  void LogPose(const Instant& now) {
+    const Eigen::Quaterniond q = now.state.Attitude();
+    log_->pose.push_back(simulation::MeasurePose(now.t, now.state.p_E + q * pose_arm_, q,
+                                                 config_.noise.position, config_.noise.attitude,
+                                                 &pose_));
+    navigator_.AddPose(log_->pose.back().p_E, log_->pose.back().q_E);
+  }
+  void NoteError(const Instant& now) {
+    const double error = (tracker_.PositionAt(now.k) - now.state.p_E).norm();
+    if (!(error < kLost)) {
+      throw InputError(fmt::format(
+          "the vehicle lost the trajectory after {:.2f} s; fly a gentler one, or lower the "
+          "disturbances and effects",
+          now.t));
+    }
+    errors_.Note(error);
+  }
+
+  const RotorSimulation& config_;
+  Vector3d pose_arm_;  // m, of the pose sensor from the centre of mass
+  simulation::TrajectoryTracker tracker_;
+  simulation::Navigator navigator_;
+  Random pose_, battery_;
+  simulation::PathErrors errors_;
+  FlightLog* log_;
+};
+
+RotorTruth TruthOf(const RotorSimulation& config, const simulation::Trajectory& flown) {
+  RotorTruth truth;
+  for (int i = Model::kMoving; i < Model::kStates; ++i) {
+    truth.constants[i - Model::kMoving] = config.vehicle.parameters[i];
+  }
+  for (const simulation::TruthSample& now : flown.samples()) {
+    const Eigen::Quaterniond& q = now.q_E_B;
+    truth.states.emplace_back() << q.w(), q.x(), q.y(), q.z(), now.p_E, now.v_E, now.w_B;
+  }
+  return truth;
+}
+
+}  // namespace
+
+FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
+                              std::uint64_t seed, RotorTruth* truth) {
+  FlightLog log;
+  log.name = "rotor_flight";
+  log.gravity = config.vehicle.model.gravity();
+  log.vehicle = Vehicle{config.vehicle.parameters[Model::kMass], {}};
+  for (const RotorSpec& r : config.vehicle.model.rotors()) {
+    log.vehicle->rotors.push_back({r.position, r.axis, r.spin, r.k_f, r.k_m});
+  }
+  const double root_rate = std::sqrt(config.imu_rate);
+  Random force(seed, "force"), twist(seed, "twist");
+  const auto air = [&](const BodyState& state) {
+    const Vector3d gust_B = config.noise.force_density * root_rate * force.NormalVector3();
+    const Vector3d twist_B = config.noise.angular_density * root_rate * twist.NormalVector3();
+    return simulation::Disturbance{state.Attitude() * gust_B, twist_B};
+  };
+  TrajectoryPilot pilot(config, path, seed, &log);
+  simulation::FlightSetup setup = MakeSetup(config);
+  setup.last = pilot.num_samples() - 1;
+  const simulation::Trajectory flown = simulation::RunFlight(
+      setup, pilot.Start(), air, [&](const Instant& now) { return pilot.Command(now); }, seed,
+      &log);
+  if (truth != nullptr) {
+    *truth = TruthOf(config, flown);
+    truth->path_error_rms = pilot.errors().Rms();
+  }
+  return log;
+}
+
+namespace {
+
+simulation::MotorDriveConfig ReadMotorDrive(const YamlMap& map) {
+  simulation::MotorDriveConfig drive;
+  YamlArchive a(map);
+  a.Positive("full_speed", &drive.full_speed);
+  a.Positive("nominal_voltage", &drive.nominal_voltage);
+  a.NotNegative("idle", &drive.idle);
+  a.Require(drive.idle < 1.0, "idle", "is a share of full_speed, below 1");
+  a.NotNegative("voltage", &drive.voltage);
+  a.Positive("battery", &drive.battery);
+  a.NotNegative("drop", &drive.drop);
+  a.NotNegative("sag", &drive.sag);
+  a.NotNegative("battery_sigma", &drive.battery_sigma);
+  a.Positive("battery_rate", &drive.battery_rate);
+  map.Finish();
+  return drive;
+}
+
+}  // namespace
+
+void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
+  config->imu_rate = map.Get<double>("imu_rate", config->imu_rate);
+  config->pose_rate = map.Get<double>("pose_rate", config->pose_rate);
+  config->height = map.Get<double>("height", config->height);
+  if (!(config->height >= 0.0)) map.Fail("height", "must be 0 m or more");
+  if (!(config->imu_rate >= 50.0)) map.Fail("imu_rate", "must be 50 Hz or more");
+  if (!(config->pose_rate > 0.0 && config->pose_rate <= config->imu_rate)) {
+    map.Fail("pose_rate", "must be above 0 and at most imu_rate");
+  }
+  FromYaml(map.ChildOrEmpty("noise"), &config->noise);
+  config->drag = map.GetVector3("drag", config->drag);
+  config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
+  if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
+  config->log_commands = map.Get<bool>("log_commands", config->log_commands);
+  if (map.Has("motors")) config->motors = ReadMotorDrive(map.Child("motors"));
+  config->log_rotors = map.Get<bool>("log_rotors", config->log_rotors);
+  if (!config->log_rotors && !config->motors) {
+    map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");
+  }
+  for (const YamlMap& entry : map.Children("effects")) {
+    const simulation::EffectSetting effect = simulation::ReadEffect(entry);
+    if (effect.id == "ground_effect" && config->height == 0.0) {
+      entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
+    }
+    config->effects.push_back(effect);
+  }
+  map.Finish();
+}
+
+}  // namespace trueline

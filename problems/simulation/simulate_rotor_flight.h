@@ -1,0 +1,60 @@
+// A flight along a trajectory in closed loop, with the independent physics of problems/simulation,
+// and its log with rotor speeds, IMU and poses.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+#include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_state.h"
+#include "problems/rotor/rotor_vehicle.h"
+#include "problems/simulation/config.h"
+#include "problems/simulation/motor_drive.h"
+#include "problems/trajectory/limits.h"
+
+namespace trueline {
+
+struct RotorSimulation {
+  explicit RotorSimulation(RotorVehicle flown) : vehicle(std::move(flown)) {}
+
+  RotorVehicle vehicle;     // the true one; biases in its parameters
+  RotorNoise noise;         // of sensors, and the white disturbances that really act
+  double imu_rate = 250.0;  // Hz, of rotor speeds too
+  double pose_rate = 30.0;  // Hz, stamped at the nearest IMU sample (a camera triggered by it)
+  // Rotor speeds saturate this share beyond the limits of planned trajectories, which leaves a
+  // margin for control.
+  FlightLimits limits;
+  double control_margin = 0.4;
+  double height = 0.0;  // m, of the trajectory's start above the floor (p_z = 0)
+
+  // Effects that the estimators do not model.
+  Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
+  double motor_lag = 0.02;                         // s
+  bool log_commands = false;  // rotors.csv holds commands, so the lag is unmodelled
+  // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
+  // speeds are commanded directly.
+  std::optional<simulation::MotorDriveConfig> motors;
+  bool log_rotors = true;                          // false: no rotors.csv
+  std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
+};
+
+// States at the times of the IMU samples.
+struct RotorTruth {
+  RotorConstants constants = RotorConstants::Zero();
+  std::vector<RotorNode> states;
+  double path_error_rms = 0.0;  // m
+};
+
+// Throws InputError if the vehicle departs from the trajectory.
+FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
+                              std::uint64_t seed, RotorTruth* truth = nullptr);
+
+// Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
+// log_commands, motors, log_rotors, effects; vehicle and limits are read elsewhere. Throws
+// InputError naming file, line and key.
+void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
+
+}  // namespace trueline

@@ -1,0 +1,139 @@
+#include "problems/vgd/drive_track.h"
+
+#include <algorithm>
+
+#include "problems/common/error.h"
+#include "problems/log/imu_health.h"
+
+namespace trueline {
+namespace {
+
+// Advances through the attitude stream together with the IMU and interpolates between its samples.
+class AttitudeCursor {
+ public:
+  explicit AttitudeCursor(const std::vector<AttitudeSample>& samples) : samples_(samples) {}
+
+  // False if t is outside of the stream or in a gap longer than max_gap.
+  bool At(TimeNs t, double max_gap, Eigen::Quaterniond* q) {
+    while (i_ + 1 < samples_.size() && samples_[i_ + 1].t <= t) ++i_;
+    if (t < samples_[i_].t || i_ + 1 >= samples_.size()) return false;
+    const double span = SecondsBetween(samples_[i_].t, samples_[i_ + 1].t);
+    if (span > max_gap) return false;
+    const double s = SecondsBetween(samples_[i_].t, t) / span;
+    *q = samples_[i_].q_Ep_I.slerp(s, samples_[i_ + 1].q_Ep_I);
+    return true;
+  }
+
+ private:
+  const std::vector<AttitudeSample>& samples_;
+  std::size_t i_ = 0;
+};
+
+struct StreamNeeds {
+  const FlightLog& log;
+  const DriveOptions& options;
+  TimeNs latency;
+};
+
+double ThrustAt(const StreamNeeds& needs, std::size_t i, double s, const Eigen::Matrix3d& R_Ep_I) {
+  if (needs.options.thrust == ThrustSource::kLevelFlight) {
+    return LevelFlightThrust(R_Ep_I, needs.log.gravity);
+  }
+  const double before = needs.log.imu[i].accel.z(), after = needs.log.imu[i + 1].accel.z();
+  return before + s * (after - before);
+}
+
+// Appends the interval from IMU sample i to i + 1, in `pieces` equal steps. False if the attitude
+// is missing.
+bool AppendInterval(const StreamNeeds& needs, std::size_t i, int pieces, AttitudeCursor* attitude,
+                    std::vector<StoredStep>* steps) {
+  const TimeNs t0 = needs.log.imu[i].t, length = needs.log.imu[i + 1].t - t0;
+  const std::size_t size_before = steps->size();
+  for (int k = 0; k < pieces; ++k) {
+    const TimeNs from = t0 + length * k / pieces, to = t0 + length * (k + 1) / pieces;
+    const double s = (k + 0.5) / pieces;
+    Eigen::Quaterniond q;
+    if (!attitude->At(from + (to - from) / 2 + needs.latency, needs.options.max_gap, &q)) {
+      steps->resize(size_before);
+      return false;
+    }
+    steps->push_back({from,
+                      SecondsBetween(from, to),
+                      ThrustAt(needs, i, s, q.toRotationMatrix()),
+                      {q.x(), q.y(), q.z(), q.w()}});
+  }
+  return true;
+}
+
+}  // namespace
+
+DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options) {
+  if (log.imu.size() < 2) {
+    throw ErrorAt(log.directory + "/imu.csv", 0, "needs at least two samples to integrate");
+  }
+  const bool own_filter =
+      options.attitude == AttitudeSource::kComplementaryFilter || log.attitude.empty();
+  const std::vector<AttitudeSample> filtered =
+      own_filter ? RunComplementaryFilter(log.imu, options.filter) : std::vector<AttitudeSample>();
+  AttitudeCursor attitude(own_filter ? filtered : log.attitude);
+
+  DriveTrack track;
+  track.gravity_ = log.gravity;
+  track.log_start_ = log.imu.front().t;
+  track.force_effects_ = options.force_effects;
+  track.steps_.reserve(log.imu.size());
+  const double median = MedianStep(log.imu);
+  const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency)};
+  for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
+    const TimeNs from = log.imu[i].t, to = log.imu[i + 1].t;
+    const double dt = SecondsBetween(from, to);
+    const int pieces = std::max(1, static_cast<int>(std::lround(dt / median)));
+    const bool usable = dt <= std::max(options.max_gap, 1.5 * median) &&
+                        AppendInterval(needs, i, pieces, &attitude, &track.steps_);
+    if (usable) {
+      track.end_ = to;
+    } else if (!track.gaps_.empty() && track.gaps_.back().end == from) {
+      track.gaps_.back().end = to;
+    } else {
+      track.gaps_.push_back({from, to});
+    }
+  }
+  if (track.steps_.empty()) {
+    throw ErrorAt(log.directory, 0,
+                  "imu.csv and attitude.csv do not overlap in time; check their clocks");
+  }
+  return track;
+}
+
+bool DriveTrack::Covers(TimeNs t0, TimeNs t1) const {
+  if (t0 < begin() || t1 > end_) return false;
+  return std::none_of(gaps_.begin(), gaps_.end(),
+                      [&](const TimeSpan& gap) { return gap.begin < t1 && gap.end > t0; });
+}
+
+std::size_t DriveTrack::StepAt(TimeNs t) const {
+  const auto after =
+      std::upper_bound(steps_.begin(), steps_.end(), t,
+                       [](TimeNs value, const StoredStep& s) { return value < s.t; });
+  return after == steps_.begin() ? 0 : static_cast<std::size_t>(after - steps_.begin()) - 1;
+}
+
+std::vector<AttitudeSample> RunComplementaryFilter(const std::vector<ImuSample>& imu,
+                                                   const ComplementaryFilterGains& gains) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < imu.size() && SecondsBetween(imu[0].t, imu[i].t) <= 0.5; ++i) {
+    mean += imu[i].accel;
+  }
+  using Filter = ComplementaryFilter<double>;
+  Filter filter(gains, Filter::LevelFrom(mean, 0.0));
+  std::vector<AttitudeSample> attitude{{imu[0].t, filter.q_Ep_I()}};
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    const Eigen::Vector3d gyro = 0.5 * (imu[i - 1].gyro + imu[i].gyro);
+    const Eigen::Vector3d accel = 0.5 * (imu[i - 1].accel + imu[i].accel);
+    filter.Step(gyro, accel, SecondsBetween(imu[i - 1].t, imu[i].t));
+    attitude.push_back({imu[i].t, filter.q_Ep_I()});
+  }
+  return attitude;
+}
+
+}  // namespace trueline

@@ -1,0 +1,74 @@
+#include "problems/vgd/flight_data.h"
+
+#include <algorithm>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+
+FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
+                       const PassOptions& options, const DragMeasurementOptions& drag_measurement)
+    : log(flight_log),
+      pass_options(options),
+      track(DriveTrack::FromLog(flight_log, drive)),
+      forces(AverageForces(flight_log.imu, drag_measurement)) {
+  if (log.fixes.empty()) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0,
+                  "there are no fixes to fit to; import with fixes, or let trueline-convert sample "
+                  "them from mocap (fixes_from_mocap)");
+  }
+  for (const Pass& pass : FindPasses(log.fixes, pass_options)) {
+    if (track.Covers(pass.begin, pass.end)) {
+      passes.push_back(pass);
+    } else {
+      warnings.push_back(fmt::format(
+          "pass at {:.2f} s is left out: imu.csv or attitude.csv has a gap there or does not "
+          "reach it",
+          SecondsBetween(track.begin(), pass.begin)));
+    }
+  }
+  const auto covered = [this](const Fix& fix) { return track.Covers(fix.t, fix.t); };
+  if (std::none_of(log.fixes.begin(), log.fixes.end(), covered)) {
+    throw ErrorAt(log.directory + "/fixes.csv", 0,
+                  "no fix lies inside of the time span of imu.csv and attitude.csv; check their "
+                  "clocks");
+  }
+}
+
+bool FlightData::HasArc(int tau) const {
+  if (tau >= static_cast<int>(passes.size())) return false;
+  const TimeNs from = passes[tau - 1].end, to = passes[tau].begin;
+  return SecondsBetween(from, to) <= pass_options.max_arc && track.Covers(from, to);
+}
+
+int FlightData::FirstPassOf(int tau, int gamma, int min_fixes) const {
+  int first = tau - 1;
+  const auto fixes = [&] { return passes[tau - 1].last - passes[first].first + 1; };
+  while (first > 0 && (tau - first < gamma || static_cast<int>(fixes()) < min_fixes) &&
+         HasArc(first)) {
+    --first;
+  }
+  return first;
+}
+
+std::string FlightData::NoArcReason(int tau) const {
+  return fmt::format(
+      "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
+      "a gap in it",
+      tau, SecondsBetween(track.begin(), passes[tau - 1].end), pass_options.max_arc);
+}
+
+ArcPrediction FlightData::ArcAfter(int tau) const {
+  const Pass& next = passes[tau];
+  ArcPrediction arc;
+  arc.begin = passes[tau - 1].end;
+  arc.end = next.begin;
+  arc.truth_source = "none";
+  if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
+    arc.truth = truth->p_E.head<2>();
+    arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
+  }
+  return arc;
+}
+
+}  // namespace trueline

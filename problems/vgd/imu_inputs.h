@@ -1,0 +1,40 @@
+// The full IMU data, for models that need more than the drive of eq. 15.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "cost_functions/models/kinematic_model.h"
+#include "problems/vgd/drive_track.h"
+
+namespace trueline {
+
+// The IMU at the middle of every step of a drive track, with the track's gaps and steps. The
+// accelerometer's z axis is the track's thrust, so `thrust: level_flight` applies here as well.
+class ImuInputs {
+ public:
+  // `track` must be made from the same log and outlive this object.
+  ImuInputs(const FlightLog& log, const DriveTrack& track);
+
+  // Calls visit(input, dt) for all steps between t0 and t1; the first and the last one are clipped.
+  template <typename Visitor>
+  void ForEachStep(TimeNs t0, TimeNs t1, Visitor&& visit) const {
+    const DriveSteps steps = track_.steps();
+    for (std::size_t i = track_.StepAt(t0); i < steps.size() && steps[i].t < t1; ++i) {
+      const TimeNs step_end = i + 1 < steps.size() ? steps[i + 1].t : track_.end();
+      const TimeNs from = std::max(steps[i].t, t0), to = std::min(step_end, t1);
+      if (to > from) visit(inputs_[i], SecondsBetween(from, to));
+    }
+  }
+
+  // R_Ep_I at t: the step's attitude, rotated by the gyroscope from the step's middle.
+  Eigen::Quaterniond AhrsAttitudeAt(TimeNs t) const;
+
+  const DriveTrack& track() const { return track_; }
+
+ private:
+  const DriveTrack& track_;
+  std::vector<ImuInput> inputs_;  // by step of the track
+};
+
+}  // namespace trueline

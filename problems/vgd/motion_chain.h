@@ -1,0 +1,66 @@
+// A stretch of flight as a chain of preintegrated blocks, with the states at chosen times.
+#pragma once
+
+#include <vector>
+
+#include "cost_functions/models/motion_slopes.h"
+#include "problems/vgd/drive_track.h"
+
+namespace trueline {
+
+class MotionChain {
+ public:
+  // Blocks from `start` through all `times` (ascending, >= start); none is longer than
+  // max_block seconds. The track must cover the whole.
+  MotionChain(const DriveTrack& track, TimeNs start, std::vector<TimeNs> times,
+              double max_block = 0.05);
+
+  // Integrates from `start_E` and calls visit(i, state_E, v_Ep) at each of the chosen times, with
+  // the velocity in E' as well. Works for any scalar; logged data are preintegrated once.
+  // `effects`: force beyond linear drag, or null.
+  template <typename T, typename Visitor>
+  void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E, Visitor&& visit,
+                 const ForceEffects* effects = nullptr) const {
+    const BlockModel<T> block_model(model, effects);
+    const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
+    MotionState<T> state;  // in E', relative to the start's position
+    state.v = model.R_Ep_E() * start_E.v;
+    ForEachBlock(
+        [&](const MotionBlock& block) { Propagate(block_model, block, &state); },
+        [&](std::size_t i) {
+          visit(i, MotionState<T>{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v}, state.v);
+        });
+  }
+
+  // The same with derivatives, without effects: calls visit(i, state, slopes), both in E', the
+  // position relative to the start's.
+  template <typename Visitor>
+  void IntegrateWithSlopes(const LinearisedModel& model, Visitor&& visit) const {
+    MotionState<double> state = model.Start();
+    ChainSlopes<6> slopes = LinearisedModel::StartSlopes();
+    ForEachBlock([&](const MotionBlock& block) { model.Propagate(block, &state, &slopes); },
+                 [&](std::size_t i) { visit(i, state, slopes); });
+  }
+
+  TimeNs start() const { return start_; }
+  const std::vector<TimeNs>& times() const { return times_; }
+  std::size_t block_count() const { return blocks_.size(); }
+
+ private:
+  // Calls move(block) for each block and reached(i) at each of the chosen times.
+  template <typename Move, typename Reached>
+  void ForEachBlock(Move&& move, Reached&& reached) const {
+    std::size_t block = 0;
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      for (; block < block_ends_[i]; ++block) move(blocks_[block]);
+      reached(i);
+    }
+  }
+
+  TimeNs start_;
+  std::vector<TimeNs> times_;
+  std::vector<MotionBlock> blocks_;
+  std::vector<std::size_t> block_ends_;  // for each time: number of blocks before it
+};
+
+}  // namespace trueline

@@ -1,0 +1,49 @@
+#include "problems/vgd/passes.h"
+
+#include <algorithm>
+
+#include "problems/vgd/line_fit.h"
+
+namespace trueline {
+
+std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& options) {
+  std::vector<Pass> passes;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const bool last_of_run =
+        i + 1 == fixes.size() || SecondsBetween(fixes[i].t, fixes[i + 1].t) > options.pass_gap;
+    if (!last_of_run) continue;
+    if (static_cast<int>(i - first + 1) >= options.min_fixes) {
+      passes.push_back({first, i, fixes[first].t, fixes[i].t});
+    }
+    first = i + 1;
+  }
+  return passes;
+}
+
+std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
+                                       double max_gap) {
+  const auto after = std::lower_bound(
+      mocap.begin(), mocap.end(), t, [](const PoseSample& s, TimeNs value) { return s.t < value; });
+  if (after == mocap.end()) return std::nullopt;
+  if (after->t == t) return after->p_E;
+  if (after == mocap.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const double span = SecondsBetween(before->t, after->t);
+  if (span > max_gap) return std::nullopt;
+  const double s = SecondsBetween(before->t, t) / span;
+  return before->p_E + s * (after->p_E - before->p_E);
+}
+
+std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
+                                    const TruthOptions& options) {
+  if (!log.mocap.empty()) {
+    const auto p_E = MocapAt(log.mocap, next.begin, options.max_mocap_gap);
+    return p_E ? std::optional<ArcTruth>({*p_E, true}) : std::nullopt;
+  }
+  const std::size_t last = std::min(next.last, next.first + options.fixes - 1);
+  const LineFit line = FitLine(log.fixes, next.first, last, next.begin);
+  return ArcTruth{line.p, false};
+}
+
+}  // namespace trueline

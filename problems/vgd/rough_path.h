@@ -1,0 +1,31 @@
+// Initial value of a fit's path from the fixes alone.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "problems/vgd/line_fit.h"
+#include "problems/vgd/passes.h"
+
+namespace trueline {
+
+// Straight lines through nearby fixes within passes, cubic curves over the arcs between them. A fit
+// that starts here does not diverge as one that starts from an integration with poor parameters
+// may.
+class RoughPath {
+ public:
+  // `passes` must be in time order and not empty; their indices point into `fixes`.
+  RoughPath(const std::vector<Fix>& fixes, std::span<const Pass> passes);
+
+  // Position and velocity at t, which must not be after the last pass.
+  LineFit At(TimeNs t) const;
+  TimeNs end() const { return passes_.back().end; }
+
+ private:
+  LineFit NearFixes(const Pass& pass, TimeNs t) const;
+
+  const std::vector<Fix>& fixes_;
+  std::span<const Pass> passes_;
+};
+
+}  // namespace trueline

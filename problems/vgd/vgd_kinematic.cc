@@ -1,0 +1,125 @@
+#include "problems/vgd/vgd_kinematic.h"
+
+#include <cmath>
+
+#include "problems/result/identifiability.h"
+#include "problems/vgd/fix_loss.h"
+#include "problems/vgd/gyro_scatter.h"
+#include "problems/vgd/kinematic_window.h"
+#include "problems/vgd/rough_path.h"
+
+namespace trueline {
+namespace {
+
+using Biases = Eigen::Matrix<double, kImuBiasSize, 1>;
+
+void StoreParameters(const KinematicWindow& window, double bound_sigmas,
+                     const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
+  const int count = window.free_parameters();
+  std::vector<std::string> names(std::begin(kImuBiasNames), std::end(kImuBiasNames));
+  std::vector<std::string> units(std::begin(kImuBiasUnits), std::end(kImuBiasUnits));
+  for (int i = kAhrsInTheta; static_cast<int>(names.size()) < count; ++i) {
+    names.emplace_back(kTheta[i].name);
+    units.emplace_back(kTheta[i].unit);
+  }
+  const Eigen::VectorXd prior = window.prior_sigma().head(count);
+  const Eigen::MatrixXd cov = cov_all.topLeftCorner(count, count);
+  const Identifiability shown = AnalyseIdentifiability(names, units, prior, cov);
+  estimate->unobservable = shown.combinations;
+  const KinematicWindow::Theta value = window.Parameters();
+  for (int i = 0; i < count; ++i) {
+    const bool at_bound = std::abs(value[i]) > prior[i] * (bound_sigmas - 1e-6);
+    estimate->parameters.push_back({names[i], value[i], prior[i] * std::sqrt(cov(i, i)), units[i],
+                                    at_bound ? "at_bound" : shown.status[i]});
+  }
+}
+
+void StoreMisfits(const KinematicWindow& window, std::span<const Fix> fixes, const VgdOptions& vgd,
+                  WindowEstimate* estimate) {
+  for (const Fix& fix : fixes) {
+    const Eigen::Vector3d error = window.PositionAt(fix.t) - fix.p_E;
+    const double norm = error.norm() / (vgd.whiten ? fix.sigma : 1.0);
+    estimate->misfits.push_back(
+        {fix.t, fix.gate, error, fix.sigma, RobustWeight(vgd.loss, vgd.loss_scale, norm)});
+  }
+}
+
+void StoreTrajectory(const KinematicWindow& window, const Pass& pass, WindowEstimate* estimate) {
+  for (std::size_t i = 0; i < window.times().size(); ++i) {
+    const TimeNs t = window.times()[i];
+    if (t < pass.begin) continue;
+    const auto& x = window.nodes()[i].value;
+    auto& points = t <= pass.end ? estimate->fitted : estimate->predicted;
+    points.push_back({t, x.head<3>(), x.tail<3>()});
+  }
+}
+
+void SetStart(const FlightData& flight, int first, int tau, const Biases& biases,
+              KinematicWindow* window) {
+  const auto passes = std::span(flight.passes).subspan(first, tau - first);
+  const LineFit line = RoughPath(flight.log.fixes, passes).At(passes.front().begin);
+  KinematicWindow::Theta theta = KinematicWindow::Theta::Zero();
+  theta.head<kImuBiasSize>() = biases;
+  KinematicWindow::State state;
+  state << line.p, line.v;
+  window->SetStart(theta, state);
+}
+
+Biases BiasesOf(const WindowEstimate& estimate) {
+  Biases biases;
+  for (int i = 0; i < kImuBiasSize; ++i) biases[i] = estimate.parameters[i].value;
+  return biases;
+}
+
+}  // namespace
+
+WindowEstimate SolveKinematicWindow(const FlightData& flight, const ImuInputs& imu,
+                                    const VgdOptions& vgd, const KinematicOptions& options, int tau,
+                                    const Biases& start_biases) {
+  const int first = flight.FirstPassOf(tau, vgd.gamma, vgd.min_window_fixes);
+  const Pass &from = flight.passes[first], &to = flight.passes[tau - 1];
+  const auto fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
+  const bool has_arc = flight.HasArc(tau);
+  KinematicWindow window(imu, fixes, has_arc ? flight.passes[tau].begin : to.end, vgd, options);
+  SetStart(flight, first, tau, start_biases, &window);
+  const ceres::Solver::Summary summary = window.Solve();
+
+  WindowEstimate estimate;
+  estimate.tau = tau;
+  estimate.gamma = tau - first;
+  estimate.begin = from.begin;
+  estimate.end = to.end;
+  estimate.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  estimate.converged = summary.termination_type == ceres::CONVERGENCE;
+  estimate.cost = summary.final_cost;
+  estimate.solve_time = summary.total_time_in_seconds;
+  const Eigen::MatrixXd cov = window.Covariance();
+  StoreParameters(window, options.bound_sigmas, cov, &estimate);
+  StoreMisfits(window, fixes, vgd, &estimate);
+  StoreTrajectory(window, to, &estimate);
+  if (has_arc) {
+    ArcPrediction arc = flight.ArcAfter(tau);
+    arc.p_E = window.nodes().back().value.head<2>();
+    arc.cov = cov.block<2, 2>(kKinematicThetaSize, kKinematicThetaSize);
+    estimate.arc = arc;
+  }
+  return estimate;
+}
+
+EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
+                             const KinematicOptions& options) {
+  EstimatorRun run{"vgd_kinematic", vgd.gamma, {}, flight.warnings};
+  const ImuInputs imu(flight.log, flight.track);
+  KinematicOptions with_noise = options;
+  if (options.gyro_from_log) with_noise.noise.gyro_scatter = GyroScatter(imu);
+  Biases start = Biases::Zero();
+  const int passes = static_cast<int>(flight.passes.size());
+  for (int tau = 1; tau <= passes; ++tau) {
+    run.windows.push_back(SolveKinematicWindow(flight, imu, vgd, with_noise, tau, start));
+    if (run.windows.back().converged) start = BiasesOf(run.windows.back());
+    if (tau < passes && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
+  }
+  return run;
+}
+
+}  // namespace trueline

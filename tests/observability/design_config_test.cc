@@ -1,0 +1,129 @@
+#include "problems/observability/design_config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "problems/common/error.h"
+#include "problems/observability/run_design.h"
+#include "problems/observability/write_design.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kConfigs = TRUELINE_TEST_SOURCE_DIR "/config/design";
+const auto kSilent = [](const std::string&) {};
+
+TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
+  for (const auto& entry : fs::directory_iterator(kConfigs)) {
+    DesignTask task = ReadDesignTask(YamlMap::FromFile(entry.path()), 0, 1);
+    task.options.shape.duration = 4.0;
+    task.options.shape.pieces = 16;
+    task.options.candidates = task.options.starts = task.options.iterations = 1;
+    task.options.check_step = 0.01;
+    task.compare = 0;
+    if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale_flights = 1;
+    if (auto* bound = std::get_if<BoundCriterion>(&task.criterion)) {
+      bound->evaluations = 24;
+      task.options.candidates = 3;
+    }
+    const DesignOutcome outcome = RunDesignTask(task, kSilent);
+    EXPECT_GT(outcome.result.score, 0.0) << entry.path();
+    EXPECT_LE(outcome.result.use.worst, 1.0) << entry.path();
+  }
+}
+
+class QuickDesign : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    task_ = new DesignTask(ReadDesignTask(YamlMap::FromFile(kConfigs / "quick.yaml"), 3, 2));
+    outcome_ = new DesignOutcome(RunDesignTask(*task_, kSilent));
+  }
+  static void TearDownTestSuite() {
+    delete outcome_;
+    delete task_;
+  }
+  static DesignTask* task_;
+  static DesignOutcome* outcome_;
+};
+DesignTask* QuickDesign::task_ = nullptr;
+DesignOutcome* QuickDesign::outcome_ = nullptr;
+
+TEST_F(QuickDesign, BeatsItsStartAndTheRandomFlights) {
+  EXPECT_GT(outcome_->result.score, 1.3 * outcome_->result.start_score);
+  EXPECT_GT(outcome_->result.score, outcome_->random_scores.back());
+  EXPECT_GT(outcome_->result.score, outcome_->lissajous_scores.back());
+}
+
+TEST_F(QuickDesign, KeepsAllLimitsBetweenTheGridPointsToo) {
+  const RotorFlight flight(task_->vehicle, outcome_->result.path);
+  EXPECT_LE(CheckLimits(flight, task_->options.limits, 0.000713).worst, 1.0 + 1e-6);
+}
+
+TEST_F(QuickDesign, StartsAndEndsAtRestInTheSamePlace) {
+  const PiecewisePolynomial& path = outcome_->result.path;
+  const FlatMatrix start = path.Expand(path.start(), 3);
+  const FlatMatrix end = path.ExpandPiece(path.num_pieces() - 1, path.end(), 3);
+  EXPECT_LT((start.col(0) - end.col(0)).norm(), 1e-9);
+  EXPECT_LT(start.rightCols(3).norm() + end.rightCols(3).norm(), 1e-6);
+}
+
+TEST_F(QuickDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
+  DesignTask again = *task_;
+  again.options.threads = 1;
+  again.compare = 0;
+  EXPECT_EQ(RunDesignTask(again, kSilent).result.score, outcome_->result.score);
+}
+
+TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
+  const fs::path folder = fs::temp_directory_path() / "trueline_design_test";
+  WriteDesign(*task_, *outcome_, folder);
+  const PiecewisePolynomial back = ReadTrajectoryFile(folder / "trajectory.yaml");
+  ASSERT_EQ(back.num_pieces(), outcome_->result.path.num_pieces());
+  EXPECT_EQ(back.Expand(2.345, 3), outcome_->result.path.Expand(2.345, 3));
+  std::ifstream csv(folder / "trajectory.csv");
+  std::string header, line;
+  std::getline(csv, header);
+  int rows = 0;
+  while (std::getline(csv, line)) ++rows;
+  EXPECT_THAT(header, ::testing::HasSubstr(",w4 [rad/s]"));
+  EXPECT_EQ(rows, 601);  // 6 s at 100 Hz
+  EXPECT_TRUE(YAML::LoadFile((folder / "score.yaml").string())["score"].IsDefined());
+  fs::remove_all(folder);
+}
+
+void ExpectRefused(const std::string& key, const std::string& value, const std::string& part,
+                   const char* shipped = "quick.yaml") {
+  YAML::Node node = YAML::LoadFile((kConfigs / shipped).string());
+  node[key] = YAML::Load(value);
+  try {
+    ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1);
+    FAIL() << "accepted " << key << ": " << value;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(part));
+  }
+}
+
+TEST(DesignConfig, MistakesAreNamed) {
+  ExpectRefused("show", "[theta_x]", "is no parameter");
+  ExpectRefused("show", "[k_f]", "name it under 'free'");
+  ExpectRefused("show", "[]", "names nothing");
+  ExpectRefused("duration", "0.5", "must be in [2, 120] s");
+  ExpectRefused("limits", "{tilt: 2.0}", "must be in (0, pi/2) rad");
+  ExpectRefused("limits", "{speed: 2.0}", "unknown key");
+  ExpectRefused("starts", "0", "must be at least 1");
+  ExpectRefused("criterion", "size", "gramian, bound");
+  const char* by_bound = "sensor_position_bound.yaml";
+  ExpectRefused("show", "[k_f]", "give it a sigma under 'prior'", by_bound);
+  ExpectRefused("show", "[nose]", "is no constant", by_bound);
+  ExpectRefused("show", "[]", "names nothing", by_bound);
+  ExpectRefused("ramp", "12", "at most 0.4 of the duration", by_bound);
+  ExpectRefused("starts", "2", "unknown key", by_bound);
+}
+
+}  // namespace
+}  // namespace trueline

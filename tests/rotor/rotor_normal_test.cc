@@ -1,0 +1,99 @@
+// The linearised batch against the batch itself, and force columns against differences of the
+// model.
+#include "problems/rotor/rotor_normal.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/rotor/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+struct Solved {
+  RotorSimulation sim{WuestVehicle()};
+  RotorAeroModel model = EstimationModel(sim.vehicle);
+  RotorTruth truth;
+  RotorData data = MakeRotorData(SimulateRotorFlight(sim, RandomPath(5.0, 2), 4, &truth), 4, {});
+  RotorBatchOptions options{sim.noise, DrawnPrior(sim.vehicle, 1)};
+  RotorBatchResult batch = RunRotorBatch(model, data, options);
+};
+
+TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
+  const Solved s;
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, {}, 1.0);
+  const std::vector<int> free = s.options.prior.Free();
+  const Eigen::MatrixXd cov = normal.M().inverse();
+  ASSERT_EQ(normal.border(), static_cast<int>(free.size()));
+  EXPECT_EQ(normal.clusters(), 4);
+  for (int i = 0; i < normal.border(); ++i) {
+    const double unit = s.options.prior.sigma[free[i]];
+    EXPECT_NEAR(cov(i, i) * unit * unit / s.batch.cov(free[i], free[i]), 1.0, 0.02);
+  }
+  // At the solution the gradient is zero, compared with that a tenth of a sigma away.
+  const Eigen::VectorXd step = normal.M().llt().solve(normal.b());
+  EXPECT_LT(step.cwiseQuotient(cov.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 0.1);
+}
+
+TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
+  const Solved s;
+  RotorEffects effects;
+  effects.com = {1e-6, 2e-6};
+  effects.speed_drag = 2e-9;
+  const RotorAeroModel moved(s.sim.vehicle.model.rotors(), 9.81, effects);
+  const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
+    const RotorInput input = s.data.InputAt(t);
+    const auto a = s.model.PushOn(x.data(), input), b = moved.PushOn(x.data(), input);
+    out->topRows<6>() << b.force - a.force, b.turn - a.turn;
+  };
+  const std::vector<RotorSegment> segments = CutSegments(s.data);
+  for (const int i : {3, 40, 90}) {
+    const SegmentModel base(s.model, s.data, s.options.noise, segments[i]);
+    const SegmentModel other(moved, s.data, s.options.noise, segments[i]);
+    const RotorNode &start = s.batch.nodes[i], &next = s.batch.nodes[i + 1];
+    const Eigen::VectorXd difference = other.Evaluate(start, next, s.batch.mean, false).error -
+                                       base.Evaluate(start, next, s.batch.mean, false).error;
+    const Eigen::VectorXd slope = base.Respond(start, next, s.batch.mean, 1, push);
+    EXPECT_LT((difference - slope).norm(), 0.02 * difference.norm());
+  }
+}
+
+// A wrong reading of the pose sensor: its column recovers its size.
+TEST(RotorNormal, ReadingsOfPosesAreColumns) {
+  Solved s;
+  constexpr double kTurn = 0.01, kShift = 0.01;  // rad about z_E, m along z_E
+  const auto part = [](double t) { return std::sin(8.0 * t); };
+  for (RotorPose& pose : s.data.poses) {
+    pose.q_E_P = Eigen::AngleAxisd(kTurn * part(pose.t), Eigen::Vector3d::UnitZ()) * pose.q_E_P;
+    pose.p_E.z() += kShift * part(pose.t);
+  }
+  s.batch = RunRotorBatch(s.model, s.data, s.options);
+  RotorColumns columns{2, [](double, const RotorState&, Eigen::MatrixXd* push) { push->setZero(); },
+                       [&](double t, const RotorState& x, Eigen::MatrixXd* read) {
+                         const Eigen::Quaterniond q(x[0], x[1], x[2], x[3]);
+                         const Eigen::Vector3d down =
+                             q.normalized().inverse() * Eigen::Vector3d::UnitZ();
+                         read->col(0).tail<3>() = part(t) * down;
+                         (*read)(2, 1) = part(t);
+                       }};
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, columns, 1.0);
+  const Eigen::VectorXd step = -normal.M().llt().solve(normal.b());
+  const Eigen::VectorXd sigma = normal.M().inverse().diagonal().cwiseSqrt();
+  const int first = normal.constants();
+  EXPECT_LT(sigma[first], 0.3 * kTurn);
+  EXPECT_NEAR(step[first], kTurn, 3.0 * sigma[first]);
+  EXPECT_LT(sigma[first + 1], 0.3 * kShift);
+  EXPECT_NEAR(step[first + 1], kShift, 3.0 * sigma[first + 1]);
+}
+
+// If scores vary between clusters as the noise predicts, cluster intervals equal the noise's.
+TEST(RotorNormal, ClusterCovarianceAgreesWhereTheModelIsExact) {
+  const Solved s;
+  const RotorNormal normal(s.model, s.data, s.options, s.batch, {}, 0.25);
+  const Eigen::MatrixXd cov = normal.ClusterCovariance();
+  double ratio = 0.0;
+  for (const int i : s.options.prior.Free()) ratio += std::sqrt(cov(i, i) / s.batch.cov(i, i));
+  EXPECT_NEAR(ratio / 18.0, 1.0, 0.25);
+}
+
+}  // namespace
+}  // namespace trueline

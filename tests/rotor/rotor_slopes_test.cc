@@ -1,0 +1,124 @@
+// Derivatives in four columns at a time against Jets of all errors, which shows a missing column,
+// and against finite differences, which need no Jets.
+#include "problems/rotor/rotor_slopes.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/effects/rotor_extension.h"
+#include "problems/rotor/rotor_step.h"
+#include "tests/rotor/rotor_flight_fixture.h"
+
+namespace trueline {
+namespace {
+
+// Every effect at once, in the middle of a hard turn near the floor.
+RotorEffects AllEffects() {
+  return RotorExtensionOf({{"thrust_sag", {{"d", 0.02}}},
+                           {"rotor_loss", {{"rotor", 1}, {"factor", 0.8}}},
+                           {"rotor_speed_drag", {{"k", 2e-4}}},
+                           {"translational_lift", {{"k", 0.3}}},
+                           {"air_moment", {{"roll", 3e-4}, {"pitch", -5e-4}}},
+                           {"ground_effect", {{"k", 0.4}}},
+                           {"payload_step", {{"t_step", 1.0}, {"mass", 0.05}}},
+                           {"com_step", {{"t_step", 1.0}, {"dx", 0.01}, {"dy", -0.02}}},
+                           {"rotor_tilt", {{"roll", 0.05}, {"pitch", -0.1}}}})
+      .effects;
+}
+
+RotorState StateOf(std::uint64_t seed) {
+  Random random(seed, "state");
+  RotorConstants constants = PriorFromVehicle(WuestVehicle()).mean;
+  for (double& c : constants) c *= 1.0 + 0.1 * random.Normal();
+  constants.tail<8>() << -0.3, -0.2, -0.1, 1e-4, 0.01, 0.03, 0.1, 1.0;
+  RotorNode node;
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(1.0, random.NormalVector3().normalized()));
+  node << q.w(), q.x(), q.y(), q.z(), random.NormalVector3().head<2>(), -0.7,
+      2.0 * random.NormalVector3(), 4.0 * random.NormalVector3();
+  return Joined(node, constants);
+}
+
+RotorInput Input() {
+  RotorInput input{2.0, {1400, 1200, 1500, 1300}};
+  input.slopes.assign(4, MotorValues(-900.0, 1500.0, 300.0));
+  input.motors = MotorValues(0.025, 0.12, 0.9);
+  return input;
+}
+
+class RotorSlopesTest : public testing::TestWithParam<int> {
+ protected:
+  RotorAeroModel plain{WuestVehicle().model.rotors(), 9.81};
+  RotorAeroModel all{WuestVehicle().model.rotors(), 9.81, AllEffects()};
+  RotorState x = StateOf(GetParam());
+};
+
+TEST_P(RotorSlopesTest, ReadingsAndTheirSlopesAreThoseOfJets) {
+  for (const RotorAeroModel* model : {&plain, &all}) {
+    std::array<RotorJet, RotorAeroModel::kStates> jets;
+    std::array<RotorJet, 6> y;
+    SeedErrors(x, jets.data());
+    model->Imu(jets.data(), Input(), y.data());
+    const RotorReading reading = ReadWithSlope(*model, x, Input());
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_NEAR(reading.y[i], y[i].a, 1e-9) << i;
+      for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
+        EXPECT_NEAR(reading.slope(i, j), y[i].v[j], 1e-9 * (1.0 + std::abs(y[i].v[j])))
+            << i << " by " << j;
+      }
+    }
+  }
+}
+
+TEST_P(RotorSlopesTest, AStepAndItsSlopeAreThoseOfJets) {
+  constexpr double kStep = 0.004;  // s
+  Eigen::Matrix<double, 6, 1> disturbance;
+  disturbance << 0.5, -0.3, 0.2, 3.0, -2.0, 1.0;
+  for (const RotorAeroModel* model : {&plain, &all}) {
+    std::array<RotorJet, RotorAeroModel::kStates> jets;
+    std::array<RotorJet, 6> held;
+    for (int i = 0; i < 6; ++i) held[i] = RotorJet(disturbance[i]);
+    SeedErrors(x, jets.data());
+    RotorMidpointStep(*model, Input(), held.data(), kStep, jets.data());
+    const RotorStepMatrix expected = MovingSensitivity(jets.data());
+    RotorState end = x;
+    const RotorStepMatrix slope = StepWithSlope(*model, Input(), disturbance, kStep, &end);
+    for (int i = 0; i < RotorAeroModel::kStates; ++i) EXPECT_NEAR(end[i], jets[i].a, 1e-12) << i;
+    // Column by column, because constants differ in size.
+    for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
+      EXPECT_LT((slope.col(j) - expected.col(j)).norm(), 1e-9 * expected.col(j).norm() + 1e-12)
+          << "by " << j;
+    }
+  }
+}
+
+TEST_P(RotorSlopesTest, SlopesAreThoseOfFiniteDifferences) {
+  constexpr double kStep = 0.004;  // s
+  const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const RotorAeroModel* model : {&plain, &all}) {
+    RotorState end = x;
+    const RotorStepMatrix moved = StepWithSlope(*model, Input(), still, kStep, &end);
+    const RotorReading reading = ReadWithSlope(*model, x, Input());
+    for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
+      const double h = j < 3 ? 1e-4 : 1e-4 * std::max(1e-2, std::abs(x[j + 1]));
+      Eigen::Matrix<double, 6, 1> by_reading = still;
+      RotorError by_step = RotorError::Zero();
+      for (const double sign : {-1.0, 1.0}) {
+        RotorState at = Plus(x, sign * h * RotorError::Unit(j));
+        Eigen::Matrix<double, 6, 1> y;
+        model->Imu(at.data(), Input(), y.data());
+        by_reading += sign / (2.0 * h) * y;
+        RotorMidpointStep(*model, Input(), still.data(), kStep, at.data());
+        by_step += sign / (2.0 * h) * Minus(end, at);
+      }
+      const Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 1> by_move =
+          by_step.head<RotorAeroModel::kMovingErrors>();
+      EXPECT_LT((reading.slope.col(j) - by_reading).norm(), 1e-5 * (1.0 + by_reading.norm()))
+          << "reading by " << j;
+      EXPECT_LT((moved.col(j) - by_move).norm(), 1e-5 * by_move.norm() + 1e-9) << "step by " << j;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(States, RotorSlopesTest, testing::Range(1, 6));
+
+}  // namespace
+}  // namespace trueline
