@@ -15,11 +15,11 @@ namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path kConfigs = TRUELINE_TEST_SOURCE_DIR "/config/design";
+const fs::path kDesignConfigs = TRUELINE_TEST_SOURCE_DIR "/config/design";
 const auto kSilent = [](const std::string&) {};
 
 TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
-  for (const auto& entry : fs::directory_iterator(kConfigs)) {
+  for (const auto& entry : fs::directory_iterator(kDesignConfigs)) {
     DesignTask task = ReadDesignTask(YamlMap::FromFile(entry.path()), 0, 1);
     task.options.shape.duration = 4.0;
     task.options.shape.pieces = 16;
@@ -40,7 +40,7 @@ TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
 class QuickDesign : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    task_ = new DesignTask(ReadDesignTask(YamlMap::FromFile(kConfigs / "quick.yaml"), 3, 2));
+    task_ = new DesignTask(ReadDesignTask(YamlMap::FromFile(kDesignConfigs / "quick.yaml"), 3, 2));
     outcome_ = new DesignOutcome(RunDesignTask(*task_, kSilent));
   }
   static void TearDownTestSuite() {
@@ -98,7 +98,7 @@ TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
 
 void ExpectRefused(const std::string& key, const std::string& value, const std::string& part,
                    const char* shipped = "quick.yaml") {
-  YAML::Node node = YAML::LoadFile((kConfigs / shipped).string());
+  YAML::Node node = YAML::LoadFile((kDesignConfigs / shipped).string());
   node[key] = YAML::Load(value);
   try {
     ReadDesignTask(YamlMap(node, "d.yaml", ""), 0, 1);

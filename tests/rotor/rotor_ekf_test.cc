@@ -9,7 +9,7 @@
 namespace trueline {
 namespace {
 
-struct Case {
+struct FilterCase {
   RotorSimulation sim{WuestVehicle()};
   RotorAeroModel model = EstimationModel(sim.vehicle);
   RotorTruth truth;
@@ -17,7 +17,7 @@ struct Case {
   RotorEkfOptions options;
 
   // Noise and first guess are drawn from `seed`.
-  Case(double duration, bool attitude, std::uint64_t seed = 0) {
+  FilterCase(double duration, bool attitude, std::uint64_t seed = 0) {
     const FlightLog log = SimulateRotorFlight(sim, RandomPath(duration, 4), 11 + seed, &truth);
     RotorDataOptions stream;
     stream.attitude = attitude;
@@ -53,7 +53,7 @@ TEST(RotorEkf, SlowErrorsAreAsLargeAsStated) {
   for (const bool attitude : {true, false}) {
     double sum = 0.0;
     for (int seed = 0; seed < kSeeds; ++seed) {
-      const Case c(10.0, attitude, seed);
+      const FilterCase c(10.0, attitude, seed);
       sum += 18.0 * c.Nees(c.Run());
     }
     ExpectChiSquare(sum, 18.0 * kSeeds, attitude ? "poses" : "positions alone");
@@ -61,7 +61,7 @@ TEST(RotorEkf, SlowErrorsAreAsLargeAsStated) {
 }
 
 TEST(RotorEkf, KnowsMassInertiaAndCentreOfMass) {
-  const Case c(10.0, true);
+  const FilterCase c(10.0, true);
   const RotorEkfRun run = c.Run();
   for (const char* name : {"m", "I_x", "I_y", "r_BM_x", "r_BM_y"}) {
     const int i = FindRotorConstant(name);
@@ -74,7 +74,7 @@ TEST(RotorEkf, KnowsMassInertiaAndCentreOfMass) {
 TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
   double ordinary = 0.0;
   for (const char* name : {"I_x", "I_y", "I_z"}) {
-    Case c(6.0, true);
+    FilterCase c(6.0, true);
     const int i = FindRotorConstant(name);
     c.options.prior = PriorFromVehicle(WuestVehicle());
     c.options.prior.mean = c.truth.constants;
@@ -90,7 +90,7 @@ TEST(RotorEkf, SurvivesAGuessThatIsFarTooSmall) {
 // The batch's bound is computed by other code (shooting, elimination along a chain); the filter's
 // covariance must agree with it.
 TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
-  Case c(10.0, true);
+  FilterCase c(10.0, true);
   RotorBatchOptions batch;
   batch.noise = c.options.noise;
   batch.prior = c.options.prior;
@@ -108,14 +108,14 @@ TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
 }
 
 TEST(RotorEkf, PositionsAloneWithImuAreEnough) {
-  const Case c(10.0, false);
+  const FilterCase c(10.0, false);
   const RotorEkfRun run = c.Run();
   const int mass = FindRotorConstant("m");
   EXPECT_LT(run.history.back().sigma[mass], 0.05 * c.options.prior.sigma[mass]);
 }
 
 TEST(RotorEkf, KnownConstantsStayAndWanderWidens) {
-  Case c(3.0, true);
+  FilterCase c(3.0, true);
   const int inflow = FindRotorConstant("inflow"), bias = FindRotorConstant("b_a_x");
   const RotorEkfRun still = c.Run();
   EXPECT_EQ(still.history.back().mean[inflow], 0.0);
