@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kSensorAlpha = 0.01;  // chance, over all terms, of naming a reading that is good
 constexpr std::size_t kRelearned = 6;  // candidates, and terms, whose noise is learned again
+constexpr std::size_t kPairsRelearned = 3;
 
 // Number of candidates with the same id, including the finer times that refine a step.
 int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidates) {
@@ -20,14 +21,14 @@ int TriedLike(const Candidate& candidate, const std::vector<Candidate>& candidat
   return static_cast<int>(count) * (candidate.IsStep() ? kFinerSteps : 1);
 }
 
-// Indices of the greatest merits, at most kRelearned.
+// Indices of the greatest merits, at most `count`.
 template <class Items, class Merit>
-std::vector<std::size_t> GreatestMerits(const Items& items, const Merit& merit) {
+std::vector<std::size_t> GreatestMerits(const Items& items, std::size_t count, const Merit& merit) {
   std::vector<std::size_t> order(items.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return merit(items[a]) > merit(items[b]); });
-  order.resize(std::min(order.size(), kRelearned));
+  order.resize(std::min(order.size(), count));
   return order;
 }
 
@@ -112,8 +113,9 @@ void FlightEvidence::TestTerms(bool of_sensor, double merit) {
 // The noise was learned without the candidates and contains what they explain. The most promising
 // candidates and terms are judged with noise learned again.
 void FlightEvidence::RelearnBest() {
-  const auto best = GreatestMerits(tested_, [](const Tested& t) { return t.Merit(); });
-  const auto best_terms = GreatestMerits(terms_, [](const TestedTerm& t) { return t.merit; });
+  const auto best = GreatestMerits(tested_, kRelearned, [](const Tested& t) { return t.Merit(); });
+  const auto best_terms =
+      GreatestMerits(terms_, kRelearned, [](const TestedTerm& t) { return t.merit; });
   std::vector<std::vector<int>> sets;
   for (const std::size_t i : best) sets.push_back(tested_[i].columns.columns);
   for (const std::size_t i : best_terms) sets.push_back(terms_[i].columns);
@@ -168,7 +170,21 @@ std::vector<TestedPair> FlightEvidence::Pairs(double alpha, double merit) const 
       if (pair.first.Significant(alpha)) pairs.push_back(std::move(pair));
     }
   }
+  RelearnBest(&pairs);
   return pairs;
+}
+
+void FlightEvidence::RelearnBest(std::vector<TestedPair>* pairs) const {
+  if (pairs->empty()) return;
+  const auto best =
+      GreatestMerits(*pairs, kPairsRelearned, [](const TestedPair& pair) { return pair.merit; });
+  std::vector<std::vector<int>> sets;
+  for (const std::size_t i : best) sets.push_back((*pairs)[i].Columns());
+  const std::vector<Linearisation::Relearned> relearned = fit_->Relearn(sets);
+  for (std::size_t k = 0; k < relearned.size(); ++k) {
+    (*pairs)[best[k]].merit =
+        AkaikeMerit(relearned[k].gain, static_cast<Eigen::Index>(sets[k].size()));
+  }
 }
 
 }  // namespace trueline

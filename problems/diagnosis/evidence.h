@@ -31,9 +31,12 @@ struct Tested {
 // Two effects tested together, each given the other.
 struct TestedPair {
   Tested first, second;
-  double merit;  // of both together, with the noise of the fit
+  double merit;  // of both together
 
   bool Has(const std::string& id) const { return first.IsOf(id) || second.IsOf(id); }
+  std::vector<int> Columns() const {
+    return Concatenated(first.columns.columns, second.columns.columns);
+  }
 };
 
 // A term, or an effect of an impossible size, that the residual is correlated with.
@@ -57,8 +60,8 @@ class FlightEvidence {
   const Linearisation& fit() const { return *fit_; }
   const std::vector<Tested>& tested() const { return tested_; }
   const std::vector<TestedTerm>& terms() const { return terms_; }  // strongest first
-  // Pairs of effects whose joint merit exceeds `merit` and of which each is significant given the
-  // other. Of a step effect only the best time takes part.
+  // Pairs of effects whose joint merit with the fit's noise exceeds `merit` and of which each is
+  // significant given the other. Of a step effect only the best time takes part.
   std::vector<TestedPair> Pairs(double alpha, double merit) const;
 
  private:
@@ -68,6 +71,7 @@ class FlightEvidence {
   void TestEach();
   void TestTerms(bool of_sensor, double merit);
   void RelearnBest();
+  void RelearnBest(std::vector<TestedPair>* pairs) const;
   void AddImplausible();
 
   std::vector<Candidate> candidates_;

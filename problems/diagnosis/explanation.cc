@@ -65,13 +65,11 @@ Explanation Explain(const FlightEvidence& evidence, double alpha) {
   const Tested* greatest = Greatest(evidence.tested(), alpha);
   if (greatest == nullptr) return {};
   const Tested* best = Simplest(evidence.tested(), alpha, greatest->Merit());
-  // Pairs are compared under the noise of the fit.
-  double alone = 0.0;
+  double linear = 0.0, with_best = greatest->Merit();
   for (const Tested& t : evidence.tested()) {
-    if (t.Significant(alpha)) alone = std::max(alone, t.LinearMerit());
+    if (t.Significant(alpha)) linear = std::max(linear, t.LinearMerit());
   }
-  double with_best = alone;
-  const std::vector<TestedPair> pairs = evidence.Pairs(alpha, alone - kAsGood);
+  const std::vector<TestedPair> pairs = evidence.Pairs(alpha, linear - kAsGood);
   const TestedPair* rival = nullptr;  // the best pair without `best`
   for (const TestedPair& pair : pairs) {
     if (pair.Has(best->candidate.id())) {
@@ -85,7 +83,7 @@ Explanation Explain(const FlightEvidence& evidence, double alpha) {
     return {{rival->first, rival->second},
             {Listed(InPlaceOf(rival->first, rival->second, pairs, as_good)),
              Listed(InPlaceOf(rival->second, rival->first, pairs, as_good))},
-            std::max(rival->merit, greatest->Merit())};
+            rival->merit};
   }
   Ids confused = FitAsWell(evidence.tested(), *best);
   for (const TestedPair& pair : pairs) {
@@ -93,7 +91,7 @@ Explanation Explain(const FlightEvidence& evidence, double alpha) {
     confused.insert(pair.first.candidate.id());
     confused.insert(pair.second.candidate.id());
   }
-  return {{*best}, {Listed(confused)}, std::max(with_best, greatest->Merit())};
+  return {{*best}, {Listed(confused)}, with_best};
 }
 
 }  // namespace trueline

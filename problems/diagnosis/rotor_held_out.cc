@@ -31,13 +31,13 @@ RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& fo
 // starts.
 HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
                                                bool /*with_false_data*/) const {
-  constexpr double kHorizon = 0.5;    // s
-  constexpr double kSpacing = 0.1;    // s
-  constexpr int kFewestClusters = 5;  // clusters that both halves need for a fit
+  constexpr double kHorizon = 0.5;  // s
+  constexpr double kSpacing = 0.1;  // s
+  constexpr int kFewestOfHalf = 5;  // clusters that both halves need for a fit
   HeldOutErrors errors;
   errors.metric = "open_loop_position_error_0.5s";
   const int count = clusters();
-  if (count < 2 * kFewestClusters) return errors;
+  if (count < 2 * kFewestOfHalf) return errors;
   for (const int half : {0, 1}) {
     std::vector<bool> used;
     for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);

@@ -1,6 +1,8 @@
 #include "problems/diagnosis/rounds.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "problems/diagnosis/explanation.h"
 #include "problems/diagnosis/steps.h"
@@ -62,17 +64,17 @@ class CauseSearch {
 
   Rounds Run() {
     for (int round = 0; round <= options_.max_causes; ++round) {
-      const std::unique_ptr<FlightEvidence> evidence = TestAll();
-      if (round == 0) StoreReports(*evidence);
-      const Explanation best = Explain(*evidence, alpha_);
-      const std::vector<TestedTerm> remaining = Remaining(*evidence, options_.alpha, best.merit);
+      const Outcome outcome = TestAll();
+      const Explanation& best = outcome.best;
+      const std::vector<TestedTerm>& remaining = outcome.remaining;
+      if (round == 0) StoreReports(*outcome.evidence);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
       const bool last = best.effects.empty() || round == options_.max_causes ||
                         static_cast<int>(rounds_.found.size()) >= options_.max_causes;
       if (BeyondEffects(remaining)) {
         if (!last && AddOnTrial(best)) continue;
-        DropApproximations(*evidence, remaining);
+        DropApproximations(outcome);
         break;
       }
       if (last) break;
@@ -82,11 +84,21 @@ class CauseSearch {
   }
 
  private:
-  // Of the model as it is.
-  std::unique_ptr<FlightEvidence> TestAll() {
-    if (next_) return std::move(next_);
-    return std::make_unique<FlightEvidence>(
+  // All tests of the model as it is.
+  struct Outcome {
+    std::unique_ptr<FlightEvidence> evidence;
+    Explanation best;
+    std::vector<TestedTerm> remaining;
+  };
+
+  Outcome TestAll() {
+    if (next_) return *std::exchange(next_, std::nullopt);
+    Outcome outcome;
+    outcome.evidence = std::make_unique<FlightEvidence>(
         *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
+    outcome.best = Explain(*outcome.evidence, alpha_);
+    outcome.remaining = Remaining(*outcome.evidence, options_.alpha, outcome.best.merit);
+    return outcome;
   }
 
   void StoreReports(const FlightEvidence& evidence) {
@@ -129,8 +141,7 @@ class CauseSearch {
     const std::vector<Candidate> candidates_before = candidates_;
     Add(best);
     next_ = TestAll();
-    const double merit = Explain(*next_, alpha_).merit;
-    if (!BeyondEffects(Remaining(*next_, options_.alpha, merit))) return true;
+    if (!BeyondEffects(next_->remaining)) return true;
     next_.reset();
     rounds_ = before;
     candidates_ = candidates_before;
@@ -140,13 +151,13 @@ class CauseSearch {
 
   // Drops causes that the remaining terms explain away, wholly or by more than half: such an effect
   // only approximates the terms.
-  void DropApproximations(const FlightEvidence& evidence,
-                          const std::vector<TestedTerm>& remaining) {
+  void DropApproximations(const Outcome& outcome) {
     std::vector<int> beside;
-    for (const TestedTerm& term : remaining) beside = Concatenated(std::move(beside), term.columns);
+    for (const TestedTerm& t : outcome.remaining)
+      beside = Concatenated(std::move(beside), t.columns);
     const std::vector<Found> found = rounds_.found;
     for (std::size_t i = found.size(); i-- > 0;) {
-      const ScoreTest test = TestFound(evidence.fit(), found, i, beside);
+      const ScoreTest test = TestFound(outcome.evidence->fit(), found, i, beside);
       if (test.p() >= alpha_ || !RetainsHalf(found[i], test)) rounds_.Remove(i);
     }
     if (rounds_.found.size() < found.size()) flight_->Fit(&rounds_.found);
@@ -158,7 +169,7 @@ class CauseSearch {
   int tried_;     // effects
   double alpha_;  // of one of them
   Rounds rounds_;
-  std::unique_ptr<FlightEvidence> next_;  // of the next round, where a trial has tested all already
+  std::optional<Outcome> next_;  // of the next round, where a trial has tested all already
 };
 
 }  // namespace

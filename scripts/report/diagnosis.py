@@ -120,7 +120,7 @@ def _residuals(result, folder):
                        ["kind"])
     blocks = []
     if "white" in result["residual"]:
-        blocks.append(paragraph(_whiteness(result["residual"]), "note"))
+        blocks.append(paragraph(_whiteness(result), "note"))
     for kind, what in (("fix", "Fixes"), ("force", "Accelerometer, x and y"),
                        ("specific_force", "Specific force that the model lacks, x and y"),
                        ("angular_acceleration", "Angular acceleration that the model lacks, x and y")):
@@ -139,10 +139,12 @@ def _residuals(result, folder):
     return blocks
 
 
-def _whiteness(residual):
+def _whiteness(result):
+    residual = result["residual"]
     chances = [f"{number(residual[key], 2)} {when}"
                for key, when in (("whiteness_p_before", "before"), ("whiteness_p", "after"))
                if key in residual]
+    neighbours = "half seconds" if result.get("drive") == "rotors" else "fixes"
     return ("Residuals of the fit, with what the model leaves out (gusts, drifts) fitted beside it. "
-            "Whiteness is tested by the products of neighbouring fixes: their sum over its own "
+            f"Whiteness is tested by the products of neighbouring {neighbours}: their sum over its own "
             f"scatter is normal where the residual is white. Chance of as much: {', '.join(chances)}.")
