@@ -21,7 +21,7 @@ namespace {
 
 // Shares of the inertia's trace. A second moment of mass below kFlat counts as zero; a zero moment
 // that is freed starts at kThick.
-constexpr double kFlat = 1e-5;
+constexpr double kFlat = 2e-6;
 constexpr double kThick = 1e-2;
 
 void CheckPrior(const RotorPrior& prior, const RotorData& data) {
