@@ -6,9 +6,11 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
+#include "problems/result/yaml_text.h"
 
 DEFINE_string(drive, "", "imu or rotors: only the effects which that model sees; all by default");
 DEFINE_string(id, "", "only these effects, separated by commas");
+DEFINE_bool(yaml, false, "as YAML, for programs; with the sizes that the blind sets hide");
 
 namespace {
 
@@ -21,6 +23,7 @@ constexpr char kUsage[] =
   trueline-effects                  all of them
   trueline-effects --drive=rotors   those of rotor-driven vehicles
   trueline-effects --id=wind,gate_moved
+  trueline-effects --yaml           the same for a program
 
 The same ids and parameters stand in diagnosis.yaml, in model.yaml (key 'effects'), and in the
 configuration of a simulated flight:
@@ -47,30 +50,73 @@ void Print(const EffectInfo& info) {
              info.separate_by);
 }
 
-void PrintDrive(DriveKind drive, const char* title) {
-  fmt::print("{}\n\n", title);
-  for (const EffectInfo* info : trueline::CausesOf(drive)) Print(*info);
+template <class Parameters>
+void AddUnits(const Parameters& parameters, YAML::Node* node) {
+  for (const auto& parameter : parameters) (*node)["parameters"][parameter.name] = parameter.unit;
 }
 
-void PrintNamed(const std::string& id) {
-  const EffectInfo* info = trueline::FindDeclared(id);
-  if (info == nullptr) {
+YAML::Node ToYaml(const EffectInfo& info) {
+  YAML::Node node;
+  node["id"] = info.id;
+  AddUnits(info.indices, &node);
+  AddUnits(info.parameters, &node);
+  node["physics"] = info.physics;
+  node["definition"] = info.definition;
+  node["acts_on"] = NameOf(info.enters);
+  node["shown_by"] = info.separate_by;
+  for (const trueline::DrawnSize& size : info.drawn) {
+    YAML::Node range;
+    range["low"] = trueline::Rounded(size.low, 6);
+    range["high"] = trueline::Rounded(size.high, 6);
+    range["either_sign"] = size.either_sign;
+    range.SetStyle(YAML::EmitterStyle::Flow);
+    node["drawn"][size.name] = range;
+  }
+  return node;
+}
+
+std::vector<const EffectInfo*> Asked() {
+  std::vector<const EffectInfo*> asked;
+  for (const std::string& id : trueline::SplitList(FLAGS_id)) {
+    asked.push_back(trueline::FindDeclared(id));
+    if (asked.back() != nullptr) continue;
     throw trueline::InputError(fmt::format("'{}' is no effect; `trueline effects` lists them", id));
   }
-  Print(*info);
+  if (!asked.empty()) return asked;
+  for (const DriveKind drive : {DriveKind::kImu, DriveKind::kRotors}) {
+    if (FLAGS_drive == (drive == DriveKind::kImu ? "rotors" : "imu")) continue;
+    const auto causes = trueline::CausesOf(drive);
+    asked.insert(asked.end(), causes.begin(), causes.end());
+  }
+  return asked;
+}
+
+void PrintText(const std::vector<const EffectInfo*>& asked) {
+  const EffectInfo* imu_first = trueline::CausesOf(DriveKind::kImu).front();
+  const EffectInfo* rotors_first = trueline::CausesOf(DriveKind::kRotors).front();
+  for (const EffectInfo* info : asked) {
+    if (FLAGS_id.empty() && info == imu_first) {
+      fmt::print("Seen by the model that the IMU drives\n\n");
+    }
+    if (FLAGS_id.empty() && info == rotors_first) {
+      fmt::print("Seen by the model that rotor speeds drive\n\n");
+    }
+    Print(*info);
+  }
 }
 
 int Run() {
   if (!FLAGS_drive.empty() && FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError(fmt::format("--drive: '{}' is neither imu nor rotors", FLAGS_drive));
   }
-  if (!FLAGS_id.empty()) {
-    for (const std::string& id : trueline::SplitList(FLAGS_id)) PrintNamed(id);
+  const std::vector<const EffectInfo*> asked = Asked();
+  if (!FLAGS_yaml) {
+    PrintText(asked);
     return trueline::kExitDone;
   }
-  if (FLAGS_drive != "rotors") PrintDrive(DriveKind::kImu, "Seen by the model that the IMU drives");
-  if (FLAGS_drive != "imu")
-    PrintDrive(DriveKind::kRotors, "Seen by the model that rotor speeds drive");
+  YAML::Node all;
+  for (const EffectInfo* info : asked) all.push_back(ToYaml(*info));
+  fmt::print("{}", trueline::TextOf(all));
   return trueline::kExitDone;
 }
 

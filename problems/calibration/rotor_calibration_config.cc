@@ -55,7 +55,7 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
   }
-  options->effects = ReadEffects(model, IsRotorEffect);
+  options->effects = ReadEffects(model, DriveKind::kRotors);
   const RotorExtension extension = RotorExtensionOf(options->effects);
   prior->mean += extension.added;
   options->data.motor_lag += extension.motor_lag;

@@ -18,6 +18,19 @@ std::vector<std::string> EffectInfo::ParameterNames() const {
   return names;
 }
 
+namespace {
+
+std::vector<EffectInfo> ImuDrivenDeclarations() {
+  std::vector<EffectInfo> all = ForceDeclarations();
+  for (const auto& part :
+       {AccelerometerDeclarations(), AttitudeDeclarations(), FixDeclarations()}) {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+}  // namespace
+
 const std::vector<EffectInfo>& DeclaredEffects(DriveKind drive) {
   static const std::vector<EffectInfo> imu = ImuDrivenDeclarations();
   static const std::vector<EffectInfo> rotors = RotorDrivenDeclarations();
@@ -32,13 +45,16 @@ std::vector<const EffectInfo*> CausesOf(DriveKind drive) {
   return causes;
 }
 
+const EffectInfo* FindDeclared(const std::string& id, DriveKind drive) {
+  const std::vector<EffectInfo>& declared = DeclaredEffects(drive);
+  const auto info = std::find_if(declared.begin(), declared.end(),
+                                 [&](const EffectInfo& candidate) { return candidate.id == id; });
+  return info == declared.end() ? nullptr : &*info;
+}
+
 const EffectInfo* FindDeclared(const std::string& id) {
-  for (const DriveKind drive : {DriveKind::kImu, DriveKind::kRotors}) {
-    for (const EffectInfo& info : DeclaredEffects(drive)) {
-      if (info.id == id) return &info;
-    }
-  }
-  return nullptr;
+  const EffectInfo* info = FindDeclared(id, DriveKind::kImu);
+  return info != nullptr ? info : FindDeclared(id, DriveKind::kRotors);
 }
 
 const EffectInfo& InfoOf(const std::string& id) {

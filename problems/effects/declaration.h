@@ -1,12 +1,17 @@
-// Every effect is declared once: what it is called, its parameters, its physics, and the manoeuvre
-// that shows it. Readers of model.yaml, both diagnoses, the calibration's `consider` and
-// `trueline effects` derive from these declarations. (The simulator has physics of its own.)
+// Every effect is declared once: what it is called, its parameters, its physics, the manoeuvre that
+// shows it, and what estimators do about it. Readers of model.yaml, the diagnosis, the
+// calibration's `consider`, `trueline effects` and the blind sets derive from these declarations.
+// (The simulator has physics of its own.)
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "problems/effects/effect.h"
+
 namespace trueline {
+
+struct RotorExtension;  // rotor_extension.h
 
 enum class EntersAt { kForce, kAttitude, kAccelerometer, kFix, kThrust, kLoad };
 enum class DriveKind { kImu, kRotors };
@@ -29,16 +34,40 @@ struct EffectIndexInfo {
   std::string unit;
 };
 
+// A size that the blind sets hide: drawn log-uniformly from `low` to `high`, with either sign.
+struct DrawnSize {
+  std::string name;
+  double low, high;
+  bool either_sign = false;
+};
+
+// What the correction of a log depends on.
+struct CorrectionContext {
+  const FlightLog& original;
+  const std::vector<VelocitySample>& path;  // as in CorrectLog
+
+  double Since(TimeNs t) const { return SecondsBetween(original.imu.front().t, t); }
+};
+// Corrections are made in this order: later ones use the corrected samples.
+enum class CorrectionStage { kClock, kImu, kAttitude, kMap, kGateVector, kFixClock };
+
 struct EffectInfo {
   std::string id;
   EntersAt enters;
   std::vector<EffectParameterInfo> parameters;  // the estimated ones
   std::string physics;                          // one sentence
-  std::string definition;   // sign and size; f_B specific force, v_B air-relative velocity
-  std::string separate_by;  // manoeuvre that separates it from similar effects
+  std::string definition;        // sign and size; f_B specific force, v_B air-relative velocity
+  std::string separate_by = {};  // manoeuvre that separates it from similar effects
   std::vector<EffectIndexInfo> indices = {};
   Role role = Role::kCause;
-  bool enters_squared = false;  // forces are linear in the square of the parameter
+  bool enters_squared = false;        // forces are linear in the square of the parameter
+  std::vector<DrawnSize> drawn = {};  // in the order in which they are drawn; none: never hidden
+  // What estimators do: add a force that the IMU-driven model integrates, remove the effect from
+  // the log, or extend the rotor-driven model. None: their robust loss copes with it.
+  void (*add_force)(const Effect&, ForceEffects*) = nullptr;
+  CorrectionStage correct_at = CorrectionStage::kClock;
+  void (*correct)(const Effect&, const CorrectionContext&, FlightLog*) = nullptr;
+  void (*extend)(const Effect&, RotorExtension*) = nullptr;
 
   bool HasIndex(const std::string& name) const;
   // Names of all parameters, indices first.
@@ -48,15 +77,19 @@ struct EffectInfo {
 const std::vector<EffectInfo>& DeclaredEffects(DriveKind drive);
 // The effects of a drive that can be named as a cause.
 std::vector<const EffectInfo*> CausesOf(DriveKind drive);
-// Of either drive; null for an unknown id.
+// Null for an unknown id; of either drive, or of one.
 const EffectInfo* FindDeclared(const std::string& id);
+const EffectInfo* FindDeclared(const std::string& id, DriveKind drive);
 // CHECKs that `id` is declared.
 const EffectInfo& InfoOf(const std::string& id);
 
 std::string NameOf(EntersAt enters);
 
 // The lists, each in a file of its own.
-std::vector<EffectInfo> ImuDrivenDeclarations();
+std::vector<EffectInfo> ForceDeclarations();
+std::vector<EffectInfo> AccelerometerDeclarations();
+std::vector<EffectInfo> AttitudeDeclarations();
+std::vector<EffectInfo> FixDeclarations();
 std::vector<EffectInfo> RotorDrivenDeclarations();
 
 }  // namespace trueline

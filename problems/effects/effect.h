@@ -37,7 +37,4 @@ struct VelocitySample {
 FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
                      const std::vector<VelocitySample>& path = {});
 
-// True for ids that CorrectLog or ForceEffectsOf act on.
-bool IsModelled(const std::string& effect_id);
-
 }  // namespace trueline

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/effects/declaration.h"
-
 namespace trueline {
 namespace {
 
@@ -27,11 +25,11 @@ void CheckParameters(const YamlMap& entry, const Effect& effect) {
 
 }  // namespace
 
-std::vector<Effect> ReadEffects(const YamlMap& model, bool (*known)(const std::string& id)) {
+std::vector<Effect> ReadEffects(const YamlMap& model, DriveKind drive) {
   std::vector<Effect> effects;
   for (const YamlMap& entry : model.Children("effects")) {
     Effect effect{entry.Get<std::string>("id"), {}};
-    if (!known(effect.id)) {
+    if (FindDeclared(effect.id, drive) == nullptr) {
       entry.Fail("id",
                  fmt::format("'{}' is no effect that an estimator can take; `trueline effects` "
                              "lists them",

@@ -1,5 +1,6 @@
 // The declarations of the effects that the rotor-driven model sees (Boehm et al. 2020).
 #include "problems/effects/declaration.h"
+#include "problems/effects/rotor_extension.h"
 
 namespace trueline {
 namespace {
@@ -17,88 +18,163 @@ constexpr char kTurnEachAxis[] = "roll, pitch and yaw one after another, hard, a
 std::vector<EffectInfo> RotorDrivenDeclarations() {
   using enum EntersAt;
   return {
-      {"linear_drag",
-       kForce,
-       {{"K_x", "1/s", 0.1, 3.0, 0.02},
-        {"K_y", "1/s", 0.1, 3.0, 0.02},
-        {"K_z", "1/s", 0.1, 3.0, 0.02}},
-       "the air brakes body and rotors in proportion to speed",
-       "f_B += diag(K) v_B",
-       kSpeedsOfRotors},
-      {"thrust_sag",
-       kThrust,
-       {{"d", "1/s", 1e-3, 0.05, 5e-5}},
-       "thrust at one rotor speed falls in flight: blades that wear or bend, air that warms up",
-       "k_f(t) = k_f (1 - d t)",
-       kRepeatAtTheEnd},
-      {"rotor_loss",
-       kThrust,
-       {{"factor", "1", 0.05, 1.5, 0.003, false, 1.0}},
-       "one rotor gives less thrust than the others at the same speed: a damaged or wrong "
-       "propeller",
-       "k_f of one rotor is multiplied by factor",
-       kTurnEachAxis,
-       {{"rotor", "index"}}},
-      {"rotor_inflow",
-       kThrust,
-       {{"k", "1", 1e-5, 1e-3, 4e-6}},
-       "inflow from above unloads the rotors: thrust falls in a climb",
-       "f_B,z += -k sum(omega_i) v_B,z",
-       kSpeedsOfRotors},
-      {"rotor_speed_drag",
-       kForce,
-       {{"k", "1", 1e-5, 1e-3, 4e-6, false}},
-       "blades flap and drag in the wind of flight, the more the faster they turn",
-       "f_B,xy += -k sum(omega_i) v_B,xy",
-       kSpeedsOfRotors},
-      {"motor_lag",
-       kThrust,
-       {{"tau", "s", 0.01, 0.3, 0.002, false}},
-       "rotors.csv holds commands, or late readings, that the rotors follow with a lag",
-       "the rotor speed follows its command as a first-order lag of tau",
-       "change thrust and roll quickly and often"},
-      {"translational_lift",
-       kThrust,
-       {{"k", "1/m", 0.01, 1.0, 0.002, false}},
-       "rotors that move sideways meet more air: thrust grows with horizontal air speed",
-       "f_B,z += -k (v_B,x^2 + v_B,y^2)",
-       kFlyAndHover},
-      {"air_moment",
-       kForce,
-       {{"roll", "N s", 1e-5, 0.1, 1e-6}, {"pitch", "N s", 1e-5, 0.1, 1e-6}},
-       "air speed gives a moment: drag acts above or below the centre of mass, and "
-       "blades that flap lift the side that meets the wind",
-       "M_x += -roll v_B,y, M_y += pitch v_B,x about the centre of mass",
-       kFlyAndHover},
-      {"ground_effect",
-       kThrust,
-       {{"k", "m", 0.1, 0.6, 0.02, false}},
-       "near the floor the rotors' downwash is blocked: thrust grows",
-       "thrust is multiplied by 1 / (1 - (k / h)^2), h the height above the floor",
-       "hover low and high",
-       {},
-       Role::kCause,
-       true},
-      {"payload_step",
-       kLoad,
-       {{"mass", "kg", 0.01, 3.0, 3e-4}},
-       "mass is picked up or dropped in flight",
-       "mass is added at t_step",
-       kRepeatAtTheEnd,
-       {{"t_step", "s"}}},
-      {"com_step",
-       kLoad,
-       {{"dx", "m", 0.002, 0.1, 1e-4}, {"dy", "m", 0.002, 0.1, 1e-4}},
-       "the centre of mass moves in flight: a battery or load that slips",
-       "the centre of mass moves by dx, dy at t_step",
-       kRepeatAtTheEnd,
-       {{"t_step", "s"}}},
-      {"rotor_tilt",
-       kThrust,
-       {{"roll", "rad", 0.01, 0.3, 0.002}, {"pitch", "rad", 0.01, 0.3, 0.002}},
-       "the rotors' thrust is not along the body's z axis: bent arms, or a turned IMU",
-       "the thrust axis is -z_B turned by roll and pitch",
-       kTurnEachAxis},
+      {
+          .id = "linear_drag",
+          .enters = kForce,
+          .parameters = {{"K_x", "1/s", 0.1, 3.0, 0.02},
+                         {"K_y", "1/s", 0.1, 3.0, 0.02},
+                         {"K_z", "1/s", 0.1, 3.0, 0.02}},
+          .physics = "the air brakes body and rotors in proportion to speed",
+          .definition = "f_B += diag(K) v_B",
+          .separate_by = kSpeedsOfRotors,
+          .drawn = {{"K_x", -1.2, -0.3}, {"K_y", -1.2, -0.3}, {"K_z", -0.8, -0.1}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                for (const char* name : {"K_x", "K_y", "K_z"}) all->Add(name, e[name]);
+              },
+      },
+      {
+          .id = "thrust_sag",
+          .enters = kThrust,
+          .parameters = {{"d", "1/s", 1e-3, 0.05, 5e-5}},
+          .physics = "thrust at one rotor speed falls in flight: blades that wear or bend, air "
+                     "that warms up",
+          .definition = "k_f(t) = k_f (1 - d t)",
+          .separate_by = kRepeatAtTheEnd,
+          .drawn = {{"d", 0.0015, 0.015}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->effects.thrust_sag = e["d"]; },
+      },
+      {
+          .id = "rotor_loss",
+          .enters = kThrust,
+          .parameters = {{"factor", "1", 0.05, 1.5, 0.003, false, 1.0}},
+          .physics =
+              "one rotor gives less thrust than the others at the same speed: a damaged or wrong "
+              "propeller",
+          .definition = "k_f of one rotor is multiplied by factor",
+          .separate_by = kTurnEachAxis,
+          .indices = {{"rotor", "index"}},
+          .drawn = {{"rotor", 0.0, 3.0}, {"factor", 0.75, 0.95}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.weak_rotor = static_cast<int>(e["rotor"]);
+                all->effects.weak_factor = e["factor"];
+              },
+      },
+      {
+          .id = "rotor_inflow",
+          .enters = kThrust,
+          .parameters = {{"k", "1", 1e-5, 1e-3, 4e-6}},
+          .physics = "inflow from above unloads the rotors: thrust falls in a climb",
+          .definition = "f_B,z += -k sum(omega_i) v_B,z",
+          .separate_by = kSpeedsOfRotors,
+          .drawn = {{"k", 0.0001, 0.0008}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->Add("inflow", e["k"]); },
+      },
+      {
+          .id = "rotor_speed_drag",
+          .enters = kForce,
+          .parameters = {{"k", "1", 1e-5, 1e-3, 4e-6, false}},
+          .physics = "blades flap and drag in the wind of flight, the more the faster they turn",
+          .definition = "f_B,xy += -k sum(omega_i) v_B,xy",
+          .separate_by = kSpeedsOfRotors,
+          .drawn = {{"k", 8e-05, 0.0005}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->effects.speed_drag = e["k"]; },
+      },
+      {
+          .id = "motor_lag",
+          .enters = kThrust,
+          .parameters = {{"tau", "s", 0.01, 0.3, 0.002, false}},
+          .physics =
+              "rotors.csv holds commands, or late readings, that the rotors follow with a lag",
+          .definition = "the rotor speed follows its command as a first-order lag of tau",
+          .separate_by = "change thrust and roll quickly and often",
+          .drawn = {{"tau", 0.015, 0.08}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->motor_lag = e["tau"]; },
+      },
+      {
+          .id = "translational_lift",
+          .enters = kThrust,
+          .parameters = {{"k", "1/m", 0.01, 1.0, 0.002, false}},
+          .physics =
+              "rotors that move sideways meet more air: thrust grows with horizontal air speed",
+          .definition = "f_B,z += -k (v_B,x^2 + v_B,y^2)",
+          .separate_by = kFlyAndHover,
+          .drawn = {{"k", 0.15, 0.8}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->effects.lift = e["k"]; },
+      },
+      {
+          .id = "air_moment",
+          .enters = kForce,
+          .parameters = {{"roll", "N s", 1e-5, 0.1, 1e-6}, {"pitch", "N s", 1e-5, 0.1, 1e-6}},
+          .physics = "air speed gives a moment: drag acts above or below the centre of mass, and "
+                     "blades that flap lift the side that meets the wind",
+          .definition = "M_x += -roll v_B,y, M_y += pitch v_B,x about the centre of mass",
+          .separate_by = kFlyAndHover,
+          .drawn = {{"roll", 0.0007, 0.008, true}, {"pitch", 0.0007, 0.008, true}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.moment_roll = e["roll"];
+                all->effects.moment_pitch = e["pitch"];
+              },
+      },
+      {
+          .id = "ground_effect",
+          .enters = kThrust,
+          .parameters = {{"k", "m", 0.1, 0.6, 0.02, false}},
+          .physics = "near the floor the rotors' downwash is blocked: thrust grows",
+          .definition = "thrust is multiplied by 1 / (1 - (k / h)^2), h the height above the floor",
+          .separate_by = "hover low and high",
+          .role = Role::kCause,
+          .enters_squared = true,
+          .drawn = {{"k", 0.2, 0.45}},
+          .extend = [](const Effect& e, RotorExtension* all) { all->effects.ground = e["k"]; },
+      },
+      {
+          .id = "payload_step",
+          .enters = kLoad,
+          .parameters = {{"mass", "kg", 0.01, 3.0, 3e-4}},
+          .physics = "mass is picked up or dropped in flight",
+          .definition = "mass is added at t_step",
+          .separate_by = kRepeatAtTheEnd,
+          .indices = {{"t_step", "s"}},
+          .drawn = {{"t_step", 4.0, 9.0}, {"mass", 0.01, 0.06, true}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.payload = e["mass"];
+                all->effects.payload_time = e["t_step"];
+              },
+      },
+      {
+          .id = "com_step",
+          .enters = kLoad,
+          .parameters = {{"dx", "m", 0.002, 0.1, 1e-4}, {"dy", "m", 0.002, 0.1, 1e-4}},
+          .physics = "the centre of mass moves in flight: a battery or load that slips",
+          .definition = "the centre of mass moves by dx, dy at t_step",
+          .separate_by = kRepeatAtTheEnd,
+          .indices = {{"t_step", "s"}},
+          .drawn = {{"t_step", 4.0, 9.0}, {"dx", 0.002, 0.01, true}, {"dy", 0.002, 0.01, true}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.com = {e["dx"], e["dy"]};
+                all->effects.com_time = e["t_step"];
+              },
+      },
+      {
+          .id = "rotor_tilt",
+          .enters = kThrust,
+          .parameters = {{"roll", "rad", 0.01, 0.3, 0.002}, {"pitch", "rad", 0.01, 0.3, 0.002}},
+          .physics =
+              "the rotors' thrust is not along the body's z axis: bent arms, or a turned IMU",
+          .definition = "the thrust axis is -z_B turned by roll and pitch",
+          .separate_by = kTurnEachAxis,
+          .drawn = {{"roll", 0.02, 0.1, true}, {"pitch", 0.02, 0.1, true}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.tilt_roll = e["roll"];
+                all->effects.tilt_pitch = e["pitch"];
+              },
+      },
   };
 }
 

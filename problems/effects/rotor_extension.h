@@ -15,11 +15,10 @@ struct RotorExtension {
   RotorEffects effects;
   RotorConstants added = RotorConstants::Zero();  // to the constants
   double motor_lag = 0.0;                         // s
+
+  void Add(const std::string& constant, double value);
 };
 
 RotorExtension RotorExtensionOf(const std::vector<Effect>& effects);
-
-// True for ids that RotorExtensionOf acts on.
-bool IsRotorEffect(const std::string& effect_id);
 
 }  // namespace trueline

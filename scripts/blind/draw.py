@@ -9,38 +9,14 @@ FOLDER = "simulate"  # of the configurations
 DIAGNOSE = []        # flags of trueline-diagnose
 COURSES = ["hippodrome", "iros2016", "fast"]
 
-# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one. They range
-# from undetectable to a few times the detectable size; pairs use the upper half.
-SIGNED = True
-EFFECTS = {
-    "quadratic_drag": {"c": (0.05, 0.5, not SIGNED)},
-    "rotor_drag": {"k": (0.02, 0.15, not SIGNED)},
-    "wind": {"w_x": (0.3, 2.5, SIGNED), "w_y": (0.3, 2.5, SIGNED)},
-    "drag_step": {"t_step": (30.0, 70.0, not SIGNED), "factor": (1.3, 2.5, not SIGNED)},
-    "accel_scale_z": {"s": (0.04, 0.45, SIGNED)},
-    "accel_bias_drift": {"d": (0.0005, 0.008, SIGNED)},
-    "imu_lever_arm": {"r_x": (0.02, 0.1, SIGNED), "r_y": (0.02, 0.1, SIGNED),
-                      "r_z": (0.01, 0.05, SIGNED)},
-    "ahrs_acceleration_error": {"k": (0.2, 1.5, not SIGNED)},
-    "heading_drift": {"d": (0.001, 0.01, SIGNED)},
-    "heading_distortion": {"a_sin": (0.03, 0.25, SIGNED), "a_cos": (0.03, 0.25, SIGNED)},
-    "attitude_latency": {"tau": (0.02, 0.16, not SIGNED)},
-    "fix_latency": {"tau": (0.03, 0.2, not SIGNED)},
-    "fix_scale": {"s": (0.04, 0.3, SIGNED)},
-    "camera_misalignment": {"roll": (0.02, 0.15, SIGNED), "pitch": (0.03, 0.2, SIGNED),
-                            "yaw": (0.03, 0.2, SIGNED)},
-    "gate_moved": {"gate": (1, 1, not SIGNED), "dx": (0.2, 1.0, SIGNED), "dy": (0.2, 1.0, SIGNED),
-                   "dz": (0.05, 0.4, SIGNED)},
-    "false_gate": {"fraction": (0.05, 0.25, not SIGNED), "dx": (0.5, 2.0, SIGNED),
-                   "dy": (0.5, 2.0, SIGNED), "dz": (0.1, 0.5, SIGNED)},
-}
+EFFECTS = {}         # by id, as `trueline effects` states them; run.py fills it
 
 
 def draw_effect(rng, effect, least=0.0):
     """`least`: share of the range (of its logarithm) that is left out from below."""
     values = {}
     for name, (low, high, signed) in EFFECTS[effect].items():
-        size = low * (high / low) ** rng.uniform(least, 1.0)
+        size = low * (high / low) ** rng.uniform(least, 1.0)  # log-uniform
         values[name] = int(size) if name == "gate" else size * (rng.choice([-1, 1]) if signed else 1)
     return {"id": effect, **values}
 

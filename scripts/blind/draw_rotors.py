@@ -8,24 +8,7 @@ FOLDER = "rotors"
 COURSES = ["random"]
 DIAGNOSE = ["--drive=rotors", "--config={source}/config/calibrate/rotors.yaml"]
 
-# Sizes as (low, high), drawn log-uniformly, with a random sign where the effect has one.
-SIGNED = True
-EFFECTS = {
-    "linear_drag": {"K_x": (-1.2, -0.3, not SIGNED), "K_y": (-1.2, -0.3, not SIGNED),
-                    "K_z": (-0.8, -0.1, not SIGNED)},
-    "thrust_sag": {"d": (1.5e-3, 1.5e-2, not SIGNED)},
-    "rotor_loss": {"rotor": (0, 3, not SIGNED), "factor": (0.75, 0.95, not SIGNED)},
-    "rotor_inflow": {"k": (1e-4, 8e-4, not SIGNED)},
-    "rotor_speed_drag": {"k": (8e-5, 5e-4, not SIGNED)},
-    "motor_lag": {"tau": (0.015, 0.08, not SIGNED)},
-    "translational_lift": {"k": (0.15, 0.8, not SIGNED)},
-    "air_moment": {"roll": (7e-4, 8e-3, SIGNED), "pitch": (7e-4, 8e-3, SIGNED)},
-    "ground_effect": {"k": (0.2, 0.45, not SIGNED)},
-    "payload_step": {"t_step": (4.0, 9.0, not SIGNED), "mass": (0.01, 0.06, SIGNED)},
-    "com_step": {"t_step": (4.0, 9.0, not SIGNED), "dx": (0.002, 0.01, SIGNED),
-                 "dy": (0.002, 0.01, SIGNED)},
-    "rotor_tilt": {"roll": (0.02, 0.1, SIGNED), "pitch": (0.02, 0.1, SIGNED)},
-}
+EFFECTS = {}  # by id, as `trueline effects` states them; run.py fills it
 POOR = {"sigma_accel": 2.2, "sigma_gyro": 0.1732, "sigma_position": 0.01, "sigma_attitude": 0.01,
         "force_density": 0.1, "angular_density": 0.5}
 GOOD = {"sigma_accel": 0.4, "sigma_gyro": 0.03, "sigma_position": 0.003, "sigma_attitude": 0.005,
@@ -36,7 +19,7 @@ def draw_effect(rng, effect):
     values = {}
     for name, (low, high, signed) in EFFECTS[effect].items():
         if name == "rotor":
-            values[name] = rng.randint(low, high)
+            values[name] = rng.randint(int(low), int(high))
             continue
         size = low * (high / low) ** rng.random()
         values[name] = size * (rng.choice([-1, 1]) if signed else 1)

@@ -25,6 +25,17 @@ from judge import table
 SOURCE = Path(__file__).resolve().parents[2]
 
 
+def drawn_effects(build, drive):
+    """{id: {parameter: (low, high, either sign)}} of the effects that are hidden, in declared order.
+    Sizes are drawn log-uniformly. They range from undetectable to a few times the detectable size;
+    pairs of the IMU-driven set use the upper half."""
+    listed = subprocess.run([build / "apps/trueline-effects", "--yaml", f"--drive={drive}"],
+                            capture_output=True, text=True, check=True).stdout
+    return {effect["id"]: {name: (size["low"], size["high"], size["either_sign"])
+                           for name, size in effect["drawn"].items()}
+            for effect in yaml.safe_load(listed) if "drawn" in effect}
+
+
 def plan(draw, flights, seed):
     """(name, seed, course, hidden ids), by the drive's module `draw`: a fifth hides nothing, a tenth
     two effects, a tenth what is outside of the catalogue; the rest one effect, all in turn."""
@@ -88,6 +99,7 @@ def main():
     parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
     arguments = parser.parse_args()
     draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
+    draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
     for folder in ("logs", "sealed", "results"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(arguments.jobs) as pool:

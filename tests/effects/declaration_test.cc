@@ -25,8 +25,7 @@ std::string EntryOf(const EffectInfo& info, const std::string& misspelt = "") {
 }
 
 std::vector<Effect> Read(const std::string& yaml, DriveKind drive) {
-  return ReadEffects(YamlMap(YAML::Load(yaml), "model.yaml", ""),
-                     drive == DriveKind::kImu ? IsModelled : IsRotorEffect);
+  return ReadEffects(YamlMap(YAML::Load(yaml), "model.yaml", ""), drive);
 }
 
 class Declared : public testing::TestWithParam<DriveKind> {};
@@ -67,6 +66,32 @@ TEST_P(Declared, AModelTakesEachAndRefusesAMisspeltParameter) {
         ADD_FAILURE() << info.id << " accepts not_" << name;
       } catch (const InputError& error) {
         EXPECT_THAT(error.what(), HasSubstr("not_" + name));
+      }
+    }
+  }
+}
+
+// What estimators do about an effect is declared with it; the robust loss copes with false fixes.
+TEST_P(Declared, EstimatorsActOnEach) {
+  for (const EffectInfo& info : DeclaredEffects(GetParam())) {
+    const int ways =
+        (info.add_force != nullptr) + (info.correct != nullptr) + (info.extend != nullptr);
+    EXPECT_EQ(ways, info.id == "false_gate" ? 0 : 1) << info.id;
+    EXPECT_EQ(info.extend != nullptr, GetParam() == DriveKind::kRotors) << info.id;
+  }
+}
+
+// The blind sets hide only parameters that the effect has, at plausible sizes.
+TEST_P(Declared, DrawnSizesAreThoseOfParameters) {
+  for (const EffectInfo& info : DeclaredEffects(GetParam())) {
+    const std::vector<std::string> names = info.ParameterNames();
+    for (const DrawnSize& size : info.drawn) {
+      EXPECT_THAT(names, testing::Contains(size.name)) << info.id;
+      EXPECT_GE(size.high / size.low, 1.0) << info.id;
+    }
+    for (const EffectParameterInfo& parameter : info.parameters) {
+      for (const DrawnSize& size : info.drawn) {
+        if (size.name == parameter.name) EXPECT_LT(std::abs(size.high), parameter.plausible);
       }
     }
   }
