@@ -196,10 +196,10 @@ Matrix RotorNormal::ColumnCovariance() const {
 
 RotorConstants WideningFactors(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options, const RotorBatchResult& batch) {
-  constexpr double kShortest = 0.5;  // s, least length of a cluster
+  constexpr double kShortestCluster = 0.5;  // s, least length of a cluster
   constexpr double kClusters = 20.0;
   const double length = data.poses.back().t - data.poses.front().t;
-  const double cluster = std::max(kShortest, length / kClusters);
+  const double cluster = std::max(kShortestCluster, length / kClusters);
   const Matrix cov = RotorNormal(model, data, options, batch, {}, cluster).ClusterCovariance();
   RotorConstants factors = RotorConstants::Ones();
   for (const int i : options.prior.Free()) {
