@@ -73,6 +73,11 @@ SimulationProgress ShowProgress(double duration) {
 }
 
 int RunRotorFlight(const YamlMap& map) {
+  if (!FLAGS_model.empty() || FLAGS_randomise || FLAGS_duration != 0.0) {
+    throw InputError(FLAGS_config +
+                     ": --model, --randomise and --duration are for gate courses; a rotor-driven "
+                     "flight states its effects, vehicle and trajectory in its configuration");
+  }
   const RotorFlightConfig config = ReadRotorFlight(map);
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);

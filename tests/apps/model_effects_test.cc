@@ -1,0 +1,76 @@
+// Every effect that is declared for the IMU-driven model, through `--model` of the executables.
+#include "problems/effects/declaration.h"
+#include "tests/apps/calibrate_app.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+
+class ModelEffects : public CalibrateApp {
+ protected:
+  // Writes a model with these effects at a step's size each; `misspelt`: a parameter's name that is
+  // wrong in the first of them.
+  void WriteModel(const std::vector<EffectInfo>& effects, const std::string& misspelt = "") const {
+    std::ofstream file(root_ / "model.yaml");
+    file << "effects:\n";
+    for (const EffectInfo& info : effects) {
+      file << "  - {id: " << info.id;
+      for (const EffectIndexInfo& index : info.indices) file << ", " << index.name << ": 1";
+      for (const EffectParameterInfo& p : info.parameters) {
+        file << ", " << (p.name == misspelt ? "not_" : "") << p.name << ": " << p.step;
+      }
+      file << "}\n";
+    }
+  }
+
+  Outcome RunVerb(const std::string& verb, const std::string& flags) const {
+    return RunProgram(program_.parent_path() / ("trueline-" + verb),
+                      fmt::format("--model='{}' --out='{}' --quiet {}",
+                                  (root_ / "model.yaml").string(), (root_ / verb).string(), flags));
+  }
+
+  std::string Simulated() const {
+    return fmt::format("--config='{}' --duration=4",
+                       (testing_simulation::ConfigFolder() / "hippodrome.yaml").string());
+  }
+  std::string Logged() const {
+    return fmt::format("--log='{}' --report=false", (root_ / "log").string());
+  }
+};
+
+TEST_F(ModelEffects, SlowAllAreFlownCalibratedWithAndDiagnosedBeside) {
+  WriteModel(DeclaredEffects(DriveKind::kImu));
+  const Outcome flown = RunVerb("simulate", Simulated());
+  EXPECT_EQ(flown.exit_code, 0) << flown.err;
+  const Outcome calibrated = RunVerb("calibrate", Logged() + " --gamma_sweep=");
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome diagnosed = RunVerb("diagnose", Logged());
+  EXPECT_EQ(diagnosed.exit_code, 0) << diagnosed.err;
+}
+
+TEST_F(ModelEffects, SlowAMisspeltParameterOfEachIsRefused) {
+  for (const EffectInfo& info : DeclaredEffects(DriveKind::kImu)) {
+    if (info.parameters.empty()) continue;
+    WriteModel({info}, info.parameters.front().name);
+    for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
+                                      {"diagnose", Logged()},
+                                      {"calibrate", Logged() + " --gamma_sweep="}}) {
+      const Outcome refused = RunVerb(verb, flags);
+      EXPECT_EQ(refused.exit_code, 2) << verb << " " << info.id;
+      EXPECT_THAT(refused.err, HasSubstr("not_" + info.parameters.front().name)) << verb;
+    }
+  }
+}
+
+// A rotor-driven flight states its effects in its configuration.
+TEST_F(ModelEffects, SimulateRefusesAModelThatItWouldNotFly) {
+  WriteModel({});
+  const Outcome refused = RunVerb("simulate", fmt::format("--config='{}'", TRUELINE_TEST_SOURCE_DIR
+                                                          "/config/rotors/random.yaml"));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--model"));
+}
+
+}  // namespace
+}  // namespace trueline
