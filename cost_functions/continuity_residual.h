@@ -11,6 +11,8 @@
 
 #include <ceres/cost_function.h>
 
+#include <cstddef>
+
 #include "cost_functions/models/process_noise.h"
 #include "cost_functions/node_residual.h"
 
@@ -66,7 +68,7 @@ class ContinuityResidual : public ceres::CostFunction {
     JacobianBlock<kGustAt, kCols>(jacobian).noalias() =
         weights_.sqrt_information.triangularView<Eigen::Lower>() * d_path;
     if (!HasGusts()) return;
-    JacobianBlock<kGustSize, kCols> below(jacobian + kGustAt * kCols);
+    JacobianBlock<kGustSize, kCols> below(jacobian + static_cast<std::ptrdiff_t>(kGustAt) * kCols);
     below.setZero();
     below.diagonal().setConstant(d_gust);
   }
