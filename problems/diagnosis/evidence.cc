@@ -145,6 +145,8 @@ void FlightEvidence::AddImplausible() {
   const int ids = DistinctIds(candidates_);
   for (const Tested& t : tested_) {
     if (Plausible(t.candidate, t.value)) continue;
+    // Every vehicle has some of an ordinary error, and the fit models it.
+    if (std::count(fit_->ordinary.begin(), fit_->ordinary.end(), t.candidate.id()) > 0) continue;
     terms_.push_back({t.candidate.id() + ", of a size or sign that no vehicle has",
                       t.p * ids,
                       t.Merit(),

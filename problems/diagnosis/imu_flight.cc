@@ -234,6 +234,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   }
   auto fit =
       std::make_unique<ImuLinearisation>(flight_, fit_, ordinary, FreeColumns(stacked), fit_.noise);
+  for (const OrdinaryError& error : OrdinaryErrors()) fit->ordinary.push_back(error.info->id);
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);

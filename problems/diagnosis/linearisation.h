@@ -55,8 +55,9 @@ class Linearisation {
   // For each set of columns; empty if the drive's noise is not learned in this way.
   virtual std::vector<Relearned> Relearn(const std::vector<std::vector<int>>&) const { return {}; }
 
-  std::vector<int> nuisances;        // constants and ordinary errors
-  std::vector<EffectColumns> found;  // causes in the model, linearised at their values
+  std::vector<int> nuisances;         // constants and ordinary errors
+  std::vector<std::string> ordinary;  // ids of the ordinary errors, which every vehicle has
+  std::vector<EffectColumns> found;   // causes in the model, linearised at their values
   std::vector<EffectColumns> candidates;
   std::vector<TermColumns> terms;
 
