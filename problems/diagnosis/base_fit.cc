@@ -1,6 +1,5 @@
 #include "problems/diagnosis/base_fit.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "problems/chain/damped_gauss_newton.h"

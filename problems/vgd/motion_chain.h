@@ -44,7 +44,6 @@ class MotionChain {
 
   TimeNs start() const { return start_; }
   const std::vector<TimeNs>& times() const { return times_; }
-  std::size_t block_count() const { return blocks_.size(); }
 
  private:
   // Calls move(block) for each block and reached(i) at each of the chosen times.

@@ -60,7 +60,6 @@ class SegmentChain : private ceres::EvaluationCallback {
   bool HasForces() const { return has_forces_; }
   bool HasGusts() const { return options_.UsesGusts(); }
 
-  std::size_t thetas() const { return x_.theta.size(); }
   ThetaVector& theta(std::size_t k = 0) { return x_.theta[k]; }
   const ThetaVector& theta(std::size_t k = 0) const { return x_.theta[k]; }
   NodeVector& node(std::size_t s) { return x_.nodes[s]; }
@@ -87,7 +86,6 @@ class SegmentChain : private ceres::EvaluationCallback {
   void Integrate(std::size_t s);
   ceres::Solver::Summary Solve(const ceres::Solver::Options& options);
 
-  const VgdOptions& options() const { return options_; }
   const ParameterScaling& scaling() const { return scaling_; }
   ceres::Problem& problem() { return problem_; }
 
