@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <string_view>
 
 #include "cost_functions/models/rotation.h"
@@ -14,10 +15,12 @@ namespace trueline {
 
 // What a parameter belongs to.
 enum class ParameterGroup {
-  kDrag,          // the airframe: constant
-  kBias,          // the accelerometer: walks
-  kAhrsError,     // the AHRS: walks, and drift adds to it
-  kMisalignment,  // the airframe: constant
+  kDrag,            // the airframe: constant
+  kBias,            // the accelerometer: walks
+  kAhrsError,       // the AHRS: walks, and drift adds to it
+  kMisalignment,    // the airframe: constant
+  kAttitudeFilter,  // errors of a known course over time (problems/vgd/attitude_errors.h):
+                    // nuisances
 };
 
 // A normal prior with hard bounds.
@@ -35,11 +38,14 @@ struct ParameterInfo {
   ParameterPrior prior;  // in `unit`, angles in deg
 };
 
-// The parameters, in the order of theta: those of eq. 16, then b_ax and b_ay, which only the
-// accelerometer's measurement of drag shows. Mean and sigma are those of the uniform distributions
+// The parameters, in the order of theta: those of eq. 16; then b_ax and b_ay, which only the
+// accelerometer's measurement of drag shows; then the attitude filter's errors, which no result
+// states, in units of their sigmas. Mean and sigma are those of the uniform distributions
 // over the ranges of Table 2 (sigma = width / sqrt(12)). Bounds are twice the ranges; drag may not
 // be positive. The prior of b_ax and b_ay is an option of that measurement.
 inline constexpr ParameterPrior kAnglePrior{0.0, 1.73, -6.0, 6.0};
+inline constexpr ParameterPrior kUnitPrior{0.0, 1.0, -std::numeric_limits<double>::infinity(),
+                                           std::numeric_limits<double>::infinity()};
 inline constexpr ParameterInfo kTheta[] = {
     {"K_x", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
     {"K_y", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
@@ -52,6 +58,11 @@ inline constexpr ParameterInfo kTheta[] = {
     {"psi_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
     {"b_ax", "m/s^2", ParameterGroup::kBias, {}},
     {"b_ay", "m/s^2", ParameterGroup::kBias, {}},
+    {"filter_gyro_x", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},  // gyroscope's biases
+    {"filter_gyro_y", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},
+    {"filter_gyro_z", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},
+    {"filter_gain", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},   // tilt by acceleration
+    {"filter_share", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},  // share of the tilt
 };
 
 // The place of a parameter in theta.
@@ -65,6 +76,10 @@ inline constexpr int kThetaSize = static_cast<int>(std::size(kTheta));
 inline constexpr int kDragInTheta = InTheta("K_x");        // K_x, K_y
 inline constexpr int kAhrsInTheta = InTheta("phi_E_Ep");   // Phi_E_Ep
 inline constexpr int kForceBiasInTheta = InTheta("b_ax");  // b_ax, b_ay
+inline constexpr int kFilterInTheta = InTheta("filter_gyro_x");
+inline constexpr int kFilterSize = kThetaSize - kFilterInTheta;
+// Parameters that results state.
+inline constexpr int kStatedSize = kFilterInTheta;
 // Parameters of the equation of motion.
 inline constexpr int kMotionSize = kForceBiasInTheta;
 
@@ -74,7 +89,7 @@ constexpr bool IsAirframe(int parameter) {
 }
 // The AHRS error belongs to a flight; the rest is the vehicle's.
 constexpr bool IsVehicle(int parameter) {
-  return kTheta[parameter].group != ParameterGroup::kAhrsError;
+  return parameter < kStatedSize && kTheta[parameter].group != ParameterGroup::kAhrsError;
 }
 
 // The parameters of the equation of motion (eq. 16), constant over a window.

@@ -88,8 +88,12 @@ void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& 
   if (times.empty()) return;
   MotionState<double> state;
   state.v = replays.nodes[segment].segment<3>(kStateAt + 3);
-  const ImuDrivenModel<double> equations(
-      ImuDrivenParameters<double>::FromArray(replays.parameters.data()), replays.log.gravity);
+  ThetaVector parameters = replays.parameters;
+  parameters.segment<kDriftSize>(kAhrsInTheta) +=
+      replays.track.attitude_errors().MeanOver(start, times.back()) *
+      parameters.tail<kFilterSize>();
+  const ImuDrivenModel<double> equations(ImuDrivenParameters<double>::FromArray(parameters.data()),
+                                         replays.log.gravity);
   const auto visit = [&](std::size_t i, const MotionState<double>& at, const Vector3<double>&) {
     const Vector3d error_E = at.p - measured[i];
     const Drive& drive = replays.track.steps()[replays.track.StepAt(times[i])].drive;

@@ -51,7 +51,7 @@ Residuals ImuDrivenFlight::WhitenedResiduals() const {
 
 void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
   const ThetaVector value = Parameters(), sigma = Sigmas();
-  for (int i = 0; i < kThetaSize; ++i) {
+  for (int i = 0; i < kStatedSize; ++i) {
     diagnosis->parameters.push_back({kTheta[i].name, kTheta[i].unit, value[i], sigma[i]});
   }
   diagnosis->residual_of = "residual of fixes";

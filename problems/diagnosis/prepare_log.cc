@@ -45,6 +45,8 @@ std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
     data.attitude = RunComplementaryFilter(data.imu, drive.filter);
     drive.attitude = AttitudeSource::kLogged;
   }
+  // A diagnosis names errors of the logged attitude, so the gyroscope may not replace them.
+  drive.longest_hold = 0.0;
   if (!options.fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
     throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
   }

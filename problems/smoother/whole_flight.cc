@@ -45,12 +45,13 @@ Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
   return all;
 }
 
-// Indices of the estimated unknowns: their prior has a width, and the accelerometer is used if they
+// Indices of the stated unknowns: their prior has a width, and the accelerometer is used if they
 // need it.
 std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   std::vector<int> asked;
   for (int i = 0; i < all.sigma.size(); ++i) {
-    const bool accelerometer = i >= kForceBiasInTheta && i < kThetaSize;
+    if (i >= kStatedSize && i < kThetaSize) continue;
+    const bool accelerometer = i >= kForceBiasInTheta && i < kStatedSize;
     if (all.sigma[i] > 0.0 && (!accelerometer || problem.HasForces())) asked.push_back(i);
   }
   return asked;

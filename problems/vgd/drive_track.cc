@@ -4,35 +4,16 @@
 
 #include "problems/common/error.h"
 #include "problems/log/imu_health.h"
+#include "problems/vgd/attitude_cursor.h"
 
 namespace trueline {
 namespace {
-
-// Advances through the attitude stream together with the IMU and interpolates between its samples.
-class AttitudeCursor {
- public:
-  explicit AttitudeCursor(const std::vector<AttitudeSample>& samples) : samples_(samples) {}
-
-  // False if t is outside of the stream or in a gap longer than max_gap.
-  bool At(TimeNs t, double max_gap, Eigen::Quaterniond* q) {
-    while (i_ + 1 < samples_.size() && samples_[i_ + 1].t <= t) ++i_;
-    if (t < samples_[i_].t || i_ + 1 >= samples_.size()) return false;
-    const double span = SecondsBetween(samples_[i_].t, samples_[i_ + 1].t);
-    if (span > max_gap) return false;
-    const double s = SecondsBetween(samples_[i_].t, t) / span;
-    *q = samples_[i_].q_Ep_I.slerp(s, samples_[i_ + 1].q_Ep_I);
-    return true;
-  }
-
- private:
-  const std::vector<AttitudeSample>& samples_;
-  std::size_t i_ = 0;
-};
 
 struct StreamNeeds {
   const FlightLog& log;
   const DriveOptions& options;
   TimeNs latency;
+  const AttitudeErrors& errors;
 };
 
 double ThrustAt(const StreamNeeds& needs, std::size_t i, double s, const Eigen::Matrix3d& R_Ep_I) {
@@ -52,11 +33,13 @@ bool AppendInterval(const StreamNeeds& needs, std::size_t i, int pieces, Attitud
   for (int k = 0; k < pieces; ++k) {
     const TimeNs from = t0 + length * k / pieces, to = t0 + length * (k + 1) / pieces;
     const double s = (k + 0.5) / pieces;
+    const TimeNs middle = from + (to - from) / 2;
     Eigen::Quaterniond q;
-    if (!attitude->At(from + (to - from) / 2 + needs.latency, needs.options.max_gap, &q)) {
+    if (!attitude->At(middle + needs.latency, needs.options.max_gap, &q)) {
       steps->resize(size_before);
       return false;
     }
+    q = needs.errors.Corrected(middle, q);
     steps->push_back({from,
                       SecondsBetween(from, to),
                       ThrustAt(needs, i, s, q.toRotationMatrix()),
@@ -75,15 +58,21 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
       options.attitude == AttitudeSource::kComplementaryFilter || log.attitude.empty();
   const std::vector<AttitudeSample> filtered =
       own_filter ? RunComplementaryFilter(log.imu, options.filter) : std::vector<AttitudeSample>();
-  AttitudeCursor attitude(own_filter ? filtered : log.attitude);
+  const std::vector<AttitudeSample>& samples = own_filter ? filtered : log.attitude;
+  AttitudeCursor attitude(samples);
 
   DriveTrack track;
+  track.attitude_errors_ = std::make_shared<AttitudeErrors>(
+      log, samples,
+      AttitudeErrorOptions{options.longest_hold, options.thrust == ThrustSource::kAccelerometer,
+                           options.attitude_latency, options.max_gap});
   track.gravity_ = log.gravity;
   track.log_start_ = log.imu.front().t;
   track.force_effects_ = options.force_effects;
   track.steps_.reserve(log.imu.size());
   const double median = MedianStep(log.imu);
-  const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency)};
+  const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency),
+                          *track.attitude_errors_};
   for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
     const TimeNs from = log.imu[i].t, to = log.imu[i + 1].t;
     const double dt = SecondsBetween(from, to);

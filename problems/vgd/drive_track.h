@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "cost_functions/models/force_effects.h"
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/log/flight_log.h"
+#include "problems/vgd/attitude_errors.h"
 
 namespace trueline {
 
@@ -20,6 +22,9 @@ struct DriveOptions {
   AttitudeSource attitude = AttitudeSource::kLogged;  // the filter runs where no attitude is logged
   ComplementaryFilterGains filter;
   double attitude_latency = 0.0;  // s; the attitude stamped t was that of t - latency
+  // The gyroscope replaces the attitude filter's feedback over as long as it is good for, at most
+  // this long (s). 0: the attitude as logged.
+  double longest_hold = 60.0;
   // Gaps up to this length (s) are interpolated; longer ones are never integrated through.
   double max_gap = 0.25;
   ForceEffects force_effects;  // of an extended model (trueline-diagnose); none by default
@@ -84,6 +89,7 @@ class DriveTrack {
   TimeNs log_start() const { return log_start_; }  // first IMU sample: the origin of effects' times
   double gravity() const { return gravity_; }
   const ForceEffects& force_effects() const { return force_effects_; }
+  const AttitudeErrors& attitude_errors() const { return *attitude_errors_; }
   DriveSteps steps() const { return DriveSteps(steps_); }
   const std::vector<TimeSpan>& gaps() const { return gaps_; }
 
@@ -110,6 +116,7 @@ class DriveTrack {
   TimeNs log_start_ = 0;
   double gravity_ = 9.81;
   ForceEffects force_effects_;
+  std::shared_ptr<const AttitudeErrors> attitude_errors_;
 };
 
 // Attitude at every IMU sample by the project's own complementary filter, for logs without one. It

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/vgd/imu_inputs.h"
+
 namespace trueline {
 namespace {
 
@@ -36,8 +38,11 @@ Eigen::Vector3d Disagreement(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
 
 }  // namespace
 
-Eigen::Vector3d GyroScatter(const ImuInputs& imu) {
-  const DriveTrack& track = imu.track();
+Eigen::Vector3d GyroScatter(const FlightLog& log) {
+  DriveOptions as_logged;
+  as_logged.longest_hold = 0.0;
+  const DriveTrack track = DriveTrack::FromLog(log, as_logged);
+  const ImuInputs imu(log, track);
   const TimeNs interval = FromSeconds(kInterval);
   std::vector<double> turns[3];
   for (TimeNs t = track.begin(); t + interval < track.end(); t += interval) {

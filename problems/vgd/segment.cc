@@ -8,26 +8,6 @@
 namespace trueline {
 namespace {
 
-// The initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
-// motion, so their derivatives are known.
-template <int kSize>
-void StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) {
-  node->d_theta.template leftCols<kMotionSize>() = slopes.template leftCols<kMotionSize>();
-  node->d_state.template rightCols<3>() = slopes.template rightCols<3>();
-}
-
-using Jet = ceres::Jet<double, kMotionColumns>;
-
-template <int kSize>
-void StoreJets(const Eigen::Matrix<Jet, kSize, 1>& x, SegmentNode<kSize>* node) {
-  MotionSlopes<kSize> slopes;
-  for (int i = 0; i < kSize; ++i) {
-    node->value[i] = x[i].a;
-    slopes.row(i) = x[i].v.transpose();
-  }
-  StoreSlopes(slopes, node);
-}
-
 // Mean thrust around t: single samples contain vibration, and noise in this factor would attenuate
 // drag.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
@@ -71,13 +51,33 @@ ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive
   return slopes;
 }
 
+using Jet = ceres::Jet<double, kMotionColumns>;
+
+template <int kSize>
+MotionSlopes<kSize> SlopesOf(const Eigen::Matrix<Jet, kSize, 1>& x) {
+  MotionSlopes<kSize> slopes;
+  for (int i = 0; i < kSize; ++i) slopes.row(i) = x[i].v.transpose();
+  return slopes;
+}
+
 }  // namespace
+
+// The initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
+// motion, so their derivatives are known.
+template <int kSize>
+void Segment::StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) const {
+  node->d_theta.template leftCols<kMotionSize>() = slopes.template leftCols<kMotionSize>();
+  node->d_theta.template rightCols<kFilterSize>().noalias() = node->d_drift() * attitude_errors_;
+  node->d_state.template rightCols<3>() = slopes.template rightCols<3>();
+}
 
 ParameterScaling::ParameterScaling(const VgdOptions& options) {
   for (int i = 0; i < kThetaSize; ++i) {
     mean[i] = options.PriorOf(i).mean;
     sigma[i] = options.PriorOf(i).sigma;
   }
+  // A rigid integration has one segment: the errors' courses do not show.
+  if (!options.process.Any()) sigma.tail<kFilterSize>().setZero();
 }
 
 namespace {
@@ -95,6 +95,9 @@ Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs
                  double max_block)
     : chain_(track, start, Merged(times, force_times), max_block),
       scaling_(&scaling),
+      attitude_errors_(scaling.DriftUnit().cwiseInverse().asDiagonal() *
+                       track.attitude_errors().MeanOver(start, chain_.times().back()) *
+                       scaling.sigma.tail<kFilterSize>().asDiagonal()),
       gravity_(track.gravity()),
       effects_(track.force_effects()),
       states_(chain_.times().size()) {
@@ -106,8 +109,8 @@ Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs
   for (const TimeNs t : force_times) {
     forces_.push_back({IndexOf(t), SecondsBetween(track.log_start(), t),
                        track.steps()[track.StepAt(t)].drive, MeanThrust(track, t), ForceNode()});
-    forces_.back().node.d_theta.rightCols<2>() =
-        Eigen::Vector2d(scaling.sigma.tail<2>()).asDiagonal();
+    forces_.back().node.d_theta.middleCols<2>(kForceBiasInTheta) =
+        Eigen::Vector2d(scaling.sigma.segment<2>(kForceBiasInTheta)).asDiagonal();
   }
 }
 
@@ -171,7 +174,7 @@ void Segment::StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vecto
                          const Vector& x, Force* force) const {
   const Eigen::Vector3d f_I =
       ForceInImu<double>(model, effects_, force->drive, v_Ep, force->thrust, force->t);
-  force->node.value = f_I.head<2>() + x.tail<2>();
+  force->node.value = f_I.head<2>() + x.segment<2>(kForceBiasInTheta);
 }
 
 void Segment::Integrate(const Inputs& at) {
@@ -261,11 +264,13 @@ void Segment::IntegrateInJets(const Inputs& at) {
   const auto visit = [&](std::size_t i, const MotionState<Jet>& state, const Vector3<Jet>& v_Ep) {
     Eigen::Matrix<Jet, 6, 1> both;
     both << state.p, state.v;
-    StoreJets(both, &states_[i]);
+    for (int k = 0; k < 6; ++k) states_[i].value[k] = both[k].a;
+    StoreSlopes(SlopesOf(both), &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    StoreJets<2>(ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t).head<2>(),
-                 &force->node);
-    force->node.value += x.tail<2>();
+    const Eigen::Matrix<Jet, 2, 1> f_I =
+        ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t).head<2>();
+    StoreSlopes(SlopesOf(f_I), &force->node);
+    force->node.value = Eigen::Vector2d(f_I[0].a, f_I[1].a) + x.segment<2>(kForceBiasInTheta);
     ++force;
   };
   chain_.Integrate(model, start, visit, &effects_);
@@ -289,7 +294,9 @@ void Segment::Evaluate(const double* theta, const double* drift, const double* s
                        bool derivatives) {
   Inputs at{Eigen::Map<const Eigen::Matrix<double, kThetaSize, 1>>(theta),
             Eigen::Map<const Eigen::Matrix<double, kStateSize, 1>>(state)};
-  at.theta.segment<kDriftSize>(kAhrsInTheta) += Eigen::Map<const Eigen::Vector3d>(drift);
+  at.theta.segment<kDriftSize>(kAhrsInTheta) +=
+      Eigen::Map<const Eigen::Vector3d>(drift) + attitude_errors_ * at.theta.tail<kFilterSize>();
+  at.theta.tail<kFilterSize>().setZero();
   if (IsNear(at)) {
     Extrapolate(at);
   } else if (derivatives) {

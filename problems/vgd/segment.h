@@ -60,7 +60,8 @@ class Segment {
  private:
   using Vector = Eigen::Matrix<double, kThetaSize, 1>;
 
-  // Inputs of the integration: theta with drift (scaled), and state.
+  // Inputs of the integration: theta with drift and the attitude filter's errors, whose own entries
+  // are zero (scaled), and state.
   struct Inputs {
     Vector theta;
     Eigen::Matrix<double, kStateSize, 1> state;
@@ -79,6 +80,8 @@ class Segment {
     double thrust;  // m/s^2, a short mean
     ForceNode node;
   };
+  template <int kSize>
+  void StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) const;
   std::size_t IndexOf(TimeNs t) const;
   const Force& FindForce(TimeNs t) const;
   Vector Unscaled(const Inputs& at) const;
@@ -90,6 +93,8 @@ class Segment {
 
   MotionChain chain_;
   const ParameterScaling* scaling_;
+  // Of the scaled Phi_E_Ep by the scaled errors of the attitude filter, as constant as a drift is.
+  AttitudeErrors::Slopes attitude_errors_;
   double gravity_;
   ForceEffects effects_;
   std::vector<StateNode> states_;  // by time

@@ -49,6 +49,7 @@ void SerializeDrive(YamlArchive* a, DriveOptions* drive) {
   a->NotNegative("filter_k_p_per_s", &drive->filter.k_p);
   a->NotNegative("filter_k_i_per_s2", &drive->filter.k_i);
   a->Value("attitude_latency_s", &drive->attitude_latency);
+  a->NotNegative("longest_hold_s", &drive->longest_hold);
   a->Positive("max_gap_s", &drive->max_gap);
 }
 

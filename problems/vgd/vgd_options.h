@@ -78,6 +78,7 @@ struct VgdOptions {
   ParameterPrior PriorOf(int parameter) const {
     constexpr double kNone = std::numeric_limits<double>::infinity();
     if (parameter < kMotionSize) return priors[parameter];
+    if (parameter >= kFilterInTheta) return kTheta[parameter].prior;
     return {0.0, drag_measurement.bias_sigma, -kNone, kNone};
   }
 

@@ -55,7 +55,7 @@ Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const WindowProblem::Uncertainty& uncertainty, double force_sigma,
                      WindowEstimate* estimate) {
-  const int count = problem->HasForces() ? kThetaSize : kMotionSize;
+  const int count = problem->HasForces() ? kStatedSize : kMotionSize;
   const auto value = problem->Parameters();
   std::vector<std::string> names(count), units(count);
   Eigen::VectorXd prior(count);

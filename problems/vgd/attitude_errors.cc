@@ -1,0 +1,228 @@
+#include "problems/vgd/attitude_errors.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/vgd/attitude_cursor.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr TimeNs kLength = kNsPerSecond / 10;  // of an interval
+constexpr double kTolerated = 0.3 * kDegree;   // tilt error that the gyroscope may add over a hold
+constexpr double kShortestHold = 3.0;          // s
+constexpr double kLeastTime = 5.0;             // s of log, below which nothing is concluded
+
+// Priors' sigmas of the errors.
+constexpr double kGyroBias = 1e-3;        // rad/s, beside what the scatter leaves open
+constexpr double kUnheldGyroBias = 2e-3;  // rad/s, after the filter's own correction
+constexpr double kGain = 0.05;            // 1/s: that of Li et al. 2019, fig. 3, and twice that
+constexpr double kShare = 0.05;           // of the tilt
+// A filter forgets: s in which an error without hold falls to 1/e.
+constexpr double kForgetsBias = 10.0;
+constexpr double kForgetsPull = 30.0;
+
+Quaterniond Rotation(const Vector3d& v) {
+  const double angle = v.norm();
+  return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Quaterniond::Identity();
+}
+
+Vector3d RotationVector(const Quaterniond& q) {
+  const Eigen::AngleAxisd turn(q.w() < 0.0 ? Quaterniond(-q.coeffs()) : q);
+  return turn.angle() * turn.axis();
+}
+
+// Rotation vector in I that would align the filter's "up" with the measured specific force; zero in
+// free fall.
+Vector3d TiltAgainst(const Vector3d& f_I, const Quaterniond& q_Ep_I) {
+  const double norm = f_I.norm();
+  if (norm < 1.0) return Vector3d::Zero();
+  return (f_I / norm).cross(q_Ep_I.conjugate() * Vector3d(0.0, 0.0, -1.0));
+}
+
+Vector3d TiltOf(const Quaterniond& q_Ep_I) {
+  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
+}
+
+// Root density of consecutive residuals (rows of x and y, each of `length` s) over runs of `count`.
+double Density(const Eigen::MatrixX2d& residuals, double length, Eigen::Index count) {
+  double sum = 0.0;
+  const Eigen::Index runs = residuals.rows() / count;
+  for (Eigen::Index k = 0; k < runs; ++k) {
+    sum += residuals.middleRows(k * count, count).colwise().sum().squaredNorm();
+  }
+  return runs > 0 ? std::sqrt(sum / (2.0 * static_cast<double>(runs * count) * length)) : 0.0;
+}
+
+// A state that follows its input through a first-order low-pass.
+template <class State>
+void Follow(const State& input, double seconds, double memory, State* state) {
+  *state += -std::expm1(-seconds / memory) * (input - *state);
+}
+
+// A state that sums its input and forgets.
+template <class State>
+void Accumulate(const State& increment, double seconds, double memory, State* state) {
+  *state = std::exp(-seconds / memory) * *state + increment;
+}
+
+template <class Entry>
+void SubtractMean(std::vector<Entry>* entries) {
+  Entry sum = Entry::Zero();
+  for (const Entry& entry : *entries) sum += entry;
+  sum /= static_cast<float>(entries->size());
+  for (Entry& entry : *entries) entry -= sum;
+}
+
+}  // namespace
+
+AttitudeErrors::AttitudeErrors(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                               const AttitudeErrorOptions& options) {
+  if (attitude.size() < 2 || log.imu.size() < 2) return;
+  Divide(log, attitude, options);
+  const double seconds = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
+  if (seconds >= kLeastTime) {
+    Fit();
+    const double ratio = kTolerated / std::max(fit_.scatter, 1e-9);
+    hold_ = std::min(2.0 * ratio * ratio, options.longest_hold);
+    if (hold_ < kShortestHold) hold_ = 0.0;
+  }
+  Integrate();
+  intervals_.clear();
+}
+
+void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                            const AttitudeErrorOptions& options) {
+  begin_ = log.imu.front().t;
+  intervals_.resize(static_cast<std::size_t>((log.imu.back().t - begin_ + kLength - 1) / kLength) +
+                    1);
+  AttitudeCursor cursor(attitude);
+  const TimeNs latency = FromSeconds(options.latency);
+  Quaterniond q, q_begin, turn = Quaterniond::Identity();
+  bool known = cursor.At(begin_ + latency, options.max_gap, &q);
+  q_begin = q;
+  std::size_t current = 0;
+  for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
+    const ImuSample &before = log.imu[i], &after = log.imu[i + 1];
+    const double dt = SecondsBetween(before.t, after.t);
+    Interval& interval = intervals_[current];
+    Quaterniond q_next;
+    const bool next_known =
+        dt <= options.max_gap && cursor.At(after.t + latency, options.max_gap, &q_next);
+    if (known && next_known) {
+      turn = turn * Rotation(0.5 * dt * (before.gyro + after.gyro));
+      const Vector3d pull = options.uses_accelerometer
+                                ? TiltAgainst(0.5 * (before.accel + after.accel), q_next)
+                                : Vector3d(Vector3d::Zero());
+      interval.seconds += dt;
+      interval.axes += dt * q_next.toRotationMatrix();
+      interval.pull += dt * (q_next * pull);
+      interval.pull_I += dt * pull;
+    }
+    const auto at = static_cast<std::size_t>((after.t - begin_) / kLength);
+    if (at != current || !next_known || !known) {
+      if (known && next_known) {
+        interval.turn += RotationVector(q_next * (q_begin * turn).conjugate());
+        interval.tilt = TiltOf(q_next);
+      }
+      turn.setIdentity();
+      q_begin = q_next;
+      current = std::min(at, intervals_.size() - 1);
+    }
+    q = q_next;
+    known = next_known;
+  }
+}
+
+// The change of the error is the turn plus R_Ep_I times the gyroscope's bias: the turn is -b, what
+// the accelerometer's tilt feeds back, and its integral.
+void AttitudeErrors::Fit() {
+  constexpr int kUnknowns = 5;
+  const auto count = static_cast<Eigen::Index>(intervals_.size());
+  Eigen::MatrixXd A(2 * count, kUnknowns);
+  Eigen::VectorXd y(2 * count);
+  Vector3d wound_up = Vector3d::Zero();  // rad s, in I
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Interval& interval = intervals_[static_cast<std::size_t>(k)];
+    wound_up += interval.pull_I;
+    A.middleRows<2>(2 * k) << -interval.axes.topRows<2>(), interval.pull.head<2>(),
+        (interval.axes * wound_up).head<2>();
+    y.segment<2>(2 * k) = interval.turn.head<2>();
+  }
+  // Broad priors keep what a log does not show at zero.
+  Eigen::Matrix<double, kUnknowns, 1> weak;
+  weak << 1e-6, 1e-6, 1e-6, 1e-8, 1e-8;
+  Eigen::Matrix<double, kUnknowns, kUnknowns> H = A.transpose() * A;
+  H.diagonal() += weak;
+  const Eigen::Matrix<double, kUnknowns, 1> x = H.ldlt().solve(A.transpose() * y);
+  fit_.gyro_bias = x.head<3>();
+  fit_.k_p = x[3];
+  fit_.k_i = x[4];
+  const Eigen::VectorXd rest = y - A * x;
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> rows(
+      rest.data(), count, 2);
+  const double length = ToSeconds(kLength);
+  fit_.scatter = std::max(Density(rows, length, 10), Density(rows, length, 40));
+}
+
+void AttitudeErrors::Integrate() {
+  const bool held = hold_ > 0.0;
+  const double duration = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
+  const double bias_sigma =
+      held ? kGyroBias + 2.0 * fit_.scatter / std::sqrt(duration) : kUnheldGyroBias;
+  Vector3d feedback = Vector3d::Zero(), pull = Vector3d::Zero();
+  Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();
+  Vector3d by_gain = Vector3d::Zero(), by_share = Vector3d::Zero();
+  for (const Interval& interval : intervals_) {
+    const double h = interval.seconds;
+    Accumulate<Eigen::Matrix3d>(interval.axes, h, held ? hold_ : kForgetsBias, &by_bias);
+    Accumulate<Vector3d>(interval.pull, h, kForgetsPull, &pull);
+    if (held) {
+      const Vector3d change = interval.turn + interval.axes * fit_.gyro_bias;
+      Accumulate<Vector3d>(change, h, hold_, &feedback);
+      Follow(pull, h, hold_, &by_gain);  // what a hold leaves of an error is its low-pass
+      Follow(interval.tilt, h, hold_, &by_share);
+    } else {
+      by_gain = pull;
+      by_share = interval.tilt;
+    }
+    // The angles of E' against E have the opposite sign of the attitude's error.
+    Slopes slopes;
+    slopes << -bias_sigma * by_bias, -kGain * by_gain, -kShare * by_share;
+    slopes.row(2).setZero();  // the heading is the filter's own
+    slopes_.push_back(slopes.cast<float>());
+    feedback_.emplace_back(feedback.x(), feedback.y(), 0.0F);
+  }
+  SubtractMean(&slopes_);
+  SubtractMean(&feedback_);
+}
+
+std::size_t AttitudeErrors::IntervalAt(TimeNs t) const {
+  const TimeNs k = std::max<TimeNs>(0, t - begin_) / kLength;
+  return std::min(static_cast<std::size_t>(k), slopes_.size() - 1);
+}
+
+Quaterniond AttitudeErrors::Corrected(TimeNs t, const Quaterniond& q_Ep_I) const {
+  if (hold_ <= 0.0) return q_Ep_I;
+  // Entries are of the intervals' ends.
+  const std::size_t k = IntervalAt(t), before = k > 0 ? k - 1 : k;
+  const double since = SecondsBetween(begin_ + static_cast<TimeNs>(k) * kLength, t);
+  const auto s = static_cast<float>(std::clamp(since / ToSeconds(kLength), 0.0, 1.0));
+  const Eigen::Vector3f feedback = (1.0F - s) * feedback_[before] + s * feedback_[k];
+  return Rotation(-feedback.cast<double>()) * q_Ep_I;
+}
+
+AttitudeErrors::Slopes AttitudeErrors::MeanOver(TimeNs t0, TimeNs t1) const {
+  if (slopes_.empty()) return Slopes::Zero();
+  const std::size_t first = IntervalAt(t0), last = std::max(first, IntervalAt(t1 - 1));
+  Slopes sum = Slopes::Zero();
+  for (std::size_t k = first; k <= last; ++k) sum += slopes_[k].cast<double>();
+  return sum / static_cast<double>(last - first + 1);
+}
+
+}  // namespace trueline

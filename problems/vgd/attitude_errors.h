@@ -1,0 +1,83 @@
+// The error that an attitude filter makes by itself, as far as the log's gyroscope and
+// accelerometer show it.
+//
+// A filter integrates the gyroscope and pulls its tilt towards the accelerometer's (Li et al. 2019,
+// fig. 3). The accelerometer shows the direction of thrust, not of gravity, so the tilt error
+// follows the manoeuvres: along the body's axes it is nearly constant in a turn, and looks like an
+// accelerometer's bias. The log shows what the filter did: the logged attitude's change, less the
+// gyroscope's turn, is the change of its error, but for the gyroscope's bias. Where the gyroscope
+// is good enough its turn replaces the filter's feedback over the last `hold` seconds. What stays
+// unknown are errors with a known course over time and an unknown size: unknowns with a prior of
+// windows, whole flights and diagnoses alike.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "cost_functions/models/imu_driven_model.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+struct AttitudeErrorOptions {
+  double longest_hold = 60.0;      // s; 0: the logged attitude is taken as it is
+  bool uses_accelerometer = true;  // false: its tilt is not to be believed
+  double latency = 0.0;            // s, of the attitude
+  double max_gap = 0.25;           // s
+};
+
+// What the log shows of its filter, by least squares over the changes of its tilt.
+struct AttitudeFilterFit {
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // rad/s, in I
+  double k_p = 0.0;                                     // 1/s, gain of the accelerometer's tilt
+  double k_i = 0.0;                                     // 1/s^2, gain of its integral
+  double scatter = 0.0;  // rad/sqrt(s), root density of what neither bias nor gains explain
+};
+
+class AttitudeErrors {
+ public:
+  // Derivative of Phi_E_Ep (rad) by the errors, in the order of kTheta, in units of their priors'
+  // sigmas.
+  using Slopes = Eigen::Matrix<double, 3, kFilterSize>;
+
+  AttitudeErrors() = default;  // no error
+  // `attitude`: the log's, or that of an own filter on the log's IMU.
+  AttitudeErrors(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                 const AttitudeErrorOptions& options);
+
+  // s over which the gyroscope replaces the filter's feedback; 0: it is too poor, or not asked.
+  double hold() const { return hold_; }
+  const AttitudeFilterFit& fit() const { return fit_; }
+
+  // The logged attitude without the filter's feedback over the last `hold` seconds.
+  Eigen::Quaterniond Corrected(TimeNs t, const Eigen::Quaterniond& q_Ep_I) const;
+  // Mean over [t0, t1].
+  Slopes MeanOver(TimeNs t0, TimeNs t1) const;
+
+ private:
+  // Sums over a short interval, in axes of E' where not stated.
+  struct Interval {
+    double seconds = 0.0;
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();  // rad, of the attitude less the gyroscope's
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // s, integral of R_Ep_I
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad s, integral of the accelerometer's tilt
+                                                     // against the filter's
+    Eigen::Vector3d pull_I = Eigen::Vector3d::Zero();  // rad s, the same in I
+    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();    // rad, of the vehicle, at the end
+  };
+
+  void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+              const AttitudeErrorOptions& options);
+  void Fit();
+  void Integrate();
+  std::size_t IntervalAt(TimeNs t) const;
+
+  TimeNs begin_ = 0;
+  std::vector<Interval> intervals_;
+  AttitudeFilterFit fit_;
+  double hold_ = 0.0;
+  std::vector<Eigen::Vector3f> feedback_;  // rad in E', at the intervals' ends
+  std::vector<Eigen::Matrix<float, 3, kFilterSize>> slopes_;
+};
+
+}  // namespace trueline
