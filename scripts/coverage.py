@@ -1,14 +1,21 @@
 #!/usr/bin/env python3
-"""Coverage of the batch smoother's 95 % intervals over simulated flights.
+"""Coverage of stated uncertainties over simulated flights: simulation-based calibration.
 
 Flies a configuration with parameters drawn by seed, calibrates each flight with the smoother, and
-counts how often the interval of each parameter (value +- 1.96 sigma) holds the simulator's truth:
+tells where the simulator's truth lies in the stated distribution of each parameter, of the last
+window and of the whole flight: how often the 95 % and 50 % intervals hold it, and whether its ranks
+(the stated distribution function at the truth) are uniform: the largest distance of their empirical
+distribution from it, beside the distance that 95 % of uniform samples stay below.
 
   scripts/coverage.py --build=build --config=config/simulate/long_flight.yaml --duration=60 \\
       --flights=500 --out=/tmp/coverage
+  scripts/coverage.py --config=config/simulate/hippodrome.yaml --set=ahrs.tilt_gain=0.02 ...
+  scripts/coverage.py --suite --flights=125 --out=/tmp/suite
 
-prints a table and writes OUT/coverage.yaml. Flights that are there already are not flown again, so
-an interrupted run goes on where it stopped. `--calibrate` is a YAML file with options.
+prints a table and writes OUT/coverage.yaml. `--suite` does so for eight kinds of flights: fig. 3's
+attitude filter at four gains, a drifting and a constant attitude error, fast laps and a figure of
+eight, with parameters drawn from the estimator's prior. Flights that are there already are not flown again, so an interrupted run goes on where it
+stopped. `--calibrate` is a YAML file with options.
 """
 import argparse
 import math
@@ -23,17 +30,48 @@ NAMES = ["K_x", "K_y", "b_ax", "b_ay", "b_az", "phi_E_Ep", "theta_E_Ep", "psi_E_
          "theta_I_B", "psi_I_B"]
 
 
-def configured(config, duration, out):
-    """The configuration with another duration, beside the results."""
-    values = yaml.safe_load(pathlib.Path(config).read_text())
+HIPPODROME = "config/simulate/hippodrome.yaml"
+SUITE = {  # configuration, what differs
+    "hippodrome, gain 0.005": (HIPPODROME, ["ahrs.tilt_gain=0.005", "ahrs.integral_gain=0"]),
+    "hippodrome, gain 0.02": (HIPPODROME, ["ahrs.tilt_gain=0.02", "ahrs.integral_gain=0.0001"]),
+    "hippodrome, gain 0.05": (HIPPODROME, []),
+    "hippodrome, gain 0.1": (HIPPODROME, ["ahrs.tilt_gain=0.1", "ahrs.integral_gain=0.005"]),
+    "long flight, drifting": ("config/simulate/long_flight.yaml", []),
+    "long flight, constant": ("config/simulate/long_flight.yaml",
+                              ["ahrs.drift_sigma=[0.0001, 0.0001, 0.0001]"]),
+    "fast": ("config/simulate/fast.yaml", []),
+    "figure of eight": ("config/simulate/figure_eight.yaml", []),
+}
+# Truth is drawn from the estimator's own prior (the ranges of Table 2), else ranks can't be uniform.
+PRIOR = {"K_x": [-1.0, 0.0], "K_y": [-1.0, 0.0], "b_ax": [-0.3, 0.3], "b_ay": [-0.3, 0.3],
+         "b_az": [-1.0, 1.0], "phi_I_B": [-0.052, 0.052], "theta_I_B": [-0.052, 0.052],
+         "psi_I_B": [-0.052, 0.052], "heading_error": [-0.052, 0.052]}
+# The attitude's error changes over a flight; its truth is known as the flight's mean alone.
+VARIES = ("phi_E_Ep", "theta_E_Ep", "psi_E_Ep")
+
+
+def configured(config, duration, changes, by_prior, out):
+    """The configuration with another duration and changes, beside the results."""
+    values = yaml.safe_load((SOURCE / config).read_text())
     values["duration"] = duration
+    if by_prior:
+        filtered = values.get("ahrs", {}).get("kind") == "complementary_filter"
+        values["randomise"] = {name: limits for name, limits in PRIOR.items()
+                               if filtered or name != "heading_error"}
+    for change in changes:
+        key, value = change.split("=", 1)
+        *folders, name = key.split(".")
+        place = values
+        for folder in folders:
+            place = place[folder]
+        place[name] = yaml.safe_load(value)
     path = out / "simulate.yaml"
     path.write_text(yaml.safe_dump(values))
     return path
 
 
 def fly(apps, config, calibrate, seed, out):
-    """One flight's (truth, estimates), both by name."""
+    """One flight's (truth, {"whole": estimates, "window": estimates}), all by name."""
     folder = out / f"flight_{seed:04d}"
     result = folder / "result" / "calibration.yaml"
     if not result.exists():
@@ -50,49 +88,88 @@ def fly(apps, config, calibrate, seed, out):
     truth = yaml.safe_load((folder / "log.truth.yaml").read_text())
     true = {name: entry["value"] for name, entry in truth["parameters"].items()}
     true["b_ax"], true["b_ay"] = truth["imu"]["accel_bias"][:2]
-    found = yaml.safe_load(result.read_text())["whole_flight"]["parameters"]
-    return true, found
+    found = yaml.safe_load(result.read_text())
+    return true, {"whole": found["whole_flight"]["parameters"], "window": found["parameters"]}
 
 
-def summarise(flights):
-    """By parameter: flights, share inside, mean error in sigmas and their spread."""
+def worst_distance(z):
+    """Of the ranks' empirical distribution from the uniform one, and the 95 % band of that."""
+    ranks = sorted(0.5 * math.erfc(-value / math.sqrt(2.0)) for value in z)
+    n = len(ranks)
+    distance = max(max((i + 1) / n - u, u - i / n) for i, u in enumerate(ranks))
+    return distance, 1.358 / (math.sqrt(n) + 0.12 + 0.11 / math.sqrt(n))
+
+
+def summarise(flights, of):
+    """By parameter: flights, shares inside, mean error in sigmas and their spread, ranks."""
     rows = {}
     for name in NAMES:
-        z = [(found[name]["value"] - true[name]) / found[name]["sigma"]
-             for true, found in flights if name in found]
+        if of == "window" and name in VARIES:
+            continue
+        z = [(found[of][name]["value"] - true[name]) / found[of][name]["sigma"]
+             for true, found in flights if name in found[of]]
         if not z:
             continue
-        mean = sum(z) / len(z)
+        distance, band = worst_distance(z)
         rows[name] = {"flights": len(z),
                       "inside_95": sum(abs(value) <= 1.96 for value in z) / len(z),
-                      "mean_in_sigmas": mean,
-                      "rms_in_sigmas": math.sqrt(sum(value * value for value in z) / len(z))}
+                      "inside_50": sum(abs(value) <= 0.6745 for value in z) / len(z),
+                      "mean_in_sigmas": sum(z) / len(z),
+                      "rms_in_sigmas": math.sqrt(sum(value * value for value in z) / len(z)),
+                      "rank_distance": distance, "rank_band_95": band}
     return rows
+
+
+def run(arguments, config, changes, out):
+    """Flights of one kind."""
+    out.mkdir(parents=True, exist_ok=True)
+    file = configured(config, arguments.duration, changes, arguments.suite, out)
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        return list(pool.map(
+            lambda seed: fly(arguments.build / "apps", file, arguments.calibrate, seed, out),
+            range(arguments.first_seed, arguments.first_seed + arguments.flights)))
+
+
+def report(flights, title, out):
+    """Prints the tables; writes those of the whole flight and of windows."""
+    rows = {of: summarise(flights, of) for of in ("whole", "window")}
+    (out / "coverage.yaml").write_text(yaml.safe_dump(rows["whole"]))
+    (out / "coverage_windows.yaml").write_text(yaml.safe_dump(rows["window"]))
+    for of, table in rows.items():
+        print(f"{title}, {of}\n{'parameter':<12}{'flights':>8}{'in 95 %':>9}{'in 50 %':>9}"
+              f"{'mean':>8}{'rms':>8}{'ranks off':>11}  (mean, rms in sigmas)")
+        for name, row in table.items():
+            uniform = "" if row["rank_distance"] <= row["rank_band_95"] else " beyond the band"
+            print(f"{name:<12}{row['flights']:>8}{100 * row['inside_95']:>8.1f}%"
+                  f"{100 * row['inside_50']:>8.1f}%{row['mean_in_sigmas']:>8.2f}"
+                  f"{row['rms_in_sigmas']:>8.2f}{row['rank_distance']:>11.3f}{uniform}", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default="build", type=pathlib.Path)
-    parser.add_argument("--config", default=SOURCE / "config/simulate/long_flight.yaml")
+    parser.add_argument("--config", default="config/simulate/long_flight.yaml")
+    parser.add_argument("--set", action="append", default=[], help="KEY.KEY=VALUE of the config")
+    parser.add_argument("--suite", action="store_true", help="all kinds of flights")
     parser.add_argument("--calibrate", default="")
     parser.add_argument("--duration", default=60.0, type=float, help="s")
-    parser.add_argument("--flights", default=500, type=int)
+    parser.add_argument("--flights", default=500, type=int, help="of each kind")
+    parser.add_argument("--first_seed", default=1, type=int)
     parser.add_argument("--jobs", default=1, type=int, help="flights at a time")
     parser.add_argument("--out", required=True, type=pathlib.Path)
     arguments = parser.parse_args()
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    config = configured(arguments.config, arguments.duration, arguments.out)
-    apps = arguments.build / "apps"
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        flights = list(pool.map(lambda seed: fly(apps, config, arguments.calibrate, seed, arguments.out),
-                                range(1, arguments.flights + 1)))
-    rows = summarise(flights)
-    (arguments.out / "coverage.yaml").write_text(yaml.safe_dump(rows))
-    print(f"{'parameter':<12}{'flights':>8}{'in 95 %':>9}{'mean':>8}{'rms':>8}  (in sigmas)")
-    for name, row in rows.items():
-        print(f"{name:<12}{row['flights']:>8}{100 * row['inside_95']:>8.1f}%"
-              f"{row['mean_in_sigmas']:>8.2f}{row['rms_in_sigmas']:>8.2f}")
+    if not arguments.suite:
+        flights = run(arguments, arguments.config, arguments.set, arguments.out)
+        report(flights, pathlib.Path(arguments.config).stem, arguments.out)
+        return
+    every = []
+    for name, (config, changes) in SUITE.items():
+        out = arguments.out / name.replace(",", "").replace(" ", "_")
+        flights = run(arguments, config, changes, out)
+        report(flights, name, out)
+        every += flights
+    report(every, "all", arguments.out)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "problems/calibration/prior_conflict.h"
 #include "problems/common/error.h"
 #include "problems/result/distributions.h"
 
@@ -63,6 +64,8 @@ bool Hovers(const EstimatorRun& run) {
   return ExtentOf(run) < std::max(kHoverExtent, noise);
 }
 
+constexpr int kLeastArcs = 5;
+
 void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   const ArcSummary arcs = SummariseArcs(run);
   if (arcs.error.count == 0) {
@@ -75,10 +78,42 @@ void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
         "flight holds more than the noise assumed (in gusts of another memory, set process: "
         "gust_memory_s)",
         arcs.inside_95, arcs.error.count));
+  } else if (arcs.error.count < kLeastArcs) {
+    verdict->reasons.push_back(fmt::format(
+        "only {} of the arcs check the prediction; five are needed to tell a good model from a "
+        "lucky one. Fly more laps",
+        arcs.error.count));
   }
 }
 
+// The largest strengths of ordinary flights.
+struct Ordinary {
+  const char* name;
+  double most;  // in the strength's unit
+  const char* cause;
+};
+constexpr Ordinary kOrdinary[] = {
+    {"tilt_drift", 0.12, "the logged attitude is not that of the flight (wrong frame or clock?)"},
+    {"acceleration", 1.0,
+     "forces act that no model here has, or the accelerometer is useless "
+     "(try --thrust=level_flight)"},
+    {"gust", 2.0,
+     "strong gusts, or the accelerometer's x and y axes are useless (set "
+     "drag_measurement: {enabled: false})"}};
+
 }  // namespace
+
+void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
+  for (const LearnedStrength& strength : whole.strengths) {
+    for (const Ordinary& ordinary : kOrdinary) {
+      if (strength.name != ordinary.name || strength.value <= ordinary.most) continue;
+      verdict->reasons.push_back(
+          fmt::format("the flight needs {} of {:.2g} {}, ordinary is at most {:.2g}: {}",
+                      strength.name, strength.value, strength.unit, ordinary.most, ordinary.cause));
+      if (verdict->word == "usable") verdict->word = "poor";
+    }
+  }
+}
 
 ArcSummary SummariseArcs(const EstimatorRun& run) {
   const bool mocap = std::any_of(run.windows.begin(), run.windows.end(), [](const auto& w) {
@@ -171,8 +206,11 @@ WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
 
 }  // namespace
 
-Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
-                      const std::vector<FlightLog>& others, const std::function<void()>& done) {
+namespace {
+
+// Calibrate, with the priors as they are.
+Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& options,
+                          const std::vector<FlightLog>& others, const std::function<void()>& done) {
   const VgdOptions& vgd = options.methods.vgd;
   std::optional<FlightLog> corrected;  // a copy only where there is something to correct
   if (!options.effects.empty()) corrected = CorrectLog(log, options.effects);
@@ -199,6 +237,32 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),
                               reported.warnings.end());
   calibration.verdict = Judge(reported);
+  if (calibration.whole_flight) JudgeStrengths(*calibration.whole_flight, &calibration.verdict);
+  return calibration;
+}
+
+std::string Disbelief(const PriorConflict& c) {
+  return fmt::format(
+      "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
+      "{:.2g}: the model's constants are not used as a prior",
+      c.name, c.prior, c.prior_sigma, c.unit, c.flight, c.flight_sigma);
+}
+
+}  // namespace
+
+Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
+                      const std::vector<FlightLog>& others, const std::function<void()>& done) {
+  Calibration calibration = CalibrateWith(log, options, others, done);
+  if (!options.priors_without_model) return calibration;
+  const std::vector<PriorConflict> conflicts =
+      ConflictsOf(options.methods.vgd.priors, calibration.Reported());
+  if (conflicts.empty()) return calibration;
+  CalibrationOptions open = options;
+  open.methods.vgd.priors = *options.priors_without_model;
+  calibration = CalibrateWith(log, open, others, [] {});
+  for (const PriorConflict& conflict : conflicts) {
+    calibration.warnings.push_back(Disbelief(conflict));
+  }
   return calibration;
 }
 

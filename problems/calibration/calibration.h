@@ -1,6 +1,7 @@
 // Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,6 +20,9 @@ struct CalibrationOptions {
   std::vector<int> gamma_sweep = {1, 2, 3, 4, 5};
   EstimatorOptions methods;
   std::vector<Effect> effects;  // of the model (trueline-diagnose), corrected in the log
+  // The priors before those of the model (--model), which take their place if the flight
+  // contradicts the model's.
+  std::optional<std::array<ParameterPrior, kMotionSize>> priors_without_model;
 };
 
 // Final-point errors and coverage over the arcs of one run: those with mocap truth if there are
@@ -46,6 +50,11 @@ struct Calibration {
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
 
+// Judges a run by its last window and its arcs.
+Verdict Judge(const EstimatorRun& run);
+// Adds what the whole flight's learned strengths tell: a model with much noise explains anything.
+void JudgeStrengths(const WholeFlight& whole, Verdict* verdict);
+
 // One estimator with one window length.
 struct PlannedRun {
   std::string estimator;
@@ -55,6 +64,8 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
+// A prior of the model that the flight contradicts is not believed: a warning states both.
+//
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights
 // of the same vehicle, which then share its drag and misalignment. `done` is called after each
@@ -62,8 +73,5 @@ std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 Calibration Calibrate(
     const FlightLog& log, const CalibrationOptions& options,
     const std::vector<FlightLog>& others = {}, const std::function<void()>& done = [] {});
-
-// Judges the last window and the arcs of a run.
-Verdict Judge(const EstimatorRun& run);
 
 }  // namespace trueline

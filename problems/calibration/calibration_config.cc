@@ -54,7 +54,10 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
     options.methods = FromYaml<EstimatorOptions>(YamlMap::FromFile(flags.config));
   }
   VgdOptions& vgd = options.methods.vgd;
-  if (!flags.model.empty()) options.effects = ApplyModel(flags.model, &vgd);
+  if (!flags.model.empty()) {
+    options.priors_without_model = vgd.priors;
+    options.effects = ApplyModel(flags.model, &vgd);
+  }
   options.estimators = ParseEstimators(flags.estimators);
   CheckForces(vgd.drive.force_effects, options.estimators);
   if (flags.gamma != 0) vgd.gamma = ParseGamma(std::to_string(flags.gamma));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 #include "problems/diagnosis/imu_terms.h"
 #include "problems/diagnosis/prepare_log.h"
@@ -24,6 +25,18 @@ const std::vector<OrdinaryError>& OrdinaryErrors() {
       // Beside the misalignment of the axes, which eq. 15 leaves out of a_z.
       {&InfoOf("accel_cross_axis"), 0.01}};
   return errors;
+}
+
+// The attitude filter's errors that the flight itself models: those that no column above and no
+// named effect states.
+AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
+                                       AttitudeErrorPriors priors) {
+  priors.gain = 0.0;  // ahrs_acceleration_error
+  for (const Effect& effect : effects) {
+    const auto replaces = InfoOf(effect.id).replaces;
+    if (replaces != nullptr) priors.*replaces = 0.0;
+  }
+  return priors;
 }
 
 Columns OrdinaryColumns(const SensitivityBase& base, const FlightUnknowns& x,
@@ -144,6 +157,8 @@ void ImuDrivenFlight::StorePath() {
 void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   effects_ = EffectsOf(found);
   corrected_ = CorrectLog(log_->data, effects_, path_);
+  options_.drive.attitude_errors =
+      FilterErrorsBeside(effects_, log_->options.vgd.drive.attitude_errors);
   flight_ = std::make_shared<BaseFlight>(corrected_, plan_, options_, ForceEffectsOf(effects_));
   if (started_) return;
   fit_.x = flight_->RoughStart(data_.passes);
@@ -154,6 +169,19 @@ void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   started_ = true;
 }
 
+// The robust weights depend on the strengths, and the strengths on the weights: both are repeated
+// until the fixes' strength stays.
+void ImuDrivenFlight::SettleNoise(int sweeps) {
+  constexpr int kRepeats = 4;      // at most
+  constexpr double kStays = 0.03;  // relative
+  for (int i = 0; i < kRepeats; ++i) {
+    const double before = fit_.noise.fix_scale;
+    LearnNoise(fit_.Linear(*flight_), OrdinaryCount(), sweeps, &fit_.noise);
+    Solve(flight_.get(), 3, &fit_);
+    if (std::abs(std::log(fit_.noise.fix_scale / before)) < kStays) break;
+  }
+}
+
 void ImuDrivenFlight::Fit(std::vector<Found>* found) {
   constexpr int kRefits = 8;  // at most
   columns_.clear();
@@ -162,8 +190,7 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
     Rebuild(*found);
     fit_.columns = ColumnsInModel(*found);
     Solve(flight_.get(), 5, &fit_);
-    LearnNoise(fit_.Linear(*flight_), OrdinaryCount(), i == 0 ? 6 : 3, &fit_.noise);
-    Solve(flight_.get(), 3, &fit_);
+    SettleNoise(i == 0 ? 6 : 3);
     StorePath();
     if (Advance(fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount()), &last, found)) {
       break;

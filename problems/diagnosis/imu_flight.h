@@ -49,6 +49,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
  private:
   int OrdinaryCount() const;  // columns of ordinary errors; they come first
   void Rebuild(const std::vector<Found>& found);
+  void SettleNoise(int sweeps);
   void StorePath();
   Columns ColumnsInModel(const std::vector<Found>& found);
   const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;

@@ -116,6 +116,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .drawn = {{"k", 0.2, 1.5}},
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoAccelerationError,
+          .replaces = &AttitudeErrorPriors::gain,
       },
       {
           .id = "body_tilt_drift",
@@ -140,6 +141,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .separate_by = "turn hard between gates whose distance from each other is known well",
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoTiltScale,
+          .replaces = &AttitudeErrorPriors::share,
       },
       {
           .id = "heading_drift",

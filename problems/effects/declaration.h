@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "problems/effects/effect.h"
+#include "problems/vgd/attitude_errors.h"
 
 namespace trueline {
 
@@ -68,6 +69,8 @@ struct EffectInfo {
   CorrectionStage correct_at = CorrectionStage::kClock;
   void (*correct)(const Effect&, const CorrectionContext&, FlightLog*) = nullptr;
   void (*extend)(const Effect&, RotorExtension*) = nullptr;
+  // The ordinary error of the attitude filter that the effect takes the place of.
+  double AttitudeErrorPriors::*replaces = nullptr;
 
   bool HasIndex(const std::string& name) const;
   // Names of all parameters, indices first.

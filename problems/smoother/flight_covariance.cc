@@ -62,7 +62,7 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
   }
   means.cov = G.transpose() * normal.Solve(G);
   for (const FlightShare& share : flights_) {
-    means.force_sigma = std::max(means.force_sigma, share.flight->forces.sigma);
+    means.force_sigma = std::max(means.force_sigma, ForceSigma(*share.flight));
   }
   const std::size_t step = 1 + chain_.size() / kSampled;
   for (std::size_t s = 0; s < chain_.size(); s += step) {

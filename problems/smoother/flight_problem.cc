@@ -149,9 +149,10 @@ void FlightProblem::AddMeasurements(std::size_t section) {
   const bool with_arc = own.end > flight.passes[own.pass].end;
   const WindowData data = CutWindow(flight, options_.vgd, own.pass, own.pass + 1, with_arc);
   for (const Fix& fix : data.fixes) AddFix(fix, section);
+  const double sigma = ForceSigma(flight);
   for (const ForceSample& force : data.forces) {
-    chain_.AddForce(chain_.SegmentAt(force.t, own.first_segment, own.end_segment), force,
-                    data.force_sigma);
+    chain_.AddForce(chain_.SegmentAt(force.t, own.first_segment, own.end_segment), force, sigma);
+    chain_.AddLogWeights(-2.0 * std::log(sigma));  // x and y
   }
 }
 

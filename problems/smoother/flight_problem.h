@@ -93,6 +93,9 @@ class FlightProblem {
   void AddMeasurements(std::size_t section);
   void AddFix(const Fix& fix, std::size_t section);
   void AddProcess(std::size_t section);
+  double ForceSigma(const FlightData& flight) const {
+    return options_.vgd.drag_measurement.scale * flight.forces.sigma;
+  }
   // All unknowns in the order of time, those that couple with all others last.
   std::vector<double*> Blocks();
 

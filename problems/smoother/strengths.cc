@@ -39,7 +39,10 @@ class Evidence {
     if (whole.learn_strengths) {
       add("tilt_drift", "rad", process.tilt);
       add("acceleration", "m/s^2/sqrt(Hz)", process.acceleration);
-      if (options.vgd.UsesGusts()) add("gust", "m/s^2", process.gust);
+      if (options.vgd.UsesGusts()) {
+        add("gust", "m/s^2", process.gust);
+        add("force_scale", "1", options.vgd.drag_measurement.scale);
+      }
     }
     if (whole.attitude_latency > 0.0) {
       unknowns_.push_back({"attitude_latency", "s", options.vgd.drive.attitude_latency,
@@ -58,6 +61,7 @@ class Evidence {
       if (unknowns_[i].name == "tilt_drift") vgd.process.tilt = value;
       if (unknowns_[i].name == "acceleration") vgd.process.acceleration = value;
       if (unknowns_[i].name == "gust") vgd.process.gust = value;
+      if (unknowns_[i].name == "force_scale") vgd.drag_measurement.scale = value;
       if (unknowns_[i].name == "attitude_latency") vgd.drive.attitude_latency = value;
     }
     return vgd;
@@ -146,6 +150,9 @@ Strengths LearnStrengths(const std::vector<FlightShare>& flights,
                               unknowns[i].Value(z + half), unknowns[i].unit});
   }
   result.vgd = evidence.With(maximum.at);
+  // The forces' own scatter makes room for gusts of the right strength while these are learned.
+  // What is left in the forces is no white noise, so the fit keeps the larger sigma.
+  result.vgd.drag_measurement.scale = options.vgd.drag_measurement.scale;
   result.shares = Evidence::WithLatency(flights, options.vgd, result.vgd, &result.flights);
   return result;
 }

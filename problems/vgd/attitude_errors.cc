@@ -18,11 +18,6 @@ constexpr double kTolerated = 0.3 * kDegree;   // tilt error that the gyroscope 
 constexpr double kShortestHold = 3.0;          // s
 constexpr double kLeastTime = 5.0;             // s of log, below which nothing is concluded
 
-// Priors' sigmas of the errors.
-constexpr double kGyroBias = 1e-3;        // rad/s, beside what the scatter leaves open
-constexpr double kUnheldGyroBias = 2e-3;  // rad/s, after the filter's own correction
-constexpr double kGain = 0.05;            // 1/s: that of Li et al. 2019, fig. 3, and twice that
-constexpr double kShare = 0.05;           // of the tilt
 // A filter forgets: s in which an error without hold falls to 1/e.
 constexpr double kForgetsBias = 10.0;
 constexpr double kForgetsPull = 30.0;
@@ -92,7 +87,7 @@ AttitudeErrors::AttitudeErrors(const FlightLog& log, const std::vector<AttitudeS
     hold_ = std::min(2.0 * ratio * ratio, options.longest_hold);
     if (hold_ < kShortestHold) hold_ = 0.0;
   }
-  Integrate();
+  Integrate(options.priors);
   intervals_.clear();
 }
 
@@ -170,11 +165,11 @@ void AttitudeErrors::Fit() {
   fit_.scatter = std::max(Density(rows, length, 10), Density(rows, length, 40));
 }
 
-void AttitudeErrors::Integrate() {
+void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   const bool held = hold_ > 0.0;
   const double duration = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
-  const double bias_sigma =
-      held ? kGyroBias + 2.0 * fit_.scatter / std::sqrt(duration) : kUnheldGyroBias;
+  double bias_sigma = priors.gyro_bias;
+  if (bias_sigma > 0.0) bias_sigma += held ? 2.0 * fit_.scatter / std::sqrt(duration) : bias_sigma;
   Vector3d feedback = Vector3d::Zero(), pull = Vector3d::Zero();
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();
   Vector3d by_gain = Vector3d::Zero(), by_share = Vector3d::Zero();
@@ -193,7 +188,7 @@ void AttitudeErrors::Integrate() {
     }
     // The angles of E' against E have the opposite sign of the attitude's error.
     Slopes slopes;
-    slopes << -bias_sigma * by_bias, -kGain * by_gain, -kShare * by_share;
+    slopes << -bias_sigma * by_bias, -priors.gain * by_gain, -priors.share * by_share;
     slopes.row(2).setZero();  // the heading is the filter's own
     slopes_.push_back(slopes.cast<float>());
     feedback_.emplace_back(feedback.x(), feedback.y(), 0.0F);

@@ -19,8 +19,16 @@
 
 namespace trueline {
 
+// Sigmas of the priors of what stays unknown; zero: no such error.
+struct AttitudeErrorPriors {
+  double gyro_bias = 1e-3;  // rad/s, beside what the scatter leaves open; twice that without a hold
+  double gain = 0.05;       // 1/s, of the accelerometer's tilt: that of Li et al. 2019, fig. 3
+  double share = 0.05;      // of the vehicle's tilt
+};
+
 struct AttitudeErrorOptions {
-  double longest_hold = 60.0;      // s; 0: the logged attitude is taken as it is
+  double longest_hold = 60.0;  // s; 0: the logged attitude is taken as it is
+  AttitudeErrorPriors priors;
   bool uses_accelerometer = true;  // false: its tilt is not to be believed
   double latency = 0.0;            // s, of the attitude
   double max_gap = 0.25;           // s
@@ -69,7 +77,7 @@ class AttitudeErrors {
   void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
               const AttitudeErrorOptions& options);
   void Fit();
-  void Integrate();
+  void Integrate(const AttitudeErrorPriors& priors);
   std::size_t IntervalAt(TimeNs t) const;
 
   TimeNs begin_ = 0;

@@ -64,8 +64,9 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   DriveTrack track;
   track.attitude_errors_ = std::make_shared<AttitudeErrors>(
       log, samples,
-      AttitudeErrorOptions{options.longest_hold, options.thrust == ThrustSource::kAccelerometer,
-                           options.attitude_latency, options.max_gap});
+      AttitudeErrorOptions{options.longest_hold, options.attitude_errors,
+                           options.thrust == ThrustSource::kAccelerometer, options.attitude_latency,
+                           options.max_gap});
   track.gravity_ = log.gravity;
   track.log_start_ = log.imu.front().t;
   track.force_effects_ = options.force_effects;

@@ -25,6 +25,7 @@ struct DriveOptions {
   // The gyroscope replaces the attitude filter's feedback over as long as it is good for, at most
   // this long (s). 0: the attitude as logged.
   double longest_hold = 60.0;
+  AttitudeErrorPriors attitude_errors;
   // Gaps up to this length (s) are interpolated; longer ones are never integrated through.
   double max_gap = 0.25;
   ForceEffects force_effects;  // of an extended model (trueline-diagnose); none by default

@@ -15,6 +15,7 @@ struct DragMeasurementOptions {
   // neighbouring means is used, so that a vibrating or poor accelerometer gets less weight.
   double sigma = 0.14;
   double bias_sigma = 1.0;  // m/s^2, prior of b_ax and b_ay
+  double scale = 1.0;       // of the sigma, as whole flights learn it
 };
 
 // The accelerometer's x and y, averaged over a short interval around t.

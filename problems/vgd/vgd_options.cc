@@ -50,6 +50,11 @@ void SerializeDrive(YamlArchive* a, DriveOptions* drive) {
   a->NotNegative("filter_k_i_per_s2", &drive->filter.k_i);
   a->Value("attitude_latency_s", &drive->attitude_latency);
   a->NotNegative("longest_hold_s", &drive->longest_hold);
+  a->Map("errors", [errors = &drive->attitude_errors](YamlArchive* map) {
+    map->NotNegative("gyro_bias_sigma_radps", &errors->gyro_bias);
+    map->NotNegative("gain_sigma_per_s", &errors->gain);
+    map->NotNegative("share_sigma", &errors->share);
+  });
   a->Positive("max_gap_s", &drive->max_gap);
 }
 

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "problems/calibration/prior_conflict.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -59,6 +60,59 @@ TEST(Judge, NoDragIsPoor) {
   EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("shows no drag")));
   run.windows.back().parameters[0].status = "weak";
   EXPECT_EQ(Judge(run).word, "usable");
+}
+
+TEST(Judge, FewArcsArePoor) {
+  EstimatorRun run = FlownRun();
+  for (std::size_t i = 5; i < run.windows.size(); ++i) run.windows[i].arc.reset();
+  EXPECT_EQ(Judge(run).word, "usable");
+  run.windows[4].arc.reset();
+  EXPECT_THAT(Judge(run).reasons, ElementsAre(HasSubstr("only 4 of the arcs")));
+}
+
+TEST(Judge, ForcesAndDriftsOfNoVehicleArePoor) {
+  WholeFlight whole;
+  whole.strengths = {{"acceleration", 0.9, 0.8, 1.0, "m/s^2/sqrt(Hz)"},
+                     {"tilt_drift", 0.1, 0.08, 0.12, "rad"}};
+  Verdict verdict{"usable", {}};
+  JudgeStrengths(whole, &verdict);
+  EXPECT_EQ(verdict.word, "usable");
+  whole.strengths[0].value = 13.8;
+  whole.strengths[1].value = 0.6;
+  JudgeStrengths(whole, &verdict);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons,
+              ElementsAre(HasSubstr("acceleration of 14"), HasSubstr("tilt_drift of 0.6")));
+}
+
+// A run of 18 windows of three passes under a prior of K_x, whose data alone say `data`.
+std::vector<PriorConflict> ConflictOf(double prior_sigma, double data, double data_sigma) {
+  auto priors = DefaultPriors();
+  priors[0] = {0.01, prior_sigma, -2.0, 2.0};
+  const double precision = std::pow(prior_sigma, -2) + std::pow(data_sigma, -2);
+  EstimatorRun run{"vgd", 3, {}, {}};
+  for (int tau = 1; tau <= 18; ++tau) {
+    WindowEstimate window;
+    window.gamma = 3;
+    const double mean =
+        (0.01 * std::pow(prior_sigma, -2) + data * std::pow(data_sigma, -2)) / precision;
+    window.parameters = {{"K_x", mean, 1.0 / std::sqrt(precision), "1/s", "identified"}};
+    run.windows.push_back(window);
+  }
+  return ConflictsOf(priors, run);
+}
+
+TEST(PriorConflict, ASharpPriorThatTheFlightContradictsIsReported) {
+  const std::vector<PriorConflict> conflicts = ConflictOf(0.03, -0.35, 0.15);
+  ASSERT_EQ(conflicts.size(), 1U);
+  EXPECT_EQ(conflicts[0].name, "K_x");
+  EXPECT_NEAR(conflicts[0].flight, -0.35, 1e-9);
+  EXPECT_NEAR(conflicts[0].flight_sigma, 0.15 / std::sqrt(6.0), 1e-9);  // six windows apart
+}
+
+TEST(PriorConflict, AnOrdinaryDifferenceIsNone) {
+  EXPECT_THAT(ConflictOf(0.03, -0.15, 0.15), IsEmpty());  // 2.3 sigmas
+  EXPECT_THAT(ConflictOf(0.3, -0.9, 0.15), IsEmpty());    // 3 sigmas
 }
 
 TEST(Judge, NoPassIsUnusable) {

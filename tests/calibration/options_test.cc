@@ -84,6 +84,8 @@ VgdOptions EveryOptionChanged() {
              AttitudeSource::kComplementaryFilter,
              {0.2, 0.01},
              0.03,
+             20.0,
+             {0.002, 0.06, 0.07},
              0.4,
              {}};  // effects come from a model file
   return o;

@@ -36,6 +36,13 @@ class SegmentTest : public testing::Test {
 
   double* drift() { return node_; }
   double* state() { return node_ + kStateAt; }
+  // The drift with the attitude filter's errors over the segment, which act as a drift does.
+  Vector3d Turned() const {
+    return Eigen::Map<const Vector3d>(node_) +
+           scaling_.DriftUnit().cwiseInverse().asDiagonal() *
+               (track_.attitude_errors().MeanOver(kStart, kEnd) *
+                Eigen::Map<const Eigen::Matrix<double, kFilterSize, 1>>(theta_ + kFilterInTheta));
+  }
 
   Eigen::VectorXd Residual(const ceres::CostFunction& cost) {
     segment_.Evaluate(theta_, drift(), state(), false);
@@ -85,7 +92,7 @@ TEST_F(SegmentTest, FixResidualIsWhitenedPositionMisfit) {
   const FixResidual cost(segment_.StateAt(kFix), {fix, 0.2});
   const Eigen::VectorXd residual = Residual(cost);
   const Vector3d p =
-      testing_window::Integrate(track_, scaling_, theta_, drift(), state(), kStart, kFix).p;
+      testing_window::Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix).p;
   EXPECT_LT((residual - (p - fix) / 0.2).norm(), 1e-3);
   ExpectDerivativesByDifferences(cost);
 }
@@ -123,7 +130,7 @@ TEST_F(SegmentTest, DragResidualIsTheAccelerometersMisfit) {
   const DragResidual cost(segment_.ForceAt(kFix), {measured, 0.5});
   const Eigen::VectorXd residual = Residual(cost);
   const Vector3d f_I =
-      testing_window::ForceInImu(track_, scaling_, theta_, drift(), state(), kStart, kFix);
+      testing_window::ForceInImu(track_, scaling_, theta_, Turned().data(), state(), kStart, kFix);
   EXPECT_LT((residual - (f_I.head<2>() - measured) / 0.5).norm(), 1e-3);
   ExpectDerivativesByDifferences(cost);
 }
@@ -143,7 +150,7 @@ TEST_F(SegmentTest, ContinuityResidualIsTheStepBetweenSegments) {
                                 {scaling_.DriftUnit(), alpha, Matrix9d::Identity()});
   const Eigen::VectorXd residual = Residual(cost);
   const auto end =
-      testing_window::Integrate(track_, scaling_, theta_, drift(), state(), kStart, kEnd);
+      testing_window::Integrate(track_, scaling_, theta_, Turned().data(), state(), kStart, kEnd);
   const double unit = options_.priors[kAhrsInTheta].sigma;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(residual[i], next_[kStateAt + i] - end.p[i], 1e-3);

@@ -39,6 +39,7 @@ VgdOptions LinearOptions(double tilt_sigma, double bias_sigma) {
   options.tolerance = 1e-30;
   options.max_iterations = 100;
   options.process = {.acceleration = 0.0005, .tilt = tilt_sigma, .heading = 0.0, .memory = 1.5};
+  options.drive.attitude_errors = {0.0, 0.0, 0.0};
   for (ParameterPrior& prior : options.priors) prior = {0.0, kKnown, -1.0, 1.0};
   options.priors[InTheta("b_az")].sigma = bias_sigma;
   for (int i = 0; i < 3; ++i) options.priors[kAhrsInTheta + i].sigma = tilt_sigma;

@@ -1,0 +1,65 @@
+// What streams say about each other: cover and clocks, on a simulated flight whose streams are
+// shifted and cut.
+#include "problems/log/first_look.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+FlightLog Hippodrome() {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  return testing_simulation::Fly(config, 5).log;
+}
+
+template <class Samples>
+void Shift(double seconds, Samples* samples) {
+  for (auto& sample : *samples) sample.t += FromSeconds(seconds);
+}
+
+TEST(FirstLook, AGoodLogGivesNoFinding) { EXPECT_THAT(FirstLook(Hippodrome()), IsEmpty()); }
+
+TEST(FirstLook, FindsClocksThatDisagree) {
+  for (const double seconds : {0.45, -2.35}) {
+    FlightLog log = Hippodrome();
+    Shift(seconds, &log.mocap);
+    const ClockOffset offset = OffsetAgainstGyro(log.imu, log.attitude);
+    EXPECT_NEAR(offset.seconds, 0.0, 0.021);
+    const auto findings = FirstLook(log);
+    ASSERT_EQ(findings.size(), 1U) << seconds;
+    EXPECT_THAT(findings[0],
+                HasSubstr(seconds > 0.0 ? "mocap.csv come 0.4" : "mocap.csv come 2.3"));
+    EXPECT_THAT(findings[0], HasSubstr(seconds > 0.0 ? "later" : "earlier"));
+  }
+}
+
+TEST(FirstLook, FindsALateAttitude) {
+  FlightLog log = Hippodrome();
+  Shift(0.45, &log.attitude);
+  EXPECT_NEAR(OffsetAgainstGyro(log.imu, log.attitude).seconds, 0.45, 0.021);
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
+}
+
+TEST(FirstLook, FindsAnImuThatIsCutShort) {
+  FlightLog log = Hippodrome();
+  std::erase_if(log.imu, [](const ImuSample& s) { return s.t > FromSeconds(0.4); });
+  EXPECT_THAT(FirstLook(log),
+              ElementsAre(HasSubstr("attitude.csv lies within"), HasSubstr("fixes.csv lies within"),
+                          HasSubstr("mocap.csv lies within")));
+}
+
+TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
+  FlightLog log = Hippodrome();
+  log.attitude.clear();
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv is missing")));
+}
+
+}  // namespace
+}  // namespace trueline
