@@ -11,7 +11,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
-#include "problems/log/native_log.h"
+#include "problems/log/first_look.h"
 #include "problems/result/render.h"
 
 DEFINE_string(log, "",
@@ -74,7 +74,7 @@ int RunImu() {
   trueline::EnsureWritable(FLAGS_out);  // fail before the work, not after it
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
-    logs.push_back(trueline::ReadNativeLog(directory));
+    logs.push_back(trueline::ReadAndLook(directory));
   }
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
@@ -90,7 +90,7 @@ int RunImu() {
 
 int RunRotors() {
   trueline::EnsureWritable(FLAGS_out);
-  const trueline::FlightLog log = trueline::ReadNativeLog(FLAGS_log);
+  const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   const trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);

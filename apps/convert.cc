@@ -6,6 +6,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/import/fix_flags.h"
+#include "problems/log/first_look.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 
@@ -57,7 +58,7 @@ int Run() {
   const FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
   for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
   WriteNativeLog(converted, FLAGS_out);
-  const FlightLog log = ReadNativeLog(FLAGS_out);  // checks that the written log is readable
+  const FlightLog log = ReadAndLook(FLAGS_out);  // checks that the written log is readable
   for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;

@@ -11,7 +11,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
-#include "problems/log/native_log.h"
+#include "problems/log/first_look.h"
 #include "problems/result/render.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
@@ -54,7 +54,7 @@ std::vector<trueline::FlightLog> ReadLogs() {
   trueline::EnsureWritable(FLAGS_out);
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
-    logs.push_back(trueline::ReadNativeLog(directory));
+    logs.push_back(trueline::ReadAndLook(directory));
   }
   return logs;
 }

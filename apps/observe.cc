@@ -9,7 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
-#include "problems/log/native_log.h"
+#include "problems/log/first_look.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"
 #include "problems/result/render.h"
@@ -47,7 +47,7 @@ int Run() {
   const std::vector<trueline::CaseResult> cases =
       FLAGS_log.empty()
           ? trueline::RunObserveConfig(*config, progress)
-          : trueline::RunObserveLog(trueline::ReadNativeLog(FLAGS_log), config, progress);
+          : trueline::RunObserveLog(trueline::ReadAndLook(FLAGS_log), config, progress);
   for (const auto& result : cases) {
     for (const std::string& warning : result.warnings) trueline::Warn(warning, FLAGS_quiet);
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 namespace trueline {
 namespace {
@@ -87,6 +89,9 @@ void LookAtCover(const std::vector<Sample>& samples, const FlightLog& log, const
                  std::vector<std::string>* findings) {
   if (samples.empty() || log.imu.empty()) return;
   const TimeNs begin = log.imu.front().t, end = log.imu.back().t;
+  const double longest =
+      std::max(SecondsBetween(begin, end), SecondsBetween(samples.front().t, samples.back().t));
+  if (longest < kLeastOverlap) return;
   const auto inside = std::count_if(samples.begin(), samples.end(),
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
@@ -98,17 +103,21 @@ void LookAtCover(const std::vector<Sample>& samples, const FlightLog& log, const
       SpanOf(begin, samples.front().t, samples.back().t)));
 }
 
+std::string Late(double seconds) {
+  return fmt::format("{:.2f} s {}", std::abs(seconds), seconds > 0.0 ? "later" : "earlier");
+}
+
 void LookAtClock(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                  const char* name, std::vector<std::string>* findings) {
   const ClockOffset offset = OffsetAgainstGyro(log.imu, attitude);
   if (!(offset.correlation > kAlike) || std::abs(offset.seconds) < kOrdinaryOffset) return;
   if (offset.correlation < offset.as_stamped + kBetter) return;
   findings->push_back(fmt::format(
-      "the turns of {} come {:.2f} s {} than those of the gyroscope (correlation {:.2f}, as "
-      "stamped "
+      "the turns of {} come {} than those of the gyroscope{} (correlation {:.2f}, as stamped "
       "{:.2f}): the clocks disagree. Nothing is corrected; give {:+.2f} s as its time: offset in "
       "the map of trueline-convert",
-      name, std::abs(offset.seconds), offset.seconds > 0.0 ? "later" : "earlier",
+      name, Late(offset.seconds),
+      offset.or_else ? fmt::format(", or {}, as laps repeat", Late(*offset.or_else)) : "",
       offset.correlation, offset.as_stamped, -offset.seconds));
 }
 
@@ -124,7 +133,7 @@ std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
 ClockOffset OffsetAgainstGyro(const std::vector<ImuSample>& imu,
                               const std::vector<AttitudeSample>& attitude) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  ClockOffset best{0.0, kNone, kNone};
+  ClockOffset best{0.0, kNone, kNone, {}};
   if (imu.size() < 2 || attitude.size() < 2) return best;
   const TimeNs begin = imu.front().t, end = imu.back().t;
   if (SecondsBetween(begin, end) < kLeastOverlap) return best;
@@ -147,18 +156,26 @@ ClockOffset OffsetAgainstGyro(const std::vector<ImuSample>& imu,
     }
   });
   const int reach = static_cast<int>(kReach / kStep);
-  // From small offsets to large ones: laps repeat, so a larger offset must be clearly better.
-  for (int size = 0; size <= reach; ++size) {
-    for (const int lag : {size, -size}) {
-      const double correlation = Correlation(gyro.values, turn.values, lag);
-      if (size == 0) best.as_stamped = correlation;
-      const bool beyond = std::abs(lag * kStep - best.seconds) > kRepeats;
-      if (std::isnan(best.correlation) ||
-          correlation > best.correlation + (beyond ? kClearly : 0.0)) {
-        best.correlation = correlation;
-        best.seconds = lag * kStep;
-      }
-    }
+  std::vector<std::pair<double, double>> tried;  // seconds, correlation
+  for (int lag = -reach; lag <= reach; ++lag) {
+    tried.emplace_back(lag * kStep, Correlation(gyro.values, turn.values, lag));
+  }
+  best.as_stamped = tried[reach].second;
+  const auto better = [](const auto& a, const auto& b) { return a.second < b.second; };
+  std::erase_if(tried, [](const auto& at) { return std::isnan(at.second); });
+  if (tried.empty()) return best;
+  const auto top = *std::max_element(tried.begin(), tried.end(), better);
+  std::tie(best.seconds, best.correlation) = top;
+  std::erase_if(tried, [&](const auto& at) {
+    return std::abs(at.first - top.first) < kRepeats || at.second < top.second - kClearly;
+  });
+  if (tried.empty()) return best;
+  // Of two as good the nearer one is the likelier.
+  const auto other = *std::max_element(tried.begin(), tried.end(), better);
+  best.or_else = other.first;
+  if (std::abs(other.first) < std::abs(top.first)) {
+    std::tie(best.seconds, best.correlation) = other;
+    best.or_else = top.first;
   }
   return best;
 }

@@ -3,7 +3,6 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
-#include "problems/log/first_look.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/log_yaml.h"
 #include "problems/log/streams.h"
@@ -28,7 +27,6 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   log.imu.shrink_to_fit();  // by far the longest streams
   log.attitude.shrink_to_fit();
   for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
-  for (const std::string& finding : FirstLook(log)) log.warnings.push_back(finding);
   return log;
 }
 
