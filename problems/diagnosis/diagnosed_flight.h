@@ -35,6 +35,7 @@ struct HeldOutErrors {
   std::map<int, double> arcs;                // by cluster
   std::map<int, double> replays;             // of a second, by the segment where they start
   std::string metric = "final_point_error";  // of `arcs`
+  double replay_share = 1.0;                 // of the replays that do not overlap
 };
 
 class DiagnosedFlight {
@@ -42,7 +43,8 @@ class DiagnosedFlight {
   virtual ~DiagnosedFlight() = default;
 
   virtual DriveKind drive() const = 0;
-  virtual const FlightLog& log() const = 0;  // as recorded
+  virtual const FlightLog& log() const = 0;                // as recorded
+  virtual const FlightLog& data() const { return log(); }  // as fitted, with the attitude used
   virtual CatalogueScope Scope() const = 0;
 
   // Solves with the causes in the model, refines their values and learns the noise again.
@@ -52,6 +54,8 @@ class DiagnosedFlight {
   // the drive's terms. It must not outlive the flight.
   virtual std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                                    bool terms) const = 0;
+  // Names of the constants, the first columns of Linearise.
+  virtual std::vector<std::string> Constants() const = 0;
   // False if constants that are fitted together with this cause have an unphysical value.
   virtual bool ConstantsArePhysical(const Found&) const { return true; }
   // Descriptions of learned noise far beyond that of ordinary flights. It is no effect, but such a

@@ -4,11 +4,13 @@
 #include <chrono>
 
 #include "problems/diagnosis/confirm.h"
+#include "problems/diagnosis/evidence.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/rounds.h"
+#include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/score_test.h"
-#include "problems/diagnosis/verdict.h"
+#include "problems/diagnosis/witness.h"
 
 namespace trueline {
 namespace {
@@ -23,14 +25,18 @@ double SecondsSince(Clock::time_point start) {
 std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& flight) {
   std::vector<Cause> causes;
   const auto fit = flight.Linearise({}, false);
+  const std::vector<std::string> constants = flight.Constants();
   for (std::size_t i = 0; i < rounds.found.size(); ++i) {
     const Found& f = rounds.found[i];
     const ScoreTest test = TestFound(*fit, rounds.found, i);
     // The value includes an ordinary effect of the same kind, so its usual size adds to the sigma.
     const Eigen::VectorXd sigma =
         (test.sigma.cwiseAbs2() + f.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
-    causes.push_back(
-        {f.candidate, f.value, sigma, rounds.p[i], rounds.confused[i], Gain(), Gain(), {}, {}});
+    std::vector<std::string> confused = rounds.confused[i];
+    for (std::string& name : ConfusedConstants(*fit, rounds.found, i, constants)) {
+      confused.push_back(std::move(name));
+    }
+    causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused, Gain(), Gain(), {}, {}});
   }
   return causes;
 }
@@ -38,12 +44,13 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
 // Bonferroni: the test counts as one more entry of the catalogue.
 double FalseDataAlpha(const SearchOptions& options) { return options.alpha / 100.0; }
 
-// The diagnosis of one flight, without the verdict.
-class OneFlight {
+// The diagnosis of the first flight; the others confirm its causes.
+class FlightDiagnosis {
  public:
-  OneFlight(const FlightLog& log, const MakeFlight& make, const SearchOptions& options)
-      : options_(options), flight_(make(log)) {
-    diagnosis_.warnings = log.warnings;
+  FlightDiagnosis(const std::vector<FlightLog>& logs, const MakeFlight& make,
+                  const SearchOptions& options)
+      : logs_(logs), make_(make), options_(options), flight_(make(logs.front())) {
+    diagnosis_.warnings = logs.front().warnings;
   }
 
   Diagnosis Run() {
@@ -57,7 +64,13 @@ class OneFlight {
     const Rounds rounds = Search();
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.unexplained_by = rounds.goes_with;
+    AddSignificantAside(rounds);
     Describe(before, replays, rounds);
+    ConfirmOnOthers(&diagnosis_.causes);
+    diagnosis_.verdict =
+        VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by);
+    ChooseModel(rounds);
+    diagnosis_.seconds = SecondsSince(start_);
     return diagnosis_;
   }
 
@@ -96,7 +109,7 @@ class OneFlight {
     Outcome outcome{std::move(flight), {}, {}, {}, {}, {}};
     outcome.rounds = SearchCauses(candidates, options_, outcome.flight.get());
     StoreCauses(&outcome);
-    if (options_.measure_gain && !outcome.causes.empty()) SetAsideHarmful(&outcome);
+    JudgeCauses(&outcome);
     return outcome;
   }
 
@@ -105,39 +118,71 @@ class OneFlight {
     if (false_data_) outcome->causes.insert(outcome->causes.begin(), *false_data_);
   }
 
-  // Sets aside causes that make held-out flight significantly worse: the last one found first. The
-  // others are then measured again.
-  void SetAsideHarmful(Outcome* outcome) {
-    const HeldOutGains gains(*outcome->flight);
+  // Sets aside the causes that may not be named (rules.h), one by one: first the one that its
+  // witness refutes most, then the last one found. The others are then fitted and judged again.
+  void JudgeCauses(Outcome* outcome) {
+    std::optional<HeldOutGains> gains;
+    std::vector<Cause>& causes = outcome->causes;
     bool false_data = false_data_.has_value();
-    while (!outcome->causes.empty()) {
-      gains.Measure(*outcome->flight, outcome->rounds.found, &outcome->causes, &outcome->gain,
-                    &outcome->open_loop);
-      const auto harmful = std::find_if(outcome->causes.rbegin(), outcome->causes.rend(), Harmful);
-      if (harmful == outcome->causes.rend()) return;
-      const auto worst = harmful.base() - 1;
+    while (!causes.empty()) {
+      AskWitnesses(outcome->flight->data(), outcome->flight->log(), &causes);
+      const bool refuted = std::any_of(causes.begin(), causes.end(), Refuted);
+      const bool measure = options_.measure_gain && !refuted;
+      if (measure) {
+        if (!gains) gains.emplace(*outcome->flight);
+        gains->Measure(*outcome->flight, outcome->rounds.found, &causes, &outcome->gain,
+                       &outcome->open_loop);
+      }
+      auto worst = FindUnnamed(measure, &causes);
+      if (worst == causes.end()) return;
       outcome->set_aside.push_back(*worst);
-      if (false_data && worst == outcome->causes.begin()) {
-        outcome->causes.erase(worst);
+      if (false_data && worst == causes.begin()) {
+        causes.erase(worst);
         false_data = false;
         continue;
       }
-      const auto first = outcome->causes.begin() + (false_data ? 1 : 0);
+      const auto first = causes.begin() + (false_data ? 1 : 0);
       outcome->rounds.Remove(static_cast<std::size_t>(worst - first));
       outcome->flight->Fit(&outcome->rounds.found);
       const std::vector<Cause> left = CausesFrom(outcome->rounds, *outcome->flight);
-      outcome->causes.erase(first, outcome->causes.end());
-      outcome->causes.insert(outcome->causes.end(), left.begin(), left.end());
+      causes.erase(first, causes.end());
+      causes.insert(causes.end(), left.begin(), left.end());
     }
     outcome->gain = outcome->open_loop = Gain();
   }
 
-  // A cause that makes held-out flight worse may have kept a correlated one out of the model.
-  // Searches again without such causes and takes that result if nothing is left unexplained. They
-  // are left out at all gates and times: with two gates, moving one is equivalent to moving the
-  // other.
+  // The next cause that may not be named, with the reason; other flights are asked before a cause
+  // is set aside for lack of a gain.
+  std::vector<Cause>::iterator FindUnnamed(bool measured, std::vector<Cause>* causes) {
+    const auto find = [&] {
+      for (Cause& cause : *causes) cause.because = WhyNotNamed(cause, measured);
+      const auto refuted = MostRefuted(causes);
+      if (refuted != causes->end()) return refuted;
+      const auto last = std::find_if(causes->rbegin(), causes->rend(),
+                                     [](const Cause& c) { return !c.because.empty(); });
+      return last == causes->rend() ? causes->end() : std::prev(last.base());
+    };
+    const auto unnamed = find();
+    if (unnamed == causes->end() || Refuted(*unnamed) || logs_.size() == 1) return unnamed;
+    ConfirmOnOthers(causes);
+    return find();
+  }
+
+  void ConfirmOnOthers(std::vector<Cause>* causes) {
+    if (causes->empty()) return;
+    for (Cause& cause : *causes) cause.repeats.clear();
+    for (std::size_t i = 1; i < logs_.size(); ++i) {
+      if (others_.size() < i) others_.push_back(make_(logs_[i]));
+      AddRepeats(logs_.front(), others_[i - 1].get(), causes);
+    }
+    Confirm(causes);
+  }
+
+  // A cause that is set aside may have kept a correlated one out of the model. Searches again
+  // without such causes, at all gates and times: with two gates, moving one is equivalent to moving
+  // the other. That result holds if a witness refuted the cause, or if nothing is left unexplained.
   Rounds Search() {
-    constexpr int kSearches = 3;
+    constexpr int kSearches = 4;
     std::vector<Candidate> candidates = AllCandidates();
     Outcome best = SearchAmong(candidates, std::move(flight_));
     diagnosis_.candidates = best.rounds.candidates;
@@ -148,15 +193,61 @@ class OneFlight {
         std::erase_if(candidates,
                       [&](const Candidate& c) { return c.info == cause.candidate.info; });
       }
+      const bool refuted = std::any_of(aside.begin(), aside.end(), Refuted);
       Outcome next = SearchAmong(candidates, best.flight->WithoutCauses());
       aside = next.set_aside;
-      if (aside.empty() && next.ExplainsAll()) best = std::move(next);
+      if (!refuted && !(aside.empty() && next.ExplainsAll())) continue;
+      best = std::move(next);
+      diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), aside.begin(), aside.end());
     }
     flight_ = std::move(best.flight);
     diagnosis_.causes = best.causes;
     diagnosis_.gain = best.gain;
     diagnosis_.open_loop = best.open_loop;
     return best.rounds;
+  }
+
+  // A cause that is set aside and still significant beside the others is a misfit that nothing
+  // explains.
+  void AddSignificantAside(const Rounds& rounds) {
+    std::vector<Candidate> aside;
+    for (const Cause& cause : diagnosis_.set_aside) {
+      if (cause.candidate.id() != "false_gate") aside.push_back(cause.candidate);
+    }
+    aside = Without(aside, rounds.found);
+    if (aside.empty() || diagnosis_.causes.empty()) return;
+    const double alpha = options_.alpha / std::max(1, DistinctIds(AllCandidates()));
+    const FlightEvidence evidence(*flight_, aside);
+    for (const Tested& tested : evidence.tested()) {
+      if (!tested.Significant(alpha)) continue;
+      diagnosis_.unexplained_by.push_back(tested.candidate.Label() + ", which is set aside");
+    }
+  }
+
+  // model.yaml gets the causes that can be relied on, unless held-out flight is predicted worse
+  // with them, and the constants fitted with these causes.
+  void ChooseModel(const Rounds& rounds) {
+    Rounds in_model = rounds;
+    const auto& causes = diagnosis_.causes;
+    const std::size_t false_data = causes.size() - rounds.found.size();
+    const bool worse = PredictsWorse(diagnosis_.gain, diagnosis_.open_loop);
+    for (std::size_t i = causes.size(); i-- > 0;) {
+      if (!worse && Claimed(causes[i])) {
+        diagnosis_.in_model.insert(diagnosis_.in_model.begin(), causes[i].effect());
+      } else if (i >= false_data) {
+        in_model.Remove(i - false_data);
+      }
+    }
+    if (worse) {
+      diagnosis_.model_lacks = "all causes, since held-out flight is predicted worse with them";
+    } else if (diagnosis_.in_model.size() < causes.size()) {
+      diagnosis_.model_lacks = "causes that no other flight confirms";
+    }
+    if (in_model.found.size() == rounds.found.size()) return;
+    flight_->Fit(&in_model.found);
+    Diagnosis refitted;
+    flight_->Describe(&refitted);
+    diagnosis_.parameters = refitted.parameters;
   }
 
   void Describe(const Residuals& before, const std::vector<ReplayError>& replays,
@@ -179,8 +270,11 @@ class OneFlight {
   }
 
   Clock::time_point start_ = Clock::now();
+  const std::vector<FlightLog>& logs_;
+  const MakeFlight& make_;
   const SearchOptions& options_;
   Flight flight_;
+  std::vector<Flight> others_;  // made when first needed
   std::optional<Cause> false_data_;
   Diagnosis diagnosis_;
 };
@@ -198,17 +292,7 @@ CandidateReport NamedReport(const Candidate& candidate, double z, double p) {
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const MakeFlight& make,
                    const SearchOptions& options) {
-  const auto start = Clock::now();
-  Diagnosis diagnosis = OneFlight(logs.front(), make, options).Run();
-  if (!diagnosis.causes.empty()) {
-    for (std::size_t i = 1; i < logs.size(); ++i) {
-      AddRepeats(logs.front(), make(logs[i]).get(), &diagnosis.causes);
-    }
-  }
-  Confirm(&diagnosis.causes);
-  diagnosis.verdict = VerdictOf(diagnosis.causes, diagnosis.set_aside, diagnosis.unexplained_by);
-  diagnosis.seconds = SecondsSince(start);
-  return diagnosis;
+  return FlightDiagnosis(logs, make, options).Run();
 }
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +31,20 @@ struct SearchOptions {
 struct Gain {
   int arcs = 0;
   double before = 0.0, after = 0.0;  // m, mean error
-  double low = 0.0, high = 0.0;      // m, 95 % of before - after, paired bootstrap
+  // m, 95 % of before - after, paired bootstrap; not finite if there are too few arcs.
+  double low = -kNoInterval, high = kNoInterval;
   std::string metric = "final_point_error";
+  int independent = 0;  // of the arcs: replays may overlap
+
+  static constexpr double kNoInterval = std::numeric_limits<double>::infinity();
+};
+
+// What another stream says of a cause's size, without the fit (witness.h).
+struct Witness {
+  std::string stream;            // mocap attitude, ...; empty if there is none
+  std::string says = "silent";   // confirms | refutes | silent
+  Eigen::VectorXd value, sigma;  // of the estimated parameters; empty if the stream can't tell
+  std::string text;              // both sizes, or why there is no witness
 };
 
 // A cause's result on another flight of the vehicle.
@@ -51,6 +64,8 @@ struct Cause {
   Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
   std::vector<Repeat> repeats;    // by further flight
   std::optional<bool> confirmed;  // by most further flights; empty if there are none
+  Witness witness = Witness();
+  std::string because = "";  // why it is set aside; empty if it is named
 
   Effect effect() const { return candidate.At(value); }
 };
@@ -80,13 +95,17 @@ struct RowReport {
 struct Diagnosis {
   std::string verdict;  // clean | explained | ambiguous | unexplained
   std::vector<Cause> causes;
-  std::vector<Cause> set_aside;  // significant, but make held-out flight worse
+  std::vector<Cause> set_aside;  // significant, but not named: `because` says why
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
   double rms_before = 0.0, rms_after = 0.0;  // of whitened residuals
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
-  std::vector<ModelParameter> parameters;  // of the model with the causes
+  // What model.yaml holds: the causes that can be relied on, the constants fitted with them, and
+  // why it lacks other causes.
+  std::vector<Effect> in_model;
+  std::vector<ModelParameter> parameters;
+  std::string model_lacks;
   std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;

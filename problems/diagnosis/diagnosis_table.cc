@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+
+#include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/write_diagnosis.h"
 
 namespace trueline {
@@ -17,9 +20,10 @@ std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
 
 std::string GainText(const Gain& gain, const std::string& what) {
   if (gain.arcs == 0) return "";
-  return fmt::format(
-      "    {} {}: {:.3f} m before, {:.3f} m after (95 % of the gain: {:.3f} to {:.3f} m)\n", what,
-      gain.arcs, gain.before, gain.after, gain.low, gain.high);
+  const std::string means = fmt::format("    {} {}: {:.3f} m before, {:.3f} m after", what,
+                                        gain.arcs, gain.before, gain.after);
+  if (!std::isfinite(gain.low)) return means + " (too few for an interval)\n";
+  return means + fmt::format(" (95 % of the gain: {:.3f} to {:.3f} m)\n", gain.low, gain.high);
 }
 
 std::string GainTexts(const Gain& arcs, const Gain& replays) {
@@ -37,6 +41,10 @@ std::string CauseText(const Cause& cause) {
                         info.unit);
   }
   text += fmt::format("(p {:.1g})\n    {}\n", cause.p, cause.candidate.info->physics);
+  if (!cause.because.empty()) text += fmt::format("    not named: {}\n", cause.because);
+  if (!Refuted(cause) && !cause.witness.text.empty()) {
+    text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
+  }
   for (const Repeat& repeat : cause.repeats) {
     text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
     for (int i = 0; i < repeat.value.size(); ++i) {
@@ -69,7 +77,8 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
-  if (!diagnosis.set_aside.empty()) table += "set aside, since held-out arcs get worse:\n";
+  if (!diagnosis.model_lacks.empty()) table += "model.yaml lacks " + diagnosis.model_lacks + "\n";
+  if (!diagnosis.set_aside.empty()) table += "set aside:\n";
   for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
   if (diagnosis.causes.size() > 1)
     table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);

@@ -26,6 +26,7 @@ void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arc
   *arcs = GainBetween(before.arcs, after.arcs);
   arcs->metric = after.metric;
   *replays = GainBetween(before.replays, after.replays);
+  replays->independent = static_cast<int>(after.replay_share * replays->arcs);
 }
 
 }  // namespace
@@ -43,29 +44,17 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
     differences.push_back(other->second - error);
   }
   Gain gain;
-  gain.arcs = static_cast<int>(differences.size());
+  gain.arcs = gain.independent = static_cast<int>(differences.size());
   if (gain.arcs == 0) return gain;
   gain.before = Mean(errors_before);
   gain.after = Mean(errors_after);
+  if (gain.arcs < kFewestForInterval) return gain;
   Random random(1, "gain");
   std::vector<double> means(kDraws);
   for (double& mean : means) mean = MeanOfRuns(differences, &random);
   gain.low = Quantile(means, 0.025);
   gain.high = Quantile(means, 0.975);
   return gain;
-}
-
-bool Harmful(const Cause& cause) {
-  // A small loss is no evidence against a cause: laps repeat, so an unmodelled effect may favour
-  // the worse model slightly on both halves, and positions do not show every sensor error.
-  constexpr double kBeyondDoubt = 1e-12;  // p-value of a cause that is certain
-  const double limit = cause.p < kBeyondDoubt ? 1.25 : 1.1;
-  const Gain &arcs = cause.gain, &replays = cause.open_loop;
-  const auto ratio = [](const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; };
-  const auto worse = [](const Gain& g) { return g.arcs > 0 && g.high < 0.0; };
-  const auto better = [](const Gain& g) { return g.arcs > 0 && g.low > 0.0; };
-  const bool clear = worse(arcs) || worse(replays) || !(better(arcs) || better(replays));
-  return clear && ratio(arcs) * ratio(replays) > limit;
 }
 
 HeldOutGains::HeldOutGains(const DiagnosedFlight& flight)

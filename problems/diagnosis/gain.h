@@ -9,12 +9,11 @@ namespace trueline {
 inline constexpr int kBlockClusters = 3;
 int HalfOf(int cluster);
 
+inline constexpr int kFewestForInterval = 3;  // arcs
+
 // The mean difference over arcs (or replays) that both models predict. Neighbours share data, so
 // the bootstrap resamples runs of them.
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after);
-
-// True if a cause makes held-out flight worse by both measures combined.
-bool Harmful(const Cause& cause);
 
 // Measures the gains of causes in the model of a flight, all models under the noise of its
 // Reference.

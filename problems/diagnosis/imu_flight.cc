@@ -87,6 +87,7 @@ bool AppliesTo(const FlightLog& log, const VgdOptions& options, const EffectInfo
   if (info.id == "false_gate") return false;  // not a linear effect; see FindFalseData
   if (info.enters == EntersAt::kAttitude && log.attitude.empty()) return false;
   if (info.enters == EntersAt::kAccelerometer && !accelerometer) return false;
+  if (info.id == "wind" && log.environment == "indoors") return false;
   // Without the accelerometer's x and y a wind cannot be distinguished from a tilt of E'.
   if (info.id == "wind" && !options.drag_measurement.enabled) return false;
   const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
@@ -266,6 +267,12 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);
   return fit;
+}
+
+std::vector<std::string> ImuDrivenFlight::Constants() const {
+  std::vector<std::string> names;
+  for (const ParameterInfo& info : kTheta) names.emplace_back(info.name);
+  return names;
 }
 
 // A force effect that is fitted together with a drag that accelerates the vehicle (K_x or K_y

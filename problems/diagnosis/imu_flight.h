@@ -15,6 +15,8 @@ namespace trueline {
 // Searches causes on the first flight, see diagnosis.h.
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options);
 
+inline constexpr double kReplaySeconds = 1.0;  // s, of held-out replays
+
 // A model fitted to a part of a flight.
 struct PartFit {
   ThetaVector value, sigma;  // physical parameters
@@ -27,11 +29,13 @@ class ImuDrivenFlight final : public DiagnosedFlight {
 
   DriveKind drive() const override { return DriveKind::kImu; }
   const FlightLog& log() const override { return log_->recorded; }
+  const FlightLog& data() const override { return log_->data; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
   int clusters() const override { return plan_.clusters; }
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  std::vector<std::string> Constants() const override;
   bool ConstantsArePhysical(const Found& found) const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;

@@ -10,6 +10,8 @@
 namespace trueline {
 namespace {
 
+constexpr int kReplayEvery = 2;  // segments, between starts of held-out replays
+
 // The window's prior has the other half's estimates as means. Its sigmas add a share of the usual
 // spread between vehicles: gusts bias drag and accelerometer biases by more than their stated
 // sigmas.
@@ -75,8 +77,11 @@ HeldOutErrors ImuDrivenFlight::ErrorsOfHalf(const FlightLog& log, const PartFit&
   const FlightLog corrected = CorrectLog(log, fit.effects, path_);
   if (!corrected.fixes.empty()) AddArcs(corrected, fit, half, &errors.arcs);
   if (log.mocap.empty()) return errors;
+  const auto& first = plan_.segments.front();
+  errors.replay_share =
+      std::min(1.0, kReplayEvery * SecondsBetween(first.begin, first.end) / kReplaySeconds);
   std::vector<int> segments;
-  for (int s = 0; s < static_cast<int>(plan_.segments.size()); s += 2) {
+  for (int s = 0; s < static_cast<int>(plan_.segments.size()); s += kReplayEvery) {
     if (HalfOf(plan_.segments[s].cluster) == half) segments.push_back(s);
   }
   for (const ReplayError& r : ReplayPart(log, corrected, fit, segments)) {

@@ -13,8 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMocapGap = 0.2;       // s
-constexpr double kReplaySeconds = 1.0;  // s, of held-out replays
+constexpr double kMocapGap = 0.2;  // s
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Horizons from a quarter of a second to the median arc between passes.

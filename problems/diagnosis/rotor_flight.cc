@@ -237,6 +237,12 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   return fit;
 }
 
+std::vector<std::string> RotorDrivenFlight::Constants() const {
+  std::vector<std::string> names;
+  for (const int constant : setup_->prior.Free()) names.push_back(kRotorConstants[constant].name);
+  return names;
+}
+
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
   constexpr double kTimesStated = 3.0;
   constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)

@@ -36,6 +36,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   int clusters() const override { return normal_->clusters(); }
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  std::vector<std::string> Constants() const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
   std::unique_ptr<DiagnosedFlight> Reference() const override;

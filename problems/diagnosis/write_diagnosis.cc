@@ -45,9 +45,11 @@ YAML::Node GainNode(const Gain& gain, const std::string& metric, const char* cou
   node["metric"] = metric;
   node["before"] = Rounded(gain.before, 4);
   node["after"] = Rounded(gain.after, 4);
-  node["interval95"].push_back(Rounded(gain.low, 4));
-  node["interval95"].push_back(Rounded(gain.high, 4));
-  node["interval95"].SetStyle(YAML::EmitterStyle::Flow);
+  if (std::isfinite(gain.low)) {
+    node["interval95"].push_back(Rounded(gain.low, 4));
+    node["interval95"].push_back(Rounded(gain.high, 4));
+    node["interval95"].SetStyle(YAML::EmitterStyle::Flow);
+  }
   node[count] = gain.arcs;
   return node;
 }
@@ -76,10 +78,33 @@ YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
   return node;
 }
 
+YAML::Node SizesNode(const Cause& cause, const Eigen::VectorXd& sizes, int digits) {
+  YAML::Node node;
+  for (int i = 0; i < sizes.size(); ++i) {
+    node[cause.candidate.info->parameters[i].name] = Rounded(sizes[i], digits);
+  }
+  return Flow(node);
+}
+
+YAML::Node WitnessNode(const Cause& cause) {
+  const Witness& witness = cause.witness;
+  YAML::Node node;
+  if (!witness.stream.empty()) node["stream"] = witness.stream;
+  node["says"] = witness.says;
+  if (witness.value.size() > 0) {
+    node["value"] = SizesNode(cause, witness.value, 4);
+    node["sigma"] = SizesNode(cause, witness.sigma, 3);
+  }
+  node["text"] = witness.text;
+  return node;
+}
+
 YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
   node["id"] = cause.candidate.info->id;
+  if (!cause.because.empty()) node["because"] = cause.because;
   node["parameters"] = ParametersNode(cause);
+  node["witness"] = WitnessNode(cause);
   if (cause.confirmed) node["confirmed"] = *cause.confirmed;
   for (const Repeat& repeat : cause.repeats) {
     node["other_flights"].push_back(RepeatNode(cause, repeat));
@@ -104,14 +129,13 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   return Flow(node);
 }
 
-YAML::Node EffectsNode(const std::vector<Cause>& causes) {
+YAML::Node EffectsNode(const std::vector<Effect>& effects) {
   YAML::Node node(YAML::NodeType::Sequence);
-  for (const Cause& cause : causes) {
-    if (!cause.confirmed.value_or(true)) continue;
-    YAML::Node effect;
-    effect["id"] = cause.candidate.info->id;
-    for (const auto& [name, value] : cause.effect().values) effect[name] = Rounded(value, 6);
-    node.push_back(Flow(effect));
+  for (const Effect& effect : effects) {
+    YAML::Node entry;
+    entry["id"] = effect.id;
+    for (const auto& [name, value] : effect.values) entry[name] = Rounded(value, 6);
+    node.push_back(Flow(entry));
   }
   if (node.size() == 0) node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
@@ -159,6 +183,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
   for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
   AddGains(diagnosis.gain, diagnosis.open_loop, &node);
+  if (!diagnosis.model_lacks.empty()) node["model_lacks"] = diagnosis.model_lacks;
   if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
@@ -186,7 +211,7 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   for (const ModelParameter& p : diagnosis.parameters) {
     node["parameters"][p.name] = Value(p.value, p.sigma, p.unit);
   }
-  node["effects"] = EffectsNode(diagnosis.causes);
+  node["effects"] = EffectsNode(diagnosis.in_model);
   node["provenance"] = provenance;
   return node;
 }

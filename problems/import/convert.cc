@@ -43,6 +43,7 @@ std::string LogName(const ImportMap& map, const std::string& file) {
 void Describe(const ImportMap& map, const std::vector<std::string>& files, FlightLog* log) {
   log->name = LogName(map, files.front());
   log->gravity = map.gravity;
+  log->environment = map.environment;
   log->gates = map.gates;
   log->vehicle = map.vehicle;
   std::vector<std::string> names;

@@ -66,6 +66,7 @@ ImportMap ReadImportMap(const std::filesystem::path& path) {
   import.dataset = map.Get<std::string>("dataset", "");
   import.gravity = map.Get<double>("gravity", 9.81);
   if (!(import.gravity > 0.0)) map.Fail("gravity", "must be positive (m/s^2)");
+  import.environment = ReadEnvironment(map);
   ReadInputs(map, &import);
   import.streams = ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), import.inputs);
   import.cut = ReadCut(map.ChildOrEmpty("cut"));

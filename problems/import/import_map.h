@@ -3,6 +3,7 @@
 //   name: "{stem}"           # of the log; {stem} is the name of the first file
 //   dataset: where it is from
 //   gravity: 9.81            # m/s^2
+//   environment: indoors     # or outdoors; indoors no wind is looked for
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
 //       delimiter: ","       # or ";", tab, space (runs of blanks)
@@ -113,6 +114,7 @@ struct ImportMap {
   std::string file;  // the map's own path
   std::string name, dataset;
   double gravity = 9.81;
+  std::string environment;  // as in log.yaml
   std::vector<InputMap> inputs;
   std::vector<Gate> gates;
   std::optional<Vehicle> vehicle;

@@ -107,7 +107,8 @@ struct Vehicle {
 
 struct FlightLog {
   std::string name;
-  double gravity = 9.81;  // m/s^2
+  double gravity = 9.81;    // m/s^2
+  std::string environment;  // indoors: the air is still; outdoors; empty: not stated
   std::vector<Gate> gates;
   std::optional<Vehicle> vehicle;
   std::map<std::string, std::string> source;  // dataset, file, sha256: what an importer read

@@ -110,12 +110,18 @@ std::vector<Gate> ReadGates(const YamlMap& parent) {
   return gates;
 }
 
+std::string ReadEnvironment(const YamlMap& map) {
+  if (!map.Has("environment")) return "";
+  return map.GetChoice("environment", {"indoors", "outdoors"}, "");
+}
+
 void ReadLogYaml(const std::filesystem::path& path, FlightLog* log) {
   const YamlMap map = YamlMap::FromFile(path);
   log->name = map.Get<std::string>("name", "");
   RequireFrame(map, "frame", "NED");
   RequireFrame(map, "body", "FRD");
   log->gravity = Positive(map, "gravity", map.Get<double>("gravity", 9.81));
+  log->environment = ReadEnvironment(map);
   log->gates = ReadGates(map);
   if (map.Has("vehicle")) log->vehicle = ReadVehicle(map.Child("vehicle"));
   log->source = ReadSource(map.ChildOrEmpty("source"));
@@ -128,6 +134,9 @@ std::string LogYaml(const FlightLog& log) {
   out << YAML::Key << "frame" << YAML::Value << "NED" << YAML::Key << "body" << YAML::Value
       << "FRD";
   out << YAML::Key << "gravity" << YAML::Value << Number(log.gravity);
+  if (!log.environment.empty()) {
+    out << YAML::Key << "environment" << YAML::Value << log.environment;
+  }
   if (!log.gates.empty()) EmitGates(log.gates, &out);
   if (log.vehicle) EmitVehicle(*log.vehicle, &out);
   if (!log.source.empty()) out << YAML::Key << "source" << YAML::Value << log.source;

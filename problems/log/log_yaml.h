@@ -16,6 +16,8 @@ std::string LogYaml(const FlightLog& log);  // the file's text
 
 // The `vehicle` and `gates` sections, as other configurations have them too.
 Vehicle ReadVehicle(const YamlMap& map);
+// The key `environment`: indoors, outdoors, or empty if the file does not state it.
+std::string ReadEnvironment(const YamlMap& map);
 std::vector<Gate> ReadGates(const YamlMap& parent);
 
 }  // namespace trueline

@@ -19,6 +19,10 @@ VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table s
                            "on flight that took no part in the search."}
 
 
+WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
+           "silent": "no other stream can tell"}
+
+
 def add_arguments(parser):
     parser.add_argument("--result", required=True, type=Path,
                         help="the folder that trueline-diagnose has written")
@@ -52,10 +56,12 @@ def _verdict(result):
         blocks += ["<h3>All causes together</h3>", *together]
     if result.get("set_aside"):
         blocks += ["<h3>Set aside</h3>",
-                   paragraph("These stand out of the noise, but flight that took no part in their fit "
-                             "is predicted worse with them: they stand in for something else.")]
+                   paragraph("These stand out of the noise, but are not named, for the reason stated "
+                             "with each.")]
         for cause in result["set_aside"]:
             blocks += _cause(cause)
+    if result.get("model_lacks"):
+        blocks.append(paragraph(f"model.yaml lacks {result['model_lacks']}."))
     if result.get("goes_with"):
         blocks += ["<h3>The residual is correlated with</h3>", bullets(result["goes_with"])]
     return blocks
@@ -76,6 +82,11 @@ def _cause(cause):
     repeated = {True: badge("confirmed"), False: badge("not confirmed")}.get(cause.get("confirmed"), "")
     blocks = [f"<h3>{escape(cause['id'])} {badge(_chance(cause['confidence']))} {repeated}</h3>",
               table([("parameter", 0), ("value", 1), ("unit", 0)], rows)]
+    if cause.get("because"):
+        blocks.append(paragraph(f"Not named: {cause['because']}."))
+    witness = cause.get("witness")
+    if witness and witness["text"] not in cause.get("because", ""):
+        blocks.append(paragraph(f"Witness: {WITNESS[witness['says']]} ({witness['text']})."))
     for flight in cause.get("other_flights") or []:
         sizes = ", ".join(f"{name} {with_sigma(p['value'], p['sigma'])} {p['unit']}"
                           for name, p in (flight.get("parameters") or {}).items())
@@ -95,13 +106,15 @@ def _gains(node):
         if key not in node:
             continue
         gain = node[key]
-        low, high = gain["interval95"]
         held_out = f"{what} on {gain[count]} held-out {count}"
         if gain["metric"] not in ("final_point_error", "open_loop_error_1s"):
             held_out = f"Open-loop error over 0.5 s on {gain[count]} s of held-out flight"
-        blocks.append(paragraph(
-            f"{held_out}: {number(gain['before'])} m before, "
-            f"{number(gain['after'])} m after (95 % of the gain: {number(low)} to {number(high)} m)."))
+        interval = "too few for an interval"
+        if "interval95" in gain:
+            low, high = gain["interval95"]
+            interval = f"95 % of the gain: {number(low)} to {number(high)} m"
+        blocks.append(paragraph(f"{held_out}: {number(gain['before'])} m before, "
+                                f"{number(gain['after'])} m after ({interval})."))
     return blocks
 
 

@@ -38,6 +38,8 @@ TEST(Convert, TurnsBodyAxesAndUnits) {
   EXPECT_TRUE(log.imu[1].gyro.isApprox(Eigen::Vector3d(0, -M_PI / 2, 0), 1e-12));
   EXPECT_EQ(log.source.at("file"), "log.csv");
   EXPECT_EQ(log.source.at("sha256").size(), 64U);
+  EXPECT_EQ(log.environment, "");
+  EXPECT_EQ(Convert("environment: indoors\n").environment, "indoors");
 }
 
 // East-north-up to north-east-down; a body that faces east and turns left by 90 deg faces north.

@@ -120,6 +120,14 @@ TEST(BadInput, UnknownYamlKey) {
                                  HasSubstr("known here:"), HasSubstr("gravity")));
 }
 
+TEST(BadInput, UnknownEnvironment) {
+  const LogFiles log;
+  EXPECT_EQ(log.Read().environment, "");
+  ReplaceIn(log / "log.yaml", "gravity: 9.81", "gravity: 9.81\nenvironment: inside");
+  EXPECT_THAT(log.Error(), AllOf(HasSubstr("log.yaml:5"), HasSubstr("'inside' is not known"),
+                                 HasSubstr("indoors, outdoors")));
+}
+
 TEST(BadInput, NoLogYaml) {
   const LogFiles log;
   std::filesystem::remove(log / "log.yaml");

@@ -16,6 +16,7 @@ FlightLog RandomLog() {
   FlightLog log;
   log.name = "round trip";
   log.gravity = 9.8105;
+  log.environment = "indoors";
   log.gates = {{3, {3.0, 0.1, -1.5}, 0.25}, {-1, {1.0 / 3.0, 5.0, -1.0}, -2.0}};
   log.vehicle = Vehicle{0.2463, {{{0.071, 0.08, 0.0}, {0, 0, -1}, 1, 3.81e-7, 3.62e-9}}};
   log.source = {{"dataset", "none: made up"}};
@@ -81,6 +82,7 @@ TEST(RoundTrip, KeepsTheDescription) {
   const FlightLog back = ReadNativeLog(directory);
   EXPECT_EQ(back.name, log.name);
   EXPECT_EQ(back.gravity, log.gravity);
+  EXPECT_EQ(back.environment, "indoors");
   EXPECT_EQ(back.source, log.source);
   ASSERT_EQ(back.gates.size(), 2U);
   EXPECT_EQ(back.gates[1].id, -1);

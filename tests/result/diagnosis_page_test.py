@@ -43,11 +43,14 @@ def result():
               for h in HORIZONS]
     repeat = {"log": "flights/second", "outcome": "repeats", "p_value": 0.001,
               "parameters": {"k": {"value": 0.031, "sigma": 0.004, "unit": "s/m"}}}
+    silent = {"says": "silent", "text": "no stream shows it"}
     lonely = {"log": "flights/second", "outcome": "can't be tested"}
     return {"verdict": "explained",
-            "causes": [cause("rotor_drag", 0.03, "s/m", confirmed=True, other_flights=[repeat]),
+            "causes": [cause("rotor_drag", 0.03, "s/m", confirmed=True, witness=silent, other_flights=[repeat]),
                        cause("gate_moved", 0.5, "m", confirmed=False, other_flights=[lonely])],
-            "set_aside": [cause("fix_scale", -0.12, "1")],
+            "set_aside": [cause("fix_scale", -0.12, "1", because="refuted by a witness: mocap says no",
+                                witness={"says": "refutes", "text": "mocap says no"})],
+            "model_lacks": "causes that no other flight confirms",
             "gain": cause("", 1.0, "")["gain"], "goes_with": [f"heading {HOSTILE}"],
             "candidates": [{"id": "wind", "score_z": 1.2, "p_value": 0.31,
                             "detectable_size": {"w_x": 0.21, "w_y": 0.24}}],
@@ -120,8 +123,12 @@ class PageInBrowser(unittest.TestCase):
         text = self.text("#verdict")
         for words in ("not confirmed", "flights/second: repeats, k 0.0310 ± 0.0040 s/m",
                       "flights/second: can't be tested", "Set aside", "15 held-out arcs",
-                      "50 held-out replays", "All causes together"):
+                      "50 held-out replays", "All causes together",
+                      "Not named: refuted by a witness: mocap says no.",
+                      "Witness: no other stream can tell (no stream shows it).",
+                      "model.yaml lacks causes that no other flight confirms."):
             self.assertIn(words, text)
+        self.assertEqual(text.count("mocap says no"), 1)
 
     def test_growth_and_shares_are_shown(self):
         self.assertIn("61 %", self.text("#misfit"))

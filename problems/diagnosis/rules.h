@@ -1,0 +1,41 @@
+// What a diagnosis may say: which significant causes are named, which of them can be relied on, and
+// the verdict.
+#pragma once
+
+#include "problems/diagnosis/diagnosis.h"
+
+namespace trueline {
+
+class Linearisation;
+struct Found;
+
+// True if causes make held-out flight clearly worse by both measures combined.
+bool Harmful(const Cause& cause);
+// True if the model with causes predicts held-out flight worse than the model without them.
+bool PredictsWorse(const Gain& arcs, const Gain& replays);
+
+// Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
+// Reasons are: its witness refutes it; it makes held-out flight worse; neither held-out flight nor
+// a witness nor another flight shows it; fewer than five independent arcs or replays are behind it.
+std::string WhyNotNamed(const Cause& cause, bool gains);
+bool Refuted(const Cause& cause);
+// Of the causes that their witnesses refute, the one of which its witness shows the smallest share;
+// the end if there is none.
+std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes);
+
+// True for a named cause that can be relied on: another flight or its witness confirms it, or there
+// is no other flight.
+bool Claimed(const Cause& cause);
+
+// clean | explained | ambiguous | unexplained. A flight is explained if all causes can be relied on
+// and no significant misfit remains.
+std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
+                      const std::vector<std::string>& unexplained_by);
+
+// Constants that cause `which` can't be told apart from: without their priors it is not
+// significant, and they are correlated with it. `names`: of the fit's first columns.
+std::vector<std::string> ConfusedConstants(const Linearisation& fit,
+                                           const std::vector<Found>& found, std::size_t which,
+                                           const std::vector<std::string>& names);
+
+}  // namespace trueline

@@ -1,0 +1,358 @@
+#include "problems/diagnosis/witness.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "problems/diagnosis/mocap_rows.h"
+#include "problems/result/distributions.h"
+#include "problems/trajectory/mocap_path.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kFewestBlocks = 10;  // of a flight, whose scatter gives the sigmas
+constexpr double kThreeSigma = 0.0027;
+
+// A size in a comparison of two streams, and how the log is corrected for it.
+struct Unknown {
+  double value, step, limit;
+};
+using CorrectedRows = std::function<MocapRows(const VectorXd& sizes)>;
+
+struct SizeEstimate {
+  VectorXd value, sigma;
+};
+
+// Huber weights, for each of x, y, z in its own scale. Rows of zeros (no data) get none.
+VectorXd RobustWeights(const VectorXd& residual) {
+  constexpr double kEdge = 2.0;  // scales
+  VectorXd weight = VectorXd::Zero(residual.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> sizes;
+    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
+      if (residual[row] != 0.0) sizes.push_back(std::abs(residual[row]));
+    }
+    if (sizes.empty()) continue;
+    std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
+    const double scale = std::max(1e-9, 1.4826 * sizes[sizes.size() / 2]);
+    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
+      const double u = std::abs(residual[row]) / scale;
+      if (u > 0.0) weight[row] = std::min(1.0, kEdge / u) / (scale * scale);
+    }
+  }
+  return weight;
+}
+
+// Scores summed over blocks of `length` s.
+MatrixXd BlockScores(const MatrixXd& scores, const std::vector<double>& t, double length) {
+  std::map<long, VectorXd> sums;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const VectorXd sum = scores.middleRows(3 * static_cast<Eigen::Index>(i), 3).colwise().sum();
+    const auto [at, added] = sums.try_emplace(std::lround(std::floor(t[i] / length)), sum);
+    if (!added) at->second += sum;
+  }
+  MatrixXd blocks(sums.size(), scores.cols());
+  Eigen::Index row = 0;
+  for (const auto& [block, sum] : sums) blocks.row(row++) = sum;
+  return blocks;
+}
+
+// The linearised comparison: offsets of the streams first, then the sizes.
+struct Linear {
+  MatrixXd columns;
+  VectorXd unit;  // of the columns, which are scaled to length one
+  VectorXd weight;
+  MatrixXd inverse;  // of the weighted normal matrix
+
+  Linear(MatrixXd stacked, const VectorXd& weights) : columns(std::move(stacked)), weight(weights) {
+    constexpr double kFloor = 1e-9;  // of directions that the flight does not show
+    const MatrixXd weighted = weight.cwiseSqrt().asDiagonal() * columns;
+    unit = weighted.colwise().norm().cwiseMax(1e-12).cwiseInverse();
+    columns = columns * unit.asDiagonal();
+    const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * columns;
+    MatrixXd normal = scaled.transpose() * scaled;
+    normal.diagonal().array() += kFloor;
+    inverse = normal.llt().solve(MatrixXd::Identity(normal.rows(), normal.cols()));
+  }
+  VectorXd Solve(const VectorXd& r) const {
+    return -inverse * (columns.transpose() * weight.cwiseProduct(r));
+  }
+  // The largest sigmas of the noise as white, and of the scatter of scores between blocks of any
+  // length that leaves enough blocks. None if the flight is too short.
+  std::optional<VectorXd> Sigmas(const VectorXd& residual, const std::vector<double>& t) const {
+    const MatrixXd scores = weight.cwiseProduct(residual).asDiagonal() * columns;
+    VectorXd variance = inverse.diagonal();
+    bool enough = false;
+    for (double length = 1.0;; length *= 1.5) {
+      const MatrixXd blocks = BlockScores(scores, t, length);
+      const auto count = static_cast<double>(blocks.rows());
+      if (blocks.rows() < kFewestBlocks) break;
+      enough = true;
+      const MatrixXd half = blocks * inverse;
+      const VectorXd scatter = half.cwiseAbs2().colwise().sum() * (count / (count - 3.0));
+      variance = variance.cwiseMax(scatter);
+    }
+    if (!enough) return std::nullopt;
+    return VectorXd(variance.cwiseSqrt().cwiseProduct(unit));
+  }
+};
+
+// The sizes at which the corrected stream agrees best with mocap (Gauss-Newton from the start).
+// `slopes_at` gives the derivatives: of rows without the stream's noise, which would otherwise be
+// taken for a scale (errors in variables).
+std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const CorrectedRows& slopes_at,
+                                      const std::vector<Unknown>& unknowns) {
+  constexpr int kIterations = 8;
+  constexpr double kSmall = 0.01;  // of a step
+  const auto count = static_cast<Eigen::Index>(unknowns.size());
+  VectorXd sizes(count), weight;
+  for (Eigen::Index k = 0; k < count; ++k) sizes[k] = unknowns[k].value;
+  for (int i = 0;; ++i) {
+    const MocapRows rows = rows_at(sizes);
+    const Eigen::Index offsets = rows.nuisances.cols();
+    if (rows.t.size() < 2 * kFewestBlocks) return std::nullopt;
+    MatrixXd columns(rows.r.size(), offsets + count);
+    columns.leftCols(offsets) = rows.nuisances;
+    const VectorXd here = slopes_at(sizes).r;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const VectorXd moved = sizes + unknowns[k].step * VectorXd::Unit(count, k);
+      columns.col(offsets + k) = (slopes_at(moved).r - here) / unknowns[k].step;
+    }
+    if (i == 0) weight = RobustWeights(rows.r);
+    for (int robust = 0; robust < 3; ++robust) {
+      const Linear linear(columns, weight);
+      weight = RobustWeights(rows.r + linear.columns * linear.Solve(rows.r));
+    }
+    const Linear linear(columns, weight);
+    const VectorXd solution = linear.Solve(rows.r);
+    bool settled = true;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const double move = solution[offsets + k] * linear.unit[offsets + k];
+      settled = settled && std::abs(move) < kSmall * unknowns[k].step;
+      sizes[k] = std::clamp(sizes[k] + move, -unknowns[k].limit, unknowns[k].limit);
+    }
+    if (!settled && i < kIterations) continue;
+    const auto sigmas = linear.Sigmas(rows.r + linear.columns * solution, rows.t);
+    if (!sigmas || !sizes.allFinite() || !sigmas->allFinite()) return std::nullopt;
+    return SizeEstimate{sizes, sigmas->tail(count)};
+  }
+}
+
+// The comparison that shows an effect.
+struct Comparison {
+  std::string stream;                // in words
+  std::vector<std::string> besides;  // effects that differences may also come from
+  MocapRows (MocapComparison::*rows)(const FlightLog&) const;
+  // False if the fit used the same: mocap's positions, turned by the logged attitude.
+  bool independent = true;
+};
+
+std::optional<Comparison> ComparisonFor(const EffectInfo& info, const MocapComparison& mocap,
+                                        bool fitted_to_mocap) {
+  if (info.correct == nullptr) return std::nullopt;
+  const bool acceleration = info.enters == EntersAt::kAccelerometer ||
+                            (info.enters == EntersAt::kAttitude && !mocap.HasOwnAttitude());
+  if (acceleration) {
+    return Comparison{"mocap acceleration",
+                      {},
+                      &MocapComparison::Acceleration,
+                      mocap.HasOwnAttitude() || !fitted_to_mocap};
+  }
+  if (info.enters == EntersAt::kAttitude) {
+    return Comparison{"mocap attitude",
+                      {"ahrs_acceleration_error", "attitude_latency"},
+                      &MocapComparison::Attitude};
+  }
+  return Comparison{"mocap position", {"fix_latency"}, &MocapComparison::Fixes};
+}
+
+void ShiftImu(double delay, FlightLog* log) {
+  for (ImuSample& s : log->imu) s.t -= FromSeconds(delay);
+}
+
+// Sizes of effects that act on one stream, found together; the IMU's delay against mocap is found
+// beside those that accelerations show.
+class StreamFit {
+ public:
+  StreamFit(const FlightLog& log, const MocapComparison& mocap, Comparison comparison)
+      : log_(log), mocap_(mocap), comparison_(std::move(comparison)) {}
+
+  void Add(const Candidate& candidate) {
+    candidates_.push_back(candidate);
+    for (const EffectParameterInfo& info : candidate.info->parameters) {
+      unknowns_.push_back({info.neutral, info.step, info.plausible});
+    }
+  }
+
+  std::optional<SizeEstimate> Run() {
+    const bool acceleration = comparison_.stream == "mocap acceleration";
+    for (const std::string& id : comparison_.besides) {
+      if (std::none_of(candidates_.begin(), candidates_.end(),
+                       [&](const Candidate& c) { return c.id() == id; })) {
+        Add({&InfoOf(id), {}});
+      }
+    }
+    if (acceleration) unknowns_.push_back({0.0, 0.002, 0.2});
+    const auto rows_of = [&](const FlightLog& log) {
+      return [&](const VectorXd& sizes) {
+        FlightLog corrected = CorrectLog(log, EffectsAt(sizes), mocap_.path());
+        if (acceleration) ShiftImu(sizes[sizes.size() - 1], &corrected);
+        return (mocap_.*comparison_.rows)(corrected);
+      };
+    };
+    const FlightLog exact = mocap_.WithFixesOnPath();
+    return BestSizes(rows_of(log_), rows_of(exact), unknowns_);
+  }
+
+ private:
+  std::vector<Effect> EffectsAt(const VectorXd& sizes) const {
+    std::vector<Effect> effects;
+    Eigen::Index at = 0;
+    for (const Candidate& c : candidates_) {
+      effects.push_back(c.At(sizes.segment(at, c.size())));
+      at += c.size();
+    }
+    return effects;
+  }
+
+  const FlightLog& log_;
+  const MocapComparison& mocap_;
+  Comparison comparison_;
+  std::vector<Candidate> candidates_;
+  std::vector<Unknown> unknowns_;
+};
+
+// The IMU's delay against mocap, s.
+SizeEstimate ImuDelay(const FlightLog& log, const MocapComparison& mocap) {
+  constexpr double kUnknown = 0.01;  // s
+  std::optional<SizeEstimate> delay;
+  if (mocap.HasOwnAttitude()) {
+    delay = StreamFit(log, mocap, {"mocap acceleration", {}, &MocapComparison::Acceleration}).Run();
+  }
+  return delay ? *delay : SizeEstimate{VectorXd::Zero(1), VectorXd::Constant(1, kUnknown)};
+}
+
+// The share of a false gate: fixes that mocap shows to be displaced by the gate's offset.
+std::optional<SizeEstimate> FalseShare(const FlightLog& recorded, const Candidate& candidate) {
+  constexpr double kVisible = 5.5;  // sigmas
+  constexpr double kGap = 0.2;      // s
+  const Eigen::Vector3d offset(candidate.fixed.at("dx"), candidate.fixed.at("dy"),
+                               candidate.fixed.at("dz"));
+  int count = 0, displaced = 0;
+  for (const Fix& fix : recorded.fixes) {
+    if (fix.gate < 0 || offset.norm() < kVisible * fix.sigma) continue;
+    const auto p_E = PositionAt(recorded.mocap, fix.t, kGap);
+    if (!p_E) continue;
+    ++count;
+    displaced += (fix.p_E - *p_E + offset).norm() < 0.5 * offset.norm();
+  }
+  if (count < 2 * kFewestBlocks) return std::nullopt;
+  const double share = displaced / static_cast<double>(count);
+  const double sigma = std::sqrt((share * (1.0 - share) + 1.0 / count) / count);
+  return SizeEstimate{VectorXd::Constant(1, share), VectorXd::Constant(1, sigma)};
+}
+
+std::string SizesText(const EffectInfo& info, const VectorXd& value, const VectorXd& sigma) {
+  std::vector<std::string> texts;
+  for (Eigen::Index i = 0; i < value.size(); ++i) {
+    const EffectParameterInfo& parameter = info.parameters[i];
+    texts.push_back(fmt::format("{} {:.3g} +- {:.2g}{}", parameter.name, value[i], sigma[i],
+                                parameter.unit == "1" ? "" : " " + parameter.unit));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+Witness Silent(const std::string& why) { return {"", "silent", {}, {}, why}; }
+
+Witness WitnessOf(const Cause& cause, const std::string& stream, const SizeEstimate& sizes) {
+  Witness witness{stream, "", sizes.value, sizes.sigma, ""};
+  const EffectInfo& info = *cause.candidate.info;
+  witness.says = SaysOf(witness, cause);
+  witness.text =
+      fmt::format("{} shows {}; the fit says {}", stream, SizesText(info, sizes.value, sizes.sigma),
+                  SizesText(info, cause.value, cause.sigma));
+  return witness;
+}
+
+void AskOne(const FlightLog& log, const MocapComparison& mocap, const Comparison& comparison,
+            const std::vector<Cause*>& causes) {
+  StreamFit comparing(log, mocap, comparison);
+  for (const Cause* cause : causes) comparing.Add(cause->candidate);
+  const std::optional<SizeEstimate> sizes = comparing.Run();
+  Eigen::Index at = 0;
+  for (Cause* cause : causes) {
+    const int size = cause->candidate.size();
+    if (!sizes) {
+      cause->witness = Silent("too little of the flight is under mocap");
+      continue;
+    }
+    SizeEstimate own{sizes->value.segment(at, size), sizes->sigma.segment(at, size)};
+    at += size;
+    const CorrectionStage stage = cause->candidate.info->correct_at;
+    if (stage == CorrectionStage::kClock || stage == CorrectionStage::kFixClock) {
+      const SizeEstimate delay = comparison.stream == "mocap acceleration"
+                                     ? SizeEstimate{sizes->value.tail(1), sizes->sigma.tail(1)}
+                                     : ImuDelay(log, mocap);
+      own.value -= delay.value.head<1>();
+      own.sigma[0] = std::hypot(own.sigma[0], delay.sigma[0]);
+    }
+    cause->witness = WitnessOf(*cause, comparison.stream, own);
+    if (comparison.independent || cause->witness.says != "confirms") continue;
+    cause->witness.says = "silent";
+    cause->witness.text += "; the fit used the same positions and attitude";
+  }
+}
+
+}  // namespace
+
+std::string SaysOf(const Witness& witness, const Cause& cause) {
+  constexpr double kOfSize = 1.0 / 3.0;  // of the size
+  const auto size = static_cast<double>(cause.value.size());
+  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, size));
+  const VectorXd neutral = cause.candidate.Neutral();
+  const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
+  const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
+  if (apart > critical && apart > kOfSize * (cause.value - neutral).cwiseQuotient(both).norm()) {
+    return "refutes";
+  }
+  const VectorXd usual =
+      (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
+  return (witness.value - neutral).cwiseQuotient(usual).norm() > critical ? "confirms" : "silent";
+}
+
+void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
+  if (log.mocap.empty()) {
+    for (Cause& cause : *causes) cause.witness = Silent("the log holds no mocap");
+    return;
+  }
+  if (causes->empty()) return;
+  const MocapComparison mocap(log);
+  const bool fitted_to_mocap =
+      std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& f) { return f.gate < 0; });
+  std::map<std::string, std::pair<Comparison, std::vector<Cause*>>> asked;  // by stream
+  for (Cause& cause : *causes) {
+    if (cause.candidate.id() == "false_gate") {
+      const auto share = FalseShare(recorded, cause.candidate);
+      cause.witness = share ? WitnessOf(cause, "mocap position", *share)
+                            : Silent("too few fixes are under mocap");
+    } else if (const auto comparison =
+                   ComparisonFor(*cause.candidate.info, mocap, fitted_to_mocap)) {
+      asked.try_emplace(comparison->stream, *comparison, std::vector<Cause*>())
+          .first->second.second.push_back(&cause);
+    } else {
+      cause.witness = Silent("no stream shows this effect without the model of the vehicle");
+    }
+  }
+  for (const auto& [stream, asking] : asked) AskOne(log, mocap, asking.first, asking.second);
+}
+
+}  // namespace trueline

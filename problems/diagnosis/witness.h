@@ -1,0 +1,20 @@
+// What another stream says directly of the causes that a diagnosis names: the logged attitude, the
+// accelerometer and the fixes against mocap, without the model of the vehicle. Also where the fit
+// did not use mocap.
+#pragma once
+
+#include "problems/diagnosis/diagnosis.h"
+
+namespace trueline {
+
+// Asks for each cause's size and stores it as `witness`. Causes that act on one stream are asked
+// for together. `log`: as fitted, with the attitude that was used; `recorded`: with the fixes that
+// the fit left out.
+void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes);
+
+// The witness's verdict on a size that the fit states. It confirms what it shows itself, and
+// refutes what differs from it by 3 sigmas of both and by a third of the size. `value` and `sigma`
+// of the witness must be set.
+std::string SaysOf(const Witness& witness, const Cause& cause);
+
+}  // namespace trueline

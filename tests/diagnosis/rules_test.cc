@@ -1,0 +1,133 @@
+// What a diagnosis may say of causes with given gains, witnesses and other flights.
+#include "problems/diagnosis/rules.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "problems/diagnosis/gain.h"
+#include "problems/diagnosis/linearisation.h"
+
+namespace trueline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Gain GainOf(double before, double after, double low, double high, int independent = 20) {
+  Gain gain{independent, before, after, low, high};
+  gain.independent = independent;
+  return gain;
+}
+
+const Gain kBetter = GainOf(0.3, 0.2, 0.05, 0.15), kWorse = GainOf(0.2, 0.3, -0.15, -0.05),
+           kSlightlyWorse = GainOf(0.20, 0.21, -0.05, 0.03),
+           kEither = GainOf(0.2, 0.199, -0.1, 0.1), kNone;
+
+Cause CauseWith(const Gain& arcs, const Gain& replays, const std::string& witness = "silent",
+                std::optional<bool> confirmed = {}) {
+  Cause cause{{}, {}, {}, 1e-13, {}, arcs, replays, {}, confirmed};
+  cause.witness.says = witness;
+  return cause;
+}
+
+std::string Why(const Cause& cause) { return WhyNotNamed(cause, true); }
+
+TEST(Harmful, WhereOneMeasureIsWorseAndTheOtherNoBetter) {
+  EXPECT_TRUE(Harmful(CauseWith(kWorse, kNone)));
+  EXPECT_TRUE(Harmful(CauseWith(kWorse, kEither)));
+  EXPECT_TRUE(Harmful(CauseWith(kEither, kWorse)));
+  EXPECT_FALSE(Harmful(CauseWith(kWorse, kBetter)));
+  EXPECT_FALSE(Harmful(CauseWith(kEither, kEither)));
+  EXPECT_FALSE(Harmful(CauseWith(kNone, kNone)));
+}
+
+TEST(Rules, ACauseIsNamedByAGainOfItsOwn) {
+  EXPECT_EQ(Why(CauseWith(kBetter, kEither)), "");
+  EXPECT_EQ(Why(CauseWith(kEither, kBetter)), "");
+  EXPECT_THAT(Why(CauseWith(kEither, kEither)), HasSubstr("its gain may be zero"));
+  EXPECT_THAT(Why(CauseWith(kSlightlyWorse, kNone)), HasSubstr("its gain may be zero"));
+  EXPECT_THAT(Why(CauseWith(kWorse, kEither)), HasSubstr("predicted worse"));
+  EXPECT_EQ(WhyNotNamed(CauseWith(kEither, kEither), false), "");  // gains were not measured
+}
+
+TEST(Rules, AWitnessOrAnotherFlightStandsInForTheGain) {
+  EXPECT_EQ(Why(CauseWith(kEither, kEither, "confirms")), "");
+  EXPECT_EQ(Why(CauseWith(kEither, kEither, "silent", true)), "");
+  EXPECT_THAT(Why(CauseWith(kEither, kEither, "silent", false)), HasSubstr("its gain may be zero"));
+  // An error that both flights have, and that loses on held-out flight.
+  EXPECT_THAT(Why(CauseWith(kSlightlyWorse, kNone, "silent", true)), HasSubstr("its gain may be"));
+  EXPECT_THAT(Why(CauseWith(kBetter, kBetter, "refutes", true)), HasSubstr("refuted"));
+  EXPECT_THAT(WhyNotNamed(CauseWith(kNone, kNone, "refutes"), false), HasSubstr("refuted"));
+}
+
+TEST(Rules, FourArcsNameNothing) {
+  const Gain four = GainOf(0.3, 0.2, 0.05, 0.15, 4), five = GainOf(0.3, 0.2, 0.05, 0.15, 5);
+  EXPECT_THAT(Why(CauseWith(four, kNone)), HasSubstr("only 4 independent arcs"));
+  EXPECT_EQ(Why(CauseWith(five, kNone)), "");
+  EXPECT_EQ(Why(CauseWith(four, kBetter)), "");
+  EXPECT_EQ(Why(CauseWith(four, kNone, "confirms")), "");
+}
+
+TEST(Rules, AnIntervalNeedsThreeArcs) {
+  const std::map<int, double> before{{0, 0.3}, {1, 0.4}, {2, 0.35}}, after{{0, 0.1}, {1, 0.1}};
+  const Gain two = GainBetween(before, after);
+  EXPECT_EQ(two.arcs, 2);
+  EXPECT_NEAR(two.before - two.after, 0.25, 1e-12);
+  EXPECT_FALSE(std::isfinite(two.low));
+  EXPECT_FALSE(std::isfinite(two.high));
+  EXPECT_TRUE(std::isfinite(GainBetween(before, before).low));
+}
+
+TEST(Verdict, ExplainedNeedsCausesThatCanBeReliedOnAndLeaveNothing) {
+  const Cause alone = CauseWith(kBetter, kNone),
+              repeats = CauseWith(kBetter, kNone, "silent", true),
+              differs = CauseWith(kBetter, kNone, "silent", false),
+              witnessed = CauseWith(kEither, kNone, "confirms", false);
+  EXPECT_EQ(VerdictOf({}, {}, {}), "clean");
+  EXPECT_EQ(VerdictOf({}, {alone}, {}), "unexplained");
+  EXPECT_EQ(VerdictOf({alone}, {}, {}), "explained");
+  EXPECT_EQ(VerdictOf({repeats}, {alone}, {}), "explained");
+  EXPECT_EQ(VerdictOf({witnessed}, {}, {}), "explained");
+  EXPECT_EQ(VerdictOf({differs}, {}, {}), "unexplained");
+  EXPECT_EQ(VerdictOf({repeats, differs}, {}, {}), "unexplained");  // differs is a misfit, too
+  EXPECT_EQ(VerdictOf({repeats}, {}, {"heading"}), "unexplained");
+  Cause confused = repeats;
+  confused.confused_with = {"wind"};
+  EXPECT_EQ(VerdictOf({confused}, {}, {}), "ambiguous");
+}
+
+// Two constants with priors of one, and a cause that is seen through their sum with the first.
+class TwoConstants : public Linearisation {
+ public:
+  explicit TwoConstants(double apart) {
+    // Rows: (constant 1 + cause) with weight 100, the cause alone with weight `apart`.
+    M_ = Eigen::Matrix3d::Zero();
+    M_.diagonal() << 1.0, 1.0 + 50.0, 0.0;
+    const Eigen::Vector3d sum(1.0, 0.0, 1.0), cause(0.0, 0.0, 1.0);
+    M_ += 100.0 * sum * sum.transpose() + apart * cause * cause.transpose();
+    nuisances = {0, 1};
+    found = {{{2}, Eigen::VectorXd::Ones(1)}};
+  }
+  const Eigen::MatrixXd& M() const override { return M_; }
+  const Eigen::VectorXd& b() const override { return b_; }
+  int clusters() const override { return 1; }
+  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd&, const Eigen::MatrixXd&) const override {
+    return {};
+  }
+
+ private:
+  Eigen::MatrixXd M_;
+  Eigen::VectorXd b_ = Eigen::VectorXd::Zero(3);
+};
+
+TEST(Confused, ACauseThatOnlyThePriorOfAConstantShows) {
+  const Candidate candidate{&InfoOf("fix_scale"), {}};
+  const std::vector<Found> found{{candidate, Eigen::VectorXd::Constant(1, 5.0)}};
+  EXPECT_THAT(ConfusedConstants(TwoConstants(0.0), found, 0, {"b_ax", "b_ay"}),
+              ElementsAre("b_ax"));
+  EXPECT_THAT(ConfusedConstants(TwoConstants(10.0), found, 0, {"b_ax", "b_ay"}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace trueline

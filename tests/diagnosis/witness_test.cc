@@ -1,0 +1,184 @@
+// What mocap says of a cause: it shows the size that is hidden, and refutes one that is not there.
+#include "problems/diagnosis/witness.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "problems/diagnosis/imu_flight.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+
+struct Stated {
+  std::string id;
+  std::map<std::string, double> values;
+};
+
+FlightLog FlyFor(double seconds, const std::vector<Stated>& hidden, std::uint64_t seed) {
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
+  config.duration = seconds;
+  for (const Stated& effect : hidden) config.effects.push_back({effect.id, effect.values});
+  return testing_simulation::Fly(config, seed).log;
+}
+
+// A cause as a fit would state it, with a sigma of a twelfth of the size.
+Cause CauseOf(const Stated& stated) {
+  Candidate candidate{&InfoOf(stated.id), {}};
+  for (const EffectIndexInfo& index : candidate.info->indices) {
+    candidate.fixed[index.name] = stated.values.at(index.name);
+  }
+  Eigen::VectorXd value(candidate.size());
+  for (int i = 0; i < value.size(); ++i) {
+    value[i] = stated.values.at(candidate.info->parameters[i].name);
+  }
+  const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(value.size(), value.norm() / 12.0);
+  return {candidate, value, sigma, 1e-6, {}, Gain(), Gain(), {}, {}};
+}
+
+Witness Ask(const FlightLog& log, const Stated& stated) {
+  std::vector<Cause> causes{CauseOf(stated)};
+  AskWitnesses(log, log, &causes);
+  return causes[0].witness;
+}
+
+const std::vector<Stated>& SensorEffects() {
+  static const std::vector<Stated> effects = {
+      {"accel_scale_z", {{"s", 0.1}}},
+      {"accel_bias_drift", {{"d", 0.01}}},
+      {"imu_lever_arm", {{"r_x", 0.06}, {"r_y", -0.05}, {"r_z", 0.04}}},
+      {"ahrs_acceleration_error", {{"k", 0.8}}},
+      {"heading_drift", {{"d", 0.008}}},
+      {"heading_distortion", {{"a_sin", 0.15}, {"a_cos", -0.1}}},
+      {"attitude_latency", {{"tau", 0.08}}},
+      {"fix_latency", {{"tau", 0.12}}},
+      {"fix_scale", {{"s", 0.1}}},
+      {"camera_misalignment", {{"roll", 0.1}, {"pitch", 0.1}, {"yaw", -0.1}}},
+      {"gate_moved", {{"gate", 1}, {"dx", 0.5}, {"dy", -0.4}, {"dz", 0.2}}}};
+  return effects;
+}
+
+TEST(Witness, ShowsTheHiddenSize) {
+  std::uint64_t seed = 61;
+  for (const Stated& hidden : SensorEffects()) {
+    const FlightLog log = FlyFor(40.0, {hidden}, seed++);
+    const Witness witness = Ask(log, hidden);
+    EXPECT_EQ(witness.says, "confirms") << hidden.id << ": " << witness.text;
+    const Cause cause = CauseOf(hidden);
+    ASSERT_EQ(witness.value.size(), cause.value.size()) << hidden.id << ": " << witness.text;
+    for (int i = 0; i < cause.value.size(); ++i) {
+      // The simulator's own sensor errors are of the ordinary size.
+      const double ordinary = cause.candidate.Ordinary()[i];
+      EXPECT_NEAR(witness.value[i], cause.value[i], 3.3 * std::hypot(witness.sigma[i], ordinary))
+          << hidden.id << ": " << witness.text;
+    }
+  }
+}
+
+TEST(Witness, RefutesWhatIsNotThere) {
+  const FlightLog log = FlyFor(40.0, {}, 60);
+  for (const Stated& stated : SensorEffects()) {
+    const Witness witness = Ask(log, stated);
+    EXPECT_EQ(witness.says, "refutes") << stated.id << ": " << witness.text;
+    EXPECT_THAT(witness.text, HasSubstr("the fit says")) << stated.id;
+  }
+  EXPECT_EQ(Ask(log, {"tilt_scale", {{"s", 0.14}}}).says, "refutes");
+}
+
+// Of a true effect the fit may state a wrong size: three times the true one.
+TEST(Witness, RefutesAWrongSize) {
+  const FlightLog log = FlyFor(40.0, {{"fix_scale", {{"s", 0.1}}}}, 62);
+  EXPECT_EQ(Ask(log, {"fix_scale", {{"s", 0.3}}}).says, "refutes");
+  EXPECT_EQ(Ask(log, {"fix_scale", {{"s", 0.11}}}).says, "confirms");
+}
+
+TEST(Witness, TwoEffectsOnOneStreamAreFoundTogether) {
+  const Stated scale{"fix_scale", {{"s", 0.1}}}, latency{"fix_latency", {{"tau", 0.15}}};
+  const FlightLog log = FlyFor(40.0, {scale, latency}, 63);
+  std::vector<Cause> causes{CauseOf(scale), CauseOf(latency)};
+  AskWitnesses(log, log, &causes);
+  for (const Cause& cause : causes) EXPECT_EQ(cause.witness.says, "confirms") << cause.witness.text;
+}
+
+TEST(Witness, TellsTheShareOfAFalseGate) {
+  const Stated hidden{"false_gate",
+                      {{"fraction", 0.2}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}}};
+  const Witness witness = Ask(FlyFor(40.0, {hidden}, 64), hidden);
+  EXPECT_EQ(witness.says, "confirms") << witness.text;
+  EXPECT_EQ(Ask(FlyFor(40.0, {}, 64), hidden).says, "refutes");
+}
+
+TEST(Witness, SaysWhyItCanNotTell) {
+  FlightLog log = FlyFor(40.0, {}, 65);
+  EXPECT_THAT(Ask(log, {"wind", {{"w_x", 1.0}, {"w_y", 0.0}}}).text, HasSubstr("no stream"));
+  FlightLog brief = log;
+  brief.mocap.resize(500);  // 4 s
+  EXPECT_THAT(Ask(brief, SensorEffects()[0]).text, HasSubstr("too little"));
+  log.mocap.clear();
+  const Witness none = Ask(log, SensorEffects()[0]);
+  EXPECT_EQ(none.says, "silent");
+  EXPECT_THAT(none.text, HasSubstr("no mocap"));
+}
+
+// A log whose mocap holds positions alone often repeats the logged attitude in its place.
+TEST(Witness, AttitudeThatMocapOnlyRepeatsIsJudgedByItsAcceleration) {
+  FlightLog log = FlyFor(40.0, {}, 66);
+  const Stated tilt{"tilt_scale", {{"s", 0.2}}};
+  EXPECT_EQ(Ask(log, tilt).stream, "mocap attitude");
+  std::size_t next = 0;
+  for (PoseSample& pose : log.mocap) {
+    while (next + 1 < log.attitude.size() && log.attitude[next].t < pose.t) ++next;
+    pose.t = log.attitude[next].t;
+    pose.q_E = log.attitude[next].q_Ep_I;
+  }
+  const auto repeated = [](const PoseSample& a, const PoseSample& b) { return a.t == b.t; };
+  log.mocap.erase(std::unique(log.mocap.begin(), log.mocap.end(), repeated), log.mocap.end());
+  const Witness witness = Ask(log, tilt);
+  EXPECT_EQ(witness.stream, "mocap acceleration");
+  EXPECT_NE(witness.says, "confirms") << witness.text;
+}
+
+// The fit finds a scale of the tilt, but mocap's attitude is the same: the model's thrust or
+// acceleration is wrong, and not the attitude.
+TEST(Witness, SlowARefutedCauseIsSetAside) {
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
+  config.detector.sigma_factor = 0.05;
+  FlightLog log = testing_simulation::Fly(config, 29).log;
+  const auto scale = [](Eigen::Quaterniond* q) {
+    const Eigen::Vector3d down = *q * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down);
+    if (axis.norm() < 1e-6) return;
+    const double more = 0.12 * std::asin(std::min(1.0, axis.norm()));
+    *q = Eigen::AngleAxisd(more, axis.normalized()) * *q;
+  };
+  for (AttitudeSample& sample : log.attitude) scale(&sample.q_Ep_I);
+  for (PoseSample& sample : log.mocap) scale(&sample.q_E);
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  const Diagnosis diagnosis = Diagnose({log}, options);
+  for (const Cause& cause : diagnosis.causes) EXPECT_NE(cause.candidate.id(), "tilt_scale");
+  ASSERT_FALSE(diagnosis.set_aside.empty());
+  EXPECT_EQ(diagnosis.set_aside[0].candidate.id(), "tilt_scale");
+  EXPECT_EQ(diagnosis.set_aside[0].witness.says, "refutes");
+  EXPECT_THAT(diagnosis.set_aside[0].because, HasSubstr("mocap attitude shows"));
+  EXPECT_EQ(diagnosis.verdict, "unexplained");
+}
+
+TEST(Diagnose, SlowNoWindIsLookedForIndoors) {
+  SimulationConfig config = testing_simulation::ReadShipped("iros2016");
+  config.effects = {{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}};
+  config.detector.sigma_factor = 0.05;
+  FlightLog log = testing_simulation::Fly(config, 22).log;
+  log.environment = "indoors";
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  const Diagnosis diagnosis = Diagnose({log}, options);
+  for (const Cause& cause : diagnosis.causes) EXPECT_NE(cause.candidate.id(), "wind");
+  for (const CandidateReport& candidate : diagnosis.candidates) EXPECT_NE(candidate.id, "wind");
+  EXPECT_NE(diagnosis.verdict, "clean");
+}
+
+}  // namespace
+}  // namespace trueline
