@@ -122,12 +122,11 @@ class Rules(unittest.TestCase):
                                      "detectable_size": {"dx": 1e12, "dy": 1e12, "dz": 1e12}}]}
         rng, about = random.Random(1), {"gates": [{"id": 3}]}
         for effect in ("fix_scale", "camera_misalignment"):
-            sizes = [times(draw_effect(rng, effect, drawn[effect], diagnosis, about), diagnosis)
-                     for _ in range(100)]
-            self.assertGreaterEqual(min(sizes), 0.49)
-            self.assertLessEqual(max(sizes), 4.01)
-            self.assertGreater(max(sizes), 2.5)
-        self.assertIsNone(draw_effect(rng, "gate_moved", drawn["gate_moved"], diagnosis, about))
+            for from_counted, low, high in ((False, 0.49, 2.01), (True, 1.99, 4.01)):
+                sizes = [times(draw_effect(rng, effect, from_counted, drawn[effect], diagnosis, about),
+                               diagnosis) for _ in range(50)]
+                self.assertTrue(low <= min(sizes) < 1.3 * low and 0.7 * high < max(sizes) <= high, sizes)
+        self.assertIsNone(draw_effect(rng, "gate_moved", False, drawn["gate_moved"], diagnosis, about))
         self.assertLessEqual(set(NEEDS["imu"]) - {"accel_bias"}, set(drawn) | {"tilt_scale"})
 
     def test_judge(self):

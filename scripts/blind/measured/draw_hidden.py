@@ -4,7 +4,7 @@ import math
 
 from judge import times_detectable
 
-LEAST, MOST = 0.5, 4.0  # times the detectable size
+LEAST, COUNTED, MOST = 0.5, 2.0, 4.0  # times the detectable size; from COUNTED on it should be named
 NEEDS = {  # streams that the change needs; by drive, the effects in the order in which they take turns
     "imu": {"accel_scale_z": ["imu"], "fix_latency": ["fixes"], "attitude_latency": ["attitude"],
             "imu_lever_arm": ["imu"], "gate_moved": ["fixes"], "tilt_scale": ["attitude"],
@@ -31,18 +31,25 @@ def sign(rng, either):
     return rng.choice([-1, 1]) if either else 1
 
 
-def directions(rng, size):
-    """Endless shares of the parameters, with a sum of squares of 1."""
-    while True:
-        shares = [abs(rng.gauss(0, 1)) for _ in range(size)]
-        norm = math.hypot(*shares)
-        yield [share / norm for share in shares]
+def direction(rng, size):
+    """Shares of that many parameters, with a sum of squares of 1."""
+    shares = [abs(rng.gauss(0, 1)) for _ in range(size)]
+    return [share / math.hypot(*shares) for share in shares]
 
 
-def multiple(rng, shares, ratios):
-    """A size in detectable sizes, log-uniform; None where plausible sizes hardly show along `shares`."""
-    most = min([MOST, *(ratio / share for ratio, share in zip(ratios, shares) if share > 0)])
-    return LEAST * (most / LEAST) ** rng.random() if most >= 2 * LEAST else None
+def draw_sizes(rng, from_counted, detectable, largest):
+    """{parameter: size > 0}, together log-uniform below or from COUNTED detectable sizes on; None
+    where plausible sizes do not reach that. A parameter that hardly shows is left out."""
+    low, high = (COUNTED, MOST) if from_counted else (LEAST, COUNTED)
+    ratios = {name: largest[name] / size for name, size in detectable.items()}
+    shown = [name for name, ratio in ratios.items() if ratio >= LEAST]
+    for _ in range(50 if shown else 0):
+        shares = dict(zip(shown, direction(rng, len(shown))))
+        most = min(high, *(ratios[name] / share for name, share in shares.items()))
+        if most > low:
+            times = low * (most / low) ** rng.random()
+            return {name: times * share * detectable[name] for name, share in shares.items()}
+    return None
 
 
 def draw_absorbed(rng, effect, config):
@@ -70,31 +77,22 @@ def draw_object(rng, drawn, gates):
             "pick": rng.randrange(10**9)}
 
 
-def draw_effect(rng, effect, drawn, diagnosis, about):
+def draw_effect(rng, effect, from_counted, drawn, diagnosis, about):
     """`drawn`: {parameter: (low, high, either sign)} of the declaration. None where no plausible size
-    of the effect would show on this flight."""
+    of the effect would show so well on this flight."""
     candidates = [c for c in diagnosis["candidates"] if c["id"] == effect and "detectable_size" in c]
     if not candidates:
         return None
     candidate = rng.choice(candidates)
-    largest = {name: abs(high - (name == "factor")) if name != "factor" else 1 - low
-               for name, (low, high, _) in drawn.items()}
-    largest |= LARGEST.get(effect, {})
-    ratios = {name: largest[name] / size for name, size in candidate["detectable_size"].items()}
-    shown = [name for name, ratio in ratios.items() if ratio >= LEAST]
-    for _, shares in zip(range(50), directions(rng, len(shown))):
-        times = multiple(rng, shares, [ratios[name] for name in shown]) if shown else None
-        if times is not None:
-            break
-    else:
+    detectable = candidate["detectable_size"]
+    largest = {name: 1 - low if name == "factor" else high for name, (low, high, _) in drawn.items()}
+    sizes = draw_sizes(rng, from_counted, detectable, {**largest, **LARGEST.get(effect, {})})
+    if sizes is None:
         return None
-    if times is None:
-        return None
-    hidden = {"id": effect, **draw_index(candidate, about, effect), **{name: 0.0 for name in ratios}}
-    for name, share in zip(shown, shares):
+    hidden = {"id": effect, **draw_index(candidate, about, effect)}
+    for name in detectable:
         either = effect in SIGNED or drawn.get(name, (0, 0, False))[2]
-        hidden[name] = times * share * candidate["detectable_size"][name] * sign(rng, either)
-        hidden[name] += name == "factor"
+        hidden[name] = sizes.get(name, 0.0) * sign(rng, either) + (name == "factor")
     if effect == "false_gate":
         hidden |= draw_object(rng, drawn, [gate["id"] for gate in about["gates"]])
     return hidden

@@ -2,11 +2,10 @@
 the untouched flight."""
 from collections import Counter, defaultdict
 
-from draw_hidden import ABSORBED, times
+from draw_hidden import ABSORBED, COUNTED, times
 from judge import Tally, as_told, named, within
 
 SCALES = {"fix_scale", "tilt_scale", "accel_scale_z"}
-COUNTED = 2.0  # detectable sizes from which an effect should be named
 INDICES = ("gate", "rotor")
 
 

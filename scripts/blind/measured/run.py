@@ -33,6 +33,7 @@ from native import Log
 from program import SOURCE, app, read_yaml, refuse_other_program, run_once
 from sizes import drawn_effects
 
+DRAW = ("seed", "half", "drive", "fits", "flights", "effects")
 FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
 
 
@@ -87,6 +88,15 @@ def written(log, folder, fit):
     return folder
 
 
+def refuse_other_draw(arguments):
+    """Trials of another draw in the same folder would pass for this one's."""
+    stated, file = {name: getattr(arguments, name) for name in DRAW}, arguments.work / "draw.yaml"
+    if not file.exists():
+        file.write_text(yaml.safe_dump(stated))
+    if read_yaml(file) != stated:
+        sys.exit(f"measured: {arguments.work} holds trials of {read_yaml(file)}; give another --work")
+
+
 def diagnose_untouched(arguments, flight, fit):
     """(flight, fit) and (folder of its log, diagnosis); None where it can't be used."""
     log = convert(arguments, flight)
@@ -106,6 +116,7 @@ def draw(arguments, trial, untouched, sizes):
     fit = arguments.fits[trial % len(arguments.fits)]
     effect = effects[trial // len(arguments.fits) % len(effects)]
     rng = random.Random(f"{arguments.seed} {trial}")
+    from_counted = rng.random() < 0.5
     flights = sorted(flight for flight, of in untouched if of == fit)
     rng.shuffle(flights)
     for flight in flights:
@@ -114,7 +125,8 @@ def draw(arguments, trial, untouched, sizes):
             continue
         config = config_of(arguments, flight)
         hidden = (draw_absorbed(rng, effect, read_yaml(config) if config else {}) if effect in ABSORBED else
-                  draw_effect(rng, effect, sizes.get(effect, {}), diagnosis, read_yaml(log / "log.yaml")))
+                  draw_effect(rng, effect, from_counted, sizes.get(effect, {}), diagnosis,
+                              read_yaml(log / "log.yaml")))
         if hidden:
             return {"flight": flight, "fit": fit, "hidden": hidden}
     return None
@@ -151,6 +163,7 @@ def main():
     for folder in ("sealed", "results", "logs"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
+    refuse_other_draw(arguments)
     flights = chosen(usable(arguments.drive, arguments.half), arguments.flights)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         list(pool.map(lambda name: convert(arguments, name), flights))
