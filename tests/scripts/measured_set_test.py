@@ -20,7 +20,7 @@ import yaml
 
 from changes import CHANGES, acceleration
 from draw_hidden import NEEDS, draw_effect, times
-from judge_measured import combined, judge_trial
+from judge_measured import combined, judge_trial, untouched_rows
 from measured_flights import ALL, halves
 from native import Log, nanoseconds, stamp
 from sizes import drawn_effects
@@ -128,6 +128,13 @@ class Rules(unittest.TestCase):
                 self.assertTrue(low <= min(sizes) < 1.3 * low and 0.7 * high < max(sizes) <= high, sizes)
         self.assertIsNone(draw_effect(rng, "gate_moved", False, drawn["gate_moved"], diagnosis, about))
         self.assertLessEqual(set(NEEDS["imu"]) - {"accel_bias"}, set(drawn) | {"tilt_scale"})
+
+    def test_sampled_fixes_have_no_error(self):
+        moved = {"verdict": "explained", "causes": [{"id": "gate_moved"}, {"id": "wind"}]}
+        lines = untouched_rows([("a", "fixes", True, moved), ("b", "fixes", False, moved),
+                                ("c", "fixes", True, CLEAN)])
+        self.assertEqual([("false: gate_moved |" in line) for line in lines[2:5]], [True, False, False])
+        self.assertIn("1 of 2", lines[-1])
 
     def test_judge(self):
         cause = lambda name, **p: {"id": name, "confused_with": [], "parameters": {

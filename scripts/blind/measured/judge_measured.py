@@ -7,6 +7,7 @@ from judge import Tally, as_told, named, within
 
 SCALES = {"fix_scale", "tilt_scale", "accel_scale_z"}
 INDICES = ("gate", "rotor")
+OF_FIXES = {"fix_scale", "camera_misalignment", "gate_moved", "false_gate"}
 
 
 def same_place(hidden, cause, gates):
@@ -167,7 +168,22 @@ def gain_rows(records):
     return [f"| by every measure | {all_positive} |", f"| by at least one | {any_positive} |"]
 
 
-def table(records):
+def untouched_rows(untouched):
+    """Of (flight, fit, whether its fixes were sampled from mocap, diagnosis): what each is said to
+    have. Sampled fixes have no error of detector or map, so such a cause is false."""
+    tally, lines = Tally(), []
+    for flight, fit, sampled, diagnosis in untouched:
+        causes = [cause["id"] for cause in diagnosis["causes"]]
+        wrong = [name for name in causes if sampled and name in OF_FIXES]
+        if sampled:
+            tally.add(bool(wrong))
+        note = f"; false: {', '.join(wrong)}" if wrong else ""
+        lines.append(f"| {flight}, {fit} | {diagnosis['verdict']} | {', '.join(causes) or '-'}{note} |")
+    return ["| untouched flight | verdict | causes |", "|---|---|---|", *lines,
+            f"| an error of detector or map named where fixes were sampled from mocap | | {tally} |"]
+
+
+def table(records, untouched):
     """Markdown."""
     effects = [r for r in records if r["hidden"]["id"] not in ABSORBED]
     verdicts = Counter(r["verdicts"][1] for r in records)
@@ -177,5 +193,6 @@ def table(records):
              "| held-out gain of named causes positive | |", "|---|---|", *gain_rows(records), "",
              "| false cause | times | beside |", "|---|---|---|", *false_names(records), "",
              "| verdict | flights |", "|---|---|",
-             *(f"| {name} | {count} |" for name, count in sorted(verdicts.items()))]
+             *(f"| {name} | {count} |" for name, count in sorted(verdicts.items())), "",
+             *untouched_rows(untouched)]
     return "\n".join(lines) + "\n"

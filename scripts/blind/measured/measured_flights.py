@@ -6,7 +6,7 @@ import shutil
 from collections import defaultdict
 
 from flights import FLIGHTS, ROTORS
-from program import SOURCE, app, run_once
+from program import SOURCE, app, read_yaml, run_once
 
 MORE = {f"nanodrone_{what}_{run}": (
             "idsia_nanodrone", [f"nanodrone_benchmark/raw/{what}_20251017_run{run}.csv.gz"])
@@ -36,6 +36,11 @@ def usable(drive, half):
     if drive == "imu":
         return of_half
     return [name for name in of_half if name in ROTOR_CONFIGS and ALL[name][0] != "nanobench"]
+
+
+def has_sampled_fixes(name):
+    """True where the converter samples fixes from mocap; the other logs have a detector's."""
+    return "fixes_from_mocap" in read_yaml(SOURCE / f"config/import/{ALL[name][0]}.yaml")
 
 
 def plain(arguments, file):

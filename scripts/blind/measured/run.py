@@ -28,7 +28,7 @@ import yaml
 from changes import CHANGES
 from draw_hidden import ABSORBED, NEEDS, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
-from measured_flights import ROTOR_CONFIGS, convert, usable
+from measured_flights import ROTOR_CONFIGS, convert, has_sampled_fixes, usable
 from native import Log
 from program import SOURCE, app, read_yaml, refuse_other_program, run_once
 from sizes import drawn_effects
@@ -175,7 +175,8 @@ def main():
         records = [record for record in
                    pool.map(lambda trial: run_trial(arguments, trial, untouched, sizes), trials) if record]
     (arguments.work / "trials.yaml").write_text(yaml.safe_dump(records, sort_keys=False, width=150))
-    text = table(records)
+    text = table(records, [(*pair, has_sampled_fixes(pair[0]), diagnosis)
+                           for pair, (_, diagnosis) in untouched.items()])
     (arguments.work / "table.md").write_text(text)
     print(text)
 
