@@ -185,12 +185,14 @@ def false_gate(log, p):
     then. States in `p` the share of all fixes that this came to."""
     rng = random.Random(p["pick"])
     groups = passes(log, p["gate"])
-    if not p["whole_passes"]:
+    wanted, most = p["fraction"] * len(log.fixes.t), 0.4 * sum(map(len, groups))
+    if not p["whole_passes"] or min(map(len, groups)) > most:
         groups = [[row] for group in groups for row in group]
     rng.shuffle(groups)
-    rows, wanted, most = [], p["fraction"] * len(log.fixes.t), 0.4 * sum(map(len, groups))
-    while groups and len(rows) < wanted and len(rows) + len(groups[-1]) <= most:
-        rows.extend(groups.pop())
+    rows = []
+    for group in groups:
+        if len(rows) < wanted and len(rows) + len(group) <= most:
+            rows.extend(group)
     p["fraction"] = len(rows) / len(log.fixes.t)
     shift_fixes(log, rows, np.array([p["dx"], p["dy"], p["dz"]]))
 

@@ -5,12 +5,13 @@ import math
 from judge import times_detectable
 
 LEAST, COUNTED, MOST = 0.5, 2.0, 4.0  # times the detectable size; from COUNTED on it should be named
-NEEDS = {  # streams that the change needs; by drive, the effects in the order in which they take turns
+NEEDS = {  # streams, or a map of gates, that a change needs; by drive, in the order of their turns
     "imu": {"accel_scale_z": ["imu"], "fix_latency": ["fixes"], "attitude_latency": ["attitude"],
-            "imu_lever_arm": ["imu"], "gate_moved": ["fixes"], "tilt_scale": ["attitude"],
-            "accel_bias_drift": ["imu"], "fix_scale": ["fixes"], "heading_distortion": ["attitude"],
-            "false_gate": ["fixes"], "ahrs_acceleration_error": ["attitude", "mocap"],
-            "camera_misalignment": ["fixes", "mocap"], "heading_drift": ["attitude"],
+            "imu_lever_arm": ["imu"], "gate_moved": ["fixes", "gates"], "tilt_scale": ["attitude"],
+            "accel_bias_drift": ["imu"], "fix_scale": ["fixes", "gates"],
+            "heading_distortion": ["attitude"], "false_gate": ["fixes", "gates"],
+            "ahrs_acceleration_error": ["attitude", "mocap"],
+            "camera_misalignment": ["fixes", "gates", "mocap"], "heading_drift": ["attitude"],
             "accel_bias": ["imu"]},
     "rotors": {"rotor_loss": ["rotors"], "thrust_sag": ["rotors"], "motor_lag": ["rotors"],
                "poses_late": ["mocap"], "speeds_late": ["rotors"], "pose_sensor_moved": ["mocap"],
@@ -96,6 +97,12 @@ def draw_effect(rng, effect, from_counted, drawn, diagnosis, about):
     if effect == "false_gate":
         hidden |= draw_object(rng, drawn, [gate["id"] for gate in about["gates"]])
     return hidden
+
+
+def can_show(effect, drive, log, about):
+    """True if the log's folder has what the change needs."""
+    return all(about.get("gates") if need == "gates" else (log / f"{need}.csv").exists()
+               for need in NEEDS[drive][effect])
 
 
 def times(hidden, diagnosis):

@@ -12,6 +12,7 @@ OUT/trials.yaml. What has a result in OUT is not run again, so that a run that w
 where it stopped. See README.md of scripts/blind.
 """
 import argparse
+import itertools
 import os
 import random
 import shutil
@@ -26,7 +27,7 @@ sys.path[1:1] = [str(SCRIPTS / "blind"), str(SCRIPTS / "freeze")]
 import yaml
 
 from changes import CHANGES
-from draw_hidden import ABSORBED, NEEDS, draw_absorbed, draw_effect
+from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
 from measured_flights import ROTOR_CONFIGS, convert, has_sampled_fixes, usable
 from native import Log
@@ -119,14 +120,13 @@ def draw(arguments, trial, untouched, sizes):
     from_counted = rng.random() < 0.5
     flights = sorted(flight for flight, of in untouched if of == fit)
     rng.shuffle(flights)
-    for flight in flights:
+    for counted, flight in itertools.product((from_counted, not from_counted), flights):
         log, diagnosis = untouched[flight, fit]
-        if not all((log / f"{stream}.csv").exists() for stream in NEEDS[arguments.drive][effect]):
+        about, config = read_yaml(log / "log.yaml"), config_of(arguments, flight)
+        if not can_show(effect, arguments.drive, log, about):
             continue
-        config = config_of(arguments, flight)
         hidden = (draw_absorbed(rng, effect, read_yaml(config) if config else {}) if effect in ABSORBED else
-                  draw_effect(rng, effect, from_counted, sizes.get(effect, {}), diagnosis,
-                              read_yaml(log / "log.yaml")))
+                  draw_effect(rng, effect, counted, sizes.get(effect, {}), diagnosis, about))
         if hidden:
             return {"flight": flight, "fit": fit, "hidden": hidden}
     return None
@@ -139,6 +139,7 @@ def run_trial(arguments, trial, untouched, sizes):
     if not (folder / "outcome.yaml").exists() or not sealed.exists():
         drawn = draw(arguments, trial, untouched, sizes)
         if drawn is None:
+            print(f"{name}: no flight shows the drawn effect at such a size", file=sys.stderr, flush=True)
             return None
         log = Log(untouched[drawn["flight"], drawn["fit"]][0])
         CHANGES[drawn["hidden"]["id"]](log, drawn["hidden"])
