@@ -142,11 +142,11 @@ class Rules(unittest.TestCase):
         hidden = {"id": "fix_scale", "s": 0.1}
         own = {**CLEAN, "causes": [cause("tilt_scale", s=0.1)],
                "candidates": [{"id": "fix_scale", "detectable_size": {"s": 0.04}}]}
-        both = {"verdict": "explained", "causes": [*own["causes"], cause("fix_scale", s=0.11)]}
+        both = {**CLEAN, "causes": [*own["causes"], cause("fix_scale", s=0.11)]}
         record = judge_trial(hidden, own, both, 4)
         self.assertTrue(record["first"] and not record["false"])
         self.assertEqual((record["times"], record["within"]), (2.5, [1, 1]))
-        wrong = {"verdict": "explained", "causes": [cause("wind", w_x=1.0)]}
+        wrong = {**CLEAN, "causes": [cause("wind", w_x=1.0)]}
         record = judge_trial(hidden, own, wrong, 4)
         self.assertEqual(([c["id"] for c in record["false"]], record["lost"]), (["wind"], ["tilt_scale"]))
         self.assertAlmostEqual(combined(hidden, cause("fix_scale", s=0.2))["s"], 0.32)
@@ -154,7 +154,7 @@ class Rules(unittest.TestCase):
         unmoved = judge_trial(hidden, upon, {**both, "causes": [cause("fix_scale", s=0.21)]}, 4)
         self.assertFalse(unmoved["at_all"] or unmoved["false"])
         self.assertTrue(judge_trial(hidden, upon, {**both, "causes": [cause("fix_scale", s=0.3)]}, 4)["first"])
-        other = {"verdict": "explained", "causes": [{**cause("gate_moved", dx=0.5), "confused_with": []}]}
+        other = {**CLEAN, "causes": [{**cause("gate_moved", dx=0.5), "confused_with": []}]}
         other["causes"][0]["parameters"]["gate"] = {"value": 1}
         moved = {"id": "gate_moved", "gate": 0, "dx": 0.5, "dy": 0.0, "dz": 0.0}
         self.assertFalse(judge_trial(moved, own, other, 4)["at_all"])

@@ -64,9 +64,10 @@ def untouched_p(effect, untouched):
     return min((c["p_value"] for c in untouched["candidates"] if c["id"] == effect), default=None)
 
 
-def cause_record(cause):
-    """What a cause was named on."""
+def cause_record(cause, diagnosis):
+    """What a cause was named on. `times`: its estimate in detectable sizes."""
     record = {"id": cause["id"], "confidence": cause.get("confidence"),
+              "times": round(times(as_effect(cause), diagnosis), 3),
               "parameters": {name: [p["value"], p.get("sigma")] for name, p in cause["parameters"].items()},
               "confused_with": cause["confused_with"]}
     for key in ("gain", "gain_open_loop"):
@@ -101,13 +102,14 @@ def judge_trial(hidden, untouched, changed, gates):
               "verdicts": [untouched["verdict"], changed["verdict"]],
               "first": bool(new) and new[0] is cause, "at_all": cause is not None,
               "among": any(c is cause or hidden["id"] in c["confused_with"] for c in changed["causes"]),
-              "false": [{**cause_record(c), "untouched_p": untouched_p(c["id"], untouched)} for c in false],
+              "false": [{**cause_record(c, changed), "untouched_p": untouched_p(c["id"], untouched)}
+                        for c in false],
               "lost": sorted(known - {name for names in named(changed) for name in names} - {hidden["id"]}),
               "gains": [gains_positive(c) for c in changed["causes"]],
               "set_aside": [[c["id"] for c in of.get("set_aside") or []] for of in (untouched, changed)]}
     if cause:
         told = as_told(total, cause)
-        record["expected"], record["estimate"] = told, cause_record(cause)
+        record["expected"], record["estimate"] = told, cause_record(cause, changed)
         record["within"] = list(within(told, cause))
     return record
 
