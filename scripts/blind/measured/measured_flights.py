@@ -1,0 +1,69 @@
+"""The measured flights in which effects are hidden: those of scripts/freeze and further ones of the
+same sources, in two halves."""
+import gzip
+import hashlib
+import shutil
+from collections import defaultdict
+
+from flights import FLIGHTS, ROTORS
+from program import SOURCE, app, read_yaml, run_once
+
+MORE = {f"nanodrone_{what}_{run}": (
+            "idsia_nanodrone", [f"nanodrone_benchmark/raw/{what}_20251017_run{run}.csv.gz"])
+        for what, runs in (("random1", (2, 3, 4)), ("random", (1, 2, 3, 4))) for run in runs}
+MORE |= {"neurobem_slow": ("neurobem", ["neurobem_benchmark/racetrack_slow_part.csv.gz"]),
+         "neurobem_linear": ("neurobem", ["neurobem_benchmark/linear_20210203161037.csv.gz"])}
+ALL = {**FLIGHTS, **MORE}
+ROTOR_CONFIGS = {**ROTORS, **{name: "rotors_nanodrone" for name in MORE if "nanodrone" in name}}
+
+
+def order(name):
+    return hashlib.sha256(name.encode()).hexdigest()
+
+
+def halves():
+    """{name: "tune" or "report"}: of each source the flights in order of the SHA-256 of their names,
+    in turn."""
+    sources = defaultdict(list)
+    for name in sorted(ALL, key=order):
+        sources[ALL[name][0]].append(name)
+    return {name: ("tune", "report")[i % 2] for names in sources.values() for i, name in enumerate(names)}
+
+
+def usable(drive, half):
+    """Names in a fixed order. The rotor drive takes flights with measured rotor speeds."""
+    of_half = [name for name, of in halves().items() if half in (of, "all")]
+    if drive == "imu":
+        return of_half
+    return [name for name in of_half if name in ROTOR_CONFIGS and ALL[name][0] != "nanobench"]
+
+
+def has_sampled_fixes(name):
+    """True where the converter samples fixes from mocap; the other logs have a detector's."""
+    return "fixes_from_mocap" in read_yaml(SOURCE / f"config/import/{ALL[name][0]}.yaml")
+
+
+def plain(arguments, file):
+    """The path of a file of the data; one that is packed is unpacked first."""
+    packed = arguments.data / file
+    if packed.suffix != ".gz":
+        return packed
+    unpacked = arguments.work / "unpacked" / packed.stem
+    if not unpacked.exists():
+        unpacked.parent.mkdir(parents=True, exist_ok=True)
+        with gzip.open(packed) as source, open(f"{unpacked}.part", "wb") as target:
+            shutil.copyfileobj(source, target)
+        unpacked.with_name(f"{unpacked.name}.part").rename(unpacked)
+    return unpacked
+
+
+def convert(arguments, name):
+    """The folder of the untouched native log; None where its files are missing or do not convert."""
+    map_name, files = ALL[name]
+    out = arguments.work / "untouched" / name
+    if not all((arguments.data / file).exists() for file in files):
+        return None
+    run_once(arguments, [app(arguments, "convert"), f"--map={SOURCE}/config/import/{map_name}.yaml",
+                         "--in=" + ",".join(str(plain(arguments, file)) for file in files),
+                         f"--out={out}", "--quiet"], out)
+    return out if (out / "log.yaml").exists() else None

@@ -1,0 +1,186 @@
+#!/usr/bin/python3
+"""The second blind set: hides effects in measured flights, diagnoses them, then judges.
+
+    scripts/blind/measured/run.py --build=build --work=OUT --seed=1 --count=200 --half=report
+    scripts/blind/measured/run.py ... --drive=rotors --count=10
+
+The measured flights are read from TRUELINE_DATA (default: ../shared/data beside the source folder)
+and converted. Each is diagnosed untouched; then, for each trial, the seed draws a flight, a fit, an
+effect and its size, the native log is changed, diagnosed, and compared with what was sealed and with
+the untouched flight. The table goes to standard output and OUT/table.md, all trials to
+OUT/trials.yaml. What has a result in OUT is not run again, so that a run that was killed goes on
+where it stopped. See README.md of scripts/blind.
+"""
+import argparse
+import itertools
+import os
+import random
+import shutil
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SCRIPTS = Path(__file__).resolve().parents[2]
+sys.path[1:1] = [str(SCRIPTS / "blind"), str(SCRIPTS / "freeze")]
+
+import yaml
+
+from changes import CHANGES
+from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
+from judge_measured import judge_trial, table
+from measured_flights import ROTOR_CONFIGS, convert, has_sampled_fixes, usable
+from native import Log
+from program import SOURCE, app, read_yaml, refuse_other_program, run_once
+from sizes import drawn_effects
+
+DRAW = ("seed", "half", "drive", "fits", "flights", "effects")
+FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=SOURCE / "build")
+    parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=200, help="trials")
+    parser.add_argument("--jobs", type=int, default=2, help="diagnoses at a time")
+    parser.add_argument("--half", choices=("tune", "report", "all"), default="tune",
+                        help="of the measured flights; nothing may be tuned on `report`")
+    parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
+    parser.add_argument("--fits", help="mocap, fixes, or alone: fixes of a log without mocap")
+    parser.add_argument("--flights", help="only these, separated by commas")
+    parser.add_argument("--effects", help="only these, separated by commas")
+    arguments = parser.parse_args()
+    arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
+    arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
+    arguments.fits = arguments.fits.split(",") if arguments.fits else FITS[arguments.drive]
+    if not arguments.data.is_dir():
+        parser.error(f"no measured flights at {arguments.data}; set TRUELINE_DATA")
+    return arguments
+
+
+def chosen(names, wanted):
+    """Those of a list in a flag; all without the flag."""
+    return [name for name in names if not wanted or name in wanted.split(",")]
+
+
+def config_of(arguments, flight):
+    return SOURCE / f"config/calibrate/{ROTOR_CONFIGS[flight]}.yaml" if arguments.drive == "rotors" else None
+
+
+def diagnose(arguments, flight, fit, log, folder):
+    """The diagnosis; None where there is none."""
+    flags = [f"--fit_to={'fixes' if fit == 'alone' else fit}"]
+    if arguments.drive == "rotors":
+        flags = ["--drive=rotors", f"--config={config_of(arguments, flight)}"]
+    run_once(arguments, [app(arguments, "diagnose"), f"--log={log}", f"--out={folder}", "--quiet",
+                         "--report=false", *flags], folder)
+    file = folder / "diagnosis.yaml"
+    return read_yaml(file) if file.exists() else None
+
+
+def written(log, folder, fit):
+    """The log in `folder`, without mocap for a fit `alone`."""
+    if fit == "alone":
+        log.streams.pop("mocap", None)
+    log.write(folder)
+    return folder
+
+
+def refuse_other_draw(arguments):
+    """Trials of another draw in the same folder would pass for this one's."""
+    stated, file = {name: getattr(arguments, name) for name in DRAW}, arguments.work / "draw.yaml"
+    if not file.exists():
+        file.write_text(yaml.safe_dump(stated))
+    if read_yaml(file) != stated:
+        sys.exit(f"measured: {arguments.work} holds trials of {read_yaml(file)}; give another --work")
+
+
+def diagnose_untouched(arguments, flight, fit):
+    """(flight, fit) and (folder of its log, diagnosis); None where it can't be used."""
+    log = convert(arguments, flight)
+    if log is None:
+        return (flight, fit), None
+    source = log
+    if fit == "alone":
+        source = written(Log(log), log.with_name(f"{flight}_alone"), fit)
+    diagnosis = diagnose(arguments, flight, fit, source,
+                         arguments.work / "results" / f"untouched_{arguments.drive}_{flight}_{fit}")
+    return (flight, fit), (log, diagnosis) if diagnosis else None
+
+
+def draw(arguments, trial, untouched, sizes):
+    """What trial number `trial` hides where; None where no flight shows such an effect."""
+    effects = chosen(NEEDS[arguments.drive], arguments.effects)
+    fit = arguments.fits[trial % len(arguments.fits)]
+    effect = effects[trial // len(arguments.fits) % len(effects)]
+    rng = random.Random(f"{arguments.seed} {trial}")
+    from_counted = rng.random() < 0.5
+    flights = sorted(flight for flight, of in untouched if of == fit)
+    rng.shuffle(flights)
+    for counted, flight in itertools.product((from_counted, not from_counted), flights):
+        log, diagnosis = untouched[flight, fit]
+        about, config = read_yaml(log / "log.yaml"), config_of(arguments, flight)
+        if not can_show(effect, arguments.drive, log, about):
+            continue
+        hidden = (draw_absorbed(rng, effect, read_yaml(config) if config else {}) if effect in ABSORBED else
+                  draw_effect(rng, effect, counted, sizes.get(effect, {}), diagnosis, about))
+        if hidden:
+            return {"flight": flight, "fit": fit, "hidden": hidden}
+    return None
+
+
+def run_trial(arguments, trial, untouched, sizes):
+    """The judge's record; None where there is nothing to judge."""
+    name = f"t{trial:03d}"
+    folder, sealed = arguments.work / "results" / name, arguments.work / "sealed" / f"{name}.yaml"
+    if not (folder / "outcome.yaml").exists() or not sealed.exists():
+        drawn = draw(arguments, trial, untouched, sizes)
+        if drawn is None:
+            print(f"{name}: no flight shows the drawn effect at such a size", file=sys.stderr, flush=True)
+            return None
+        log = Log(untouched[drawn["flight"], drawn["fit"]][0])
+        CHANGES[drawn["hidden"]["id"]](log, drawn["hidden"])
+        sealed.write_text(yaml.safe_dump(drawn, sort_keys=False))
+        written(log, arguments.work / "logs" / name, drawn["fit"])
+    drawn = read_yaml(sealed)
+    changed = diagnose(arguments, drawn["flight"], drawn["fit"], arguments.work / "logs" / name, folder)
+    shutil.rmtree(arguments.work / "logs" / name, ignore_errors=True)
+    log, before = untouched[drawn["flight"], drawn["fit"]]
+    if changed is None:
+        print(f"{name}: no diagnosis: {read_yaml(folder / 'outcome.yaml')['errors']}", file=sys.stderr)
+        return None
+    gates = len(read_yaml(log / "log.yaml").get("gates") or [])
+    record = judge_trial(drawn["hidden"], before, changed, gates)
+    print(f"{name} {drawn['flight']}, {drawn['fit']}: {drawn['hidden']['id']} x {record['times']:.1f} -> "
+          f"{', '.join(record['named']) or record['verdicts'][1]}", file=sys.stderr, flush=True)
+    return {"trial": name, "flight": drawn["flight"], "fit": drawn["fit"], "drive": arguments.drive, **record}
+
+
+def main():
+    arguments = parse()
+    for folder in ("sealed", "results", "logs"):
+        (arguments.work / folder).mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    refuse_other_draw(arguments)
+    flights = chosen(usable(arguments.drive, arguments.half), arguments.flights)
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        list(pool.map(lambda name: convert(arguments, name), flights))
+        pairs = [(name, fit) for name in flights for fit in arguments.fits]
+        untouched = dict(pool.map(lambda pair: diagnose_untouched(arguments, *pair), pairs))
+        untouched = {pair: of for pair, of in untouched.items() if of}
+        sizes = drawn_effects(arguments.build, arguments.drive)
+        trials = range(arguments.count)
+        records = [record for record in
+                   pool.map(lambda trial: run_trial(arguments, trial, untouched, sizes), trials) if record]
+    (arguments.work / "trials.yaml").write_text(yaml.safe_dump(records, sort_keys=False, width=150))
+    text = table(records, [(*pair, has_sampled_fixes(pair[0]), diagnosis)
+                           for pair, (_, diagnosis) in untouched.items()])
+    (arguments.work / "table.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
