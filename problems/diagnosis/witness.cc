@@ -312,24 +312,7 @@ void AskOne(const FlightLog& log, const MocapComparison& mocap, const Comparison
   }
 }
 
-}  // namespace
-
-std::string SaysOf(const Witness& witness, const Cause& cause) {
-  constexpr double kOfSize = 1.0 / 3.0;  // of the size
-  const auto size = static_cast<double>(cause.value.size());
-  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, size));
-  const VectorXd neutral = cause.candidate.Neutral();
-  const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
-  const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
-  if (apart > critical && apart > kOfSize * (cause.value - neutral).cwiseQuotient(both).norm()) {
-    return "refutes";
-  }
-  const VectorXd usual =
-      (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
-  return (witness.value - neutral).cwiseQuotient(usual).norm() > critical ? "confirms" : "silent";
-}
-
-void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
+void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
   if (log.mocap.empty()) {
     for (Cause& cause : *causes) cause.witness = Silent("the log holds no mocap");
     return;
@@ -353,6 +336,48 @@ void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<C
     }
   }
   for (const auto& [stream, asking] : asked) AskOne(log, mocap, asking.first, asking.second);
+}
+
+// The gyroscope knows how the vehicle turned. Where mocap is silent it tells of the logged
+// attitude's scale and latency.
+void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
+  const auto asks = [](const Cause& cause) {
+    return cause.candidate.info->by_gyro != nullptr && cause.witness.says == "silent";
+  };
+  if (std::none_of(causes->begin(), causes->end(), asks)) return;
+  AttitudeErrorOptions as_logged;
+  as_logged.longest_hold = 0.0;
+  const AttitudeErrors errors(log, log.attitude, as_logged);
+  for (Cause& cause : *causes) {
+    if (!asks(cause)) continue;
+    const ShownByGyro& shown = errors.fit().*cause.candidate.info->by_gyro;
+    if (!std::isfinite(shown.sigma)) continue;
+    cause.witness =
+        WitnessOf(cause, "gyroscope",
+                  {VectorXd::Constant(1, shown.value), VectorXd::Constant(1, shown.sigma)});
+  }
+}
+
+}  // namespace
+
+std::string SaysOf(const Witness& witness, const Cause& cause) {
+  constexpr double kOfSize = 1.0 / 3.0;  // of the size
+  const auto size = static_cast<double>(cause.value.size());
+  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, size));
+  const VectorXd neutral = cause.candidate.Neutral();
+  const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
+  const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
+  if (apart > critical && apart > kOfSize * (cause.value - neutral).cwiseQuotient(both).norm()) {
+    return "refutes";
+  }
+  const VectorXd usual =
+      (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
+  return (witness.value - neutral).cwiseQuotient(usual).norm() > critical ? "confirms" : "silent";
+}
+
+void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {
+  AskMocap(log, recorded, causes);
+  AskGyro(log, causes);
 }
 
 }  // namespace trueline

@@ -142,6 +142,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoTiltScale,
           .replaces = &AttitudeErrorPriors::share,
+          .by_gyro = &AttitudeFilterFit::tilt_scale,
       },
       {
           .id = "heading_drift",
@@ -176,6 +177,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .drawn = {{"tau", 0.02, 0.16}},
           .correct_at = CorrectionStage::kClock,
           .correct = UndoAttitudeLatency,
+          .by_gyro = &AttitudeFilterFit::latency,
       },
   };
 }

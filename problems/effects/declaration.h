@@ -71,6 +71,8 @@ struct EffectInfo {
   void (*extend)(const Effect&, RotorExtension*) = nullptr;
   // The ordinary error of the attitude filter that the effect takes the place of.
   double AttitudeErrorPriors::*replaces = nullptr;
+  // The size that the gyroscope shows of it, without mocap.
+  ShownByGyro AttitudeFilterFit::*by_gyro = nullptr;
 
   bool HasIndex(const std::string& name) const;
   // Names of all parameters, indices first.

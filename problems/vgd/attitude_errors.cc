@@ -116,6 +116,7 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
                                 : Vector3d(Vector3d::Zero());
       interval.seconds += dt;
       interval.axes += dt * q_next.toRotationMatrix();
+      interval.spin += dt * (q_next * (0.5 * (before.gyro + after.gyro)));
       interval.pull += dt * (q_next * pull);
       interval.pull_I += dt * pull;
     }
@@ -163,6 +164,48 @@ void AttitudeErrors::Fit() {
       rest.data(), count, 2);
   const double length = ToSeconds(kLength);
   fit_.scatter = std::max(Density(rows, length, 10), Density(rows, length, 40));
+  FitNamedErrors(A, y);
+}
+
+// `filter`: columns of Fit, `turns`: its right side. A share of the tilt turns the attitude by that
+// share of the tilt's change, a latency by that of the turn rate.
+void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns) {
+  constexpr Eigen::Index kBlock = 40;  // rows: 2 s
+  const auto count = static_cast<Eigen::Index>(intervals_.size());
+  const Eigen::Index n = filter.cols() + 2;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * count, n);
+  A.leftCols(filter.cols()) = filter;
+  Eigen::VectorXd y = turns;
+  const auto rate = [](const Interval& i) -> Eigen::Vector2d {
+    return i.spin.head<2>() / std::max(i.seconds, 1e-3);
+  };
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Interval& here = intervals_[static_cast<std::size_t>(k)];
+    const bool inside = k > 0 && k + 1 < count;
+    if (!inside || here.seconds < 0.5 * ToSeconds(kLength)) {
+      A.middleRows<2>(2 * k).setZero();
+      y.segment<2>(2 * k).setZero();
+      continue;
+    }
+    const Interval &before = intervals_[static_cast<std::size_t>(k - 1)],
+                   &after = intervals_[static_cast<std::size_t>(k + 1)];
+    A.block<2, 1>(2 * k, n - 2) = (here.tilt - before.tilt).head<2>();
+    A.block<2, 1>(2 * k, n - 1) = -0.5 * (rate(after) - rate(before));
+  }
+  Eigen::MatrixXd H = A.transpose() * A;
+  H.diagonal().array() += 1e-8;
+  const Eigen::MatrixXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::VectorXd x = inverse * (A.transpose() * y), rest = y - A * x;
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index at = 0; at < 2 * count; at += kBlock) {
+    const Eigen::Index rows = std::min(kBlock, 2 * count - at);
+    const Eigen::VectorXd score = A.middleRows(at, rows).transpose() * rest.segment(at, rows);
+    scores += score * score.transpose();
+  }
+  const Eigen::VectorXd sigma = (inverse * scores * inverse).diagonal().cwiseSqrt();
+  const double share = x[n - 2], whole = 1.0 - share;  // of the logged tilt
+  fit_.tilt_scale = {share / whole, sigma[n - 2] / (whole * whole)};
+  fit_.latency = {x[n - 1], sigma[n - 1]};
 }
 
 void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {

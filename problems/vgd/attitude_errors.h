@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -34,12 +35,21 @@ struct AttitudeErrorOptions {
   double max_gap = 0.25;           // s
 };
 
+// A number with its standard deviation, from blocks of the log.
+struct ShownByGyro {
+  double value = 0.0;
+  double sigma = std::numeric_limits<double>::infinity();
+};
+
 // What the log shows of its filter, by least squares over the changes of its tilt.
 struct AttitudeFilterFit {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // rad/s, in I
   double k_p = 0.0;                                     // 1/s, gain of the accelerometer's tilt
   double k_i = 0.0;                                     // 1/s^2, gain of its integral
   double scatter = 0.0;  // rad/sqrt(s), root density of what neither bias nor gains explain
+  // The same with two more unknowns: errors that a diagnosis names.
+  ShownByGyro tilt_scale;  // logged tilt = (1 + s) times the true tilt
+  ShownByGyro latency;     // s, of the attitude against the gyroscope
 };
 
 class AttitudeErrors {
@@ -71,12 +81,14 @@ class AttitudeErrors {
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad s, integral of the accelerometer's tilt
                                                      // against the filter's
     Eigen::Vector3d pull_I = Eigen::Vector3d::Zero();  // rad s, the same in I
+    Eigen::Vector3d spin = Eigen::Vector3d::Zero();    // rad, integral of the gyroscope
     Eigen::Vector3d tilt = Eigen::Vector3d::Zero();    // rad, of the vehicle, at the end
   };
 
   void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
               const AttitudeErrorOptions& options);
   void Fit();
+  void FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns);
   void Integrate(const AttitudeErrorPriors& priors);
   std::size_t IntervalAt(TimeNs t) const;
 
