@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "problems/vgd/window_problem.h"
 
@@ -38,17 +39,20 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   while (kept < chain_.size() && chain_.segment(kept).start() < t) ++kept;
   CHECK(kept > 0 && kept < chain_.size() && chain_.segment(kept).start() == t);
 
-  // The rows that remain of the segments before, over a node, the border and theta, and the
-  // residual. One node after the other is eliminated.
+  // The rows that remain of the segments before, over a node, the offsets of passes before t, theta
+  // and the residual. One node after the other is eliminated. (Later offsets are in none of these
+  // rows, and QR without pivoting loses rows at columns of zeros.)
   const int node = chain_.HasGusts() ? kNodeSize : kGustAt;
-  const int border = static_cast<int>(offsets_.size()) * kOffsetSize;
+  const int border = kOffsetSize * static_cast<int>(std::count_if(
+                                       offsets_.begin(), offsets_.end(),
+                                       [t](const Offset& offset) { return offset.begin < t; }));
   const int rest = border + kThetaSize + 1;
   std::vector<int> columns;
   AppendRange(Normal::kNodeAt, node, &columns);
   AppendRange(Normal::kNextAt, node, &columns);
   AppendRange(Normal::kBorderAt, border, &columns);
   AppendRange(Normal::kSharedAt, kThetaSize, &columns);
-  columns.push_back(Normal::kBorderAt + border);
+  columns.push_back(Normal::kBorderAt + kOffsetSize * static_cast<int>(offsets_.size()));
   Eigen::MatrixXd carried(0, node + rest);
   for (std::size_t s = 0; s < kept; ++s) {
     Eigen::MatrixXd system = Eigen::MatrixXd::Zero(carried.rows(), 2 * node + rest);
