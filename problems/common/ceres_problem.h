@@ -1,18 +1,13 @@
 // What every ceres::Problem of this library needs beside its residuals.
 #pragma once
 
-#include <ceres/crs_matrix.h>
 #include <ceres/evaluation_callback.h>
 #include <ceres/problem.h>
-
-#include <Eigen/SparseCore>
 
 namespace trueline {
 
 // Options of a problem whose residuals share an integration, which `callback` carries out once for
 // each evaluation point.
 ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback);
-
-Eigen::SparseMatrix<double> ToEigen(const ceres::CRSMatrix& crs);
 
 }  // namespace trueline

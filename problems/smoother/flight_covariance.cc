@@ -1,5 +1,4 @@
-// Evidence and covariance of whole flights, by the Gauss-Newton Hessian at the optimum.
-#include "problems/chain/gauss_newton.h"
+// Covariance of whole flights, by the Gauss-Newton Hessian at the optimum.
 #include "problems/smoother/flight_problem.h"
 
 namespace trueline {
@@ -9,72 +8,45 @@ constexpr std::size_t kSampled = 200;  // segments at which the velocity's covar
 
 }  // namespace
 
-std::vector<double*> FlightProblem::Blocks() {
-  std::vector<double*> blocks;
-  for (std::size_t k = 0; k < sections_.size(); ++k) {
-    blocks.push_back(chain_.theta(k).data());
-    for (std::size_t s = sections_[k].first_segment; s < sections_[k].end_segment; ++s) {
-      for (double* block : chain_.NodeBlocks(s)) blocks.push_back(block);
-    }
-    if (const auto it = offsets_.find(k); it != offsets_.end()) {
-      blocks.push_back(it->second.data());
-    }
-  }
-  if (!options_.detector.Any()) return blocks;
-  blocks.push_back(mount_.data());
-  for (auto& [id, offset] : gates_) blocks.push_back(offset.data());
-  return blocks;
-}
-
-double FlightProblem::LogEvidence() {
-  return LaplaceEvidence(&chain_.problem(), Blocks(), chain_.log_weights());
-}
-
 FlightProblem::Means FlightProblem::MeanUnknowns() {
+  using Normal = SegmentChain::Normal;
   const int extra = options_.detector.Any() ? kMountSize + kGateSize * int(gates_.size()) : 0;
-  const int asked = kThetaSize + extra;
-  const GaussNewton normal(&chain_.problem(), Blocks());
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(normal.size(), asked);
   Means means;
-  means.value = Eigen::VectorXd::Zero(asked);
+  means.value = Eigen::VectorXd::Zero(kThetaSize + extra);
+  if (extra > 0) {
+    means.value.segment<kMountSize>(kThetaSize) = Eigen::Map<Eigen::Vector4d>(mount_);
+  }
+  for (int at = kThetaSize + kMountSize; const auto& [id, offset] : gates_) {
+    means.value.segment<kGateSize>(at) = Eigen::Map<Eigen::Vector3d>(offset);
+    at += kGateSize;
+  }
   const auto seconds = [this](std::size_t s) {
     return SecondsBetween(chain_.segment(s).start(), chain_.segment(s).end());
   };
   double total = 0.0;
   for (std::size_t s = 0; s < chain_.size(); ++s) total += seconds(s);
+  std::vector<double> shares;
   for (std::size_t k = 0; k < sections_.size(); ++k) {
-    const Eigen::Index theta_at = normal.At(chain_.theta(k).data());
     for (std::size_t s = sections_[k].first_segment; s < sections_[k].end_segment; ++s) {
       const double share = seconds(s) / total;
+      shares.push_back(share);
       means.value.head<kThetaSize>() += share * chain_.theta(k);
       means.value.segment<kDriftSize>(kAhrsInTheta) += share * chain_.node(s).head<kDriftSize>();
-      G.block<kThetaSize, kThetaSize>(theta_at, 0).diagonal().array() += share;
-      G.block<kDriftSize, kDriftSize>(normal.At(chain_.node(s).data()), kAhrsInTheta)
-          .diagonal()
-          .setConstant(share);
     }
   }
-  G.bottomRightCorner(extra, extra).setIdentity();
-  if (extra > 0) means.value.segment<kMountSize>(kThetaSize) = mount_;
-  for (int at = kThetaSize + kMountSize; const auto& [id, offset] : gates_) {
-    means.value.segment<kGateSize>(at) = offset;
-    at += kGateSize;
-  }
-  means.cov = G.transpose() * normal.Solve(G);
+  means.cov = chain_.Covariance(kThetaSize + extra, [&](std::size_t s, SegmentChain::Columns* G) {
+    G->block<kThetaSize, kThetaSize>(Normal::kSharedAt, 0).diagonal().array() += shares[s];
+    G->block<kDriftSize, kDriftSize>(Normal::kNodeAt, kAhrsInTheta).diagonal().array() += shares[s];
+    if (s == 0) G->bottomRightCorner(extra + 1, extra).topRows(extra).setIdentity();
+  });
   for (const FlightShare& share : flights_) {
     means.force_sigma = std::max(means.force_sigma, ForceSigma(*share.flight));
   }
   const std::size_t step = 1 + chain_.size() / kSampled;
-  for (std::size_t s = 0; s < chain_.size(); s += step) {
-    const Segment& segment = chain_.segment(s);
-    if (segment.force_count() == 0) continue;
-    const Eigen::Matrix<double, 3, 2> axes = segment.BodyAxesAtStart();
-    Eigen::MatrixXd g = Eigen::MatrixXd::Zero(normal.size(), 2);
-    g.block<3, 2>(normal.At(chain_.node(s).data()) + kStateAt + 3, 0) = axes;
-    const Eigen::Vector2d variance = g.cwiseProduct(normal.Solve(g)).colwise().sum();
-    means.doubt.Add(axes.transpose() * chain_.state(s).tail<3>(), variance,
-                    static_cast<int>(step) * segment.force_count());
-  }
+  chain_.VisitCovariances([&](std::size_t s, const Eigen::MatrixXd& F) {
+    if (s % step != 0 || chain_.segment(s).force_count() == 0) return;
+    chain_.AddDoubt(s, F, static_cast<int>(step), &means.doubt);
+  });
   return means;
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/chain/gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
@@ -64,36 +63,37 @@ void FlightProblem::AddOffsets() {
       Eigen::Vector3d::Constant(1.0 / wrong.offset_rate);
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     if (flights_[sections_[k].flight].false_passes.count(sections_[k].pass) == 0) continue;
-    offsets_[k].setZero();
-    chain_.AddPrior(offsets_[k].data(), weight);
+    offsets_[k] = chain_.AddBorder(sections_[k].first_segment, weight, true);
   }
 }
 
 void FlightProblem::AddDetector() {
-  chain_.AddPrior(mount_.data(), Eigen::VectorXd::Ones(kMountSize));
+  mount_ = chain_.AddBorder(0, Eigen::VectorXd::Ones(kMountSize), false);
   for (const FlightShare& share : flights_) {
-    for (const Gate& gate : share.flight->log.gates) gates_[gate.id].setZero();
+    for (const Gate& gate : share.flight->log.gates) gates_[gate.id] = nullptr;
   }
-  for (auto& [id, offset] : gates_) chain_.AddPrior(offset.data(), Eigen::Vector3d::Ones());
+  for (auto& [id, offset] : gates_) {
+    offset = chain_.AddBorder(0, Eigen::VectorXd::Ones(kGateSize), false);
+  }
 }
 
 // The first flight gets the full prior. A later one gets none on the airframe, whose parameters are
 // tied to the flight before. Drag that is not fitted is held in every section, so that a long
 // flight's many sections do not outweigh the prior.
 void FlightProblem::AddParameterPriors(std::size_t section) {
-  double* theta = chain_.theta(section).data();
+  const std::size_t s = sections_[section].first_segment;
   if (section == 0 || sections_[section].flight != sections_[section - 1].flight) {
     ThetaVector weight = ThetaVector::Ones();
     for (int i = 0; i < kThetaSize; ++i) {
       if (section > 0 && IsAirframe(i)) weight[i] = 0.0;
     }
-    chain_.AddPrior(theta, weight);
+    chain_.AddThetaPrior(s, weight);
   }
   ThetaVector held = ThetaVector::Zero();
   for (const int i : {0, 1}) {
     if (!options_.drag_shows[i]) held[kDragInTheta + i] = kHeld;
   }
-  if (!held.isZero()) chain_.AddPrior(theta, held);
+  if (!held.isZero()) chain_.AddThetaPrior(s, held);
 }
 
 void FlightProblem::AddParameterStep(std::size_t section) {
@@ -110,8 +110,7 @@ void FlightProblem::AddParameterStep(std::size_t section) {
     if (IsAirframe(i)) sigma[i] = kTie;
   }
   using Step = ceres::AutoDiffCostFunction<ParameterStepError, kThetaSize, kThetaSize, kThetaSize>;
-  chain_.problem().AddResidualBlock(new Step(new ParameterStepError{sigma.cwiseInverse()}), nullptr,
-                                    chain_.theta(section - 1).data(), chain_.theta(section).data());
+  chain_.AddThetaStep(section - 1, new Step(new ParameterStepError{sigma.cwiseInverse()}));
 }
 
 void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
@@ -128,7 +127,7 @@ void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
   if (const auto offset = offsets_.find(section); offset != offsets_.end()) {
     const double elapsed = SecondsBetween(own.begin, fix.t);
     chain_.AddReading(s, new OffsetFixResidual(state, {error, elapsed}, gusts), loss,
-                      {offset->second.data()});
+                      {offset->second});
   } else if (options_.detector.Any() && gate != gates.end()) {
     MountedFixError mounted{
         error, gate->position - fix.p_E,
@@ -137,7 +136,7 @@ void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
         options_.detector.gate_offset};
     mounted.mount[0] = options_.detector.fix_latency;
     chain_.AddReading(s, new MountedFixResidual(state, mounted, gusts), loss,
-                      {mount_.data(), gates_.at(fix.gate).data()});
+                      {mount_, gates_.at(fix.gate)});
   } else {
     chain_.AddReading(s, new FixResidual(state, error, gusts), loss);
   }
@@ -187,25 +186,14 @@ void FlightProblem::SetStart() {
   }
 }
 
-void FlightProblem::StartFrom(const FlightProblem& other) {
-  chain_.StartFrom(other.chain_);
-  mount_ = other.mount_;
-  for (auto& [id, offset] : gates_) offset = other.gates_.at(id);  // in place: blocks point there
-  for (auto& [section, offset] : offsets_) offset = other.offsets_.at(section);
-}
-
 ceres::Solver::Summary FlightProblem::Solve() {
-  ceres::Solver::Options options;
-  options.max_num_iterations = options_.vgd.max_iterations;
-  options.function_tolerance = options_.vgd.tolerance;
-  options.max_num_line_search_step_size_iterations = 0;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  TrustRegionOptions options;
+  options.max_iterations = options_.vgd.max_iterations;
+  options.tolerance = options_.vgd.tolerance;
   // Levenberg-Marquardt damping is proportional to the Hessian's diagonal, which the stiff ties
   // dominate; it would hold the airframe's parameters. Start with nearly undamped Gauss-Newton
   // steps.
-  options.initial_trust_region_radius = 1e12;
-  options.max_trust_region_radius = 1e16;
-  options.logging_type = ceres::SILENT;
+  options.radius = 1e12;
   return chain_.Solve(options);
 }
 

@@ -9,7 +9,6 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/SparseCore>
 #include <array>
 #include <limits>
 #include <map>
@@ -53,12 +52,12 @@ class FlightProblem {
 
   // Initialises from the fixes and the priors' means, or from another problem with the same knots.
   void SetStart();
-  void StartFrom(const FlightProblem& other);
+  void StartFrom(const FlightProblem& other) { chain_.StartFrom(other.chain_); }
 
   ceres::Solver::Summary Solve();
 
   // As WindowProblem's: logarithm of the marginal likelihood by Laplace's approximation.
-  double LogEvidence();
+  double LogEvidence() { return chain_.LogEvidence(); }
 
   // The reported values: means over all flights of theta in prior sigmas (with drift where the AHRS
   // error drifts), then the mount's unknowns, then the gates' by id.
@@ -96,16 +95,14 @@ class FlightProblem {
   double ForceSigma(const FlightData& flight) const {
     return options_.vgd.drag_measurement.scale * flight.forces.sigma;
   }
-  // All unknowns in the order of time, those that couple with all others last.
-  std::vector<double*> Blocks();
 
   std::vector<FlightShare> flights_;
   FlightProblemOptions options_;
   SegmentChain chain_;
   std::vector<Section> sections_;
-  Eigen::Matrix<double, kMountSize, 1> mount_ = Eigen::Matrix<double, kMountSize, 1>::Zero();
-  std::map<int, Eigen::Vector3d> gates_;                        // by id
-  std::map<std::size_t, Eigen::Matrix<double, 6, 1>> offsets_;  // of false passes, by section
+  double* mount_ = nullptr;
+  std::map<int, double*> gates_;            // by id
+  std::map<std::size_t, double*> offsets_;  // of false passes, by section
 };
 
 }  // namespace trueline

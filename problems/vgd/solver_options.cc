@@ -3,6 +3,13 @@
 #include <algorithm>
 
 namespace trueline {
+namespace {
+
+double ParameterTolerance(const VgdOptions& options) {
+  return std::max(1e-12, 1e-6 * options.tolerance);
+}
+
+}  // namespace
 
 ceres::Solver::Options SolverOptions(const VgdOptions& options,
                                      ceres::LinearSolverType linear_solver) {
@@ -10,7 +17,7 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
   result.max_num_iterations = options.max_iterations;
   result.function_tolerance = options.tolerance;
   result.gradient_tolerance = 1e-12;
-  result.parameter_tolerance = std::max(1e-12, 1e-6 * options.tolerance);
+  result.parameter_tolerance = ParameterTolerance(options);
   result.logging_type = ceres::SILENT;
   if (options.solver == VgdSolver::kGradientDescent) {
     result.minimizer_type = ceres::LINE_SEARCH;
@@ -24,6 +31,15 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
   // the cost.
   result.use_nonmonotonic_steps = true;
   return result;
+}
+
+TrustRegionOptions TrustRegion(const VgdOptions& options) {
+  const ceres::Solver::Options defaults;
+  return {.max_iterations = options.max_iterations,
+          .tolerance = options.tolerance,
+          .parameter_tolerance = ParameterTolerance(options),
+          .radius = defaults.initial_trust_region_radius,
+          .nonmonotonic_steps = defaults.max_consecutive_nonmonotonic_steps};
 }
 
 }  // namespace trueline

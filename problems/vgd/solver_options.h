@@ -3,6 +3,7 @@
 
 #include <ceres/solver.h>
 
+#include "problems/chain/trust_region.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {
@@ -11,5 +12,8 @@ namespace trueline {
 // `linear_solver` applies to the trust region only.
 ceres::Solver::Options SolverOptions(const VgdOptions& options,
                                      ceres::LinearSolverType linear_solver);
+
+// The same trust region for a chain that solves itself.
+TrustRegionOptions TrustRegion(const VgdOptions& options);
 
 }  // namespace trueline

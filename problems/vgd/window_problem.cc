@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/chain/gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/solver_options.h"
@@ -56,12 +55,12 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
 void WindowProblem::AddOffsets(const WindowData& data) {
   for (const PassOffset& offset : data.offsets) {
     const Pass& pass = data.passes[offset.pass];
-    offsets_.push_back({pass.begin, pass.end, Eigen::Matrix<double, 6, 1>::Zero(), nullptr});
     Eigen::VectorXd weight(kOffsetSize);
     weight << Eigen::Vector3d::Constant(1.0 / offset.sigma),
         Eigen::Vector3d::Constant(1.0 / offset.rate_sigma);
     chain_.AddLogWeights(weight.array().log().sum());
-    offsets_.back().prior = chain_.AddPrior(offsets_.back().value.data(), weight);
+    offsets_.push_back(
+        {pass.begin, pass.end, chain_.AddBorder(SegmentOf(pass.begin), weight, false)});
   }
 }
 
@@ -77,7 +76,7 @@ void WindowProblem::AddFixes(const WindowData& data) {
     if (offset != offsets_.end() && offset->begin <= fix.t) {
       const double elapsed = SecondsBetween(offset->begin, fix.t);
       chain_.AddReading(s, new OffsetFixResidual(state, {error, elapsed}, gusts), loss,
-                        {offset->value.data()});
+                        {offset->value});
     } else {
       chain_.AddReading(s, new FixResidual(state, error, gusts), loss);
     }
@@ -85,11 +84,11 @@ void WindowProblem::AddFixes(const WindowData& data) {
 }
 
 void WindowProblem::AddPriors() {
-  priors_.push_back(chain_.AddPrior(chain_.theta().data(), ThetaVector::Ones()));
+  chain_.AddThetaPrior(0, ThetaVector::Ones());
   if (options_.process.Any()) {
-    for (const ceres::ResidualBlockId id : chain_.AddStart(0)) priors_.push_back(id);
+    chain_.AddStart(0);
   } else {
-    chain_.HoldDrift(0);
+    chain_.HoldDrift();
   }
 }
 
@@ -100,15 +99,11 @@ void WindowProblem::AddPast(const WindowPrior& past) {
   using Calm = ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize, kThetaSize, kGustAt>;
   using Gusty = ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize + kGustSize, kThetaSize,
                                             kGustAt, kGustSize>;
-  ceres::CostFunction* cost = nullptr;
   if (chain_.HasGusts()) {
-    cost = new Gusty(new PastError(error));
+    chain_.AddNodePrior(0, new Gusty(new PastError(error)));
   } else {
-    cost = new Calm(new PastError(error));
+    chain_.AddNodePrior(0, new Calm(new PastError(error)));
   }
-  std::vector<double*> blocks = chain_.NodeBlocks(0);
-  blocks.insert(blocks.begin(), chain_.theta().data());
-  priors_.push_back(problem().AddResidualBlock(cost, nullptr, blocks));
 }
 
 void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
@@ -130,16 +125,10 @@ void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {
-  return chain_.Solve(SolverOptions(
-      options_, chain_.size() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_NORMAL_CHOLESKY));
-}
-
-void WindowProblem::HoldParameters(bool hold) {
-  if (hold) {
-    problem().SetParameterBlockConstant(chain_.theta().data());
-  } else {
-    problem().SetParameterBlockVariable(chain_.theta().data());
+  if (chain_.size() == 1 || options_.solver == VgdSolver::kGradientDescent) {
+    return chain_.Solve(SolverOptions(options_, ceres::DENSE_NORMAL_CHOLESKY));
   }
+  return chain_.Solve(TrustRegion(options_));
 }
 
 Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters() const {

@@ -1,7 +1,6 @@
 // The least-squares problem of one window: the last gamma passes and the arc after them.
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
@@ -56,7 +55,7 @@ class WindowProblem {
   ceres::Solver::Summary Solve();
 
   // Holds the shared parameters at SetStart's values, or frees them.
-  void HoldParameters(bool hold);
+  void HoldParameters(bool hold) { chain_.HoldTheta(hold); }
 
   // The solution in physical units, in the order of theta.
   static constexpr int kParameters = kThetaSize;
@@ -80,7 +79,7 @@ class WindowProblem {
   // Log marginal likelihood of the data given the options, by Laplace's approximation at the
   // optimum (the current unknowns), up to a constant that does not depend on `process`, the prior
   // of a pass's offset, or `past`.
-  double LogEvidence();
+  double LogEvidence() { return chain_.LogEvidence(); }
 
   // The prior on the unknowns from `t` on (where a pass begins) given the flight before `t`: all
   // residuals before t linearised at the current unknowns, with the states before t marginalised.
@@ -96,14 +95,14 @@ class WindowProblem {
   // Fitted position at the time of a fix of this window.
   Eigen::Vector3d PositionAt(TimeNs t) const;
   const ParameterScaling& scaling() const { return chain_.scaling(); }
+  // The same cost as a problem of Ceres'.
   ceres::Problem& problem() { return chain_.problem(); }
 
  private:
   struct Offset {
     TimeNs begin;  // of its pass
     TimeNs end;
-    Eigen::Matrix<double, kOffsetSize, 1> value;
-    ceres::ResidualBlockId prior;
+    double* value;
   };
 
   void BuildSegments(const DriveTrack& track, const WindowData& data);
@@ -112,14 +111,10 @@ class WindowProblem {
   void AddPriors();
   void AddPast(const WindowPrior& past);
   std::size_t SegmentOf(TimeNs t) const { return chain_.SegmentAt(t, 0, chain_.size()); }
-  // All unknowns: theta, offsets, nodes.
-  std::vector<double*> Blocks();
-  std::vector<std::size_t> DoubtfulSegments() const;
 
   VgdOptions options_;
   SegmentChain chain_;
-  std::vector<ceres::ResidualBlockId> priors_;
-  std::deque<Offset> offsets_;        // ascending in time
+  std::vector<Offset> offsets_;       // ascending in time
   DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
 };
 
