@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "problems/log/native_log.h"
+
 namespace trueline {
 namespace {
 
@@ -178,6 +180,12 @@ ClockOffset OffsetAgainstGyro(const std::vector<ImuSample>& imu,
     best.or_else = top.first;
   }
   return best;
+}
+
+FlightLog ReadAndLook(const std::filesystem::path& directory) {
+  FlightLog log = ReadNativeLog(directory);
+  for (const std::string& finding : FirstLook(log)) log.warnings.push_back(finding);
+  return log;
 }
 
 std::vector<std::string> FirstLook(const FlightLog& log) {

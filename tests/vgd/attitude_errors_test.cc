@@ -19,12 +19,13 @@ using Eigen::Vector3d;
 constexpr double kGain = 0.05;  // 1/s
 const Vector3d kBias(0.006, -0.004, 0.005);
 
-FlightLog Filtered() {
+FlightLog Filtered(const std::vector<simulation::EffectSetting>& effects = {}) {
   SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
   config.duration = 50.0;
   config.imu.gyro_bias = kBias;
   config.imu.misalignment.setZero();  // mocap's attitude is the body's
   config.ahrs.tilt_gain = kGain;
+  config.effects = effects;
   return testing_simulation::Fly(config, 3).log;
 }
 
@@ -61,6 +62,22 @@ TEST(AttitudeErrors, FindTheFiltersGainAndTheGyroscopesBias) {
     EXPECT_NEAR(errors.fit().gyro_bias[axis], kBias[axis], 1e-3);
   }
   EXPECT_DOUBLE_EQ(errors.hold(), AttitudeErrorOptions().longest_hold);
+}
+
+// Of what the gyroscope shows, value and truth.
+void ExpectShown(const ShownByGyro& shown, double truth, double most_sigma) {
+  EXPECT_LT(shown.sigma, most_sigma);
+  EXPECT_NEAR(shown.value, truth, 3.3 * shown.sigma + 0.1 * std::abs(truth));
+}
+
+TEST(AttitudeErrors, TheGyroscopeShowsTheAttitudesScaleAndLatency) {
+  const AttitudeFilterFit clean = ErrorsOf(Filtered()).fit();
+  ExpectShown(clean.tilt_scale, 0.0, 0.02);
+  ExpectShown(clean.latency, 0.0, 0.005);
+  const AttitudeFilterFit scaled = ErrorsOf(Filtered({{"tilt_scale", {{"s", 0.12}}}})).fit();
+  ExpectShown(scaled.tilt_scale, 0.12, 0.02);
+  const AttitudeFilterFit late = ErrorsOf(Filtered({{"attitude_latency", {{"tau", 0.06}}}})).fit();
+  ExpectShown(late.latency, 0.06, 0.005);
 }
 
 TEST(AttitudeErrors, TheGyroscopeTakesOutTheFiltersFeedback) {
