@@ -149,8 +149,9 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
 
 // The comparison that shows an effect.
 struct Comparison {
-  std::string stream;                // in words
-  std::vector<std::string> besides;  // effects that differences may also come from
+  std::string stream;  // in words
+  // Effects that look alike at one frequency of turns: if one is asked for, all are free.
+  std::vector<std::string> alike;
   MocapRows (MocapComparison::*rows)(const FlightLog&) const;
   // False if the fit used the same: mocap's positions, turned by the logged attitude.
   bool independent = true;
@@ -172,7 +173,7 @@ std::optional<Comparison> ComparisonFor(const EffectInfo& info, const MocapCompa
                       {"ahrs_acceleration_error", "attitude_latency"},
                       &MocapComparison::Attitude};
   }
-  return Comparison{"mocap position", {"fix_latency"}, &MocapComparison::Fixes};
+  return Comparison{"mocap position", {"fix_latency", "fix_scale"}, &MocapComparison::Fixes};
 }
 
 void ShiftImu(double delay, FlightLog* log) {
@@ -195,11 +196,14 @@ class StreamFit {
 
   std::optional<SizeEstimate> Run() {
     const bool acceleration = comparison_.stream == "mocap acceleration";
-    for (const std::string& id : comparison_.besides) {
-      if (std::none_of(candidates_.begin(), candidates_.end(),
-                       [&](const Candidate& c) { return c.id() == id; })) {
-        Add({&InfoOf(id), {}});
-      }
+    const auto asked = [&](const std::string& id) {
+      return std::any_of(candidates_.begin(), candidates_.end(),
+                         [&](const Candidate& c) { return c.id() == id; });
+    };
+    const auto& alike = comparison_.alike;
+    const bool any = std::any_of(alike.begin(), alike.end(), asked);
+    for (const std::string& id : alike) {
+      if (any && !asked(id)) Add({&InfoOf(id), {}});
     }
     if (acceleration) unknowns_.push_back({0.0, 0.002, 0.2});
     const auto rows_of = [&](const FlightLog& log) {
@@ -265,10 +269,11 @@ std::string SizesText(const EffectInfo& info, const VectorXd& value, const Vecto
   std::vector<std::string> texts;
   for (Eigen::Index i = 0; i < value.size(); ++i) {
     const EffectParameterInfo& parameter = info.parameters[i];
+    if (!Shown(parameter, sigma[i])) continue;
     texts.push_back(fmt::format("{} {:.3g} +- {:.2g}{}", parameter.name, value[i], sigma[i],
                                 parameter.unit == "1" ? "" : " " + parameter.unit));
   }
-  return fmt::format("{}", fmt::join(texts, ", "));
+  return texts.empty() ? "nothing of it" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
 Witness Silent(const std::string& why) { return {"", "silent", {}, {}, why}; }
@@ -359,6 +364,10 @@ void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
 }
 
 }  // namespace
+
+bool Shown(const EffectParameterInfo& parameter, double sigma) {
+  return sigma < 10.0 * parameter.plausible;
+}
 
 std::string SaysOf(const Witness& witness, const Cause& cause) {
   constexpr double kOfSize = 1.0 / 3.0;  // of the size

@@ -12,6 +12,9 @@ namespace trueline {
 // the fit left out.
 void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes);
 
+// False for a sigma that says that the stream does not show the parameter.
+bool Shown(const EffectParameterInfo& parameter, double sigma);
+
 // The witness's verdict on a size that the fit states. It confirms what it shows itself, and
 // refutes what differs from it by 3 sigmas of both and by a third of the size. `value` and `sigma`
 // of the witness must be set.

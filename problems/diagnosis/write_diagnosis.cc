@@ -7,6 +7,7 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/diagnosis/witness.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -80,8 +81,10 @@ YAML::Node RepeatNode(const Cause& cause, const Repeat& repeat) {
 
 YAML::Node SizesNode(const Cause& cause, const Eigen::VectorXd& sizes, int digits) {
   YAML::Node node;
+  const EffectInfo& info = *cause.candidate.info;
   for (int i = 0; i < sizes.size(); ++i) {
-    node[cause.candidate.info->parameters[i].name] = Rounded(sizes[i], digits);
+    if (!Shown(info.parameters[i], cause.witness.sigma[i])) continue;
+    node[info.parameters[i].name] = Rounded(sizes[i], digits);
   }
   return Flow(node);
 }
