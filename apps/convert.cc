@@ -89,9 +89,10 @@ int WithoutMap() {
   for (const std::string& warning : recording->warnings()) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
   if (FLAGS_out.empty()) return kExitDone;
-  throw NoUsableLog(fmt::format(
-      "{}: no map in config/import finds an IMU in it; edit {}/proposed_map.yaml and give it by --map", FLAGS_in,
-      FLAGS_out));
+  throw NoUsableLog(
+      fmt::format("{}: no map in config/import finds an IMU in it; edit {}/proposed_map.yaml and "
+                  "give it by --map",
+                  FLAGS_in, FLAGS_out));
 }
 
 int Run() {

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "problems/import/formats/bytes.h"
+#include "problems/import/formats/dataflash_types.h"
 #include "problems/import/formats/packed_decoder.h"
 
 namespace trueline {
@@ -13,103 +14,6 @@ namespace {
 constexpr std::string_view kRecordMagic("\xA3\x95", 2);
 constexpr std::uint8_t kFmtType = 128;
 constexpr std::size_t kFmtLength = 89;
-constexpr int kShorts = 32;  // of letter 'a'
-
-struct FlashLetter {
-  char letter;
-  Scalar type;
-  double scale = 1.0;
-};
-constexpr std::array<FlashLetter, 17> kFlashLetters = {{{'b', Scalar::kI8},
-                                                        {'B', Scalar::kU8},
-                                                        {'M', Scalar::kU8},
-                                                        {'h', Scalar::kI16},
-                                                        {'H', Scalar::kU16},
-                                                        {'i', Scalar::kI32},
-                                                        {'I', Scalar::kU32},
-                                                        {'q', Scalar::kI64},
-                                                        {'Q', Scalar::kU64},
-                                                        {'f', Scalar::kF32},
-                                                        {'d', Scalar::kF64},
-                                                        {'g', Scalar::kF16},
-                                                        {'c', Scalar::kI16, 0.01},
-                                                        {'C', Scalar::kU16, 0.01},
-                                                        {'e', Scalar::kI32, 0.01},
-                                                        {'E', Scalar::kU32, 0.01},
-                                                        {'L', Scalar::kI32, 1e-7}}};
-
-std::size_t TextSize(char letter) {
-  return letter == 'n' ? 4 : letter == 'N' ? 16 : letter == 'Z' ? 64 : 0;
-}
-
-std::string TextOfField(std::string_view bytes) {
-  return std::string(bytes.substr(0, bytes.find('\0')));
-}
-
-// One column; text has no number.
-struct FlashColumn {
-  std::string name;
-  char letter;
-  std::size_t offset;  // in the record, bytes
-};
-
-struct FlashType {
-  std::string name;
-  std::size_t length = 0;  // of a record, with its three bytes of header
-  std::vector<FlashColumn> columns;
-  std::string units, multipliers;  // a letter for each column
-  int instance_column = -1;
-  int time_column = -1;
-  std::map<int, std::size_t> channels;  // by instance
-
-  const FlashColumn* Find(std::string_view column) const {
-    for (const FlashColumn& c : columns) {
-      if (c.name == column) return &c;
-    }
-    return nullptr;
-  }
-};
-
-std::size_t LetterSize(char letter) {
-  if (letter == 'a') return 2 * kShorts;
-  if (TextSize(letter) > 0) return TextSize(letter);
-  for (const FlashLetter& known : kFlashLetters) {
-    if (known.letter == letter) return SizeOf(known.type);
-  }
-  return 0;
-}
-
-bool TellsSensorsApart(const FlashType& type, const FlashColumn& column) {
-  if (column.letter != 'B') return false;
-  const bool core = type.name.starts_with("XK") || type.name.starts_with("NK");
-  return column.name == "I" || column.name == "Inst" || column.name == "Instance" ||
-         (core && column.name == "C");
-}
-
-// The definition that an FMT record holds. False if its columns do not fit its length.
-bool ParseFmt(std::string_view record, FlashType* type) {
-  ByteCursor cursor(record.substr(4));
-  type->length = cursor.Get<std::uint8_t>();
-  type->name = TextOfField(cursor.Bytes(4));
-  const std::string letters = TextOfField(cursor.Bytes(16));
-  ByteCursor names(cursor.Bytes(64));
-  std::size_t offset = 3;
-  std::string rest = TextOfField(names.Bytes(64));
-  for (const char letter : letters) {
-    const std::size_t comma = rest.find(',');
-    if (LetterSize(letter) == 0) return false;
-    type->columns.push_back({rest.substr(0, comma), letter, offset});
-    rest = comma == std::string::npos ? "" : rest.substr(comma + 1);
-    offset += LetterSize(letter);
-  }
-  for (std::size_t i = 0; i < type->columns.size(); ++i) {
-    const FlashColumn& column = type->columns[i];
-    if (TellsSensorsApart(*type, column)) type->instance_column = static_cast<int>(i);
-    const bool is_time = column.name == "TimeUS" || column.name == "TimeMS";
-    if (is_time && i == 0) type->time_column = 0;
-  }
-  return offset == type->length;
-}
 
 class FlashWalk {
  public:
@@ -191,7 +95,7 @@ class FlashWalk {
                             std::string_view column) {
     const FlashColumn* text = type.Find(column);
     if (text == nullptr) return "";
-    return TextOfField(record.substr(text->offset, TextSize(text->letter)));
+    return FlashText(record.substr(text->offset, FlashTextSize(text->letter)));
   }
 
   void Emit(FlashType& type, std::string_view record) {
@@ -210,16 +114,10 @@ class FlashWalk {
     if (type.time_column >= 0) {
       const FlashColumn& column = type.columns.front();
       const bool us = column.name == "TimeUS";
-      ReadScalar(ScalarOf(column.letter), record.data() + column.offset).Time(us ? 3 : 6, &time);
+      ReadScalar(LetterOf(column.letter)->type, record.data() + column.offset)
+          .Time(us ? 3 : 6, &time);
     }
     sink_->Add(channel->second, time, record);
-  }
-
-  static Scalar ScalarOf(char letter) {
-    for (const FlashLetter& known : kFlashLetters) {
-      if (known.letter == letter) return known.type;
-    }
-    return Scalar::kU8;
   }
 
   std::unique_ptr<MessageDecoder> MakeDecoder(const FlashType& type) const {
@@ -227,14 +125,13 @@ class FlashWalk {
     for (std::size_t i = 0; i < type.columns.size(); ++i) {
       const FlashColumn& column = type.columns[i];
       if (column.letter == 'a') {
-        for (int k = 0; k < kShorts; ++k) {
-          fields.push_back({fmt::format("{}[{}]", column.name, k),
-                            column.offset + 2 * static_cast<std::size_t>(k), Scalar::kI16});
+        for (std::size_t k = 0; k < kFlashShorts; ++k) {
+          fields.push_back(
+              {fmt::format("{}[{}]", column.name, k), column.offset + 2 * k, Scalar::kI16});
         }
       }
-      for (const FlashLetter& known : kFlashLetters) {
-        if (known.letter == column.letter) fields.push_back(MakeField(type, i, known));
-      }
+      const FlashLetter* letter = LetterOf(column.letter);
+      if (letter != nullptr) fields.push_back(MakeField(type, i, *letter));
     }
     const bool timed = type.time_column >= 0;
     const std::string stamp = timed ? type.columns.front().name : "";

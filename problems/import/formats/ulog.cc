@@ -3,102 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/ulog_layout.h"
 
 namespace trueline {
 namespace {
 
 constexpr std::string_view kSyncRecord("\x08\x00\x53\x2f\x73\x13\x20\x25\x0c\xbb\x12", 11);
 constexpr std::size_t kHeaderSize = 16;
-constexpr std::size_t kMaxFields = 16384;  // of one topic; a larger definition is damaged
-constexpr int kMaxNesting = 16;
-
-struct ULogField {
-  std::string type, name;
-  std::size_t count = 0;  // of an array; 0 for a single value
-};
-using ULogFormats = std::map<std::string, std::vector<ULogField>, std::less<>>;
-
-const std::map<std::string, Scalar, std::less<>> kULogScalars = {
-    {"int8_t", Scalar::kI8},    {"uint8_t", Scalar::kU8},   {"int16_t", Scalar::kI16},
-    {"uint16_t", Scalar::kU16}, {"int32_t", Scalar::kI32},  {"uint32_t", Scalar::kU32},
-    {"int64_t", Scalar::kI64},  {"uint64_t", Scalar::kU64}, {"float", Scalar::kF32},
-    {"double", Scalar::kF64},   {"bool", Scalar::kU8}};
-
-// "type[n] name" or "type name".
-bool ParseULogField(std::string_view text, ULogField* field) {
-  const std::size_t space = text.find(' ');
-  if (space == std::string_view::npos) return false;
-  std::string_view type = text.substr(0, space);
-  field->name = text.substr(space + 1);
-  const std::size_t bracket = type.find('[');
-  field->type = type.substr(0, bracket);
-  if (bracket == std::string_view::npos) return true;
-  const char* end = type.data() + type.size();
-  const auto [stop, error] = std::from_chars(type.data() + bracket + 1, end, field->count);
-  return error == std::errc() && stop + 1 == end && *stop == ']' && field->count > 0;
-}
-
-// "name:field;field;..."
-bool ParseULogFormat(std::string_view text, ULogFormats* formats) {
-  const std::size_t colon = text.find(':');
-  if (colon == std::string_view::npos) return false;
-  std::vector<ULogField> fields;
-  ByteCursor rest(text.substr(colon + 1));
-  while (rest.left() > 0) {
-    const std::string_view part = rest.Until(';');
-    ULogField field;
-    if (!rest.ok() || !ParseULogField(part, &field)) return false;
-    fields.push_back(field);
-  }
-  (*formats)[std::string(text.substr(0, colon))] = std::move(fields);
-  return true;
-}
-
-// Lays out the fields of a type one after another, nested types in place.
-class ULogLayout {
- public:
-  explicit ULogLayout(const ULogFormats& formats) : formats_(formats) {}
-
-  bool Add(std::string_view type, const std::string& prefix, int depth = 0) {
-    const auto format = formats_.find(type);
-    if (format == formats_.end() || depth > kMaxNesting) return false;
-    for (const ULogField& field : format->second) {
-      for (std::size_t i = 0; i < std::max<std::size_t>(1, field.count); ++i) {
-        const std::string name =
-            prefix + field.name + (field.count > 0 ? fmt::format("[{}]", i) : "");
-        if (!AddOne(field.type, name, depth)) return false;
-      }
-    }
-    return true;
-  }
-
-  std::vector<PackedField> fields;
-  std::size_t size = 0;      // bytes, with padding
-  std::size_t min_size = 0;  // without padding at the end
-
- private:
-  bool AddOne(const std::string& type, const std::string& name, int depth) {
-    if (const auto scalar = kULogScalars.find(type); scalar != kULogScalars.end()) {
-      const bool padding = name.find("_padding") != std::string::npos;
-      if (!padding) fields.push_back({name, size, scalar->second});
-      size += SizeOf(scalar->second);
-      if (!padding) min_size = size;
-      return fields.size() <= kMaxFields && size <= 65535;
-    }
-    if (type == "char") {
-      min_size = ++size;
-      return size <= 65535;
-    }
-    return Add(type, name + ".", depth + 1);
-  }
-
-  const ULogFormats& formats_;
-};
 
 // A topic as subscribed to.
 struct ULogTopic {
