@@ -1,17 +1,23 @@
-// trueline-convert: a foreign CSV log to a native log, by a YAML column map.
+// trueline-convert: a foreign log to a native log, by a YAML column map.
 #include "problems/import/convert.h"
 
 #include <gflags/gflags.h>
 
 #include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/import/find_map.h"
 #include "problems/import/fix_flags.h"
+#include "problems/import/formats/bytes.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/list_channels.h"
+#include "problems/import/resolve_channels.h"
 #include "problems/log/first_look.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 
 DEFINE_string(map, "", "YAML column map; config/import has one for each known source");
-DEFINE_string(in, "", "the log's CSV file, or several with commas between, in the map's order");
+DEFINE_string(in, "", "the log, or several with commas between, in the map's order");
 DEFINE_string(out, "", "directory of the native log, made if missing");
 DEFINE_uint64(seed, 0, "of the fixes that are sampled from mocap");
 DEFINE_double(fix_sigma, 0.0, "m; sigma of detected fixes, in place of the map's (0: the map's)");
@@ -28,9 +34,15 @@ DEFINE_bool(quiet, false, "no table and no warnings");
 namespace {
 
 constexpr char kUsage[] =
-    R"(turns a foreign CSV log into a native log: a directory with log.yaml and one CSV a stream.
+    R"(turns a foreign log into a native log: a directory with log.yaml and one CSV a stream.
 
+  trueline-convert --in=flight.ulg                 # lists what is in a log, and proposes a map
+  trueline-convert --in=flight.ulg --out=out/flight
   trueline-convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval
+
+The format is known by the content: CSV, PX4 ULog, ROS 1 and 2 bags, MCAP, ArduPilot DataFlash,
+Betaflight blackbox, Crazyflie micro-SD, ASL (EuRoC) folder, TUM trajectory. Without --map, a map of
+config/import that fits is used. Exit code 3: no usable log can be made, for the reason printed.
 
 A new source needs a map of its own and no code; problems/import/import_map.h lists the keys, and
 config/import/nanobench.yaml explains them. Several files go in the map's order:
@@ -43,12 +55,9 @@ says so; these flags change how, with the same --seed giving the same fixes:
   trueline-convert --map=config/import/nanobench.yaml --in=B7_oval_fast_rep1.csv --out=out/oval \
       --straights='-0.9<x<0.9' --sigma_factor=0.1 --outlier_share=0.05 --seed=3)";
 
-int Run() {
-  using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
-  if (FLAGS_map.empty() || FLAGS_in.empty() || FLAGS_out.empty()) {
-    throw InputError("--map, --in and --out are needed; see --help for examples");
-  }
-  const ImportMap map = ReadImportMap(FLAGS_map);
+using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
+
+int Convert(const ImportMap& map) {
   ConvertOptions options;
   options.seed = FLAGS_seed;
   if (FLAGS_fix_sigma > 0.0) options.fix_sigma = FLAGS_fix_sigma;
@@ -57,11 +66,46 @@ int Run() {
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
   const FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
   for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
+  if (FLAGS_map.empty()) {
+    for (const std::string& lack : Shortcomings(converted, FLAGS_in)) Warn(lack, FLAGS_quiet);
+  }
   WriteNativeLog(converted, FLAGS_out);
   const FlightLog log = ReadAndLook(FLAGS_out);  // checks that the written log is readable
   for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;
+}
+
+// Lists the log and proposes a map; converts by it if it ships and --out is given.
+int WithoutMap() {
+  if (SplitList(FLAGS_in).size() != 1) throw InputError("several files in --in need a --map");
+  const std::unique_ptr<Recording> recording = OpenRecording(FLAGS_in);
+  const std::optional<ImportMap> shipped = FindShippedMap(*recording);
+  const std::string proposed =
+      shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(*recording);
+  if (!FLAGS_out.empty()) {
+    WriteFileAtomically(std::filesystem::path(FLAGS_out) / "proposed_map.yaml", proposed);
+  }
+  if (shipped && !FLAGS_out.empty()) return Convert(*shipped);
+  for (const std::string& warning : recording->warnings()) Warn(warning, FLAGS_quiet);
+  if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
+  if (FLAGS_out.empty()) return kExitDone;
+  throw NoUsableLog(
+      fmt::format("{}: no map in config/import finds an IMU in it; edit {}/proposed_map.yaml and "
+                  "give it by --map",
+                  FLAGS_in, FLAGS_out));
+}
+
+int Run() {
+  if (FLAGS_in.empty() || (!FLAGS_map.empty() && FLAGS_out.empty())) {
+    throw InputError("--map, --in and --out are needed, or --in alone; see --help for examples");
+  }
+  try {
+    return FLAGS_map.empty() ? WithoutMap() : Convert(ReadImportMap(FLAGS_map));
+  } catch (const NoUsableLog& error) {
+    fmt::print(stderr, "trueline-convert: no usable log: {}\n", error.what());
+    return kExitNoResult;
+  }
 }
 
 }  // namespace

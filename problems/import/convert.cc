@@ -2,11 +2,16 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
+#include "problems/import/channel_row.h"
 #include "problems/import/cut.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/resolve_channels.h"
 #include "problems/import/stream_import.h"
 
 namespace trueline {
@@ -24,6 +29,67 @@ void ReadFile(const std::string& file, const CsvDialect& dialect,
   for (StreamImport* stream : streams) stream->Finish(warnings);
 }
 
+// Reads the records of the channels that the streams come from.
+void ReadRecording(Recording* recording, const std::vector<StreamImport*>& streams,
+                   std::vector<std::string>* warnings) {
+  std::vector<ChannelRow> rows;
+  std::set<std::size_t> channels;
+  for (const StreamImport* stream : streams) {
+    rows.emplace_back(*recording, stream->map().channel);
+    channels.insert(stream->map().channel.begin(), stream->map().channel.end());
+  }
+  const std::vector<std::size_t> wanted(channels.begin(), channels.end());
+  const std::vector<std::size_t> undecoded =
+      recording->Visit(wanted, [&](std::size_t channel, const Record& record) {
+        for (std::size_t i = 0; i < streams.size(); ++i) {
+          if (rows[i].Take(channel, record)) streams[i]->AddRow(rows[i]);
+        }
+      });
+  const std::vector<std::string>& damage = recording->warnings();
+  warnings->insert(warnings->end(), damage.begin(), damage.end());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (undecoded[i] == 0) continue;
+    warnings->push_back(fmt::format("{}: {} messages of {} are cut or malformed; they are left out",
+                                    recording->file(), undecoded[i],
+                                    recording->channels()[wanted[i]].Label()));
+  }
+  for (StreamImport* stream : streams) stream->Finish(warnings);
+}
+
+// Opens the inputs that are no CSV.
+Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& files) {
+  Recordings recordings(files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::vector<std::string>& formats = map.inputs[i].formats;
+    if (formats.empty()) continue;
+    recordings[i] = OpenRecording(files[i]);
+    const LogFormat& found = recordings[i]->format();
+    if (std::find(formats.begin(), formats.end(), found.key) != formats.end()) continue;
+    throw ErrorAt(files[i], 0,
+                  fmt::format("is of format {} ({}), where {} is for {}; give another map, or none",
+                              found.key, found.name, map.file, fmt::join(formats, ", ")));
+  }
+  return recordings;
+}
+
+// Of a file, or of all files of a folder, in the order of their names.
+std::string Sha256OfLog(const std::string& path) {
+  if (!std::filesystem::is_directory(path)) return Sha256OfFile(path);
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file()) files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  std::string digests;
+  for (const std::string& file : files) digests += Sha256OfFile(file);
+  return Sha256OfText(digests);
+}
+
+// The last part of a path; a folder may be given with a slash at its end.
+std::filesystem::path NameOfLog(const std::filesystem::path& path) {
+  return path.has_filename() ? path.filename() : path.parent_path().filename();
+}
+
 void RequireOneFileForEachInput(const ImportMap& map, const std::vector<std::string>& files) {
   if (files.size() == map.inputs.size()) return;
   std::vector<std::string> names;
@@ -34,7 +100,7 @@ void RequireOneFileForEachInput(const ImportMap& map, const std::vector<std::str
 
 std::string LogName(const ImportMap& map, const std::string& file) {
   std::string name = map.name;
-  const std::string stem = std::filesystem::path(file).stem().string();
+  const std::string stem = NameOfLog(file).stem().string();
   const std::size_t place = name.find("{stem}");
   if (place != std::string::npos) name.replace(place, 6, stem);
   return name;
@@ -49,8 +115,8 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
   std::vector<std::string> names;
   std::vector<std::string> digests;
   for (const std::string& file : files) {
-    names.push_back(std::filesystem::path(file).filename().string());
-    digests.push_back(Sha256OfFile(file));
+    names.push_back(NameOfLog(file).string());
+    digests.push_back(Sha256OfLog(file));
   }
   log->source = {{"file", fmt::format("{}", fmt::join(names, ", "))},
                  {"sha256", fmt::format("{}", fmt::join(digests, ", "))}};
@@ -88,16 +154,26 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
   RequireOneFileForEachInput(map, files);
   FlightLog log;
   Describe(map, files, &log);
-  const auto imports = MakeImports(map, files, options.fix_sigma, &log);
+  const Recordings recordings = OpenRecordings(map, files);
+  ImportMap resolved = map;
+  resolved.streams = ResolveChannels(map, recordings, &log.warnings);
+  const auto imports = MakeImports(resolved, files, options.fix_sigma, &log);
   for (std::size_t i = 0; i < files.size(); ++i) {
     std::vector<StreamImport*> of_file;
     for (const auto& stream : imports) {
-      if (stream->input() == i) of_file.push_back(stream.get());
+      if (stream->map().input == i) of_file.push_back(stream.get());
     }
-    ReadFile(files[i], map.inputs[i].dialect, of_file, &log.warnings);
+    if (recordings[i]) {
+      ReadRecording(recordings[i].get(), of_file, &log.warnings);
+    } else {
+      ReadFile(files[i], map.inputs[i].dialect, of_file, &log.warnings);
+    }
   }
   if (log.imu.empty()) {
-    throw ErrorAt(map.file, 0, "'streams.imu' keeps no row; check 'new_where' and 'accept'");
+    const std::string message =
+        map.file + ": 'streams.imu' keeps no row; check 'new_where' and 'accept'";
+    if (recordings[map.streams.at("imu").input]) throw NoUsableLog(message);
+    throw InputError(message);
   }
   CutLog(map.cut, map.file, &log);
   const auto& sampled = options.fixes_from_mocap ? options.fixes_from_mocap : map.fixes_from_mocap;

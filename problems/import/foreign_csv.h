@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "problems/common/time.h"
+#include "problems/import/foreign_row.h"
 #include "problems/log/line_reader.h"
 
 namespace trueline {
@@ -17,7 +17,7 @@ struct CsvDialect {
   bool header = true;    // a line of names follows
 };
 
-class ForeignCsv {
+class ForeignCsv : public ForeignRow {
  public:
   ForeignCsv(const std::filesystem::path& path, const CsvDialect& dialect,
              std::vector<std::string>* warnings);
@@ -26,20 +26,19 @@ class ForeignCsv {
   // skipped. Throws InputError for a row whose number of fields is not that of the first row.
   bool Next();
 
-  // Index of a column given by its name or its number from 1; `where` is the place in the map that
-  // names it, for the error. Valid after the first Next().
-  int IndexOf(const std::string& column, const std::string& where) const;
+  // Valid after the first Next().
+  int IndexOf(const std::string& column, const std::string& where) const override;
 
-  std::string_view Text(int index) const { return fields_[static_cast<std::size_t>(index)]; }
-  // NaN if the field is empty or says so. Throws InputError for other text.
-  double Number(int index) const;
-  // Exact to a nanosecond; `exponent` as for ParseTime().
-  TimeNs Time(int index, int exponent) const;
+  std::string_view Text(int index) const override {
+    return fields_[static_cast<std::size_t>(index)];
+  }
+  double Number(int index) const override;  // NaN if the field is empty or says so
+  TimeNs Time(int index, int exponent) const override;
+  TimeNs Stamp() const override { return 0; }  // a CSV map names the column of the time
 
   // "file:line: column 'name': message".
-  [[noreturn]] void Fail(int index, const std::string& message) const;
-  // The error for a row of `stream` in which Number() found a missing value.
-  [[noreturn]] void FailMissing(const std::string& stream) const;
+  [[noreturn]] void Fail(int index, const std::string& message) const override;
+  [[noreturn]] void FailMissing(const std::string& stream) const override;
   const std::string& file() const { return lines_.file(); }
   int line() const { return lines_.line_number(); }
 

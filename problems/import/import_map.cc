@@ -2,7 +2,10 @@
 
 #include <fnmatch.h>
 
+#include <algorithm>
+
 #include "problems/common/error.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/read_fixes_from_mocap.h"
 #include "problems/import/read_streams_map.h"
 #include "problems/log/log_yaml.h"
@@ -15,6 +18,21 @@ char ReadDelimiter(const YamlMap& map) {
   return name == "tab" ? '\t' : name == "space" ? ' ' : name[0];
 }
 
+// `format: ulog`, or a list of them.
+std::vector<std::string> ReadFormats(const YamlMap& map) {
+  const YAML::Node node = map.RawNode("format");
+  if (!map.Has("format")) return {};
+  const auto formats = node.IsSequence() ? map.Get<std::vector<std::string>>("format")
+                                         : std::vector{map.Get<std::string>("format")};
+  for (const std::string& format : formats) {
+    if (IsFormat(format)) continue;
+    map.Fail("format", fmt::format("'{}' is not known; use one of: {}", format, KnownFormats()));
+  }
+  const bool csv = std::find(formats.begin(), formats.end(), kCsvFormat) != formats.end();
+  if (csv && formats.size() > 1) map.Fail("format", "a map of CSV fits no other format");
+  return csv ? std::vector<std::string>() : formats;
+}
+
 InputMap ReadInput(const std::string& name, const YamlMap& map) {
   InputMap input;
   input.name = name;
@@ -22,8 +40,11 @@ InputMap ReadInput(const std::string& name, const YamlMap& map) {
   input.dialect.skip_lines = map.Get<int>("skip_lines", 0);
   if (input.dialect.skip_lines < 0) map.Fail("skip_lines", "must not be negative");
   input.dialect.header = map.Get<bool>("header", true);
-  input.time = ReadTimeSource(map.Child("time"));
-  input.drop_unsorted = map.GetChoice("unsorted", {"refuse", "drop"}, "refuse") == "drop";
+  input.formats = ReadFormats(map);
+  const bool is_csv = input.formats.empty();
+  input.time.of_row = !is_csv && !map.Has("time");
+  if (!input.time.of_row) input.time = ReadTimeSource(map.Child("time"), is_csv);
+  input.unsorted = ReadUnsorted(map, is_csv ? Unsorted::kRefuse : Unsorted::kSort);
   map.Finish();
   return input;
 }

@@ -1,4 +1,4 @@
-// The YAML column map of trueline-convert: how a foreign CSV log becomes a native one.
+// The YAML column map of trueline-convert: how a foreign log becomes a native one.
 //
 //   name: "{stem}"           # of the log; {stem} is the name of the first file
 //   dataset: where it is from
@@ -10,11 +10,14 @@
 //       skip_lines: 0        # before the header
 //       header: true         # false: no names, columns by number
 //       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}
-//       unsorted: refuse     # or drop: rows whose time does not increase
+//       unsorted: refuse     # or drop, or sort: rows whose time does not increase
+//     flight: {format: [ros1, ros2, mcap]}  # a recording of one of these formats in place of CSV;
+//                            # its time is that of measurement unless `time` names another field,
+//                            # and `unsorted` is sort
 //   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
 //   body: FLU
 //   streams:                 # each may state input, time, earth, body, new_where, accept,
-//                            # skip_missing
+//                            # skip_missing, unsorted
 //     imu:
 //       accel: {columns: [ax, ay, az], unit: g}
 //       gyro: {columns: [gx, gy, gz], unit: deg/s}
@@ -31,6 +34,13 @@
 //     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}
 //     battery:  {column: vbat, unit: V}
 //     range:    {column: sonar, unit: m}
+//                            # of a recording, each states the `channel`: [name, pattern*, ...],
+//                            the # first that has records, or the `type` of its messages; `with`:
+//                            [name] # adds the last values of other channels. optional: true lets
+//                            the log # lack it. Columns are fields: "q[0]", "q[0..3]". A list of
+//                            streams: # the first that the log has.
+//     fixes:    {channel: GPS, position: {geodetic: [Lat, Lng, Alt]}, ...}  # deg and m, by scale;
+//                            # NED about the first one
 //   cut: {from: 2, to: 30, relative_to: start, airborne: {min_height: 0.5, margin: 0.5}}
 //   gates: [...]             # as in log.yaml, in NED
 //   vehicle: {...}           # as in log.yaml
@@ -50,6 +60,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/import/foreign_csv.h"
 #include "problems/import/row_filter.h"
 #include "problems/import/source.h"
 #include "problems/log/flight_log.h"
@@ -60,17 +71,22 @@ namespace trueline {
 
 struct TimeSource {
   SourceColumn column;
+  bool of_row = false;           // a recording's own time, in place of a column
   int exponent = 9;              // of its unit, for ParseTime()
   std::optional<double> factor;  // s for a count of one, where `scale` is given
   // s, added; the first pattern that fits the file's name.
   std::vector<std::pair<std::string, double>> offset_by_file;
 };
 
+// What happens to a row whose time does not come after that of the row before.
+enum class Unsorted { kRefuse, kDrop, kSort };
+
 struct InputMap {
   std::string name;
+  std::vector<std::string> formats;  // of LogFormat, any of which it may have; none: CSV
   CsvDialect dialect;
   TimeSource time;
-  bool drop_unsorted = false;
+  Unsorted unsorted = Unsorted::kRefuse;
 };
 
 // Where the values of one field of a stream come from.
@@ -80,12 +96,22 @@ struct FieldSource {
   // An attitude's source, or that of the attitude in which a body vector is given in earth axes.
   std::optional<SourceAttitude> attitude;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // from the source's to the native ones
+  bool geodetic = false;                               // latitude and longitude in deg, height in m
 };
 
 struct StreamMap {
   std::size_t input = 0;  // index of InputMap
+  // Of a recording: names or patterns of channels, of which the first is taken that has records, or
+  // the type of its messages.
+  std::vector<std::string> channels;
+  std::string type;
+  std::vector<std::string> with;     // names of further channels, whose last record completes a row
+  std::vector<std::size_t> channel;  // places of the channel and of these, once found
+  bool optional = false;             // a recording may lack it
+  std::vector<StreamMap> otherwise;  // in its place, in order, where its channel or columns lack
+
   TimeSource time;
-  bool drop_unsorted = false;
+  Unsorted unsorted = Unsorted::kRefuse;
   bool skip_missing = false;  // skip rows with a missing value instead of an error
   RowFilter filter;
   std::vector<FieldSource> fields;  // in the order of the stream's declaration

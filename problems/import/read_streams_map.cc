@@ -28,19 +28,36 @@ std::size_t ReadInputName(const YamlMap& map, const std::vector<InputMap>& input
   return 0;
 }
 
+// `channel` or `type`, and `optional`: of streams of a recording.
+void ReadChannel(const YamlMap& map, const InputMap& input, StreamMap* stream) {
+  if (input.formats.empty()) return;
+  const YAML::Node node = map.RawNode("channel");
+  if (map.Has("channel")) {
+    stream->channels = node.IsSequence() ? map.Get<std::vector<std::string>>("channel")
+                                         : std::vector{map.Get<std::string>("channel")};
+  }
+  stream->type = map.Get<std::string>("type", "");
+  stream->with = map.Get<std::vector<std::string>>("with", {});
+  stream->optional = map.Get<bool>("optional", false);
+  if (stream->channels.empty() == stream->type.empty()) {
+    map.Fail("channel", "give either 'channel' or 'type'; --in without --map lists them");
+  }
+}
+
 // The settings that all streams share.
 StreamMap ReadSettings(const YamlMap& map, const std::vector<InputMap>& inputs) {
   StreamMap stream;
   stream.input = ReadInputName(map, inputs);
-  stream.time = map.Has("time") ? ReadTimeSource(map.Child("time")) : inputs[stream.input].time;
+  const InputMap& input = inputs[stream.input];
+  stream.time =
+      map.Has("time") ? ReadTimeSource(map.Child("time"), input.formats.empty()) : input.time;
   if (map.Has("time") && !map.Child("time").Has("offset")) {
     stream.time.offset_by_file = inputs[stream.input].time.offset_by_file;
   }
-  stream.drop_unsorted =
-      map.GetChoice("unsorted", {"refuse", "drop"},
-                    inputs[stream.input].drop_unsorted ? "drop" : "refuse") == "drop";
+  stream.unsorted = ReadUnsorted(map, inputs[stream.input].unsorted);
   stream.skip_missing = map.Get<bool>("skip_missing", false);
   stream.filter = RowFilter(map);
+  ReadChannel(map, inputs[stream.input], &stream);
   return stream;
 }
 
@@ -54,7 +71,12 @@ class SourceReader {
   void operator()(const Field& field, const Eigen::Vector3d&) const {
     const YamlMap map = map_.Child(field.key);
     const SourceAxes own = ReadAxes(map, ReadAxes(map_, axes_));
-    FieldSource source{field.key, NumberSource(map, field.unit, 3), {}, own.earth};
+    const bool geodetic = field.axes == FrameAxes::kEarth && map.Has("geodetic");
+    FieldSource source{field.key,
+                       NumberSource(map, field.unit, 3, geodetic ? "geodetic" : "columns"),
+                       {},
+                       own.earth,
+                       geodetic};
     if (field.axes == FrameAxes::kBody && !map.Has("attitude")) source.axes = own.body;
     if (field.axes == FrameAxes::kBody && map.Has("attitude")) {
       const YamlMap attitude = map.Child("attitude");
@@ -92,8 +114,20 @@ class SourceReader {
 
 }  // namespace
 
-TimeSource ReadTimeSource(const YamlMap& map) {
+Unsorted ReadUnsorted(const YamlMap& map, Unsorted fallback) {
+  if (!map.Has("unsorted")) return fallback;
+  const std::string name = map.GetChoice("unsorted", {"refuse", "drop", "sort"}, "");
+  return name == "drop" ? Unsorted::kDrop : name == "sort" ? Unsorted::kSort : Unsorted::kRefuse;
+}
+
+TimeSource ReadTimeSource(const YamlMap& map, bool is_csv) {
   TimeSource time;
+  time.of_row = !is_csv && !map.Has("column");
+  if (time.of_row) {
+    ReadOffset(map, &time);
+    map.Finish();
+    return time;
+  }
   map.Get<std::string>("column");
   time.column = SourceColumn(map.RawNode("column"), map.file());
   const double unit = ReadUnit(map, "s");
@@ -109,17 +143,30 @@ TimeSource ReadTimeSource(const YamlMap& map) {
 std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const SourceAxes& axes,
                                                 const std::vector<InputMap>& inputs) {
   std::map<std::string, StreamMap> streams;
-  map.Child("imu");  // required: the error if absent
+  if (!map.Has("imu")) map.Child("imu");  // required: the error if absent
   const FlightLog log;
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
-    map.RawNode(stream.name);  // marks it as known, though absent
+    const YAML::Node node = map.RawNode(stream.name);  // marks it as known, though absent
     if (!map.Has(stream.name)) return;
-    const YamlMap child = map.Child(stream.name);
-    StreamMap& read = streams[stream.name] = ReadSettings(child, inputs);
-    SourceReader reader(child, axes, &read.fields);
-    const SampleOf<decltype(samples)> sample{};
-    sample.Describe(reader, sample, stream);
-    child.Finish();
+    const auto read = [&](const YamlMap& child) {
+      StreamMap one = ReadSettings(child, inputs);
+      SourceReader reader(child, axes, &one.fields);
+      const SampleOf<decltype(samples)> sample{};
+      sample.Describe(reader, sample, stream);
+      child.Finish();
+      return one;
+    };
+    if (!node.IsSequence()) {
+      streams[stream.name] = read(map.Child(stream.name));
+      return;
+    }
+    std::vector<StreamMap> all;
+    for (const YamlMap& child : map.Children(stream.name)) all.push_back(read(child));
+    if (all.empty() || all.front().channels.empty() == all.front().type.empty()) {
+      map.Fail(stream.name, "a list needs at least one stream, each of a recording");
+    }
+    streams[stream.name] = all.front();
+    streams[stream.name].otherwise.assign(all.begin() + 1, all.end());
   });
   map.Finish();
   return streams;

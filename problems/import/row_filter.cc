@@ -40,29 +40,29 @@ RowFilter::RowFilter(const YamlMap& map) {
   for (const YamlMap& rule : map.Children("accept")) rules_.emplace_back(rule);
 }
 
-void RowFilter::Bind(const ForeignCsv& csv) {
-  for (SourceColumn& column : new_where_) column.Bind(csv);
+void RowFilter::Bind(const ForeignRow& row) {
+  for (SourceColumn& column : new_where_) column.Bind(row);
   for (AcceptRule& rule : rules_) {
-    for (SourceColumn& column : rule.columns) column.Bind(csv);
+    for (SourceColumn& column : rule.columns) column.Bind(row);
     if (rule.median_window > 0) remembered_.resize(remembered_.size() + rule.columns.size());
   }
 }
 
-bool RowFilter::Accepts(const ForeignCsv& csv) {
-  if (!IsNew(csv)) return false;
-  if (InRange(csv)) return true;
+bool RowFilter::Accepts(const ForeignRow& row) {
+  if (!IsNew(row)) return false;
+  if (InRange(row)) return true;
   ++out_of_range_;
   return false;
 }
 
 // The values of the first row may be of any age, so it counts as repeated.
-bool RowFilter::IsNew(const ForeignCsv& csv) {
+bool RowFilter::IsNew(const ForeignRow& row) {
   if (new_where_.empty()) return true;
   bool changed = false;
   const bool first = previous_.empty();
   previous_.resize(new_where_.size());
   for (std::size_t i = 0; i < new_where_.size(); ++i) {
-    const std::string_view now = csv.Text(new_where_[i].index());
+    const std::string_view now = row.Text(new_where_[i].index());
     if (previous_[i] == now) continue;
     previous_[i] = now;
     changed = true;
@@ -70,22 +70,22 @@ bool RowFilter::IsNew(const ForeignCsv& csv) {
   return changed && !first;
 }
 
-bool RowFilter::InRange(const ForeignCsv& csv) const {
+bool RowFilter::InRange(const ForeignRow& row) const {
   for (const AcceptRule& rule : rules_) {
     if (!rule.range) continue;
     for (const SourceColumn& column : rule.columns) {
-      const double value = column.Value(csv);
+      const double value = column.Value(row);
       if (value < (*rule.range)[0] || value > (*rule.range)[1]) return false;
     }
   }
   return true;
 }
 
-void RowFilter::Remember(const ForeignCsv& csv) {
+void RowFilter::Remember(const ForeignRow& row) {
   std::size_t k = 0;
   for (const AcceptRule& rule : rules_) {
     if (rule.median_window == 0) continue;
-    for (const SourceColumn& column : rule.columns) remembered_[k++].push_back(column.Value(csv));
+    for (const SourceColumn& column : rule.columns) remembered_[k++].push_back(column.Value(row));
   }
 }
 

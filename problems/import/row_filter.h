@@ -27,20 +27,20 @@ class RowFilter {
   RowFilter() = default;
   explicit RowFilter(const YamlMap& map);
 
-  void Bind(const ForeignCsv& csv);
+  void Bind(const ForeignRow& row);
   // Whether the row is new and in range. Must see every row of the file.
-  bool Accepts(const ForeignCsv& csv);
+  bool Accepts(const ForeignRow& row);
   // Stores the values of an accepted row for MedianMask(); call it once for each sample that is
   // kept.
-  void Remember(const ForeignCsv& csv);
+  void Remember(const ForeignRow& row);
   // For each remembered row, whether it is within the running medians.
   std::vector<bool> MedianMask() const;
 
   int out_of_range() const { return out_of_range_; }
 
  private:
-  bool IsNew(const ForeignCsv& csv);
-  bool InRange(const ForeignCsv& csv) const;
+  bool IsNew(const ForeignRow& row);
+  bool InRange(const ForeignRow& row) const;
 
   std::vector<SourceColumn> new_where_;
   std::vector<std::string> previous_;

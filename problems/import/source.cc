@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
@@ -18,6 +19,25 @@ std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, doub
     map.Fail(key, fmt::format("needs one number or {}, found {}", count, values.size()));
   }
   return values;
+}
+
+// "name[0..2]" as name[0], name[1], name[2]; any other text as it is.
+YAML::Node Elements(const YAML::Node& range) {
+  const std::string text = range.Scalar();
+  const std::size_t bracket = text.find('['), dots = text.find("..");
+  if (bracket == std::string::npos || dots == std::string::npos || !text.ends_with(']')) {
+    return range;
+  }
+  double from = 0.0, to = 0.0;
+  const bool numbers =
+      ParseNumber(std::string_view(text).substr(bracket + 1, dots - bracket - 1), &from) &&
+      ParseNumber(std::string_view(text).substr(dots + 2, text.size() - dots - 3), &to);
+  if (!numbers || !(to - from < 64.0)) return range;
+  YAML::Node list;
+  for (int i = static_cast<int>(from); i <= static_cast<int>(to); ++i) {
+    list.push_back(fmt::format("{}[{}]", text.substr(0, bracket), i));
+  }
+  return list;
 }
 
 }  // namespace
@@ -41,17 +61,18 @@ SourceColumn::SourceColumn(const YAML::Node& node, const std::string& map_file)
   }
 }
 
-void SourceColumn::Bind(const ForeignCsv& csv) {
-  if (!constant_) index_ = csv.IndexOf(name_, where_);
+void SourceColumn::Bind(const ForeignRow& row) {
+  if (!constant_) index_ = row.IndexOf(name_, where_);
 }
 
-double SourceColumn::Value(const ForeignCsv& csv) const {
-  return constant_ ? *constant_ : csv.Number(index_);
+double SourceColumn::Value(const ForeignRow& row) const {
+  return constant_ ? *constant_ : row.Number(index_);
 }
 
 std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count) {
-  const YAML::Node node = map.RawNode(key);
+  YAML::Node node = map.RawNode(key);
   if (!map.Has(key)) map.Fail(key, "is missing; give a list of columns");
+  if (node.IsScalar()) node = Elements(node);
   if (!node.IsSequence()) map.Fail(key, "must be a list of columns");
   if (node.size() == 0 || (count > 0 && node.size() != static_cast<std::size_t>(count))) {
     map.Fail(key, fmt::format("needs {} columns, found {}", count > 0 ? count : 1, node.size()));
@@ -61,8 +82,8 @@ std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key
   return columns;
 }
 
-NumberSource::NumberSource(const YamlMap& map, const char* si, int count)
-    : columns_(ReadColumns(map, "columns", count)),
+NumberSource::NumberSource(const YamlMap& map, const char* si, int count, const char* key)
+    : columns_(ReadColumns(map, key, count)),
       scale_(ReadForEach(map, "scale", 1.0, columns_.size())),
       offset_(ReadForEach(map, "offset", 0.0, columns_.size())) {
   const double unit = ReadUnit(map, si);
@@ -87,14 +108,14 @@ NumberSource NumberSource::Single(const YamlMap& map, const char* si) {
   return source;
 }
 
-void NumberSource::Bind(const ForeignCsv& csv) {
-  for (SourceColumn& column : columns_) column.Bind(csv);
+void NumberSource::Bind(const ForeignRow& row) {
+  for (SourceColumn& column : columns_) column.Bind(row);
 }
 
-std::vector<double> NumberSource::Values(const ForeignCsv& csv) const {
+std::vector<double> NumberSource::Values(const ForeignRow& row) const {
   std::vector<double> values(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    values[i] = scale_[i] * columns_[i].Value(csv) + offset_[i];
+    values[i] = scale_[i] * columns_[i].Value(row) + offset_[i];
   }
   return values;
 }
@@ -121,33 +142,33 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
   from_body_ = Eigen::Quaterniond(own.body).conjugate();
 }
 
-void SourceAttitude::Bind(const ForeignCsv& csv) {
-  for (std::size_t i = 0; i < (is_quaternion_ ? 4U : 3U); ++i) columns_[i].Bind(csv);
+void SourceAttitude::Bind(const ForeignRow& row) {
+  for (std::size_t i = 0; i < (is_quaternion_ ? 4U : 3U); ++i) columns_[i].Bind(row);
 }
 
-std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignCsv& csv) const {
-  const auto source = is_quaternion_ ? FromQuaternion(csv) : FromEuler(csv);
+std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row) const {
+  const auto source = is_quaternion_ ? FromQuaternion(row) : FromEuler(row);
   if (!source) return std::nullopt;
   return (to_earth_ * *source * from_body_).normalized();
 }
 
-std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(const ForeignCsv& csv) const {
+std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(const ForeignRow& row) const {
   constexpr double kTolerance = 0.03;  // of a norm of columns rounded to few digits
-  const Eigen::Quaterniond q(scale_ * columns_[0].Value(csv), scale_ * columns_[1].Value(csv),
-                             scale_ * columns_[2].Value(csv), scale_ * columns_[3].Value(csv));
+  const Eigen::Quaterniond q(scale_ * columns_[0].Value(row), scale_ * columns_[1].Value(row),
+                             scale_ * columns_[2].Value(row), scale_ * columns_[3].Value(row));
   const double norm = q.norm();
   if (!std::isfinite(norm) || norm == 0.0) return std::nullopt;
   if (std::abs(norm - 1.0) > kTolerance) {
-    csv.Fail(columns_[0].index(), fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
+    row.Fail(columns_[0].index(), fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
                                               "columns and 'scale' in the map",
                                               norm));
   }
   return q.normalized();
 }
 
-std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignCsv& csv) const {
-  const Eigen::Vector3d angles(columns_[0].Value(csv), columns_[1].Value(csv),
-                               columns_[2].Value(csv));
+std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignRow& row) const {
+  const Eigen::Vector3d angles(columns_[0].Value(row), columns_[1].Value(row),
+                               columns_[2].Value(row));
   if (!angles.allFinite()) return std::nullopt;
   return Eigen::AngleAxisd(scale_ * angles.z(), Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(scale_ * angles.y(), Eigen::Vector3d::UnitY()) *

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/import/foreign_csv.h"
+#include "problems/import/foreign_row.h"
 #include "problems/import/frames.h"
 #include "problems/log/units.h"
 
@@ -20,8 +20,8 @@ class SourceColumn {
   explicit SourceColumn(double constant) : constant_(constant) {}
   SourceColumn(const YAML::Node& node, const std::string& map_file);
 
-  void Bind(const ForeignCsv& csv);
-  double Value(const ForeignCsv& csv) const;  // not a number where it is missing
+  void Bind(const ForeignRow& row);
+  double Value(const ForeignRow& row) const;  // not a number where it is missing
   bool is_constant() const { return constant_.has_value(); }
   int index() const { return index_; }
 
@@ -32,7 +32,8 @@ class SourceColumn {
   int index_ = -1;
 };
 
-// `keys: [a, b, c]` as columns; `count` of them, or any number for 0.
+// `keys: [a, b, c]` as columns; `count` of them, or any number for 0. "q[0..3]" stands for q[0],
+// q[1], q[2], q[3].
 std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count);
 
 // The factor of the map's `unit` (default: `si`) to the SI unit `si`.
@@ -46,12 +47,12 @@ class NumberSource {
   explicit NumberSource(double constant)
       : columns_{SourceColumn(constant)}, scale_{1}, offset_{0} {}
   // `si` is the SI unit; `count` the number of columns, or 0 for any.
-  NumberSource(const YamlMap& map, const char* si, int count);
+  NumberSource(const YamlMap& map, const char* si, int count, const char* key = "columns");
   // A single column: {column: c, unit: u, scale: s, offset: o} or {constant: c}.
   static NumberSource Single(const YamlMap& map, const char* si);
 
-  void Bind(const ForeignCsv& csv);
-  std::vector<double> Values(const ForeignCsv& csv) const;
+  void Bind(const ForeignRow& row);
+  std::vector<double> Values(const ForeignRow& row) const;
 
  private:
   std::vector<SourceColumn> columns_;
@@ -68,14 +69,14 @@ class SourceAttitude {
   // Reads the keys `quaternion` or `euler`, `earth`, `body` of `map`.
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
-  void Bind(const ForeignCsv& csv);
+  void Bind(const ForeignRow& row);
   // No value if a column is missing or the quaternion is zero. Throws InputError for a quaternion
   // whose norm is not 1.
-  std::optional<Eigen::Quaterniond> Value(const ForeignCsv& csv) const;
+  std::optional<Eigen::Quaterniond> Value(const ForeignRow& row) const;
 
  private:
-  std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignCsv& csv) const;
-  std::optional<Eigen::Quaterniond> FromEuler(const ForeignCsv& csv) const;
+  std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignRow& row) const;
+  std::optional<Eigen::Quaterniond> FromEuler(const ForeignRow& row) const;
 
   bool is_quaternion_ = false;
   std::array<SourceColumn, 4> columns_;

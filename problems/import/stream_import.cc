@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/import/local_frame.h"
 #include "problems/log/csv_text.h"
 
 namespace trueline {
@@ -19,18 +20,21 @@ class StampReader {
     if (found != time.offset_by_file.end()) offset_ = FromSeconds(found->second);
   }
 
-  void Bind(const ForeignCsv& csv) { time_.column.Bind(csv); }
+  void Bind(const ForeignRow& row) {
+    if (!time_.of_row) time_.column.Bind(row);
+  }
 
-  TimeNs Read(const ForeignCsv& csv) const {
+  TimeNs Read(const ForeignRow& row) const {
+    if (time_.of_row) return row.Stamp() + offset_;
     const int column = time_.column.index();
-    if (!time_.factor) return csv.Time(column, time_.exponent) + offset_;
-    const double count = csv.Number(column);
-    if (!std::isfinite(count)) csv.Fail(column, "the time stamp is missing; every row needs one");
+    if (!time_.factor) return row.Time(column, time_.exponent) + offset_;
+    const double count = row.Number(column);
+    if (!std::isfinite(count)) row.Fail(column, "the time stamp is missing; every row needs one");
     return FromSeconds(count * *time_.factor) + offset_;
   }
 
-  [[noreturn]] void FailUnsorted(const ForeignCsv& csv, TimeNs previous, TimeNs now) const {
-    csv.Fail(time_.column.index(),
+  [[noreturn]] void FailUnsorted(const ForeignRow& row, TimeNs previous, TimeNs now) const {
+    row.Fail(time_.column.index(),
              fmt::format("{} s does not come after {} s before; sort the rows, or set 'unsorted: "
                          "drop' in the map",
                          TimeText(now), TimeText(previous)));
@@ -44,20 +48,23 @@ class StampReader {
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  RowConverter(const ForeignCsv& csv, const std::vector<FieldSource>& sources)
-      : csv_(csv), source_(sources.begin()) {}
+  RowConverter(const ForeignRow& row, const std::vector<FieldSource>& sources, LocalFrame* frame)
+      : row_(row), source_(sources.begin()), frame_(frame) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
-    vector = source_->axes * Eigen::Map<const Eigen::Vector3d>(Numbers().data());
+    const std::vector<double> numbers = Numbers();
+    vector = source_->axes * Eigen::Map<const Eigen::Vector3d>(numbers.data());
+    if (source_->geodetic) missing_ |= !LocalFrame::IsPlace(numbers[0], numbers[1]);
+    if (source_->geodetic && !missing_) vector = frame_->ToNed(numbers[0], numbers[1], numbers[2]);
     if (source_->attitude) {
-      const auto q_E_B = source_->attitude->Value(csv_);
+      const auto q_E_B = source_->attitude->Value(row_);
       missing_ |= !q_E_B;
       if (q_E_B) vector = q_E_B->conjugate() * vector;
     }
     ++source_;
   }
   void operator()(const Field&, Eigen::Quaterniond& q) {
-    const auto value = (source_++)->attitude->Value(csv_);
+    const auto value = (source_++)->attitude->Value(row_);
     missing_ |= !value;
     if (value) q = *value;
   }
@@ -79,57 +86,82 @@ class RowConverter {
 
  private:
   std::vector<double> Numbers() {
-    std::vector<double> values = source_->numbers.Values(csv_);
+    std::vector<double> values = source_->numbers.Values(row_);
     for (const double value : values) missing_ |= !std::isfinite(value);
     return values;
   }
 
-  const ForeignCsv& csv_;
+  const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
+  LocalFrame* frame_;
   bool missing_ = false;
 };
 
-std::string LeftOut(const std::string& stream, std::size_t unsorted, std::size_t missing,
-                    std::size_t out_of_range, std::size_t off_median) {
+std::string LeftOut(const std::string& stream, std::size_t unsorted, const char* unsorted_reason,
+                    std::size_t missing, std::size_t out_of_range, std::size_t off_median) {
   std::string text;
   const auto add = [&](std::size_t count, const char* reason) {
     if (count == 0) return;
     text += fmt::format("{} {} {}", text.empty() ? "" : ",", count, reason);
   };
-  add(unsorted, "that came too late");
+  add(unsorted, unsorted_reason);
   add(missing, "with missing values");
   add(out_of_range, "out of range");
   add(off_median, "far from the running median");
   return text.empty() ? text : fmt::format("{}: rows left out:{}", stream, text);
 }
 
+// Orders samples by time and keeps the first of each stamp. A stamp more than a day from the median
+// is a damaged one. Returns how many are removed.
+template <class Sample>
+std::size_t Sort(std::vector<Sample>* samples) {
+  constexpr TimeNs kDay = 86400 * kNsPerSecond;
+  if (samples->empty()) return 0;
+  const std::size_t before = samples->size();
+  const auto earlier = [](const Sample& a, const Sample& b) { return a.t < b.t; };
+  std::stable_sort(samples->begin(), samples->end(), earlier);
+  const auto middle = static_cast<double>((*samples)[before / 2].t);
+  std::erase_if(*samples, [&](const Sample& s) {
+    return std::abs(static_cast<double>(s.t) - middle) > static_cast<double>(kDay);
+  });
+  const auto same = [](const Sample& a, const Sample& b) { return a.t == b.t; };
+  samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
+  return before - samples->size();
+}
+
 template <class Sample>
 class SampleImport : public StreamImport {
  public:
   SampleImport(const Stream& stream, const StreamMap& map, const std::string& file,
-               std::vector<Sample>* samples)
-      : stream_(stream), map_(map), stamps_(map.time, file), samples_(samples) {}
+               std::shared_ptr<LocalFrame> frame, std::vector<Sample>* samples)
+      : stream_(stream),
+        map_(map),
+        stamps_(map.time, file),
+        frame_(std::move(frame)),
+        samples_(samples) {}
 
-  std::size_t input() const override { return map_.input; }
+  const StreamMap& map() const override { return map_; }
 
-  void AddRow(const ForeignCsv& csv) override {
-    if (!bound_) Bind(csv);
-    if (!map_.filter.Accepts(csv)) return;
+  void AddRow(const ForeignRow& row) override {
+    if (!bound_) Bind(row);
+    if (!map_.filter.Accepts(row)) return;
     Sample sample{};
-    RowConverter row(csv, map_.fields);
-    Sample::Describe(row, sample, stream_);
-    if (row.missing()) {
-      if (!map_.skip_missing) csv.FailMissing(stream_.name);
+    RowConverter converter(row, map_.fields, frame_.get());
+    Sample::Describe(converter, sample, stream_);
+    if (converter.missing()) {
+      if (!map_.skip_missing) row.FailMissing(stream_.name);
       ++missing_;
       return;
     }
-    sample.t = stamps_.Read(csv);
-    if (!samples_->empty() && sample.t <= samples_->back().t) {
-      if (!map_.drop_unsorted) stamps_.FailUnsorted(csv, samples_->back().t, sample.t);
+    sample.t = stamps_.Read(row);
+    if (map_.unsorted != Unsorted::kSort && !samples_->empty() && sample.t <= samples_->back().t) {
+      if (map_.unsorted == Unsorted::kRefuse) {
+        stamps_.FailUnsorted(row, samples_->back().t, sample.t);
+      }
       ++unsorted_;
       return;
     }
-    map_.filter.Remember(csv);
+    map_.filter.Remember(row);
     samples_->push_back(std::move(sample));
   }
 
@@ -141,26 +173,26 @@ class SampleImport : public StreamImport {
     }
     const std::size_t off_median = mask.size() - kept;
     if (!mask.empty()) samples_->resize(kept);
+    if (map_.unsorted == Unsorted::kSort) unsorted_ = Sort(samples_);
     const std::string text =
-        LeftOut(stream_.name, unsorted_, missing_,
-                static_cast<std::size_t>(map_.filter.out_of_range()), off_median);
+        LeftOut(stream_.name, unsorted_,
+                map_.unsorted == Unsorted::kSort ? "of the time of another, or of no possible time"
+                                                 : "that came too late",
+                missing_, static_cast<std::size_t>(map_.filter.out_of_range()), off_median);
     if (!text.empty()) warnings->push_back(text);
   }
 
  private:
-  void Bind(const ForeignCsv& csv) {
-    stamps_.Bind(csv);
-    map_.filter.Bind(csv);
-    for (FieldSource& source : map_.fields) {
-      source.numbers.Bind(csv);
-      if (source.attitude) source.attitude->Bind(csv);
-    }
+  void Bind(const ForeignRow& row) {
+    stamps_.Bind(row);
+    BindColumns(row, &map_);
     bound_ = true;
   }
 
   Stream stream_;
   StreamMap map_;
   StampReader stamps_;
+  std::shared_ptr<LocalFrame> frame_;
   std::vector<Sample>* samples_;
   bool bound_ = false;
   std::size_t missing_ = 0;
@@ -169,11 +201,21 @@ class SampleImport : public StreamImport {
 
 }  // namespace
 
+void BindColumns(const ForeignRow& row, StreamMap* stream) {
+  if (!stream->time.of_row) stream->time.column.Bind(row);
+  stream->filter.Bind(row);
+  for (FieldSource& source : stream->fields) {
+    source.numbers.Bind(row);
+    if (source.attitude) source.attitude->Bind(row);
+  }
+}
+
 std::vector<std::unique_ptr<StreamImport>> MakeImports(const ImportMap& map,
                                                        const std::vector<std::string>& files,
                                                        const std::optional<double>& fix_sigma,
                                                        FlightLog* log) {
   std::vector<std::unique_ptr<StreamImport>> imports;
+  const auto frame = std::make_shared<LocalFrame>();  // geodetic positions share their origin
   ForEachStream(*log, [&](const Stream& stream, auto& samples) {
     const auto found = map.streams.find(stream.name);
     if (found == map.streams.end()) return;
@@ -182,7 +224,7 @@ std::vector<std::unique_ptr<StreamImport>> MakeImports(const ImportMap& map,
       if (fix_sigma && source.key == "sigma") source.numbers = NumberSource(*fix_sigma);
     }
     imports.push_back(std::make_unique<SampleImport<SampleOf<decltype(samples)>>>(
-        stream, own, files[own.input], &samples));
+        stream, own, files[own.input], frame, &samples));
   });
   return imports;
 }

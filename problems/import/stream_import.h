@@ -14,10 +14,13 @@ namespace trueline {
 class StreamImport {
  public:
   virtual ~StreamImport() = default;
-  virtual void AddRow(const ForeignCsv& csv) = 0;
+  virtual void AddRow(const ForeignRow& row) = 0;
   virtual void Finish(std::vector<std::string>* warnings) = 0;  // after the last row
-  virtual std::size_t input() const = 0;                        // index of the file that it reads
+  virtual const StreamMap& map() const = 0;
 };
+
+// Finds the columns that a stream names. Throws InputError for one that is not there.
+void BindColumns(const ForeignRow& row, StreamMap* stream);
 
 // One for each stream of the map. `log` must outlive the result. `fix_sigma` (m), if given,
 // replaces the map's.

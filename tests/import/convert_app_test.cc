@@ -106,6 +106,51 @@ TEST_F(ConvertApp, RefusesBadInput) {
   EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
+TEST_F(ConvertApp, ListsALogAndProposesAMap) {
+  const Outcome listed = Run(fmt::format("--in='{}'", csv_));
+  EXPECT_EQ(listed.exit_code, 0) << listed.err;
+  EXPECT_THAT(listed.out, AllOf(HasSubstr("log.csv: CSV"), HasSubstr("t a x"),
+                                HasSubstr("# imu: none was found by the names; it is needed")));
+  EXPECT_FALSE(std::filesystem::exists(out_));
+}
+
+TEST_F(ConvertApp, SaysThatNoMapFits) {
+  const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("no map in config/import finds an IMU in it; edit"));
+  EXPECT_THAT(TextOf(out_ + "/proposed_map.yaml"), HasSubstr("inputs:\n  log: {delimiter: \",\""));
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/log.yaml"));
+}
+
+// A folder with the columns of EuRoC, whose map ships.
+TEST_F(ConvertApp, ConvertsAKnownFormatWithoutAMap) {
+  const std::string log = (files_ / "flight").string();
+  std::string imu =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  std::string truth =
+      "#timestamp,p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n";
+  for (int i = 0; i < 100; ++i) {
+    imu += fmt::format("{},0,0,0,9.81,0,0\n", 1'000'000'000 + i * 10'000'000);
+    truth += fmt::format("{},1,2,3,1,0,0,0\n", 1'000'000'000 + i * 10'000'000);
+  }
+  for (const char* sensor : {"imu0", "state_groundtruth_estimate0"}) {
+    std::filesystem::create_directories(log + "/mav0/" + sensor);
+  }
+  files_.Write("flight/mav0/imu0/data.csv", imu);
+  files_.Write("flight/mav0/state_groundtruth_estimate0/data.csv", truth);
+  const Outcome done = Run(fmt::format("--in='{}' --out='{}'", log, out_));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("imu             100      100.00"), HasSubstr("mocap")));
+  EXPECT_THAT(TextOf(out_ + "/proposed_map.yaml"), HasSubstr("# EuRoC MAV"));
+  EXPECT_THAT(TextOf(out_ + "/imu.csv"), HasSubstr("-9.81"));
+  std::filesystem::remove_all(log + "/mav0/state_groundtruth_estimate0");
+  const Outcome lacks = Run(fmt::format("--in='{}' --out='{}2'", log, out_));
+  EXPECT_EQ(lacks.exit_code, 3);
+  EXPECT_THAT(lacks.err, HasSubstr("no usable log: "));
+  EXPECT_THAT(lacks.err, HasSubstr("has no position"));
+}
+
 TEST_F(ConvertApp, TeachesByExample) {
   EXPECT_THAT(Run("--helpshort").out,
               AllOf(HasSubstr("trueline-convert --map=config/import/nanobench.yaml"),

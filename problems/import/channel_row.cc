@@ -1,0 +1,70 @@
+#include "problems/import/channel_row.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/import/list_channels.h"
+#include "problems/log/csv_text.h"
+
+namespace trueline {
+
+ChannelRow::ChannelRow(const Recording& recording, const std::vector<std::size_t>& channels)
+    : recording_(recording), channels_(channels) {
+  for (const std::size_t channel : channels_) {
+    starts_.push_back(cells_.size());
+    cells_.resize(cells_.size() + recording_.channels()[channel].fields.size());
+  }
+}
+
+bool ChannelRow::Take(std::size_t channel, const Record& record) {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i] != channel) continue;
+    const auto start = static_cast<std::ptrdiff_t>(starts_[i]);
+    std::copy(record.cells.begin(), record.cells.end(), cells_.begin() + start);
+  }
+  if (channel != channels_.front()) return false;
+  time_ = record.time;
+  missing_ = -1;
+  return true;
+}
+
+int ChannelRow::IndexOf(const std::string& column, const std::string& where) const {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    const int index = recording_.channels()[channels_[i]].IndexOf(column);
+    if (index >= 0) return static_cast<int>(starts_[i]) + index;
+  }
+  const Channel& channel = recording_.channels()[channels_.front()];
+  throw InputError(fmt::format("{}: there is no field '{}' in {} of {}; it has: {}", where, column,
+                               channel.Label(), recording_.file(), FieldList(channel)));
+}
+
+double ChannelRow::Number(int index) const {
+  const double value = At(index).Number();
+  if (!std::isfinite(value)) missing_ = index;
+  return value;
+}
+
+TimeNs ChannelRow::Time(int index, int exponent) const {
+  TimeNs time = 0;
+  if (At(index).Time(exponent, &time)) return time;
+  Fail(index, "is no time stamp; leave out 'time' to use the log's own");
+}
+
+void ChannelRow::Fail(int index, const std::string& message) const {
+  std::size_t i = channels_.size() - 1;
+  while (starts_[i] > static_cast<std::size_t>(index)) --i;
+  const Channel& channel = recording_.channels()[channels_[i]];
+  const std::string& field = channel.fields[static_cast<std::size_t>(index) - starts_[i]].name;
+  throw InputError(fmt::format("{}: {} at {} s: {}: {}", recording_.file(), channel.Label(),
+                               TimeText(time_), field, message));
+}
+
+void ChannelRow::FailMissing(const std::string& stream) const {
+  Fail(std::max(0, missing_),
+       fmt::format("a finite number, or a quaternion, is missing that stream '{}' needs; set "
+                   "'skip_missing: true' in the map",
+                   stream));
+}
+
+}  // namespace trueline

@@ -1,0 +1,37 @@
+// A record of a recording's channel as a row, with the last records of others.
+#pragma once
+
+#include "problems/import/foreign_row.h"
+#include "problems/import/formats/recording.h"
+
+namespace trueline {
+
+class ChannelRow : public ForeignRow {
+ public:
+  // The columns of `channels`; rows are the records of the first one. `recording` must outlive
+  // this.
+  ChannelRow(const Recording& recording, const std::vector<std::size_t>& channels);
+
+  // Keeps a record of any channel. True if it makes a row.
+  bool Take(std::size_t channel, const Record& record);
+
+  int IndexOf(const std::string& column, const std::string& where) const override;
+  std::string_view Text(int index) const override { return At(index).Bytes(); }
+  double Number(int index) const override;
+  TimeNs Time(int index, int exponent) const override;
+  TimeNs Stamp() const override { return time_; }
+  [[noreturn]] void Fail(int index, const std::string& message) const override;
+  [[noreturn]] void FailMissing(const std::string& stream) const override;
+
+ private:
+  const Cell& At(int index) const { return cells_[static_cast<std::size_t>(index)]; }
+
+  const Recording& recording_;
+  std::vector<std::size_t> channels_;
+  std::vector<std::size_t> starts_;  // of their fields in cells_
+  std::vector<Cell> cells_;
+  TimeNs time_ = 0;
+  mutable int missing_ = -1;  // column of the row's last missing value
+};
+
+}  // namespace trueline

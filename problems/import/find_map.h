@@ -1,0 +1,26 @@
+// The map for a log when none is given.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/import/formats/recording.h"
+#include "problems/import/import_map.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Of the maps that ship, the one for this log's format of which it has the most streams; none
+// without an IMU.
+std::optional<ImportMap> FindShippedMap(const Recording& recording);
+
+// A map to edit, as YAML: channels and columns by the names of their fields, frames and units as
+// comments say.
+std::string ProposeMap(const Recording& recording);
+
+// What a log made by a map that nobody has checked lacks for a calibration, and what to do about
+// it. Throws NoUsableLog for what no calibration can do without; `file` is the foreign log.
+std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file);
+
+}  // namespace trueline

@@ -1,0 +1,34 @@
+// One row of a foreign log: a line of a CSV file, or a record of one of a recording's channels.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "problems/common/time.h"
+
+namespace trueline {
+
+class ForeignRow {
+ public:
+  virtual ~ForeignRow() = default;
+
+  // Index of a column given by its name (or in CSV by its number from 1); `where` is the place in
+  // the map that names it, for the error.
+  virtual int IndexOf(const std::string& column, const std::string& where) const = 0;
+
+  // Equal for equal values of one column.
+  virtual std::string_view Text(int index) const = 0;
+  // NaN where it is missing. Throws InputError for text that is no number.
+  virtual double Number(int index) const = 0;
+  // Exact to a nanosecond; `exponent` as for ParseTime().
+  virtual TimeNs Time(int index, int exponent) const = 0;
+  // The row's own time, of measurement where the log states it.
+  virtual TimeNs Stamp() const = 0;
+
+  // An InputError that names the place and the column.
+  [[noreturn]] virtual void Fail(int index, const std::string& message) const = 0;
+  // The error for a row of `stream` in which Number() found a missing value.
+  [[noreturn]] virtual void FailMissing(const std::string& stream) const = 0;
+};
+
+}  // namespace trueline

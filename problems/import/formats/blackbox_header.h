@@ -1,0 +1,48 @@
+// The header of a Betaflight blackbox session: settings, and how frames are encoded.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace trueline {
+
+inline constexpr std::string_view kBlackboxStart =
+    "H Product:Blackbox flight data recorder by Nicholas Sherlock\n";
+
+struct BlackboxField {
+  std::string name;
+  bool is_signed = false;
+  int predictor = 0;
+  int encoding = 0;
+};
+
+struct BlackboxHeader {
+  std::map<std::string, std::string, std::less<>> settings;
+  std::map<char, std::vector<BlackboxField>> frames;  // by letter; P has I's names
+
+  // Takes one line without "H " and its end. False if it makes no sense.
+  bool Take(std::string_view line);
+  // Whether every field of a frame has its encoding and I and P frames are there; call it last.
+  bool Finish();
+
+  // Settings that predictors use, set by Finish().
+  int min_throttle = 1150, vbat_ref = 4095, motor_low = 0;
+  int motor0 = -1;  // place of the first motor in a main frame
+
+  // The `which`-th number of a setting, separated by commas or a slash.
+  double Number(std::string_view setting, std::size_t which, double fallback) const;
+  int IndexOf(char frame, std::string_view field) const;  // -1 if there is none
+  // Whether the loop's iteration is logged as a main frame.
+  bool Logs(std::uint32_t iteration) const;
+
+ private:
+  bool TakeFrame(char frame, std::string_view property, std::string_view values);
+
+  // An I frame every `intra_` iterations; of every `of_` iterations `count_` are logged.
+  std::uint32_t intra_ = 32, count_ = 1, of_ = 1;
+};
+
+}  // namespace trueline

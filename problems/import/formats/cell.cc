@@ -1,0 +1,91 @@
+#include "problems/import/formats/cell.h"
+
+#include <cmath>
+
+#include "problems/import/formats/bytes.h"
+
+namespace trueline {
+namespace {
+
+// IEEE 754 binary16.
+double HalfToDouble(std::uint16_t half) {
+  const int exponent = (half >> 10) & 31;
+  const double sign = (half & 0x8000) != 0 ? -1.0 : 1.0;
+  const int fraction = half & 1023;
+  if (exponent == 31) {
+    return fraction != 0 ? std::numeric_limits<double>::quiet_NaN()
+                         : sign * std::numeric_limits<double>::infinity();
+  }
+  return sign *
+         (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25));
+}
+
+template <class T>
+Cell WholeCell(const char* bytes) {
+  return Cell(static_cast<std::int64_t>(LoadLittle<T>(bytes)));
+}
+
+Cell UnsignedCell(std::uint64_t value) {
+  return value >> 63 != 0 ? Cell(static_cast<double>(value))
+                          : Cell(static_cast<std::int64_t>(value));
+}
+
+}  // namespace
+
+bool Cell::Time(int exponent, TimeNs* time) const {
+  std::int64_t factor = 1;
+  for (int i = 0; i < exponent; ++i) factor *= 10;
+  if (whole_) return !__builtin_mul_overflow(Load<std::int64_t>(), factor, time);
+  const double count = Load<double>() * static_cast<double>(factor);
+  if (!(std::abs(count) < 9e18)) return false;
+  *time = std::llround(count);
+  return true;
+}
+
+std::size_t SizeOf(Scalar type) {
+  switch (type) {
+    case Scalar::kI8:
+    case Scalar::kU8:
+      return 1;
+    case Scalar::kI16:
+    case Scalar::kU16:
+    case Scalar::kF16:
+      return 2;
+    case Scalar::kI32:
+    case Scalar::kU32:
+    case Scalar::kF32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+Cell ReadScalar(Scalar type, const char* bytes) {
+  switch (type) {
+    case Scalar::kI8:
+      return WholeCell<std::int8_t>(bytes);
+    case Scalar::kU8:
+      return WholeCell<std::uint8_t>(bytes);
+    case Scalar::kI16:
+      return WholeCell<std::int16_t>(bytes);
+    case Scalar::kU16:
+      return WholeCell<std::uint16_t>(bytes);
+    case Scalar::kI32:
+      return WholeCell<std::int32_t>(bytes);
+    case Scalar::kU32:
+      return WholeCell<std::uint32_t>(bytes);
+    case Scalar::kI64:
+      return WholeCell<std::int64_t>(bytes);
+    case Scalar::kU64:
+      return UnsignedCell(LoadLittle<std::uint64_t>(bytes));
+    case Scalar::kF16:
+      return Cell(HalfToDouble(LoadLittle<std::uint16_t>(bytes)));
+    case Scalar::kF32:
+      return Cell(static_cast<double>(LoadLittle<float>(bytes)));
+    case Scalar::kF64:
+      return Cell(LoadLittle<double>(bytes));
+  }
+  return Cell();
+}
+
+}  // namespace trueline

@@ -1,0 +1,137 @@
+#include "problems/import/formats/crazyflie.h"
+
+#include <fmt/format.h>
+
+#include <boost/crc.hpp>
+
+#include "problems/common/error.h"
+#include "problems/import/formats/bytes.h"
+#include "problems/import/formats/packed_decoder.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kMaxUsdHeader = 1 << 20;  // bytes
+constexpr std::size_t kUsdCrc = 4;
+
+// Letters of Python's struct.
+const std::map<char, Scalar> kUsdLetters = {
+    {'b', Scalar::kI8},  {'B', Scalar::kU8},  {'h', Scalar::kI16}, {'H', Scalar::kU16},
+    {'i', Scalar::kI32}, {'I', Scalar::kU32}, {'q', Scalar::kI64}, {'Q', Scalar::kU64},
+    {'f', Scalar::kF32}, {'d', Scalar::kF64}};
+
+struct UsdEvent {
+  std::string name;
+  std::vector<PackedField> fields;
+  std::size_t size = 0;  // bytes of the variables
+  std::size_t channel = 0;
+};
+
+// "group.name(t)"
+bool ParseUsdVariable(std::string_view text, UsdEvent* event) {
+  if (text.size() < 4 || text[text.size() - 3] != '(' || text.back() != ')') return false;
+  const auto letter = kUsdLetters.find(text[text.size() - 2]);
+  if (letter == kUsdLetters.end()) return false;
+  event->fields.push_back(
+      {std::string(text.substr(0, text.size() - 3)), event->size, letter->second});
+  event->size += SizeOf(letter->second);
+  return true;
+}
+
+class UsdWalk {
+ public:
+  UsdWalk(const std::filesystem::path& path, MessageSink* sink) : file_(path), sink_(sink) {}
+
+  void Run() {
+    ReadHeader();
+    while (Next()) {
+    }
+    CheckCrc();
+  }
+
+ private:
+  void ReadHeader() {
+    std::string_view start;
+    file_.Peek(kMaxUsdHeader, &start);
+    ByteCursor cursor(start);
+    cursor.Get<std::uint8_t>();
+    version_ = cursor.Get<std::uint16_t>();
+    const auto types = cursor.Get<std::uint16_t>();
+    for (int i = 0; i < types && cursor.ok(); ++i) {
+      const auto id = cursor.Get<std::uint16_t>();
+      UsdEvent& event = events_[id];
+      event.name = cursor.Until('\0');
+      const auto variables = cursor.Get<std::uint16_t>();
+      for (int k = 0; k < variables && cursor.ok(); ++k) {
+        if (!ParseUsdVariable(cursor.Until('\0'), &event)) Refuse();
+      }
+    }
+    if (!cursor.ok()) Refuse();
+    std::string_view header;
+    const std::size_t size = cursor.at();
+    file_.Read(size, &header);
+    crc_.process_bytes(header.data(), header.size());
+    for (auto& [id, event] : events_) {
+      event.channel = sink_->AddChannel(event.name, 0, "", [&event = event] {
+        return std::make_unique<PackedDecoder>(event.fields, event.size, "", 0);
+      });
+    }
+  }
+
+  [[noreturn]] void Refuse() const {
+    throw ErrorAt(file_.file(), 0,
+                  "starts as a log of a Crazyflie's micro-SD card, but its list of events is "
+                  "malformed; copy it from the card again");
+  }
+
+  bool Next() {
+    const std::size_t time_size = version_ == 1 ? 4 : 8;
+    std::string_view head;
+    if (file_.position() + kUsdCrc >= file_.size()) return false;
+    if (!file_.Peek(2 + time_size, &head)) return false;
+    const auto event = events_.find(LoadLittle<std::uint16_t>(head.data()));
+    if (event == events_.end()) {
+      sink_->Warn(fmt::format("has no event of a known type at byte {}; the rest is left out",
+                              file_.position()));
+      return false;
+    }
+    std::string_view record;
+    if (!file_.Read(2 + time_size + event->second.size, &record)) return false;
+    crc_.process_bytes(record.data(), record.size());
+    TimeNs time = 0;
+    ReadScalar(version_ == 1 ? Scalar::kU32 : Scalar::kU64, record.data() + 2)
+        .Time(version_ == 1 ? 6 : 3, &time);
+    sink_->Add(event->second.channel, time, record.substr(2 + time_size));
+    return true;
+  }
+
+  void CheckCrc() {
+    std::string_view crc;
+    const bool complete = file_.position() + kUsdCrc == file_.size() && file_.Read(kUsdCrc, &crc);
+    if (complete && LoadLittle<std::uint32_t>(crc.data()) == crc_.checksum()) return;
+    sink_->Warn(fmt::format("has no right CRC at its end: it was cut at byte {}, or is damaged",
+                            file_.position()));
+  }
+
+  ByteFile file_;
+  MessageSink* sink_;
+  std::uint16_t version_ = 0;
+  std::map<std::uint16_t, UsdEvent> events_;
+  boost::crc_32_type crc_;
+};
+
+}  // namespace
+
+bool IsCrazyflie(std::string_view start) {
+  ByteCursor cursor(start);
+  const auto magic = cursor.Get<std::uint8_t>();
+  const auto version = cursor.Get<std::uint16_t>();
+  const auto types = cursor.Get<std::uint16_t>();
+  return cursor.ok() && magic == 0xBC && (version == 1 || version == 2) && types > 0 && types < 256;
+}
+
+void WalkCrazyflie(const std::filesystem::path& path, MessageSink* sink) {
+  UsdWalk(path, sink).Run();
+}
+
+}  // namespace trueline

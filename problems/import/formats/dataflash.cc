@@ -1,0 +1,174 @@
+#include "problems/import/formats/dataflash.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "problems/import/formats/bytes.h"
+#include "problems/import/formats/dataflash_types.h"
+#include "problems/import/formats/packed_decoder.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::string_view kRecordMagic("\xA3\x95", 2);
+constexpr std::uint8_t kFmtType = 128;
+constexpr std::size_t kFmtLength = 89;
+
+class FlashWalk {
+ public:
+  FlashWalk(const std::filesystem::path& path, MessageSink* sink) : file_(path), sink_(sink) {}
+
+  void Run() {
+    ReadDefinitions();
+    ForEachRecord([&](FlashType& type, std::string_view record) { Emit(type, record); });
+    if (skipped_ > 0) {
+      sink_->Warn(
+          fmt::format("{} bytes in {} places are no records, the first at byte {}; they are "
+                      "left out",
+                      skipped_, places_, first_skipped_));
+    }
+  }
+
+ private:
+  template <class Visit>
+  void ForEachRecord(const Visit& visit) {
+    file_.Seek(0);
+    skipped_ = places_ = 0;
+    bool lost = false;
+    for (std::string_view head; file_.Peek(3, &head);) {
+      const auto id = static_cast<std::uint8_t>(head[2]);
+      const std::size_t length = id == kFmtType ? kFmtLength : types_[id].length;
+      if (head.substr(0, 2) != kRecordMagic || length < 3) {
+        Skip(&lost);
+        continue;
+      }
+      std::string_view record;
+      if (!file_.Read(length, &record)) break;  // the usual end of a log
+      lost = false;
+      if (id == kFmtType) Define(record);
+      visit(types_[id], record);
+    }
+  }
+
+  // On to the next magic bytes.
+  void Skip(bool* lost) {
+    const std::uint64_t from = file_.position();
+    file_.Seek(from + 1);
+    file_.Find(kRecordMagic);
+    if (!*lost && places_++ == 0) first_skipped_ = from;
+    *lost = true;
+    skipped_ += file_.position() - from;
+  }
+
+  void Define(std::string_view record) {
+    const auto id = static_cast<std::uint8_t>(record[3]);
+    if (types_[id].length > 0) return;  // as defined before
+    FlashType type;
+    if (ParseFmt(record, &type)) types_[id] = std::move(type);
+  }
+
+  void ReadDefinitions() {
+    ForEachRecord([&](const FlashType& type, std::string_view record) {
+      if (type.name == "UNIT") {
+        units_[LetterIn(type, record)] = TextIn(type, record, "Label");
+      } else if (type.name == "MULT") {
+        const FlashColumn* value = type.Find("Mult");
+        if (value != nullptr && value->letter == 'd') {
+          multipliers_[LetterIn(type, record)] = LoadLittle<double>(record.data() + value->offset);
+        }
+      } else if (type.name == "FMTU") {
+        const FlashColumn* of = type.Find("FmtType");
+        if (of == nullptr) return;
+        FlashType& target = types_[static_cast<std::uint8_t>(record[of->offset])];
+        target.units = TextIn(type, record, "UnitIds");
+        target.multipliers = TextIn(type, record, "MultIds");
+      }
+    });
+  }
+
+  static char LetterIn(const FlashType& type, std::string_view record) {
+    const FlashColumn* id = type.Find("Id");
+    return id == nullptr ? '\0' : record[id->offset];
+  }
+  static std::string TextIn(const FlashType& type, std::string_view record,
+                            std::string_view column) {
+    const FlashColumn* text = type.Find(column);
+    if (text == nullptr) return "";
+    return FlashText(record.substr(text->offset, FlashTextSize(text->letter)));
+  }
+
+  void Emit(FlashType& type, std::string_view record) {
+    if (type.length == 0) return;
+    int instance = 0;
+    if (type.instance_column >= 0) {
+      const FlashColumn& column = type.columns[static_cast<std::size_t>(type.instance_column)];
+      instance = static_cast<std::uint8_t>(record[column.offset]);
+    }
+    auto [channel, is_new] = type.channels.try_emplace(instance, 0);
+    if (is_new) {
+      channel->second =
+          sink_->AddChannel(type.name, instance, "", [&] { return MakeDecoder(type); });
+    }
+    TimeNs time = 0;
+    if (type.time_column >= 0) {
+      const FlashColumn& column = type.columns.front();
+      const bool us = column.name == "TimeUS";
+      ReadScalar(LetterOf(column.letter)->type, record.data() + column.offset)
+          .Time(us ? 3 : 6, &time);
+    }
+    sink_->Add(channel->second, time, record);
+  }
+
+  std::unique_ptr<MessageDecoder> MakeDecoder(const FlashType& type) const {
+    std::vector<PackedField> fields;
+    for (std::size_t i = 0; i < type.columns.size(); ++i) {
+      const FlashColumn& column = type.columns[i];
+      if (column.letter == 'a') {
+        for (std::size_t k = 0; k < kFlashShorts; ++k) {
+          fields.push_back(
+              {fmt::format("{}[{}]", column.name, k), column.offset + 2 * k, Scalar::kI16});
+        }
+      }
+      const FlashLetter* letter = LetterOf(column.letter);
+      if (letter != nullptr) fields.push_back(MakeField(type, i, *letter));
+    }
+    const bool timed = type.time_column >= 0;
+    const std::string stamp = timed ? type.columns.front().name : "";
+    return std::make_unique<PackedDecoder>(fields, type.length, stamp, stamp == "TimeMS" ? 6 : 3);
+  }
+
+  PackedField MakeField(const FlashType& type, std::size_t i, const FlashLetter& letter) const {
+    const FlashColumn& column = type.columns[i];
+    PackedField field{column.name, column.offset, letter.type, "", letter.scale};
+    if (column.name == "TimeUS" || column.name == "TimeMS") {
+      field.unit = column.name == "TimeUS" ? "us" : "ms";
+      field.scale = 1.0;
+      return field;
+    }
+    const auto unit = i < type.units.size() ? units_.find(type.units[i]) : units_.end();
+    if (unit != units_.end()) field.unit = unit->second;
+    // '-' and '?' say that there is none, or that it is not known.
+    const char id = i < type.multipliers.size() ? type.multipliers[i] : '?';
+    const auto multiplier = multipliers_.find(id);
+    if (id != '-' && id != '?' && multiplier != multipliers_.end())
+      field.scale = multiplier->second;
+    return field;
+  }
+
+  ByteFile file_;
+  MessageSink* sink_;
+  std::array<FlashType, 256> types_;
+  std::map<char, std::string> units_;
+  std::map<char, double> multipliers_;
+  std::uint64_t skipped_ = 0, first_skipped_ = 0;
+  std::size_t places_ = 0;
+};
+
+}  // namespace
+
+void WalkDataFlash(const std::filesystem::path& path, MessageSink* sink) {
+  FlashWalk(path, sink).Run();
+}
+
+}  // namespace trueline

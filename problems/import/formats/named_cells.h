@@ -1,0 +1,33 @@
+// Numbers with their names, for encodings whose messages differ in their parts.
+#pragma once
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "problems/import/formats/recording.h"
+
+namespace trueline {
+
+struct NamedCell {
+  std::string name;
+  Cell cell;
+  bool is_time = false;  // ns
+};
+
+class NamedFields {
+ public:
+  // The fields of a first message; "timestamp" or "header.stamp", where it is a time, is the stamp.
+  bool Describe(const std::vector<NamedCell>& row, Channel* channel);
+  // Puts the numbers that Describe() has seen to their places.
+  void Place(const std::vector<NamedCell>& row, std::vector<Cell>* cells) const;
+
+ private:
+  std::unordered_map<std::string, std::size_t> places_;
+};
+
+inline constexpr int kMaxNamedDepth = 16;
+inline constexpr std::size_t kMaxNamedElements = 64;  // of one list
+inline constexpr std::size_t kMaxNamedCells = 4096;   // of one message
+
+}  // namespace trueline

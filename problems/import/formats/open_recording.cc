@@ -1,0 +1,127 @@
+#include "problems/import/formats/open_recording.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "problems/common/error.h"
+#include "problems/import/formats/blackbox.h"
+#include "problems/import/formats/blackbox_header.h"
+#include "problems/import/formats/bytes.h"
+#include "problems/import/formats/crazyflie.h"
+#include "problems/import/formats/csv_table.h"
+#include "problems/import/formats/dataflash.h"
+#include "problems/import/formats/decompress.h"
+#include "problems/import/formats/mcap.h"
+#include "problems/import/formats/rosbag1.h"
+#include "problems/import/formats/rosbag2.h"
+#include "problems/import/formats/text_tables.h"
+#include "problems/import/formats/ulog.h"
+
+namespace trueline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kStartSize = 1 << 16;  // bytes that tell formats apart
+
+// `start` holds the first bytes of a file, and nothing for a folder.
+struct KnownFormat {
+  LogFormat format;
+  bool (*fits)(const fs::path& path, std::string_view start);
+};
+
+bool IsText(std::string_view start) { return start.find('\0') == std::string_view::npos; }
+
+constexpr std::array<KnownFormat, 10> kFormats = {{
+    {{"ulog", "PX4 ULog", WalkULog},
+     [](const fs::path&, std::string_view start) {
+       return start.starts_with(std::string_view("ULog\x01\x12\x35", 7));
+     }},
+    {{"ros1", "ROS 1 bag", WalkRosbag1},
+     [](const fs::path&, std::string_view start) { return start.starts_with("#ROSBAG V2.0\n"); }},
+    {{"mcap", "MCAP", WalkMcap},
+     [](const fs::path&, std::string_view start) { return start.starts_with("\x89MCAP0\r\n"); }},
+    {{"ros2", "ROS 2 bag", WalkRosbag2},
+     [](const fs::path& path, std::string_view start) {
+       return fs::is_directory(path)
+                  ? !Rosbag2Files(path).empty()
+                  : start.starts_with("SQLite format 3") || start.starts_with(kZstdMagic);
+     }},
+    {{"dataflash", "ArduPilot DataFlash", WalkDataFlash},
+     [](const fs::path&, std::string_view start) {
+       return start.starts_with(std::string_view("\xA3\x95\x80", 3));
+     }},
+    {{"blackbox", "Betaflight blackbox", WalkBlackbox},
+     [](const fs::path&, std::string_view start) {
+       return start.find(kBlackboxStart) != std::string_view::npos;
+     }},
+    {{"crazyflie", "Crazyflie micro-SD log", WalkCrazyflie},
+     [](const fs::path&, std::string_view start) { return IsCrazyflie(start); }},
+    {{"asl", "ASL (EuRoC) folder", WalkAsl},
+     [](const fs::path& path, std::string_view) { return fs::is_directory(path) && IsAsl(path); }},
+    {{"tum", "TUM trajectory", WalkTum},
+     [](const fs::path&, std::string_view start) { return IsText(start) && HasRowsOf(8, start); }},
+    {{kCsvFormat, "CSV", WalkCsv},
+     [](const fs::path& path, std::string_view start) {
+       return !fs::is_directory(path) && IsText(start) && !start.empty();
+     }},
+}};
+
+// What to do with known formats that are not read.
+void RefuseUnread(const std::string& file, std::string_view start) {
+  const auto refuse = [&](const char* what) { throw ErrorAt(file, 0, what); };
+  if (start.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8))) {
+    refuse("is HDF5 (or MAT 7.3), which is not read; export its streams as CSV with their times");
+  }
+  if (start.starts_with("MATLAB 5.0 MAT-file")) {
+    refuse("is a MAT file, which is not read; export its streams as CSV with their times");
+  }
+  if (start.starts_with("\x1f\x8b")) refuse("is compressed by gzip; unpack it with gunzip first");
+  if (start.starts_with("PK\x03\x04")) refuse("is a zip archive; unpack it first");
+  if (IsText(start) && HasRowsOf(12, start)) {
+    refuse(
+        "holds KITTI poses, which have no times; write them as a TUM trajectory: "
+        "t tx ty tz qx qy qz qw");
+  }
+  const bool packet = start.size() > 8 && start[0] == 0 && start[1] < 16 &&
+                      start.substr(8, 32).find_first_of("\xFE\xFD") != std::string_view::npos;
+  if (packet || (start.size() > 40 && start.substr(0, 2) == std::string_view("\0\x06", 2))) {
+    refuse(
+        "looks like a MAVLink telemetry log, which is too slow to integrate; download the "
+        "autopilot's own log (.bin or .ulg) of this flight");
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> OpenRecording(const fs::path& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) {
+    throw ErrorAt(path.string(), 0, "does not exist; give the path of a recorded log");
+  }
+  const std::string start = fs::is_directory(path) ? "" : FirstBytes(path, kStartSize);
+  if (!fs::is_directory(path)) RefuseUnread(path.string(), start);
+  for (const KnownFormat& known : kFormats) {
+    if (known.fits(path, start)) return std::make_unique<Recording>(path, known.format);
+  }
+  throw ErrorAt(path.string(), 0,
+                fmt::format("has no format that is read here; these are: {}", KnownFormats()));
+}
+
+std::string KnownFormats() {
+  std::string text;
+  for (const KnownFormat& known : kFormats) {
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", known.format.key, known.format.name);
+  }
+  return text;
+}
+
+bool IsFormat(const std::string& key) {
+  for (const KnownFormat& known : kFormats) {
+    if (key == known.format.key) return true;
+  }
+  return false;
+}
+
+}  // namespace trueline

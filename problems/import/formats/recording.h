@@ -1,0 +1,119 @@
+// A log of any format as channels of records with named numbers.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "problems/import/formats/cell.h"
+
+namespace trueline {
+
+struct ChannelField {
+  std::string name;  // "header.stamp", "q[0]"
+  std::string unit;  // where the format states one
+};
+
+struct Channel {
+  std::string name;
+  int instance = 0;  // of several sensors of one kind, or sessions of one file
+  std::string type;
+  std::vector<ChannelField> fields;
+  // The field with the time of measurement and the power of ten (ns) of its unit; without it
+  // records have the time of recording.
+  int stamp_field = -1;
+  int stamp_exponent = 0;
+
+  std::size_t count = 0;
+  TimeNs first = 0, last = 0;  // times of recording, in the file's order
+
+  // "name", or "name[2]" for another instance than 0.
+  std::string Label() const;
+  double Rate() const;                          // Hz, in the mean; 0 for fewer than two records
+  int IndexOf(const std::string& field) const;  // -1 if there is none
+  void SetStamp(const std::string& field, int exponent);
+};
+
+struct Record {
+  TimeNs time = 0;          // of measurement, where the channel states it
+  std::vector<Cell> cells;  // in the order of the channel's fields; missing ones are NaN
+};
+
+// Decodes the messages of one channel.
+class MessageDecoder {
+ public:
+  virtual ~MessageDecoder() = default;
+  // Sets the fields and the stamp from a first message; elements of lists beyond those that it has
+  // are left out of all messages. False if it can't be decoded.
+  virtual bool Describe(std::string_view message, Channel* channel) = 0;
+  // False if the message is cut or malformed. `cells` has the number of fields, all missing.
+  virtual bool Decode(std::string_view message, std::vector<Cell>* cells) const = 0;
+};
+
+// Receives what a format's walk finds in a file.
+class MessageSink {
+ public:
+  using MakeDecoder = std::function<std::unique_ptr<MessageDecoder>()>;
+
+  virtual ~MessageSink() = default;
+  // The index of a channel; a new one gets its decoder by `make`.
+  virtual std::size_t AddChannel(const std::string& name, int instance, const std::string& type,
+                                 const MakeDecoder& make) = 0;
+  // `recorded` is the time of recording.
+  virtual void Add(std::size_t channel, TimeNs recorded, std::string_view message) = 0;
+  virtual void Warn(const std::string& warning) = 0;  // what was damaged, and where
+  virtual void Prefer(int instance) = 0;              // of channels that are named without one
+};
+
+// A format: how it is recognised, and a function that walks through a file from its start.
+struct LogFormat {
+  const char* key;   // in maps
+  const char* name;  // for people
+  void (*walk)(const std::filesystem::path& path, MessageSink* sink);
+};
+
+class Recording : private MessageSink {
+ public:
+  // Reads the log once, for its channels. Throws InputError for a file that can't be read.
+  Recording(const std::filesystem::path& path, const LogFormat& format);
+
+  const LogFormat& format() const { return format_; }
+  const std::string& file() const { return file_; }
+  const std::vector<Channel>& channels() const { return channels_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  std::optional<int> preferred_instance() const { return preferred_; }
+
+  using Visitor = std::function<void(std::size_t channel, const Record& record)>;
+  // Reads the log again and visits the records of the `wanted` channels, in the file's order.
+  // Returns for each wanted channel the number of its messages that could not be decoded.
+  std::vector<std::size_t> Visit(const std::vector<std::size_t>& wanted, const Visitor& visit);
+
+ private:
+  std::size_t AddChannel(const std::string& name, int instance, const std::string& type,
+                         const MakeDecoder& make) override;
+  void Add(std::size_t channel, TimeNs recorded, std::string_view message) override;
+  void Warn(const std::string& warning) override;
+  void Prefer(int instance) override { preferred_ = instance; }
+  void Scan(std::size_t channel, TimeNs recorded, std::string_view message);
+
+  std::string file_;
+  LogFormat format_;
+  std::vector<Channel> channels_;
+  std::vector<std::unique_ptr<MessageDecoder>> decoders_;
+  std::map<std::tuple<std::string, int, std::string>, std::size_t> index_;
+  std::vector<std::string> warnings_;
+  std::optional<int> preferred_;
+
+  const Visitor* visit_ = nullptr;  // null while scanning
+  std::vector<bool> wanted_;
+  std::vector<std::size_t> undecoded_;
+  Record record_;
+};
+
+}  // namespace trueline

@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+#include "problems/import/find_map.h"
+#include "problems/import/formats/csv_table.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/log/line_reader.h"
+
+namespace trueline {
+namespace {
+
+// Fields of a channel that differ only in their last part: x, y, z or [0], [1], [2].
+struct FieldGroup {
+  std::string stem;                          // in lower case
+  std::map<std::string, std::string> parts;  // field by last part
+};
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::vector<FieldGroup> GroupsOf(const Channel& channel) {
+  std::vector<FieldGroup> groups;
+  for (const ChannelField& field : channel.fields) {
+    const std::string name = Lower(field.name);
+    const std::size_t start = name.ends_with(']') ? name.rfind('[') : name.size() - 1;
+    if (name.empty() || start == std::string::npos) continue;
+    const std::string stem = name.substr(0, start), last = name.substr(start);
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const FieldGroup& g) { return g.stem == stem; });
+    if (group == groups.end()) group = groups.insert(group, {stem, {}});
+    group->parts[last] = field.name;
+  }
+  return groups;
+}
+
+// The fields of these last parts, quoted; empty if one is missing.
+std::vector<std::string> PartsOf(const FieldGroup& group, const std::vector<std::string>& lasts) {
+  std::vector<std::string> fields;
+  for (const std::string& last : lasts) {
+    const auto found = group.parts.find(last);
+    if (found == group.parts.end()) return {};
+    fields.push_back(fmt::format("\"{}\"", found->second));
+  }
+  return fields;
+}
+
+std::vector<std::string> ThreeOf(const FieldGroup& group) {
+  const std::vector<std::string> xyz = PartsOf(group, {"x", "y", "z"});
+  return xyz.empty() ? PartsOf(group, {"[0]", "[1]", "[2]"}) : xyz;
+}
+
+bool Mentions(const std::string& stem, const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const std::string& word) { return stem.find(word) != std::string::npos; });
+}
+
+// The first vector whose name has one of the words, as "columns: [...]".
+std::string VectorOf(const std::vector<FieldGroup>& groups, const std::vector<std::string>& words) {
+  for (const FieldGroup& group : groups) {
+    const std::vector<std::string> three = ThreeOf(group);
+    if (three.empty() || group.parts.contains("w") || !Mentions(group.stem, words)) continue;
+    if (Mentions(group.stem, {"cov", "bias", "offset"})) continue;
+    return fmt::format("columns: [{}]", fmt::join(three, ", "));
+  }
+  return "";
+}
+
+std::string QuaternionOf(const std::vector<FieldGroup>& groups) {
+  for (const FieldGroup& group : groups) {
+    const std::vector<std::string> q = PartsOf(group, {"w", "x", "y", "z"});
+    if (q.empty()) continue;
+    return fmt::format("quaternion: {{w: {}, x: {}, y: {}, z: {}}}", q[0], q[1], q[2], q[3]);
+  }
+  return "";
+}
+
+// One line for each stream that a channel's names suggest.
+void ProposeStreams(const Channel& channel, bool is_csv,
+                    std::map<std::string, std::string>* lines) {
+  const std::vector<FieldGroup> groups = GroupsOf(channel);
+  const std::string from = is_csv ? "" : fmt::format("channel: \"{}\", ", channel.Label());
+  const std::string accel = VectorOf(groups, {"acc", "a_rs"});
+  const std::string gyro = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  if (!accel.empty() && !gyro.empty()) {
+    lines->try_emplace("imu", fmt::format("imu: {{{}accel: {{{}, unit: m/s^2}}, gyro: {{{}, unit: "
+                                          "rad/s}}}}  # or g, deg/s",
+                                          from, accel, gyro));
+  }
+  const std::string q = QuaternionOf(groups);
+  const std::string p = VectorOf(groups, {"pos", "transl", "p_rs", "point"});
+  if (!q.empty() && !p.empty()) {
+    lines->try_emplace(
+        "mocap", fmt::format("mocap: {{{}position: {{{}, unit: m}}, {}}}  # if truth", from, p, q));
+  } else if (!q.empty()) {
+    lines->try_emplace("attitude", fmt::format("attitude: {{{}{}}}", from, q));
+  }
+  for (const ChannelField& field : channel.fields) {
+    if (!Lower(field.name).starts_with("volt") && !Lower(field.name).starts_with("vbat")) continue;
+    lines->try_emplace("battery",
+                       fmt::format("battery: {{{}column: \"{}\", unit: V}}", from, field.name));
+  }
+}
+
+std::string CsvInput(const Recording& recording) {
+  LineReader lines(recording.file());
+  std::string_view header;
+  lines.NextFilled(&header);
+  const char delimiter = GuessDelimiter(header);
+  const std::string name = delimiter == '\t'  ? "tab"
+                           : delimiter == ' ' ? "space"
+                                              : std::string(1, delimiter);
+  std::string time = "t";
+  for (const ChannelField& field : recording.channels().front().fields) {
+    if (!Lower(field.name).starts_with('t')) continue;
+    time = field.name;
+    break;
+  }
+  return fmt::format("{{delimiter: \"{}\", time: {{column: \"{}\", unit: s}}}}  # or ms, us, ns",
+                     name, time);
+}
+
+}  // namespace
+
+std::string ProposeMap(const Recording& recording) {
+  const bool is_csv = recording.format().key == std::string(kCsvFormat);
+  std::map<std::string, std::string> lines;
+  for (const Channel& channel : recording.channels()) {
+    if (channel.count > 0) ProposeStreams(channel, is_csv, &lines);
+  }
+  lines.try_emplace("imu", "# imu: none was found by the names; it is needed");
+  std::string text = fmt::format(
+      "# Proposed from the names in {}. Check frames, units and streams; config/import/\n"
+      "# nanobench.yaml explains the keys.\n"
+      "name: \"{{stem}}\"\n"
+      "inputs:\n"
+      "  log: {}\n"
+      "earth: NED  # or ENU, NWU\n"
+      "body: FRD   # or FLU: at rest z reads +9.81\n"
+      "streams:\n",
+      recording.file(),
+      is_csv ? CsvInput(recording) : fmt::format("{{format: {}}}", recording.format().key));
+  for (const auto& [stream, line] : lines) text += "  " + line + "\n";
+  return text;
+}
+
+}  // namespace trueline

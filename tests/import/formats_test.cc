@@ -1,0 +1,390 @@
+// Readers of binary formats on files of a few bytes, written here from the specifications.
+#include <gmock/gmock.h>
+
+#include <cstring>
+
+#include "problems/import/formats/blackbox_frame.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/ros_decoder.h"
+#include "problems/import/formats/ros_types.h"
+#include "tests/import/import_files.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// Bytes of little-endian numbers and texts, one after another.
+class Bytes {
+ public:
+  template <class T>
+  Bytes& Add(T value) {
+    text_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    return *this;
+  }
+  Bytes& Text(const std::string& text) {
+    text_ += text;
+    return *this;
+  }
+  Bytes& Padded(const std::string& text, std::size_t size) {
+    text_ += text;
+    text_.append(size - text.size(), '\0');
+    return *this;
+  }
+  const std::string& str() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+const Channel& ChannelOf(const Recording& recording, const std::string& label) {
+  for (const Channel& channel : recording.channels()) {
+    if (channel.Label() == label) return channel;
+  }
+  ADD_FAILURE() << "no channel " << label;
+  return recording.channels().front();
+}
+
+std::vector<std::string> NamesOf(const Channel& channel) {
+  std::vector<std::string> names;
+  for (const ChannelField& field : channel.fields) names.push_back(field.name);
+  return names;
+}
+
+struct Row {
+  TimeNs time;
+  std::vector<double> numbers;
+};
+
+std::vector<Row> RowsOf(Recording* recording, const std::string& label) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < recording->channels().size(); ++i) {
+    if (recording->channels()[i].Label() != label) continue;
+    recording->Visit({i}, [&](std::size_t, const Record& record) {
+      rows.push_back({record.time, {}});
+      for (const Cell& cell : record.cells) rows.back().numbers.push_back(cell.Number());
+    });
+  }
+  return rows;
+}
+
+// --- ULog
+
+std::string ULogRecord(char type, const std::string& payload) {
+  return Bytes()
+      .Add(static_cast<std::uint16_t>(payload.size()))
+      .Text(std::string(1, type) + payload)
+      .str();
+}
+
+std::string ULogData(std::uint16_t id, std::uint64_t time, std::uint64_t sample, float x) {
+  return ULogRecord('D', Bytes()
+                             .Add(id)
+                             .Add(time)
+                             .Add(sample)
+                             .Add(x)
+                             .Add(std::int16_t{-7})
+                             .Text(std::string(2, '\0'))
+                             .Add(std::int16_t{8})
+                             .Text(std::string(2, '\0'))
+                             .str());
+}
+
+std::string SmallULog(const std::string& damage) {
+  const auto subscribe = [](std::uint8_t instance, std::uint16_t id) {
+    return ULogRecord('A', Bytes().Add(instance).Add(id).Text("topic").str());
+  };
+  return std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
+         ULogRecord('B', std::string(40, '\0')) +
+         ULogRecord('F',
+                    "topic:uint64_t timestamp;uint64_t timestamp_sample;float x;inner[2] a;"
+                    "uint8_t[4] _padding0;") +
+         ULogRecord('F', "inner:int16_t v;uint8_t[2] _padding0;") + subscribe(0, 3) +
+         subscribe(1, 4) + ULogData(3, 2'000'000, 1'990'000, 0.5F) +
+         ULogData(4, 2'100'000, 2'090'000, 1.5F) + damage +
+         ULogRecord('S', "\x2f\x73\x13\x20\x25\x0c\xbb\x12") + ULogData(3, 3'000'000, 0, 2.5F) +
+         "\x20";  // cut off
+}
+
+TEST(ULog, NestsPadsAndResynchronises) {
+  const ImportFiles files;
+  const auto log = OpenRecording(files.Write("log", SmallULog(std::string(37, '\0'))));
+  EXPECT_EQ(log->format().key, std::string("ulog"));
+  ASSERT_EQ(log->channels().size(), 2U);
+  const Channel& topic = ChannelOf(*log, "topic");
+  EXPECT_THAT(NamesOf(topic),
+              ElementsAre("timestamp", "timestamp_sample", "x", "a[0].v", "a[1].v"));
+  EXPECT_EQ(topic.count, 2U);
+  EXPECT_EQ(topic.first, 2'000'000'000);  // of recording
+  EXPECT_EQ(ChannelOf(*log, "topic[1]").count, 1U);
+  const std::vector<Row> rows = RowsOf(log.get(), "topic");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].time, 1'990'000'000);  // of measurement
+  EXPECT_EQ(rows[1].time, 3'000'000'000);  // which is not set
+  EXPECT_THAT(rows[0].numbers, ElementsAre(2e6, 1.99e6, 0.5, -7, 8));
+  EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("37 bytes, to the next synchronisation"),
+                                           HasSubstr("is cut off within the record at byte")));
+}
+
+TEST(ULog, RefusesUnknownFeatures) {
+  const ImportFiles files;
+  std::string text = SmallULog("");
+  text[16 + 3 + 8] = 2;  // an incompatible flag
+  EXPECT_THAT(ErrorOf([&] { OpenRecording(files.Write("log", text)); }),
+              HasSubstr("needs a newer ULog reader"));
+}
+
+TEST(ULog, LeavesOutMalformedDefinitions) {
+  const ImportFiles files;
+  std::string text = SmallULog("");
+  text.replace(text.find("int16_t v"), 9, "int16_t*v");
+  const auto log = OpenRecording(files.Write("log", text));
+  EXPECT_TRUE(log->channels().empty());
+  EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
+}
+
+// --- ROS messages
+
+constexpr char kMixed[] =
+    "# a comment\n"
+    "uint8 FLAG=3\n"
+    "bool on\n"
+    "float64 wide 1.5\n"
+    "string<=5 label\n"
+    "int16[] some\n"
+    "Part[2] parts\n"
+    "builtin_interfaces/Time stamp\n"
+    "================================================================================\n"
+    "MSG: pkg/Part\n"
+    "uint8 a\n"
+    "uint32 b\n";
+
+Row Decode(MessageDecoder* decoder, const std::string& first, const std::string& message,
+           Channel* channel) {
+  EXPECT_TRUE(decoder->Describe(first, channel));
+  std::vector<Cell> cells(channel->fields.size());
+  EXPECT_TRUE(decoder->Decode(message, &cells));
+  Row row{0, {}};
+  for (const Cell& cell : cells) row.numbers.push_back(cell.Number());
+  return row;
+}
+
+// Every primitive is aligned to its size after the four bytes of encapsulation.
+TEST(RosMessages, AreAlignedInCdr) {
+  const auto message = [](std::vector<std::int16_t> some) {
+    Bytes bytes;
+    bytes.Text(std::string("\0\1\0\0", 4)).Add(std::uint8_t{1}).Text(std::string(7, '\0'));
+    bytes.Add(2.25).Add(std::uint32_t{4}).Text(std::string("abc\0", 4));
+    bytes.Add(static_cast<std::uint32_t>(some.size()));
+    for (const std::int16_t value : some) bytes.Add(value);
+    const std::string gap(3, '\0');
+    bytes.Add(std::uint8_t{9}).Text(gap).Add(std::uint32_t{70000});
+    bytes.Add(std::uint8_t{8}).Text(gap).Add(std::uint32_t{80000});
+    bytes.Add(std::int32_t{5}).Add(std::uint32_t{7});
+    return bytes.str();
+  };
+  const auto decoder = MakeCdrDecoder("pkg/msg/Mixed", kMixed);
+  Channel channel;
+  const Row row = Decode(decoder.get(), message({-1, 2}), message({-3, 4}), &channel);
+  EXPECT_THAT(NamesOf(channel), ElementsAre("on", "wide", "some[0]", "some[1]", "parts[0].a",
+                                            "parts[0].b", "parts[1].a", "parts[1].b", "stamp"));
+  EXPECT_THAT(row.numbers, ElementsAre(1, 2.25, -3, 4, 9, 70000, 8, 80000, 5e9 + 7));
+  EXPECT_EQ(channel.stamp_field, 8);
+  // Cut anywhere, it is refused.
+  std::vector<Cell> cells(9);
+  for (std::size_t size = 0; size + 1 < message({1, 2}).size(); ++size) {
+    EXPECT_FALSE(decoder->Decode(message({1, 2}).substr(0, size), &cells)) << size;
+  }
+}
+
+TEST(RosMessages, ListsMayShrinkAndGrow) {
+  const std::string definition = "int16[] some\nuint8 after\n";
+  const auto message = [](std::vector<std::int16_t> some, std::uint8_t after) {
+    Bytes bytes;
+    bytes.Text(std::string("\0\1\0\0", 4)).Add(static_cast<std::uint32_t>(some.size()));
+    for (const std::int16_t value : some) bytes.Add(value);
+    return bytes.Add(after).str();
+  };
+  const auto decoder = MakeCdrDecoder("pkg/List", definition);
+  Channel channel;
+  const Row longer = Decode(decoder.get(), message({1, 2}, 5), message({3, 4, 9, 9}, 6), &channel);
+  EXPECT_THAT(longer.numbers, ElementsAre(3, 4, 6));
+  std::vector<Cell> cells(3);
+  ASSERT_TRUE(decoder->Decode(message({7}, 8), &cells));
+  EXPECT_EQ(cells[0].Number(), 7);
+  EXPECT_TRUE(std::isnan(cells[1].Number()));
+  EXPECT_EQ(cells[2].Number(), 8);
+}
+
+TEST(RosMessages, MayBeBigEndianCdr) {
+  const auto decoder = MakeCdrDecoder("pkg/Two", "uint16 a\nfloat64 b\n");
+  std::string number(8, '\0');
+  const double value = -3.5;
+  std::memcpy(number.data(), &value, 8);
+  std::reverse(number.begin(), number.end());
+  const std::string message = std::string("\0\0\0\0\x01\x02\0\0\0\0\0\0", 12) + number;
+  Channel channel;
+  EXPECT_THAT(Decode(decoder.get(), message, message, &channel).numbers, ElementsAre(258, -3.5));
+}
+
+TEST(RosMessages, ArePackedInRos1) {
+  const auto decoder = MakeRos1Decoder("pkg/Old",
+                                       "Header header\nuint8 a\nfloat32 b\n"
+                                       "===\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring "
+                                       "frame_id\n");
+  const std::string message = Bytes()
+                                  .Add(std::uint32_t{1})
+                                  .Add(std::uint32_t{1'700'000'000})
+                                  .Add(std::uint32_t{123'456'789})
+                                  .Add(std::uint32_t{3})
+                                  .Text("map")
+                                  .Add(std::uint8_t{7})
+                                  .Add(0.5F)
+                                  .str();
+  Channel channel;
+  Decode(decoder.get(), message, message, &channel);
+  EXPECT_THAT(NamesOf(channel), ElementsAre("header.seq", "header.stamp", "a", "b"));
+  std::vector<Cell> cells(4);
+  ASSERT_TRUE(decoder->Decode(message, &cells));
+  TimeNs stamp = 0;
+  ASSERT_TRUE(cells[1].Time(0, &stamp));
+  EXPECT_EQ(stamp, 1'700'000'000'123'456'789);  // more digits than a double has
+}
+
+TEST(RosMessages, UnknownTypesHaveNoFields) {
+  Channel channel;
+  EXPECT_FALSE(MakeCdrDecoder("pkg/None", "")->Describe(std::string(64, '\0'), &channel));
+  EXPECT_FALSE(
+      MakeCdrDecoder("pkg/Loop", "Loop next\n")->Describe(std::string(64, '\0'), &channel));
+  EXPECT_TRUE(CommonRosTypes().contains("sensor_msgs/Imu"));
+  EXPECT_EQ(RosTypeName("sensor_msgs/msg/Imu"), "sensor_msgs/Imu");
+}
+
+// --- DataFlash
+
+std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
+                     const std::string& letters, const std::string& columns) {
+  return Bytes()
+      .Text("\xA3\x95\x80")
+      .Add(type)
+      .Add(length)
+      .Padded(name, 4)
+      .Padded(letters, 16)
+      .Padded(columns, 64)
+      .str();
+}
+
+std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hundredths, float x) {
+  return Bytes().Text("\xA3\x95\x05").Add(time).Add(sensor).Add(hundredths).Add(x).str();
+}
+
+TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
+  const ImportFiles files;
+  const std::string log_text =
+      FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+      FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X") +
+      FlashFmt(6, 20, "MULT", "Qbd", "TimeUS,Id,Mult") +
+      FlashFmt(7, 76, "UNIT", "QbZ", "TimeUS,Id,Label") +
+      FlashFmt(8, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds") +
+      FlashSample(1'000'000, 0, 250, 4.0F) + "noise" + FlashSample(1'100'000, 1, 300, 5.0F) +
+      Bytes().Text("\xA3\x95\x06").Add(std::uint64_t{0}).Text("C").Add(1e-3).str() +
+      Bytes().Text("\xA3\x95\x07").Add(std::uint64_t{0}).Text("m").Padded("m", 64).str() +
+      Bytes()
+          .Text("\xA3\x95\x08")
+          .Add(std::uint64_t{0})
+          .Add(std::uint8_t{5})
+          .Padded("s#-m", 16)
+          .Padded("F--C", 16)
+          .str() +
+      FlashSample(1'200'000, 0, 260, 6.0F).substr(0, 9);
+  const auto log = OpenRecording(files.Write("log.bin", log_text));
+  EXPECT_EQ(log->format().key, std::string("dataflash"));
+  const Channel& sensor = ChannelOf(*log, "SENS");
+  EXPECT_EQ(sensor.count, 1U);
+  EXPECT_EQ(sensor.fields[3].unit, "m");
+  EXPECT_EQ(ChannelOf(*log, "SENS[1]").count, 1U);
+  const std::vector<Row> rows = RowsOf(log.get(), "SENS[1]");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].time, 1'100'000'000);
+  EXPECT_THAT(rows[0].numbers, ElementsAre(1.1e6, 1, DoubleEq(3.0), DoubleEq(5e-3)));
+  EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("5 bytes in 1 places are no records")));
+}
+
+// --- Blackbox
+
+BlackboxValues DecodeAll(int encoding, std::size_t fields, const std::string& bytes) {
+  BlackboxHeader header;
+  header.frames['I'].assign(fields, {"f", true, 0, encoding});
+  ByteCursor cursor(bytes);
+  BlackboxValues values;
+  DecodeBlackboxFrame(header, 'I', {}, &cursor, &values);
+  EXPECT_TRUE(cursor.ok());
+  EXPECT_EQ(cursor.left(), 0U);
+  return values;
+}
+
+TEST(Blackbox, Encodings) {
+  EXPECT_THAT(DecodeAll(1, 2, "\x85\x01\x7F"), ElementsAre(133, 127));
+  EXPECT_THAT(DecodeAll(0, 2, "\x03\x04"), ElementsAre(-2, 2));
+  EXPECT_THAT(DecodeAll(3, 1, std::string("\xFF\x7F", 2)), ElementsAre(1));  // minus -1
+  EXPECT_THAT(DecodeAll(6, 1, "\x03"), ElementsAre(-2));                     // without a mask
+  EXPECT_THAT(DecodeAll(6, 3, "\x05\x02\x01"), ElementsAre(1, 0, -1));
+  EXPECT_THAT(DecodeAll(7, 3, "\x1B"), ElementsAre(1, -2, -1));
+  EXPECT_THAT(DecodeAll(7, 3, "\x47\x8F"), ElementsAre(7, -8, -1));
+  EXPECT_THAT(DecodeAll(7, 3, "\xA0\x1F\x3F"), ElementsAre(-32, 31, -1));
+  // One, two and three bytes; the first one's size is lowest.
+  EXPECT_THAT(DecodeAll(7, 3, std::string("\xE4\xFF\x01\x80\x00\x00\x02", 7)),
+              ElementsAre(-1, -32767, 0x020000));
+  // 0, 4, 8 and 16 bits: nibbles 7, then -2 (FE), then 1234, high ones first.
+  EXPECT_THAT(DecodeAll(8, 4, std::string("\xE4\x7F\xE1\x23\x40", 5)),
+              ElementsAre(0, 7, -2, 0x1234));
+  EXPECT_THAT(DecodeAll(9, 1, ""), ElementsAre(0));
+  EXPECT_THAT(DecodeAll(10, 3, "\x1B"), ElementsAre(1, -2, -1));
+  // 01 11111 00001 0111: -1, 1, 7.
+  EXPECT_THAT(DecodeAll(10, 3, "\x7E\x17"), ElementsAre(-1, 1, 7));
+  // 10 10000000 1111111 0000011: -128, -1, 3.
+  EXPECT_THAT(DecodeAll(10, 3, "\xA0\x3F\x83"), ElementsAre(-128, -1, 3));
+}
+
+TEST(Blackbox, Predictors) {
+  BlackboxHeader header;
+  for (const int predictor : {1, 2, 3, 6, 8, 4}) {
+    header.frames['P'].push_back({"f", true, predictor, 9});
+  }
+  header.min_throttle = 1070;
+  const BlackboxValues before = {10, 10, -7, 10, 0, 0}, before2 = {1, 4, 2, 1, 0, 0};
+  BlackboxHistory history;
+  history.previous = &before;
+  history.previous2 = &before2;
+  history.skipped = 3;
+  ByteCursor none("");
+  BlackboxValues values;
+  DecodeBlackboxFrame(header, 'P', history, &none, &values);
+  EXPECT_THAT(values, ElementsAre(10, 16, -2, 14, 1500, 1070));
+}
+
+// --- Recognition
+
+TEST(Formats, AreKnownByTheContent) {
+  const ImportFiles files;
+  const auto format = [&](const std::string& text) -> std::string {
+    return OpenRecording(files.Write("any.name", text))->format().key;
+  };
+  EXPECT_EQ(format("# t x y z\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 1\n"), "tum");
+  EXPECT_EQ(format("t,x\n1,2\n"), "csv");
+  EXPECT_EQ(format("#ROSBAG V2.0\n"), "ros1");
+  EXPECT_EQ(format("\x89MCAP0\r\n"), "mcap");
+  const auto refusal = [&](const std::string& text) {
+    return ErrorOf([&] { OpenRecording(files.Write("any.name", text)); });
+  };
+  EXPECT_THAT(refusal(std::string("\x89HDF\r\n\x1a\n", 8)), HasSubstr("export its streams as CSV"));
+  EXPECT_THAT(refusal("\x1f\x8b more"), HasSubstr("gunzip"));
+  EXPECT_THAT(refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
+  EXPECT_THAT(refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
+  EXPECT_THAT(refusal(""), HasSubstr("has no format that is read here"));
+}
+
+}  // namespace
+}  // namespace trueline
