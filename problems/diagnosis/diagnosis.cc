@@ -18,6 +18,20 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Flight = std::unique_ptr<DiagnosedFlight>;
 
+// Root of the sum of squares over the parameters, against the best of the effect's candidates.
+double TimesDetectable(const Cause& cause, const std::vector<CandidateReport>& reports) {
+  double times = 0.0;
+  bool reported = false;
+  for (const CandidateReport& report : reports) {
+    if (report.id != cause.candidate.id() || report.detectable.size() != cause.value.size())
+      continue;
+    reported = true;
+    const Eigen::VectorXd size = cause.value - cause.candidate.Neutral();
+    times = std::max(times, size.cwiseQuotient(report.detectable).norm());
+  }
+  return reported ? times : std::numeric_limits<double>::infinity();
+}
+
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -115,6 +129,9 @@ class FlightDiagnosis {
 
   void StoreCauses(Outcome* outcome) const {
     outcome->causes = CausesFrom(outcome->rounds, *outcome->flight);
+    for (Cause& cause : outcome->causes) {
+      cause.times_detectable = TimesDetectable(cause, outcome->rounds.candidates);
+    }
     if (false_data_) outcome->causes.insert(outcome->causes.begin(), *false_data_);
   }
 

@@ -65,6 +65,8 @@ struct Cause {
   std::vector<Repeat> repeats;    // by further flight
   std::optional<bool> confirmed;  // by most further flights; empty if there are none
   Witness witness = Witness();
+  // The size in those that the flight shows with good chance, from its candidate's report.
+  double times_detectable = std::numeric_limits<double>::infinity();
   std::string because = "";  // why it is set aside; empty if it is named
 
   Effect effect() const { return candidate.At(value); }

@@ -51,6 +51,17 @@ TEST(Rules, ACauseIsNamedByAGainOfItsOwn) {
   EXPECT_EQ(WhyNotNamed(CauseWith(kEither, kEither), false), "");  // gains were not measured
 }
 
+TEST(Rules, ASizeBelowWhatTheFlightShowsIsNotNamed) {
+  Cause cause = CauseWith(kBetter, kBetter);
+  cause.times_detectable = 0.7;
+  EXPECT_THAT(Why(cause), HasSubstr("0.70 times the size that this flight shows"));
+  cause.times_detectable = 0.9;
+  EXPECT_EQ(Why(cause), "");
+  cause = CauseWith(kBetter, kBetter, "confirms");
+  cause.times_detectable = 0.7;
+  EXPECT_EQ(Why(cause), "");
+}
+
 TEST(Rules, AWitnessOrAnotherFlightStandsInForTheGain) {
   EXPECT_EQ(Why(CauseWith(kEither, kEither, "confirms")), "");
   EXPECT_EQ(Why(CauseWith(kEither, kEither, "silent", true)), "");
