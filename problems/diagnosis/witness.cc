@@ -34,7 +34,7 @@ struct SizeEstimate {
 
 // Huber weights, for each of x, y, z in its own scale. Rows of zeros (no data) get none.
 VectorXd RobustWeights(const VectorXd& residual) {
-  constexpr double kEdge = 2.0;  // scales
+  constexpr double kEdge = 4.0;  // scales: least squares, but for outliers
   VectorXd weight = VectorXd::Zero(residual.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> sizes;
