@@ -61,7 +61,14 @@ Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& 
   Recordings recordings(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::vector<std::string>& formats = map.inputs[i].formats;
-    if (formats.empty()) continue;
+    if (formats.empty()) {
+      const std::string key = FormatOf(files[i]);
+      if (key.empty() || IsTextFormat(key)) continue;
+      throw ErrorAt(files[i], 0,
+                    fmt::format("is of format {}, where {} reads CSV; leave out --map, or state "
+                                "'format' in it",
+                                key, map.file));
+    }
     recordings[i] = OpenRecording(files[i]);
     const LogFormat& found = recordings[i]->format();
     if (std::find(formats.begin(), formats.end(), found.key) != formats.end()) continue;

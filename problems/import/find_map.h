@@ -11,8 +11,8 @@
 
 namespace trueline {
 
-// Of the maps that ship, the one for this log's format of which it has the most streams; none
-// without an IMU.
+// Of the maps that ship, the one for this log's format of which it has the most streams; none if it
+// has the IMU of none.
 std::optional<ImportMap> FindShippedMap(const Recording& recording);
 
 // A map to edit, as YAML: channels and columns by the names of their fields, frames and units as

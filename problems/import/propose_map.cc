@@ -135,8 +135,8 @@ std::string ProposeMap(const Recording& recording) {
   }
   lines.try_emplace("imu", "# imu: none was found by the names; it is needed");
   std::string text = fmt::format(
-      "# Proposed from the names in {}. Check frames, units and streams; config/import/\n"
-      "# nanobench.yaml explains the keys.\n"
+      "# Proposed from the names in {}. Check frames, units and streams.\n"
+      "# config/import/nanobench.yaml explains the keys, px4.yaml those of recordings.\n"
       "name: \"{{stem}}\"\n"
       "inputs:\n"
       "  log: {}\n"

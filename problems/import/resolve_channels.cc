@@ -34,7 +34,7 @@ std::optional<std::size_t> FindByName(const Recording& recording, const std::str
   for (std::size_t i = 0; i < recording.channels().size(); ++i) {
     const Channel& channel = recording.channels()[i];
     if (!HasRecords(channel)) continue;
-    if (channel.instance != 0 && channel.Label() == pattern) return i;
+    if (fmt::format("{}[{}]", channel.name, channel.instance) == pattern) return i;
     if (fnmatch(pattern.c_str(), channel.name.c_str(), 0) == 0) found.push_back(i);
   }
   return BestInstance(recording, found);
@@ -150,7 +150,7 @@ int CountStreams(const ImportMap& map, const Recording& recording) {
     std::string why;
     if (FirstThatFits(recording, stream, &why)) {
       ++count;
-    } else if (name == "imu") {
+    } else if (!stream.optional) {
       return 0;
     }
   }

@@ -26,7 +26,7 @@ using Recordings = std::vector<std::unique_ptr<Recording>>;
 std::map<std::string, StreamMap> ResolveChannels(const ImportMap& map, const Recordings& recordings,
                                                  std::vector<std::string>* warnings);
 
-// How many streams of a map with one input a recording has; 0 without an IMU.
+// How many streams of a map with one input a recording has; 0 if it lacks one that is not optional.
 int CountStreams(const ImportMap& map, const Recording& recording);
 
 }  // namespace trueline

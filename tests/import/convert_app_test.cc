@@ -114,6 +114,13 @@ TEST_F(ConvertApp, ListsALogAndProposesAMap) {
   EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
+TEST_F(ConvertApp, RefusesABinaryLogForAMapOfCsv) {
+  files_.Write("log.csv", std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0'));
+  const Outcome wrong = Run(Usual());
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("is of format ulog, where"));
+}
+
 TEST_F(ConvertApp, SaysThatNoMapFits) {
   const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
   EXPECT_EQ(none.exit_code, 3);

@@ -72,11 +72,14 @@ TEST_F(RecordingMap, TimesMayBeShifted) {
 }
 
 TEST_F(RecordingMap, TakesTheFirstAlternativeThatTheLogHas) {
+  EXPECT_THAT(Error(std::string(kImu) + "  battery: {channel: \"gnss[1]\", column: eph}\n"),
+              HasSubstr("has no records of gnss[1]"));
   const std::string second =
       "  battery:\n"
       "    - {channel: power, column: volt}\n"
       "    - {channel: gnss, column: volts}\n"
-      "    - {channel: \"gn*\", column: eph}\n";
+      "    - {channel: \"gnss[1]\", column: eph}\n"
+      "    - {channel: [nothing, \"gn*\"], column: eph}\n";
   EXPECT_EQ(Convert(kImu + second).battery.size(), 5U);
 }
 
@@ -126,6 +129,7 @@ TEST_F(RecordingMap, RefusesAnotherFormat) {
               AllOf(HasSubstr("is of format asl"), HasSubstr("is for ulog")));
   EXPECT_THAT(ErrorOf([&] { Convert(kImu, "{format: ulg}"); }),
               AllOf(HasSubstr("'ulg' is not known"), HasSubstr("ulog (PX4 ULog)")));
+  EXPECT_THAT(ErrorOf([&] { Convert(kImu, "{time: {column: t}}"); }), HasSubstr("channel"));
   EXPECT_THAT(ErrorOf([&] { Convert(kImu, "{}"); }), HasSubstr("'inputs.log.time' is missing"));
 }
 

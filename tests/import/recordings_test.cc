@@ -422,7 +422,7 @@ TEST(ShippedMaps, AreFoundByContentAndConvert) {
   for (const Shipped& one : {Shipped{"ulog/indoor_vision.ulg", "px4", 8189, 209, 0},
                              {"ulog/v0_sitl_gps_truncated.ulg", "px4", 4944, 99, 0},
                              {"ulog/sitl_groundtruth.ulg", "px4", 4445, 260, 257},
-                             {"ros1/nanobench_trefoil_lz4.bag", "ros", 1000, 0, 1000},
+                             {"ros1/nanobench_trefoil_lz4.bag", "ros", 1000, 1000, 1000},
                              {"mcap/nanobench_trefoil_json.mcap", "foxglove", 1000, 0, 1000},
                              {"ardupilot/plane46_armed_cubeorange.bin", "ardupilot", 12353, 158, 0},
                              {"ardupilot/sitl_copter_esc_sim.BIN", "ardupilot", 635, 127, 254},

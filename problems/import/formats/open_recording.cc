@@ -93,6 +93,18 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   }
 }
 
+std::string StartOf(const fs::path& path) {
+  return fs::is_directory(path) ? "" : FirstBytes(path, kStartSize);
+}
+
+// Null for none.
+const KnownFormat* Recognise(const fs::path& path, std::string_view start) {
+  for (const KnownFormat& known : kFormats) {
+    if (known.fits(path, start)) return &known;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::unique_ptr<Recording> OpenRecording(const fs::path& path) {
@@ -100,14 +112,21 @@ std::unique_ptr<Recording> OpenRecording(const fs::path& path) {
   if (!fs::exists(path, error)) {
     throw ErrorAt(path.string(), 0, "does not exist; give the path of a recorded log");
   }
-  const std::string start = fs::is_directory(path) ? "" : FirstBytes(path, kStartSize);
-  if (!fs::is_directory(path)) RefuseUnread(path.string(), start);
-  for (const KnownFormat& known : kFormats) {
-    if (known.fits(path, start)) return std::make_unique<Recording>(path, known.format);
+  const std::string start = StartOf(path);
+  RefuseUnread(path.string(), start);
+  if (const KnownFormat* known = Recognise(path, start)) {
+    return std::make_unique<Recording>(path, known->format);
   }
   throw ErrorAt(path.string(), 0,
                 fmt::format("has no format that is read here; these are: {}", KnownFormats()));
 }
+
+std::string FormatOf(const fs::path& path) {
+  const KnownFormat* known = Recognise(path, StartOf(path));
+  return known == nullptr ? "" : known->format.key;
+}
+
+bool IsTextFormat(const std::string& key) { return key == kCsvFormat || key == "tum"; }
 
 std::string KnownFormats() {
   std::string text;

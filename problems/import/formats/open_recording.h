@@ -14,6 +14,10 @@ std::unique_ptr<Recording> OpenRecording(const std::filesystem::path& path);
 
 inline constexpr char kCsvFormat[] = "csv";
 
+// The format's key by the first bytes; empty for none.
+std::string FormatOf(const std::filesystem::path& path);
+bool IsTextFormat(const std::string& key);  // of lines of numbers
+
 std::string KnownFormats();             // "ulog (PX4 ULog), ..."
 bool IsFormat(const std::string& key);  // of a map's `format`
 
