@@ -166,19 +166,22 @@ ClockOffset OffsetAgainstGyro(const std::vector<ImuSample>& imu,
   const auto better = [](const auto& a, const auto& b) { return a.second < b.second; };
   std::erase_if(tried, [](const auto& at) { return std::isnan(at.second); });
   if (tried.empty()) return best;
-  const auto top = *std::max_element(tried.begin(), tried.end(), better);
-  std::tie(best.seconds, best.correlation) = top;
-  std::erase_if(tried, [&](const auto& at) {
-    return std::abs(at.first - top.first) < kRepeats || at.second < top.second - kClearly;
-  });
-  if (tried.empty()) return best;
-  // Of two as good the nearer one is the likelier.
-  const auto other = *std::max_element(tried.begin(), tried.end(), better);
-  best.or_else = other.first;
-  if (std::abs(other.first) < std::abs(top.first)) {
-    std::tie(best.seconds, best.correlation) = other;
-    best.or_else = top.first;
+  // Of offsets that are as good the nearest one is the likeliest.
+  const double top = std::max_element(tried.begin(), tried.end(), better)->second;
+  std::erase_if(tried, [&](const auto& at) { return at.second < top - kClearly; });
+  const auto nearest = *std::min_element(
+      tried.begin(), tried.end(),
+      [](const auto& a, const auto& b) { return std::abs(a.first) < std::abs(b.first); });
+  std::vector<std::pair<double, double>> others;
+  best.correlation = -1.0;
+  for (const auto& at : tried) {
+    if (std::abs(at.first - nearest.first) > kRepeats) {
+      others.push_back(at);
+    } else if (at.second > best.correlation) {
+      std::tie(best.seconds, best.correlation) = at;
+    }
   }
+  if (!others.empty()) best.or_else = std::max_element(others.begin(), others.end(), better)->first;
   return best;
 }
 
