@@ -16,7 +16,10 @@ using Eigen::Vector3d;
 constexpr TimeNs kLength = kNsPerSecond / 10;  // of an interval
 constexpr double kTolerated = 0.3 * kDegree;   // tilt error that the gyroscope may add over a hold
 constexpr double kShortestHold = 3.0;          // s
-constexpr double kLeastTime = 5.0;             // s of log, below which nothing is concluded
+// The gyroscope's own scale and delay.
+constexpr double kLeastScaleSigma = 0.01;
+constexpr double kLeastLatencySigma = 0.002;  // s
+constexpr double kLeastTime = 5.0;            // s of log, below which nothing is concluded
 
 // A filter forgets: s in which an error without hold falls to 1/e.
 constexpr double kForgetsBias = 10.0;
@@ -116,7 +119,16 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
                                 : Vector3d(Vector3d::Zero());
       interval.seconds += dt;
       interval.axes += dt * q_next.toRotationMatrix();
-      interval.spin += dt * (q_next * (0.5 * (before.gyro + after.gyro)));
+      const Vector3d spin = dt * (q_next * (0.5 * (before.gyro + after.gyro)));
+      const TimeNs into =
+          (before.t + after.t) / 2 - begin_ - static_cast<TimeNs>(current) * kLength;
+      if (into < kLength / 4) {
+        interval.first_spin += spin;
+        interval.first_seconds += dt;
+      } else if (into >= 3 * kLength / 4) {
+        interval.last_spin += spin;
+        interval.last_seconds += dt;
+      }
       interval.pull += dt * (q_next * pull);
       interval.pull_I += dt * pull;
     }
@@ -176,8 +188,10 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * count, n);
   A.leftCols(filter.cols()) = filter;
   Eigen::VectorXd y = turns;
-  const auto rate = [](const Interval& i) -> Eigen::Vector2d {
-    return i.spin.head<2>() / std::max(i.seconds, 1e-3);
+  // rad/s, at the end of an interval.
+  const auto rate = [](const Interval& ends, const Interval& begins) -> Eigen::Vector2d {
+    return (ends.last_spin + begins.first_spin).head<2>() /
+           std::max(ends.last_seconds + begins.first_seconds, 1e-3);
   };
   for (Eigen::Index k = 0; k < count; ++k) {
     const Interval& here = intervals_[static_cast<std::size_t>(k)];
@@ -190,7 +204,7 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
     const Interval &before = intervals_[static_cast<std::size_t>(k - 1)],
                    &after = intervals_[static_cast<std::size_t>(k + 1)];
     A.block<2, 1>(2 * k, n - 2) = (here.tilt - before.tilt).head<2>();
-    A.block<2, 1>(2 * k, n - 1) = -0.5 * (rate(after) - rate(before));
+    A.block<2, 1>(2 * k, n - 1) = -(rate(here, after) - rate(before, here));
   }
   Eigen::MatrixXd H = A.transpose() * A;
   H.diagonal().array() += 1e-8;
@@ -204,8 +218,8 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
   }
   const Eigen::VectorXd sigma = (inverse * scores * inverse).diagonal().cwiseSqrt();
   const double share = x[n - 2], whole = 1.0 - share;  // of the logged tilt
-  fit_.tilt_scale = {share / whole, sigma[n - 2] / (whole * whole)};
-  fit_.latency = {x[n - 1], sigma[n - 1]};
+  fit_.tilt_scale = {share / whole, std::hypot(sigma[n - 2] / (whole * whole), kLeastScaleSigma)};
+  fit_.latency = {x[n - 1], std::hypot(sigma[n - 1], kLeastLatencySigma)};
 }
 
 void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {

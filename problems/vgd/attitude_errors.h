@@ -81,8 +81,10 @@ class AttitudeErrors {
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad s, integral of the accelerometer's tilt
                                                      // against the filter's
     Eigen::Vector3d pull_I = Eigen::Vector3d::Zero();  // rad s, the same in I
-    Eigen::Vector3d spin = Eigen::Vector3d::Zero();    // rad, integral of the gyroscope
-    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();    // rad, of the vehicle, at the end
+    // rad and s, integrals of the gyroscope over the first and the last quarter.
+    Eigen::Vector3d first_spin = Eigen::Vector3d::Zero(), last_spin = Eigen::Vector3d::Zero();
+    double first_seconds = 0.0, last_seconds = 0.0;
+    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();  // rad, of the vehicle, at the end
   };
 
   void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
