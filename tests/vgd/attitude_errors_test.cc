@@ -107,6 +107,7 @@ TEST(AttitudeErrors, TheShareOfTheTiltIsAnErrorOfTheFramesAngles) {
   FlightLog log = Filtered();
   AttitudeErrorOptions as_logged;
   as_logged.longest_hold = 0.0;
+  as_logged.priors.share = 0.05;
   const AttitudeErrors errors(log, log.attitude, as_logged);
   const int share = kFilterSize - 1;
   constexpr double kSigma = 0.05;  // of the tilt
