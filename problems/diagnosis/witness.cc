@@ -343,11 +343,13 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
   for (const auto& [stream, asking] : asked) AskOne(log, mocap, asking.first, asking.second);
 }
 
-// The gyroscope knows how the vehicle turned. Where mocap is silent it tells of the logged
-// attitude's scale and latency.
+// The gyroscope knows how the vehicle turned. Where mocap's attitude is silent it tells of the
+// logged attitude's scale and latency; mocap's acceleration is compared through the thrust, which
+// errs more.
 void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
   const auto asks = [](const Cause& cause) {
-    return cause.candidate.info->by_gyro != nullptr && cause.witness.says == "silent";
+    return cause.candidate.info->by_gyro != nullptr &&
+           (cause.witness.says == "silent" || cause.witness.stream == "mocap acceleration");
   };
   if (std::none_of(causes->begin(), causes->end(), asks)) return;
   AttitudeErrorOptions as_logged;
@@ -370,14 +372,18 @@ bool Shown(const EffectParameterInfo& parameter, double sigma) {
 }
 
 std::string SaysOf(const Witness& witness, const Cause& cause) {
-  constexpr double kOfSize = 1.0 / 3.0;  // of the size
-  const auto size = static_cast<double>(cause.value.size());
-  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, size));
-  const VectorXd neutral = cause.candidate.Neutral();
+  constexpr double kLeastShare = 0.4;  // of the size, that a witness of the effect shows of it
+  const auto count = static_cast<double>(cause.value.size());
+  const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));
+  const VectorXd neutral = cause.candidate.Neutral(), size = cause.value - neutral;
   const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
   const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
-  if (apart > critical && apart > kOfSize * (cause.value - neutral).cwiseQuotient(both).norm()) {
-    return "refutes";
+  if (apart > critical) {
+    // A size that is off does not refute the effect.
+    const VectorXd scaled = size.cwiseQuotient(both);
+    const double share =
+        scaled.dot((witness.value - neutral).cwiseQuotient(both)) / scaled.squaredNorm();
+    return share < kLeastShare ? "refutes" : "silent";
   }
   const VectorXd usual =
       (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
