@@ -123,7 +123,7 @@ TEST(Witness, SaysWhyItCanNotTell) {
 }
 
 // A log whose mocap holds positions alone often repeats the logged attitude in its place.
-TEST(Witness, AttitudeThatMocapOnlyRepeatsIsJudgedByItsAcceleration) {
+TEST(Witness, AttitudeThatMocapOnlyRepeatsIsJudgedByTheGyroscope) {
   FlightLog log = FlyFor(40.0, {}, 66);
   const Stated tilt{"tilt_scale", {{"s", 0.2}}};
   EXPECT_EQ(Ask(log, tilt).stream, "mocap attitude");
@@ -136,8 +136,24 @@ TEST(Witness, AttitudeThatMocapOnlyRepeatsIsJudgedByItsAcceleration) {
   const auto repeated = [](const PoseSample& a, const PoseSample& b) { return a.t == b.t; };
   log.mocap.erase(std::unique(log.mocap.begin(), log.mocap.end(), repeated), log.mocap.end());
   const Witness witness = Ask(log, tilt);
-  EXPECT_EQ(witness.stream, "mocap acceleration");
-  EXPECT_NE(witness.says, "confirms") << witness.text;
+  EXPECT_EQ(witness.stream, "gyroscope");
+  EXPECT_EQ(witness.says, "refutes") << witness.text;
+}
+
+TEST(Witness, AnotherSizeOfTheEffectDoesNotRefuteIt) {
+  Cause cause{{&InfoOf("tilt_scale"), {}}, {}, {}, 1e-6, {}, Gain(), Gain(), {}, {}};
+  cause.value = Eigen::VectorXd::Constant(1, 0.2);
+  cause.sigma = Eigen::VectorXd::Constant(1, 0.01);
+  Witness witness;
+  witness.sigma = Eigen::VectorXd::Constant(1, 0.01);
+  const auto says = [&](double size) {
+    witness.value = Eigen::VectorXd::Constant(1, size);
+    return SaysOf(witness, cause);
+  };
+  EXPECT_EQ(says(0.21), "confirms");
+  EXPECT_EQ(says(0.12), "silent");
+  EXPECT_EQ(says(0.05), "refutes");
+  EXPECT_EQ(says(-0.2), "refutes");
 }
 
 // The fit finds a scale of the tilt, but mocap's attitude is the same: the model's thrust or
