@@ -47,8 +47,8 @@ std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
   }
   // A diagnosis names errors of the logged attitude, so the gyroscope may not replace them.
   drive.longest_hold = 0.0;
-  constexpr double kShare = 0.05;  // of the tilt that ordinary filters are wrong by
-  if (drive.attitude_errors.share == 0.0) drive.attitude_errors.share = kShare;
+  constexpr double kOrdinaryShare = 0.05;  // of the tilt that ordinary filters are wrong by
+  if (drive.attitude_errors.share == 0.0) drive.attitude_errors.share = kOrdinaryShare;
   if (!options.fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
     throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
   }

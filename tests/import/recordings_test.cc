@@ -162,7 +162,8 @@ TEST(Recordings, ActiveBagsAreReadAsFarAsTheyGo) {
        {std::tuple{"ros1/nanobench_trefoil_lz4.bag.active", 4019, 4019},
         {"ros1/nanobench_trefoil_none.bag.active", 4019, 4100}}) {
     int messages = 0;
-    for (const Channel& channel : OpenRecording(Logs() / file)->channels()) {
+    const auto recording = OpenRecording(Logs() / file);
+    for (const Channel& channel : recording->channels()) {
       messages += static_cast<int>(channel.count);
     }
     EXPECT_GE(messages, least) << file;
