@@ -31,7 +31,7 @@ class ComplementaryFilter {
 
   // One step of dt seconds with gyro (rad/s) and specific force (m/s^2) in I.
   void Step(const Vector3<T>& gyro, const Vector3<T>& f_I, double dt) {
-    const Vector3<T> error = TiltError(f_I);
+    const Vector3<T> error = TiltError(f_I, q_Ep_I_);
     const Vector3<T> rate = gyro - bias_ + error * T(gains_.k_p);
     bias_ -= error * T(gains_.k_i * dt);
     q_Ep_I_ = (q_Ep_I_ * SmallRotation(rate * T(dt))).normalized();
@@ -40,16 +40,16 @@ class ComplementaryFilter {
   const Eigen::Quaternion<T>& q_Ep_I() const { return q_Ep_I_; }
   const Vector3<T>& gyro_bias() const { return bias_; }
 
- private:
   // Rotation vector in I (rad, small angles) that aligns the estimate's "up" with the measured
   // specific force; zero in free fall, where the direction is undefined.
-  Vector3<T> TiltError(const Vector3<T>& f_I) const {
+  static Vector3<T> TiltError(const Vector3<T>& f_I, const Eigen::Quaternion<T>& q_Ep_I) {
     const T norm = f_I.norm();
     if (norm < T(1.0)) return Vector3<T>::Zero();
-    const Vector3<T> up_I = q_Ep_I_.conjugate() * Vector3<T>(T(0), T(0), T(-1));
+    const Vector3<T> up_I = q_Ep_I.conjugate() * Vector3<T>(T(0), T(0), T(-1));
     return (f_I / norm).cross(up_I);
   }
 
+ private:
   static Eigen::Quaternion<T> SmallRotation(const Vector3<T>& angle) {
     const Vector3<T> half = angle * T(0.5);  // third-order accurate once normalised
     return Eigen::Quaternion<T>(T(1) - half.squaredNorm() * T(0.5), half[0], half[1], half[2]);

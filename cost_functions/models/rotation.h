@@ -64,6 +64,12 @@ Vector3<T> EulerFromQuaternion(const Eigen::Quaternion<T>& q_A_B) {
   return EulerFromRotation<T>(q_A_B.toRotationMatrix().transpose());
 }
 
+// The rotation vector (rad) of the shorter way.
+inline Eigen::Vector3d RotationVector(const Eigen::Quaterniond& q) {
+  const Eigen::AngleAxisd turn(q);
+  return turn.angle() * turn.axis();
+}
+
 // Takes body rates (p, q, r) to Euler angle rates (eq. 11, with -sin(phi) in the middle row, where
 // the paper prints -sin(theta)). Singular at theta = +-pi/2.
 template <typename T>

@@ -51,6 +51,7 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
       confused.push_back(std::move(name));
     }
     causes.push_back({f.candidate, f.value, sigma, rounds.p[i], confused, Gain(), Gain(), {}, {}});
+    causes.back().times_detectable = TimesDetectable(causes.back(), rounds.candidates);
   }
   return causes;
 }
@@ -129,9 +130,6 @@ class FlightDiagnosis {
 
   void StoreCauses(Outcome* outcome) const {
     outcome->causes = CausesFrom(outcome->rounds, *outcome->flight);
-    for (Cause& cause : outcome->causes) {
-      cause.times_detectable = TimesDetectable(cause, outcome->rounds.candidates);
-    }
     if (false_data_) outcome->causes.insert(outcome->causes.begin(), *false_data_);
   }
 

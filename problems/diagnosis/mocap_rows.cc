@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 
 namespace trueline {
@@ -24,11 +25,6 @@ double KernelBend(double u) {
   return w * w * (48.0 * u * u - 8.0 * w);
 }
 
-Vector3d RotationVector(const Quaterniond& q) {
-  const Eigen::AngleAxisd turn(q);
-  return std::remainder(turn.angle(), 2.0 * M_PI) * turn.axis();
-}
-
 Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
   const double sign = a.dot(b) < 0.0 ? -1.0 : 1.0;
   return Quaterniond((1.0 - share) * a.coeffs() + share * sign * b.coeffs()).normalized();
@@ -39,8 +35,7 @@ double MedianInterval(const std::vector<PoseSample>& mocap) {
   for (std::size_t i = 1; i < mocap.size(); ++i) {
     intervals.push_back(SecondsBetween(mocap[i - 1].t, mocap[i].t));
   }
-  std::nth_element(intervals.begin(), intervals.begin() + intervals.size() / 2, intervals.end());
-  return intervals[intervals.size() / 2];
+  return UpperMedian(std::move(intervals));
 }
 
 // Samples of a stream from `from` to `to`, as indices.

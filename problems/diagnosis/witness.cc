@@ -11,7 +11,9 @@
 
 #include "problems/diagnosis/mocap_rows.h"
 #include "problems/result/distributions.h"
+#include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
+#include "problems/vgd/fix_loss.h"
 
 namespace trueline {
 namespace {
@@ -42,11 +44,10 @@ VectorXd RobustWeights(const VectorXd& residual) {
       if (residual[row] != 0.0) sizes.push_back(std::abs(residual[row]));
     }
     if (sizes.empty()) continue;
-    std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
-    const double scale = std::max(1e-9, 1.4826 * sizes[sizes.size() / 2]);
+    const double scale = std::max(1e-9, 1.4826 * UpperMedian(std::move(sizes)));
     for (Eigen::Index row = axis; row < residual.size(); row += 3) {
       const double u = std::abs(residual[row]) / scale;
-      if (u > 0.0) weight[row] = std::min(1.0, kEdge / u) / (scale * scale);
+      if (u > 0.0) weight[row] = RobustWeight(FixLoss::kHuber, kEdge, u) / (scale * scale);
     }
   }
   return weight;

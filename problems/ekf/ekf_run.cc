@@ -18,8 +18,8 @@ const std::vector<std::string> kUnits(std::begin(kImuBiasUnits), std::end(kImuBi
 
 TrajectoryPoint PointOf(TimeNs t, const NavState& x) { return {t, x.motion.p, x.motion.v}; }
 
-EkfOptions WithScatter(EkfOptions options, const FlightLog& log) {
-  if (options.gyro_from_log) options.noise.gyro_scatter = GyroScatter(log);
+EkfOptions WithScatter(EkfOptions options, const ImuInputs& imu) {
+  if (options.gyro_from_log) options.noise.gyro_scatter = GyroScatter(imu);
   return options;
 }
 
@@ -29,7 +29,7 @@ class Runner {
   Runner(const FlightData& flight, const EkfOptions& options)
       : flight_(flight),
         imu_(flight.log, flight.track),
-        options_(WithScatter(options, flight.log)),
+        options_(WithScatter(options, imu_)),
         filter_(options_, flight.log.gravity) {
     const NavState x = StartOfPass(flight, imu_, flight.passes.front());
     filter_.Start(x, filter_.StartCovariance(x));

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "problems/common/app.h"
+#include "problems/common/units.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/log/imu_health.h"
 
@@ -72,7 +73,7 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
                       "give a trajectory as a second input of a map");
   }
   const Eigen::Vector3d force = MeanForce(log);
-  const double lean = std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) * 180.0 / M_PI;
+  const double lean = std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;
   if (!(lean < kMaxLean)) {
     found.push_back(
         fmt::format("{}: the mean specific force is {:.0f} deg off the body's -z; check "

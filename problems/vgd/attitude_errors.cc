@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cost_functions/models/complementary_filter.h"
 #include "problems/common/units.h"
 #include "problems/vgd/attitude_cursor.h"
 
@@ -28,19 +29,6 @@ constexpr double kForgetsPull = 30.0;
 Quaterniond Rotation(const Vector3d& v) {
   const double angle = v.norm();
   return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Quaterniond::Identity();
-}
-
-Vector3d RotationVector(const Quaterniond& q) {
-  const Eigen::AngleAxisd turn(q.w() < 0.0 ? Quaterniond(-q.coeffs()) : q);
-  return turn.angle() * turn.axis();
-}
-
-// Rotation vector in I that would align the filter's "up" with the measured specific force; zero in
-// free fall.
-Vector3d TiltAgainst(const Vector3d& f_I, const Quaterniond& q_Ep_I) {
-  const double norm = f_I.norm();
-  if (norm < 1.0) return Vector3d::Zero();
-  return (f_I / norm).cross(q_Ep_I.conjugate() * Vector3d(0.0, 0.0, -1.0));
 }
 
 Vector3d TiltOf(const Quaterniond& q_Ep_I) {
@@ -101,9 +89,8 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
                     1);
   AttitudeCursor cursor(attitude);
   const TimeNs latency = FromSeconds(options.latency);
-  Quaterniond q, q_begin, turn = Quaterniond::Identity();
-  bool known = cursor.At(begin_ + latency, options.max_gap, &q);
-  q_begin = q;
+  Quaterniond q_begin, turn = Quaterniond::Identity();
+  bool known = cursor.At(begin_ + latency, options.max_gap, &q_begin);
   std::size_t current = 0;
   for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
     const ImuSample &before = log.imu[i], &after = log.imu[i + 1];
@@ -114,9 +101,10 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
         dt <= options.max_gap && cursor.At(after.t + latency, options.max_gap, &q_next);
     if (known && next_known) {
       turn = turn * Rotation(0.5 * dt * (before.gyro + after.gyro));
-      const Vector3d pull = options.uses_accelerometer
-                                ? TiltAgainst(0.5 * (before.accel + after.accel), q_next)
-                                : Vector3d(Vector3d::Zero());
+      const Vector3d pull =
+          options.uses_accelerometer
+              ? ComplementaryFilter<double>::TiltError(0.5 * (before.accel + after.accel), q_next)
+              : Vector3d(Vector3d::Zero());
       interval.seconds += dt;
       interval.axes += dt * q_next.toRotationMatrix();
       const Vector3d spin = dt * (q_next * (0.5 * (before.gyro + after.gyro)));
@@ -142,7 +130,6 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
       q_begin = q_next;
       current = std::min(at, intervals_.size() - 1);
     }
-    q = q_next;
     known = next_known;
   }
 }
@@ -259,14 +246,20 @@ std::size_t AttitudeErrors::IntervalAt(TimeNs t) const {
   return std::min(static_cast<std::size_t>(k), slopes_.size() - 1);
 }
 
-Quaterniond AttitudeErrors::Corrected(TimeNs t, const Quaterniond& q_Ep_I) const {
-  if (hold_ <= 0.0) return q_Ep_I;
+Vector3d AttitudeErrors::FeedbackAt(TimeNs t) const {
   // Entries are of the intervals' ends.
   const std::size_t k = IntervalAt(t), before = k > 0 ? k - 1 : k;
   const double since = SecondsBetween(begin_ + static_cast<TimeNs>(k) * kLength, t);
   const auto s = static_cast<float>(std::clamp(since / ToSeconds(kLength), 0.0, 1.0));
-  const Eigen::Vector3f feedback = (1.0F - s) * feedback_[before] + s * feedback_[k];
-  return Rotation(-feedback.cast<double>()) * q_Ep_I;
+  return ((1.0F - s) * feedback_[before] + s * feedback_[k]).cast<double>();
+}
+
+Quaterniond AttitudeErrors::Corrected(TimeNs t, const Quaterniond& q_Ep_I) const {
+  return hold_ > 0.0 ? Rotation(-FeedbackAt(t)) * q_Ep_I : q_Ep_I;
+}
+
+Quaterniond AttitudeErrors::Logged(TimeNs t, const Quaterniond& corrected) const {
+  return hold_ > 0.0 ? Rotation(FeedbackAt(t)) * corrected : corrected;
 }
 
 AttitudeErrors::Slopes AttitudeErrors::MeanOver(TimeNs t0, TimeNs t1) const {

@@ -60,7 +60,6 @@ class AttitudeErrors {
   // sigmas.
   using Slopes = Eigen::Matrix<double, 3, kFilterSize>;
 
-  AttitudeErrors() = default;  // no error
   // `attitude`: the log's, or that of an own filter on the log's IMU.
   AttitudeErrors(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                  const AttitudeErrorOptions& options);
@@ -71,6 +70,8 @@ class AttitudeErrors {
 
   // The logged attitude without the filter's feedback over the last `hold` seconds.
   Eigen::Quaterniond Corrected(TimeNs t, const Eigen::Quaterniond& q_Ep_I) const;
+  // The attitude that Corrected() had at t.
+  Eigen::Quaterniond Logged(TimeNs t, const Eigen::Quaterniond& corrected) const;
   // Mean over [t0, t1].
   Slopes MeanOver(TimeNs t0, TimeNs t1) const;
 
@@ -95,6 +96,7 @@ class AttitudeErrors {
   void FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns);
   void Integrate(const AttitudeErrorPriors& priors);
   std::size_t IntervalAt(TimeNs t) const;
+  Eigen::Vector3d FeedbackAt(TimeNs t) const;  // rad in E'
 
   TimeNs begin_ = 0;
   std::vector<Interval> intervals_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/vgd/imu_inputs.h"
-
 namespace trueline {
 namespace {
 
@@ -31,18 +29,16 @@ Eigen::Vector3d Disagreement(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
     const Eigen::Vector3d half = input.gyro * (0.5 * dt);
     turn = turn * RotationFromHalfVector<double>(half);
   });
-  const Eigen::Quaterniond by_ahrs = imu.AhrsAttitudeAt(t0).conjugate() * imu.AhrsAttitudeAt(t1);
+  const Eigen::Quaterniond by_ahrs =
+      imu.LoggedAttitudeAt(t0).conjugate() * imu.LoggedAttitudeAt(t1);
   const Eigen::Quaterniond rest = turn.conjugate() * by_ahrs;
   return std::copysign(2.0, rest.w()) * rest.vec();
 }
 
 }  // namespace
 
-Eigen::Vector3d GyroScatter(const FlightLog& log) {
-  DriveOptions as_logged;
-  as_logged.longest_hold = 0.0;
-  const DriveTrack track = DriveTrack::FromLog(log, as_logged);
-  const ImuInputs imu(log, track);
+Eigen::Vector3d GyroScatter(const ImuInputs& imu) {
+  const DriveTrack& track = imu.track();
   const TimeNs interval = FromSeconds(kInterval);
   std::vector<double> turns[3];
   for (TimeNs t = track.begin(); t + interval < track.end(); t += interval) {

@@ -2,7 +2,7 @@
 // of the motion; a data sheet's noise is then too small.
 #pragma once
 
-#include "problems/log/flight_log.h"
+#include "problems/vgd/imu_inputs.h"
 
 namespace trueline {
 
@@ -10,6 +10,6 @@ namespace trueline {
 // (rotation by the AHRS less rotation by the gyroscope) over consecutive quarters of a second, less
 // its median, which is bias. Includes the AHRS's corrections in that time. Zero for a log without
 // two seconds of gapless flight.
-Eigen::Vector3d GyroScatter(const FlightLog& log);
+Eigen::Vector3d GyroScatter(const ImuInputs& imu);
 
 }  // namespace trueline

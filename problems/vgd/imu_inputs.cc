@@ -17,12 +17,24 @@ ImuInputs::ImuInputs(const FlightLog& log, const DriveTrack& track) : track_(tra
   }
 }
 
+Eigen::Quaterniond ImuInputs::TurnFromMiddle(std::size_t step, TimeNs t) const {
+  const DriveStep at = track_.steps()[step];
+  const double since_middle = SecondsBetween(at.t, t) - 0.5 * at.dt;
+  const Eigen::Vector3d half_turn = inputs_[step].gyro * (0.5 * since_middle);
+  return RotationFromHalfVector<double>(half_turn);
+}
+
 Eigen::Quaterniond ImuInputs::AhrsAttitudeAt(TimeNs t) const {
   const std::size_t i = track_.StepAt(t);
+  return Eigen::Quaterniond(track_.steps()[i].drive.R_Ep_I) * TurnFromMiddle(i, t);
+}
+
+Eigen::Quaterniond ImuInputs::LoggedAttitudeAt(TimeNs t) const {
+  const std::size_t i = track_.StepAt(t);
   const DriveStep step = track_.steps()[i];
-  const double since_middle = SecondsBetween(step.t, t) - 0.5 * step.dt;
-  const Eigen::Vector3d half_turn = inputs_[i].gyro * (0.5 * since_middle);
-  return Eigen::Quaterniond(step.drive.R_Ep_I) * RotationFromHalfVector<double>(half_turn);
+  const TimeNs middle = step.t + FromSeconds(0.5 * step.dt);
+  const Eigen::Quaterniond corrected(step.drive.R_Ep_I);
+  return track_.attitude_errors().Logged(middle, corrected) * TurnFromMiddle(i, t);
 }
 
 }  // namespace trueline

@@ -29,10 +29,14 @@ class ImuInputs {
 
   // R_Ep_I at t: the step's attitude, rotated by the gyroscope from the step's middle.
   Eigen::Quaterniond AhrsAttitudeAt(TimeNs t) const;
+  // The same with the attitude as the log has it (AttitudeErrors).
+  Eigen::Quaterniond LoggedAttitudeAt(TimeNs t) const;
 
   const DriveTrack& track() const { return track_; }
 
  private:
+  Eigen::Quaterniond TurnFromMiddle(std::size_t step, TimeNs t) const;
+
   const DriveTrack& track_;
   std::vector<ImuInput> inputs_;  // by step of the track
 };

@@ -309,6 +309,11 @@ void SegmentChain::AddDoubt(std::size_t s, const Eigen::MatrixXd& F, int segment
              segments * segments_[s]->force_count());
 }
 
+std::pair<double, double> SegmentChain::ScaledBounds(int parameter) const {
+  const ParameterPrior& prior = options_.priors[parameter];
+  return {(prior.lower - prior.mean) / prior.sigma, (prior.upper - prior.mean) / prior.sigma};
+}
+
 // A chain as a problem for MinimiseInTrustRegion.
 class SegmentChain::Minimiser {
  public:
@@ -357,9 +362,8 @@ class SegmentChain::Minimiser {
  private:
   void ClampToBounds(ThetaVector* theta) const {
     for (int i = 0; i < kMotionSize; ++i) {
-      const ParameterPrior& prior = chain_.options_.priors[i];
-      (*theta)[i] = std::clamp((*theta)[i], (prior.lower - prior.mean) / prior.sigma,
-                               (prior.upper - prior.mean) / prior.sigma);
+      const auto [lower, upper] = chain_.ScaledBounds(i);
+      (*theta)[i] = std::clamp((*theta)[i], lower, upper);
     }
   }
 
@@ -405,9 +409,9 @@ ceres::Problem& SegmentChain::problem() {
   for (ThetaVector& theta : x_.theta) {
     if (theta_held_) problem_->SetParameterBlockConstant(theta.data());
     for (int i = 0; bounded_ && i < kMotionSize; ++i) {
-      const ParameterPrior& prior = options_.priors[i];
-      problem_->SetParameterLowerBound(theta.data(), i, (prior.lower - prior.mean) / prior.sigma);
-      problem_->SetParameterUpperBound(theta.data(), i, (prior.upper - prior.mean) / prior.sigma);
+      const auto [lower, upper] = ScaledBounds(i);
+      problem_->SetParameterLowerBound(theta.data(), i, lower);
+      problem_->SetParameterUpperBound(theta.data(), i, upper);
     }
   }
   if (drift_held_) {

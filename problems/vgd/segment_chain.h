@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cost_functions/chain_node.h"
@@ -180,6 +181,8 @@ class SegmentChain : private ceres::EvaluationCallback {
   // A term's cost; infinite where it can't be evaluated. Writes its whitened rows if `rows` is not
   // null.
   double Evaluate(const Term& term, double* rows) const;
+  // Of a parameter, in units of its prior sigma.
+  std::pair<double, double> ScaledBounds(int parameter) const;
   double Cost() const;
   // Writes the terms' rows one after the other into rows_, adds their cost and returns their
   // number.

@@ -111,7 +111,7 @@ EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
   EstimatorRun run{"vgd_kinematic", vgd.gamma, {}, flight.warnings};
   const ImuInputs imu(flight.log, flight.track);
   KinematicOptions with_noise = options;
-  if (options.gyro_from_log) with_noise.noise.gyro_scatter = GyroScatter(flight.log);
+  if (options.gyro_from_log) with_noise.noise.gyro_scatter = GyroScatter(imu);
   Biases start = Biases::Zero();
   const int passes = static_cast<int>(flight.passes.size());
   for (int tau = 1; tau <= passes; ++tau) {

@@ -126,12 +126,13 @@ TEST(EkfRunTest, GateKeepsOutliersOut) {
 
 TEST(GyroScatterTest, GrowsWithTheGyroscopesNoise) {
   FlightLog log = Hippodrome();
-  const Eigen::Vector3d clean = GyroScatter(log);
+  const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
+  const Eigen::Vector3d clean = GyroScatter(ImuInputs(log, track));
   Random random(1, "gyro");
   constexpr double kDensity = 0.02;
   const double sigma = kDensity * std::sqrt(256.0);
   for (ImuSample& sample : log.imu) sample.gyro += sigma * random.NormalVector3();
-  const Eigen::Vector3d noisy = GyroScatter(log);
+  const Eigen::Vector3d noisy = GyroScatter(ImuInputs(log, track));
   for (int axis = 0; axis < 3; ++axis) {
     const double expected = std::hypot(clean[axis], kDensity);
     EXPECT_NEAR(noisy[axis], expected, 0.2 * expected);

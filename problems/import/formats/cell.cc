@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "problems/import/formats/bytes.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
@@ -86,6 +87,14 @@ Cell ReadScalar(Scalar type, const char* bytes) {
       return Cell(LoadLittle<double>(bytes));
   }
   return Cell();
+}
+
+void ParseCells(const std::vector<std::string_view>& texts, std::size_t first,
+                std::vector<Cell>* cells) {
+  for (std::size_t i = first; i < texts.size(); ++i) {
+    double value = 0.0;
+    if (ParseNumber(texts[i], &value)) (*cells)[i] = Cell(value);
+  }
 }
 
 }  // namespace trueline

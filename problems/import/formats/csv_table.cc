@@ -21,10 +21,7 @@ class CsvRowDecoder : public MessageDecoder {
     std::vector<std::string_view> texts;
     SplitFields(message, delimiter_, &texts);
     if (texts.size() != cells->size()) return false;
-    for (std::size_t i = 0; i < texts.size(); ++i) {
-      double value = 0.0;
-      if (ParseNumber(texts[i], &value)) (*cells)[i] = Cell(value);
-    }
+    ParseCells(texts, 0, cells);
     return true;
   }
 

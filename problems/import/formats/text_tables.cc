@@ -32,10 +32,7 @@ class TextDecoder : public MessageDecoder {
     TimeNs time = 0;
     if (texts.size() != cells->size() || !ParseTime(texts[0], time_exponent_, &time)) return false;
     (*cells)[0] = Cell(time);
-    for (std::size_t i = 1; i < texts.size(); ++i) {
-      double value = 0.0;
-      if (ParseNumber(texts[i], &value)) (*cells)[i] = Cell(value);
-    }
+    ParseCells(texts, 1, cells);
     return true;
   }
 
