@@ -127,7 +127,10 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   node["score_z"] = Rounded(report.z, 4);
   node["p_value"] = Rounded(report.p, 4);
   for (std::size_t i = 0; i < report.parameters.size(); ++i) {
-    node["detectable_size"][report.parameters[i]] = Rounded(report.detectable[i], 3);
+    const std::string& name = report.parameters[i];
+    if (report.value.size() > 0) node["estimate"][name] = Rounded(report.value[i], 3);
+    if (report.sigma.size() > 0) node["sigma"][name] = Rounded(report.sigma[i], 2);
+    node["detectable_size"][name] = Rounded(report.detectable[i], 3);
   }
   return Flow(node);
 }
