@@ -402,19 +402,17 @@ std::string SaysOf(const Witness& witness, const Cause& cause) {
   constexpr double kLeastShare = 0.4;  // of the size, that a witness of the effect shows of it
   const auto count = static_cast<double>(cause.value.size());
   const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));
-  const VectorXd neutral = cause.candidate.Neutral(), size = cause.value - neutral;
+  const VectorXd neutral = cause.candidate.Neutral();
   const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
-  const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
-  if (apart > critical) {
-    // A size that is off does not refute the effect.
-    const VectorXd scaled = size.cwiseQuotient(both);
-    const double share =
-        scaled.dot((witness.value - neutral).cwiseQuotient(both)) / scaled.squaredNorm();
-    return share < kLeastShare ? "refutes" : "silent";
-  }
+  const VectorXd fitted = (cause.value - neutral).cwiseQuotient(both);
+  const VectorXd shown = (witness.value - neutral).cwiseQuotient(both);
+  const bool apart = (fitted - shown).norm() > critical;
+  const double share = fitted.dot(shown) / fitted.squaredNorm();
+  if (apart && share < kLeastShare) return "refutes";
   const VectorXd usual =
       (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
-  return (witness.value - neutral).cwiseQuotient(usual).norm() > critical ? "confirms" : "silent";
+  const bool shows = (witness.value - neutral).cwiseQuotient(usual).norm() > critical;
+  return shows && share > 0.0 ? "confirms" : "silent";
 }
 
 void WidenByWitness(Cause* cause) {
