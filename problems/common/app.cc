@@ -3,6 +3,7 @@
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -62,12 +63,17 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
     return kExitDone;
   }
   gflags::HandleCommandLineHelpFlags();
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond `ulimit -f` is an error, no kill
   return RunGuarded(program, [&] {
     if (*argc > 1) {
       throw InputError(fmt::format("'{}' is not a flag; flags are --name=value (see {} --help)",
                                    (*argv)[1], program));
     }
-    return body();
+    const int code = body();
+    if (std::fflush(stdout) != 0) {
+      throw InputError("standard output could not be written to the end; is the disk full?");
+    }
+    return code;
   });
 }
 
