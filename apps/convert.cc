@@ -71,7 +71,7 @@ FlightLog ReadBack(const ResultFolder& out) {
 
 // `proposed`: the map's text, written beside the log; empty where the user has the map.
 int Convert(const ImportMap& map, const std::string& proposed) {
-  std::vector<std::string> files = LogFiles();
+  std::vector<std::string> files = NativeLogFiles();
   files.emplace_back(kProposed);
   ResultFolder out(FLAGS_out, files);
   ConvertOptions options;

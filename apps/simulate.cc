@@ -91,7 +91,7 @@ int RunRotorFlight(const YamlMap& map) {
                      "flight states its effects, vehicle and trajectory in its configuration");
   }
   const RotorFlightConfig config = ReadRotorFlight(map);
-  ResultFolder out(FLAGS_out, LogFiles());  // fails before the work
+  ResultFolder out(FLAGS_out, NativeLogFiles());  // fails before the work
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
   Store(log, TruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config), &out);
@@ -113,7 +113,7 @@ int Run() {
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
-  ResultFolder out(FLAGS_out, LogFiles());
+  ResultFolder out(FLAGS_out, NativeLogFiles());
   SimulationTruth truth;
   const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));
   Store(log, TruthYaml(truth, FLAGS_config), &out);

@@ -30,7 +30,7 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   return log;
 }
 
-std::vector<std::string> LogFiles() {
+std::vector<std::string> NativeLogFiles() {
   std::vector<std::string> files = {"log.yaml"};
   const FlightLog log;
   ForEachStream(log, [&](const Stream& stream, const auto&) {

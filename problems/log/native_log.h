@@ -19,6 +19,6 @@ FlightLog ReadNativeLog(const std::filesystem::path& directory);
 void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);
 
 // The file names that a native log can have.
-std::vector<std::string> LogFiles();
+std::vector<std::string> NativeLogFiles();
 
 }  // namespace trueline

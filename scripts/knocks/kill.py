@@ -4,8 +4,8 @@
     scripts/knocks/kill.py --kills=210 --work=/tmp/kills [--apps=build/apps] [--seed=1]
 
 Each verb alternates between two inputs and writes into one folder, which also holds a file and a
-folder of the user. A quarter of the kills come at any moment of the run, the others in the
-milliseconds around the end, when the result takes its place. After each kill the folder must hold
+folder of the user. A quarter of the kills come at any moment of the run, the others 0.1 ms to 0.5 s after
+the last file was written, when the result takes its place. After each kill the folder must hold
 the result from before or the new one: every file that manifest.yaml lists with the digest it
 states and no other, or (native logs) the bytes of one of the two runs. Prints a table; exit code 1
 if one folder was not whole.
@@ -52,7 +52,7 @@ def run_and_kill(verb, command, duration, draw):
         time.sleep(draw.uniform(0.0, 1.1 * duration))
     else:
         wait_for_the_end(process, verb.out, verb.last_file)
-        time.sleep(draw.uniform(0.0, 0.012))
+        time.sleep(10.0 ** draw.uniform(-4.0, -0.3))
     process.kill()
     return process.wait() != 0
 
