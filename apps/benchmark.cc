@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "problems/common/app.h"
-#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/result_folder.h"
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
 #include "problems/result/render.h"
@@ -41,8 +41,19 @@ Exit codes: 0 done, 2 bad input or usage, 3 no flight gave a result, 1 a defect.
 
 bool HasResult(const trueline::JobOutcome& outcome) { return outcome.failure.empty(); }
 
+// Finished flights are kept in OUT/jobs, which only one run at a time may fill.
+trueline::FileLock LockJobs(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  trueline::FileLock lock(folder, false);
+  if (lock.locked()) return lock;
+  throw trueline::InputError(FLAGS_out +
+                             ": another trueline-benchmark is at work in this folder; wait for "
+                             "its end, or give another --out");
+}
+
 // Warns of flights without a result, writes the page, prints the table.
-int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table) {
+int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table,
+           trueline::ResultFolder* out) {
   for (const trueline::JobOutcome& outcome : run.outcomes) {
     if (HasResult(outcome)) continue;
     trueline::Warn(fmt::format("no result for {}, seed {}: {}", outcome.job.log, outcome.job.seed,
@@ -50,38 +61,42 @@ int Finish(const trueline::ExperimentRun& run, const std::string& verb, const st
                    FLAGS_quiet);
   }
   const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(), HasResult);
-  if (FLAGS_report && (any || verb == "benchmark")) {
-    const std::string warning = trueline::RenderReport(verb, {"--result=" + FLAGS_out}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-  }
+  const bool report = FLAGS_report && (any || verb == "benchmark");
+  const std::string failure =
+      report ? trueline::RenderReport(verb, {"--result=" + out->path().string()}, out->path()) : "";
+  out->Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", table);
+  trueline::RequireReport(failure);
   return any ? trueline::kExitDone : trueline::kExitNoResult;
 }
 
 int RunRotors(const std::filesystem::path& jobs_folder) {
   trueline::RotorExperiment experiment = trueline::ReadRotorExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenRotorExperiment(&experiment);
-  trueline::EnsureWritable(FLAGS_out);
+  trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");  // fails before the work
+  const trueline::FileLock lock = LockJobs(jobs_folder);
   const std::vector<trueline::Job> jobs =
       trueline::MakeRotorJobs(experiment, jobs_folder, FLAGS_threads, FLAGS_quiet);
   const trueline::ExperimentRun run =
       trueline::RunJobs(jobs, jobs_folder, FLAGS_threads, FLAGS_quiet);
-  trueline::WriteRotorExperiment(experiment, run, FLAGS_out);
-  return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run));
+  trueline::WriteRotorExperiment(experiment, run, out.path());
+  return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run), &out);
 }
 
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
-  const std::filesystem::path out = FLAGS_out;
-  if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(out / "jobs");
+  const std::filesystem::path jobs_folder = std::filesystem::path(FLAGS_out) / "jobs";
+  if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(jobs_folder);
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenExperiment(&experiment);
+  trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");
+  const trueline::FileLock lock = LockJobs(jobs_folder);
   const trueline::ExperimentRun run =
-      trueline::RunJobs(trueline::MakeJobs(experiment), out / "jobs", FLAGS_threads, FLAGS_quiet);
-  trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out);
-  return Finish(run, "benchmark", trueline::BenchmarkTable(experiment, run));
+      trueline::RunJobs(trueline::MakeJobs(experiment), jobs_folder, FLAGS_threads, FLAGS_quiet);
+  trueline::WriteBenchmark(experiment, run, FLAGS_threads, FLAGS_times, out.path());
+  return Finish(run, "benchmark", trueline::BenchmarkTable(experiment, run), &out);
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/app.h"
-#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/common/result_folder.h"
 #include "problems/log/first_look.h"
 #include "problems/result/render.h"
 
@@ -57,21 +57,22 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
-void Report(const std::string& verb, const std::vector<std::string>& arguments) {
-  if (!FLAGS_report) return;
-  const std::string warning = trueline::RenderReport(verb, arguments, FLAGS_out);
-  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-}
-
-int Finish(const trueline::Verdict& verdict, const std::string& table) {
+// Adds the report, makes the result the one in --out, prints the table.
+int Finish(const std::string& report, const std::vector<std::string>& arguments,
+           const trueline::Verdict& verdict, const std::string& table,
+           trueline::ResultFolder* out) {
+  const std::string failure =
+      FLAGS_report ? trueline::RenderReport(report, arguments, out->path()) : "";
+  out->Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", table);
+  trueline::RequireReport(failure);
   return verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
 }
 
 int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
-  trueline::EnsureWritable(FLAGS_out);  // fail before the work, not after it
+  trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
     logs.push_back(trueline::ReadAndLook(directory));
@@ -83,13 +84,13 @@ int RunImu() {
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
-                             FLAGS_out);
-  Report("calibration", {"--result=" + FLAGS_out, "--log=" + log.directory});
-  return Finish(calibration.verdict, trueline::CalibrationTable(calibration));
+                             out.path());
+  return Finish("calibration", {"--result=" + out.path().string(), "--log=" + log.directory},
+                calibration.verdict, trueline::CalibrationTable(calibration), &out);
 }
 
 int RunRotors() {
-  trueline::EnsureWritable(FLAGS_out);
+  trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
   const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
@@ -97,9 +98,9 @@ int RunRotors() {
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
-                                  FLAGS_out);
-  Report("rotors", {"--result=" + FLAGS_out});
-  return Finish(calibration.verdict, trueline::RotorCalibrationTable(calibration));
+                                  out.path());
+  return Finish("rotors", {"--result=" + out.path().string()}, calibration.verdict,
+                trueline::RotorCalibrationTable(calibration), &out);
 }
 
 int Run() {

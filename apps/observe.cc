@@ -9,6 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/common/result_folder.h"
 #include "problems/log/first_look.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"
@@ -41,6 +42,7 @@ int Run() {
   if (FLAGS_out.empty() || (FLAGS_config.empty() && FLAGS_log.empty())) {
     throw trueline::InputError("--out and one of --config, --log are needed; see --help");
   }
+  trueline::ResultFolder out(FLAGS_out, "trueline-observe");
   const auto progress = [](const std::string& name) { trueline::Announce(name, FLAGS_quiet); };
   std::optional<trueline::YamlMap> config;
   if (!FLAGS_config.empty()) config = trueline::YamlMap::FromFile(FLAGS_config);
@@ -52,14 +54,15 @@ int Run() {
     for (const std::string& warning : result.warnings) trueline::Warn(warning, FLAGS_quiet);
   }
   trueline::WriteFileAtomically(
-      FLAGS_out + "/observability.yaml",
+      out.path() / "observability.yaml",
       trueline::ObservabilityYaml(cases, FLAGS_log.empty() ? FLAGS_config : FLAGS_log));
-  if (FLAGS_report) {
-    const std::string warning =
-        trueline::RenderReport("observe", {"--result=" + FLAGS_out}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-  }
+  const std::string failure =
+      FLAGS_report
+          ? trueline::RenderReport("observe", {"--result=" + out.path().string()}, out.path())
+          : "";
+  out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", trueline::ObservabilityTable(cases));
+  trueline::RequireReport(failure);
   return trueline::kExitDone;
 }
 

@@ -67,6 +67,9 @@ class PageInBrowser(unittest.TestCase):
     def test_the_console_has_no_errors(self):
         self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
 
+    def test_the_page_is_small_enough_to_send(self):
+        self.assertLess(self.page.stat().st_size, 1.5e6)
+
     def test_nothing_comes_from_the_network(self):
         requested = self.browser.run(
             "return performance.getEntriesByType('resource').map(e => e.name)")
