@@ -139,6 +139,8 @@ void SegmentChain::AddStart(std::size_t s) {
 }
 
 void SegmentChain::AddThetaPrior(std::size_t s, const ThetaVector& weight) {
+  factorised_.reset();
+  problem_.reset();
   NewTerm(&terms_[s], ZeroPrior(weight), nullptr).Add(ThetaBlock(s));
 }
 

@@ -81,6 +81,7 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
 
 // Theta and the final state depend on the last segment's unknowns alone.
 WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
+  HoldOpenDirections();
   constexpr std::size_t kMost = 12;  // segments at which the velocity's covariance is computed
   const std::size_t last = chain_.size() - 1, stride = 1 + last / kMost;
   const StateNode& end = *chain_.segment(last).end_node();

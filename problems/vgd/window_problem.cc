@@ -28,7 +28,7 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
   } else {
     AddPriors();
   }
-  if (options_.solver == VgdSolver::kTrustRegion) chain_.SetBounds();
+  if (options_.HasBounds()) chain_.SetBounds();
 }
 
 // Knots are at the passes' begins and evenly between, so that the past can be marginalised at a
@@ -84,12 +84,23 @@ void WindowProblem::AddFixes(const WindowData& data) {
 }
 
 void WindowProblem::AddPriors() {
-  chain_.AddThetaPrior(0, ThetaVector::Ones());
+  ThetaVector weight = ThetaVector::Ones();
+  open_ = options_.ranges != RangeUse::kPrior;
+  if (open_) weight.head<kMotionSize>().setZero();
+  chain_.AddThetaPrior(0, weight);
   if (options_.process.Any()) {
     chain_.AddStart(0);
   } else {
     chain_.HoldDrift();
   }
+}
+
+void WindowProblem::HoldOpenDirections() {
+  if (!open_) return;
+  ThetaVector weight = ThetaVector::Zero();
+  weight.head<kMotionSize>().setConstant(kOpenWeight);
+  chain_.AddThetaPrior(0, weight);
+  open_ = false;
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
@@ -125,7 +136,7 @@ void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {
-  if (chain_.size() == 1 || options_.solver == VgdSolver::kGradientDescent) {
+  if (chain_.size() == 1 || options_.solver != VgdSolver::kTrustRegion) {
     return chain_.Solve(SolverOptions(options_, ceres::DENSE_NORMAL_CHOLESKY));
   }
   return chain_.Solve(TrustRegion(options_));

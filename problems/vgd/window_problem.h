@@ -48,6 +48,12 @@ class WindowProblem {
   WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options,
                 const std::optional<WindowPrior>& past = std::nullopt);
 
+  // Of the prior that keeps covariances finite, in 1 / prior sigmas.
+  static constexpr double kOpenWeight = 0.01;
+  static double PriorWeight(const VgdOptions& options) {
+    return options.ranges == RangeUse::kPrior ? 1.0 : kOpenWeight;
+  }
+
   // Initialises all unknowns: parameters to theta, states to the rough path, and beyond the path's
   // end by integration.
   void SetStart(const Theta& theta, const RoughPath& path);
@@ -64,7 +70,8 @@ class WindowProblem {
   bool HasForces() const { return chain_.HasForces(); }
 
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
-  // Hessian. Finite also where the data leave directions open: the prior bounds them.
+  // Hessian. Finite also where the data leave directions open: the prior bounds them. A fit without
+  // prior has one a hundred times as wide (kOpenWeight) for this purpose alone.
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance() {
     return FindUncertainty().cov;
   }
@@ -110,11 +117,13 @@ class WindowProblem {
   void AddFixes(const WindowData& data);
   void AddPriors();
   void AddPast(const WindowPrior& past);
+  void HoldOpenDirections();
   std::size_t SegmentOf(TimeNs t) const { return chain_.SegmentAt(t, 0, chain_.size()); }
 
   VgdOptions options_;
   SegmentChain chain_;
   std::vector<Offset> offsets_;       // ascending in time
+  bool open_ = false;                 // motion's parameters have no prior
   DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
 };
 

@@ -68,6 +68,9 @@ VgdOptions EveryOptionChanged() {
     ParameterPrior& prior = o.priors[i];
     prior = {prior.mean - 0.01, 0.9 * prior.sigma, 0.9 * prior.lower, prior.upper + 0.02};
   }
+  o.ranges = RangeUse::kStart;
+  o.start = SearchStart::kRandom;
+  o.start_seed = 5;
   o.loss = FixLoss::kCauchy;
   o.loss_scale = 3.0;
   o.whiten = false;
