@@ -9,10 +9,14 @@
 #include "problems/common/error.h"
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
+#include "problems/prediction/experiment_kind.h"
+#include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
 DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(data, "", "folder of the training data, for public benchmarks");
+DEFINE_string(test, "", "folder of flights to test on, for nanodrone.yaml; see --help");
 DEFINE_int32(threads, 0, "flights at a time; 0 for all cores. The result is the same");
 DEFINE_bool(short, false, "a trial: one seed, the ends of the sweep, 30 s of simulated flight");
 DEFINE_bool(times, true, "state solve times in arcs.csv; without them its bytes never differ");
@@ -32,6 +36,9 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
       recorded flights, imported on the fly from the folder data
   trueline-benchmark --config=config/experiments/rotors_figure3.yaml --out=out/figure3
       random, Lissajous and designed flights calibrated by rotor speeds, as Boehm et al. 2020
+  trueline-benchmark --config=config/experiments/nanodrone.yaml --data=train --out=out/nanodrone
+      the NanoDrone benchmark: predicts every trajectory in train/*.csv.gz by a fit to the others;
+      with --test=FOLDER, the flights in FOLDER by a fit to all of train
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
@@ -70,11 +77,32 @@ int RunRotors(const std::filesystem::path& jobs_folder) {
   return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run));
 }
 
+int Render(const std::string& verb) {
+  if (!FLAGS_report) return trueline::kExitDone;
+  const std::string warning = trueline::RenderReport(verb, {"--result=" + FLAGS_out}, FLAGS_out);
+  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
+  return trueline::kExitDone;
+}
+
+int RunMultiStep() {
+  trueline::MultiStepExperiment experiment = trueline::ReadMultiStepExperiment(FLAGS_config);
+  if (FLAGS_data.empty()) throw trueline::InputError("--data: the folder of the runs is needed");
+  if (FLAGS_short) trueline::ShortenMultiStepExperiment(&experiment);
+  trueline::EnsureWritable(FLAGS_out);
+  const trueline::MultiStepResult result = trueline::RunMultiStepExperiment(
+      experiment, FLAGS_data, FLAGS_test, FLAGS_threads, FLAGS_quiet);
+  trueline::WriteMultiStep(experiment, result, FLAGS_out);
+  if (!FLAGS_quiet) fmt::print("{}", trueline::MultiStepTable(experiment, result));
+  return Render("multi_step");
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
   const std::filesystem::path out = FLAGS_out;
+  const std::string kind = trueline::ExperimentKind(FLAGS_config);
+  if (kind == "multi_step") return RunMultiStep();
   if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(out / "jobs");
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
   if (FLAGS_short) trueline::ShortenExperiment(&experiment);
