@@ -9,10 +9,14 @@
 #include "problems/common/result_folder.h"
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
+#include "problems/prediction/experiment_kind.h"
+#include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");
 DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(data, "", "folder of the training data, for public benchmarks");
+DEFINE_string(test, "", "folder of flights to test on, for nanodrone.yaml; see --help");
 DEFINE_int32(threads, 0, "flights at a time; 0 for all cores. The result is the same");
 DEFINE_bool(short, false, "a trial: one seed, the ends of the sweep, 30 s of simulated flight");
 DEFINE_bool(times, true, "state solve times in arcs.csv; without them its bytes never differ");
@@ -32,6 +36,9 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
       recorded flights, imported on the fly from the folder data
   trueline-benchmark --config=config/experiments/rotors_figure3.yaml --out=out/figure3
       random, Lissajous and designed flights calibrated by rotor speeds, as Boehm et al. 2020
+  trueline-benchmark --config=config/experiments/nanodrone.yaml --data=train --out=out/nanodrone
+      the NanoDrone benchmark: predicts every trajectory in train/*.csv.gz by a fit to the others;
+      with --test=FOLDER, the flights in FOLDER by a fit to all of train
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
@@ -51,7 +58,17 @@ trueline::FileLock LockJobs(const std::filesystem::path& folder) {
                              "its end, or give another --out");
 }
 
-// Warns of flights without a result, writes the page, prints the table.
+// Writes the page if `report`, makes the result the one in --out, prints the table.
+void Publish(const std::string& verb, bool report, const std::string& table,
+             trueline::ResultFolder* out) {
+  const std::string failure =
+      report ? trueline::RenderReport(verb, {"--result=" + out->path().string()}, out->path()) : "";
+  out->Commit(FLAGS_quiet);
+  if (!FLAGS_quiet) fmt::print("{}", table);
+  trueline::RequireReport(failure);
+}
+
+// Warns of flights without a result and publishes the others.
 int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table,
            trueline::ResultFolder* out) {
   for (const trueline::JobOutcome& outcome : run.outcomes) {
@@ -61,12 +78,7 @@ int Finish(const trueline::ExperimentRun& run, const std::string& verb, const st
                    FLAGS_quiet);
   }
   const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(), HasResult);
-  const bool report = FLAGS_report && (any || verb == "benchmark");
-  const std::string failure =
-      report ? trueline::RenderReport(verb, {"--result=" + out->path().string()}, out->path()) : "";
-  out->Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", table);
-  trueline::RequireReport(failure);
+  Publish(verb, FLAGS_report && (any || verb == "benchmark"), table, out);
   return any ? trueline::kExitDone : trueline::kExitNoResult;
 }
 
@@ -83,10 +95,23 @@ int RunRotors(const std::filesystem::path& jobs_folder) {
   return Finish(run, "rotor_experiment", trueline::RotorExperimentTable(experiment, run), &out);
 }
 
+int RunMultiStep() {
+  trueline::MultiStepExperiment experiment = trueline::ReadMultiStepExperiment(FLAGS_config);
+  if (FLAGS_data.empty()) throw trueline::InputError("--data: the folder of the runs is needed");
+  if (FLAGS_short) trueline::ShortenMultiStepExperiment(&experiment);
+  trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");
+  const trueline::MultiStepResult result = trueline::RunMultiStepExperiment(
+      experiment, FLAGS_data, FLAGS_test, FLAGS_threads, FLAGS_quiet);
+  trueline::WriteMultiStep(experiment, result, out.path());
+  Publish("multi_step", FLAGS_report, trueline::MultiStepTable(experiment, result), &out);
+  return trueline::kExitDone;
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
+  if (trueline::ExperimentKind(FLAGS_config) == "multi_step") return RunMultiStep();
   const std::filesystem::path jobs_folder = std::filesystem::path(FLAGS_out) / "jobs";
   if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(jobs_folder);
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);
