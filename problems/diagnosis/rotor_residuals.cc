@@ -15,11 +15,12 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
   const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) {
     out->setIdentity(12, 6);
   };
-  SegmentModel segment(setup.model, setup.data, noise, std::move(span));
-  segment.SetWeight(start, constants);
-  SegmentResidual residual = segment.Evaluate(start, next, constants, false);
+  SegmentModel segment(setup.model, setup.data, noise, std::move(span), {});
+  const SegmentPath path = segment.Follow(start, constants);
+  segment.SetWeight(path);
+  SegmentResidual residual = segment.Evaluate(path, next);
   segment.Whiten(&residual);
-  Eigen::MatrixXd response = segment.Respond(start, next, constants, 6, push);
+  Eigen::MatrixXd response = segment.Respond(path, next, 6, push);
   segment.Whiten(&response);
   Eigen::Matrix<double, 6, 1> sigmas;
   for (int j = 0; j < 6; ++j) {

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
+#include "problems/common/parallel.h"
 #include "problems/rotor/constants_chart.h"
 #include "problems/rotor/fixed_point.h"
 #include "problems/rotor/pose_prediction.h"
@@ -48,8 +50,9 @@ class Batch {
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
       : data_(data), options_(options) {
     CheckPrior(options.prior, data);
+    const std::vector<int> free = options.prior.Free();
     for (RotorSegment& segment : CutSegments(data)) {
-      segments_.emplace_back(model, data, options.noise, std::move(segment));
+      segments_.emplace_back(model, data, options.noise, std::move(segment), free);
     }
     at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
   }
@@ -85,19 +88,11 @@ class Batch {
   // Half the squares of all whitened residuals, poses under Huber's loss.
   double Cost() const {
     const RotorConstants constants = FromChart(at_.chart);
-    double sum = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
-    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
-      const RotorState x = Joined(at_.nodes[i], constants);
-      double pose[6];
-      PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
-      sum += options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
-      if (i == segments_.size()) break;
-      SegmentResidual step =
-          segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
-      segments_[i].Whiten(&step);
-      sum += step.error.squaredNorm();
-    }
-    return 0.5 * sum;
+    std::vector<double> squares(at_.nodes.size());
+    ParallelRuns(static_cast<int>(squares.size()), kSegmentsInARow,
+                 [&](int i) { squares[i] = SquaresOf(i, constants); });
+    const double prior = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
+    return 0.5 * std::accumulate(squares.begin(), squares.end(), prior);
   }
 
   double Linearise() {
@@ -152,6 +147,19 @@ class Batch {
 
   static bool IsSecondMoment(int constant) {
     return constant >= kInertiaConstants && constant < kInertiaConstants + 3;
+  }
+
+  // Of the rows of a node's pose and of the segment that it starts.
+  double SquaresOf(int i, const RotorConstants& constants) const {
+    const RotorState x = Joined(at_.nodes[i], constants);
+    double pose[6];
+    PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
+    const double squares =
+        options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
+    if (i == static_cast<int>(segments_.size())) return squares;
+    SegmentResidual step = segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
+    segments_[i].Whiten(&step);
+    return squares + step.error.squaredNorm();
   }
 
   RotorBatchResult Finished(RotorBatchResult result) const {
@@ -216,9 +224,8 @@ class Batch {
   }
 
   void SetWeights(const RotorConstants& constants) {
-    for (std::size_t i = 0; i < segments_.size(); ++i) {
-      segments_[i].SetWeight(at_.nodes[i], constants);
-    }
+    ParallelRuns(static_cast<int>(segments_.size()), kSegmentsInARow,
+                 [&](int i) { segments_[i].SetWeight(at_.nodes[i], constants); });
   }
 
   void Solve(RotorBatchResult* result) {

@@ -25,8 +25,8 @@ struct RotorColumns {
 };
 
 // The flight's chain linearised at the given nodes and constants, with the weights that `segments`
-// hold. Border: the free constants in units of their prior sigma, the columns' sizes, the residual.
-// Clusters of `cluster` seconds.
+// hold; their derivatives are by the free constants. Border: the free constants in units of their
+// prior sigma, the columns' sizes, the residual. Clusters of `cluster` seconds.
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <span>
 
 #include "problems/rotor/rotor_step.h"
@@ -15,38 +16,6 @@ using Jet = ceres::Jet<double, 4>;
 using Jets = std::array<Jet, Model::kStates>;
 
 constexpr int ColumnOf(int state) { return state - 1; }  // of the error state; no attitude
-
-// Columns of the error state that the model must be evaluated for: those that motion depends on,
-// then those that only readings depend on, then the motors' unknowns, which matter where speeds
-// come from commands. All other derivatives are known.
-struct ActiveColumns {
-  std::array<int, Model::kErrors> columns{};
-  int motion = 0, readings = 0, all = 0;  // how many
-
-  std::span<const int> First(const RotorInput& input, int without_motors) const {
-    return std::span(columns).first(input.slopes.empty() ? without_motors : all);
-  }
-};
-
-constexpr ActiveColumns kActive = [] {
-  ActiveColumns active;
-  const auto add = [&](int first, int more) {
-    for (int i = 0; i < more; ++i) active.columns[active.all++] = first + i;
-  };
-  const auto add_group = [&](RotorConstantGroup group) {
-    for (int i = 0; i < Model::kConstants; ++i) {
-      if (kRotorConstants[i].group == group) add(ColumnOf(Model::kMoving + i), 1);
-    }
-  };
-  add(0, 3);                              // attitude
-  add(ColumnOf(Base::kPosition + 2), 7);  // height, velocity, rates
-  add_group(RotorConstantGroup::kMotion);
-  active.motion = active.all;
-  add_group(RotorConstantGroup::kImuArm);
-  active.readings = active.all;
-  add_group(RotorConstantGroup::kCommands);
-  return active;
-}();
 
 // Calls `of(jets, columns)` for a few of `columns` at a time; the jets are `x` seeded in these
 // columns.
@@ -66,33 +35,76 @@ void ByColumns(const RotorState& x, std::span<const int> columns, const Function
 
 }  // namespace
 
+std::vector<int> AllRotorConstants() {
+  std::vector<int> all(Model::kConstants);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+SlopeColumns::SlopeColumns(const std::vector<int>& constants) {
+  std::size_t size = 0;
+  const auto add = [&](int first, int more) {
+    for (int i = 0; i < more; ++i) columns_[size++] = first + i;
+    return size;
+  };
+  const auto add_group = [&](RotorConstantGroup group) {
+    for (const int i : constants) {
+      if (kRotorConstants[i].group == group) add(ColumnOf(Model::kMoving + i), 1);
+    }
+    return size;
+  };
+  motors_ = add_group(RotorConstantGroup::kCommands);
+  add(0, 3);                              // attitude
+  add(ColumnOf(Base::kPosition + 2), 7);  // height, velocity, rates
+  step_ = add_group(RotorConstantGroup::kMotion);
+  reading_ = add_group(RotorConstantGroup::kImuArm);
+}
+
+const SlopeColumns& SlopeColumns::All() {
+  static const SlopeColumns all(AllRotorConstants());
+  return all;
+}
+
+const SlopeColumns& SlopeColumns::Moving() {
+  static const SlopeColumns moving({});
+  return moving;
+}
+
+std::span<const int> SlopeColumns::OfStep(const RotorInput& input) const {
+  const std::size_t first = input.slopes.empty() ? motors_ : 0;
+  return std::span(columns_).subspan(first, step_ - first);
+}
+
+std::span<const int> SlopeColumns::OfReading(const RotorInput& input) const {
+  const std::size_t first = input.slopes.empty() ? motors_ : 0;
+  return std::span(columns_).subspan(first, reading_ - first);
+}
+
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
-                           const RotorInput& input) {
+                           const RotorInput& input, const SlopeColumns& slopes) {
   RotorReading reading;
   reading.slope.setZero();
   reading.slope.middleCols<6>(ColumnOf(Base::kAccelBias)).setIdentity();
-  ByColumns(x, kActive.First(input, kActive.readings),
-            [&](const Jets& at, std::span<const int> columns) {
-              std::array<Jet, 6> y;
-              model.Imu(at.data(), input, y.data());
-              for (int i = 0; i < 6; ++i) {
-                reading.y[i] = y[i].a;
-                for (std::size_t j = 0; j < columns.size(); ++j)
-                  reading.slope(i, columns[j]) = y[i].v[j];
-              }
-            });
+  ByColumns(x, slopes.OfReading(input), [&](const Jets& at, std::span<const int> columns) {
+    std::array<Jet, 6> y;
+    model.Imu(at.data(), input, y.data());
+    for (int i = 0; i < 6; ++i) {
+      reading.y[i] = y[i].a;
+      for (std::size_t j = 0; j < columns.size(); ++j) reading.slope(i, columns[j]) = y[i].v[j];
+    }
+  });
   return reading;
 }
 
 RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
                               const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
-                              RotorState* x) {
+                              RotorState* x, const SlopeColumns& slopes) {
   RotorStepMatrix slope = RotorStepMatrix::Zero();
   slope.leftCols<Model::kMovingErrors>().setIdentity();
   std::array<Jet, 6> held;
   for (int i = 0; i < 6; ++i) held[i] = Jet(disturbance[i]);
   RotorState end;
-  ByColumns(*x, kActive.First(input, kActive.motion), [&](Jets& at, std::span<const int> columns) {
+  ByColumns(*x, slopes.OfStep(input), [&](Jets& at, std::span<const int> columns) {
     RotorMidpointStep(model, input, held.data(), dt, at.data());
     const auto moved = MovingSensitivity(at.data());
     for (std::size_t j = 0; j < columns.size(); ++j) slope.col(columns[j]) = moved.col(j);
