@@ -131,6 +131,10 @@ void ResultFolder::Commit(bool quiet) {
   if (!program_.empty()) WriteManifest(stage_, program_);
   for (const auto& entry : fs::directory_iterator(stage_)) Sync(entry.path());
   const FileLock one_at_a_time(target_.parent_path(), true);
+  // Another run may have ended since this one began; its files are replaced, too.
+  if (!program_.empty()) {
+    for (const std::string& name : ReadManifest(target_).files) owned_.push_back(name);
+  }
   const bool beside = stage_.parent_path() == target_.parent_path();
   if (!fs::exists(target_)) {
     if (::rename(stage_.c_str(), target_.c_str()) != 0) throw CannotWrite(out_, LastError());
