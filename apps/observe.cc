@@ -47,7 +47,7 @@ constexpr char kUsage[] =
 Exit codes: 0 done, 2 bad input or usage, 3 no flight shows what is asked for (--score), 1 a
 defect.)";
 
-int Rank(const std::optional<trueline::YamlMap>& config) {
+int Rank(const std::optional<trueline::YamlMap>& config, trueline::ResultFolder* out) {
   const auto progress = [](const std::string& name) { trueline::Announce(name, FLAGS_quiet); };
   trueline::RankingInputs inputs{config, {}, {}};
   for (const auto& file : trueline::SplitList(FLAGS_trajectory))
@@ -56,9 +56,10 @@ int Rank(const std::optional<trueline::YamlMap>& config) {
   const trueline::Ranking ranking = trueline::RankByE2log(inputs, progress);
   for (const std::string& warning : ranking.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteFileAtomically(
-      FLAGS_out + "/ranking.yaml",
+      out->path() / "ranking.yaml",
       trueline::RankingYaml(ranking,
                             fmt::format("{} {} {}", FLAGS_config, FLAGS_trajectory, FLAGS_log)));
+  out->Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", trueline::RankingTable(ranking));
   const bool shown = ranking.flights.front().scores.sigma_min > 0.0;
   return shown ? trueline::kExitDone : trueline::kExitNoResult;
@@ -78,7 +79,7 @@ int Run() {
   const auto progress = [](const std::string& name) { trueline::Announce(name, FLAGS_quiet); };
   std::optional<trueline::YamlMap> config;
   if (!FLAGS_config.empty()) config = trueline::YamlMap::FromFile(FLAGS_config);
-  if (!FLAGS_score.empty()) return Rank(config);
+  if (!FLAGS_score.empty()) return Rank(config, &out);
   const std::vector<trueline::CaseResult> cases =
       FLAGS_log.empty()
           ? trueline::RunObserveConfig(*config, progress)
