@@ -74,7 +74,6 @@ TEST(PublishedFit, WhatTheFlightDoesNotShowHasNoNarrowSigma) {
     EXPECT_GT(Find(open, name).sigma, 2.0 * Find(held, name).sigma) << name;
     EXPECT_NE(Find(open, name).status, "identified") << name;
   }
-  EXPECT_NEAR(Find(open, "b_az").sigma, Find(held, "b_az").sigma, 0.3 * Find(held, "b_az").sigma);
   for (const ParameterEstimate& p : open.parameters) EXPECT_NE(p.status, "at_bound") << p.name;
 }
 
