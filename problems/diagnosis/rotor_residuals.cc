@@ -56,7 +56,7 @@ Residuals RotorDrivenFlight::WhitenedResiduals() const {
 void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   std::vector<ParameterEstimate> constants;
   std::vector<std::string> unobservable;
-  DescribeConstants(batch_, setup_->prior, &constants, &unobservable);
+  DescribeConstants(WithCovariance(), setup_->prior, &constants, &unobservable);
   for (const ParameterEstimate& c : constants) {
     diagnosis->parameters.push_back({c.name, c.unit, c.value, c.sigma});
   }

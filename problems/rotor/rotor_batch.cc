@@ -165,6 +165,7 @@ class Batch {
   RotorBatchResult Finished(RotorBatchResult result) const {
     result.mean = FromChart(at_.chart);
     result.nodes = at_.nodes;
+    if (!options_.covariance) return result;
     result.cov = Covariance(&result.log_evidence);
     result.log_evidence -= result.cost;
     return result;
@@ -289,9 +290,10 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   constexpr int kMostTurns = 20;
   constexpr int kFew = 4;           // iterations
   constexpr double kSettled = 0.1;  // sigmas
-  RotorBatchOptions rough = options;
+  RotorBatchOptions fine = options, rough = options;
+  fine.covariance = rough.covariance = true;
   rough.max_iterations = std::min(kFew, options.max_iterations);
-  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, options).Run();
+  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, fine).Run();
   if (start != nullptr) result.iterations = 0, result.solve_time = 0.0;
   RotorConstants at = result.mean;
   FixedPoint fixed_point;
@@ -299,7 +301,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   for (int turn = 0; turn < kMostTurns; ++turn) {
     data->TurnMotors(Possible(MotorsOf(at)));
     const RotorBatchResult before = std::move(result);
-    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? options : rough);
+    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
     result = start != nullptr ? batch.RunFrom(before, start->nodes, start->mean)
                               : batch.RunFrom(before, before.nodes, at);
     result.iterations += before.iterations;

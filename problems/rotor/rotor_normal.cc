@@ -38,10 +38,6 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
   return r;
 }
 
-int ClusterCount(const RotorData& data, double cluster) {
-  return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));
-}
-
 // d(error of a pose) / d(size of each column), in sigmas.
 Matrix PoseColumns(const RotorColumns& columns, const RotorBatchOptions& options, double t,
                    const RotorState& x, Eigen::Index rows) {
@@ -145,6 +141,10 @@ BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOp
   });
   rows.back() = at.Of(segments.size(), nullptr, nullptr);
   return BorderedChain<kNodeErrors>(std::move(rows));
+}
+
+int ClusterCount(const RotorData& data, double cluster) {
+  return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));
 }
 
 ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,

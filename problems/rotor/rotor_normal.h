@@ -32,6 +32,8 @@ BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOp
                                        const std::vector<RotorNode>& nodes,
                                        const RotorConstants& constants, const RotorColumns& columns,
                                        double cluster);
+// Number of clusters of about `cluster` seconds.
+int ClusterCount(const RotorData& data, double cluster);
 // Priors of that border: of the free constants; the columns have none.
 ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,
                                  int columns);

@@ -5,6 +5,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/rotor/rotor_step.h"
+#include "problems/rotor/small_product.h"
 
 namespace trueline {
 namespace {
@@ -131,17 +132,18 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
     if (segment_.steps[k].imu >= 0) {
       const auto H = at.reading.slope.leftCols<kMoving>();
       readings.segment<6>(row) = at.reading.y;
-      residual.d_start.middleRows<6>(row) = -H.lazyProduct(moved);
+      residual.d_start.middleRows<6>(row).setZero();
+      AddProduct(-1.0, H, moved, residual.d_start.middleRows<6>(row));
       auto d_constants = residual.d_constants.middleRows<6>(row);
-      d_constants = -H.lazyProduct(pushed);
       for (Eigen::Index j = 0; j < count; ++j) {
-        d_constants.col(j) -= at.reading.slope.col(kMoving + by_[j]);
+        d_constants.col(j) = -at.reading.slope.col(kMoving + by_[j]);
       }
+      AddProduct(-1.0, H, pushed, d_constants);
       row += 6;
     }
     const auto F = at.F.leftCols<kMoving>();
-    moved = F.lazyProduct(moved).eval();
-    pushed = F.lazyProduct(pushed).eval();
+    MultiplyLeft(F, moved);
+    MultiplyLeft(F, pushed);
     for (Eigen::Index j = 0; j < count; ++j) pushed.col(j) += at.F.col(kMoving + by_[j]);
   }
   residual.error = Errors(readings, path.end, next);

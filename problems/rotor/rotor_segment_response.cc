@@ -1,6 +1,7 @@
 #include "cost_functions/models/rotation.h"
 #include "problems/rotor/rotor_segment.h"
 #include "problems/rotor/rotor_step.h"
+#include "problems/rotor/small_product.h"
 
 namespace trueline {
 
@@ -18,14 +19,14 @@ Eigen::MatrixXd SegmentModel::Respond(const SegmentPath& path, const RotorNode& 
     if (step.imu >= 0) {
       push(step.t, at.x, &pushed);
       auto of_reading = rows.middleRows<6>(row);
-      of_reading = -at.reading.slope.leftCols<kErrorRows>().lazyProduct(moved);
-      of_reading -= DisturbanceFeedthrough(at.x).lazyProduct(pushed.topRows<6>());
-      of_reading -= pushed.bottomRows<6>();
+      of_reading = -pushed.bottomRows<6>();
+      AddProduct(-1.0, at.reading.slope.leftCols<kErrorRows>(), moved, of_reading);
+      AddProduct(-1.0, DisturbanceFeedthrough(at.x), pushed.topRows<6>(), of_reading);
       row += 6;
     }
     push(step.t + 0.5 * step.dt, at.x, &pushed);
-    moved = at.F.leftCols<kErrorRows>().lazyProduct(moved).eval();
-    moved += DisturbanceInput(at.x, step.dt).lazyProduct(pushed.topRows<6>());
+    MultiplyLeft(at.F.leftCols<kErrorRows>(), moved);
+    AddProduct(1.0, DisturbanceInput(at.x, step.dt), pushed.topRows<6>(), moved);
   }
   rows.bottomRows<kErrorRows>() = -moved;
   rows.middleRows<3>(row) = AttitudeErrorSlope(path.end, next) * moved.topRows<3>();

@@ -1,8 +1,9 @@
-// Derivatives of the rotor-driven model by its error state, by automatic differentiation in four
-// columns at a time. Jets of four stay in registers, and columns without influence are skipped. The
-// filter takes 1.1 times and the batch 1.2 times as long as with hand-written derivatives; one Jet
-// of all errors takes several times as long. If the model comes to depend on another state, add its
-// column in rotor_slopes.cc.
+// Derivatives of the rotor-driven model by its error state. Force and moment
+// (RotorAeroModel::PushOn) are differentiated automatically, four columns at a time: Jets of four
+// stay in registers, and columns without influence are skipped. One Jet of all errors takes several
+// times as long. Force and moment depend on the attitude through the velocity in body axes only.
+// How they move the state and its readings (RotorDrivenModel) is differentiated by hand. If the
+// model comes to depend on another state, add its column in rotor_slopes.cc.
 #pragma once
 
 #include <Eigen/Dense>
@@ -17,24 +18,24 @@ namespace trueline {
 using RotorStepMatrix =
     Eigen::Matrix<double, RotorAeroModel::kMovingErrors, RotorAeroModel::kErrors>;
 
-// The columns of the error state that slopes are computed for: those of the moving state and of
-// some constants. Columns of other constants are zero or left out.
+// The constants that slopes are by, beside the moving state. Columns of other constants are to be
+// ignored.
 class SlopeColumns {
  public:
   explicit SlopeColumns(const std::vector<int>& constants);
-  static const SlopeColumns& All();     // of all constants
-  static const SlopeColumns& Moving();  // of none
+  static const SlopeColumns& All();     // all constants
+  static const SlopeColumns& Moving();  // none
 
-  // Those that a step or a reading depends on with this input. The motors' unknowns matter where
-  // speeds come from commands.
-  std::span<const int> OfStep(const RotorInput& input) const;
-  std::span<const int> OfReading(const RotorInput& input) const;
+  // The states (RotorAeroModel::Index) that force and moment are differentiated by. The motors'
+  // unknowns matter where speeds come from commands.
+  std::span<const int> States(const RotorInput& input) const;
+  // The constants among them.
+  std::span<const int> Constants(const RotorInput& input) const;
 
  private:
-  // Of the motors' unknowns, then those that motion depends on, then those that readings alone
-  // depend on.
-  std::array<int, RotorAeroModel::kErrors> columns_{};
-  std::size_t motors_ = 0, step_ = 0, reading_ = 0;  // where each kind ends
+  // The motors' unknowns, other constants, moving states.
+  std::array<int, RotorAeroModel::kStates> states_{};
+  std::size_t motors_ = 0, constants_ = 0, all_ = 0;  // where each kind ends
 };
 
 // Indices of all constants.

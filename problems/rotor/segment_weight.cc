@@ -4,6 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "problems/rotor/small_product.h"
+
 namespace trueline {
 
 void SegmentWeight::Read(const ReadingByState& H, const ReadingSquare& D, const Reading& variance) {
@@ -44,21 +46,23 @@ void SegmentWeight::End(const State& variance) {
   P_.diagonal() += variance;
   const Eigen::LLT<StateByState> llt(P_);
   CHECK(llt.info() == Eigen::Success);
-  end_ = llt.matrixL();
-  log_determinant_ += 2.0 * end_.diagonal().array().log().sum();
+  end_ = llt.matrixL().solve(StateByState::Identity());
+  log_determinant_ += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
 }
 
 void SegmentWeight::Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
   for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-    State z = State::Zero();
+    State z = State::Zero(), next;
     Eigen::Index row = 0;
     for (const Innovation& at : innovations_) {
       auto y = rows.col(j).segment<kReading>(row);
-      Reading w = at.W.lazyProduct(y);
-      w -= at.U.lazyProduct(z);
+      Reading w = Reading::Zero();
+      AddProduct(1.0, at.W, y, w);
+      AddProduct(-1.0, at.U, z, w);
+      next.setZero();
+      AddProduct(1.0, at.F, z, next);
+      AddProduct(1.0, at.K, w, next);
       y = w;
-      State next = at.F.lazyProduct(z);
-      next += at.K.lazyProduct(w);
       z = next;
       row += kReading;
     }
@@ -67,12 +71,6 @@ void SegmentWeight::Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
   WhitenEnd(rows.bottomRows<kState>());
 }
 
-void SegmentWeight::WhitenEnd(Eigen::Ref<Eigen::MatrixXd> rows) const {
-  for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-    State x = rows.col(j);
-    end_.triangularView<Eigen::Lower>().solveInPlace(x);
-    rows.col(j) = x;
-  }
-}
+void SegmentWeight::WhitenEnd(Eigen::Ref<Eigen::MatrixXd> rows) const { MultiplyLeft(end_, rows); }
 
 }  // namespace trueline

@@ -51,7 +51,7 @@ class SegmentWeight {
   };
 
   std::vector<Innovation> innovations_;
-  StateByState end_;  // L of the end's innovation
+  StateByState end_;  // inverse of L of the end's innovation
   double log_determinant_ = 0.0;
 
   // While it is built: covariance of z's error, and D of the reading that waits for its step.

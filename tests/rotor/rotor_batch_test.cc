@@ -169,6 +169,16 @@ TEST(RotorBatch, EvidenceFindsTheDisturbance) {
   EXPECT_GT(evidence[1], evidence[2] + 3.0);
 }
 
+TEST(RotorBatch, ItsSolutionDoesNotDependOnTheCovariance) {
+  Case c(4.0);
+  const RotorBatchResult whole = RunRotorBatch(c.model, c.data, c.options);
+  c.options.covariance = false;
+  const RotorBatchResult bare = RunRotorBatch(c.model, c.data, c.options);
+  EXPECT_EQ(bare.cov.size(), 0);
+  EXPECT_EQ(bare.mean, whole.mean);
+  EXPECT_EQ(bare.cost, whole.cost);
+}
+
 // Largest difference of the constants, in sigmas of `b`.
 double Apart(const RotorBatchResult& a, const RotorBatchResult& b) {
   double apart = 0.0;
