@@ -174,6 +174,11 @@ TEST(CalibrationFlags, AreCheckedAndOutrankTheFile) {
               HasSubstr("'-2' is not a window length"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->thrust = "baro"; })),
               HasSubstr("use accelerometer or level_flight"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) {
+                f->config = Written("ranges: start\n");
+                f->model = "model.yaml";
+              })),
+              HasSubstr("--model=model.yaml is a prior"));
   const CalibrationOptions options = ResolveCalibrationOptions(Flags([](auto* f) {
     f->config = Written("gamma: 5\nloss: none\n");
     f->gamma_sweep = "1,4";
