@@ -31,9 +31,9 @@ class WrenchResidual {
  public:
   static constexpr int kPoint = RotorAir::kCount, kCount = kPoint + 3;
   struct Options {
-    Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};       // N
-    Eigen::Vector3d moment_sigma{0.02, 0.02, 0.004};  // N m
-    std::array<double, kCount> units = {};            // the solver's numbers are multiples of these
+    Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};    // N
+    Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};  // N m
+    std::array<double, kCount> units = {};         // the solver's numbers are multiples of these
   };
 
   WrenchResidual(const RotorAir& air, const WrenchRow& row, const Options& options)

@@ -26,7 +26,7 @@ struct WrenchModel {
 WrenchModel ModelOf(const WrenchExperiment& experiment, double mass) {
   RotorAirVehicle vehicle = experiment.vehicle;
   vehicle.mass = mass;
-  WrenchModel model{RotorAir(vehicle), {}};
+  WrenchModel model{RotorAir(vehicle), {experiment.force_sigma, experiment.moment_sigma, {}}};
   for (int i = 0; i < WrenchResidual::kCount; ++i) {
     model.options.units[i] = experiment.numbers[i].typical;
   }
@@ -214,6 +214,8 @@ WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
   experiment.numbers = ReadNumbers(map.Child("numbers"), WrenchResidual::kCount, WrenchNumberInfo);
   YamlArchive a(map);
   a.NotNegative("other_mass", &experiment.other_mass);
+  experiment.force_sigma = map.GetVector3("force_sigma", experiment.force_sigma);
+  experiment.moment_sigma = map.GetVector3("moment_sigma", experiment.moment_sigma);
   a.Count("stride", &experiment.stride);
   for (const YamlMap& fold : map.Children("folds")) {
     experiment.folds.push_back(

@@ -8,8 +8,10 @@
 //   other_mass: 0.752           # kg, of which published predictions were made
 //   inertia: [x, y, z]          # kg m^2, as stated; the measured moment is I dw + w x I w with it
 //   numbers: {...}              # RotorAir's and the measured point's
-//   stride: 5                   # every fifth row is fitted; all rows are scored
-//   folds: [{test: FILE, train: [FILE, ...]}]   # in --data, without .csv.gz
+//   force_sigma: [0.1, 0.1, 0.3]        # N, weights of the fit
+//   moment_sigma: [0.2, 0.2, 0.02]      # N m; large, so that moments do not move the forces'
+//   numbers stride: 5                   # every fifth row is fitted; all rows are scored folds:
+//   [{test: FILE, train: [FILE, ...]}]   # in --data, without .csv.gz
 #pragma once
 
 #include <filesystem>
@@ -32,6 +34,8 @@ struct WrenchExperiment {
   double other_mass = 0.0;                            // kg; 0 for none
   Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated
   std::vector<PredictionNumber> numbers;              // WrenchResidual::kCount
+  Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};         // N, weights of the fit
+  Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};       // N m
   int stride = 5;
   std::vector<Fold> folds;
   YAML::Node config;
