@@ -10,6 +10,7 @@
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
 #include "problems/prediction/experiment_kind.h"
+#include "problems/prediction/wrench_experiment.h"
 #include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"
 
@@ -39,6 +40,8 @@ constexpr char kUsage[] = R"(Compares estimators on simulated and real flights.
   trueline-benchmark --config=config/experiments/nanodrone.yaml --data=train --out=out/nanodrone
       the NanoDrone benchmark: predicts every trajectory in train/*.csv.gz by a fit to the others;
       with --test=FOLDER, the flights in FOLDER by a fit to all of train
+  trueline-benchmark --config=config/experiments/neurobem.yaml --data=neurobem --out=out/neurobem
+      force and moment of the NeuroBEM flights in neurobem/*.csv.gz, beside published predictions
 
 Flights run on all cores; the result does not depend on how many. Stopped in between, the same
 command goes on where it stopped (out/jobs holds what is finished).
@@ -107,11 +110,30 @@ int RunMultiStep() {
   return trueline::kExitDone;
 }
 
+int RunWrench() {
+  trueline::WrenchExperiment experiment = trueline::ReadWrenchExperiment(FLAGS_config);
+  if (FLAGS_data.empty()) throw trueline::InputError("--data: the folder of the flights is needed");
+  if (FLAGS_short) experiment.stride *= 20;
+  trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");
+  const trueline::WrenchResult result =
+      trueline::RunWrenchExperiment(experiment, FLAGS_data, FLAGS_threads, FLAGS_quiet);
+  trueline::WriteWrench(experiment, result, out.path());
+  Publish("wrench", FLAGS_report, trueline::WrenchTable(experiment, result), &out);
+  return trueline::kExitDone;
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--config and --out are needed; see trueline-benchmark --help");
   }
-  if (trueline::ExperimentKind(FLAGS_config) == "multi_step") return RunMultiStep();
+  const std::string kind = trueline::ExperimentKind(FLAGS_config);
+  if (kind == "multi_step") return RunMultiStep();
+  if (kind == "wrench") return RunWrench();
+  if (!FLAGS_data.empty() || !FLAGS_test.empty()) {
+    throw trueline::InputError(
+        "--data and --test belong to public benchmarks; this experiment "
+        "names its flights itself");
+  }
   const std::filesystem::path jobs_folder = std::filesystem::path(FLAGS_out) / "jobs";
   if (trueline::IsRotorExperiment(FLAGS_config)) return RunRotors(jobs_folder);
   trueline::Experiment experiment = trueline::ReadExperiment(FLAGS_config);

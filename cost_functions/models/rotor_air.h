@@ -3,7 +3,8 @@
 // no terms of their own. Linear in the advance ratios of blade element theory (Leishman, Principles
 // of Helicopter Aerodynamics, ch. 3 and 5; NeuroBEM, Bauersfeld et al. 2021, sec. III): with disc
 // area A = pi R^2, tip speed u = omega R, hub velocity v, its part h across and v_z along the axis,
-//   thrust      rho A (C_T u^2 - C_Tz u v_z + C_Th |h|^2)        along the axis
+//   thrust      rho A (C_T u^2 - C_Tz u v_z + C_Th |h|^2 + C_Tr u (e v'))  along the axis; e: unit
+//               vector from the centre to the hub (rotors ahead fly in other air than those behind)
 //   drag        rho A (C_H u + C_Hz v_z) (-h)                    at the hub (Faessler et al. 2018)
 //   hub moment  rho A R (C_M u + C_Mz v_z) (v' x axis)           blades that flap back, uneven
 //   inflow reaction    spin (rho A R C_Q u^2 + J_r domega/dt)           about the axis body -rho
@@ -31,12 +32,14 @@ inline constexpr RotorAirInfo kRotorAirNumbers[] = {
     {"C_T", "1", "thrust of a rotor at rest in the air"},
     {"C_Tz", "1", "thrust lost to air speed along the axis (inflow)"},
     {"C_Th", "1", "thrust gained by air speed across the axis (translational lift)"},
+    {"C_Tr", "1", "thrust gained by air speed along the arm of the rotor (uneven inflow)"},
     {"C_H", "1", "rotor drag across the axis"},
     {"C_Hz", "1", "rotor drag: change with air speed along the axis"},
     {"C_M", "1", "hub moment of air speed across the axis (flapping, uneven inflow)"},
     {"C_Mz", "1", "hub moment: change with air speed along the axis"},
     {"C_Q", "1", "reaction moment of a rotor's drag about its axis"},
     {"S_D", "m^2", "area of the body's quadratic drag"},
+    {"S_Dz", "m^2", "what that area has more up and down"},
     {"J_r", "kg m^2", "inertia of a rotor about its axis"},
     {"I_x", "kg m^2", "inertia, roll"},
     {"I_y", "kg m^2", "inertia, pitch"},
@@ -76,12 +79,14 @@ class RotorAir {
     kThrust,
     kThrustInflow,
     kThrustLift,
+    kThrustGradient,
     kDrag,
     kDragInflow,
     kMoment,
     kMomentInflow,
     kTorque,
     kBodyDrag,
+    kBodyDragUp,
     kRotorInertia,
     kInertia,
     kCentre = kInertia + 3,
@@ -107,7 +112,10 @@ class RotorAir {
       const RotorAirVehicle::Rotor& rotor = vehicle_.rotors[i];
       const Vec3<T> arm(T(rotor.position.x()) - c[kCentre], T(rotor.position.y()) - c[kCentre + 1],
                         T(rotor.position.z()));
-      const Vec3<T> force = HubForce(c, Vec3<T>(v + Cross(w, arm)), rotors[i].speed);
+      Vec3<T> force = HubForce(c, Vec3<T>(v + Cross(w, arm)), rotors[i].speed);
+      const Eigen::Vector2d e = rotor.position.head<2>().normalized();
+      force[2] += T(disc_ * vehicle_.radius * rotors[i].speed) * c[kThrustGradient] *
+                  (T(e.x()) * wake[0] + T(e.y()) * wake[1]);
       sum.force += force;
       sum.moment += Cross(arm, force) + HubMoment(c, wake, rotors[i].speed);
       sum.moment[2] += T(rotor.spin) * Reaction(c, rotors[i]);
@@ -134,7 +142,8 @@ class RotorAir {
     using std::sqrt;
     const T speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + T(1e-12));
     const T factor = T(-0.5 * vehicle_.air_density) * c[kBodyDrag] * speed;
-    return Vec3<T>(factor * v[0], factor * v[1], factor * v[2]);
+    const T up = T(-0.5 * vehicle_.air_density) * c[kBodyDragUp] * speed;
+    return Vec3<T>(factor * v[0], factor * v[1], (factor + up) * v[2]);
   }
   template <class T>
   Vec3<T> HubForce(const T* c, const Vec3<T>& v, double speed) const {

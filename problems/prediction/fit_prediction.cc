@@ -2,8 +2,7 @@
 
 #include <ceres/ceres.h>
 
-#include <map>
-
+#include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/fit_processes.h"
 
 namespace trueline {
@@ -71,74 +70,41 @@ void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow
   fit->converged = summary.termination_type == ceres::CONVERGENCE;
 }
 
-// Gradients and curvature of the sum of norms at the solution, by cluster.
-struct Curvature {
-  NumbersMatrix hessian = NumbersMatrix::Zero();
-  std::map<int, NumbersVector> by_run, by_trajectory;
-
-  void Add(const TrainingWindow& window, const NumbersVector& gradient, const NumbersMatrix& part) {
-    hessian += part;
-    by_run.try_emplace(window.run, NumbersVector::Zero()).first->second += gradient;
-    by_trajectory.try_emplace(window.trajectory, NumbersVector::Zero()).first->second += gradient;
-  }
-};
-
-Curvature CurvatureAt(const PredictionSetup& setup, const PredictionFit& fit,
-                      const std::vector<TrainingWindow>& windows) {
-  const PredictionModel model(setup, fit);
-  NumbersVector x;
-  for (int i = 0; i < kCount; ++i) x[i] = fit.numbers[i] / setup.numbers[i].typical;
-  Curvature sum;
+// Gradient and curvature of one window's sum of norms.
+void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const NumbersVector& x,
+               const TrainingWindow& w, ClusterVariance* by_run, ClusterVariance* by_trajectory) {
   Eigen::Matrix<double, MultiStepResidual::kResiduals, 1> r;
   Eigen::Matrix<double, MultiStepResidual::kResiduals, kCount, Eigen::RowMajor> J;
-  for (const TrainingWindow& w : windows) {
-    MultiStepResidual::Options options = ResidualOptions(setup, w.weight);
-    options.norms = false;
-    const PredictionCost cost(new MultiStepResidual(model.prediction, w.window, w.truth, options));
-    const double* parameters = x.data();
-    double* jacobian = J.data();
-    cost.Evaluate(&parameters, r.data(), &jacobian);
-    NumbersVector gradient = NumbersVector::Zero();
-    NumbersMatrix hessian = NumbersMatrix::Zero();
-    for (int i = 0; i < MultiStepResidual::kResiduals; i += 3) {
-      const Eigen::Vector3d e = r.segment<3>(i);
-      const auto Je = J.middleRows<3>(i);
-      const double norm = std::hypot(e.norm(), 0.1 * w.weight);
-      gradient += Je.transpose() * e / norm;
-      const Eigen::Matrix3d bend =
-          (Eigen::Matrix3d::Identity() - e * e.transpose() / (norm * norm)) / norm;
-      hessian += Je.transpose() * bend * Je;
-    }
-    sum.Add(w, gradient, hessian);
+  MultiStepResidual::Options options = ResidualOptions(setup, w.weight);
+  options.norms = false;
+  const PredictionCost cost(new MultiStepResidual(model.prediction, w.window, w.truth, options));
+  const double* parameters = x.data();
+  double* jacobian = J.data();
+  cost.Evaluate(&parameters, r.data(), &jacobian);
+  NumbersVector gradient = NumbersVector::Zero();
+  NumbersMatrix curvature = NumbersMatrix::Zero();
+  for (int i = 0; i < MultiStepResidual::kResiduals; i += 3) {
+    const Eigen::Vector3d e = r.segment<3>(i);
+    const auto Je = J.middleRows<3>(i);
+    const double norm = std::hypot(e.norm(), 0.1 * w.weight);
+    gradient += Je.transpose() * e / norm;
+    const Eigen::Matrix3d bend =
+        (Eigen::Matrix3d::Identity() - e * e.transpose() / (norm * norm)) / norm;
+    curvature += Je.transpose() * bend * Je;
   }
-  return sum;
-}
-
-// Variances by the spread of the clusters' gradients (Huber-White), with the small-sample factor
-// n / (n - 1).
-NumbersVector ClusterVariance(const NumbersMatrix& inverse,
-                              const std::map<int, NumbersVector>& gradients) {
-  const double n = static_cast<double>(gradients.size());
-  if (n < 2.0) return NumbersVector::Zero();
-  NumbersMatrix middle = NumbersMatrix::Zero();
-  for (const auto& [cluster, g] : gradients) middle += g * g.transpose();
-  return (n / (n - 1.0) * inverse * middle * inverse).diagonal();
+  by_run->Add(w.run, gradient, curvature);
+  by_trajectory->Add(w.trajectory, gradient, curvature);
 }
 
 std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fit,
                            const std::vector<TrainingWindow>& windows) {
-  Curvature curvature = CurvatureAt(setup, fit, windows);
-  for (const int i : HeldNumbers(setup)) {
-    curvature.hessian.row(i).setZero();
-    curvature.hessian.col(i).setZero();
-    curvature.hessian(i, i) = 1.0;
-    for (auto* gradients : {&curvature.by_run, &curvature.by_trajectory}) {
-      for (auto& [cluster, gradient] : *gradients) gradient[i] = 0.0;
-    }
-  }
-  const NumbersMatrix inverse = curvature.hessian.inverse();
-  const NumbersVector variance = ClusterVariance(inverse, curvature.by_run)
-                                     .cwiseMax(ClusterVariance(inverse, curvature.by_trajectory));
+  const PredictionModel model(setup, fit);
+  NumbersVector x;
+  for (int i = 0; i < kCount; ++i) x[i] = fit.numbers[i] / setup.numbers[i].typical;
+  ClusterVariance by_run(kCount), by_trajectory(kCount);
+  for (const TrainingWindow& w : windows) AddWindow(model, setup, x, w, &by_run, &by_trajectory);
+  const std::vector<int> held = HeldNumbers(setup);
+  const Eigen::VectorXd variance = by_run.Diagonal(held).cwiseMax(by_trajectory.Diagonal(held));
   std::vector<double> sigmas(kCount);
   for (int i = 0; i < kCount; ++i) sigmas[i] = std::sqrt(variance[i]) * setup.numbers[i].typical;
   return sigmas;
@@ -160,7 +126,7 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;
-    FitProcesses(setup, fit.numbers, windows, threads, &fit.level, &fit.heading);
+    FitProcesses(setup, fit.numbers, windows, &fit.level, &fit.heading);
   }
   SolveNumbers(setup, windows, threads, &fit);
   fit.sigmas = Sigmas(setup, fit, windows);

@@ -26,9 +26,8 @@ std::vector<double*> NumbersOf(AttitudeProcessNumbers* n) {
 // Errors of the rates, and of the numbers' logarithms against their prior's.
 class ProcessResidual {
  public:
-  ProcessResidual(const std::vector<SeenWindow>& windows, const AttitudeProcessNumbers& prior,
-                  int threads)
-      : windows_(windows), prior_(prior), threads_(threads) {}
+  ProcessResidual(const std::vector<SeenWindow>& windows, const AttitudeProcessNumbers& prior)
+      : windows_(windows), prior_(prior) {}
 
   int num_numbers() const {
     AttitudeProcessNumbers n = prior_;
@@ -77,12 +76,11 @@ class ProcessResidual {
 
   const std::vector<SeenWindow>& windows_;
   AttitudeProcessNumbers prior_;
-  int threads_;
 };
 
 void FitProcess(const std::vector<SeenWindow>& windows, const AttitudeProcessNumbers& prior,
-                int threads, AttitudeProcessNumbers* numbers) {
-  ProcessResidual residual(windows, prior, threads);
+                AttitudeProcessNumbers* numbers) {
+  ProcessResidual residual(windows, prior);
   const int count = residual.num_numbers();
   AttitudeProcessNumbers start = *numbers, base = prior;
   std::vector<double> logs(count);
@@ -132,13 +130,13 @@ std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vecto
 }  // namespace
 
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, int threads,
-                  AttitudeProcessNumbers* level, AttitudeProcessNumbers* heading) {
+                  const std::vector<TrainingWindow>& windows, AttitudeProcessNumbers* level,
+                  AttitudeProcessNumbers* heading) {
   const RotorAir air(setup.vehicle);
   const WindowPrediction::Process process = {AttitudeProcess(*level), AttitudeProcess(*heading)};
   const WindowPrediction prediction(air, process);
-  FitProcess(See(prediction, numbers, windows, 0, 1), setup.level, threads, level);
-  FitProcess(See(prediction, numbers, windows, 2, 2), setup.heading, threads, heading);
+  FitProcess(See(prediction, numbers, windows, 0, 1), setup.level, level);
+  FitProcess(See(prediction, numbers, windows, 2, 2), setup.heading, heading);
 }
 
 }  // namespace trueline

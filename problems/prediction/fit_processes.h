@@ -10,7 +10,7 @@ namespace trueline {
 // vehicle. The model's net accelerations are those under the processes as they come in. A weak
 // prior keeps each number within a factor of about e of the setup's.
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, int threads,
-                  AttitudeProcessNumbers* level, AttitudeProcessNumbers* heading);
+                  const std::vector<TrainingWindow>& windows, AttitudeProcessNumbers* level,
+                  AttitudeProcessNumbers* heading);
 
 }  // namespace trueline

@@ -83,6 +83,14 @@ Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
                                 width);
 }
 
+bool HasColumn(const std::filesystem::path& file, const std::string& name) {
+  const std::string text = UnpackedText(file);
+  std::vector<std::string_view> fields;
+  SplitFields(std::string_view(text).substr(0, text.find('\n')), ',', &fields);
+  return std::any_of(fields.begin(), fields.end(),
+                     [&](std::string_view field) { return TrimmedField(field) == name; });
+}
+
 std::vector<std::filesystem::path> ColumnFiles(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(folder)) {

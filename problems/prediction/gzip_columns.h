@@ -13,6 +13,9 @@ namespace trueline {
 Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
                             const std::vector<std::string>& names);
 
+// Whether the file's header names the column.
+bool HasColumn(const std::filesystem::path& file, const std::string& name);
+
 // The files of a folder whose names end in .csv or .csv.gz, sorted by name. Throws InputError where
 // there are none.
 std::vector<std::filesystem::path> ColumnFiles(const std::filesystem::path& folder);

@@ -47,10 +47,11 @@ RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map) {
   return vehicle;
 }
 
-std::vector<PredictionNumber> ReadPredictionNumbers(const YamlMap& map, int count) {
+std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count,
+                                          const RotorAirInfo& (*info)(int i)) {
   std::vector<PredictionNumber> numbers(count);
   for (int i = 0; i < count; ++i) {
-    const char* name = PredictionNumberInfo(i).name;
+    const char* name = info(i).name;
     const YamlMap entry = map.Child(name);
     YamlArchive a(entry);
     a.Finite("start", &numbers[i].start);
@@ -133,7 +134,7 @@ MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   experiment.about = map.Get<std::string>("about", std::string());
   PredictionSetup& setup = experiment.setup;
   setup.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
-  setup.numbers = ReadPredictionNumbers(map.Child("numbers"), WindowPrediction::kCount);
+  setup.numbers = ReadNumbers(map.Child("numbers"), WindowPrediction::kCount, PredictionNumberInfo);
   YamlArchive a(map);
   a.Map("processes", [&](YamlArchive* processes) {
     processes->Nested("level", &setup.level);

@@ -42,9 +42,10 @@ MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file);
 // A trial: few windows, one round.
 void ShortenMultiStepExperiment(MultiStepExperiment* experiment);
 
-// `vehicle` and `numbers` of an experiment with this model. `names`: which numbers it has.
+// `vehicle` and `numbers` of an experiment with this model; `info` names number i of `count`.
 RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map);
-std::vector<PredictionNumber> ReadPredictionNumbers(const YamlMap& map, int count);
+std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count,
+                                          const RotorAirInfo& (*info)(int i));
 
 struct MultiStepRow {
   std::string trajectory, predictor;
