@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <new>
 #include <sstream>
 #include <system_error>
 
@@ -59,6 +60,12 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
     return body();
   } catch (const InputError& error) {
     fmt::print(stderr, "{}: error: {}\n", program, Printable(error.what()));
+    return kExitBadInput;
+  } catch (const std::system_error& error) {  // fmt's, when standard output is full
+    fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
+    return kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: error: memory is used up; cut the log into shorter ones\n", program);
     return kExitBadInput;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());

@@ -1,5 +1,5 @@
 """Ways in which a log breaks. Each takes a file's bytes and a random.Random; returns bytes."""
-HUGE = ["1e308", "-1e308", "1e30", "-1e18", "1e-308", "inf", "-inf"]
+HUGE = ["1e308", "-1e308", "1e30", "-1e18", "1e-308", "inf", "-inf", "1e9", "-7e8", "1e5"]
 NOT_NUMBERS = ["nan", "NaN", "-nan", "", "--", "0x10", "1,5", "1e", "\0"]
 
 
@@ -37,9 +37,10 @@ def leave_out(data, draw):
 
 
 def shift_time(data, draw):
-    """A clock that jumps: the rest of the stamps by up to 10 s."""
+    """A clock that jumps, by 0.1 ms up to the years from 1970."""
     header, rows = table(data)
-    start, by = draw.randrange(len(rows)), draw.choice([-1, 1]) * 10 ** draw.uniform(-4, 1)
+    start, by = draw.randrange(len(rows)), draw.choice([-1, 1]) * 10 ** draw.choice(
+        [draw.uniform(-4, 1), draw.uniform(-4, 1), draw.uniform(1, 10)])
     return text_of(header, rows[:start] +
                    [[f"{float(row[0]) + by:.9f}"] + row[1:] for row in rows[start:]])
 
