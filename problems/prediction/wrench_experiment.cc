@@ -183,8 +183,7 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
       ScoreWrench(test.name, "BEM+NN, published", reading, truth, *test.published, result);
     }
     ScoreWrench(test.name, "none", reading, truth, Wrenches::Zero(6, truth.cols()), result);
-    if (mass != masses.back()) continue;
-    // The gain absorbs the mass.
+    if (mass != masses.front()) continue;  // the gain absorbs the mass
     const std::string corrected = "fz gain, means removed";
     ScoreWrench(test.name, "rotor by rotor", corrected, truth, Corrected(truth, ours), result);
     if (test.published) {
