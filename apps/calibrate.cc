@@ -18,7 +18,7 @@ DEFINE_string(log, "",
               "the flight: a native log directory; further ones of the same vehicle, separated by "
               "commas, join in the smoother's whole-flight solution");
 DEFINE_string(out, "", "where results go; made if missing");
-DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
+DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
 DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
 DEFINE_string(gamma_sweep, "1,2,3,4,5", "window lengths to compare; empty for none");
@@ -36,6 +36,8 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
   trueline-calibrate --log=flight --out=result
       fits drag, IMU misalignment, attitude error and bias over the last 3 passes,
       predicts every blind arc, prints the table and writes result/report.html
+  trueline-convert --in=flight.ulg --out=flight && trueline-calibrate --log=flight --out=result
+      the same of a flight without gates (GNSS, mocap): arcs are made by withholding fixes
   trueline-calibrate --log=flight --out=result --gamma=4 --thrust=level_flight
       a longer window, for a vehicle whose accelerometer is useless
   trueline-calibrate --log=flight --out=result --config=config/calibrate/paper.yaml

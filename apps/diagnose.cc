@@ -16,7 +16,7 @@
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(out, "", "where results go; made if missing");
-DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
+DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");

@@ -206,6 +206,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = diagnosis.noise;
   if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
+  if (!diagnosis.fixes.empty()) node["fixes"] = diagnosis.fixes;
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;
   return node;

@@ -96,6 +96,7 @@ void Serialize(YamlArchive* a, VgdOptions* o) {
   a->Positive("pass_gap_s", &o->passes.pass_gap);
   a->Positive("max_arc_s", &o->passes.max_arc);
   a->Count("min_fixes", &o->passes.min_fixes);
+  a->Nested("continuous_fixes", &o->passes.continuous);
   a->Map("drive", [o](YamlArchive* map) { SerializeDrive(map, &o->drive); });
 }
 

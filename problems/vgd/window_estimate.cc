@@ -121,6 +121,11 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
   StoreMisfits(*problem, data, options, &estimate);
   StoreTrajectory(*problem, data.passes.back().begin, data.passes.back().end, &estimate);
   if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, uncertainty.cov, &estimate);
+  if (const auto delay = problem->FixLatency()) {
+    const bool shown = delay->sigma < 0.5 * data.noise.latency_sigma;
+    estimate.fix_latency = {"fix_latency", delay->value, delay->sigma, "s",
+                            shown ? "identified" : "weak"};
+  }
   estimate.solve_time = summary.total_time_in_seconds;
   return estimate;
 }

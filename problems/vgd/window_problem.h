@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
@@ -26,6 +27,7 @@ struct WindowData {
   std::span<const ForceSample> forces;
   double force_sigma;               // m/s^2
   std::vector<PassOffset> offsets;  // of the passes that have one, ascending
+  FixNoise noise = {};              // of fixes without gates
 };
 
 // The start of a solve: the parameters of eq. 16 in their own units.
@@ -93,8 +95,14 @@ class WindowProblem {
   // Call FindUncertainty first.
   WindowPrior Marginalise(TimeNs t);
 
-  // State at the window's end, in E: the predicted final point.
-  Eigen::Matrix<double, 6, 1> FinalState() const { return segments().back()->end_node()->value; }
+  // State at the window's end, in E: the predicted final point. Where the fixes have a delay, the
+  // position that a fix shows there.
+  Eigen::Matrix<double, 6, 1> FinalState() const;
+  // The delay of the fixes in s, with FindUncertainty's sigma; empty where it is not estimated.
+  struct Delay {
+    double value, sigma;
+  };
+  std::optional<Delay> FixLatency() const;
 
   // Integrates with the current unknowns; readings then hold the fitted trajectory.
   void Refresh(bool derivatives) { chain_.Refresh(derivatives); }
@@ -115,6 +123,9 @@ class WindowProblem {
   void BuildSegments(const DriveTrack& track, const WindowData& data);
   void AddOffsets(const WindowData& data);
   void AddFixes(const WindowData& data);
+  bool HasCorrelatedFixes(const WindowData& data) const {
+    return data.noise.IsCorrelated() && options_.process.Any();
+  }
   void AddPriors();
   void AddPast(const WindowPrior& past);
   void HoldOpenDirections();
@@ -122,9 +133,11 @@ class WindowProblem {
 
   VgdOptions options_;
   SegmentChain chain_;
-  std::vector<Offset> offsets_;       // ascending in time
-  bool open_ = false;                 // motion's parameters have no prior
-  DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
+  std::vector<Offset> offsets_;                // ascending in time
+  std::optional<CorrelatedFixes> correlated_;  // their delay is the first of the border
+  double delay_variance_ = 1.0;                // of its unit, set by FindUncertainty
+  bool open_ = false;                          // motion's parameters have no prior
+  DragDoubt past_doubt_, own_doubt_;           // own: set by FindUncertainty
 };
 
 }  // namespace trueline

@@ -52,6 +52,8 @@ def headline(result):
             (number(error.get("p95"), 2, unit), "95 % of arcs below"),
             (percent(arcs.get("inside_95_ellipse")), "of ends inside their 95 % ellipse"),
             (str(arcs["count"]), "arcs predicted")]))
+    if fixes := summary.get("fixes"):
+        blocks.append(paragraph(fixes["text"][0].upper() + fixes["text"][1:] + "."))
     warnings = summary.get("warnings") or []
     if warnings:
         blocks.append(f'<div class="warnings"><b>Warnings</b>{bullets(warnings)}</div>')
