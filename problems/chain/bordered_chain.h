@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "problems/chain/reduced_system.h"
+#include "problems/chain/small_product.h"
 #include "problems/common/parallel.h"
 
 namespace trueline {
@@ -79,18 +80,24 @@ class ChainElimination {
     const Eigen::LLT<Block> llt(D_);
     regular_ = regular_ && llt.info() == Eigen::Success;
     e.L = llt.matrixL();
-    const auto L = e.L.template triangularView<Eigen::Lower>();
     e.next = gram.block<kNode, kNode>(0, kNode);
-    L.solveInPlace(e.next);
+    SolveLower(e.L, e.next);
     e.border = B_;
-    L.solveInPlace(e.border);
+    SolveLower(e.L, e.border);
     log_det_ += 2.0 * e.L.diagonal().array().log().sum();
     C_ += gram.bottomRightCorner(width_, width_);
-    C_.template selfadjointView<Eigen::Lower>().rankUpdate(e.border.transpose(), -1.0);
+    const Eigen::MatrixXd by_border = e.border.transpose();
+    for (int j = 0; j < width_; ++j) {
+      auto column = C_.col(j).tail(width_ - j);
+      for (int k = 0; k < kNode; ++k) {
+        column -= e.border(k, j) * by_border.col(k).tail(width_ - j);
+      }
+    }
+    const Block by_next = e.next.transpose();
     D_ = gram.block<kNode, kNode>(kNode, kNode);
-    D_.noalias() -= e.next.transpose() * e.next;
+    AddProduct(-1.0, by_next, e.next, D_);
     B_ = gram.block(kNode, 2 * kNode, kNode, width_);
-    B_.noalias() -= e.next.transpose() * e.border;
+    AddProduct(-1.0, by_next, e.border, B_);
   }
 
   // Gram matrix, residual last.
@@ -128,6 +135,7 @@ class BorderedChain {
       ParallelRuns(some, InARow(), [&](int i) { grams[i] = nodes_[first + i].Gram(); });
       for (int i = 0; i < some; ++i) {
         elimination_.Add(grams[i], &eliminated_[first + i]);
+        gradients_.emplace_back(grams[i].rightCols(1));
         log_weights_ += nodes_[first + i].log_weights;
       }
     }
@@ -159,13 +167,18 @@ class BorderedChain {
     }
   }
 
-  // The slope of half the sum of squares along the step to these border values (NodesAt's nodes).
-  double SlopeTo(const Eigen::VectorXd& values) const {
+  // The slope of half the sum of squares along a step: the nodes' unknowns (NodesAt) at these
+  // border values.
+  double SlopeTo(const std::vector<Eigen::MatrixXd>& nodes, const Eigen::VectorXd& values) const {
     double slope = 0.0;
-    VisitRowsAt(values, [&](std::size_t, const Rows& rows, const Eigen::MatrixXd& at) {
-      const auto residual = rows.values.rightCols(1);
-      slope += residual.col(0).dot(at.col(0) - residual.col(0));
-    });
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const Eigen::VectorXd& gradient = gradients_[i];
+      slope += gradient.head<kNode>().dot(nodes[i].col(0));
+      if (i + 1 < nodes.size()) {
+        slope += gradient.segment<kNode>(kNode).dot(nodes[i + 1].col(0));
+      }
+      slope += gradient.segment(2 * kNode, border()).dot(values.head(border()));
+    }
     return slope;
   }
 
@@ -238,6 +251,7 @@ class BorderedChain {
 
   std::vector<Rows> nodes_;
   std::vector<EliminatedNode<kNode>> eliminated_;
+  std::vector<Eigen::VectorXd> gradients_;  // of the rows of each node, by their columns
   int width_;
   ChainElimination<kNode> elimination_;
   double log_weights_ = 0.0;

@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
@@ -50,10 +52,7 @@ class Batch {
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
       : data_(data), options_(options) {
     CheckPrior(options.prior, data);
-    const std::vector<int> free = options.prior.Free();
-    for (RotorSegment& segment : CutSegments(data)) {
-      segments_.emplace_back(model, data, options.noise, std::move(segment), free);
-    }
+    segments_ = MakeSegments(model, data, options);
     at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
   }
 
@@ -116,7 +115,7 @@ class Batch {
     Eigen::VectorXd border(reduced.border() + 1);
     border << by_chart * step, 1.0;
     node_steps_ = chain.NodesAt(border);
-    return chain.SlopeTo(border) + prior.error.dot(border.head(reduced.border()));
+    return chain.SlopeTo(node_steps_, border) + prior.error.dot(border.head(reduced.border()));
   }
 
   bool Try(double part, double* cost) {
@@ -145,6 +144,12 @@ class Batch {
     std::vector<RotorNode> nodes;
   };
 
+  struct Weighed {
+    RotorConstants constants;
+    std::vector<RotorNode> nodes;
+    BorderedChain<kNodeErrors> chain;
+  };
+
   static bool IsSecondMoment(int constant) {
     return constant >= kInertiaConstants && constant < kInertiaConstants + 3;
   }
@@ -162,7 +167,7 @@ class Batch {
     return squares + step.error.squaredNorm();
   }
 
-  RotorBatchResult Finished(RotorBatchResult result) const {
+  RotorBatchResult Finished(RotorBatchResult result) {
     result.mean = FromChart(at_.chart);
     result.nodes = at_.nodes;
     if (!options_.covariance) return result;
@@ -225,8 +230,9 @@ class Batch {
   }
 
   void SetWeights(const RotorConstants& constants) {
-    ParallelRuns(static_cast<int>(segments_.size()), kSegmentsInARow,
-                 [&](int i) { segments_[i].SetWeight(at_.nodes[i], constants); });
+    weighed_ =
+        Weighed{constants, at_.nodes,
+                WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
   }
 
   void Solve(RotorBatchResult* result) {
@@ -246,12 +252,18 @@ class Batch {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   }
 
-  BorderedChain<kNodeErrors> Linear() const {
-    return LinearChain(data_, options_, segments_, at_.nodes, FromChart(at_.chart), {}, INFINITY);
+  // The first linearisation is often where the weights were evaluated, whose chain is then used.
+  BorderedChain<kNodeErrors> Linear() {
+    const RotorConstants constants = FromChart(at_.chart);
+    std::optional<Weighed> weighed = std::exchange(weighed_, std::nullopt);
+    if (weighed && weighed->constants == constants && weighed->nodes == at_.nodes) {
+      return std::move(weighed->chain);
+    }
+    return LinearChain(data_, options_, segments_, at_.nodes, constants);
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
-  Eigen::MatrixXd Covariance(double* log_evidence) const {
+  Eigen::MatrixXd Covariance(double* log_evidence) {
     const BorderedChain<kNodeErrors> chain = Linear();
     CHECK(chain.regular()) << "a pose does not determine its node";
     const ReducedSystem reduced =
@@ -263,7 +275,8 @@ class Batch {
   const RotorData& data_;
   const RotorBatchOptions& options_;
   std::vector<SegmentModel> segments_;
-  Point at_, start_;  // start: of the step
+  std::optional<Weighed> weighed_;  // the chain where the weights were evaluated
+  Point at_, start_;                // start: of the step
   RotorConstants chart_step_;
   RotorConstants gradient_;  // of the cost by the chart, nodes at their best
   std::set<int> flat_;       // held second moments of the chart

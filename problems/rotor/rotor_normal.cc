@@ -56,12 +56,12 @@ class RowsAtPoint {
  public:
   RowsAtPoint(const RotorData& data, const RotorBatchOptions& options,
               const std::vector<RotorNode>& nodes, const RotorConstants& constants,
-              const RotorColumns& columns, double cluster)
+              RotorColumns columns, double cluster)
       : data_(data),
         options_(options),
         nodes_(nodes),
         constants_(constants),
-        columns_(columns),
+        columns_(std::move(columns)),
         free_(options.prior.Free()),
         clusters_(ClusterCount(data, cluster)) {}
 
@@ -121,26 +121,57 @@ class RowsAtPoint {
   const RotorBatchOptions& options_;
   const std::vector<RotorNode>& nodes_;
   const RotorConstants& constants_;
-  const RotorColumns& columns_;
+  RotorColumns columns_;
   std::vector<int> free_;
   int clusters_;
 };
+
+// The chain of the rows of all nodes; of(i, rows) gives those of a node that starts a segment.
+template <class Of>
+BorderedChain<kNodeErrors> Chain(const RowsAtPoint& at, const std::vector<RotorNode>& nodes,
+                                 const Of& of) {
+  std::vector<Rows> rows(nodes.size(), Rows(0, 0));
+  const int segments = static_cast<int>(nodes.size()) - 1;
+  ParallelRuns(segments, kSegmentsInARow, [&](int i) { rows[i] = of(i, at); });
+  rows.back() = at.Of(segments, nullptr, nullptr);
+  return BorderedChain<kNodeErrors>(std::move(rows));
+}
 
 }  // namespace
 
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants, const RotorColumns& columns,
-                                       double cluster) {
-  const RowsAtPoint at(data, options, nodes, constants, columns, cluster);
-  std::vector<Rows> rows(nodes.size(), Rows(0, 0));
-  ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
-    const SegmentPath path = segments[i].Follow(nodes[i], constants);
-    rows[i] = at.Of(i, &segments[i], &path);
-  });
-  rows.back() = at.Of(segments.size(), nullptr, nullptr);
-  return BorderedChain<kNodeErrors>(std::move(rows));
+                                       const RotorConstants& constants) {
+  return Chain(RowsAtPoint(data, options, nodes, constants, {}, INFINITY), nodes,
+               [&](int i, const RowsAtPoint& rows) {
+                 const SegmentPath path = segments[i].Follow(nodes[i], constants);
+                 return rows.Of(i, &segments[i], &path);
+               });
+}
+
+BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchOptions& options,
+                                        std::vector<SegmentModel>* segments,
+                                        const std::vector<RotorNode>& nodes,
+                                        const RotorConstants& constants,
+                                        const RotorColumns& columns, double cluster) {
+  return Chain(RowsAtPoint(data, options, nodes, constants, columns, cluster), nodes,
+               [&](int i, const RowsAtPoint& rows) {
+                 SegmentModel& segment = (*segments)[i];
+                 const SegmentPath path = segment.Follow(nodes[i], constants);
+                 segment.SetWeight(path);
+                 return rows.Of(i, &segment, &path);
+               });
+}
+
+std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorData& data,
+                                       const RotorBatchOptions& options) {
+  const std::vector<int> free = options.prior.Free();
+  std::vector<SegmentModel> segments;
+  for (RotorSegment& cut : CutSegments(data)) {
+    segments.emplace_back(model, data, options.noise, std::move(cut), free);
+  }
+  return segments;
 }
 
 int ClusterCount(const RotorData& data, double cluster) {
@@ -170,18 +201,8 @@ namespace {
 ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
                         const RotorColumns& columns, double cluster) {
-  std::vector<RotorSegment> cuts = CutSegments(data);
-  const std::vector<int> free = options.prior.Free();
-  const RowsAtPoint at(data, options, batch.nodes, batch.mean, columns, cluster);
-  std::vector<Rows> rows(batch.nodes.size(), Rows(0, 0));
-  ParallelRuns(static_cast<int>(cuts.size()), kSegmentsInARow, [&](int i) {
-    SegmentModel segment(model, data, options.noise, std::move(cuts[i]), free);
-    const SegmentPath path = segment.Follow(batch.nodes[i], batch.mean);
-    segment.SetWeight(path);
-    rows[i] = at.Of(i, &segment, &path);
-  });
-  rows.back() = at.Of(cuts.size(), nullptr, nullptr);
-  return BorderedChain<kNodeErrors>(std::move(rows))
+  std::vector<SegmentModel> segments = MakeSegments(model, data, options);
+  return WeighedChain(data, options, &segments, batch.nodes, batch.mean, columns, cluster)
       .Reduced(BorderPrior(options.prior, batch.mean, columns.count), ClusterCount(data, cluster));
 }
 

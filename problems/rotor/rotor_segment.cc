@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/rotor/small_product.h"
 
 namespace trueline {
 namespace {
@@ -59,11 +59,6 @@ SegmentModel::SegmentModel(const RotorAeroModel& model, const RotorData& data,
       columns_(by_) {}
 
 SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& constants) const {
-  return Follow(start, constants, columns_);
-}
-
-SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& constants,
-                                 const SlopeColumns& columns) const {
   SegmentPath path;
   path.steps.resize(segment_.steps.size());
   RotorState x = Joined(start, constants);
@@ -71,9 +66,9 @@ SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& c
     const RotorSegment::Step& step = segment_.steps[k];
     SegmentPath::Step& at = path.steps[k];
     at.x = x;
-    if (step.imu >= 0) at.reading = ReadWithSlope(model_, x, data_.InputAt(step.t), columns);
+    if (step.imu >= 0) at.reading = ReadWithSlope(model_, x, data_.InputAt(step.t), columns_);
     at.F = StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), Disturbance::Zero(),
-                         step.dt, &x, columns);
+                         step.dt, &x, columns_);
   }
   x.head<4>().normalize();
   path.end = x;
@@ -157,10 +152,6 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
   residual.d_constants.bottomRows<kMoving>() = -pushed;
   residual.d_constants.middleRows<3>(num_readings) = S * pushed.topRows<3>();
   return residual;
-}
-
-void SegmentModel::SetWeight(const RotorNode& start, const RotorConstants& constants) {
-  SetWeight(Follow(start, constants, SlopeColumns::Moving()));
 }
 
 void SegmentModel::SetWeight(const SegmentPath& path) {

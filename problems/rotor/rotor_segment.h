@@ -74,7 +74,6 @@ class SegmentModel {
                           const PushFunction& push) const;
   // Evaluates the covariance of the rows along this path, for Whiten.
   void SetWeight(const SegmentPath& path);
-  void SetWeight(const RotorNode& start, const RotorConstants& constants);
   // Multiplies by L^-1 of the covariance L L'.
   void Whiten(SegmentResidual* residual) const;
   void Whiten(Eigen::MatrixXd* rows) const;
@@ -83,8 +82,6 @@ class SegmentModel {
   const RotorSegment& segment() const { return segment_; }
 
  private:
-  SegmentPath Follow(const RotorNode& start, const RotorConstants& constants,
-                     const SlopeColumns& columns) const;
   // Readings less their predictions, then the error of the end.
   Eigen::VectorXd Errors(const Eigen::VectorXd& readings, const RotorState& end,
                          const RotorNode& next) const;

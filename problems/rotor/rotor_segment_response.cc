@@ -1,7 +1,7 @@
 #include "cost_functions/models/rotation.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_segment.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/rotor/small_product.h"
 
 namespace trueline {
 

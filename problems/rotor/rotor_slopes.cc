@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/rotor/small_product.h"
 
 namespace trueline {
 namespace {
@@ -169,11 +169,6 @@ SlopeColumns::SlopeColumns(const std::vector<int>& constants) {
 const SlopeColumns& SlopeColumns::All() {
   static const SlopeColumns all(AllRotorConstants());
   return all;
-}
-
-const SlopeColumns& SlopeColumns::Moving() {
-  static const SlopeColumns moving({});
-  return moving;
 }
 
 std::span<const int> SlopeColumns::States(const RotorInput& input) const {

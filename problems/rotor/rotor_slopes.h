@@ -23,8 +23,7 @@ using RotorStepMatrix =
 class SlopeColumns {
  public:
   explicit SlopeColumns(const std::vector<int>& constants);
-  static const SlopeColumns& All();     // all constants
-  static const SlopeColumns& Moving();  // none
+  static const SlopeColumns& All();
 
   // The states (RotorAeroModel::Index) that force and moment are differentiated by. The motors'
   // unknowns matter where speeds come from commands.

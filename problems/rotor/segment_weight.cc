@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "problems/rotor/small_product.h"
+#include "problems/chain/small_product.h"
 
 namespace trueline {
 

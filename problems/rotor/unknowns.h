@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_state.h"
-#include "problems/rotor/small_product.h"
 
 namespace trueline {
 

@@ -77,7 +77,7 @@ TEST(RotorSegment, WhitenedErrorsAtTheTruthAreWhite) {
   int rows = 0, i = 0;
   for (RotorSegment& cut : CutSegments(c.data)) {
     SegmentModel segment(c.model, c.data, c.sim.noise, std::move(cut));
-    segment.SetWeight(c.TrueNode(i), c.truth.constants);
+    segment.SetWeight(segment.Follow(c.TrueNode(i), c.truth.constants));
     SegmentResidual r = segment.Evaluate(c.TrueNode(i), c.TrueNode(i + 1), c.truth.constants, true);
     segment.Whiten(&r);
     sum += r.error.squaredNorm();

@@ -17,13 +17,29 @@ void AddProduct(double factor, const A& a, const B& b, Sum&& sum) {
   }
 }
 
-// *b = a b for square a.
+// b = a b for square a.
 template <class A, class B>
 void MultiplyLeft(const A& a, B&& b) {
   constexpr int kSize = A::RowsAtCompileTime;
   for (Eigen::Index j = 0; j < b.cols(); ++j) {
     Eigen::Matrix<double, kSize, 1> column = Eigen::Matrix<double, kSize, 1>::Zero();
     for (int k = 0; k < kSize; ++k) column += b.coeff(k, j) * a.col(k);
+    b.col(j) = column;
+  }
+}
+
+// b = L^-1 b for the lower triangle L of a square matrix.
+template <int kSize, class B>
+void SolveLower(const Eigen::Matrix<double, kSize, kSize>& lower, B&& b) {
+  Eigen::Matrix<double, kSize, kSize> below = lower;
+  below.template triangularView<Eigen::Upper>().setZero();
+  for (Eigen::Index j = 0; j < b.cols(); ++j) {
+    Eigen::Matrix<double, kSize, 1> column = b.col(j);
+    for (int k = 0; k < kSize; ++k) {
+      column[k] /= lower(k, k);
+      const double x = column[k];
+      column -= x * below.col(k);
+    }
     b.col(j) = column;
   }
 }
