@@ -74,6 +74,7 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
     prior[i] = options.PriorOf(i).sigma;
   }
   const Eigen::VectorXd reference = ReferenceSigma(prior);
+  const bool without_prior = options.ranges != RangeUse::kPrior;
   Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
   Eigen::MatrixXd shown = UnderReference(cov, PriorWeights(options, count), prior, reference);
   WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
@@ -85,6 +86,11 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
     const bool bounded = options.ranges != RangeUse::kStart;
     if (bounded && AtBound(options.PriorOf(i), value[i])) status = "at_bound";
     const double sigma = prior[i] * std::sqrt(cov(i, i));
+    // Without a prior the estimate is no better than its own sigma, whatever a prior would add.
+    const bool judged = status == "identified" || status == "weak";
+    if (without_prior && judged && sigma > 0.5 * reference[i]) {
+      status = sigma > reference[i] ? "unobservable" : "weak";
+    }
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
   }
 }
