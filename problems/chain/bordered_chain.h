@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "problems/chain/reduced_system.h"
-#include "problems/chain/small_product.h"
 #include "problems/common/parallel.h"
 
 namespace trueline {
@@ -80,24 +79,18 @@ class ChainElimination {
     const Eigen::LLT<Block> llt(D_);
     regular_ = regular_ && llt.info() == Eigen::Success;
     e.L = llt.matrixL();
+    const auto L = e.L.template triangularView<Eigen::Lower>();
     e.next = gram.block<kNode, kNode>(0, kNode);
-    SolveLower(e.L, e.next);
+    L.solveInPlace(e.next);
     e.border = B_;
-    SolveLower(e.L, e.border);
+    L.solveInPlace(e.border);
     log_det_ += 2.0 * e.L.diagonal().array().log().sum();
     C_ += gram.bottomRightCorner(width_, width_);
-    const Eigen::MatrixXd by_border = e.border.transpose();
-    for (int j = 0; j < width_; ++j) {
-      auto column = C_.col(j).tail(width_ - j);
-      for (int k = 0; k < kNode; ++k) {
-        column -= e.border(k, j) * by_border.col(k).tail(width_ - j);
-      }
-    }
-    const Block by_next = e.next.transpose();
+    C_.template selfadjointView<Eigen::Lower>().rankUpdate(e.border.transpose(), -1.0);
     D_ = gram.block<kNode, kNode>(kNode, kNode);
-    AddProduct(-1.0, by_next, e.next, D_);
+    D_.noalias() -= e.next.transpose() * e.next;
     B_ = gram.block(kNode, 2 * kNode, kNode, width_);
-    AddProduct(-1.0, by_next, e.border, B_);
+    B_.noalias() -= e.next.transpose() * e.border;
   }
 
   // Gram matrix, residual last.

@@ -28,20 +28,4 @@ void MultiplyLeft(const A& a, B&& b) {
   }
 }
 
-// b = L^-1 b for the lower triangle L of a square matrix.
-template <int kSize, class B>
-void SolveLower(const Eigen::Matrix<double, kSize, kSize>& lower, B&& b) {
-  Eigen::Matrix<double, kSize, kSize> below = lower;
-  below.template triangularView<Eigen::Upper>().setZero();
-  for (Eigen::Index j = 0; j < b.cols(); ++j) {
-    Eigen::Matrix<double, kSize, 1> column = b.col(j);
-    for (int k = 0; k < kSize; ++k) {
-      column[k] /= lower(k, k);
-      const double x = column[k];
-      column -= x * below.col(k);
-    }
-    b.col(j) = column;
-  }
-}
-
 }  // namespace trueline
