@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "problems/diagnosis/rules.h"
+#include "problems/diagnosis/witness.h"
 #include "problems/diagnosis/write_diagnosis.h"
 
 namespace trueline {
@@ -14,6 +15,18 @@ std::string Sizes(const CandidateReport& c, const Eigen::VectorXd& values) {
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {
     texts.push_back(fmt::format("{} {:.2g}", c.parameters[i], values[static_cast<int>(i)]));
+  }
+  return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
+}
+
+// The sizes that the flight shows with good chance; none for a parameter that it does not show.
+std::string DetectableText(const CandidateReport& c) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
+    const double size = c.detectable[static_cast<int>(i)];
+    const bool shown = Shown(InfoOf(c.id).parameters[i], size);
+    texts.push_back(shown ? fmt::format("{} {:.2g}", c.parameters[i], size)
+                          : fmt::format("{} not shown", c.parameters[i]));
   }
   return fmt::format("{} {}", fmt::join(texts, ", "), c.units.front());
 }
@@ -65,7 +78,7 @@ std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
                                   "estimate", "detectable from");
   for (const CandidateReport& c : candidates) {
     table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
-                         Sizes(c, c.value), Sizes(c, c.detectable));
+                         Sizes(c, c.value), DetectableText(c));
   }
   return table;
 }

@@ -120,10 +120,15 @@ def _gains(node):
     return blocks
 
 
+def _detectable(size):
+    """No vehicle has an effect of a thousand units (SI): the flight does not show it."""
+    return number(size, 2) if size < 1e3 else "not shown"
+
+
 def _candidates(result):
     headers = [("effect", 0), ("score z", 1), ("p", 1), ("detectable from", 0)]
     rows = [[escape(c.get("which", c["id"])), number(c["score_z"]), number(c["p_value"], 2),
-             escape(", ".join(f"{n} {number(v, 2)}" for n, v in c["detectable_size"].items()))]
+             escape(", ".join(f"{n} {_detectable(v)}" for n, v in c["detectable_size"].items()))]
             for c in result["candidates"]]
     note = ("Every effect, tested alone on the base fit. The size in the last column would have been "
             "found with 95 % power; smaller ones may be there unseen.")
