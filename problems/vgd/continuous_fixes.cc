@@ -44,7 +44,8 @@ double ShareInLongRuns(const std::vector<Sample>& samples, double gap, double lo
 }
 
 // Sigma of what changes from fix to fix, by the third differences of evenly spaced fixes: the
-// path's jerk hardly enters them, and white noise has its variance times 20. Robust (MAD). NaN if
+// path's jerk hardly enters them, and white noise has its variance times 20. The slow part's
+// changes enter with 6 of these 20, so the result errs to the large side. Robust (MAD). NaN if
 // fixes are too far apart.
 double WhiteSigma(const std::vector<Fix>& fixes, double interval) {
   constexpr double kFarApart = 0.3;  // s

@@ -82,7 +82,7 @@ VgdOptions EveryOptionChanged() {
   o.max_iterations = 77;
   o.tolerance = 1e-5;
   o.max_block = 0.02;
-  o.passes = {0.9, 4, 5.0};
+  o.passes = {0.9, 4, 5.0, {DivideFixes::kNever, 6.0, 2.0, 0.4, 0.6, 50.0, 0.05, 0.1, 0.2, 0.02}};
   o.drive = {ThrustSource::kLevelFlight,
              AttitudeSource::kComplementaryFilter,
              {0.2, 0.01},

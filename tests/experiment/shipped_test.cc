@@ -44,7 +44,7 @@ std::vector<std::string> ExperimentNames() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(SourceFolder() / "config/experiments")) {
     if (entry.path().extension() != ".yaml") continue;
-    if (IsRotorExperiment(entry.path())) continue;  // rotor_experiment_test.cc runs those
+    if (IsRotorExperiment(entry.path())) continue;        // rotor_experiment_test.cc runs those
     if (!ExperimentKind(entry.path()).empty()) continue;  // tests/prediction runs those
     names.push_back(entry.path().stem().string());
   }
