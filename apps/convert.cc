@@ -12,7 +12,7 @@
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/list_channels.h"
 #include "problems/import/resolve_channels.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 

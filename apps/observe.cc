@@ -9,7 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"
 #include "problems/result/render.h"

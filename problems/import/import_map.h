@@ -49,6 +49,8 @@
 //       "*oval*": {boxes: [{x: [-0.9, 0.9], heading_deg: 0}]}   # in E
 //       "*": {curvature: {max_curvature: 0.3, flattest_share: 0.4}}
 //
+// `inverse: true` beside a quaternion's columns: they are the rotation from earth to body.
+//
 // A column is given by name, by number from 1, or as {constant: value in SI}. Values become scale *
 // unit * column + offset. `accel` and `gyro` may be given in earth axes: their `attitude`
 // (quaternion or euler) rotates them back. Unknown keys are errors.

@@ -18,6 +18,7 @@ from errors import ReportError
 
 VERBS = [
     "calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design", "diagnosis",
+    "inspection",
 ]
 
 
