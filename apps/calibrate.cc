@@ -8,9 +8,9 @@
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/app.h"
-#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/common/result_folder.h"
 #include "problems/inspection/first_look.h"
 #include "problems/result/render.h"
 
@@ -18,7 +18,7 @@ DEFINE_string(log, "",
               "the flight: a native log directory; further ones of the same vehicle, separated by "
               "commas, join in the smoother's whole-flight solution");
 DEFINE_string(out, "", "where results go; made if missing");
-DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
+DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
 DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
 DEFINE_string(gamma_sweep, "1,2,3,4,5", "window lengths to compare; empty for none");
@@ -36,6 +36,8 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
   trueline-calibrate --log=flight --out=result
       fits drag, IMU misalignment, attitude error and bias over the last 3 passes,
       predicts every blind arc, prints the table and writes result/report.html
+  trueline-convert --in=flight.ulg --out=flight && trueline-calibrate --log=flight --out=result
+      the same of a flight without gates (GNSS, mocap): arcs are made by withholding fixes
   trueline-calibrate --log=flight --out=result --gamma=4 --thrust=level_flight
       a longer window, for a vehicle whose accelerometer is useless
   trueline-calibrate --log=flight --out=result --config=config/calibrate/paper.yaml
@@ -57,21 +59,22 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
-void Report(const std::string& verb, const std::vector<std::string>& arguments) {
-  if (!FLAGS_report) return;
-  const std::string warning = trueline::RenderReport(verb, arguments, FLAGS_out);
-  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-}
-
-int Finish(const trueline::Verdict& verdict, const std::string& table) {
+// Adds the report, makes the result the one in --out, prints the table.
+int Finish(const std::string& report, const std::vector<std::string>& arguments,
+           const trueline::Verdict& verdict, const std::string& table,
+           trueline::ResultFolder* out) {
+  const std::string failure =
+      FLAGS_report ? trueline::RenderReport(report, arguments, out->path()) : "";
+  out->Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", table);
+  trueline::RequireReport(failure);
   return verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
 }
 
 int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
-  trueline::EnsureWritable(FLAGS_out);  // fail before the work, not after it
+  trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
     logs.push_back(trueline::ReadAndLook(directory));
@@ -83,13 +86,13 @@ int RunImu() {
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
-                             FLAGS_out);
-  Report("calibration", {"--result=" + FLAGS_out, "--log=" + log.directory});
-  return Finish(calibration.verdict, trueline::CalibrationTable(calibration));
+                             out.path());
+  return Finish("calibration", {"--result=" + out.path().string(), "--log=" + log.directory},
+                calibration.verdict, trueline::CalibrationTable(calibration), &out);
 }
 
 int RunRotors() {
-  trueline::EnsureWritable(FLAGS_out);
+  trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
   const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
@@ -97,9 +100,9 @@ int RunRotors() {
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
-                                  FLAGS_out);
-  Report("rotors", {"--result=" + FLAGS_out});
-  return Finish(calibration.verdict, trueline::RotorCalibrationTable(calibration));
+                                  out.path());
+  return Finish("rotors", {"--result=" + out.path().string()}, calibration.verdict,
+                trueline::RotorCalibrationTable(calibration), &out);
 }
 
 int Run() {

@@ -6,6 +6,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/result_folder.h"
 #include "problems/import/find_map.h"
 #include "problems/import/fix_flags.h"
 #include "problems/import/formats/bytes.h"
@@ -57,7 +58,22 @@ says so; these flags change how, with the same --seed giving the same fixes:
 
 using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
 
-int Convert(const ImportMap& map) {
+constexpr char kProposed[] = "proposed_map.yaml";
+
+// Checks that the written log is readable; messages name --out.
+FlightLog ReadBack(const ResultFolder& out) {
+  try {
+    return ReadAndLook(out.path());
+  } catch (const InputError& error) {
+    throw InputError(out.Named(error.what()));
+  }
+}
+
+// `proposed`: the map's text, written beside the log; empty where the user has the map.
+int Convert(const ImportMap& map, const std::string& proposed) {
+  std::vector<std::string> files = NativeLogFiles();
+  files.emplace_back(kProposed);
+  ResultFolder out(FLAGS_out, files);
   ConvertOptions options;
   options.seed = FLAGS_seed;
   if (FLAGS_fix_sigma > 0.0) options.fix_sigma = FLAGS_fix_sigma;
@@ -69,11 +85,23 @@ int Convert(const ImportMap& map) {
   if (FLAGS_map.empty()) {
     for (const std::string& lack : Shortcomings(converted, FLAGS_in)) Warn(lack, FLAGS_quiet);
   }
-  WriteNativeLog(converted, FLAGS_out);
-  const FlightLog log = ReadAndLook(FLAGS_out);  // checks that the written log is readable
-  for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
+  if (!proposed.empty()) WriteFileAtomically(out.path() / kProposed, proposed);
+  WriteNativeLog(converted, out.path());
+  const FlightLog log = ReadBack(out);
+  for (const std::string& warning : log.warnings) Warn(out.Named(warning), FLAGS_quiet);
+  out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;
+}
+
+// Where no usable log can be made, an earlier one stays; the map to be edited comes beside it.
+int ConvertOrPropose(const ImportMap& map, const std::string& proposed) {
+  try {
+    return Convert(map, proposed);
+  } catch (const NoUsableLog&) {
+    WriteFileAtomically(std::filesystem::path(FLAGS_out) / kProposed, proposed);
+    throw;
+  }
 }
 
 // Lists the log and proposes a map; converts by it if it ships and --out is given.
@@ -83,13 +111,11 @@ int WithoutMap() {
   const std::optional<ImportMap> shipped = FindShippedMap(*recording);
   const std::string proposed =
       shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(*recording);
-  if (!FLAGS_out.empty()) {
-    WriteFileAtomically(std::filesystem::path(FLAGS_out) / "proposed_map.yaml", proposed);
-  }
-  if (shipped && !FLAGS_out.empty()) return Convert(*shipped);
+  if (shipped && !FLAGS_out.empty()) return ConvertOrPropose(*shipped, proposed);
   for (const std::string& warning : recording->warnings()) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
   if (FLAGS_out.empty()) return kExitDone;
+  WriteFileAtomically(std::filesystem::path(FLAGS_out) / kProposed, proposed);
   throw NoUsableLog(
       fmt::format("{}: no map in config/import finds an IMU in it; edit {}/proposed_map.yaml and "
                   "give it by --map",
@@ -101,7 +127,7 @@ int Run() {
     throw InputError("--map, --in and --out are needed, or --in alone; see --help for examples");
   }
   try {
-    return FLAGS_map.empty() ? WithoutMap() : Convert(ReadImportMap(FLAGS_map));
+    return FLAGS_map.empty() ? WithoutMap() : Convert(ReadImportMap(FLAGS_map), "");
   } catch (const NoUsableLog& error) {
     fmt::print(stderr, "trueline-convert: no usable log: {}\n", error.what());
     return kExitNoResult;

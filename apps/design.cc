@@ -5,6 +5,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
+#include "problems/common/result_folder.h"
 #include "problems/observability/run_design.h"
 #include "problems/observability/write_design.h"
 #include "problems/result/render.h"
@@ -44,15 +45,17 @@ int Run() {
   trueline::DesignTask task = trueline::ReadDesignTask(trueline::YamlMap::FromFile(FLAGS_config),
                                                        FLAGS_seed, FLAGS_threads);
   if (FLAGS_compare >= 0) task.compare = FLAGS_compare;
+  trueline::ResultFolder out(FLAGS_out, "trueline-design");
   const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
   const trueline::DesignOutcome outcome = trueline::RunDesignTask(task, progress);
-  trueline::WriteDesign(task, outcome, FLAGS_out);
-  if (FLAGS_report) {
-    const std::string warning =
-        trueline::RenderReport("design", {"--result=" + FLAGS_out}, FLAGS_out);
-    if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-  }
+  trueline::WriteDesign(task, outcome, out.path());
+  const std::string failure =
+      FLAGS_report
+          ? trueline::RenderReport("design", {"--result=" + out.path().string()}, out.path())
+          : "";
+  out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", trueline::DesignTable(task, outcome));
+  trueline::RequireReport(failure);
   return trueline::kExitDone;
 }
 

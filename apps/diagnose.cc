@@ -6,8 +6,8 @@
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
-#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/result_folder.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
@@ -16,7 +16,7 @@
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(out, "", "where results go; made if missing");
-DEFINE_string(drive, "imu", "what drives the model: imu (gates) or rotors (rotor speeds)");
+DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
@@ -25,13 +25,6 @@ DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
-
-void Report() {
-  if (!FLAGS_report) return;
-  const std::string warning =
-      trueline::RenderReport("diagnosis", {"--result=" + FLAGS_out}, FLAGS_out);
-  if (!warning.empty()) trueline::Warn(warning, FLAGS_quiet);
-}
 
 constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a flight.
 
@@ -51,7 +44,6 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
 std::vector<trueline::FlightLog> ReadLogs() {
-  trueline::EnsureWritable(FLAGS_out);
   std::vector<trueline::FlightLog> logs;
   for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
     logs.push_back(trueline::ReadAndLook(directory));
@@ -59,25 +51,32 @@ std::vector<trueline::FlightLog> ReadLogs() {
   return logs;
 }
 
-int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance) {
+int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,
+          trueline::ResultFolder* out) {
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
-  trueline::WriteDiagnosis(diagnosis, provenance, FLAGS_out);
-  Report();
+  trueline::WriteDiagnosis(diagnosis, provenance, out->path());
+  const std::string failure =
+      FLAGS_report
+          ? trueline::RenderReport("diagnosis", {"--result=" + out->path().string()}, out->path())
+          : "";
+  out->Commit(FLAGS_quiet);
   if (!FLAGS_quiet) {
     fmt::print("{}", trueline::DiagnosisTable(diagnosis));
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
   }
+  trueline::RequireReport(failure);
   return trueline::kExitDone;
 }
 
 int RunRotors() {
+  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
   const std::vector<trueline::FlightLog> logs = ReadLogs();
   trueline::RotorDiagnosisOptions options(
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
   options.alpha = FLAGS_alpha;
   return Store(trueline::Diagnose(logs, options),
-               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)));
+               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)), &out);
 }
 
 int RunImu() {
@@ -86,9 +85,10 @@ int RunImu() {
                     .methods.vgd;
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
+  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
   const std::vector<trueline::FlightLog> logs = ReadLogs();
   return Store(trueline::Diagnose(logs, options),
-               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)));
+               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }
 
 int Run() {

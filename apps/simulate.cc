@@ -11,6 +11,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/result_folder.h"
 #include "problems/common/units.h"
 #include "problems/log/native_log.h"
 #include "problems/simulation/rotor_flight_config.h"
@@ -72,6 +73,17 @@ SimulationProgress ShowProgress(double duration) {
   };
 }
 
+// The old truth leaves before the new log comes: a log never stands beside the truth of another.
+void Store(const FlightLog& log, const std::string& truth, ResultFolder* out) {
+  WriteNativeLog(log, out->path());
+  AtomicFile truth_file(TruthPath(FLAGS_out));
+  truth_file.stream() << truth;
+  std::error_code none_yet;
+  std::filesystem::remove(TruthPath(FLAGS_out), none_yet);
+  out->Commit(FLAGS_quiet);
+  truth_file.Commit();
+}
+
 int RunRotorFlight(const YamlMap& map) {
   if (!FLAGS_model.empty() || FLAGS_randomise || FLAGS_duration != 0.0) {
     throw InputError(FLAGS_config +
@@ -79,11 +91,10 @@ int RunRotorFlight(const YamlMap& map) {
                      "flight states its effects, vehicle and trajectory in its configuration");
   }
   const RotorFlightConfig config = ReadRotorFlight(map);
+  ResultFolder out(FLAGS_out, NativeLogFiles());  // fails before the work
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
-  WriteNativeLog(log, FLAGS_out);
-  WriteFileAtomically(TruthPath(FLAGS_out),
-                      TruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config));
+  Store(log, TruthYaml(truth, config.simulation, FLAGS_seed, FLAGS_config), &out);
   if (!FLAGS_quiet) {
     fmt::print("{} IMU samples, {} poses; {:.3f} m off the trajectory (RMS)\n", log.imu.size(),
                log.pose.size(), truth.path_error_rms);
@@ -102,10 +113,10 @@ int Run() {
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
+  ResultFolder out(FLAGS_out, NativeLogFiles());
   SimulationTruth truth;
   const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));
-  WriteNativeLog(log, FLAGS_out);
-  WriteFileAtomically(TruthPath(FLAGS_out), TruthYaml(truth, FLAGS_config));
+  Store(log, TruthYaml(truth, FLAGS_config), &out);
   if (!FLAGS_quiet) PrintTable(log, truth);
   return kExitDone;
 }

@@ -4,6 +4,7 @@
 // stochastic model.
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -54,15 +55,28 @@ class RotorAeroModel {
     Vec3<T> turn;   // rad/s^2, angular acceleration
   };
 
+  // What an input alone gives: the sums over all rotors without the ground effect, and their
+  // derivatives by the motors' unknowns (not set where speeds are measured).
+  struct InputSums {
+    Base::RotorSums<double> sums;
+    std::array<Base::RotorSums<double>, kMotorUnknowns> slopes;
+  };
+  InputSums SumOver(const RotorInput& input) const {
+    InputSums over{SumSquared(input.t, [&](int i) { return input.speeds[i] * input.speeds[i]; }),
+                   {}};
+    if (input.slopes.empty()) return over;
+    for (int j = 0; j < kMotorUnknowns; ++j) over.slopes[j] = SumSlopes(input, j);
+    return over;
+  }
+
   // The sums over all rotors in this state, with rotor effects. The motors' unknowns enter to first
   // order about the values in `input`; far from them, recompute the speeds.
   template <class T>
-  Base::RotorSums<T> SumsOf(const T* x, const RotorInput& input) const {
+  Base::RotorSums<T> SumsOf(const T* x, const RotorInput& input, const InputSums& over) const {
     const T ground = effects_.GroundFactor(T(-x[Base::kPosition + 2]));
-    const Base::RotorSums<double> sums = SumRotors(input);
-    Base::RotorSums<T> flown{Times(ground, sums.force), Times(ground, sums.lever),
-                             sums.reaction.template cast<T>()};
-    if (!input.slopes.empty()) AddMotors(x, input, ground, &flown);
+    Base::RotorSums<T> flown{Times(ground, over.sums.force), Times(ground, over.sums.lever),
+                             over.sums.reaction.template cast<T>()};
+    if (!input.slopes.empty()) AddMotors(x, input, over, ground, &flown);
     return flown;
   }
   // d(SumsOf) / d(unknown j of the motors), the ground effect left out.
@@ -80,7 +94,11 @@ class RotorAeroModel {
   // has since moved by c, that point has the centre's specific force less dw x c + w x (w x c).
   template <class T>
   Push<T> PushOn(const T* x, const RotorInput& input) const {
-    const auto wrench = Base::WrenchOf(x, SumsOf(x, input));
+    return PushOn(x, input, SumOver(input));
+  }
+  template <class T>
+  Push<T> PushOn(const T* x, const RotorInput& input, const InputSums& over) const {
+    const auto wrench = Base::WrenchOf(x, SumsOf(x, input, over));
     const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
     const Vec3<T> v_B = AirSpeed(x);
     const Vec3<T> moment = wrench.moment + effects_.AirMoment(v_B);
@@ -140,9 +158,6 @@ class RotorAeroModel {
   static Vec3<T> Times(const T& factor, const Eigen::Vector3d& v) {
     return Vec3<T>(factor * T(v[0]), factor * T(v[1]), factor * T(v[2]));
   }
-  Base::RotorSums<double> SumRotors(const RotorInput& input) const {
-    return SumSquared(input.t, [&](int i) { return input.speeds[i] * input.speeds[i]; });
-  }
   // `squared`: by rotor, rad^2/s^2.
   template <class Squared>
   Base::RotorSums<double> SumSquared(double t, const Squared& squared) const {
@@ -159,11 +174,11 @@ class RotorAeroModel {
     return {force, lever, reaction};
   }
   template <class T>
-  void AddMotors(const T* x, const RotorInput& input, const T& ground,
+  void AddMotors(const T* x, const RotorInput& input, const InputSums& over, const T& ground,
                  Base::RotorSums<T>* sums) const {
     for (int j = 0; j < kMotorUnknowns; ++j) {
       const T offset = x[kMotors + j] - T(input.motors[j]);
-      const Base::RotorSums<double> slope = SumSlopes(input, j);
+      const Base::RotorSums<double>& slope = over.slopes[j];
       sums->force += Times(T(ground * offset), slope.force);
       sums->lever += Times(T(ground * offset), slope.lever);
       sums->reaction += Times(offset, slope.reaction);

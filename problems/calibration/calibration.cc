@@ -219,6 +219,7 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   Calibration calibration;
   calibration.warnings = log.warnings;
   calibration.effects = options.effects;
+  calibration.continuous = flight.continuous;
   Estimators estimators(flight, options.methods);
   for (const PlannedRun& run : PlanRuns(options)) {
     if (run.estimator == options.estimators.front() && run.gamma == vgd.gamma) {

@@ -40,9 +40,10 @@ struct Verdict {
 };
 
 struct Calibration {
-  std::vector<EstimatorRun> runs;           // estimators x gammas
-  std::size_t reported = 0;                 // index of the run that calibration.yaml describes
-  std::optional<WholeFlight> whole_flight;  // where the smoother ran
+  std::vector<EstimatorRun> runs;             // estimators x gammas
+  std::size_t reported = 0;                   // index of the run that calibration.yaml describes
+  std::optional<WholeFlight> whole_flight;    // where the smoother ran
+  std::optional<ContinuousFixes> continuous;  // of a flight without gates
   Verdict verdict;
   std::vector<std::string> warnings;
   std::vector<Effect> effects;  // as given with the model, for model.yaml

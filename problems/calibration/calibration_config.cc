@@ -55,6 +55,12 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
   }
   VgdOptions& vgd = options.methods.vgd;
   if (!flags.model.empty()) {
+    if (vgd.ranges != RangeUse::kPrior) {
+      throw InputError(
+          fmt::format("--model={} is a prior, and {} fits without one; use 'ranges: prior', or "
+                      "leave --model out",
+                      flags.model, flags.config));
+    }
     options.priors_without_model = vgd.priors;
     options.effects = ApplyModel(flags.model, &vgd);
   }

@@ -24,6 +24,7 @@ void ForEachWindow(const Calibration& calibration,
 void WriteArcRow(std::ostream& out, const std::string& log, const EstimatorRun& run,
                  const WindowEstimate& w) {
   const ArcPrediction& arc = *w.arc;
+  const Eigen::Matrix2d cov = arc.EndCov();
   const bool truth = arc.truth.has_value();
   fmt::print(
       out, "{},{},{},{},{},{},{},{:.6g},{},{:.6g},{},{},{:.6g},{:.6g},{},{},{:.6g},{:.6g},{:.6g}\n",
@@ -31,8 +32,7 @@ void WriteArcRow(std::ostream& out, const std::string& log, const EstimatorRun& 
       truth ? fmt::format("{:.6g}", arc.FinalPointError()) : "", arc.PredictedSigma(), w.iterations,
       w.solve_time, arc.truth_source, truth ? fmt::format("{}", int(arc.Inside95())) : "",
       arc.p_E.x(), arc.p_E.y(), truth ? fmt::format("{:.6g}", arc.truth->x()) : "",
-      truth ? fmt::format("{:.6g}", arc.truth->y()) : "", arc.cov(0, 0), arc.cov(0, 1),
-      arc.cov(1, 1));
+      truth ? fmt::format("{:.6g}", arc.truth->y()) : "", cov(0, 0), cov(0, 1), cov(1, 1));
 }
 
 void WriteArcs(const Calibration& calibration, const std::string& log,
@@ -110,6 +110,19 @@ YAML::Node ArcsNode(const EstimatorRun& run) {
   return node;
 }
 
+// How a flight without gates was divided, and the prior of its fixes' noise.
+YAML::Node ContinuousFixesNode(const ContinuousFixes& fixes, const WindowEstimate& last) {
+  YAML::Node node;
+  node["text"] = fixes.Text();
+  node["rate_hz"] = Rounded(fixes.rate, 4);
+  node["arc_s"] = Rounded(fixes.arc, 4);
+  node["pass_s"] = Rounded(fixes.pass, 4);
+  node["white_sigma_m"] = Rounded(fixes.noise.white, 3);
+  node["correlation_time_s"] = Rounded(fixes.noise.correlation_time, 4);
+  if (last.fix_latency) node["parameters"] = ParameterNode({*last.fix_latency});
+  return node;
+}
+
 YAML::Node WholeFlightNode(const WholeFlight& whole) {
   YAML::Node node;
   node["flights"] = whole.flights;
@@ -149,6 +162,7 @@ YAML::Node CalibrationNode(const Calibration& calibration, const YAML::Node& pro
   if (calibration.whole_flight) {
     node["whole_flight"] = WholeFlightNode(*calibration.whole_flight);
   }
+  if (calibration.continuous) node["fixes"] = ContinuousFixesNode(*calibration.continuous, last);
   node["arcs"] = ArcsNode(run);
   node["provenance"] = provenance;
   return node;
@@ -209,9 +223,9 @@ YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node
 std::string CalibrationTable(const Calibration& calibration) {
   const EstimatorRun& reported = calibration.Reported();
   const WindowEstimate last = LastWindow(calibration);
-  std::string table =
-      fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator", "gamma", "arcs",
-                  "mean [m]", "median", "p95", "in 95 %", "iterations");
+  std::string table = calibration.continuous ? calibration.continuous->Text() + "\n\n" : "";
+  table += fmt::format("{:<14}{:>6}{:>7}{:>10}{:>10}{:>10}{:>12}{:>12}\n", "estimator", "gamma",
+                       "arcs", "mean [m]", "median", "p95", "in 95 %", "iterations");
   for (const EstimatorRun& run : calibration.runs) {
     const ArcSummary arcs = SummariseArcs(run);
     std::vector<double> iterations;
@@ -228,6 +242,7 @@ std::string CalibrationTable(const Calibration& calibration) {
   table += fmt::format("\nparameters from the last window ({}, gamma {})\n", reported.estimator,
                        reported.gamma);
   table += ParameterTable(last.parameters);
+  if (last.fix_latency) table += ParameterTable({*last.fix_latency});
   table += UnobservableText(last.unobservable);
   if (calibration.whole_flight) table += WholeFlightTable(*calibration.whole_flight);
   return table + VerdictText(calibration.verdict);

@@ -8,10 +8,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "problems/chain/reduced_system.h"
+#include "problems/common/parallel.h"
 
 namespace trueline {
 
@@ -32,6 +34,12 @@ struct NodeRows {
   auto node() { return values.template leftCols<kNode>(); }
   auto next() { return values.template middleCols<kNode>(kNode); }
   auto border() { return values.rightCols(values.cols() - 2L * kNode); }
+  // values' * values.
+  Eigen::MatrixXd Gram() const {
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(values.cols(), values.cols());
+    gram.template selfadjointView<Eigen::Upper>().rankUpdate(values.transpose());
+    return gram.template selfadjointView<Eigen::Upper>();
+  }
 
   // Appends the rows of `more`.
   void Add(const NodeRows& more) {
@@ -78,14 +86,15 @@ class ChainElimination {
     L.solveInPlace(e.border);
     log_det_ += 2.0 * e.L.diagonal().array().log().sum();
     C_ += gram.bottomRightCorner(width_, width_);
-    C_.noalias() -= e.border.transpose() * e.border;
+    C_.template selfadjointView<Eigen::Lower>().rankUpdate(e.border.transpose(), -1.0);
     D_ = gram.block<kNode, kNode>(kNode, kNode);
     D_.noalias() -= e.next.transpose() * e.next;
     B_ = gram.block(kNode, 2 * kNode, kNode, width_);
     B_.noalias() -= e.next.transpose() * e.border;
   }
 
-  const Eigen::MatrixXd& border() const { return C_; }  // Gram matrix, residual last
+  // Gram matrix, residual last.
+  Eigen::MatrixXd border() const { return C_.template selfadjointView<Eigen::Lower>(); }
   double log_det() const { return log_det_; }
   bool regular() const { return regular_; }  // false: a node is not determined by its rows
 
@@ -94,7 +103,7 @@ class ChainElimination {
 
   int width_;
   Block D_ = Block::Zero();
-  Eigen::MatrixXd B_, C_;
+  Eigen::MatrixXd B_, C_;  // C_: lower triangle
   double log_det_ = 0.0;
   bool regular_ = true;
   EliminatedNode<kNode> scratch_;
@@ -111,10 +120,17 @@ class BorderedChain {
         width_(static_cast<int>(nodes_.front().values.cols()) - 2 * kNode),
         elimination_(width_) {
     eliminated_.resize(nodes_.size());
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const Eigen::MatrixXd gram = nodes_[i].values.transpose() * nodes_[i].values;
-      elimination_.Add(gram, &eliminated_[i]);
-      log_weights_ += nodes_[i].log_weights;
+    constexpr int kAtOnce = 64;  // nodes whose Gram matrices are stored
+    const int count = static_cast<int>(nodes_.size());
+    std::vector<Eigen::MatrixXd> grams(std::min(count, kAtOnce));
+    for (int first = 0; first < count; first += kAtOnce) {
+      const int some = std::min(kAtOnce, count - first);
+      ParallelRuns(some, InARow(), [&](int i) { grams[i] = nodes_[first + i].Gram(); });
+      for (int i = 0; i < some; ++i) {
+        elimination_.Add(grams[i], &eliminated_[first + i]);
+        gradients_.emplace_back(grams[i].rightCols(1));
+        log_weights_ += nodes_[first + i].log_weights;
+      }
     }
   }
 
@@ -125,15 +141,7 @@ class BorderedChain {
   // The nodes' unknowns that minimise the cost at the given border values (border() + 1 rows; the
   // last one multiplies the residual): a matrix for each node, a column for each of `values`.
   std::vector<Eigen::MatrixXd> NodesAt(const Eigen::MatrixXd& values) const {
-    std::vector<Eigen::MatrixXd> nodes(eliminated_.size());
-    Eigen::MatrixXd next = Eigen::MatrixXd::Zero(kNode, values.cols());
-    for (std::size_t i = nodes.size(); i-- > 0;) {
-      const EliminatedNode<kNode>& e = eliminated_[i];
-      const Eigen::MatrixXd right = -(e.border * values + e.next * next);
-      nodes[i] = e.L.transpose().template triangularView<Eigen::Upper>().solve(right);
-      next = nodes[i];
-    }
-    return nodes;
+    return Backwards([&](const EliminatedNode<kNode>& e) { return e.border * values; });
   }
 
   // Calls visit(node, its rows, their values) for every node at these border values, the nodes'
@@ -152,13 +160,18 @@ class BorderedChain {
     }
   }
 
-  // The slope of half the sum of squares along the step to these border values (NodesAt's nodes).
-  double SlopeTo(const Eigen::VectorXd& values) const {
+  // The slope of half the sum of squares along a step: the nodes' unknowns (NodesAt) at these
+  // border values.
+  double SlopeTo(const std::vector<Eigen::MatrixXd>& nodes, const Eigen::VectorXd& values) const {
     double slope = 0.0;
-    VisitRowsAt(values, [&](std::size_t, const Rows& rows, const Eigen::MatrixXd& at) {
-      const auto residual = rows.values.rightCols(1);
-      slope += residual.col(0).dot(at.col(0) - residual.col(0));
-    });
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const Eigen::VectorXd& gradient = gradients_[i];
+      slope += gradient.head<kNode>().dot(nodes[i].col(0));
+      if (i + 1 < nodes.size()) {
+        slope += gradient.segment<kNode>(kNode).dot(nodes[i + 1].col(0));
+      }
+      slope += gradient.segment(2 * kNode, border()).dot(values.head(border()));
+    }
     return slope;
   }
 
@@ -167,23 +180,71 @@ class BorderedChain {
     return {{elimination_.border()}, std::move(prior), elimination_.log_det(), log_weights_};
   }
   ReducedSystem Reduced(ReducedSystem::Prior prior, int clusters) const {
-    std::vector<Eigen::MatrixXd> grams(clusters, Eigen::MatrixXd::Zero(width_, width_));
-    VisitRowsAt(Eigen::MatrixXd::Identity(width_, width_),
-                [&](std::size_t, const Rows& rows, const Eigen::MatrixXd& at) {
-                  for (int first = 0; first < rows.count();) {
-                    int end = first + 1;
-                    while (end < rows.count() && rows.cluster[end] == rows.cluster[first]) ++end;
-                    const auto part = at.middleRows(first, end - first);
-                    grams[rows.cluster[first]].noalias() += part.transpose() * part;
-                    first = end;
-                  }
-                });
+    // The nodes' unknowns by the border.
+    const std::vector<Eigen::MatrixXd> unknowns =
+        Backwards([](const EliminatedNode<kNode>& e) { return e.border; });
+    const std::vector<std::vector<Piece>> pieces = PiecesOf(clusters);
+    std::vector<Eigen::MatrixXd> grams(clusters);
+    ParallelRuns(clusters, 1, [&](int c) {
+      Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(width_, width_), at;
+      for (const Piece& piece : pieces[c]) {
+        const auto rows = nodes_[piece.node].values.middleRows(piece.first, piece.count);
+        at = rows.rightCols(width_);
+        at.noalias() += rows.template leftCols<kNode>() * unknowns[piece.node];
+        if (piece.node + 1 < nodes_.size()) {
+          at.noalias() += rows.template middleCols<kNode>(kNode) * unknowns[piece.node + 1];
+        }
+        gram.template selfadjointView<Eigen::Lower>().rankUpdate(at.transpose());
+      }
+      grams[c] = gram.template selfadjointView<Eigen::Lower>();
+    });
     return {std::move(grams), std::move(prior), elimination_.log_det(), log_weights_};
   }
 
  private:
+  // Rows of one node that belong to one cluster.
+  struct Piece {
+    std::size_t node;
+    int first, count;
+  };
+  std::vector<std::vector<Piece>> PiecesOf(int clusters) const {
+    std::vector<std::vector<Piece>> pieces(clusters);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const std::vector<int>& cluster = nodes_[i].cluster;
+      const int count = nodes_[i].count();
+      for (int first = 0, end = 0; first < count; first = end) {
+        while (end < count && cluster[end] == cluster[first]) ++end;
+        pieces[cluster[first]].push_back({i, first, end - first});
+      }
+    }
+    return pieces;
+  }
+
+  // Back substitution from the last node: of_border(e) is what e.border contributes.
+  template <class OfBorder>
+  std::vector<Eigen::MatrixXd> Backwards(const OfBorder& of_border) const {
+    std::vector<Eigen::MatrixXd> nodes(eliminated_.size());
+    for (std::size_t i = nodes.size(); i-- > 0;) {
+      const EliminatedNode<kNode>& e = eliminated_[i];
+      Eigen::MatrixXd right = -of_border(e);
+      if (i + 1 < nodes.size()) right.noalias() -= e.next * nodes[i + 1];
+      e.L.transpose().template triangularView<Eigen::Upper>().solveInPlace(right);
+      nodes[i] = std::move(right);
+    }
+    return nodes;
+  }
+
+  // Nodes of one thread: enough to be worth a thread.
+  int InARow() const {
+    constexpr double kWorth = 2e6;  // products of two numbers
+    const auto& values = nodes_.front().values;
+    const double products = static_cast<double>(values.size()) * static_cast<double>(values.cols());
+    return 1 + static_cast<int>(std::min(kWorth, kWorth / std::max(1.0, 0.5 * products)));
+  }
+
   std::vector<Rows> nodes_;
   std::vector<EliminatedNode<kNode>> eliminated_;
+  std::vector<Eigen::VectorXd> gradients_;  // of the rows of each node, by their columns
   int width_;
   ChainElimination<kNode> elimination_;
   double log_weights_ = 0.0;

@@ -2,11 +2,15 @@
 
 #include <gflags/gflags.h>
 #include <glog/logging.h>
+#include <malloc.h>
 
+#include <cctype>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <new>
 #include <sstream>
 #include <system_error>
 
@@ -32,6 +36,21 @@ std::string OwnFlags() {
   return text;
 }
 
+// A message quotes what a log holds; its control characters would reach the terminal.
+std::string Printable(std::string text) {
+  for (char& c : text) {
+    if (c != '\n' && std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '?';
+  }
+  return text;
+}
+
+// Keeps freed memory for the next allocation. By default glibc returns matrices of some 100 kB to
+// the system each time that a thread frees them.
+void KeepFreedMemory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+}
+
 }  // namespace
 
 std::string Version() { return TRUELINE_VERSION; }
@@ -40,7 +59,13 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}: error: {}\n", program, error.what());
+    fmt::print(stderr, "{}: error: {}\n", program, Printable(error.what()));
+    return kExitBadInput;
+  } catch (const std::system_error& error) {  // fmt's, when standard output is full
+    fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
+    return kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: error: memory is used up; cut the log into shorter ones\n", program);
     return kExitBadInput;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());
@@ -50,6 +75,7 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
 
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
            const std::function<int()>& body) {
+  KeepFreedMemory();
   google::gflags_exitfunc = [](int code) { std::exit(code == 0 ? kExitDone : kExitBadInput); };
   gflags::SetUsageMessage(usage);
   gflags::SetVersionString(Version());
@@ -62,17 +88,22 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
     return kExitDone;
   }
   gflags::HandleCommandLineHelpFlags();
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond `ulimit -f` is an error, no kill
   return RunGuarded(program, [&] {
     if (*argc > 1) {
       throw InputError(fmt::format("'{}' is not a flag; flags are --name=value (see {} --help)",
                                    (*argv)[1], program));
     }
-    return body();
+    const int code = body();
+    if (std::fflush(stdout) != 0) {
+      throw InputError("standard output could not be written to the end; is the disk full?");
+    }
+    return code;
   });
 }
 
 void Warn(const std::string& message, bool quiet) {
-  if (!quiet) fmt::print(stderr, "warning: {}\n", message);
+  if (!quiet) fmt::print(stderr, "warning: {}\n", Printable(message));
 }
 
 std::vector<std::string> SplitList(const std::string& text, char separator) {

@@ -42,8 +42,4 @@ void WriteFileAtomically(const std::filesystem::path& path, const std::string& c
   file.Commit();
 }
 
-void EnsureWritable(const std::filesystem::path& directory) {
-  const AtomicFile probe(directory / "probe");  // never committed: leaves nothing behind
-}
-
 }  // namespace trueline

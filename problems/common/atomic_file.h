@@ -28,8 +28,4 @@ class AtomicFile {
 // The common case: the whole content at once.
 void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
 
-// Creates the folder if missing. Throws InputError if no file can be written there; call it before
-// the work, so that a wrong --out fails early.
-void EnsureWritable(const std::filesystem::path& directory);
-
 }  // namespace trueline

@@ -68,13 +68,14 @@ class FitProblem {
     step_ = {{}, border.segment(kThetaSize, fit_->columns.count())};
     step_.x.theta = border.head<kThetaSize>();
     size_ = step_.x.theta.norm();
-    for (const Eigen::MatrixXd& node : system.chain().NodesAt(border)) {
+    const std::vector<Eigen::MatrixXd> nodes = system.chain().NodesAt(border);
+    for (const Eigen::MatrixXd& node : nodes) {
       step_.x.nodes.emplace_back(node);
       size_ = std::max(size_, node.col(0).segment<kStateSize>(kStateAt).norm());
     }
     start_ = {fit_->x, fit_->columns.value};
     const ReducedSystem::Prior prior = BorderPrior(linear);
-    return system.chain().SlopeTo(border) +
+    return system.chain().SlopeTo(nodes, border) +
            prior.precision.cwiseProduct(prior.error).dot(border.head(system.border()));
   }
 

@@ -77,6 +77,7 @@ class FlightDiagnosis {
     const std::vector<ReplayError> replays = flight_->ReplayOpenLoop();
     diagnosis_.base_seconds = SecondsSince(start_);
     const Rounds rounds = Search();
+    for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.unexplained_by = rounds.goes_with;
     AddSignificantAside(rounds);

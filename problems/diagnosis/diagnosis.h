@@ -116,6 +116,7 @@ struct Diagnosis {
   // What only one drive reports.
   std::string drive;                  // key `drive` of the file; empty: none
   std::string residual_of;            // what `rms` is of, in words
+  std::string fixes;                  // how those of a flight without gates were divided
   YAML::Node noise;                   // learned with the causes in the model
   std::optional<double> rotor_delay;  // s, used
 };

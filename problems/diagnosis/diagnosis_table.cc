@@ -73,7 +73,8 @@ std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
 }  // namespace
 
 std::string DiagnosisTable(const Diagnosis& diagnosis) {
-  std::string table = CandidateLines(diagnosis.candidates);
+  std::string table = diagnosis.fixes.empty() ? "" : diagnosis.fixes + "\n\n";
+  table += CandidateLines(diagnosis.candidates);
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";

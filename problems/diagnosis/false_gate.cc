@@ -178,6 +178,7 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
 }
 
 std::optional<Cause> ImuDrivenFlight::FindFalseData(double alpha) const {
+  if (log_->continuous) return std::nullopt;  // no gates, no false ones
   const auto found = FindFalseGate(*flight_, fit_, alpha);
   if (!found) return std::nullopt;
   const Candidate candidate{&InfoOf("false_gate"),

@@ -55,6 +55,7 @@ void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
     diagnosis->parameters.push_back({kTheta[i].name, kTheta[i].unit, value[i], sigma[i]});
   }
   diagnosis->residual_of = "residual of fixes";
+  if (log_->continuous) diagnosis->fixes = log_->continuous->Text();
   diagnosis->noise = NoiseNode(fit_.noise);
 }
 

@@ -24,6 +24,25 @@ void AddMocap(const FlightLog& log, const ImuDiagnosisOptions& options, FlightLo
             [](const Fix& a, const Fix& b) { return a.t < b.t; });
 }
 
+void NameFixes(int gate, FlightLog* log) {
+  for (Fix& fix : log->fixes) fix.gate = gate;
+}
+
+// Fixes without gates are divided by time; a log with nothing but mocap is fitted to it.
+void PrepareContinuous(PreparedLog* prepared) {
+  ContinuousFixOptions& options = prepared->options.vgd.passes.continuous;
+  if (!prepared->options.fit_to_mocap) {
+    prepared->continuous = FindContinuousFixes(prepared->data, options);
+  }
+  if (!prepared->continuous || prepared->continuous->from_mocap) {
+    prepared->options.fit_to_mocap = prepared->options.fit_to_mocap || prepared->continuous;
+    options.divide = DivideFixes::kNever;
+    return;
+  }
+  for (FlightLog* log : {&prepared->recorded, &prepared->kept, &prepared->data}) NameFixes(0, log);
+  prepared->data = *WithFixesToFit(prepared->data, options, *prepared->continuous);
+}
+
 FlightLog LeaveOut(const std::vector<std::size_t>& fixes, const FlightLog& log) {
   FlightLog kept = log;
   const std::set<std::size_t> left_out(fixes.begin(), fixes.end());
@@ -49,10 +68,11 @@ std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
   drive.longest_hold = 0.0;
   constexpr double kOrdinaryShare = 0.05;  // of the tilt that ordinary filters are wrong by
   if (drive.attitude_errors.share == 0.0) drive.attitude_errors.share = kOrdinaryShare;
-  if (!options.fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
+  PrepareContinuous(prepared.get());
+  if (!prepared->options.fit_to_mocap && log.fixes.empty() && !log.mocap.empty()) {
     throw ErrorAt(log.directory + "/fixes.csv", 0, "holds no fixes; use --fit_to=mocap");
   }
-  if (!options.fit_to_mocap) return prepared;
+  if (!prepared->options.fit_to_mocap) return prepared;
   if (log.mocap.empty()) {
     throw ErrorAt(log.directory + "/mocap.csv", 0,
                   "is not there or empty; --fit_to=mocap needs it (use --fit_to=fixes)");

@@ -22,6 +22,8 @@ struct PreparedLog {
   // (gate -1) if the fit is to mocap.
   FlightLog data;
   ImuDiagnosisOptions options;  // for `data`
+  // Of a flight without gates: its fixes count as one gate's (id 0), and are thinned in `data`.
+  std::optional<ContinuousFixes> continuous = std::nullopt;
 };
 
 // Throws InputError if mocap is missing that the fit needs.

@@ -146,20 +146,36 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
 void RotorDrivenFlight::Solve(const std::vector<Found>& found) {
   found_ = found;
   setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, EffectsOf(found)));
-  const RotorBatchResult before = batch_;
-  batch_ = RunRotorBatch(setup_->model, setup_->data, BatchOptions(), started_ ? &before : nullptr);
+  if (started_) start_ = std::move(batch_);
   started_ = true;
-  normal_.emplace(setup_->model, setup_->data, BatchOptions(), batch_,
-                  ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster);
+  RotorBatchOptions options = BatchOptions();
+  options.covariance = false;
+  batch_ = RunRotorBatch(setup_->model, setup_->data, options, start_ ? &*start_ : nullptr);
+  normal_.reset();
 }
+
+RotorBatchResult RotorDrivenFlight::WithCovariance() const {
+  if (batch_.cov.size() > 0) return batch_;
+  return RunRotorBatch(setup_->model, setup_->data, BatchOptions(), start_ ? &*start_ : nullptr);
+}
+
+const RotorNormal& RotorDrivenFlight::Normal() const {
+  if (!normal_) {
+    normal_.emplace(setup_->model, setup_->data, BatchOptions(), batch_,
+                    ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster);
+  }
+  return *normal_;
+}
+
+int RotorDrivenFlight::clusters() const { return ClusterCount(setup_->data, kRotorCluster); }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
-  const Eigen::LLT<Eigen::MatrixXd> llt(normal_->M());
-  const Eigen::VectorXd z = llt.solve(-normal_->b());
+  const Eigen::LLT<Eigen::MatrixXd> llt(Normal().M());
+  const Eigen::VectorXd z = llt.solve(-Normal().b());
   const Eigen::MatrixXd cov = llt.solve(Eigen::MatrixXd::Identity(z.size(), z.size()));
   bool settled = true;
-  int at = normal_->constants();
+  int at = constants();
   for (Found& f : *found) {
     for (int i = 0; i < f.value.size(); ++i, ++at) {
       const EffectParameterInfo& info = f.candidate.info->parameters[i];
@@ -217,12 +233,12 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   }
   const RotorTerms library = terms ? MakeRotorTerms(*setup_) : RotorTerms();
   auto fit = candidates.empty() && !terms
-                 ? std::make_unique<RotorLinearisation>(*normal_)
+                 ? std::make_unique<RotorLinearisation>(Normal())
                  : std::make_unique<RotorLinearisation>(RotorNormal(
                        setup_->model, setup_->data, BatchOptions(), batch_,
                        ColumnsOf(*setup_, std::move(variants), terms ? &library : nullptr),
                        kRotorCluster));
-  int at = normal_->constants();
+  int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
   for (const Found& f : found_) {
     fit->found.push_back({next(f.candidate.size()), UnitsOf(f.candidate, kLocal)});

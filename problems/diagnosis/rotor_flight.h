@@ -33,7 +33,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   const FlightLog& log() const override { return log_; }
   CatalogueScope Scope() const override;
   void Fit(std::vector<Found>* found) override;
-  int clusters() const override { return normal_->clusters(); }
+  int clusters() const override;
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
   std::vector<std::string> Constants() const override;
@@ -58,6 +58,11 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
   RotorBatchOptions BatchOptions() const;
+  // The result of the last Solve with covariance.
+  RotorBatchResult WithCovariance() const;
+  // Normal equations of the last Solve, with the columns of its causes; computed at the first use.
+  const RotorNormal& Normal() const;
+  int constants() const { return static_cast<int>(setup_->prior.Free().size()); }
   std::vector<RotorVariant> VariantsFor(const Candidate& candidate, const Eigen::VectorXd& value,
                                         const std::vector<Effect>& others) const;
   // Variants of all causes in the model, each given the others.
@@ -75,8 +80,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   bool learn_noise_;                 // again, with causes in the model
   std::vector<Found> found_;
   std::unique_ptr<RotorSetup> setup_;
+  std::optional<RotorBatchResult> start_;  // what the last Solve started from
   RotorBatchResult batch_;
-  std::optional<RotorNormal> normal_;  // of the last Solve, with the columns of its causes
+  mutable std::optional<RotorNormal> normal_;
   bool started_ = false;
 };
 

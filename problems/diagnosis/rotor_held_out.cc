@@ -10,7 +10,7 @@ namespace trueline {
 
 RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& found,
                                                     const std::vector<bool>& used) const {
-  const RotorNormal normal = normal_->Only(used);
+  const RotorNormal normal = Normal().Only(used);
   const Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
   const RotorPrior& prior = setup_->prior;
   const std::vector<int> free = prior.Free();

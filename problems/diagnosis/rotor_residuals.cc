@@ -15,11 +15,12 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
   const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) {
     out->setIdentity(12, 6);
   };
-  SegmentModel segment(setup.model, setup.data, noise, std::move(span));
-  segment.SetWeight(start, constants);
-  SegmentResidual residual = segment.Evaluate(start, next, constants, false);
+  SegmentModel segment(setup.model, setup.data, noise, std::move(span), {});
+  const SegmentPath path = segment.Follow(start, constants);
+  segment.SetWeight(path);
+  SegmentResidual residual = segment.Evaluate(path, next);
   segment.Whiten(&residual);
-  Eigen::MatrixXd response = segment.Respond(start, next, constants, 6, push);
+  Eigen::MatrixXd response = segment.Respond(path, next, 6, push);
   segment.Whiten(&response);
   Eigen::Matrix<double, 6, 1> sigmas;
   for (int j = 0; j < 6; ++j) {
@@ -55,7 +56,7 @@ Residuals RotorDrivenFlight::WhitenedResiduals() const {
 void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   std::vector<ParameterEstimate> constants;
   std::vector<std::string> unobservable;
-  DescribeConstants(batch_, setup_->prior, &constants, &unobservable);
+  DescribeConstants(WithCovariance(), setup_->prior, &constants, &unobservable);
   for (const ParameterEstimate& c : constants) {
     diagnosis->parameters.push_back({c.name, c.unit, c.value, c.sigma});
   }

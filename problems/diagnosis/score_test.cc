@@ -21,6 +21,20 @@ struct Projected {
   Vector score;
 };
 
+// A tested column that the nuisances explain wholly (a term and an effect of the same kind) carries
+// no information. Rounding leaves some, and a step in it; both are replaced by next to nothing.
+void LeaveOutExplained(const Vector& alone, Projected* projected) {
+  constexpr double kExplained = 1e-9;  // of the information without nuisances
+  constexpr double kNothing = 1e-18;
+  for (Eigen::Index i = 0; i < alone.size(); ++i) {
+    if (projected->information(i, i) > kExplained * alone[i]) continue;
+    projected->information.row(i).setZero();
+    projected->information.col(i).setZero();
+    projected->information(i, i) = kNothing * alone[i];
+    projected->score[i] = 0.0;
+  }
+}
+
 Projected Project(const Linearisation& fit, const Indices& nuisances, const Indices& tested) {
   const Eigen::LDLT<Matrix> nn(Matrix(fit.M()(nuisances, nuisances)));
   const Matrix ne = fit.M()(nuisances, tested);
@@ -29,6 +43,7 @@ Projected Project(const Linearisation& fit, const Indices& nuisances, const Indi
   out.rest = nn.solve(Vector(fit.b()(nuisances)));
   out.information = Matrix(fit.M()(tested, tested)) - ne.transpose() * out.gain;
   out.score = Vector(fit.b()(tested)) - ne.transpose() * out.rest;
+  LeaveOutExplained(fit.M().diagonal()(tested), &out);
   return out;
 }
 

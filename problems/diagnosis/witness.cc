@@ -344,25 +344,51 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
   for (const auto& [stream, asking] : asked) AskOne(log, mocap, asking.first, asking.second);
 }
 
+struct GyroEstimate {
+  SizeEstimate size;
+  double misfit;  // of the attitude corrected by it
+};
+
+// The size that the gyroscope shows of an attitude error, near `start`. AttitudeErrors' fit is
+// linear in the error, so it is repeated on the corrected attitude until little remains.
+std::optional<GyroEstimate> GyroEstimateNear(const FlightLog& log, const Candidate& candidate,
+                                             double start) {
+  constexpr int kIterations = 8;
+  constexpr double kSettled = 0.1;  // sigmas
+  AttitudeErrorOptions as_logged;
+  as_logged.longest_hold = 0.0;
+  const double most = candidate.info->parameters[0].plausible;
+  VectorXd size = VectorXd::Constant(1, start);
+  for (int i = 0;; ++i) {
+    const FlightLog corrected = CorrectLog(log, {candidate.At(size)}, {});
+    const AttitudeErrors errors(corrected, corrected.attitude, as_logged);
+    const ShownByGyro& rest = errors.fit().*candidate.info->by_gyro;
+    if (!std::isfinite(rest.sigma)) return std::nullopt;
+    size[0] = std::clamp(size[0] + rest.value, -most, most);
+    if (std::abs(rest.value) > kSettled * rest.sigma && i < kIterations) continue;
+    return GyroEstimate{{size, VectorXd::Constant(1, rest.sigma)}, errors.fit().misfit};
+  }
+}
+
+// The better of the sizes found from none and from the cause's own.
+std::optional<SizeEstimate> ShownByGyroOf(const FlightLog& log, const Cause& cause) {
+  std::optional<GyroEstimate> best;
+  for (const double start : {cause.candidate.Neutral()[0], cause.value[0]}) {
+    const auto found = GyroEstimateNear(log, cause.candidate, start);
+    if (found && (!best || found->misfit < best->misfit)) best = found;
+  }
+  return best ? std::optional(best->size) : std::nullopt;
+}
+
 // The gyroscope knows how the vehicle turned. Where mocap's attitude is silent it tells of the
 // logged attitude's scale and latency; mocap's acceleration is compared through the thrust, which
 // errs more.
 void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
-  const auto asks = [](const Cause& cause) {
-    return cause.candidate.info->by_gyro != nullptr &&
-           (cause.witness.says == "silent" || cause.witness.stream == "mocap acceleration");
-  };
-  if (std::none_of(causes->begin(), causes->end(), asks)) return;
-  AttitudeErrorOptions as_logged;
-  as_logged.longest_hold = 0.0;
-  const AttitudeErrors errors(log, log.attitude, as_logged);
   for (Cause& cause : *causes) {
-    if (!asks(cause)) continue;
-    const ShownByGyro& shown = errors.fit().*cause.candidate.info->by_gyro;
-    if (!std::isfinite(shown.sigma)) continue;
-    cause.witness =
-        WitnessOf(cause, "gyroscope",
-                  {VectorXd::Constant(1, shown.value), VectorXd::Constant(1, shown.sigma)});
+    if (cause.candidate.info->by_gyro == nullptr) continue;
+    if (cause.witness.says != "silent" && cause.witness.stream != "mocap acceleration") continue;
+    const auto shown = ShownByGyroOf(log, cause);
+    if (shown) cause.witness = WitnessOf(cause, "gyroscope", *shown);
   }
 }
 
@@ -376,19 +402,25 @@ std::string SaysOf(const Witness& witness, const Cause& cause) {
   constexpr double kLeastShare = 0.4;  // of the size, that a witness of the effect shows of it
   const auto count = static_cast<double>(cause.value.size());
   const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));
-  const VectorXd neutral = cause.candidate.Neutral(), size = cause.value - neutral;
+  const VectorXd neutral = cause.candidate.Neutral();
   const VectorXd both = (witness.sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
-  const double apart = (cause.value - witness.value).cwiseQuotient(both).norm();
-  if (apart > critical) {
-    // A size that is off does not refute the effect.
-    const VectorXd scaled = size.cwiseQuotient(both);
-    const double share =
-        scaled.dot((witness.value - neutral).cwiseQuotient(both)) / scaled.squaredNorm();
-    return share < kLeastShare ? "refutes" : "silent";
-  }
+  const VectorXd fitted = (cause.value - neutral).cwiseQuotient(both);
+  const VectorXd shown = (witness.value - neutral).cwiseQuotient(both);
+  const bool apart = (fitted - shown).norm() > critical;
+  const double share = fitted.dot(shown) / fitted.squaredNorm();
+  if (apart && share < kLeastShare) return "refutes";
   const VectorXd usual =
       (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
-  return (witness.value - neutral).cwiseQuotient(usual).norm() > critical ? "confirms" : "silent";
+  const bool shows = (witness.value - neutral).cwiseQuotient(usual).norm() > critical;
+  return shows && share > 0.0 ? "confirms" : "silent";
+}
+
+void WidenByWitness(Cause* cause) {
+  const Witness& witness = cause->witness;
+  if (witness.value.size() != cause->value.size() || witness.says == "refutes") return;
+  const VectorXd both = witness.sigma.cwiseAbs2() + cause->sigma.cwiseAbs2();
+  const VectorXd beyond = ((cause->value - witness.value).cwiseAbs2() - both).cwiseMax(0.0);
+  cause->sigma = (cause->sigma.cwiseAbs2() + beyond).cwiseSqrt();
 }
 
 void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<Cause>* causes) {

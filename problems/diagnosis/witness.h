@@ -15,9 +15,15 @@ void AskWitnesses(const FlightLog& log, const FlightLog& recorded, std::vector<C
 // False for a sigma that says that the stream does not show the parameter.
 bool Shown(const EffectParameterInfo& parameter, double sigma);
 
-// The witness's verdict on a size that the fit states. It confirms a size that it shows itself, and
-// refutes one that differs from its own by 3 sigmas of both if it shows less than 0.4 of it.
+// The witness's verdict on an effect that the fit states. It refutes a size that differs from its
+// own by 3 sigmas of both if it shows less than 0.4 of it. Otherwise it confirms the effect if it
+// shows a significant size of the same sign itself; WidenByWitness treats a size that is off.
 // `value` and `sigma` of the witness must be set.
 std::string SaysOf(const Witness& witness, const Cause& cause);
+
+// Where fit and witness differ by more than both sigmas allow, one of them errs by more than it
+// states: the cause's sigma then includes the difference (the variance between two methods of
+// DerSimonian and Laird 1986). A cause that its witness refutes is left as it is.
+void WidenByWitness(Cause* cause);
 
 }  // namespace trueline

@@ -127,7 +127,10 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   node["score_z"] = Rounded(report.z, 4);
   node["p_value"] = Rounded(report.p, 4);
   for (std::size_t i = 0; i < report.parameters.size(); ++i) {
-    node["detectable_size"][report.parameters[i]] = Rounded(report.detectable[i], 3);
+    const std::string& name = report.parameters[i];
+    if (report.value.size() > 0) node["estimate"][name] = Rounded(report.value[i], 3);
+    if (report.sigma.size() > 0) node["sigma"][name] = Rounded(report.sigma[i], 2);
+    node["detectable_size"][name] = Rounded(report.detectable[i], 3);
   }
   return Flow(node);
 }
@@ -203,6 +206,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = diagnosis.noise;
   if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
+  if (!diagnosis.fixes.empty()) node["fixes"] = diagnosis.fixes;
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;
   return node;

@@ -13,7 +13,11 @@ void Ekf::Start(const NavState& x, const Matrix15d& cov) {
 }
 
 Matrix15d Ekf::StartCovariance(const NavState& x) const {
-  if (options_.tuning == EkfTuning::kPaper) return Matrix15d::Identity() * options_.paper_p0;
+  if (options_.tuning == EkfTuning::kPaper) {
+    Vector15d P0;
+    for (int i = 0; i < kNavSize; ++i) P0[i] = options_.paper_p0[i / 3];
+    return P0.asDiagonal();
+  }
   const EkfStart& s = options_.start;
   Matrix15d P = Matrix15d::Zero();
   const auto set = [&](int first, double sigma) {

@@ -25,16 +25,28 @@ void SerializeStart(YamlArchive* a, EkfStart* start) {
   a->Positive("gyro_bias_sigma_deg_per_s", &start->gyro_bias, kDegree);
 }
 
+// `above`: what every variance must exceed.
+template <std::size_t kSize>
+void SerializeVariances(YamlArchive* a, const std::string& key, double above,
+                        const std::string& remedy, std::array<double, kSize>* variances) {
+  std::vector<double> read(variances->begin(), variances->end());
+  a->Value(key, &read);
+  const bool valid =
+      read.size() == kSize &&
+      std::all_of(read.begin(), read.end(), [=](double value) { return value > above; });
+  a->Require(valid, key, remedy);
+  if (valid) std::copy(read.begin(), read.end(), variances->begin());
+}
+
 void SerializePaper(YamlArchive* a, EkfOptions* o) {
-  std::vector<double> q(o->paper_q.begin(), o->paper_q.end());
-  a->Value("q_per_sample", &q);
-  a->Require(q.size() == o->paper_q.size() &&
-                 std::all_of(q.begin(), q.end(), [](double value) { return value >= 0.0; }),
-             "q_per_sample",
-             "needs nine variances of zero or above: three each for p (m^2), v (m^2/s^2), "
-             "Phi (rad^2)");
-  std::copy(q.begin(), q.end(), o->paper_q.begin());
-  a->Positive("p0", &o->paper_p0);
+  SerializeVariances(a, "q_per_sample", -1e-300,
+                     "needs nine variances of zero or above: three each for p (m^2), v (m^2/s^2), "
+                     "Phi (rad^2)",
+                     &o->paper_q);
+  SerializeVariances(a, "p0", 0.0,
+                     "needs five variances above zero: of p (m^2), v (m^2/s^2), Phi (rad^2), "
+                     "b_a (m^2/s^4), b_g (rad^2/s^2)",
+                     &o->paper_p0);
   a->Positive("fix_sigma_m", &o->paper_fix_sigma);
   a->Positive("sample_rate_hz", &o->paper_rate);
 }

@@ -48,7 +48,8 @@ struct EkfOptions {
   // is misprinted in the attitude entries; 3e-8, 3e-9, 3e-9 is the reading that gives 15 entries.
   // Variances for each sample at 512 Hz of p (m^2), v (m^2/s^2), Phi (rad^2).
   std::array<double, 9> paper_q = {2e-6, 2e-6, 5e-6, 1e-5, 5e-6, 3e-5, 3e-8, 3e-9, 3e-9};
-  double paper_p0 = 10.0;        // of each state, in its unit squared
+  // Of p (m^2), v (m^2/s^2), Phi (rad^2), b_a (m^2/s^4), b_g (rad^2/s^2), the same for three axes.
+  std::array<double, 5> paper_p0 = {10.0, 10.0, 10.0, 10.0, 10.0};
   double paper_fix_sigma = 2.5;  // m
   double paper_rate = 512.0;     // Hz
 };

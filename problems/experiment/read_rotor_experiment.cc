@@ -54,6 +54,8 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   a.Require(experiment.duration >= 2.0, "duration", "must be 2 s or more");
   a.Count("flights", &experiment.flights);
   a.Value("seed", &experiment.seed);
+  a.Value("passes", &experiment.passes);
+  a.Require(experiment.passes >= 0, "passes", "must be 0 or more");
   a.Value("learn_noise", &experiment.learn_noise);
   a.Value("widen", &experiment.widen);
   experiment.unmodelled = ReadConsidered(map.ChildOrEmpty("unmodelled"));

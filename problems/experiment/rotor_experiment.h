@@ -1,6 +1,7 @@
 // The experiment of Boehm et al. 2020, sec. III, and similar ones. Trajectories of several kinds
-// are each flown many times in simulation and calibrated by filter and batch from random initial
-// guesses; the Cramer-Rao bound of each flight is reported beside the errors.
+// are each flown many times in simulation and calibrated by filter, by an ordinary extended filter
+// (as published: no pass is flown again) and by batch from random initial guesses; the Cramer-Rao
+// bound of each flight is reported beside the errors.
 //
 //   drive: rotors
 //   name: ...; about: ...
@@ -13,6 +14,7 @@
 //   unmodelled: {rotor_loss: {factor: 0.01}}  # effects in each flight that no estimator models:
 //                                             # sigmas; sizes are drawn for each flight
 //   consider: {rotor_loss: {factor: 0.01}}  # widens intervals; as trueline-calibrate
+//   passes: 8                               # over the filter's first seconds; 0: ordinary filter
 //   learn_noise: false                      # true: from the first flight of each kind
 //   kinds:
 //     - {name: random, kind: random}        # a new trajectory for each flight
@@ -53,6 +55,7 @@ struct RotorExperiment {
   std::vector<ConsideredEffect> considered;
   double duration = 20.0;  // s
   int flights = 10;
+  int passes = RotorEkfOptions().passes;  // of the filter's first seconds; 0: an ordinary filter
   std::uint64_t seed = 1;
   std::vector<FlightKindSource> kinds;
   YAML::Node config;  // for provenance

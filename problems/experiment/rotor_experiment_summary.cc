@@ -17,6 +17,10 @@ EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
   EstimatorScore score;
   int inside = 0;
   for (const TrialRow* trial : trials) {
+    if (!(trial->*error).allFinite()) {
+      ++score.diverged;
+      continue;
+    }
     for (const int i : axes) {
       const double e = (trial->*error)[i], s = (trial->*sigma)[i];
       score.rmse += e * e;
@@ -25,7 +29,7 @@ EstimatorScore Score(const Trials& trials, const std::vector<int>& axes,
       inside += std::abs(e) <= k95 * s ? 1 : 0;
     }
   }
-  const auto n = static_cast<double>(trials.size());
+  const auto n = static_cast<double>(trials.size()) - score.diverged;
   score.rmse = std::sqrt(score.rmse / n);
   score.mean_error /= n;
   score.sigma = std::sqrt(score.sigma / n);
@@ -47,6 +51,7 @@ ConstantScore ScoreOf(const Trials& trials, const std::string& name, const std::
   score.name = name;
   score.unit = kRotorConstants[axes.front()].unit;
   score.filter = Score(trials, axes, &TrialRow::filter_error, &TrialRow::filter_sigma);
+  score.ordinary = Score(trials, axes, &TrialRow::ordinary_error, &TrialRow::ordinary_sigma);
   score.batch = Score(trials, axes, &TrialRow::batch_error, &TrialRow::batch_sigma);
   score.bound = RootMean(trials, axes, &TrialRow::bound);
   score.first_guess = RootMean(trials, axes, &TrialRow::first_guess);

@@ -16,12 +16,13 @@ struct EstimatorScore {
   double mean_error = 0.0;  // constants only
   double sigma = 0.0;       // root of the mean variance stated
   double coverage = 0.0;    // share of errors within 1.96 sigma
+  int diverged = 0;         // flights without an estimate, which do not count
 };
 
 struct ConstantScore {
   std::string name;  // m, I_x, ..., or a group: I, r_BM, r_BP, r_BI, b_a, b_w
   std::string unit;
-  EstimatorScore filter, batch;
+  EstimatorScore filter, ordinary, batch;
   double bound = 0.0;        // root of the mean Cramer-Rao variance
   double first_guess = 0.0;  // its RMS error
 };

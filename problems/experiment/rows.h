@@ -67,10 +67,26 @@ struct PathRow {
   std::string kind;   // fit | prediction | mocap | fix
   int tau = 0;
   double t = 0.0, x = 0.0, y = 0.0, z = 0.0;  // s, m
+  double vx = 0.0, vy = 0.0, vz = 0.0;        // m/s in E; NaN of fixes
 
   template <class Archive>
   void Fields(Archive& archive) {
-    archive(label, kind, tau, t, x, y, z);
+    archive(label, kind, tau, t, x, y, z, vx, vy, vz);
+  }
+};
+
+// A parameter as one window estimates it.
+struct EstimateRow {
+  std::string label;
+  int tau = 0;
+  double t = 0.0;  // s, end of the window's last pass
+  std::string name, unit;
+  double value = 0.0, sigma = 0.0;
+  double truth = 0.0;  // NaN: not known
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, tau, t, name, unit, value, sigma, truth);
   }
 };
 
@@ -87,6 +103,9 @@ struct TrialRow {
   };
   RotorConstants first_guess;  // less truth
   RotorConstants filter_error, filter_sigma;
+  // Of an ordinary extended filter, which flies everything once, as Wuest et al. 2019 have it; NaN
+  // if it diverged.
+  RotorConstants ordinary_error, ordinary_sigma;
   RotorConstants batch_error, batch_sigma;
   RotorConstants bound;                        // sigma
   double filter_nees = 0.0, batch_nees = 0.0;  // by degree of freedom
@@ -95,8 +114,8 @@ struct TrialRow {
 
   template <class Archive>
   void Fields(Archive& archive) {
-    archive(first_guess, filter_error, filter_sigma, batch_error, batch_sigma, bound, filter_nees,
-            batch_nees, path_error, history);
+    archive(first_guess, filter_error, filter_sigma, ordinary_error, ordinary_sigma, batch_error,
+            batch_sigma, bound, filter_nees, batch_nees, path_error, history);
   }
 };
 
@@ -105,6 +124,7 @@ struct JobResult {
   std::vector<ConvergenceRow> convergence;
   std::vector<StartsRow> starts;
   std::vector<PathRow> paths;
+  std::vector<EstimateRow> estimates;
   std::vector<TrialRow> trials;
 
   template <class Visit>
@@ -113,6 +133,7 @@ struct JobResult {
     visit("convergence", convergence);
     visit("starts", starts);
     visit("path", paths);
+    visit("estimate", estimates);
     visit("trial", trials);
   }
 };

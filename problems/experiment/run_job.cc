@@ -66,24 +66,48 @@ void AddArcs(const EstimatorRun& run, const std::string& label, JobResult* resul
 
 constexpr double kPathInterval = 0.04;  // s: 25 Hz is enough for a plot
 
+// The velocity of mocap's positions: the slope over the samples within kSlopeHalf.
+std::vector<TrajectoryPoint> MocapPath(const std::vector<PoseSample>& samples) {
+  constexpr TimeNs kSlopeHalf = kNsPerSecond / 20;
+  std::vector<TrajectoryPoint> points;
+  std::size_t first = 0, last = 0;
+  for (const PoseSample& sample : samples) {
+    while (samples[first].t < sample.t - kSlopeHalf) ++first;
+    while (last + 1 < samples.size() && samples[last + 1].t <= sample.t + kSlopeHalf) ++last;
+    const double seconds = SecondsBetween(samples[first].t, samples[last].t);
+    const Eigen::Vector3d way = samples[last].p_E - samples[first].p_E;
+    points.push_back({sample.t, sample.p_E, way / (seconds > 0.0 ? seconds : kNoNumber)});
+  }
+  return points;
+}
+
 // Points at least kPathInterval apart, and the last one.
-template <class Samples>
-void AddPath(const Samples& samples, const std::string& label, const std::string& kind, int tau,
-             std::vector<PathRow>* paths) {
+void AddPath(const std::vector<TrajectoryPoint>& samples, const std::string& label,
+             const std::string& kind, int tau, std::vector<PathRow>* paths) {
   double last = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double t = ToSeconds(samples[i].t);
     if (t - last < kPathInterval && i + 1 < samples.size()) continue;
     last = t;
-    const Eigen::Vector3d& p = samples[i].p_E;
-    paths->push_back({label, kind, tau, t, p.x(), p.y(), p.z()});
+    const Eigen::Vector3d &p = samples[i].p_E, &v = samples[i].v_E;
+    paths->push_back({label, kind, tau, t, p.x(), p.y(), p.z(), v.x(), v.y(), v.z()});
   }
 }
 
 void AddTruthPaths(const FlightLog& log, std::vector<PathRow>* paths) {
-  AddPath(log.mocap, "truth", "mocap", 0, paths);
+  AddPath(MocapPath(log.mocap), "truth", "mocap", 0, paths);
   for (const Fix& fix : log.fixes) {
-    paths->push_back({"fixes", "fix", 0, ToSeconds(fix.t), fix.p_E.x(), fix.p_E.y(), fix.p_E.z()});
+    paths->push_back({"fixes", "fix", 0, ToSeconds(fix.t), fix.p_E.x(), fix.p_E.y(), fix.p_E.z(),
+                      kNoNumber, kNoNumber, kNoNumber});
+  }
+}
+
+void AddEstimates(const WindowEstimate& window, const std::string& label,
+                  const std::map<std::string, double>& truth, std::vector<EstimateRow>* estimates) {
+  for (const ParameterEstimate& p : window.parameters) {
+    const auto known = truth.find(p.name);
+    estimates->push_back({label, window.tau, ToSeconds(window.end), p.name, p.unit, p.value,
+                          p.sigma, known != truth.end() ? known->second : kNoNumber});
   }
 }
 
@@ -112,6 +136,7 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimato
     for (const WindowEstimate& window : run.windows) {
       AddPath(window.fitted, estimator.label, "fit", window.tau, &result->paths);
       AddPath(window.predicted, estimator.label, "prediction", window.tau, &result->paths);
+      AddEstimates(window, estimator.label, truth, &result->estimates);
     }
   }
   if (job.starts == 0 || estimator.name != "vgd") return;

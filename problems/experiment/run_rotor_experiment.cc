@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -20,19 +21,6 @@
 
 namespace trueline {
 namespace {
-
-// Draws an initial guess from the prior, limited to physical bodies.
-RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed) {
-  RotorPrior drawn = prior;
-  Random random(seed, "first guess");
-  const int inertia = FindRotorConstant("I_x");
-  do {
-    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      drawn.mean[i] = truth[i] + prior.sigma[i] * random.Normal();
-    }
-  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) || !(drawn.mean[0] > 0.0));
-  return drawn;
-}
 
 double Nees(const Eigen::MatrixXd& cov, const RotorConstants& error, const std::vector<int>& free) {
   const auto n = static_cast<Eigen::Index>(free.size());
@@ -93,17 +81,35 @@ Eigen::MatrixXd Considered(const RotorExperiment& experiment, const Flown& flown
                               ConsideredVariants(flown.log, options, {}));
 }
 
-RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
-                      const RotorPrior& prior, TrialRow* trial) {
+RotorEkfRun RunFilter(const RotorAeroModel& model, const Flown& flown,
+                      const RotorEkfOptions& options, TrialRow* trial) {
   constexpr std::size_t kEvery = 6;  // every sixth pose: about 0.2 s
   const RotorConstants& truth = flown.truth.constants;
-  RotorEkfRun run = RunRotorEkf(model, flown.data, {noise, prior});
+  RotorEkfRun run = RunRotorEkf(model, flown.data, options);
   for (std::size_t i = 0; i < run.history.size(); i += kEvery) {
     const RotorEstimate& estimate = run.history[i];
     trial->history.push_back({estimate.t, estimate.mean - truth, estimate.sigma});
   }
   trial->filter_error = run.history.back().mean - truth;
   return run;
+}
+
+void RunOrdinaryFilter(const RotorAeroModel& model, const Flown& flown, const RotorNoise& noise,
+                       const RotorPrior& prior, const Eigen::MatrixXd& considered,
+                       TrialRow* trial) {
+  constexpr int kConstants = RotorAeroModel::kConstants;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  trial->ordinary_error.setConstant(kNone);
+  trial->ordinary_sigma.setConstant(kNone);
+  RotorEkfOptions options{noise, prior};
+  options.passes = 0;
+  try {
+    const RotorEkfRun run = RunRotorEkf(model, flown.data, options);
+    trial->ordinary_error = run.history.back().mean - flown.truth.constants;
+    const Eigen::MatrixXd cov = run.cov.bottomRightCorner<kConstants, kConstants>() + considered;
+    trial->ordinary_sigma = cov.diagonal().cwiseMax(0.0).cwiseSqrt();
+  } catch (const InputError&) {  // it diverged
+  }
 }
 
 // Inputs of a kind's flights except the seed, and of its path.
@@ -210,13 +216,16 @@ TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed) {
   const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
   trial.path_error = flown.truth.path_error_rms;
   trial.first_guess = prior.mean - flown.truth.constants;
-  const RotorEkfRun filter = RunFilter(model, flown, kind.noise, prior, &trial);
+  RotorEkfOptions filter_options{kind.noise, prior};
+  filter_options.passes = experiment.passes;
+  const RotorEkfRun filter = RunFilter(model, flown, filter_options, &trial);
   RotorBatchOptions options{kind.noise, prior};
   options.widen = experiment.widen;
   const RotorBatchResult batch = RunRotorBatch(model, flown.data, options);
   if (!batch.converged) throw InputError("the batch did not converge");
   trial.batch_error = batch.mean - flown.truth.constants;
   const Eigen::MatrixXd considered = Considered(experiment, flown, options, batch);
+  RunOrdinaryFilter(model, flown, kind.noise, prior, considered, &trial);
   const Eigen::MatrixXd batch_cov = batch.cov + considered;
   trial.batch_sigma = batch_cov.diagonal().cwiseMax(0.0).cwiseSqrt();
   trial.batch_nees = Nees(batch_cov, trial.batch_error, prior.Free());

@@ -79,10 +79,17 @@ void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int 
                           r.iterations_mean, r.iterations_max);
              });
   WriteTable(run, &JobResult::paths, directory / "trajectory.csv",
-             "label,kind,tau,t [s],x [m],y [m],z [m]",
+             "label,kind,tau,t [s],x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]",
              [](std::ostream& out, const Job&, const PathRow& r) {
-               fmt::print(out, "{},{},{},{:.6f},{:.4f},{:.4f},{:.4f}\n", r.label, r.kind, r.tau,
-                          r.t, r.x, r.y, r.z);
+               fmt::print(out, "{},{},{},{:.6f},{:.4f},{:.4f},{:.4f},{},{},{}\n", r.label, r.kind,
+                          r.tau, r.t, r.x, r.y, r.z, Number(r.vx, "{:.4f}"), Number(r.vy, "{:.4f}"),
+                          Number(r.vz, "{:.4f}"));
+             });
+  WriteTable(run, &JobResult::estimates, directory / "estimates.csv",
+             "label,tau,t [s],name,unit,value,sigma,truth",
+             [](std::ostream& out, const Job&, const EstimateRow& r) {
+               fmt::print(out, "{},{},{:.6f},{},{},{:.6g},{:.6g},{}\n", r.label, r.tau, r.t, r.name,
+                          r.unit, r.value, r.sigma, Number(r.truth));
              });
   WriteFileAtomically(directory / "summary.yaml", SummaryYaml(experiment, run));
   WriteTiming(run, threads, directory / "timing.yaml");

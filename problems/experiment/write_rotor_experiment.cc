@@ -19,7 +19,8 @@ YAML::Node EstimatorNode(const EstimatorScore& score) {
   return FlowMap({{"rmse", Rounded(score.rmse, kDigits)},
                   {"mean_error", Rounded(score.mean_error, kDigits)},
                   {"sigma", Rounded(score.sigma, kDigits)},
-                  {"coverage95", Rounded(score.coverage, kDigits)}});
+                  {"coverage95", Rounded(score.coverage, kDigits)},
+                  {"diverged", std::to_string(score.diverged)}});
 }
 
 YAML::Node ScoresNode(const std::vector<ConstantScore>& scores) {
@@ -30,6 +31,7 @@ YAML::Node ScoresNode(const std::vector<ConstantScore>& scores) {
     entry["first_guess"] = Rounded(score.first_guess, kDigits);
     entry["bound"] = Rounded(score.bound, kDigits);
     entry["filter"] = EstimatorNode(score.filter);
+    entry["ordinary_filter"] = EstimatorNode(score.ordinary);
     entry["batch"] = EstimatorNode(score.batch);
     node[score.name] = entry;
   }
@@ -66,16 +68,17 @@ YAML::Node SummaryNode(const RotorExperiment& experiment,
 
 std::string TrialsCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
   std::string text =
-      "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,batch_error,batch_sigma,"
-      "bound\n";
+      "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,ordinary_error,"
+      "ordinary_sigma,batch_error,batch_sigma,bound\n";
   for (const JobOutcome& outcome : run.outcomes) {
     for (const TrialRow& t : outcome.result.trials) {
       for (const int i : experiment.prior.Free()) {
         const RotorConstantInfo& info = kRotorConstants[i];
         text +=
-            fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", outcome.job.log,
-                        outcome.job.seed, info.name, info.unit, t.first_guess[i], t.filter_error[i],
-                        t.filter_sigma[i], t.batch_error[i], t.batch_sigma[i], t.bound[i]);
+            fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                        outcome.job.log, outcome.job.seed, info.name, info.unit, t.first_guess[i],
+                        t.filter_error[i], t.filter_sigma[i], t.ordinary_error[i],
+                        t.ordinary_sigma[i], t.batch_error[i], t.batch_sigma[i], t.bound[i]);
       }
     }
   }
@@ -158,14 +161,15 @@ std::string RotorExperimentTable(const RotorExperiment& experiment, const Experi
     table += fmt::format("{}: {} flights{}\n", s.name, s.flights,
                          s.failures > 0 ? fmt::format(", {} without result", s.failures) : "");
     if (s.flights == 0) continue;
-    table += fmt::format("  {:<10}{:>11}{:>11}{:>7}{:>11}{:>11}{:>7}{:>11}\n", "", "filter rmse",
-                         "sigma", "in 95", "batch rmse", "sigma", "in 95", "bound");
+    table +=
+        fmt::format("  {:<10}{:>11}{:>11}{:>7}{:>14}{:>11}{:>11}{:>7}{:>11}\n", "", "filter rmse",
+                    "sigma", "in 95", "ordinary rmse", "batch rmse", "sigma", "in 95", "bound");
     const auto row = [&](const ConstantScore& c) {
       table += fmt::format(
-          "  {:<10}{:>11.3g}{:>11.3g}{:>5.0f} %{:>11.3g}{:>11.3g}{:>5.0f} %"
+          "  {:<10}{:>11.3g}{:>11.3g}{:>5.0f} %{:>14.3g}{:>11.3g}{:>11.3g}{:>5.0f} %"
           "{:>11.3g} {}\n",
-          c.name, c.filter.rmse, c.filter.sigma, 100.0 * c.filter.coverage, c.batch.rmse,
-          c.batch.sigma, 100.0 * c.batch.coverage, c.bound, c.unit);
+          c.name, c.filter.rmse, c.filter.sigma, 100.0 * c.filter.coverage, c.ordinary.rmse,
+          c.batch.rmse, c.batch.sigma, 100.0 * c.batch.coverage, c.bound, c.unit);
     };
     for (const ConstantScore& c : s.constants) row(c);
     for (const ConstantScore& c : s.groups) row(c);

@@ -30,6 +30,15 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   return log;
 }
 
+std::vector<std::string> NativeLogFiles() {
+  std::vector<std::string> files = {"log.yaml"};
+  const FlightLog log;
+  ForEachStream(log, [&](const Stream& stream, const auto&) {
+    files.push_back(std::string(stream.name) + ".csv");
+  });
+  return files;
+}
+
 void WriteNativeLog(const FlightLog& log, const fs::path& directory) {
   WriteStreams(log, directory);
   WriteFileAtomically(directory / "log.yaml", LogYaml(log));

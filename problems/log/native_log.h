@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "problems/log/flight_log.h"
 
@@ -15,5 +17,8 @@ FlightLog ReadNativeLog(const std::filesystem::path& directory);
 
 // Each file is written under a temporary name and renamed; streams that are empty are not written.
 void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);
+
+// The file names that a native log can have.
+std::vector<std::string> NativeLogFiles();
 
 }  // namespace trueline

@@ -14,6 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNormTolerance = 1e-2;    // of a quaternion written with three decimals
+constexpr double kLeastSigma = 1e-6;       // m; no detector is better, and weights stay finite
+constexpr double kLongestPause = 86400.0;  // s
 constexpr std::size_t kFlushAt = 1 << 16;  // bytes
 
 fs::path FileOf(const fs::path& directory, const Stream& stream) {
@@ -75,9 +77,10 @@ class RowParser {
   }
   void operator()(const Field& field, double& value) {
     value = Next();
-    if (!field.is_sigma || value > 0.0) return;
+    if (!field.is_sigma || value >= kLeastSigma) return;
     row_->Fail(field.columns[0],
-               fmt::format("found {}; a standard deviation must be positive", value));
+               fmt::format("found {}; a standard deviation must be positive, {} or more", value,
+                           kLeastSigma));
   }
   void operator()(const Field& field, int& id) {
     const double value = Next();
@@ -98,6 +101,15 @@ class RowParser {
   bool cut_off_ = false;
 };
 
+// The IMU's time spans the flight: a clock that was set within it would make the flight last years.
+void CheckPause(TimeNs before, const StreamReader& reader) {
+  const double pause = SecondsBetween(before, reader.time());
+  if (pause <= kLongestPause) return;
+  reader.Fail("t", fmt::format("comes {:.6g} s after the row before: was the clock set here? "
+                               "Remove the rows before or after it, or correct their stamps",
+                               pause));
+}
+
 template <class Sample>
 std::vector<Sample> ReadStream(const fs::path& path, const Stream& stream,
                                std::vector<std::string>* warnings) {
@@ -110,6 +122,9 @@ std::vector<Sample> ReadStream(const fs::path& path, const Stream& stream,
     sample.t = reader.time();
     Sample::Describe(row, sample, stream);
     if (row.cut_off()) break;
+    if (stream.name == std::string_view("imu") && !samples.empty()) {
+      CheckPause(samples.back().t, reader);
+    }
     samples.push_back(sample);
   }
   if (samples.empty()) {

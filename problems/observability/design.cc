@@ -106,31 +106,6 @@ double FlightScore(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
   return ScoreStates(gramian, target.interest, target.asked, target.scale).sigma_min;
 }
 
-std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
-                                           const RotorVehicle& vehicle,
-                                           const std::vector<int>& asked, const SplineShape& shape,
-                                           const FlightLimits& limits, int count,
-                                           std::uint64_t seed, int threads) {
-  std::vector<std::vector<double>> bounds(count);
-  ParallelFor(count, threads, [&](int i) {
-    Random random(seed + i, "scale");
-    const auto path = RandomFeasibleFlight(vehicle, shape, limits, &random);
-    const RotorFlight flight(vehicle, path);
-    const Eigen::MatrixXd information = E2log(system, flight, system.OutputWeights(), {4, 0.1, 1});
-    bounds[i] = Assess(information, asked, system.errors()).sigma;
-  });
-  std::vector<double> scale = TypicalSizes(system.errors());
-  for (std::size_t j = 0; j < asked.size(); ++j) {
-    double sum = 0.0;
-    int seen = 0;
-    for (const auto& sigma : bounds) {
-      if (std::isfinite(sigma[j])) sum += sigma[j] * sigma[j], ++seen;
-    }
-    if (seen > 0) scale[asked[j]] = std::sqrt(sum / seen);
-  }
-  return scale;
-}
-
 DesignResult DesignFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                           const DesignTarget& target, const DesignOptions& options) {
   const auto started = Clock::now();
@@ -140,8 +115,9 @@ DesignResult DesignFlight(const RotorDrivenSystem& system, const RotorVehicle& v
   std::vector<double> scores(count);
   ParallelFor(count, options.threads, [&](int i) {
     Random random(options.seed + i, "design");
-    candidates[i] = (i % 2 == 0 ? RandomFeasibleControl : FigureControl)(vehicle, shape,
-                                                                         options.limits, &random);
+    const bool drawn = options.random_only || i % 2 == 0;
+    candidates[i] =
+        (drawn ? RandomFeasibleControl : FigureControl)(vehicle, shape, options.limits, &random);
     scores[i] = FlightScore(system, vehicle, SplinePath(shape, candidates[i]), target);
   });
   std::vector<int> order(count);

@@ -19,6 +19,7 @@ struct DesignOptions {
   SplineShape shape;
   FlightLimits limits;
   int candidates = 80;        // random flights and figures in turn, of which the best are starts
+  bool random_only = false;   // candidates are random flights alone, as published
   int starts = 2;             // optimised, each on a thread of its own
   int iterations = 60;        // of each of the penalty's rounds, at most
   double time_limit = 40.0;   // s, for all rounds of one start
@@ -41,15 +42,6 @@ struct DesignResult {
 // The score of any flight: sigma_min of its scaled, marginalised E2LOG Gramian (order 4).
 double FlightScore(const RotorDrivenSystem& system, const RotorVehicle& vehicle,
                    const PiecewisePolynomial& path, const DesignTarget& target);
-
-// Usual standard deviations of the error states: the root mean square of the Cramer-Rao bounds over
-// `count` random flights within the limits (30 in the papers). States that no flight shows keep
-// their typical size. Independent of `threads`.
-std::vector<double> ScaleFromRandomFlights(const RotorDrivenSystem& system,
-                                           const RotorVehicle& vehicle,
-                                           const std::vector<int>& asked, const SplineShape& shape,
-                                           const FlightLimits& limits, int count,
-                                           std::uint64_t seed, int threads);
 
 // Throws InputError where the vehicle can't hover within the limits.
 DesignResult DesignFlight(const RotorDrivenSystem& system, const RotorVehicle& vehicle,

@@ -53,6 +53,8 @@ void ReadOptimiser(const YamlMap& config, DesignOptions* options) {
   SplineShape& shape = options->shape;
   shape.pieces = AtLeast(config, "pieces", shape.pieces, shape.degree + 1);
   options->candidates = AtLeast(config, "candidates", options->candidates, 1);
+  options->random_only = config.GetChoice("start_from", {"random", "random_and_figures"},
+                                          "random_and_figures") == "random";
   options->starts = AtLeast(config, "starts", options->starts, 1);
   options->iterations = AtLeast(config, "iterations", options->iterations, 1);
   options->time_limit = config.Get<double>("time_limit", options->time_limit);
@@ -89,6 +91,7 @@ DesignTask ReadGramianTask(const YamlMap& config, const DesignOptions& common) {
   const auto sensors = config.Get<std::vector<std::string>>("sensors", {"imu", "pose"});
   const RotorDrivenSystem system(vehicle.model, WithSensors(noise, sensors, config, "sensors"));
   GramianCriterion gramian{system, ReadTarget(config, system)};
+  gramian.scale = ColumnScaleNamed(config.GetChoice("scale", kColumnScales, "bound"));
   gramian.scale_flights = AtLeast(config, "scale_flights", gramian.scale_flights, 1);
   DesignTask task{config.file(), vehicle, {}, common, 0, gramian};
   ReadOptimiser(config, &task.options);

@@ -7,6 +7,7 @@
 
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/common/strict_yaml.h"
+#include "problems/observability/column_scale.h"
 #include "problems/observability/design.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 
@@ -15,7 +16,8 @@ namespace trueline {
 // `criterion: gramian`: sigma_min of the scaled Gramian (Boehm et al. 2020, eq. 5).
 struct GramianCriterion {
   RotorDrivenSystem system;
-  DesignTarget target;     // scale is filled in by RunDesignTask
+  DesignTarget target;  // scale is filled in by RunDesignTask
+  ColumnScale scale = ColumnScale::kBound;
   int scale_flights = 30;  // random flights that give the columns' scale
 };
 

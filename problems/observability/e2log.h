@@ -1,12 +1,14 @@
 // E2LOG, the expanded empirical local observability Gramian (Boehm et al. 2020, eq. 2-4): Taylor
 // series of the output's gradient on short segments. A segment's Gramian is one for the state at
-// its start; the transition matrices chain them to the state at the start of the flight.
+// its start; the transition matrices chain them to the state at the start of the flight. The paper
+// does not chain: it adds the segments' Gramians.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "problems/observability/rotor_driven_system.h"
+#include "problems/trajectory/nominal.h"
 #include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
@@ -14,6 +16,7 @@ namespace trueline {
 struct E2logOptions {
   int order = 3;         // of the Taylor series, 1 to 6
   double segment = 0.1;  // s; a segment never spans a break of the trajectory
+  bool chained = true;   // false: the sum of the segments' Gramians, as published
   int threads = 1;       // 0: all cores
 };
 
@@ -29,6 +32,11 @@ std::vector<SegmentTimes> SplitIntoSegments(const PiecewisePolynomial& path, dou
 // the outputs: ones for the papers' Gramian, RotorDrivenSystem::OutputWeights() for Fisher
 // information. Throws InputError for an order or a segment out of range.
 Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const RotorFlight& flight,
+                      const std::vector<double>& weights, const E2logOptions& options);
+
+// The same of a recorded flight: states at the start of each segment as `flight` has them, inputs
+// as polynomials of the order's degree fitted to it over the segment.
+Eigen::MatrixXd E2log(const RotorDrivenSystem& system, const NominalFlight& flight,
                       const std::vector<double>& weights, const E2logOptions& options);
 
 }  // namespace trueline

@@ -29,8 +29,19 @@ Variable SquaredExcess(const FlatState<LimitSeries>& state, const FlightLimits& 
     excess.Add(-state.p[i][0], half, half);
     excess.Add(state.w[i][0] * state.w[i][0], rate2, rate2);
   }
-  const double cosine = std::cos(limits.tilt);
+  // The flat map itself ends at a thrust that points sideways.
+  const double cosine = std::isfinite(limits.tilt) ? std::cos(limits.tilt) : 0.0;
   excess.Add(-state.cos_tilt[0], -cosine, 1.0 - cosine);
+  const DownInBody<Variable> down = DownInBodyOf<Variable>(state);
+  if (std::isfinite(limits.pitch)) {
+    const double square = std::pow(std::sin(limits.pitch), 2);
+    excess.Add(down.x * down.x, square, square);
+  }
+  if (std::isfinite(limits.roll)) {  // sin(roll)^2 times cos(pitch)^2
+    const double square = std::pow(std::sin(limits.roll), 2);
+    const Variable across = down.y * down.y;
+    excess.Add(across - Variable(square) * (across + down.z * down.z), 0.0, square);
+  }
   const double low = limits.min_speed * limits.min_speed;
   const double high = limits.max_speed * limits.max_speed;
   for (const LimitSeries& u : state.u) {

@@ -7,6 +7,7 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/flight_from_log.h"
+#include "problems/observability/gramian_ranking.h"
 #include "problems/observability/sensor_config.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/rotor_flight.h"
@@ -91,7 +92,9 @@ class ConfigRun {
         vehicle_(ReadRotorVehicle(config.Child("vehicle"), gravity_)),
         noise_(FromYaml<SensorSet>(config.ChildOrEmpty("sensors"))),
         limits_(ReadLimits(config.ChildOrEmpty("limits"))),
-        horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {}
+        horizon_(config.Get<double>("horizon", rotor_driven_ ? 0.2 : 10.0)) {
+    ReadRankingOptions(config.ChildOrEmpty("e2log"));  // of --score=e2log
+  }
 
   std::vector<CaseResult> Run() {
     std::vector<CaseResult> results;

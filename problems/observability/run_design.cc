@@ -77,13 +77,15 @@ std::vector<double> GramianBounds(const GramianCriterion& criterion, const Rotor
 DesignOutcome DesignByGramian(const DesignTask& task, const GramianCriterion& criterion,
                               const Progress& progress) {
   const DesignOptions& options = task.options;
-  progress(fmt::format("{} random flights for the scale of each state", criterion.scale_flights));
+  if (criterion.scale != ColumnScale::kTypical) {
+    progress(fmt::format("{} random flights for the scale of each state", criterion.scale_flights));
+  }
   DesignTarget target = criterion.target;
-  target.scale = ScaleFromRandomFlights(criterion.system, task.vehicle, target.asked, options.shape,
-                                        options.limits, criterion.scale_flights, options.seed,
-                                        options.threads);
-  progress(fmt::format("design from the best {} of {} random flights and figures", options.starts,
-                       options.candidates));
+  target.scale = FindColumnScale(criterion.system, task.vehicle, target.asked,
+                                 {criterion.scale, criterion.scale_flights, options.shape,
+                                  options.limits, options.seed, options.threads});
+  progress(fmt::format("design from the best {} of {} {}", options.starts, options.candidates,
+                       options.random_only ? "random flights" : "random flights and figures"));
   DesignOutcome outcome{
       DesignFlight(criterion.system, task.vehicle, target, options), {}, {}, {}, {}, {}};
   const RotorFlight flight(task.vehicle, outcome.result.path);

@@ -27,9 +27,11 @@ std::string LimitsYaml(const DesignTask& task, const LimitUse& use) {
   };
   add("travel", use.travel, limits.travel, "m");
   add("rate", use.rate, limits.rate, "rad/s");
-  add("tilt", use.tilt, limits.tilt, "rad");
+  if (std::isfinite(limits.tilt)) add("tilt", use.tilt, limits.tilt, "rad");
   add("min_speed", use.min_speed, limits.min_speed, "rad/s");
   add("max_speed", use.max_speed, limits.max_speed, "rad/s");
+  if (std::isfinite(limits.roll)) add("roll", use.roll, limits.roll, "rad");
+  if (std::isfinite(limits.pitch)) add("pitch", use.pitch, limits.pitch, "rad");
   return text;
 }
 
@@ -110,7 +112,12 @@ std::string DesignTable(const DesignTask& task, const DesignOutcome& outcome) {
   text += fmt::format("\n{:<12} {:>12} {:>12}  unit\n", "limit", "used", "allowed");
   row("travel", r.use.travel, limits.travel, "m");
   row("body rate", r.use.rate, limits.rate, "rad/s");
-  row("tilt", r.use.tilt * 180.0 / M_PI, limits.tilt * 180.0 / M_PI, "deg");
+  const auto angle = [&](const char* name, double used, double limit) {
+    if (std::isfinite(limit)) row(name, used / kDegree, limit / kDegree, "deg");
+  };
+  angle("tilt", r.use.tilt, limits.tilt);
+  angle("roll", r.use.roll, limits.roll);
+  angle("pitch", r.use.pitch, limits.pitch);
   row("slowest", r.use.min_speed / kRpm, limits.min_speed / kRpm, "rpm");
   row("fastest", r.use.max_speed / kRpm, limits.max_speed / kRpm, "rpm");
   return text;

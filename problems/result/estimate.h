@@ -41,6 +41,8 @@ struct ArcPrediction {
   Eigen::Matrix2d cov = Eigen::Matrix2d::Identity();  // m^2
   std::optional<Eigen::Vector2d> truth;  // m; empty where the log has none at that time
   std::string truth_source;              // mocap | fixes | none
+  // m, of each axis of the truth against the last fix of the window; zero: not counted.
+  double truth_sigma = 0.0;
 
   // Final-point error Delta_f (Li et al. 2019, eq. 34-35), m; truth must be there.
   double FinalPointError() const { return (*truth - p_E).norm(); }
@@ -48,10 +50,14 @@ struct ArcPrediction {
   bool Inside95() const {
     const Eigen::Vector2d error = *truth - p_E;
     constexpr double kChi2With2Dof = 5.991;
-    return error.dot(cov.inverse() * error) <= kChi2With2Dof;
+    return error.dot(EndCov().inverse() * error) <= kChi2With2Dof;
+  }
+  // Of the truth about the prediction, m^2.
+  Eigen::Matrix2d EndCov() const {
+    return cov + truth_sigma * truth_sigma * Eigen::Matrix2d::Identity();
   }
   // Root of the mean variance of the two axes, m.
-  double PredictedSigma() const { return std::sqrt(0.5 * cov.trace()); }
+  double PredictedSigma() const { return std::sqrt(0.5 * EndCov().trace()); }
 };
 
 struct WindowEstimate {
@@ -62,9 +68,10 @@ struct WindowEstimate {
   std::vector<ParameterEstimate> parameters;
   std::vector<std::string> unobservable;  // unobservable combinations, in words
   std::vector<FixMisfit> misfits;
-  std::vector<TrajectoryPoint> fitted;     // over the window's last pass
-  std::vector<TrajectoryPoint> predicted;  // over the arc
-  std::optional<ArcPrediction> arc;        // none after the last pass
+  std::vector<TrajectoryPoint> fitted;           // over the window's last pass
+  std::vector<TrajectoryPoint> predicted;        // over the arc
+  std::optional<ArcPrediction> arc;              // none after the last pass
+  std::optional<ParameterEstimate> fix_latency;  // s, where it is a nuisance
   int iterations = 0;
   bool converged = false;
   double cost = 0.0;

@@ -7,6 +7,7 @@
 #include <unistd.h>  // environ (a GNU extension, on for C++)
 
 #include "problems/common/app.h"
+#include "problems/common/error.h"
 
 namespace trueline {
 namespace {
@@ -38,9 +39,13 @@ std::string RenderReport(const std::string& verb, const std::vector<std::string>
   const int code = Run(command);
   if (code == 0) return "";
   return fmt::format(
-      "no report.html was written (exit code {} of '{}'); the other results are complete. Is "
-      "python3-plotly installed?",
+      "no report.html was written (exit code {} of '{}'); the other results are complete. Install "
+      "python3-plotly, python3-pandas and python3-yaml, or give --report=false",
       code, fmt::join(command, " "));
+}
+
+void RequireReport(const std::string& failure) {
+  if (!failure.empty()) throw InputError(failure);
 }
 
 }  // namespace trueline

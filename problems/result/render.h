@@ -7,10 +7,13 @@
 
 namespace trueline {
 
-// Runs report.py VERB with `arguments`, which writes directory/report.html. The other results are
-// complete without the report, so a failure (no Python, no plotly) is returned as a warning text;
-// empty on success.
+// Runs report.py VERB with `arguments`, which writes directory/report.html. A failure (no Python,
+// no plotly, no space) is returned as a text, empty on success: the other results are worth writing
+// and printing before RequireReport() turns it into the end of the run.
 std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
                          const std::filesystem::path& directory);
+
+// Throws InputError with the text, if it is not empty.
+void RequireReport(const std::string& failure);
 
 }  // namespace trueline

@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
+#include "problems/common/parallel.h"
 #include "problems/rotor/constants_chart.h"
 #include "problems/rotor/fixed_point.h"
 #include "problems/rotor/pose_prediction.h"
@@ -48,9 +52,7 @@ class Batch {
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
       : data_(data), options_(options) {
     CheckPrior(options.prior, data);
-    for (RotorSegment& segment : CutSegments(data)) {
-      segments_.emplace_back(model, data, options.noise, std::move(segment));
-    }
+    segments_ = MakeSegments(model, data, options);
     at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
   }
 
@@ -85,19 +87,11 @@ class Batch {
   // Half the squares of all whitened residuals, poses under Huber's loss.
   double Cost() const {
     const RotorConstants constants = FromChart(at_.chart);
-    double sum = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
-    for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
-      const RotorState x = Joined(at_.nodes[i], constants);
-      double pose[6];
-      PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
-      sum += options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
-      if (i == segments_.size()) break;
-      SegmentResidual step =
-          segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
-      segments_[i].Whiten(&step);
-      sum += step.error.squaredNorm();
-    }
-    return 0.5 * sum;
+    std::vector<double> squares(at_.nodes.size());
+    ParallelRuns(static_cast<int>(squares.size()), kSegmentsInARow,
+                 [&](int i) { squares[i] = SquaresOf(i, constants); });
+    const double prior = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
+    return 0.5 * std::accumulate(squares.begin(), squares.end(), prior);
   }
 
   double Linearise() {
@@ -121,7 +115,7 @@ class Batch {
     Eigen::VectorXd border(reduced.border() + 1);
     border << by_chart * step, 1.0;
     node_steps_ = chain.NodesAt(border);
-    return chain.SlopeTo(border) + prior.error.dot(border.head(reduced.border()));
+    return chain.SlopeTo(node_steps_, border) + prior.error.dot(border.head(reduced.border()));
   }
 
   bool Try(double part, double* cost) {
@@ -150,13 +144,33 @@ class Batch {
     std::vector<RotorNode> nodes;
   };
 
+  struct Weighed {
+    RotorConstants constants;
+    std::vector<RotorNode> nodes;
+    BorderedChain<kNodeErrors> chain;
+  };
+
   static bool IsSecondMoment(int constant) {
     return constant >= kInertiaConstants && constant < kInertiaConstants + 3;
   }
 
-  RotorBatchResult Finished(RotorBatchResult result) const {
+  // Of the rows of a node's pose and of the segment that it starts.
+  double SquaresOf(int i, const RotorConstants& constants) const {
+    const RotorState x = Joined(at_.nodes[i], constants);
+    double pose[6];
+    PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
+    const double squares =
+        options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
+    if (i == static_cast<int>(segments_.size())) return squares;
+    SegmentResidual step = segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
+    segments_[i].Whiten(&step);
+    return squares + step.error.squaredNorm();
+  }
+
+  RotorBatchResult Finished(RotorBatchResult result) {
     result.mean = FromChart(at_.chart);
     result.nodes = at_.nodes;
+    if (!options_.covariance) return result;
     result.cov = Covariance(&result.log_evidence);
     result.log_evidence -= result.cost;
     return result;
@@ -216,9 +230,9 @@ class Batch {
   }
 
   void SetWeights(const RotorConstants& constants) {
-    for (std::size_t i = 0; i < segments_.size(); ++i) {
-      segments_[i].SetWeight(at_.nodes[i], constants);
-    }
+    weighed_ =
+        Weighed{constants, at_.nodes,
+                WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
   }
 
   void Solve(RotorBatchResult* result) {
@@ -238,12 +252,18 @@ class Batch {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   }
 
-  BorderedChain<kNodeErrors> Linear() const {
-    return LinearChain(data_, options_, segments_, at_.nodes, FromChart(at_.chart), {}, INFINITY);
+  // The first linearisation is often where the weights were evaluated, whose chain is then used.
+  BorderedChain<kNodeErrors> Linear() {
+    const RotorConstants constants = FromChart(at_.chart);
+    std::optional<Weighed> weighed = std::exchange(weighed_, std::nullopt);
+    if (weighed && weighed->constants == constants && weighed->nodes == at_.nodes) {
+      return std::move(weighed->chain);
+    }
+    return LinearChain(data_, options_, segments_, at_.nodes, constants);
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
-  Eigen::MatrixXd Covariance(double* log_evidence) const {
+  Eigen::MatrixXd Covariance(double* log_evidence) {
     const BorderedChain<kNodeErrors> chain = Linear();
     CHECK(chain.regular()) << "a pose does not determine its node";
     const ReducedSystem reduced =
@@ -255,7 +275,8 @@ class Batch {
   const RotorData& data_;
   const RotorBatchOptions& options_;
   std::vector<SegmentModel> segments_;
-  Point at_, start_;  // start: of the step
+  std::optional<Weighed> weighed_;  // the chain where the weights were evaluated
+  Point at_, start_;                // start: of the step
   RotorConstants chart_step_;
   RotorConstants gradient_;  // of the cost by the chart, nodes at their best
   std::set<int> flat_;       // held second moments of the chart
@@ -282,9 +303,10 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   constexpr int kMostTurns = 20;
   constexpr int kFew = 4;           // iterations
   constexpr double kSettled = 0.1;  // sigmas
-  RotorBatchOptions rough = options;
+  RotorBatchOptions fine = options, rough = options;
+  fine.covariance = rough.covariance = true;
   rough.max_iterations = std::min(kFew, options.max_iterations);
-  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, options).Run();
+  RotorBatchResult result = start != nullptr ? *start : Batch(model, *data, fine).Run();
   if (start != nullptr) result.iterations = 0, result.solve_time = 0.0;
   RotorConstants at = result.mean;
   FixedPoint fixed_point;
@@ -292,7 +314,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   for (int turn = 0; turn < kMostTurns; ++turn) {
     data->TurnMotors(Possible(MotorsOf(at)));
     const RotorBatchResult before = std::move(result);
-    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? options : rough);
+    Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
     result = start != nullptr ? batch.RunFrom(before, start->nodes, start->mean)
                               : batch.RunFrom(before, before.nodes, at);
     result.iterations += before.iterations;

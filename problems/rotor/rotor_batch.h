@@ -18,6 +18,7 @@ struct RotorBatchOptions {
   double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
   int reweights = 1;         // times that weights are re-evaluated at the solution
   int max_iterations = 60;
+  bool covariance = true;  // else `cov` and `log_evidence` are not computed
   bool widen =
       false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
 

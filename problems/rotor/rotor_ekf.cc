@@ -32,6 +32,7 @@ class Filter {
         data_(data),
         options_(options),
         unknowns_(options.prior.Free()),
+        columns_(options.prior.Free()),
         point_(options.point.value_or(options.prior.mean)) {}
 
   RotorEkfRun Run() {
@@ -160,7 +161,7 @@ class Filter {
 
   void UpdateWithImu(double t, const RotorImu& imu, Held* held) {
     const RotorState at = Point();
-    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t));
+    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t), columns_);
     Eigen::Matrix<double, 6, 1> innovation, sigma;
     sigma << Eigen::Vector3d::Constant(options_.noise.accel),
         Eigen::Vector3d::Constant(options_.noise.gyro);
@@ -191,7 +192,7 @@ class Filter {
     const RotorConstants constants = x_.tail<Model::kConstants>(), away = Offset(at);
     const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
     const RotorStepMatrix slope =
-        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at);
+        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at, columns_);
     const Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
     Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
     FP += G.lazyProduct(held.with_state);
@@ -277,6 +278,7 @@ class Filter {
   const RotorData& data_;
   const RotorEkfOptions& options_;
   Unknowns unknowns_;
+  SlopeColumns columns_;
   RotorState x_;
   Unknowns::Covariance cov_;
   RotorConstants point_;  // linearisation point of held constants

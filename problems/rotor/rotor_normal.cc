@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "problems/common/parallel.h"
 #include "problems/rotor/pose_prediction.h"
-#include "problems/rotor/rotor_slopes.h"
 
 namespace trueline {
 namespace {
@@ -17,41 +17,25 @@ using Vector = Eigen::VectorXd;
 struct PoseResidual {
   Vector error;        // in sigmas
   Matrix d_node;       // rows x 12
-  Matrix d_constants;  // rows x kConstants, SI
+  Matrix d_constants;  // rows x free constants, SI
 };
 
 PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise& noise,
-                          const RotorNode& node, const RotorConstants& constants) {
+                          const RotorNode& node, const RotorConstants& constants,
+                          const std::vector<int>& free) {
   std::array<RotorJet, RotorAeroModel::kStates> x;
   std::array<RotorJet, 6> error;
   SeedErrors(Joined(node, constants), x.data());
   PoseError(pose, attitude, noise, x.data(), error.data());
   const int rows = attitude ? 6 : 3;
   PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, 12),
-                 Eigen::MatrixXd(rows, RotorAeroModel::kConstants)};
+                 Eigen::MatrixXd(rows, free.size())};
   for (int i = 0; i < rows; ++i) {
     r.error[i] = error[i].a;
     r.d_node.row(i) = error[i].v.head<12>().transpose();
-    r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>().transpose();
+    r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>()(free).transpose();
   }
   return r;
-}
-
-int ClusterCount(const RotorData& data, double cluster) {
-  return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));
-}
-
-// Columns of the free constants (in prior sigmas), of the effects, and the residual, side by side.
-Matrix BorderOf(const Matrix& d_constants, const std::vector<int>& free,
-                const RotorConstants& scale, const Matrix& columns, const Vector& error) {
-  const auto constants = static_cast<Eigen::Index>(free.size());
-  Matrix border(error.size(), constants + columns.cols() + 1);
-  for (Eigen::Index i = 0; i < constants; ++i) {
-    border.col(i) = d_constants.col(free[i]) * scale[free[i]];
-  }
-  border.middleCols(constants, columns.cols()) = columns;
-  border.rightCols<1>() = error;
-  return border;
 }
 
 // d(error of a pose) / d(size of each column), in sigmas.
@@ -65,54 +49,133 @@ Matrix PoseColumns(const RotorColumns& columns, const RotorBatchOptions& options
   return read.topRows(rows);
 }
 
+using Rows = NodeRows<kNodeErrors>;
+
+// Whitened rows of nodes at one point.
+class RowsAtPoint {
+ public:
+  RowsAtPoint(const RotorData& data, const RotorBatchOptions& options,
+              const std::vector<RotorNode>& nodes, const RotorConstants& constants,
+              RotorColumns columns, double cluster)
+      : data_(data),
+        options_(options),
+        nodes_(nodes),
+        constants_(constants),
+        columns_(std::move(columns)),
+        free_(options.prior.Free()),
+        clusters_(ClusterCount(data, cluster)) {}
+
+  // Of node i's pose, and of the segment from it along `path`; both are null at the last node.
+  Rows Of(std::size_t i, const SegmentModel* segment, const SegmentPath* path) const {
+    const PoseResidual pose =
+        EvaluatePose(data_.poses[i], data_.attitude, options_.noise, nodes_[i], constants_, free_);
+    const double root = std::sqrt(options_.PoseWeight(pose.error.norm()));
+    const auto poses = pose.error.size();
+    const Matrix read =
+        PoseColumns(columns_, options_, data_.poses[i].t, Joined(nodes_[i], constants_), poses);
+    const Matrix border = BorderOf(pose.d_constants, read, pose.error);
+    Rows rows(static_cast<int>(poses) + (segment == nullptr ? 0 : segment->segment().NumRows()),
+              static_cast<int>(border.cols()));
+    rows.node().topRows(poses) = root * pose.d_node;
+    rows.border().topRows(poses) = root * border;
+    rows.cluster.assign(rows.cluster.size(), ClusterOf(i));
+    rows.log_weights = -(data_.attitude ? 3.0 : 0.0) * std::log(options_.noise.attitude) -
+                       3.0 * std::log(options_.noise.position);
+    if (segment != nullptr) AddSegment(*segment, *path, nodes_[i + 1], &rows);
+    return rows;
+  }
+
+ private:
+  void AddSegment(const SegmentModel& segment, const SegmentPath& path, const RotorNode& next,
+                  Rows* rows) const {
+    SegmentResidual step = segment.Evaluate(path, next);
+    segment.Whiten(&step);
+    Matrix response(step.error.size(), 0);
+    if (columns_.count > 0) {
+      response = segment.Respond(path, next, columns_.count, columns_.push);
+      segment.Whiten(&response);
+    }
+    const auto steps = step.error.size();
+    rows->node().bottomRows(steps) = step.d_start;
+    rows->next().bottomRows(steps) = step.d_next;
+    rows->border().bottomRows(steps) = BorderOf(step.d_constants, response, step.error);
+    rows->log_weights -= 0.5 * segment.LogDeterminant();
+  }
+
+  // Columns of the free constants (in prior sigmas), of the effects, and the residual, side by
+  // side.
+  Matrix BorderOf(const Matrix& d_constants, const Matrix& columns, const Vector& error) const {
+    Matrix border(error.size(), d_constants.cols() + columns.cols() + 1);
+    border << d_constants * Vector(options_.prior.sigma(free_)).asDiagonal(), columns, error;
+    return border;
+  }
+
+  int ClusterOf(std::size_t i) const {
+    const double start = data_.poses.front().t;
+    const double length = std::max(1e-9, data_.poses.back().t - start);
+    return std::min(clusters_ - 1,
+                    static_cast<int>((data_.poses[i].t - start) / length * clusters_));
+  }
+
+  const RotorData& data_;
+  const RotorBatchOptions& options_;
+  const std::vector<RotorNode>& nodes_;
+  const RotorConstants& constants_;
+  RotorColumns columns_;
+  std::vector<int> free_;
+  int clusters_;
+};
+
+// The chain of the rows of all nodes; of(i, rows) gives those of a node that starts a segment.
+template <class Of>
+BorderedChain<kNodeErrors> Chain(const RowsAtPoint& at, const std::vector<RotorNode>& nodes,
+                                 const Of& of) {
+  std::vector<Rows> rows(nodes.size(), Rows(0, 0));
+  const int segments = static_cast<int>(nodes.size()) - 1;
+  ParallelRuns(segments, kSegmentsInARow, [&](int i) { rows[i] = of(i, at); });
+  rows.back() = at.Of(segments, nullptr, nullptr);
+  return BorderedChain<kNodeErrors>(std::move(rows));
+}
+
 }  // namespace
 
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants, const RotorColumns& columns,
-                                       double cluster) {
+                                       const RotorConstants& constants) {
+  return Chain(RowsAtPoint(data, options, nodes, constants, {}, INFINITY), nodes,
+               [&](int i, const RowsAtPoint& rows) {
+                 const SegmentPath path = segments[i].Follow(nodes[i], constants);
+                 return rows.Of(i, &segments[i], &path);
+               });
+}
+
+BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchOptions& options,
+                                        std::vector<SegmentModel>* segments,
+                                        const std::vector<RotorNode>& nodes,
+                                        const RotorConstants& constants,
+                                        const RotorColumns& columns, double cluster) {
+  return Chain(RowsAtPoint(data, options, nodes, constants, columns, cluster), nodes,
+               [&](int i, const RowsAtPoint& rows) {
+                 SegmentModel& segment = (*segments)[i];
+                 const SegmentPath path = segment.Follow(nodes[i], constants);
+                 segment.SetWeight(path);
+                 return rows.Of(i, &segment, &path);
+               });
+}
+
+std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorData& data,
+                                       const RotorBatchOptions& options) {
   const std::vector<int> free = options.prior.Free();
-  const RotorConstants& scale = options.prior.sigma;
-  const double start = data.poses.front().t;
-  const double length = std::max(1e-9, data.poses.back().t - start);
-  const int clusters = ClusterCount(data, cluster);
-  std::vector<NodeRows<kNodeErrors>> rows;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const double t = data.poses[i].t;
-    const PoseResidual pose =
-        EvaluatePose(data.poses[i], data.attitude, options.noise, nodes[i], constants);
-    const double root = std::sqrt(options.PoseWeight(pose.error.norm()));
-    const Matrix read =
-        PoseColumns(columns, options, t, Joined(nodes[i], constants), pose.error.size());
-    const Matrix border = BorderOf(pose.d_constants, free, scale, read, pose.error);
-    const bool last = i + 1 == nodes.size();
-    const auto poses = pose.error.size();
-    NodeRows<kNodeErrors>& at =
-        rows.emplace_back(static_cast<int>(poses) + (last ? 0 : segments[i].segment().NumRows()),
-                          static_cast<int>(border.cols()));
-    at.node().topRows(poses) = root * pose.d_node;
-    at.border().topRows(poses) = root * border;
-    const auto own = static_cast<int>((t - start) / length * clusters);
-    at.cluster.assign(at.cluster.size(), std::min(clusters - 1, own));
-    at.log_weights = -(data.attitude ? 3.0 : 0.0) * std::log(options.noise.attitude) -
-                     3.0 * std::log(options.noise.position);
-    if (last) break;
-    const SegmentModel& segment = segments[i];
-    SegmentResidual step = segment.Evaluate(nodes[i], nodes[i + 1], constants, true);
-    segment.Whiten(&step);
-    Matrix response(step.error.size(), 0);
-    if (columns.count > 0) {
-      response = segment.Respond(nodes[i], nodes[i + 1], constants, columns.count, columns.push);
-      segment.Whiten(&response);
-    }
-    const auto steps = step.error.size();
-    at.node().bottomRows(steps) = step.d_start;
-    at.next().bottomRows(steps) = step.d_next;
-    at.border().bottomRows(steps) = BorderOf(step.d_constants, free, scale, response, step.error);
-    at.log_weights -= 0.5 * segment.LogDeterminant();
+  std::vector<SegmentModel> segments;
+  for (RotorSegment& cut : CutSegments(data)) {
+    segments.emplace_back(model, data, options.noise, std::move(cut), free);
   }
-  return BorderedChain<kNodeErrors>(std::move(rows));
+  return segments;
+}
+
+int ClusterCount(const RotorData& data, double cluster) {
+  return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));
 }
 
 ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,
@@ -138,12 +201,8 @@ namespace {
 ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
                         const RotorColumns& columns, double cluster) {
-  std::vector<SegmentModel> segments;
-  for (RotorSegment& cut : CutSegments(data)) {
-    segments.emplace_back(model, data, options.noise, std::move(cut));
-    segments.back().SetWeight(batch.nodes[segments.size() - 1], batch.mean);
-  }
-  return LinearChain(data, options, segments, batch.nodes, batch.mean, columns, cluster)
+  std::vector<SegmentModel> segments = MakeSegments(model, data, options);
+  return WeighedChain(data, options, &segments, batch.nodes, batch.mean, columns, cluster)
       .Reduced(BorderPrior(options.prior, batch.mean, columns.count), ClusterCount(data, cluster));
 }
 

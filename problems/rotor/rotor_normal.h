@@ -24,14 +24,25 @@ struct RotorColumns {
   ReadFunction read = nullptr;  // null where no column changes pose readings directly
 };
 
+// One model for each segment, with derivatives by the free constants.
+std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorData& data,
+                                       const RotorBatchOptions& options);
+
 // The flight's chain linearised at the given nodes and constants, with the weights that `segments`
-// hold. Border: the free constants in units of their prior sigma, the columns' sizes, the residual.
-// Clusters of `cluster` seconds.
+// hold. Border: the free constants in units of their prior sigma, the residual.
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants, const RotorColumns& columns,
-                                       double cluster);
+                                       const RotorConstants& constants);
+// The same with weights evaluated at this point, which `segments` then hold. Border: the free
+// constants, the columns' sizes, the residual. Clusters of `cluster` seconds.
+BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchOptions& options,
+                                        std::vector<SegmentModel>* segments,
+                                        const std::vector<RotorNode>& nodes,
+                                        const RotorConstants& constants,
+                                        const RotorColumns& columns, double cluster);
+// Number of clusters of about `cluster` seconds.
+int ClusterCount(const RotorData& data, double cluster);
 // Priors of that border: of the free constants; the columns have none.
 ReducedSystem::Prior BorderPrior(const RotorPrior& prior, const RotorConstants& constants,
                                  int columns);

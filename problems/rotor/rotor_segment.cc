@@ -1,13 +1,10 @@
 #include "problems/rotor/rotor_segment.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
-#include "problems/rotor/rotor_slopes.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_step.h"
 
 namespace trueline {
@@ -15,10 +12,11 @@ namespace {
 
 using Model = RotorAeroModel;
 constexpr int kMoving = Model::kMovingErrors;
-constexpr int kErrors = Model::kErrors;
+using Square = Eigen::Matrix<double, kMoving, kMoving>;
+using Disturbance = Eigen::Matrix<double, 6, 1>;
 // Floor of the standard deviations at a segment's end: a covariance of a single step would be
 // singular without it. rad, m, m/s, rad/s.
-constexpr std::array<double, 4> kFloor = {1e-6, 1e-6, 1e-6, 1e-6};
+constexpr double kFloor = 1e-6;
 
 }  // namespace
 
@@ -51,139 +49,139 @@ Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next)
   return Skew<double>(turn.tail<3>()) - turn[0] * Eigen::Matrix3d::Identity();
 }
 
-struct SegmentModel::Shot {
-  Eigen::VectorXd readings;  // 6 for each IMU sample
-  RotorState end;
-  Eigen::MatrixXd d_readings;  // rows x kErrors, where asked for
-  RotorStepMatrix d_end;
-};
-
 SegmentModel::SegmentModel(const RotorAeroModel& model, const RotorData& data,
-                           const RotorNoise& noise, RotorSegment segment)
-    : model_(model), data_(data), noise_(noise), segment_(std::move(segment)) {}
+                           const RotorNoise& noise, RotorSegment segment, std::vector<int> by)
+    : model_(model),
+      data_(data),
+      noise_(noise),
+      segment_(std::move(segment)),
+      by_(std::move(by)),
+      columns_(by_) {}
 
-SegmentModel::Shot SegmentModel::Shoot(const RotorState& x0, bool derivatives) const {
-  Shot shot;
-  shot.readings.resize(6 * segment_.num_imu);
-  if (derivatives) shot.d_readings.resize(6 * segment_.num_imu, kErrors);
-  shot.d_end.leftCols<kMoving>().setIdentity();
-  shot.d_end.rightCols<Model::kConstants>().setZero();
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
-  RotorState x = x0;
-  int row = 0;
-  for (const RotorSegment::Step& step : segment_.steps) {
-    if (step.imu >= 0 && derivatives) {
-      const RotorReading reading = ReadWithSlope(model_, x, data_.InputAt(step.t));
-      shot.readings.segment<6>(row) = reading.y;
-      auto d_reading = shot.d_readings.middleRows<6>(row);
-      d_reading.noalias() = reading.slope.leftCols<kMoving>() * shot.d_end;
-      d_reading.rightCols<Model::kConstants>() += reading.slope.rightCols<Model::kConstants>();
-    } else if (step.imu >= 0) {
-      model_.Imu(x.data(), data_.InputAt(step.t), shot.readings.data() + row);
-    }
-    if (step.imu >= 0) row += 6;
-    const RotorInput input = data_.InputAt(step.t + 0.5 * step.dt);
-    if (!derivatives) {
-      RotorMidpointStep(model_, input, none.data(), step.dt, x.data());
-      continue;
-    }
-    const RotorStepMatrix F = StepWithSlope(model_, input, none, step.dt, &x);
-    shot.d_end = (F.leftCols<kMoving>() * shot.d_end).eval();
-    shot.d_end.rightCols<Model::kConstants>() += F.rightCols<Model::kConstants>();
+SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& constants) const {
+  SegmentPath path;
+  path.steps.resize(segment_.steps.size());
+  RotorState x = Joined(start, constants);
+  for (std::size_t k = 0; k < path.steps.size(); ++k) {
+    const RotorSegment::Step& step = segment_.steps[k];
+    SegmentPath::Step& at = path.steps[k];
+    at.x = x;
+    if (step.imu >= 0) at.reading = ReadWithSlope(model_, x, data_.InputAt(step.t), columns_);
+    at.F = StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), Disturbance::Zero(),
+                         step.dt, &x, columns_);
   }
   x.head<4>().normalize();
-  shot.end = x;
-  return shot;
+  path.end = x;
+  return path;
 }
 
-SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& next,
-                                       const RotorConstants& constants, bool derivatives) const {
-  const Shot shot = Shoot(Joined(start, constants), derivatives);
-  const int readings = 6 * segment_.num_imu;
-  SegmentResidual residual;
-  residual.error.resize(segment_.NumRows());
+Eigen::VectorXd SegmentModel::Errors(const Eigen::VectorXd& readings, const RotorState& end,
+                                     const RotorNode& next) const {
+  Eigen::VectorXd errors(segment_.NumRows());
   int row = 0;
   for (const RotorSegment::Step& step : segment_.steps) {
     if (step.imu < 0) continue;
     const RotorImu& imu = data_.imu[step.imu];
-    residual.error.segment<3>(row) = imu.accel - shot.readings.segment<3>(row);
-    residual.error.segment<3>(row + 3) = imu.gyro - shot.readings.segment<3>(row + 3);
+    errors.segment<6>(row) << imu.accel, imu.gyro;
     row += 6;
   }
-  residual.error.tail<kMoving>() = Minus(shot.end, Joined(next, constants)).head<kMoving>();
-  if (!derivatives) return residual;
+  errors.head(row) -= readings;
+  errors.tail<kMoving>() = Minus(end, Joined(next, RotorConstants::Zero())).head<kMoving>();
+  return errors;
+}
 
-  Eigen::Matrix<double, kMoving, kErrors> d_end = -shot.d_end;
-  d_end.topRows<3>() = AttitudeErrorSlope(shot.end, next) * shot.d_end.topRows<3>();
-  residual.d_next = Eigen::MatrixXd::Zero(residual.error.size(), kMoving);
-  residual.d_next.bottomRows<kMoving>().setIdentity();
-  residual.d_next.block<3, 3>(readings, 0) = -AttitudeErrorSlope(shot.end, next).transpose();
-  residual.d_start.resize(residual.error.size(), kMoving);
-  residual.d_start << -shot.d_readings.leftCols(kMoving), d_end.leftCols<kMoving>();
-  residual.d_constants.resize(residual.error.size(), Model::kConstants);
-  residual.d_constants << -shot.d_readings.rightCols(Model::kConstants),
-      d_end.rightCols<Model::kConstants>();
+SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& next,
+                                       const RotorConstants& constants, bool derivatives) const {
+  if (derivatives) return Evaluate(Follow(start, constants), next);
+  const Disturbance none = Disturbance::Zero();
+  Eigen::VectorXd readings(6 * segment_.num_imu);
+  RotorState x = Joined(start, constants);
+  double* reading = readings.data();
+  for (const RotorSegment::Step& step : segment_.steps) {
+    if (step.imu >= 0) {
+      model_.Imu(x.data(), data_.InputAt(step.t), reading);
+      reading += 6;
+    }
+    RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
+                      x.data());
+  }
+  x.head<4>().normalize();
+  SegmentResidual residual;
+  residual.error = Errors(readings, x, next);
   return residual;
 }
 
-// d(rows) / d(all disturbances, each scaled to its sigma).
-Eigen::MatrixXd SegmentModel::Disturbed(const RotorState& x0) const {
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
-  const auto count = static_cast<Eigen::Index>(6 * segment_.steps.size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(segment_.NumRows(), count);
-  Eigen::Matrix<double, kMoving, Eigen::Dynamic> moved(kMoving, count);
-  RotorState x = x0;
-  int row = 0, column = 0;
-  for (const RotorSegment::Step& step : segment_.steps) {
-    Eigen::Matrix<double, 6, 1> sigma;
-    sigma << Eigen::Vector3d::Constant(noise_.force_density / std::sqrt(step.dt)),
-        Eigen::Vector3d::Constant(noise_.angular_density / std::sqrt(step.dt));
-    if (step.imu >= 0) {
-      const RotorReading reading = ReadWithSlope(model_, x, data_.InputAt(step.t));
-      rows.block(row, 0, 6, column).noalias() =
-          reading.slope.leftCols<kMoving>() * moved.leftCols(column);
-      rows.block<6, 6>(row, column) = DisturbanceFeedthrough(x) * sigma.asDiagonal();
+SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode& next) const {
+  const auto count = static_cast<Eigen::Index>(by_.size());
+  const int rows = segment_.NumRows(), num_readings = 6 * segment_.num_imu;
+  SegmentResidual residual;
+  residual.d_start.resize(rows, kMoving);
+  residual.d_constants.resize(rows, count);
+  Eigen::VectorXd readings(num_readings);
+  // Of the state, by the start and by the constants.
+  Square moved = Square::Identity();
+  Eigen::Matrix<double, kMoving, Eigen::Dynamic> pushed = Eigen::MatrixXd::Zero(kMoving, count);
+  int row = 0;
+  for (std::size_t k = 0; k < path.steps.size(); ++k) {
+    const SegmentPath::Step& at = path.steps[k];
+    if (segment_.steps[k].imu >= 0) {
+      const auto H = at.reading.slope.leftCols<kMoving>();
+      readings.segment<6>(row) = at.reading.y;
+      residual.d_start.middleRows<6>(row).setZero();
+      AddProduct(-1.0, H, moved, residual.d_start.middleRows<6>(row));
+      auto d_constants = residual.d_constants.middleRows<6>(row);
+      for (Eigen::Index j = 0; j < count; ++j) {
+        d_constants.col(j) = -at.reading.slope.col(kMoving + by_[j]);
+      }
+      AddProduct(-1.0, H, pushed, d_constants);
       row += 6;
     }
-    moved.middleCols<6>(column) = DisturbanceInput(x, step.dt) * sigma.asDiagonal();
-    const RotorStepMatrix F =
-        StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), none, step.dt, &x);
-    moved.leftCols(column) = (F.leftCols<kMoving>() * moved.leftCols(column)).eval();
-    column += 6;
+    const auto F = at.F.leftCols<kMoving>();
+    MultiplyLeft(F, moved);
+    MultiplyLeft(F, pushed);
+    for (Eigen::Index j = 0; j < count; ++j) pushed.col(j) += at.F.col(kMoving + by_[j]);
   }
-  rows.bottomRows<kMoving>() = moved;
-  return rows;
+  residual.error = Errors(readings, path.end, next);
+
+  const Eigen::Matrix3d S = AttitudeErrorSlope(path.end, next);
+  residual.d_next = Eigen::MatrixXd::Zero(rows, kMoving);
+  residual.d_next.bottomRows<kMoving>().setIdentity();
+  residual.d_next.block<3, 3>(num_readings, 0) = -S.transpose();
+  residual.d_start.bottomRows<kMoving>() = -moved;
+  residual.d_start.middleRows<3>(num_readings) = S * moved.topRows<3>();
+  residual.d_constants.bottomRows<kMoving>() = -pushed;
+  residual.d_constants.middleRows<3>(num_readings) = S * pushed.topRows<3>();
+  return residual;
 }
 
-void SegmentModel::SetWeight(const RotorNode& start, const RotorConstants& constants) {
-  const Eigen::MatrixXd disturbed = Disturbed(Joined(start, constants));
-  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(disturbed.rows(), disturbed.rows());
-  cov.selfadjointView<Eigen::Lower>().rankUpdate(disturbed);
-  for (int i = 0; i < segment_.num_imu; ++i) {
-    cov.diagonal().segment<3>(6 * i).array() += noise_.accel * noise_.accel;
-    cov.diagonal().segment<3>(6 * i + 3).array() += noise_.gyro * noise_.gyro;
+void SegmentModel::SetWeight(const SegmentPath& path) {
+  Disturbance density, variance;
+  density << Eigen::Vector3d::Constant(noise_.force_density),
+      Eigen::Vector3d::Constant(noise_.angular_density);
+  variance << Eigen::Vector3d::Constant(noise_.accel * noise_.accel),
+      Eigen::Vector3d::Constant(noise_.gyro * noise_.gyro);
+  weight_ = SegmentWeight(segment_.num_imu);
+  for (std::size_t k = 0; k < path.steps.size(); ++k) {
+    const SegmentPath::Step& at = path.steps[k];
+    const RotorSegment::Step& step = segment_.steps[k];
+    const Disturbance sigma = density / std::sqrt(step.dt);
+    if (step.imu >= 0) {
+      weight_.Read(at.reading.slope.leftCols<kMoving>(),
+                   DisturbanceFeedthrough(at.x) * sigma.asDiagonal(), variance);
+    }
+    weight_.Step(at.F.leftCols<kMoving>(), DisturbanceInput(at.x, step.dt) * sigma.asDiagonal());
   }
-  for (int i = 0; i < 4; ++i) {
-    cov.diagonal().segment<3>(6 * segment_.num_imu + 3 * i).array() += kFloor[i] * kFloor[i];
-  }
-  const Eigen::LLT<Eigen::MatrixXd> llt(cov);
-  CHECK(llt.info() == Eigen::Success);
-  lower_ = llt.matrixL();
+  weight_.End(Eigen::Matrix<double, kMoving, 1>::Constant(kFloor * kFloor));
 }
 
 void SegmentModel::Whiten(SegmentResidual* residual) const {
-  const auto L = lower_.triangularView<Eigen::Lower>();
-  L.solveInPlace(residual->error);
+  weight_.Whiten(residual->error);
   if (residual->d_start.size() == 0) return;
-  L.solveInPlace(residual->d_start);
-  L.solveInPlace(residual->d_next);
-  L.solveInPlace(residual->d_constants);
+  weight_.Whiten(residual->d_start);
+  weight_.WhitenEnd(residual->d_next.bottomRows<kMoving>());
+  weight_.Whiten(residual->d_constants);
 }
 
-void SegmentModel::Whiten(Eigen::MatrixXd* rows) const {
-  lower_.triangularView<Eigen::Lower>().solveInPlace(*rows);
-}
-
-double SegmentModel::LogDeterminant() const { return 2.0 * lower_.diagonal().array().log().sum(); }
+void SegmentModel::Whiten(Eigen::MatrixXd* rows) const { weight_.Whiten(*rows); }
 
 }  // namespace trueline

@@ -9,7 +9,8 @@
 
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_noise.h"
-#include "problems/rotor/rotor_state.h"
+#include "problems/rotor/rotor_slopes.h"
+#include "problems/rotor/segment_weight.h"
 
 namespace trueline {
 
@@ -24,6 +25,9 @@ struct RotorSegment {
   int NumRows() const { return 6 * num_imu + RotorAeroModel::kMovingErrors; }
 };
 
+// Segments that one thread works on in a row.
+inline constexpr int kSegmentsInARow = 32;
+
 // One segment for each pair of consecutive poses.
 std::vector<RotorSegment> CutSegments(const RotorData& data);
 
@@ -32,7 +36,18 @@ struct SegmentResidual {
   Eigen::VectorXd error;        // measured less predicted (end: next node less prediction)
   Eigen::MatrixXd d_start;      // rows x 12, by the error of the node at the start
   Eigen::MatrixXd d_next;       // rows x 12
-  Eigen::MatrixXd d_constants;  // rows x kConstants, by the model's constants (SI)
+  Eigen::MatrixXd d_constants;  // rows x constants asked for (SI)
+};
+
+// The model's path from the start of a segment to its end, with slopes.
+struct SegmentPath {
+  struct Step {
+    RotorState x;          // at its start
+    RotorReading reading;  // there, where an IMU sample was taken
+    RotorStepMatrix F;     // over the step
+  };
+  std::vector<Step> steps;
+  RotorState end;
 };
 
 // e = 2 vec(q_end^* q_next) = 2 v: de = S d_end - S' d_next with S = [v]x - w, (w, v) the rotation.
@@ -40,39 +55,44 @@ Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next)
 
 class SegmentModel {
  public:
+  // Derivatives are by the given constants (indices), in that order.
   SegmentModel(const RotorAeroModel& model, const RotorData& data, const RotorNoise& noise,
-               RotorSegment segment);
+               RotorSegment segment, std::vector<int> by = AllRotorConstants());
+
+  SegmentPath Follow(const RotorNode& start, const RotorConstants& constants) const;
 
   // Not whitened. Computes derivatives if `derivatives`.
   SegmentResidual Evaluate(const RotorNode& start, const RotorNode& next,
                            const RotorConstants& constants, bool derivatives) const;
+  SegmentResidual Evaluate(const SegmentPath& path, const RotorNode& next) const;
   // Small forces that a model lacks, at a time and state, for each unit of size: specific force
   // [m/s^2] and angular acceleration [rad/s^2] in the first 6 rows, direct errors of accelerometer
   // [m/s^2] and gyro [rad/s] in the next 6; 12 x columns.
   using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
   // d(error of Evaluate) / d(size of each column): rows x columns, not whitened.
-  Eigen::MatrixXd Respond(const RotorNode& start, const RotorNode& next,
-                          const RotorConstants& constants, int columns,
+  Eigen::MatrixXd Respond(const SegmentPath& path, const RotorNode& next, int columns,
                           const PushFunction& push) const;
-  // Evaluates the covariance of the rows at this state, for Whiten.
-  void SetWeight(const RotorNode& start, const RotorConstants& constants);
+  // Evaluates the covariance of the rows along this path, for Whiten.
+  void SetWeight(const SegmentPath& path);
   // Multiplies by L^-1 of the covariance L L'.
   void Whiten(SegmentResidual* residual) const;
   void Whiten(Eigen::MatrixXd* rows) const;
   // log of the determinant of the covariance, for the evidence.
-  double LogDeterminant() const;
+  double LogDeterminant() const { return weight_.LogDeterminant(); }
   const RotorSegment& segment() const { return segment_; }
 
  private:
-  struct Shot;  // readings, end and derivatives by the start
-  Shot Shoot(const RotorState& x, bool derivatives) const;
-  Eigen::MatrixXd Disturbed(const RotorState& x) const;
+  // Readings less their predictions, then the error of the end.
+  Eigen::VectorXd Errors(const Eigen::VectorXd& readings, const RotorState& end,
+                         const RotorNode& next) const;
 
   const RotorAeroModel& model_;
   const RotorData& data_;
   RotorNoise noise_;
   RotorSegment segment_;
-  Eigen::MatrixXd lower_;  // L
+  std::vector<int> by_;  // constants that derivatives are by
+  SlopeColumns columns_;
+  SegmentWeight weight_;
 };
 
 }  // namespace trueline

@@ -1,38 +1,35 @@
 #include "cost_functions/models/rotation.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_segment.h"
-#include "problems/rotor/rotor_slopes.h"
 #include "problems/rotor/rotor_step.h"
 
 namespace trueline {
 
-Eigen::MatrixXd SegmentModel::Respond(const RotorNode& start, const RotorNode& next,
-                                      const RotorConstants& constants, int columns,
+Eigen::MatrixXd SegmentModel::Respond(const SegmentPath& path, const RotorNode& next, int columns,
                                       const PushFunction& push) const {
   constexpr int kErrorRows = RotorAeroModel::kMovingErrors;
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(segment_.NumRows(), columns);
-  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(kErrorRows, columns);
+  Eigen::Matrix<double, kErrorRows, Eigen::Dynamic> moved =
+      Eigen::MatrixXd::Zero(kErrorRows, columns);
   Eigen::MatrixXd pushed = Eigen::MatrixXd::Zero(12, columns);
-  RotorState x = Joined(start, constants);
   int row = 0;
-  for (const RotorSegment::Step& step : segment_.steps) {
+  for (std::size_t k = 0; k < path.steps.size(); ++k) {
+    const SegmentPath::Step& at = path.steps[k];
+    const RotorSegment::Step& step = segment_.steps[k];
     if (step.imu >= 0) {
-      const RotorReading reading = ReadWithSlope(model_, x, data_.InputAt(step.t));
-      push(step.t, x, &pushed);
-      rows.middleRows<6>(row).noalias() = -reading.slope.leftCols<kErrorRows>() * moved;
-      rows.middleRows<6>(row).noalias() -= DisturbanceFeedthrough(x) * pushed.topRows<6>();
-      rows.middleRows<6>(row) -= pushed.bottomRows<6>();
+      push(step.t, at.x, &pushed);
+      auto of_reading = rows.middleRows<6>(row);
+      of_reading = -pushed.bottomRows<6>();
+      AddProduct(-1.0, at.reading.slope.leftCols<kErrorRows>(), moved, of_reading);
+      AddProduct(-1.0, DisturbanceFeedthrough(at.x), pushed.topRows<6>(), of_reading);
       row += 6;
     }
-    const double middle = step.t + 0.5 * step.dt;
-    push(middle, x, &pushed);
-    const Eigen::Matrix<double, kErrorRows, 6> G = DisturbanceInput(x, step.dt);
-    const RotorStepMatrix F = StepWithSlope(model_, data_.InputAt(middle), none, step.dt, &x);
-    moved = (F.leftCols<kErrorRows>() * moved + G * pushed.topRows<6>()).eval();
+    push(step.t + 0.5 * step.dt, at.x, &pushed);
+    MultiplyLeft(at.F.leftCols<kErrorRows>(), moved);
+    AddProduct(1.0, DisturbanceInput(at.x, step.dt), pushed.topRows<6>(), moved);
   }
-  x.head<4>().normalize();
   rows.bottomRows<kErrorRows>() = -moved;
-  rows.middleRows<3>(row) = AttitudeErrorSlope(x, next) * moved.topRows<3>();
+  rows.middleRows<3>(row) = AttitudeErrorSlope(path.end, next) * moved.topRows<3>();
   return rows;
 }
 

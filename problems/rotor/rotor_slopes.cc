@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
+#include <numeric>
 
+#include "cost_functions/models/rotation.h"
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_step.h"
 
 namespace trueline {
@@ -11,94 +13,221 @@ namespace {
 
 using Model = RotorAeroModel;
 using Base = RotorDrivenModel;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using Jet = ceres::Jet<double, 4>;
-using Jets = std::array<Jet, Model::kStates>;
+using Vector4 = Vec4<double>;
 
-constexpr int ColumnOf(int state) { return state - 1; }  // of the error state; no attitude
+constexpr int kMovingStates = Model::kMoving;
+using StateSlope = Eigen::Matrix<double, kMovingStates, kMovingStates>;
 
-// Columns of the error state that the model must be evaluated for: those that motion depends on,
-// then those that only readings depend on, then the motors' unknowns, which matter where speeds
-// come from commands. All other derivatives are known.
-struct ActiveColumns {
-  std::array<int, Model::kErrors> columns{};
-  int motion = 0, readings = 0, all = 0;  // how many
-
-  std::span<const int> First(const RotorInput& input, int without_motors) const {
-    return std::span(columns).first(input.slopes.empty() ? without_motors : all);
-  }
+// Force [m/s^2] and angular acceleration [rad/s^2], and their derivatives by the state. Columns of
+// constants that are not asked for are zero.
+struct PushSlope {
+  Eigen::Matrix<double, 6, 1> value;
+  Eigen::Matrix<double, 6, Model::kStates> by;
 };
 
-constexpr ActiveColumns kActive = [] {
-  ActiveColumns active;
-  const auto add = [&](int first, int more) {
-    for (int i = 0; i < more; ++i) active.columns[active.all++] = first + i;
-  };
-  const auto add_group = [&](RotorConstantGroup group) {
-    for (int i = 0; i < Model::kConstants; ++i) {
-      if (kRotorConstants[i].group == group) add(ColumnOf(Model::kMoving + i), 1);
-    }
-  };
-  add(0, 3);                              // attitude
-  add(ColumnOf(Base::kPosition + 2), 7);  // height, velocity, rates
-  add_group(RotorConstantGroup::kMotion);
-  active.motion = active.all;
-  add_group(RotorConstantGroup::kImuArm);
-  active.readings = active.all;
-  add_group(RotorConstantGroup::kCommands);
-  return active;
-}();
+// The matrix of RotateByUnit(q, .), and the derivative of RotateByUnit(q, v) by q.
+Matrix3d RotationOf(const Vector4& q) {
+  Matrix3d R;
+  for (int k = 0; k < 3; ++k) R.col(k) = RotateByUnit<double>(q, Vector3d::Unit(k));
+  return R;
+}
+Eigen::Matrix<double, 3, 4> RotationSlope(const Vector4& q, const Vector3d& v) {
+  const Vector3d u = q.tail<3>();
+  const Vector3d inner = u.cross(v) + q[0] * v;
+  Eigen::Matrix<double, 3, 4> slope;
+  slope.col(0) = 2.0 * u.cross(v);
+  slope.rightCols<3>() = -2.0 * (Skew<double>(inner) + v * u.transpose());
+  slope.rightCols<3>().diagonal().array() += 2.0 * u.dot(v);
+  return slope;
+}
 
-// Calls `of(jets, columns)` for a few of `columns` at a time; the jets are `x` seeded in these
-// columns.
-template <class Function>
-void ByColumns(const RotorState& x, std::span<const int> columns, const Function& of) {
-  while (!columns.empty()) {
-    const auto some = columns.first(std::min<std::size_t>(Jet::DIMENSION, columns.size()));
-    Jets jets;
-    for (int i = 0; i < Model::kStates; ++i) jets[i] = Jet(x[i]);
-    for (std::size_t j = 0; j < some.size(); ++j) {
-      SeedError(x, some[j], static_cast<int>(j), jets.data());
+// By the attitude: the velocity in body axes turns with it.
+Eigen::Matrix<double, 6, 4> ByAttitude(const RotorState& x,
+                                       const Eigen::Matrix<double, 6, 3>& by_velocity) {
+  const Vector4 back = Conjugate(Vector4(x.head<4>()));
+  Eigen::Matrix<double, 3, 4> turned = RotationSlope(back, x.segment<3>(Base::kVelocity));
+  turned.rightCols<3>() *= -1.0;
+  return by_velocity * (RotationOf(back).inverse() * turned);
+}
+
+PushSlope SlopeOfPush(const RotorAeroModel& model, const RotorState& x, const RotorInput& input,
+                      std::span<const int> states) {
+  const Model::InputSums over = model.SumOver(input);
+  PushSlope slope;
+  slope.by.setZero();
+  std::array<Jet, Model::kStates> at;
+  for (int i = 0; i < Model::kStates; ++i) at[i] = Jet(x[i]);
+  while (!states.empty()) {
+    const auto some = states.first(std::min<std::size_t>(Jet::DIMENSION, states.size()));
+    for (std::size_t j = 0; j < some.size(); ++j) at[some[j]].v[static_cast<int>(j)] = 1.0;
+    const Model::Push<Jet> push = model.PushOn(at.data(), input, over);
+    for (int i = 0; i < 6; ++i) {
+      const Jet& y = i < 3 ? push.force[i] : push.turn[i - 3];
+      slope.value[i] = y.a;
+      for (std::size_t j = 0; j < some.size(); ++j) slope.by(i, some[j]) = y.v[static_cast<int>(j)];
     }
-    of(jets, some);
-    columns = columns.subspan(some.size());
+    for (const int state : some) at[state].v.setZero();
+    states = states.subspan(some.size());
   }
+  slope.by.leftCols<4>() = ByAttitude(x, slope.by.middleCols<3>(Base::kVelocity));
+  return slope;
+}
+
+// d(quaternion) / d(attitude error).
+Eigen::Matrix<double, 4, 3> QuaternionSlope(const RotorState& x) {
+  const Vector4 q = x.head<4>();
+  Eigen::Matrix<double, 4, 3> slope;
+  for (int k = 0; k < 3; ++k) slope.col(k) = TimesPure<double>(q, 0.5 * Vector3d::Unit(k));
+  return slope;
+}
+
+// dx/dt of the moving state and its derivatives.
+struct Flow {
+  Eigen::Matrix<double, kMovingStates, 1> dx;
+  StateSlope by_state;
+  Eigen::Matrix<double, 6, Model::kConstants> by_constants;  // of velocity and rate; others: zero
+};
+
+Flow FlowAt(const RotorAeroModel& model, const RotorState& x, const RotorInput& input,
+            const Eigen::Matrix<double, 6, 1>& disturbance, const SlopeColumns& columns) {
+  const PushSlope push = SlopeOfPush(model, x, input, columns.States(input));
+  const Vector3d force = push.value.head<3>() + disturbance.head<3>();
+  const Vector3d turn = push.value.tail<3>() + disturbance.tail<3>();
+  const Vector4 q = x.head<4>();
+  const Vector3d w = x.segment<3>(Base::kRate);
+  const Matrix3d R = RotationOf(q);
+  Flow flow;
+  model.base().Move(x.data(), force, turn, flow.dx.data());
+  StateSlope& by = flow.by_state;
+  by.setZero();
+  for (int k = 0; k < 4; ++k) by.col(k).head<4>() = 0.5 * TimesPure<double>(Vector4::Unit(k), w);
+  by.block<4, 3>(0, Base::kRate) = QuaternionSlope(x);
+  by.block<3, 3>(Base::kPosition, Base::kVelocity).setIdentity();
+  by.middleRows<3>(Base::kVelocity) = R.lazyProduct(push.by.topLeftCorner<3, kMovingStates>());
+  by.block<3, 4>(Base::kVelocity, 0) += RotationSlope(q, force);
+  by.middleRows<3>(Base::kRate) = push.by.bottomLeftCorner<3, kMovingStates>();
+  flow.by_constants.topRows<3>() = R.lazyProduct(push.by.topRightCorner<3, Model::kConstants>());
+  flow.by_constants.bottomRows<3>() = push.by.bottomRightCorner<3, Model::kConstants>();
+  return flow;
+}
+
+// From the state's columns to those of its error.
+template <int kRows>
+Eigen::Matrix<double, kRows, Model::kMovingErrors> ByError(
+    const RotorState& x, const Eigen::Matrix<double, kRows, kMovingStates>& by) {
+  Eigen::Matrix<double, kRows, Model::kMovingErrors> slope;
+  slope.template leftCols<3>() = by.template leftCols<4>().lazyProduct(QuaternionSlope(x));
+  slope.template rightCols<9>() = by.template rightCols<9>();
+  return slope;
+}
+
+// d(attitude error) / d(quaternion).
+Eigen::Matrix<double, 3, 4> AttitudeSlope(const RotorState& x) {
+  const Vector4 back = Conjugate(Vector4(x.head<4>()));
+  Eigen::Matrix<double, 3, 4> slope;
+  for (int k = 0; k < 4; ++k) {
+    slope.col(k) = 2.0 * HamiltonProduct<double>(back, Vector4::Unit(k)).tail<3>();
+  }
+  return slope;
+}
+
+// From the rows of the moving state to those of its error.
+template <int kCols>
+Eigen::Matrix<double, Model::kMovingErrors, kCols> OfError(
+    const Eigen::Matrix<double, 3, 4>& attitude,
+    const Eigen::Matrix<double, kMovingStates, kCols>& of) {
+  Eigen::Matrix<double, Model::kMovingErrors, kCols> slope;
+  slope.template topRows<3>() = attitude.lazyProduct(of.template topRows<4>());
+  slope.template bottomRows<9>() = of.template bottomRows<9>();
+  return slope;
 }
 
 }  // namespace
 
+std::vector<int> AllRotorConstants() {
+  std::vector<int> all(Model::kConstants);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+SlopeColumns::SlopeColumns(const std::vector<int>& constants) {
+  const auto add = [&](RotorConstantGroup group) {
+    for (const int i : constants) {
+      if (kRotorConstants[i].group == group) states_[all_++] = Model::kMoving + i;
+    }
+    return all_;
+  };
+  motors_ = add(RotorConstantGroup::kCommands);
+  constants_ = add(RotorConstantGroup::kMotion);
+  // Height, velocity, rate; the attitude's columns follow from the velocity's.
+  for (int i = Base::kPosition + 2; i < Base::kRate + 3; ++i) states_[all_++] = i;
+}
+
+const SlopeColumns& SlopeColumns::All() {
+  static const SlopeColumns all(AllRotorConstants());
+  return all;
+}
+
+std::span<const int> SlopeColumns::States(const RotorInput& input) const {
+  const std::size_t first = input.slopes.empty() ? motors_ : 0;
+  return std::span(states_).subspan(first, all_ - first);
+}
+
+std::span<const int> SlopeColumns::Constants(const RotorInput& input) const {
+  const std::size_t first = input.slopes.empty() ? motors_ : 0;
+  return std::span(states_).subspan(first, constants_ - first);
+}
+
+// The accelerometer at the arm r from the centre of mass reads f + dw x r + w x (w x r).
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
-                           const RotorInput& input) {
+                           const RotorInput& input, const SlopeColumns& columns) {
+  PushSlope push = SlopeOfPush(model, x, input, columns.States(input));
+  const Vector3d force = push.value.head<3>(), turn = push.value.tail<3>();
+  const Vector3d w = x.segment<3>(Base::kRate);
+  const Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
   RotorReading reading;
-  reading.slope.setZero();
-  reading.slope.middleCols<6>(ColumnOf(Base::kAccelBias)).setIdentity();
-  ByColumns(x, kActive.First(input, kActive.readings),
-            [&](const Jets& at, std::span<const int> columns) {
-              std::array<Jet, 6> y;
-              model.Imu(at.data(), input, y.data());
-              for (int i = 0; i < 6; ++i) {
-                reading.y[i] = y[i].a;
-                for (std::size_t j = 0; j < columns.size(); ++j)
-                  reading.slope(i, columns[j]) = y[i].v[j];
-              }
-            });
+  Base::Read(x.data(), force, turn, reading.y.data());
+  auto by = push.by.topRows<3>();
+  by -= Skew<double>(arm).lazyProduct(push.by.bottomRows<3>());
+  by.middleCols<3>(Base::kRate) -= Skew<double>(w.cross(arm)) + Skew<double>(w) * Skew<double>(arm);
+  const Matrix3d by_arm = Skew<double>(turn) + Skew<double>(w) * Skew<double>(w);
+  by.middleCols<3>(Base::kImuArm) += by_arm;
+  by.middleCols<3>(Base::kCentre) -= by_arm;
+  push.by.bottomRows<3>().setZero();
+  push.by.block<3, 3>(3, Base::kRate).setIdentity();
+  push.by.middleCols<6>(Base::kAccelBias).setIdentity();
+  reading.slope.leftCols<Model::kMovingErrors>() = ByError<6>(x, push.by.leftCols<kMovingStates>());
+  reading.slope.rightCols<Model::kConstants>() = push.by.rightCols<Model::kConstants>();
   return reading;
 }
 
 RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
                               const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
-                              RotorState* x) {
+                              RotorState* x, const SlopeColumns& columns) {
+  const RotorState start = *x;
+  const Flow first = FlowAt(model, start, input, disturbance, columns);
+  RotorState middle = start;
+  middle.head<kMovingStates>() += (0.5 * dt) * first.dx;
+  const Flow second = FlowAt(model, middle, input, disturbance, columns);
+  x->head<kMovingStates>() += dt * second.dx;
+
+  const Eigen::Matrix<double, 3, 4> attitude = AttitudeSlope(*x);
+  StateSlope by_state = StateSlope::Identity() + dt * second.by_state;
+  AddProduct(0.5 * dt * dt, second.by_state, first.by_state, by_state);
   RotorStepMatrix slope = RotorStepMatrix::Zero();
-  slope.leftCols<Model::kMovingErrors>().setIdentity();
-  std::array<Jet, 6> held;
-  for (int i = 0; i < 6; ++i) held[i] = Jet(disturbance[i]);
-  RotorState end;
-  ByColumns(*x, kActive.First(input, kActive.motion), [&](Jets& at, std::span<const int> columns) {
-    RotorMidpointStep(model, input, held.data(), dt, at.data());
-    const auto moved = MovingSensitivity(at.data());
-    for (std::size_t j = 0; j < columns.size(); ++j) slope.col(columns[j]) = moved.col(j);
-    for (int i = 0; i < Model::kStates; ++i) end[i] = at[i].a;
-  });
-  *x = end;
+  slope.leftCols<Model::kMovingErrors>() =
+      OfError<Model::kMovingErrors>(attitude, ByError<kMovingStates>(start, by_state));
+  for (const int state : columns.Constants(input)) {
+    const int constant = state - Model::kMoving;
+    Eigen::Matrix<double, kMovingStates, 1> moved = Eigen::Matrix<double, kMovingStates, 1>::Zero();
+    moved.segment<6>(Base::kVelocity) = dt * second.by_constants.col(constant);
+    AddProduct(0.5 * dt * dt, second.by_state.middleCols<6>(Base::kVelocity),
+               first.by_constants.col(constant), moved);
+    slope.col(Model::kMovingErrors + constant) = OfError<1>(attitude, moved);
+  }
   return slope;
 }
 

@@ -1,11 +1,15 @@
-// Derivatives of the rotor-driven model by its error state, by automatic differentiation in four
-// columns at a time. Jets of four stay in registers, and columns without influence are skipped. The
-// filter takes 1.1 times and the batch 1.2 times as long as with hand-written derivatives; one Jet
-// of all errors takes several times as long. If the model comes to depend on another state, add its
-// column in rotor_slopes.cc.
+// Derivatives of the rotor-driven model by its error state. Force and moment
+// (RotorAeroModel::PushOn) are differentiated automatically, four columns at a time: Jets of four
+// stay in registers, and columns without influence are skipped. One Jet of all errors takes several
+// times as long. Force and moment depend on the attitude through the velocity in body axes only.
+// How they move the state and its readings (RotorDrivenModel) is differentiated by hand. If the
+// model comes to depend on another state, add its column in rotor_slopes.cc.
 #pragma once
 
 #include <Eigen/Dense>
+#include <array>
+#include <span>
+#include <vector>
 
 #include "problems/rotor/rotor_state.h"
 
@@ -14,17 +18,40 @@ namespace trueline {
 using RotorStepMatrix =
     Eigen::Matrix<double, RotorAeroModel::kMovingErrors, RotorAeroModel::kErrors>;
 
+// The constants that slopes are by, beside the moving state. Columns of other constants are to be
+// ignored.
+class SlopeColumns {
+ public:
+  explicit SlopeColumns(const std::vector<int>& constants);
+  static const SlopeColumns& All();
+
+  // The states (RotorAeroModel::Index) that force and moment are differentiated by. The motors'
+  // unknowns matter where speeds come from commands.
+  std::span<const int> States(const RotorInput& input) const;
+  // The constants among them.
+  std::span<const int> Constants(const RotorInput& input) const;
+
+ private:
+  // The motors' unknowns, other constants, moving states.
+  std::array<int, RotorAeroModel::kStates> states_{};
+  std::size_t motors_ = 0, constants_ = 0, all_ = 0;  // where each kind ends
+};
+
+// Indices of all constants.
+std::vector<int> AllRotorConstants();
+
 // Accelerometer [m/s^2] then gyro [rad/s].
 struct RotorReading {
   Eigen::Matrix<double, 6, 1> y;
   Eigen::Matrix<double, 6, RotorAeroModel::kErrors> slope;
 };
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
-                           const RotorInput& input);
+                           const RotorInput& input,
+                           const SlopeColumns& columns = SlopeColumns::All());
 
 // RotorMidpointStep of `x`; returns d(moving error after it) / d(error before).
 RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
                               const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
-                              RotorState* x);
+                              RotorState* x, const SlopeColumns& columns = SlopeColumns::All());
 
 }  // namespace trueline

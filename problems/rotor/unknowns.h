@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/chain/small_product.h"
 #include "problems/rotor/rotor_state.h"
 
 namespace trueline {
@@ -55,16 +56,11 @@ class Unknowns {
   std::vector<int> free_;
 };
 
-// Product of a matrix with few rows and a covariance, column by column. Eigen's general product
-// first packs its factors, which takes longer than this product.
+// Product of a matrix with few rows and a covariance.
 template <int kRows>
 Unknowns::Rows<kRows> Times(const Unknowns::Rows<kRows>& rows, const Unknowns::Covariance& cov) {
-  Unknowns::Rows<kRows> product(kRows, cov.cols());
-  for (Eigen::Index j = 0; j < cov.cols(); ++j) {
-    Eigen::Matrix<double, kRows, 1> sum = Eigen::Matrix<double, kRows, 1>::Zero();
-    for (Eigen::Index k = 0; k < cov.rows(); ++k) sum += cov(k, j) * rows.col(k);
-    product.col(j) = sum;
-  }
+  Unknowns::Rows<kRows> product = Unknowns::Rows<kRows>::Zero(kRows, cov.cols());
+  AddProduct(1.0, rows, cov, product);
   return product;
 }
 

@@ -119,6 +119,17 @@ struct DetectorConfig {
   bool turned_by_ahrs = false;         // vector turned to E by the AHRS's attitude, or by truth
 };
 
+// Position fixes of a satellite receiver, in place of the gates' (rate 0: there is none). The log
+// then has no gates.
+struct GnssConfig {
+  double rate = 0.0;               // Hz
+  double sigma = 0.8;              // m, each axis, of the error that is correlated in time
+  double correlation_time = 60.0;  // s, of that error: a Gauss-Markov process
+  double white_sigma = 0.05;       // m, each axis, of the part that is new at each fix
+  double stated_sigma = 0.8;       // m, as the receiver states it
+  double latency = 0.0;            // s, a fix stamped t was measured at t - latency
+};
+
 // Numbers of the sensors that are sampled from the flight, by sensor and name (catalogue with
 // units: streams.cc).
 using SensorSettings = std::map<std::string, std::map<std::string, double>>;
@@ -149,6 +160,7 @@ struct SimulationConfig {
   simulation::ImuConfig imu;
   simulation::AhrsConfig ahrs;
   simulation::DetectorConfig detector;
+  simulation::GnssConfig gnss;
   simulation::SensorSettings sensors = simulation::DefaultSensors();
   std::vector<simulation::EffectSetting> effects;
   std::map<std::string, simulation::Range> randomise;

@@ -44,6 +44,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   a.Nested("imu", &config.imu);
   a.Nested("ahrs", &config.ahrs);
   a.Nested("detector", &config.detector);
+  a.Nested("gnss", &config.gnss);
   Serialize(&a, &config.sensors);
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));

@@ -13,6 +13,7 @@ void Serialize(YamlArchive* a, TurbulenceConfig* turbulence);
 void Serialize(YamlArchive* a, ImuConfig* imu);
 void Serialize(YamlArchive* a, AhrsConfig* ahrs);
 void Serialize(YamlArchive* a, DetectorConfig* detector);
+void Serialize(YamlArchive* a, GnssConfig* gnss);
 // Each sensor has a section of its own; all numbers are zero or above.
 void Serialize(YamlArchive* a, SensorSettings* sensors);
 

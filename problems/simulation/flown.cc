@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "cost_functions/models/rigid_body.h"
+#include "problems/common/random.h"
+
 namespace trueline {
 
 Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, std::uint64_t seed) {
@@ -17,6 +20,18 @@ Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, st
 RotorAeroModel ModelOf(const RotorSimulation& simulation) {
   const RotorDrivenModel& model = simulation.vehicle.model;
   return RotorAeroModel(model.rotors(), model.gravity());
+}
+
+RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed) {
+  RotorPrior drawn = prior;
+  Random random(seed, "first guess");
+  const int inertia = FindRotorConstant("I_x");
+  do {
+    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
+      drawn.mean[i] = truth[i] + prior.sigma[i] * random.Normal();
+    }
+  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) || !(drawn.mean[0] > 0.0));
+  return drawn;
 }
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_prior.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {
@@ -21,5 +22,8 @@ Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, st
 
 // The estimators' model: without the simulation's additional effects.
 RotorAeroModel ModelOf(const RotorSimulation& simulation);
+
+// A first guess, drawn from `prior` about the true constants and limited to physical bodies.
+RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed);
 
 }  // namespace trueline

@@ -69,4 +69,13 @@ void Serialize(YamlArchive* a, DetectorConfig* detector) {
   a->Choice("turned_by", &detector->turned_by_ahrs, {{"truth", false}, {"ahrs", true}});
 }
 
+void Serialize(YamlArchive* a, GnssConfig* gnss) {
+  a->NotNegative("rate", &gnss->rate);
+  a->NotNegative("sigma", &gnss->sigma);
+  a->Positive("correlation_time", &gnss->correlation_time);
+  a->NotNegative("white_sigma", &gnss->white_sigma);
+  a->Positive("stated_sigma", &gnss->stated_sigma);
+  a->Finite("latency", &gnss->latency);
+}
+
 }  // namespace trueline::simulation

@@ -95,6 +95,8 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
   LogSensors(config, trajectory, seed, &log);
   GateCamera camera(config.detector, course.gates, setup.stages, seed);
   log.fixes = camera.Fixes(trajectory);
+  const bool gnss = config.gnss.rate > 0.0;
+  if (gnss) LogGnss(config, setup.stages, trajectory, seed, &log);
   if (truth == nullptr) return log;
 
   *truth = SimulationTruth();
@@ -102,7 +104,7 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
   truth->seed = seed;
   truth->trajectory.assign(trajectory.samples().begin() - setup.first, trajectory.samples().end());
   truth->laps = pilot.Laps();
-  truth->passes = static_cast<int>(camera.Views(trajectory).size());
+  truth->passes = gnss ? 0 : static_cast<int>(camera.Views(trajectory).size());
   DescribeAhrs(truth);
   DescribeFlight(pilot.errors(), truth);
   return log;

@@ -4,6 +4,7 @@
 
 #include "problems/common/yaml_archive.h"
 #include "problems/simulation/config_values.h"
+#include "problems/simulation/noise.h"
 
 namespace trueline::simulation {
 namespace {
@@ -84,6 +85,23 @@ void LogAttitude(const SimulationConfig& config, const Stages& stages, const Tra
   const double rate = config.ahrs.rate > 0.0 ? config.ahrs.rate : config.imu.rate;
   for (const double t : StreamTimes(rate, config.duration)) {
     log->attitude.push_back({FromSeconds(t), truth.At(t - latency).q_Ep_I});
+  }
+}
+
+void LogGnss(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
+             std::uint64_t seed, FlightLog* log) {
+  const GnssConfig& gnss = config.gnss;
+  double latency = gnss.latency;
+  Apply(stages.fix_latency, &latency);
+  OrnsteinUhlenbeck slow(Vector3d::Constant(gnss.sigma), gnss.correlation_time, seed, "gnss_slow");
+  Random white(seed, "gnss_white");
+  log->gates.clear();
+  log->fixes.clear();
+  for (const double t : StreamTimes(gnss.rate, config.duration)) {
+    const Vector3d error = slow.value() + gnss.white_sigma * white.NormalVector3();
+    log->fixes.push_back(
+        {FromSeconds(t), truth.At(t - latency).p_E + error, gnss.stated_sigma, -1});
+    slow.Advance(1.0 / gnss.rate);
   }
 }
 

@@ -34,6 +34,10 @@ void LogSensors(const SimulationConfig& config, const Trajectory& truth, std::ui
 void LogAttitude(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
                  FlightLog* log);
 
+// The fixes of the satellite receiver, in place of the log's fixes and gates.
+void LogGnss(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
+             std::uint64_t seed, FlightLog* log);
+
 // A pose sensor's sample of the pose `p_E`, `q_E` at `t` (s); sigmas in m and rad.
 PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
                        double attitude_sigma, Random* random);

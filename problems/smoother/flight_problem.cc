@@ -25,6 +25,7 @@ FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
   BuildSections();
   chain_.SetBounds();
   AddOffsets();
+  AddCorrelatedFixes();
   if (options_.detector.Any()) AddDetector();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     AddParameterPriors(k);
@@ -43,7 +44,7 @@ void FlightProblem::BuildSections() {
       const bool continues = k > 0 && flight.HasArc(k);
       const std::size_t first = chain_.size();
       chain_.AddTheta();
-      const auto knots = EvenKnots(data.begin, data.end, options_.vgd.knot_interval);
+      const auto knots = KnotsOf(flight, data, k);
       for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
         auto segment = MakeSegment(flight.track, data, knots[i], knots[i + 1], scaling(),
                                    options_.vgd.max_block);
@@ -54,6 +55,18 @@ void FlightProblem::BuildSections() {
           {static_cast<int>(f), k, data.begin, data.end, first, chain_.size(), continues});
     }
   }
+}
+
+// Those at fixes include the fixes of the arc after pass `k`.
+std::vector<TimeNs> FlightProblem::KnotsOf(const FlightData& flight, const WindowData& data,
+                                           int k) const {
+  const double interval = options_.vgd.knot_interval;
+  if (!HasCorrelatedFixes(flight)) return EvenKnots(data.begin, data.end, interval);
+  const std::size_t first = flight.passes[k].first;
+  const std::size_t last =
+      data.end > flight.passes[k].end ? flight.passes[k + 1].first : flight.passes[k].last;
+  return KnotsAtFixes(std::span(flight.log.fixes).subspan(first, last - first + 1), data.begin,
+                      data.end, data.noise, interval);
 }
 
 void FlightProblem::AddOffsets() {
@@ -74,6 +87,30 @@ void FlightProblem::AddDetector() {
   }
   for (auto& [id, offset] : gates_) {
     offset = chain_.AddBorder(0, Eigen::VectorXd::Ones(kGateSize), false);
+  }
+}
+
+std::size_t FlightProblem::EndOfRun(std::size_t section) const {
+  std::size_t end = section + 1;
+  while (end < sections_.size() && sections_[end].continues) ++end;
+  return end;
+}
+
+// Each run without a break counts from its first fix.
+void FlightProblem::AddCorrelatedFixes() {
+  for (const Section& section : sections_) {
+    const FlightData& flight = *flights_[section.flight].flight;
+    if (!HasCorrelatedFixes(flight)) continue;
+    correlated_.try_emplace(section.flight, &chain_, flight.continuous->noise, options_.vgd);
+  }
+  for (std::size_t k = 0; k < sections_.size(); k = EndOfRun(k)) {
+    const Section &first = sections_[k], &last = sections_[EndOfRun(k) - 1];
+    const auto fixes = correlated_.find(first.flight);
+    if (fixes == correlated_.end()) continue;
+    const FlightData& flight = *flights_[first.flight].flight;
+    const std::size_t from = flight.passes[first.pass].first, to = flight.passes[last.pass].last;
+    fixes->second.Add(std::span(flight.log.fixes).subspan(from, to - from + 1), 0,
+                      first.first_segment, last.end_segment);
   }
 }
 
@@ -147,7 +184,9 @@ void FlightProblem::AddMeasurements(std::size_t section) {
   const FlightData& flight = *flights_[own.flight].flight;
   const bool with_arc = own.end > flight.passes[own.pass].end;
   const WindowData data = CutWindow(flight, options_.vgd, own.pass, own.pass + 1, with_arc);
-  for (const Fix& fix : data.fixes) AddFix(fix, section);
+  if (!HasCorrelatedFixes(flight)) {
+    for (const Fix& fix : data.fixes) AddFix(fix, section);
+  }
   const double sigma = ForceSigma(flight);
   for (const ForceSample& force : data.forces) {
     chain_.AddForce(chain_.SegmentAt(force.t, own.first_segment, own.end_segment), force, sigma);
@@ -169,8 +208,7 @@ void FlightProblem::AddProcess(std::size_t section) {
 
 void FlightProblem::SetStart() {
   for (std::size_t k = 0; k < sections_.size();) {
-    std::size_t end = k + 1;
-    while (end < sections_.size() && sections_[end].continues) ++end;
+    const std::size_t end = EndOfRun(k);
     const FlightData& flight = *flights_[sections_[k].flight].flight;
     std::vector<Pass> trusted;
     for (std::size_t i = k; i < end; ++i) {

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "problems/smoother/smoother.h"
+#include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment_chain.h"
@@ -84,6 +85,13 @@ class FlightProblem {
     bool continues;  // no break since the section before
   };
 
+  bool HasCorrelatedFixes(const FlightData& flight) const {
+    return flight.continuous && flight.continuous->noise.IsCorrelated();
+  }
+  std::vector<TimeNs> KnotsOf(const FlightData& flight, const WindowData& data, int k) const;
+  // One after the last section that continues from `section` without a break.
+  std::size_t EndOfRun(std::size_t section) const;
+  void AddCorrelatedFixes();
   void BuildSections();
   void AddOffsets();
   void AddDetector();
@@ -101,8 +109,9 @@ class FlightProblem {
   SegmentChain chain_;
   std::vector<Section> sections_;
   double* mount_ = nullptr;
-  std::map<int, double*> gates_;            // by id
-  std::map<std::size_t, double*> offsets_;  // of false passes, by section
+  std::map<int, double*> gates_;               // by id
+  std::map<std::size_t, double*> offsets_;     // of false passes, by section
+  std::map<int, CorrelatedFixes> correlated_;  // by flight
 };
 
 }  // namespace trueline

@@ -63,7 +63,9 @@ WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const
 class Lag {
  public:
   Lag(const FlightData& flight, const VgdOptions& vgd, const SmootherOptions& options)
-      : flight_(flight), vgd_(vgd), options_(options), start_(PriorMeans(vgd)) {}
+      : flight_(flight), vgd_(vgd), options_(options), start_(PriorMeans(vgd)) {
+    if (flight.continuous) options_.false_pass.probability = 0.0;  // no gates, no false ones
+  }
 
   WindowEstimate Advance(int tau, const ProcessNoise& process) {
     vgd_.process = process;

@@ -35,6 +35,18 @@ struct FlatState {
   std::vector<S> u;  // squared rotor speeds
 };
 
+// The earth's down axis in body axes: (-sin(pitch), sin(roll) cos(pitch), cos(roll) cos(pitch)).
+template <class C>
+struct DownInBody {
+  C x, y, z;
+};
+template <class C, class S>
+DownInBody<C> DownInBodyOf(const FlatState<S>& state) {
+  const C w = state.q[0][0], x = state.q[1][0], y = state.q[2][0], z = state.q[3][0];
+  const C two(2.0);
+  return {two * (x * z - w * y), two * (y * z + w * x), state.cos_tilt[0]};
+}
+
 // `flat` (x, y, z, yaw) known to order k + 4 gives w to order k + 1 and u to order k. Thrust must
 // not be zero, and roll must stay below 90 deg.
 template <class S>

@@ -12,6 +12,7 @@ struct Extremes {
   Eigen::Vector3d lowest = Eigen::Vector3d::Constant(INFINITY);
   Eigen::Vector3d highest = Eigen::Vector3d::Constant(-INFINITY);
   double rate = 0.0, cos_tilt = 1.0, min_u = INFINITY, max_u = -INFINITY;
+  double roll = 0.0, pitch = 0.0;  // rad
 
   void Add(const RotorFlight& flight, double t) {
     using Series = Taylor<double, 4>;
@@ -23,6 +24,9 @@ struct Extremes {
       rate = std::max(rate, std::abs(state.w[i][0]));
     }
     cos_tilt = std::min(cos_tilt, state.cos_tilt[0]);
+    const DownInBody<double> down = DownInBodyOf<double>(state);
+    roll = std::max(roll, std::abs(std::atan2(down.y, down.z)));
+    pitch = std::max(pitch, std::asin(std::min(1.0, std::abs(down.x))));
     for (const Series& u : state.u) {
       min_u = std::min(min_u, u[0]);
       max_u = std::max(max_u, u[0]);
@@ -45,12 +49,16 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
   // A negative square means negative thrust: infeasible at any speed.
   use.min_speed = extremes.min_u > 0.0 ? std::sqrt(extremes.min_u) : 0.0;
   use.max_speed = std::sqrt(std::max(extremes.max_u, 0.0));
+  use.roll = extremes.roll;
+  use.pitch = extremes.pitch;
   const std::pair<double, std::string> shares[] = {
       {use.travel / limits.travel, "travel"},
       {use.rate / limits.rate, "rate"},
       {use.tilt / limits.tilt, "tilt"},
       {use.min_speed > 0.0 ? limits.min_speed / use.min_speed : INFINITY, "min_speed"},
-      {use.max_speed / limits.max_speed, "max_speed"}};
+      {use.max_speed / limits.max_speed, "max_speed"},
+      {use.roll / limits.roll, "roll"},
+      {use.pitch / limits.pitch, "pitch"}};
   for (const auto& [share, name] : shares) {
     if (!(share <= use.worst)) use.worst = share, use.binding = name;  // NaN counts as broken
   }

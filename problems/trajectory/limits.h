@@ -1,6 +1,7 @@
 // Limits of a flight (Boehm et al. 2020, sec. II-D), checked on a grid of times.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,15 @@ struct FlightLimits {
   double tilt = 1.2217304763960306;       // rad (70 deg), of body z from down
   double min_speed = 575.9586531581287;   // rad/s (5,500 rpm), of each rotor
   double max_speed = 1717.4039839805991;  // rad/s (16,400 rpm)
+  // rad, of the Euler angles (z, y, x), as Boehm et al. have them; infinite: no such limit.
+  double roll = std::numeric_limits<double>::infinity();
+  double pitch = std::numeric_limits<double>::infinity();
 };
 
 // Use of the limits by one flight: extremes over the grid.
 struct LimitUse {
   double travel = 0.0, rate = 0.0, tilt = 0.0, min_speed = 0.0, max_speed = 0.0;
+  double roll = 0.0, pitch = 0.0;
   double worst = 0.0;   // largest use as a share of its limit; at most 1 where all limits hold
   std::string binding;  // the limit that this is
 };

@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "problems/common/error.h"
 #include "problems/common/units.h"
@@ -29,13 +31,21 @@ FlightLimits ReadLimits(const YamlMap& map) {
   FlightLimits limits;
   limits.travel = map.Get<double>("travel", limits.travel);
   limits.rate = map.Get<double>("rate", limits.rate);
-  limits.tilt = map.Get<double>("tilt", limits.tilt);
+  const bool by_axis = map.Has("roll") || map.Has("pitch");
+  limits.roll = map.Get<double>("roll", limits.roll);
+  limits.pitch = map.Get<double>("pitch", limits.pitch);
+  limits.tilt =
+      map.Get<double>("tilt", by_axis ? std::numeric_limits<double>::infinity() : limits.tilt);
   limits.min_speed = Speed(map, "min_speed", limits.min_speed);
   limits.max_speed = Speed(map, "max_speed", limits.max_speed);
   if (!(limits.travel > 0.0)) map.Fail("travel", "must be positive, in m");
   if (!(limits.rate > 0.0)) map.Fail("rate", "must be positive, in rad/s");
-  if (!(limits.tilt > 0.0 && limits.tilt < 0.5 * M_PI))
-    map.Fail("tilt", "must be in (0, pi/2) rad");
+  const std::pair<const char*, double> angles[] = {
+      {"tilt", limits.tilt}, {"roll", limits.roll}, {"pitch", limits.pitch}};
+  for (const auto& [key, angle] : angles) {
+    const bool given = map.Has(key) || std::isfinite(angle);
+    if (given && !(angle > 0.0 && angle < 0.5 * M_PI)) map.Fail(key, "must be in (0, pi/2) rad");
+  }
   if (!(limits.min_speed >= 0.0 && limits.max_speed > limits.min_speed)) {
     map.Fail("max_speed", "rotor speeds need 0 <= min_speed < max_speed");
   }

@@ -14,7 +14,8 @@ namespace trueline {
 PiecewisePolynomial ReadTrajectory(const YamlMap& map, const RotorVehicle& vehicle,
                                    const FlightLimits& limits);
 
-// travel [m], rate [rad/s], tilt [rad], min_speed and max_speed [rad/s] or, with _rpm, in rpm.
+// travel [m], rate [rad/s], tilt [rad], min_speed and max_speed [rad/s] or, with _rpm, in rpm; roll
+// and pitch [rad]: if one is given and tilt is not, tilt has no limit of its own.
 FlightLimits ReadLimits(const YamlMap& map);
 
 // breaks and coefficients, as trueline-design writes them and `kind: file` reads them.

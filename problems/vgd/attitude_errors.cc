@@ -197,6 +197,7 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
   H.diagonal().array() += 1e-8;
   const Eigen::MatrixXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   const Eigen::VectorXd x = inverse * (A.transpose() * y), rest = y - A * x;
+  fit_.misfit = rest.squaredNorm() / std::max<double>(1.0, (y.array() != 0.0).count());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index at = 0; at < 2 * count; at += kBlock) {
     const Eigen::Index rows = std::min(kBlock, 2 * count - at);

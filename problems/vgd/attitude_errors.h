@@ -52,6 +52,7 @@ struct AttitudeFilterFit {
   // The same with two more unknowns: errors that a diagnosis names.
   ShownByGyro tilt_scale;  // logged tilt = (1 + s) times the true tilt
   ShownByGyro latency;     // s, of the attitude against the gyroscope
+  double misfit = 0.0;     // rad^2, mean square of the changes that they leave
 };
 
 class AttitudeErrors {

@@ -1,6 +1,7 @@
 #include "problems/vgd/flight_data.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/common/error.h"
 
@@ -8,7 +9,9 @@ namespace trueline {
 
 FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
                        const PassOptions& options, const DragMeasurementOptions& drag_measurement)
-    : log(flight_log),
+    : continuous(FindContinuousFixes(flight_log, options.continuous)),
+      own_log_(continuous ? WithFixesToFit(flight_log, options.continuous, *continuous) : nullptr),
+      log(own_log_ ? *own_log_ : flight_log),
       pass_options(options),
       track(DriveTrack::FromLog(flight_log, drive)),
       forces(AverageForces(flight_log.imu, drag_measurement)) {
@@ -17,7 +20,9 @@ FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
                   "there are no fixes to fit to; import with fixes, or let trueline-convert sample "
                   "them from mocap (fixes_from_mocap)");
   }
-  for (const Pass& pass : FindPasses(log.fixes, pass_options)) {
+  const std::vector<Pass> all = continuous ? DividePasses(log.fixes, pass_options, *continuous)
+                                           : FindPasses(log.fixes, pass_options);
+  for (const Pass& pass : all) {
     if (track.Covers(pass.begin, pass.end)) {
       passes.push_back(pass);
     } else {
@@ -64,7 +69,13 @@ ArcPrediction FlightData::ArcAfter(int tau) const {
   arc.begin = passes[tau - 1].end;
   arc.end = next.begin;
   arc.truth_source = "none";
-  if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
+  if (continuous && !continuous->from_mocap) {
+    const Fix &last = log.fixes[passes[tau - 1].last], &first = log.fixes[next.first];
+    arc.truth = first.p_E.head<2>();
+    arc.truth_source = "fixes";
+    arc.truth_sigma =
+        std::sqrt(continuous->noise.StepVariance(first.sigma, SecondsBetween(last.t, first.t)));
+  } else if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
     arc.truth = truth->p_E.head<2>();
     arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
   }

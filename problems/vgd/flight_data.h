@@ -1,6 +1,8 @@
 // Data of one flight that all estimators and all windows share.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +16,9 @@ namespace trueline {
 
 struct FlightData {
   // Throws InputError if the log has no fixes, or none within the IMU's time span. Isolated fixes
-  // (a hover) make no pass: `passes` is then empty. `flight_log` must outlive this object.
+  // (a hover) make no pass: `passes` is then empty. `flight_log` must outlive this object. Fixes
+  // without gates are divided by time (continuous_fixes.h); so are mocap's positions in a log
+  // without fixes.
   FlightData(const FlightLog& flight_log, const DriveOptions& drive, const PassOptions& passes,
              const DragMeasurementOptions& drag_measurement);
 
@@ -32,6 +36,13 @@ struct FlightData {
   // The arc after pass `tau`, with its truth; prediction and covariance are not filled in.
   ArcPrediction ArcAfter(int tau) const;
 
+  // Set for a flight without gates; `log` then holds the fixes that a fit uses.
+  std::optional<ContinuousFixes> continuous;
+
+ private:
+  std::shared_ptr<const FlightLog> own_log_;  // null where `log` is the one given
+
+ public:
   const FlightLog& log;
   PassOptions pass_options;
   DriveTrack track;

@@ -10,6 +10,7 @@
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/path_noise.h"
 #include "problems/vgd/solver_options.h"
+#include "problems/vgd/window_problem.h"
 
 namespace trueline {
 namespace {
@@ -74,16 +75,22 @@ void KinematicWindow::AddResiduals(std::span<const Fix> fixes) {
     problem_.AddResidualBlock(new KinematicFixResidual(&nodes_[fix_nodes_.back()], fix.p_E, sigma),
                               MakeLoss(vgd_.loss, vgd_.loss_scale), theta_.data(), state_.data());
   }
+  AddPriors();
+}
+
+void KinematicWindow::AddPriors() {
   constexpr int kSize = kKinematicThetaSize;
-  problem_.AddResidualBlock(
-      new ceres::NormalPrior(Eigen::MatrixXd::Identity(kSize, kSize), Theta::Zero()), nullptr,
-      theta_.data());
+  if (vgd_.ranges == RangeUse::kPrior) {
+    problem_.AddResidualBlock(
+        new ceres::NormalPrior(Eigen::MatrixXd::Identity(kSize, kSize), Theta::Zero()), nullptr,
+        theta_.data());
+  }
   if (!options_.initial_attitude) {
     std::vector<int> attitude;
     for (int i = kImuBiasSize; i < kSize; ++i) attitude.push_back(i);
     problem_.SetManifold(theta_.data(), new ceres::SubsetManifold(kSize, attitude));
   }
-  if (vgd_.solver == VgdSolver::kGradientDescent) return;  // Ceres' line search has no bounds
+  if (!vgd_.HasBounds()) return;
   for (int i = 0; i < kKinematicThetaSize; ++i) {
     problem_.SetParameterLowerBound(theta_.data(), i, -options_.bound_sigmas);
     problem_.SetParameterUpperBound(theta_.data(), i, options_.bound_sigmas);
@@ -161,13 +168,18 @@ KinematicWindow::Covariance() {
     for (int k = crs.rows[row]; k < crs.rows[row + 1]; ++k) J(row, crs.cols[k]) = crs.values[k];
   }
   const int free = free_parameters();
-  const Eigen::MatrixXd H = J.transpose() * J;
+  Eigen::MatrixXd H = J.transpose() * J;
+  if (vgd_.ranges != RangeUse::kPrior) {
+    const double weight = WindowProblem::PriorWeight(vgd_);
+    H.diagonal().head(free).array() += weight * weight;
+  }
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(free + kKinematicStateSize, kAsked);
   G.topLeftCorner(free, free).setIdentity();
   const KinematicNode& end = nodes_.back();
   G.topRightCorner(free, 6) = end.d_theta.leftCols(free).transpose();
   G.bottomRightCorner<6, 6>() = end.d_state().transpose();
-  // Full rank: priors hold theta, and two fixes apart in time hold p and v.
+  // Full rank: priors hold theta (very wide ones where the fit has none), and two fixes apart in
+  // time hold p and v.
   const Eigen::MatrixXd inverse_G = H.completeOrthogonalDecomposition().solve(G);
   const Eigen::MatrixXd bent = FitDeviations(J, inverse_G.transpose() * J.transpose());
   return G.transpose() * inverse_G + bent * bent.transpose();

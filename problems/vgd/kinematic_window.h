@@ -20,8 +20,8 @@ class KinematicWindow : private ceres::EvaluationCallback {
   using State = Eigen::Matrix<double, kKinematicStateSize, 1>;
   static constexpr int kAsked = kKinematicThetaSize + kKinematicStateSize;
 
-  // From the first fix to `end`. Loss, whitening and solver are `vgd`'s. The track gives the AHRS's
-  // attitude at the start.
+  // From the first fix to `end`. Loss, whitening, solver and use of the ranges are `vgd`'s. The
+  // track gives the AHRS's attitude at the start.
   KinematicWindow(const ImuInputs& imu, std::span<const Fix> fixes, TimeNs end,
                   const VgdOptions& vgd, const KinematicOptions& options);
   KinematicWindow(const KinematicWindow&) = delete;
@@ -54,6 +54,7 @@ class KinematicWindow : private ceres::EvaluationCallback {
   template <typename T>
   void Integrate(const Eigen::Matrix<T, kKinematicThetaSize, 1>& theta);
   void AddResiduals(std::span<const Fix> fixes);
+  void AddPriors();
   std::size_t IndexOf(TimeNs t) const;
   Eigen::MatrixXd FitDeviations(const Eigen::MatrixXd& J, const Eigen::MatrixXd& gain) const;
 

@@ -95,9 +95,9 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
   if (least_cost > 0.5 * kMisfit * residuals) return;
   const double best = *std::max_element(evidence.begin(), evidence.end());
   // The choice of the false pass hardly affects the drift.
-  data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
+  if (!flight.continuous) data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
   for (std::size_t i = 0; i < contenders.size(); ++i) {
-    if (evidence[i] < best - kDoubt) {
+    if (evidence[i] < best - kDoubt && !data.offsets.empty()) {
       const double if_false = Solve(flight, data, contenders[i]->process).log_evidence + kLogFalse;
       evidence[i] = LogSum(evidence[i], if_false);
     }

@@ -21,6 +21,38 @@ std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& o
   return passes;
 }
 
+namespace {
+
+// Index of the last fix of the pass that begins with fixes[first], and is to last until `end`.
+std::size_t LastOfPass(const std::vector<Fix>& fixes, std::size_t first, std::size_t run_end,
+                       TimeNs end) {
+  std::size_t last = first;
+  while (last + 1 < run_end && fixes[last + 1].t <= end) ++last;
+  return last;
+}
+
+}  // namespace
+
+std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions& options,
+                               const ContinuousFixes& found) {
+  PassOptions whole = options;
+  whole.pass_gap = found.noise.longest_step;
+  std::vector<Pass> passes;
+  for (const Pass& run : FindPasses(fixes, whole)) {
+    for (std::size_t first = run.first; first <= run.last;) {
+      const std::size_t last =
+          LastOfPass(fixes, first, run.last + 1, fixes[first].t + FromSeconds(found.pass));
+      if (static_cast<int>(last - first + 1) >= options.min_fixes) {
+        passes.push_back({first, last, fixes[first].t, fixes[last].t});
+      }
+      const TimeNs next = fixes[last].t + FromSeconds(found.arc);
+      first = last + 1;
+      while (first <= run.last && fixes[first].t < next) ++first;
+    }
+  }
+  return passes;
+}
+
 std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
                                        double max_gap) {
   const auto after = std::lower_bound(

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/log/flight_log.h"
+#include "problems/vgd/continuous_fixes.h"
 
 namespace trueline {
 
@@ -20,9 +21,15 @@ struct PassOptions {
   double pass_gap = 0.7;  // s
   int min_fixes = 3;      // shorter runs join no window: a position, a speed and a check
   double max_arc = 6.0;   // s; nothing is integrated over longer breaks, windows end there
+  ContinuousFixOptions continuous;  // of a flight without gates
 };
 
 std::vector<Pass> FindPasses(const std::vector<Fix>& fixes, const PassOptions& options);
+
+// Passes by time, of fixes without gates: `found.pass` long, with `found.arc` between them. A
+// pause that is longer than a step between fixes is an arc, too.
+std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions& options,
+                               const ContinuousFixes& found);
 
 // True position at the end of an arc.
 struct ArcTruth {

@@ -87,11 +87,22 @@ void SegmentChain::AddReading(std::size_t s, ceres::CostFunction* cost, ceres::L
   term.Add(PathBlock(s, Normal::kNodeAt));
   if (HasGusts()) term.Add(GustBlock(s, Normal::kNodeAt));
   if (GustsOf(s) == Gusts::kLinked) term.Add(GustBlock(s + 1, Normal::kNextAt));
-  for (const double* data : border) {
-    term.Add(std::find_if(border_.begin(), border_.end(), [data](const Border& candidate) {
-               return candidate.block.data == data;
-             })->block);
-  }
+  for (const double* data : border) term.Add(BorderBlock(data));
+}
+
+SegmentChain::Term::Block SegmentChain::BorderBlock(const double* data) const {
+  return std::find_if(border_.begin(), border_.end(),
+                      [data](const Border& candidate) { return candidate.block.data == data; })
+      ->block;
+}
+
+void SegmentChain::AddStarts(std::size_t s, ceres::CostFunction* cost, ceres::LossFunction* loss,
+                             const double* border) {
+  CHECK(IsLinked(s));
+  Term& term = NewTerm(&terms_[s], cost, loss);
+  term.Add(PathBlock(s, Normal::kNodeAt));
+  term.Add(PathBlock(s + 1, Normal::kNextAt));
+  term.Add(BorderBlock(border));
 }
 
 void SegmentChain::AddForce(std::size_t s, const ForceSample& force, double sigma) {
@@ -139,6 +150,8 @@ void SegmentChain::AddStart(std::size_t s) {
 }
 
 void SegmentChain::AddThetaPrior(std::size_t s, const ThetaVector& weight) {
+  factorised_.reset();
+  problem_.reset();
   NewTerm(&terms_[s], ZeroPrior(weight), nullptr).Add(ThetaBlock(s));
 }
 

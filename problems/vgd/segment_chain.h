@@ -49,6 +49,9 @@ class SegmentChain : private ceres::EvaluationCallback {
   // A residual of a reading of segment s and of border unknowns.
   void AddReading(std::size_t s, ceres::CostFunction* cost, ceres::LossFunction* loss,
                   const std::vector<double*>& border = {});
+  // A residual of the starts of segments s and s + 1, which are linked, and of a border unknown.
+  void AddStarts(std::size_t s, ceres::CostFunction* cost, ceres::LossFunction* loss,
+                 const double* border);
   // A force sample against drag; sigma in m/s^2. Huber's loss.
   void AddForce(std::size_t s, const ForceSample& force, double sigma);
   // The process from a segment to the next, which is linked to it.
@@ -170,6 +173,7 @@ class SegmentChain : private ceres::EvaluationCallback {
   int BlockOf(std::size_t s) const { return static_cast<int>(s + theta_of_[s]); }
   int BlockOfSection(std::size_t k) const { return static_cast<int>(EndOf(k) + k); }
 
+  Term::Block BorderBlock(const double* data) const;
   Term& NewTerm(std::vector<Term>* terms, ceres::CostFunction* cost, ceres::LossFunction* loss);
   Term::Block ThetaBlock(std::size_t s) {
     return {x_.theta[theta_of_[s]].data(), kThetaSize, Normal::kSharedAt};

@@ -19,9 +19,10 @@ ceres::Solver::Options SolverOptions(const VgdOptions& options,
   result.gradient_tolerance = 1e-12;
   result.parameter_tolerance = ParameterTolerance(options);
   result.logging_type = ceres::SILENT;
-  if (options.solver == VgdSolver::kGradientDescent) {
+  if (options.solver != VgdSolver::kTrustRegion) {
     result.minimizer_type = ceres::LINE_SEARCH;
-    result.line_search_direction_type = ceres::STEEPEST_DESCENT;
+    result.line_search_direction_type =
+        options.solver == VgdSolver::kBfgs ? ceres::BFGS : ceres::STEEPEST_DESCENT;
     return result;
   }
   result.linear_solver_type = linear_solver;

@@ -18,6 +18,16 @@ Theta PriorMeans(const VgdOptions& options) {
   return theta;
 }
 
+Theta RandomStart(const VgdOptions& options, Random* random) {
+  Theta start;
+  for (int i = 0; i < kMotionSize; ++i) {
+    const ParameterPrior& prior = options.priors[i];
+    const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
+    start[i] = prior.mean + half_range * random->Uniform(-1.0, 1.0);
+  }
+  return start;
+}
+
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start) {
   const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
@@ -38,10 +48,13 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
   EstimatorRun run{"vgd", options.gamma, {}, flight.warnings};
   VgdOptions adapted = options;
   Theta start = PriorMeans(options);
+  Random random(options.start_seed, "window starts");
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
     adapted.process = processes[tau - 1];
+    if (options.start == SearchStart::kRandom) start = RandomStart(options, &random);
     run.windows.push_back(SolveWindow(flight, adapted, tau, start));
-    if (run.windows.back().converged) start = ThetaOf(run.windows.back());
+    const bool follows = options.start == SearchStart::kPrevious && run.windows.back().converged;
+    if (follows) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
     if (!last && !run.windows.back().arc) {
       run.warnings.push_back(flight.NoArcReason(tau));
@@ -60,12 +73,7 @@ StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int 
   study.starts = count;
   std::vector<WindowEstimate> estimates;
   for (int k = 0; k < count; ++k) {
-    Theta start;
-    for (int i = 0; i < kMotionSize; ++i) {
-      const ParameterPrior& prior = options.priors[i];
-      const double half_range = std::sqrt(3.0) * prior.sigma;  // of the uniform distribution
-      start[i] = prior.mean + half_range * random.Uniform(-1.0, 1.0);
-    }
+    const Theta start = RandomStart(options, &random);
     study.iterations.push_back(SolveWindow(flight, options, tau, start).iterations);
     estimates.push_back(SolveWindow(flight, thorough, tau, start));
     study.costs.push_back(estimates.back().cost);

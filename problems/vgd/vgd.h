@@ -2,6 +2,7 @@
 // the arc that follows.
 #pragma once
 
+#include "problems/common/random.h"
 #include "problems/result/estimate.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
@@ -9,7 +10,7 @@
 
 namespace trueline {
 
-// Runs over all windows in time order; each starts from the optimum of the one before. A window
+// Runs over all windows in time order; each starts where options.start says. A window
 // never spans an IMU gap: it is shortened, and an arc with a gap is not predicted. `processes`: one
 // for each window, as LearnProcess returns them.
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
@@ -21,8 +22,7 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options);
 WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
                            const Theta& start);
 
-// The same window from `count` starts drawn from the ranges of Table 2 (the priors' mean +- sqrt(3)
-// sigma: sigma is that of the uniform distribution over the range). Iterations are counted until
+// The same window from `count` random starts. Iterations are counted until
 // options.tolerance; optima are compared at convergence.
 struct StartStudy {
   int starts = 0;
@@ -32,6 +32,10 @@ struct StartStudy {
 };
 StartStudy StudyStarts(const FlightData& flight, const VgdOptions& options, int tau, int count,
                        std::uint64_t seed);
+
+// Drawn from the ranges (the priors' mean +- sqrt(3) sigma: sigma is that of the uniform
+// distribution over the range).
+Theta RandomStart(const VgdOptions& options, Random* random);
 
 // The priors' means: the default start of a search.
 Theta PriorMeans(const VgdOptions& options);

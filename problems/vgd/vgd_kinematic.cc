@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "problems/common/random.h"
 #include "problems/result/identifiability.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/gyro_scatter.h"
@@ -13,7 +14,7 @@ namespace {
 
 using Biases = Eigen::Matrix<double, kImuBiasSize, 1>;
 
-void StoreParameters(const KinematicWindow& window, double bound_sigmas,
+void StoreParameters(const KinematicWindow& window, bool bounded, double bound_sigmas,
                      const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
   const int count = window.free_parameters();
   std::vector<std::string> names(std::begin(kImuBiasNames), std::end(kImuBiasNames));
@@ -28,7 +29,7 @@ void StoreParameters(const KinematicWindow& window, double bound_sigmas,
   estimate->unobservable = shown.combinations;
   const KinematicWindow::Theta value = window.Parameters();
   for (int i = 0; i < count; ++i) {
-    const bool at_bound = std::abs(value[i]) > prior[i] * (bound_sigmas - 1e-6);
+    const bool at_bound = bounded && std::abs(value[i]) > prior[i] * (bound_sigmas - 1e-6);
     estimate->parameters.push_back({names[i], value[i], prior[i] * std::sqrt(cov(i, i)), units[i],
                                     at_bound ? "at_bound" : shown.status[i]});
   }
@@ -65,6 +66,16 @@ void SetStart(const FlightData& flight, int first, int tau, const Biases& biases
   window->SetStart(theta, state);
 }
 
+// Drawn from the ranges of Table 2: +- sqrt(3) sigma.
+Biases RandomBiases(const KinematicOptions& options, Random* random) {
+  Biases biases;
+  for (int i = 0; i < kImuBiasSize; ++i) {
+    const double sigma = i < 3 ? options.accel_bias_sigma : options.gyro_bias_sigma;
+    biases[i] = std::sqrt(3.0) * sigma * random->Uniform(-1.0, 1.0);
+  }
+  return biases;
+}
+
 Biases BiasesOf(const WindowEstimate& estimate) {
   Biases biases;
   for (int i = 0; i < kImuBiasSize; ++i) biases[i] = estimate.parameters[i].value;
@@ -94,7 +105,8 @@ WindowEstimate SolveKinematicWindow(const FlightData& flight, const ImuInputs& i
   estimate.cost = summary.final_cost;
   estimate.solve_time = summary.total_time_in_seconds;
   const Eigen::MatrixXd cov = window.Covariance();
-  StoreParameters(window, options.bound_sigmas, cov, &estimate);
+  const bool bounded = vgd.ranges != RangeUse::kStart;
+  StoreParameters(window, bounded, options.bound_sigmas, cov, &estimate);
   StoreMisfits(window, fixes, vgd, &estimate);
   StoreTrajectory(window, to, &estimate);
   if (has_arc) {
@@ -113,10 +125,13 @@ EstimatorRun RunVgdKinematic(const FlightData& flight, const VgdOptions& vgd,
   KinematicOptions with_noise = options;
   if (options.gyro_from_log) with_noise.noise.gyro_scatter = GyroScatter(imu);
   Biases start = Biases::Zero();
+  Random random(vgd.start_seed, "kinematic window starts");
   const int passes = static_cast<int>(flight.passes.size());
   for (int tau = 1; tau <= passes; ++tau) {
+    if (vgd.start == SearchStart::kRandom) start = RandomBiases(options, &random);
     run.windows.push_back(SolveKinematicWindow(flight, imu, vgd, with_noise, tau, start));
-    if (run.windows.back().converged) start = BiasesOf(run.windows.back());
+    const bool follows = vgd.start == SearchStart::kPrevious && run.windows.back().converged;
+    if (follows) start = BiasesOf(run.windows.back());
     if (tau < passes && !run.windows.back().arc) run.warnings.push_back(flight.NoArcReason(tau));
   }
   return run;

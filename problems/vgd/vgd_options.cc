@@ -64,6 +64,14 @@ void Serialize(YamlArchive* a, VgdOptions* o) {
   a->Count("gamma", &o->gamma);
   a->Count("min_window_fixes", &o->min_window_fixes);
   a->Map("priors", [o](YamlArchive* map) { SerializePriors(map, o); });
+  a->Choice(
+      "ranges", &o->ranges,
+      {{"bounds", RangeUse::kBounds}, {"prior", RangeUse::kPrior}, {"start", RangeUse::kStart}});
+  a->Choice("start", &o->start,
+            {{"mean", SearchStart::kMean},
+             {"previous", SearchStart::kPrevious},
+             {"random", SearchStart::kRandom}});
+  a->Count("start_seed", &o->start_seed);
   a->Choice("loss", &o->loss,
             {{"cauchy", FixLoss::kCauchy},
              {"huber", FixLoss::kHuber},
@@ -77,14 +85,18 @@ void Serialize(YamlArchive* a, VgdOptions* o) {
   a->Map("drag_measurement",
          [o](YamlArchive* map) { SerializeDragMeasurement(map, &o->drag_measurement); });
   a->Choice("solver", &o->solver,
-            {{"gradient_descent", VgdSolver::kGradientDescent},
+            {{"bfgs", VgdSolver::kBfgs},
+             {"gradient_descent", VgdSolver::kGradientDescent},
              {"trust_region", VgdSolver::kTrustRegion}});
+  a->Require(o->ranges != RangeUse::kBounds || o->solver == VgdSolver::kTrustRegion, "solver",
+             "must be trust_region where ranges are bounds: line searches have none");
   a->Count("max_iterations", &o->max_iterations);
   a->Positive("tolerance", &o->tolerance);
   a->Positive("max_block_s", &o->max_block);
   a->Positive("pass_gap_s", &o->passes.pass_gap);
   a->Positive("max_arc_s", &o->passes.max_arc);
   a->Count("min_fixes", &o->passes.min_fixes);
+  a->Nested("continuous_fixes", &o->passes.continuous);
   a->Map("drive", [o](YamlArchive* map) { SerializeDrive(map, &o->drive); });
 }
 

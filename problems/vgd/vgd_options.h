@@ -37,7 +37,15 @@ inline bool AtBound(const ParameterPrior& prior, double value) {
 }
 
 enum class FixLoss { kHuber, kCauchy, kNone, kNorm };
-enum class VgdSolver { kTrustRegion, kGradientDescent };
+// The trust region is Levenberg-Marquardt. The other two are line searches (Wolfe's conditions)
+// without bounds: eq. 31, and the quasi-Newton method of general minimisers such as FMINCON.
+enum class VgdSolver { kTrustRegion, kGradientDescent, kBfgs };
+// What a parameter's range is used for: prior and bounds, bounds alone, or the search's start
+// alone.
+enum class RangeUse { kPrior, kBounds, kStart };
+// Where a window's search begins: at the window before, the priors' means, or drawn from the
+// ranges.
+enum class SearchStart { kPrevious, kMean, kRandom };
 
 struct VgdOptions {
   int gamma = 3;  // passes in the window
@@ -46,6 +54,9 @@ struct VgdOptions {
 
   // Of the parameters of the equation of motion, in the order of theta.
   std::array<ParameterPrior, kMotionSize> priors = DefaultPriors();
+  RangeUse ranges = RangeUse::kPrior;
+  SearchStart start = SearchStart::kPrevious;
+  int start_seed = 1;  // of random starts
 
   FixLoss loss = FixLoss::kHuber;
   double loss_scale = 2.5;  // in sigmas, on the norm of a fix's three whitened residuals
@@ -81,6 +92,8 @@ struct VgdOptions {
     if (parameter >= kFilterInTheta) return kTheta[parameter].prior;
     return {0.0, drag_measurement.bias_sigma, -kNone, kNone};
   }
+
+  bool HasBounds() const { return ranges != RangeUse::kStart && solver == VgdSolver::kTrustRegion; }
 
   // Only the accelerometer distinguishes a gust from a tilt.
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }

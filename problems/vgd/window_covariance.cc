@@ -43,16 +43,18 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   // and the residual. One node after the other is eliminated. (Later offsets are in none of these
   // rows, and QR without pivoting loses rows at columns of zeros.)
   const int node = chain_.HasGusts() ? kNodeSize : kGustAt;
-  const int border = kOffsetSize * static_cast<int>(std::count_if(
-                                       offsets_.begin(), offsets_.end(),
-                                       [t](const Offset& offset) { return offset.begin < t; }));
+  const int delay = correlated_ ? 1 : 0;
+  const int border =
+      delay + kOffsetSize * static_cast<int>(std::count_if(
+                                offsets_.begin(), offsets_.end(),
+                                [t](const Offset& offset) { return offset.begin < t; }));
   const int rest = border + kThetaSize + 1;
   std::vector<int> columns;
   AppendRange(Normal::kNodeAt, node, &columns);
   AppendRange(Normal::kNextAt, node, &columns);
   AppendRange(Normal::kBorderAt, border, &columns);
   AppendRange(Normal::kSharedAt, kThetaSize, &columns);
-  columns.push_back(Normal::kBorderAt + kOffsetSize * static_cast<int>(offsets_.size()));
+  columns.push_back(Normal::kBorderAt + delay + kOffsetSize * static_cast<int>(offsets_.size()));
   Eigen::MatrixXd carried(0, node + rest);
   for (std::size_t s = 0; s < kept; ++s) {
     Eigen::MatrixXd system = Eigen::MatrixXd::Zero(carried.rows(), 2 * node + rest);
@@ -81,6 +83,7 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
 
 // Theta and the final state depend on the last segment's unknowns alone.
 WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
+  HoldOpenDirections();
   constexpr std::size_t kMost = 12;  // segments at which the velocity's covariance is computed
   const std::size_t last = chain_.size() - 1, stride = 1 + last / kMost;
   const StateNode& end = *chain_.segment(last).end_node();
@@ -98,6 +101,14 @@ WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
             chain_.StateGusts(last, chain_.segment(last).end()).Own();
       }
       final_state.middleCols<kThetaSize>(kNodeSize) = end.d_theta;
+      if (correlated_) {
+        // Of the position that a delayed fix shows.
+        const int at = kNodeSize + kThetaSize;
+        final_state.topRows<3>() -=
+            correlated_->delay() * Eigen::MatrixXd(final_state.bottomRows<3>());
+        final_state.block<3, 1>(0, at) = -correlated_->prior().sigma * end.value.tail<3>();
+        delay_variance_ = F(at, at);
+      }
       result.cov = J * F * J.transpose();
     }
     if (HasForces() && s % stride == 0 && chain_.segment(s).force_count() > 0) {

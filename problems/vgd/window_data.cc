@@ -14,6 +14,7 @@ WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int fi
   data.fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
   data.passes = std::span(flight.passes).subspan(first, tau - first);
   data.force_sigma = flight.forces.sigma;
+  if (flight.continuous) data.noise = flight.continuous->noise;
   if (options.drag_measurement.enabled) {
     const auto& samples = flight.forces.samples;
     const auto before = [](const ForceSample& s, TimeNs t) { return s.t < t; };

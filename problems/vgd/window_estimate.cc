@@ -40,15 +40,24 @@ Eigen::VectorXd ReferenceSigma(const Eigen::VectorXd& prior_sigma) {
   return sigma;
 }
 
+// The weights of the prior that the window had, by parameter.
+Eigen::VectorXd PriorWeights(const VgdOptions& options, Eigen::Index count) {
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(count);
+  weight.head<kMotionSize>().setConstant(WindowProblem::PriorWeight(options));
+  return weight;
+}
+
 // cov: in units of prior_sigma. Returns the covariance that the same data give under the reference
-// prior, in units of the reference; both contain the data's information, inv(cov) - I.
-Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd& prior_sigma,
+// prior, in units of the reference; both contain the data's information, inv(cov) - weight^2.
+Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd& weight,
+                               const Eigen::VectorXd& prior_sigma,
                                const Eigen::VectorXd& reference) {
-  if (reference == prior_sigma) return cov;
   const auto I = Eigen::MatrixXd::Identity(cov.rows(), cov.cols());
+  if (reference == prior_sigma && (weight.array() == 1.0).all()) return cov;
   const Eigen::VectorXd scale = reference.cwiseQuotient(prior_sigma);
-  const Eigen::MatrixXd information =
-      scale.asDiagonal() * (Eigen::MatrixXd(cov.inverse()) - I) * scale.asDiagonal();
+  Eigen::MatrixXd information = cov.inverse();
+  information.diagonal() -= weight.cwiseAbs2();
+  information = scale.asDiagonal() * information * scale.asDiagonal();
   return (information + I).inverse();
 }
 
@@ -65,16 +74,23 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
     prior[i] = options.PriorOf(i).sigma;
   }
   const Eigen::VectorXd reference = ReferenceSigma(prior);
+  const bool without_prior = options.ranges != RangeUse::kPrior;
   Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
-  Eigen::MatrixXd shown = UnderReference(cov, prior, reference);
+  Eigen::MatrixXd shown = UnderReference(cov, PriorWeights(options, count), prior, reference);
   WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
   WidenDrag(uncertainty.doubt, options, force_sigma, reference, &shown);
   const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
-    if (AtBound(options.PriorOf(i), value[i])) status = "at_bound";
+    const bool bounded = options.ranges != RangeUse::kStart;
+    if (bounded && AtBound(options.PriorOf(i), value[i])) status = "at_bound";
     const double sigma = prior[i] * std::sqrt(cov(i, i));
+    // Without a prior the estimate is no better than its own sigma, whatever a prior would add.
+    const bool judged = status == "identified" || status == "weak";
+    if (without_prior && judged && sigma > 0.5 * reference[i]) {
+      status = sigma > reference[i] ? "unobservable" : "weak";
+    }
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
   }
 }
@@ -111,6 +127,11 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
   StoreMisfits(*problem, data, options, &estimate);
   StoreTrajectory(*problem, data.passes.back().begin, data.passes.back().end, &estimate);
   if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, uncertainty.cov, &estimate);
+  if (const auto delay = problem->FixLatency()) {
+    const bool shown = delay->sigma < 0.5 * data.noise.latency_sigma;
+    estimate.fix_latency = {"fix_latency", delay->value, delay->sigma, "s",
+                            shown ? "identified" : "weak"};
+  }
   estimate.solve_time = summary.total_time_in_seconds;
   return estimate;
 }

@@ -15,8 +15,15 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
                              const VgdOptions& options, const std::optional<WindowPrior>& past)
     : options_(options), chain_(options) {
   BuildSegments(track, data);
+  if (HasCorrelatedFixes(data)) correlated_.emplace(&chain_, data.noise, options_);
   AddOffsets(data);
-  AddFixes(data);
+  if (correlated_) {
+    const std::size_t last = data.fixes.size() - 1;
+    const bool at_end = last > 0 && data.fixes.back().t == data.end;
+    correlated_->Add(data.fixes, at_end ? last - 1 : last, 0, chain_.size(), past.has_value());
+  } else {
+    AddFixes(data);
+  }
   if (options_.drag_measurement.enabled) {
     for (const ForceSample& force : data.forces) {
       chain_.AddForce(SegmentOf(force.t), force, data.force_sigma);
@@ -28,11 +35,11 @@ WindowProblem::WindowProblem(const DriveTrack& track, const WindowData& data,
   } else {
     AddPriors();
   }
-  if (options_.solver == VgdSolver::kTrustRegion) chain_.SetBounds();
+  if (options_.HasBounds()) chain_.SetBounds();
 }
 
 // Knots are at the passes' begins and evenly between, so that the past can be marginalised at a
-// pass.
+// pass. Where the changes between fixes are measured, knots are at the fixes, too.
 void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& data) {
   std::vector<TimeNs> cuts{data.begin};
   if (options_.process.Any()) {
@@ -43,7 +50,10 @@ void WindowProblem::BuildSegments(const DriveTrack& track, const WindowData& dat
       options_.process.Any() ? options_.knot_interval : std::numeric_limits<double>::infinity();
   chain_.AddTheta();
   for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
-    const std::vector<TimeNs> knots = EvenKnots(cuts[i], cuts[i + 1], interval);
+    const std::vector<TimeNs> knots =
+        HasCorrelatedFixes(data)
+            ? KnotsAtFixes(data.fixes, cuts[i], cuts[i + 1], data.noise, interval)
+            : EvenKnots(cuts[i], cuts[i + 1], interval);
     for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
       chain_.AddSegment(
           MakeSegment(track, data, knots[k], knots[k + 1], chain_.scaling(), options_.max_block),
@@ -83,13 +93,39 @@ void WindowProblem::AddFixes(const WindowData& data) {
   }
 }
 
+Eigen::Matrix<double, 6, 1> WindowProblem::FinalState() const {
+  Eigen::Matrix<double, 6, 1> state = segments().back()->end_node()->value;
+  if (!correlated_) return state;
+  const Segment& last = *segments().back();
+  const double tau = correlated_->delay(), seconds = SecondsBetween(last.start(), last.end());
+  const Eigen::Vector3d v = state.tail<3>(), v0 = chain_.state(chain_.size() - 1).tail<3>();
+  state.head<3>() += -tau * v + 0.5 * tau * tau * (v - v0) / seconds;
+  return state;
+}
+
+std::optional<WindowProblem::Delay> WindowProblem::FixLatency() const {
+  if (!correlated_) return std::nullopt;
+  return Delay{correlated_->delay(), correlated_->prior().sigma * std::sqrt(delay_variance_)};
+}
+
 void WindowProblem::AddPriors() {
-  chain_.AddThetaPrior(0, ThetaVector::Ones());
+  ThetaVector weight = ThetaVector::Ones();
+  open_ = options_.ranges != RangeUse::kPrior;
+  if (open_) weight.head<kMotionSize>().setZero();
+  chain_.AddThetaPrior(0, weight);
   if (options_.process.Any()) {
     chain_.AddStart(0);
   } else {
     chain_.HoldDrift();
   }
+}
+
+void WindowProblem::HoldOpenDirections() {
+  if (!open_) return;
+  ThetaVector weight = ThetaVector::Zero();
+  weight.head<kMotionSize>().setConstant(kOpenWeight);
+  chain_.AddThetaPrior(0, weight);
+  open_ = false;
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
@@ -125,7 +161,7 @@ void WindowProblem::SetStart(const Theta& theta, const RoughPath& path) {
 }
 
 ceres::Solver::Summary WindowProblem::Solve() {
-  if (chain_.size() == 1 || options_.solver == VgdSolver::kGradientDescent) {
+  if (chain_.size() == 1 || options_.solver != VgdSolver::kTrustRegion) {
     return chain_.Solve(SolverOptions(options_, ceres::DENSE_NORMAL_CHOLESKY));
   }
   return chain_.Solve(TrustRegion(options_));

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_doubt.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
@@ -26,6 +27,7 @@ struct WindowData {
   std::span<const ForceSample> forces;
   double force_sigma;               // m/s^2
   std::vector<PassOffset> offsets;  // of the passes that have one, ascending
+  FixNoise noise = {};              // of fixes without gates
 };
 
 // The start of a solve: the parameters of eq. 16 in their own units.
@@ -48,6 +50,12 @@ class WindowProblem {
   WindowProblem(const DriveTrack& track, const WindowData& data, const VgdOptions& options,
                 const std::optional<WindowPrior>& past = std::nullopt);
 
+  // Of the prior that keeps covariances finite, in 1 / prior sigmas.
+  static constexpr double kOpenWeight = 0.01;
+  static double PriorWeight(const VgdOptions& options) {
+    return options.ranges == RangeUse::kPrior ? 1.0 : kOpenWeight;
+  }
+
   // Initialises all unknowns: parameters to theta, states to the rough path, and beyond the path's
   // end by integration.
   void SetStart(const Theta& theta, const RoughPath& path);
@@ -64,7 +72,8 @@ class WindowProblem {
   bool HasForces() const { return chain_.HasForces(); }
 
   // Covariance of (parameters in units of their prior sigma, final p and v) by the Gauss-Newton
-  // Hessian. Finite also where the data leave directions open: the prior bounds them.
+  // Hessian. Finite also where the data leave directions open: the prior bounds them. A fit without
+  // prior has one a hundred times as wide (kOpenWeight) for this purpose alone.
   Eigen::Matrix<double, kParameters + 6, kParameters + 6> Covariance() {
     return FindUncertainty().cov;
   }
@@ -86,8 +95,14 @@ class WindowProblem {
   // Call FindUncertainty first.
   WindowPrior Marginalise(TimeNs t);
 
-  // State at the window's end, in E: the predicted final point.
-  Eigen::Matrix<double, 6, 1> FinalState() const { return segments().back()->end_node()->value; }
+  // State at the window's end, in E: the predicted final point. Where the fixes have a delay, the
+  // position that a fix shows there.
+  Eigen::Matrix<double, 6, 1> FinalState() const;
+  // The delay of the fixes in s, with FindUncertainty's sigma; empty where it is not estimated.
+  struct Delay {
+    double value, sigma;
+  };
+  std::optional<Delay> FixLatency() const;
 
   // Integrates with the current unknowns; readings then hold the fitted trajectory.
   void Refresh(bool derivatives) { chain_.Refresh(derivatives); }
@@ -108,14 +123,21 @@ class WindowProblem {
   void BuildSegments(const DriveTrack& track, const WindowData& data);
   void AddOffsets(const WindowData& data);
   void AddFixes(const WindowData& data);
+  bool HasCorrelatedFixes(const WindowData& data) const {
+    return data.noise.IsCorrelated() && options_.process.Any();
+  }
   void AddPriors();
   void AddPast(const WindowPrior& past);
+  void HoldOpenDirections();
   std::size_t SegmentOf(TimeNs t) const { return chain_.SegmentAt(t, 0, chain_.size()); }
 
   VgdOptions options_;
   SegmentChain chain_;
-  std::vector<Offset> offsets_;       // ascending in time
-  DragDoubt past_doubt_, own_doubt_;  // own: set by FindUncertainty
+  std::vector<Offset> offsets_;                // ascending in time
+  std::optional<CorrelatedFixes> correlated_;  // their delay is the first of the border
+  double delay_variance_ = 1.0;                // of its unit, set by FindUncertainty
+  bool open_ = false;                          // motion's parameters have no prior
+  DragDoubt past_doubt_, own_doubt_;           // own: set by FindUncertainty
 };
 
 }  // namespace trueline

@@ -3,6 +3,7 @@ paper's figures beside ours."""
 from pathlib import Path
 
 import plots_benchmark as plots
+import plots_over_time as over_time
 from benchmark_result import read_benchmark
 from benchmark_sections import (convergence_table, failures, group_table, headline, paper_table,
                                 seeds_in_words, starts_table)
@@ -51,7 +52,16 @@ def _figures(result):
             paragraph("From above, in the NED earth frame. Solid lines were fitted, dotted lines "
                       "were predicted blind to the next fix.",
                       "note"),
-            embed(plots.track(result), "plot-track")]
+            embed(plots.track(result), "plot-track"),
+            paragraph("Position and velocity over time, as figures 12 and 13 of the paper have them.",
+                      "note"),
+            embed(over_time.states(result), "plot-states")]
+    for anchor, title, names in over_time.BIASES:
+        if over_time.has(result, names):
+            yield anchor, title, [
+                paragraph("The estimate at the end of each pass, with one sigma (shaded); dashes: "
+                          "the truth.", "note"),
+                embed(over_time.estimates(result, names), f"plot-{anchor}")]
     if not result.convergence.empty:
         yield "convergence", "Convergence", _convergence(result)
     if result.summary.get("starts"):

@@ -18,7 +18,8 @@ class Benchmark:
     arcs: pd.DataFrame         # one row an arc, label and gamma; only arcs that count
     all_arcs: pd.DataFrame     # those without truth, too
     convergence: pd.DataFrame
-    paths: pd.DataFrame
+    paths: pd.DataFrame        # of the first flight: positions and velocities by time
+    estimates: pd.DataFrame    # of the first flight: one row a parameter, window and label
 
     @property
     def labels(self):
@@ -69,7 +70,10 @@ def read_benchmark(folder):
         _read_if_there(folder / "convergence.csv",
                        ["gamma", "sweep", "seed", "tolerance", "windows", "time"],
                        ["log", "label", "quantity"]),
-        _read_if_there(folder / "trajectory.csv", ["tau", "t", "x", "y", "z"], ["label", "kind"]))
+        _read_if_there(folder / "trajectory.csv",
+                       ["tau", "t", "x", "y", "z", "vx", "vy", "vz"], ["label", "kind"]),
+        _read_if_there(folder / "estimates.csv", ["tau", "t", "value", "sigma", "truth"],
+                       ["label", "name", "unit"]))
 
 
 def _read_if_there(path, numbers, texts):

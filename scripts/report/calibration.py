@@ -11,6 +11,7 @@ from calibration_sections import (arc_summary, headline, parameter_table, proven
 from charts import embed
 from flight_log import read_log
 from page import Page, paragraph
+from truth_file import read_truth
 
 VERB_HELP = "the result of trueline-calibrate"
 
@@ -24,11 +25,12 @@ def add_arguments(parser):
 def build(arguments):
     result = read_calibration(arguments.result)
     log = read_log(arguments.log)
+    truth = read_truth(arguments.log)
     page = Page(f"Calibration of {log.name}",
                 f"{result.estimator}, windows of {result.gamma} passes")
     page.add("verdict", "Result", *headline(result))
-    page.add("parameters", "Parameters", *_parameters(result))
-    if whole := whole_flight(result):
+    page.add("parameters", "Parameters", *_parameters(result, truth))
+    if whole := whole_flight(result, truth):
         page.add("whole-flight", "Whole flight", *whole)
     page.add("track", "Track", *_track(result, log))
     page.add("errors", "Errors", *_errors(result))
@@ -37,15 +39,18 @@ def build(arguments):
     return page
 
 
-def _parameters(result):
-    blocks = [parameter_table(result.summary.get("parameters")),
+def _parameters(result, truth):
+    blocks = [parameter_table(result.summary.get("parameters"), truth),
               unobservable(result.summary)]
+    if truth:
+        blocks.append(paragraph("Truth: from the file beside the simulated log; dashes in the "
+                                "pictures. Drifting errors and biases by their mean.", "note"))
     if not result.windows[result.windows.gamma == result.gamma].value.dropna().empty:
         blocks += [
             "<h3>By window</h3>",
             paragraph("Bars are 95 % intervals. Filled: identified; hollow circle: weak; triangle: "
                       "at a bound, and cross: unobservable, both without an interval.", "note"),
-            embed(plots_parameters.parameters_by_window(result), "plot-parameters")]
+            embed(plots_parameters.parameters_by_window(result, truth), "plot-parameters")]
     return blocks
 
 

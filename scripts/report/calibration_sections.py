@@ -52,14 +52,17 @@ def headline(result):
             (number(error.get("p95"), 2, unit), "95 % of arcs below"),
             (percent(arcs.get("inside_95_ellipse")), "of ends inside their 95 % ellipse"),
             (str(arcs["count"]), "arcs predicted")]))
+    if fixes := summary.get("fixes"):
+        blocks.append(paragraph(fixes["text"][0].upper() + fixes["text"][1:] + "."))
     warnings = summary.get("warnings") or []
     if warnings:
         blocks.append(f'<div class="warnings"><b>Warnings</b>{bullets(warnings)}</div>')
     return blocks
 
 
-def parameter_table(parameters):
-    """By name, as in the YAML: value ± one sigma, 95 % interval, status."""
+def parameter_table(parameters, truth=None):
+    """By name, as in the YAML: value ± one sigma, 95 % interval, status; the truth, if known."""
+    truth = truth or {}
     rows = []
     for name, entry in (parameters or {}).items():
         value, sigma = as_number(entry.get("value")), as_number(entry.get("sigma"))
@@ -71,11 +74,20 @@ def parameter_table(parameters):
                      escape(interval if known and math.isfinite(sigma) else "–"), escape(unit),
                      escape(_in_degrees(value, sigma if known else math.nan, unit)),
                      badge(status)])
+        if truth:
+            rows[-1] += _beside_truth(value, sigma if known else math.nan, truth.get(name, math.nan))
     if not rows:
         return paragraph("No parameter was estimated.")
     return table([("Parameter", False), ("", False), ("Value ± 1 sigma", True),
                   ("95 % interval", True), ("Unit", False), ("In degrees", True),
-                  ("Status", False)], rows)
+                  ("Status", False)] + ([("Truth", True), ("Error / sigma", True)] if truth else []),
+                 rows)
+
+
+def _beside_truth(value, sigma, truth):
+    off = (value - truth) / sigma if sigma > 0 else math.nan
+    return [escape(number(truth)) if math.isfinite(truth) else "–",
+            escape(f"{off:+.1f}") if math.isfinite(off) else "–"]
 
 
 def _in_degrees(value, sigma, unit):
@@ -90,7 +102,7 @@ def unobservable(summary):
     return paragraph("This flight does not show, or can't tell apart:") + bullets(combinations)
 
 
-def whole_flight(result):
+def whole_flight(result, truth=None):
     """All of the flight, or of several, solved at once: what the smoother adds."""
     whole = result.summary.get("whole_flight")
     if not whole:
@@ -103,7 +115,7 @@ def whole_flight(result):
     if not whole.get("converged", True):
         blocks.append(f'<div class="warnings"><b>Not converged</b> after '
                       f"{whole.get('iterations')} iterations: use with care.</div>")
-    blocks += [parameter_table(whole.get("parameters")), unobservable(whole)]
+    blocks += [parameter_table(whole.get("parameters"), truth), unobservable(whole)]
     if whole.get("notes"):
         blocks.append(bullets(whole["notes"]))
     rows = [[f"<code>{escape(name)}</code>", number(entry["value"]),

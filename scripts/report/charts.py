@@ -50,8 +50,7 @@ def embed(figure, identifier):
     text in the data can end the script."""
     data = figure.to_json().replace("<", "\\u003c").replace("\u2028", "\\u2028")
     return (f'<div class="plot" id="{identifier}" style="height:{figure.layout.height}px"></div>'
-            f'<script>(function(){{var f={data};'
-            f'Plotly.newPlot("{identifier}",f.data,f.layout,{CONFIG});}})();</script>')
+            f'<script>draw("{identifier}",{data},{CONFIG});</script>')
 
 
 def decimate(frame, limit):

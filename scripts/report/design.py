@@ -101,7 +101,7 @@ def _over_time(flight, score):
         colour = charts.SPARE_COLOURS[index % len(charts.SPARE_COLOURS)]
         figure.add_trace(charts.lines(t, charts.rounded(flight[name] * RPM, 0), f"rotor {name[1:]}",
                                       colour, width=1.2), 3, 1)
-    for row, values in ((1, [math.degrees(limits["tilt"]["limit"])]),
+    for row, values in ((1, [math.degrees(limits[k]["limit"]) for k in ("tilt", "roll", "pitch") if k in limits]),
                         (2, [-limits["rate"]["limit"], limits["rate"]["limit"]]),
                         (3, [limits[k]["limit"] * RPM for k in ("min_speed", "max_speed")])):
         for value in values:

@@ -49,6 +49,8 @@ def _verdict(result):
                      (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
                      (number(residual["rms_after"]), "after"),
                      ("yes" if residual["white"] else "no", "residual white")])]
+    if fixes := result.get("fixes"):
+        blocks.append(paragraph(fixes[0].upper() + fixes[1:] + "."))
     for cause in result.get("causes") or []:
         blocks += _cause(cause)
     together = _gains(result)

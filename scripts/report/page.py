@@ -3,9 +3,8 @@ import html
 import os
 from pathlib import Path
 
-import plotly.offline
-
 from errors import ReportError
+from plot_library import script_tags
 
 CSS = Path(__file__).resolve().with_name("page.css")
 
@@ -46,7 +45,7 @@ class Page:
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             '<link rel="icon" href="data:,">'
             f"<title>{escape(self.title)}</title><style>{CSS.read_text()}</style>"
-            f"<script>{plotly.offline.get_plotlyjs()}</script></head><body>"
+            f"{script_tags(body)}</head><body>"
             f'<header><div><h1>{escape(self.title)}</h1><p>{escape(self.subtitle)}</p></div>'
             f"<nav>{links}</nav></header><main>{body}</main></body></html>\n")
 

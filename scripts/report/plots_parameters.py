@@ -11,7 +11,8 @@ SYMBOLS = {"identified": "circle", "weak": "circle-open", "unobservable": "x-thi
 WITHOUT_INTERVAL = ["unobservable", "at_bound"]  # their sigma is not one of an estimate
 
 
-def parameters_by_window(result):
+def parameters_by_window(result, truth=None):
+    truth = truth or {}
     windows = result.windows[result.windows.gamma == result.gamma].dropna(subset=["value"])
     parameters = list(dict.fromkeys(windows.parameter))
     rows = -(-len(parameters) // COLUMNS)
@@ -25,7 +26,10 @@ def parameters_by_window(result):
         group = windows[windows.parameter == parameter]
         for estimator, history in group.groupby("estimator", sort=False):
             figure.add_trace(_history(estimator, history, index == 0), **where)
-        figure.update_yaxes(range=_value_range(group), **where)
+        known = [truth[parameter]] if parameter in truth else []
+        for value in known:
+            figure.add_hline(y=value, line=dict(color=charts.TRUTH, dash="dash", width=2), **where)
+        figure.update_yaxes(range=_value_range(group, known), **where)
     charts.style(figure, 90 + ROW_HEIGHT * rows, margin=dict(l=52, r=16, t=64, b=48),
                  legend=dict(orientation="h", x=0, y=1 + 32 / (ROW_HEIGHT * rows),
                              xanchor="left", yanchor="bottom"))
@@ -49,10 +53,11 @@ def _history(estimator, history, in_legend):
                       "%{customdata[2]:.2g} (1 sigma)<br>%{customdata[1]}<extra></extra>")
 
 
-def _value_range(group):
+def _value_range(group, more=()):
     """All values and the usual interval; a few very wide intervals may leave the picture."""
     known = group[group.status.isin(["identified", "weak"])]
     half = 1.96 * np.nanmedian(known.sigma) if known.sigma.notna().any() else 0.0
     low, high = group.value.min() - half, group.value.max() + half
+    low, high = min([low, *more]), max([high, *more])
     margin = 0.08 * (high - low) or 0.1 * abs(high) or 0.1
     return [low - margin, high + margin]

@@ -68,6 +68,9 @@ VgdOptions EveryOptionChanged() {
     ParameterPrior& prior = o.priors[i];
     prior = {prior.mean - 0.01, 0.9 * prior.sigma, 0.9 * prior.lower, prior.upper + 0.02};
   }
+  o.ranges = RangeUse::kStart;
+  o.start = SearchStart::kRandom;
+  o.start_seed = 5;
   o.loss = FixLoss::kCauchy;
   o.loss_scale = 3.0;
   o.whiten = false;
@@ -171,6 +174,11 @@ TEST(CalibrationFlags, AreCheckedAndOutrankTheFile) {
               HasSubstr("'-2' is not a window length"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->thrust = "baro"; })),
               HasSubstr("use accelerometer or level_flight"));
+  EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) {
+                f->config = Written("ranges: start\n");
+                f->model = "model.yaml";
+              })),
+              HasSubstr("--model=model.yaml is a prior"));
   const CalibrationOptions options = ResolveCalibrationOptions(Flags([](auto* f) {
     f->config = Written("gamma: 5\nloss: none\n");
     f->gamma_sweep = "1,4";

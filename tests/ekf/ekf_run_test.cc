@@ -139,6 +139,13 @@ TEST(GyroScatterTest, GrowsWithTheGyroscopesNoise) {
   }
 }
 
+TEST(EkfOptionsTest, ThePapersP0IsGivenByBlock) {
+  EstimatorOptions options = FromYaml<EstimatorOptions>(
+      YamlMap(YAML::Load("ekf: {tuning: paper, paper: {p0: [1, 2, 3, 4, 5]}}"), "test.yaml", ""));
+  const Matrix15d P = Ekf(options.ekf, 9.81).StartCovariance(NavState{});
+  for (int i = 0; i < kNavSize; ++i) EXPECT_EQ(P(i, i), 1.0 + i / 3) << i;
+}
+
 TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
   EstimatorOptions options;
   options.ekf.tuning = EkfTuning::kPaper;
@@ -153,7 +160,7 @@ TEST(EkfOptionsTest, SurviveYamlAndRefuseNonsense) {
   EXPECT_NEAR(back.ekf.noise.gyro, 0.0123, 1e-15);
   EXPECT_FALSE(back.kinematic.initial_attitude);
   for (const char* bad :
-       {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: -1}}",
+       {"ekf: {tuning: best}", "ekf: {nois: {}}", "ekf: {paper: {p0: [10, 10, 10, 10, 0]}}",
         "ekf: {paper: {q_per_sample: [1, 2]}}", "kinematic: {tilt_sigma_deg: 0}"}) {
     EXPECT_THROW(FromYaml<EstimatorOptions>(YamlMap(YAML::Load(bad), "test.yaml", "")), InputError)
         << bad;

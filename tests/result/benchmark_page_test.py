@@ -60,11 +60,21 @@ CONVERGENCE = ("log,label,gamma,sweep,seed,quantity,tolerance,windows,time [s]\n
 
 
 def trajectory():
-    lines = ["label,kind,tau,t [s],x [m],y [m],z [m]"]
+    lines = ["label,kind,tau,t [s],x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]"]
     for label, kind in (("truth", "mocap"), ("fixes", "fix"), ("VGD", "fit"), ("VGD", "prediction"),
                         ("EKF", "prediction")):
-        lines += [f"{label},{kind},1,{0.1 * i},{math.cos(0.1 * i)},{math.sin(0.1 * i)},-1"
+        lines += [f"{label},{kind},1,{0.1 * i},{math.cos(0.1 * i)},{math.sin(0.1 * i)},-1,"
+                  + (",," if kind == "fix" else f"{-math.sin(0.1 * i)},{math.cos(0.1 * i)},0")
                   for i in range(60)]
+    return "\n".join(lines) + "\n"
+
+
+def estimates():
+    lines = ["label,tau,t [s],name,unit,value,sigma,truth"]
+    for label, parameter, unit in (("VGD", "b_az", "m/s^2"), ("EKF", "b_az", "m/s^2"),
+                                   ("EKF", "b_gx", "rad/s")):
+        lines += [f"{label},{tau},{4 * tau},{parameter},{unit},{0.1 + 0.01 * tau},0.02,0.15"
+                  for tau in range(1, ARCS + 1)]
     return "\n".join(lines) + "\n"
 
 
@@ -83,7 +93,8 @@ class PageInBrowser(unittest.TestCase):
     def write(self, sweep=("",), extras=True):
         (self.root / "arcs.csv").write_text(arcs(sweep))
         (self.root / "summary.yaml").write_text(SUMMARY)
-        for name, text in (("convergence.csv", CONVERGENCE), ("trajectory.csv", trajectory())):
+        for name, text in (("convergence.csv", CONVERGENCE), ("trajectory.csv", trajectory()),
+                           ("estimates.csv", estimates())):
             (self.root / name).unlink(missing_ok=True)
             if extras:
                 (self.root / name).write_text(text)
@@ -107,12 +118,23 @@ class PageInBrowser(unittest.TestCase):
         return self.browser.run(
             "return document.getElementById(arguments[0]).data.map(d => [d.name, d.x.length])", plot)
 
+    def shapes(self, plot):
+        return self.browser.run(
+            "return document.getElementById(arguments[0]).layout.shapes.map(s => s.y0)", plot)
+
     def text(self, selector):
         return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
 
     def test_every_figure_and_the_papers_figures_are_there(self):
         self.write()
-        self.open(["plot-gamma", "plot-arcs", "plot-track", "plot-convergence"])
+        self.open(["plot-gamma", "plot-arcs", "plot-track", "plot-states", "plot-accel-bias",
+                   "plot-gyro-bias", "plot-convergence"])
+        states = self.traces("plot-states")
+        self.assertEqual(states.count(["Truth (mocap)", 60]), 6)  # position and velocity
+        self.assertEqual(states.count(["Fixes", 60]), 3)          # position alone
+        self.assertIn(["VGD", ARCS], self.traces("plot-accel-bias"))
+        self.assertNotIn(["VGD", ARCS], self.traces("plot-gyro-bias"))
+        self.assertEqual(self.shapes("plot-accel-bias"), [0.15])  # the truth
         gamma = self.traces("plot-gamma")
         self.assertIn(["arcs", 2 * SEEDS * ARCS], gamma)
         self.assertIn(["Cramer-Rao bound", 2], gamma)

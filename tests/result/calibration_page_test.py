@@ -67,6 +67,9 @@ class PageInBrowser(unittest.TestCase):
     def test_the_console_has_no_errors(self):
         self.assertEqual([m for m in self.messages if m["level"] == "SEVERE"], [])
 
+    def test_the_page_is_small_enough_to_send(self):
+        self.assertLess(self.page.stat().st_size, 1.5e6)
+
     def test_nothing_comes_from_the_network(self):
         requested = self.browser.run(
             "return performance.getEntriesByType('resource').map(e => e.name)")
@@ -233,6 +236,38 @@ class Rendering(unittest.TestCase):
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         self.assertGreater((result / "trajectory.csv").stat().st_size, 5e6)
         self.assertLess(out.stat().st_size, 10e6)
+
+
+class TruthBesideTheLog(unittest.TestCase):
+    TRUTH = ("parameters:\n  K_x: {value: -0.5, unit: 1/s}\n"
+             "imu: {accel_bias: [0.08, -0.06, 0.15], gyro_bias: [0.004, -0.003, 0.002]}\n")
+
+    def setUp(self):
+        sys.path.insert(0, str(REPORT.parent))
+        self.folder = Path(tempfile.mkdtemp(prefix="trueline_report_"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.log, self.result = synthetic.write_all(self.folder)
+
+    def page(self, truth):
+        if truth:
+            self.log.with_name(self.log.name + ".truth.yaml").write_text(self.TRUTH)
+        out = self.folder / "page.html"
+        outcome = render(self.result, f"{self.log}/", out)
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        return out.read_text()
+
+    def test_it_is_read_by_name(self):
+        from truth_file import read_truth
+        self.assertEqual(read_truth(self.log), {})
+        self.page(truth=True)
+        truth = read_truth(self.log)
+        self.assertEqual((truth["K_x"], truth["b_ay"], truth["b_gz"]), (-0.5, -0.06, 0.002))
+
+    def test_the_table_shows_it_with_the_error_in_sigmas(self):
+        self.assertNotIn("Error / sigma", self.page(truth=False))
+        page = self.page(truth=True)
+        self.assertIn("Error / sigma", page)
+        self.assertRegex(page, r"[-−]1\.2")  # K_x: -0.55 +- 0.04 against -0.5
 
 
 if __name__ == "__main__":

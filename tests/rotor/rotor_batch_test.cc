@@ -77,7 +77,7 @@ TEST(RotorSegment, WhitenedErrorsAtTheTruthAreWhite) {
   int rows = 0, i = 0;
   for (RotorSegment& cut : CutSegments(c.data)) {
     SegmentModel segment(c.model, c.data, c.sim.noise, std::move(cut));
-    segment.SetWeight(c.TrueNode(i), c.truth.constants);
+    segment.SetWeight(segment.Follow(c.TrueNode(i), c.truth.constants));
     SegmentResidual r = segment.Evaluate(c.TrueNode(i), c.TrueNode(i + 1), c.truth.constants, true);
     segment.Whiten(&r);
     sum += r.error.squaredNorm();
@@ -167,6 +167,16 @@ TEST(RotorBatch, EvidenceFindsTheDisturbance) {
   }
   EXPECT_GT(evidence[1], evidence[0] + 3.0);
   EXPECT_GT(evidence[1], evidence[2] + 3.0);
+}
+
+TEST(RotorBatch, ItsSolutionDoesNotDependOnTheCovariance) {
+  Case c(4.0);
+  const RotorBatchResult whole = RunRotorBatch(c.model, c.data, c.options);
+  c.options.covariance = false;
+  const RotorBatchResult bare = RunRotorBatch(c.model, c.data, c.options);
+  EXPECT_EQ(bare.cov.size(), 0);
+  EXPECT_EQ(bare.mean, whole.mean);
+  EXPECT_EQ(bare.cost, whole.cost);
 }
 
 // Largest difference of the constants, in sigmas of `b`.

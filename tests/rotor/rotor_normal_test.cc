@@ -52,7 +52,7 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
     const RotorNode &start = s.batch.nodes[i], &next = s.batch.nodes[i + 1];
     const Eigen::VectorXd difference = other.Evaluate(start, next, s.batch.mean, false).error -
                                        base.Evaluate(start, next, s.batch.mean, false).error;
-    const Eigen::VectorXd slope = base.Respond(start, next, s.batch.mean, 1, push);
+    const Eigen::VectorXd slope = base.Respond(base.Follow(start, s.batch.mean), next, 1, push);
     EXPECT_LT((difference - slope).norm(), 0.02 * difference.norm());
   }
 }

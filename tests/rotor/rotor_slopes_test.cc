@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "problems/effects/rotor_extension.h"
 #include "problems/rotor/rotor_step.h"
 #include "tests/rotor/rotor_flight_fixture.h"
@@ -114,6 +116,35 @@ TEST_P(RotorSlopesTest, SlopesAreThoseOfFiniteDifferences) {
       EXPECT_LT((reading.slope.col(j) - by_reading).norm(), 1e-5 * (1.0 + by_reading.norm()))
           << "reading by " << j;
       EXPECT_LT((moved.col(j) - by_move).norm(), 1e-5 * by_move.norm() + 1e-9) << "step by " << j;
+    }
+  }
+}
+
+// Asked for some constants only, the columns of the moving state and of these constants are the
+// same as those by all.
+TEST_P(RotorSlopesTest, ColumnsOfSomeConstantsAreThoseOfAll) {
+  const std::vector<int> some = {FindRotorConstant("r_BM_y"), FindRotorConstant("k_f"),
+                                 FindRotorConstant("r_BI_x"), FindRotorConstant("b_w_z"),
+                                 FindRotorConstant("motor_lag")};
+  const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const RotorAeroModel* model : {&plain, &all}) {
+    RotorState end = x, end_of_some = x;
+    const RotorStepMatrix step = StepWithSlope(*model, Input(), still, 0.004, &end);
+    const RotorStepMatrix step_of_some =
+        StepWithSlope(*model, Input(), still, 0.004, &end_of_some, SlopeColumns(some));
+    const RotorReading reading = ReadWithSlope(*model, x, Input());
+    const RotorReading reading_of_some = ReadWithSlope(*model, x, Input(), SlopeColumns(some));
+    EXPECT_EQ(end, end_of_some);
+    EXPECT_EQ(reading.y, reading_of_some.y);
+    std::vector<int> columns(RotorAeroModel::kMovingErrors);
+    std::iota(columns.begin(), columns.end(), 0);
+    for (const int i : some) columns.push_back(RotorAeroModel::kMovingErrors + i);
+    for (const int j : columns) {
+      EXPECT_LT((step.col(j) - step_of_some.col(j)).norm(), 1e-12 * (1.0 + step.col(j).norm()))
+          << "by " << j;
+      EXPECT_LT((reading.slope.col(j) - reading_of_some.slope.col(j)).norm(),
+                1e-12 * (1.0 + reading.slope.col(j).norm()))
+          << "by " << j;
     }
   }
 }

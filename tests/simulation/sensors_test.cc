@@ -153,5 +153,36 @@ TEST(Noise, OrnsteinUhlenbeckHasItsSizeAndMemory) {
   EXPECT_NEAR(product / variance, std::exp(-0.5), 0.01);
 }
 
+// Over a long hover: scatter, correlation over ten seconds, and the delay on the move.
+TEST(Sensors, GnssFixesHaveTheNoiseStated) {
+  SimulationConfig config = Hover(600.0);
+  config.gnss = {.rate = 2.0, .sigma = 0.5, .correlation_time = 20.0, .white_sigma = 0.1};
+  const Flown flown = Fly(config, 8);
+  EXPECT_TRUE(flown.log.gates.empty());
+  ASSERT_EQ(flown.log.fixes.size(), 1200u);
+  const auto error = [&](std::size_t i) {
+    const double at = ToSeconds(flown.log.fixes[i].t) * config.imu.rate;
+    const auto k = std::min(static_cast<std::size_t>(at), flown.truth.trajectory.size() - 1);
+    return Vector3d(flown.log.fixes[i].p_E - flown.truth.trajectory[k].p_E);
+  };
+  double squares = 0.0, product = 0.0;
+  for (std::size_t i = 20; i < flown.log.fixes.size(); ++i) {
+    squares += error(i).squaredNorm() / 3.0 / 1180.0;
+    product += error(i).dot(error(i - 20)) / 3.0 / 1180.0;
+  }
+  EXPECT_NEAR(std::sqrt(squares), std::hypot(0.5, 0.1), 0.12);
+  EXPECT_NEAR(product / squares, std::exp(-10.0 / 20.0), 0.2);
+}
+
+TEST(Sensors, GnssFixesAreLateByTheLatency) {
+  SimulationConfig config = ShortExactFlight();
+  config.gnss = {.rate = 5.0, .sigma = 0.0, .white_sigma = 0.0, .latency = 0.2};
+  const Flown flown = Fly(config);
+  const Fix& fix = flown.log.fixes[25];
+  const double then = (ToSeconds(fix.t) - 0.2) * config.imu.rate;
+  const Vector3d p_E = flown.truth.trajectory[static_cast<std::size_t>(std::lround(then))].p_E;
+  EXPECT_LT((fix.p_E - p_E).norm(), 0.01);
+}
+
 }  // namespace
 }  // namespace trueline::testing_simulation

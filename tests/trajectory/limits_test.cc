@@ -33,6 +33,26 @@ TEST(Limits, TiltAndTravelOfAShuttleAreThoseByHand) {
   EXPECT_NEAR(use.tilt, std::atan(0.3 * 4 * M_PI * M_PI / 9.81), 1e-5);
 }
 
+// A shuttle along x tilts by pitch alone, along y by roll alone.
+TEST(Limits, RollAndPitchAreLimitedEachByItself) {
+  const double tilt = std::atan(0.3 * 4 * M_PI * M_PI / 9.81);
+  for (const int axis : {0, 1}) {
+    Lissajous shuttle;
+    shuttle.amplitude[axis] = 0.3;
+    shuttle.frequency[axis] = 1.0;
+    FlightLimits limits;
+    limits.tilt = INFINITY;
+    (axis == 0 ? limits.roll : limits.pitch) = 0.1;  // of the other angle
+    const LimitUse free = CheckLimits(Fly(shuttle), limits, 0.001);
+    EXPECT_NEAR(axis == 0 ? free.pitch : free.roll, tilt, 1e-5);
+    EXPECT_NEAR(axis == 0 ? free.roll : free.pitch, 0.0, 1e-9);
+    (axis == 0 ? limits.pitch : limits.roll) = 0.5 * tilt;
+    const LimitUse use = CheckLimits(Fly(shuttle), limits, 0.001);
+    EXPECT_EQ(use.binding, axis == 0 ? "pitch" : "roll");
+    EXPECT_NEAR(use.worst, 2.0, 1e-4);
+  }
+}
+
 TEST(Limits, YawRateIsTheRateOfAFlatTurn) {
   Lissajous turn;
   turn.amplitude[3] = 0.5;

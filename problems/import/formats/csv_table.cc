@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "problems/common/error.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
@@ -44,7 +45,9 @@ char GuessDelimiter(std::string_view line) {
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
   LineReader lines(path);
   std::string_view line;
-  if (!lines.NextFilled(&line)) return;
+  if (!lines.NextFilled(&line)) {
+    throw ErrorAt(path.string(), 0, "has no line with text; copy the log again");
+  }
   const char delimiter = GuessDelimiter(line);
   std::vector<std::string_view> texts;
   SplitFields(line, delimiter, &texts);

@@ -64,6 +64,18 @@ def untouched_p(effect, untouched):
     return min((c["p_value"] for c in untouched["candidates"] if c["id"] == effect), default=None)
 
 
+def unnamed_size(hidden, untouched):
+    """What the untouched flight's diagnosis estimates of the effect without naming it, in the form
+    of a cause; None for effects at a gate or rotor. A flight that has a little of the effect by
+    itself has in all what was hidden and that."""
+    tested = [c for c in untouched["candidates"] if c["id"] == hidden["id"] and "estimate" in c]
+    if len(tested) != 1 or any(name in hidden for name in INDICES):
+        return None
+    estimate, sigma = tested[0]["estimate"], tested[0]["sigma"]
+    return {"id": hidden["id"],
+            "parameters": {name: {"value": estimate[name], "sigma": sigma[name]} for name in estimate}}
+
+
 def cause_record(cause, diagnosis):
     """What a cause was named on. `times`: its estimate in detectable sizes."""
     record = {"id": cause["id"], "confidence": cause.get("confidence"),
@@ -111,6 +123,9 @@ def judge_trial(hidden, untouched, changed, gates):
         told = as_told(total, cause)
         record["expected"], record["estimate"] = told, cause_record(cause, changed)
         record["within"] = list(within(told, cause))
+        own_size = None if before else unnamed_size(hidden, untouched)
+        changed_by = as_told(combined(hidden, own_size), cause) if own_size else told
+        record["within_with_own"] = list(within(changed_by, cause))
     return record
 
 
@@ -118,6 +133,7 @@ def row(name, records):
     """Of a table: counts over trials."""
     counted = [r for r in records if r["times"] >= COUNTED]
     first, at_all, among, inside, false = Tally(), Tally(), Tally(), Tally(), Tally()
+    inside_with_own = Tally()
     for r in counted:
         first.add(r["first"])
         at_all.add(r["at_all"])
@@ -126,11 +142,13 @@ def row(name, records):
         false.add(bool(r["false"]))
         if "within" in r:
             inside.add(*r["within"])
-    return f"| {name} | {len(records)} | {first} | {at_all} | {among} | {inside} | {false} |"
+            inside_with_own.add(*r["within_with_own"])
+    return (f"| {name} | {len(records)} | {first} | {at_all} | {among} | {inside} | {inside_with_own} "
+            f"| {false} |")
 
 
 HEAD = ["trials", "at twice: first", "at twice: named", "named or confused", "within 2 sigma",
-        "a false cause beside"]
+        "with the flight's own", "a false cause beside"]
 
 
 def rows(records, key):

@@ -1,0 +1,180 @@
+// A second of flight predicted from one state and the rotor speeds that follow: the rotor-by-rotor
+// model (rotor_air.h), the process of a stabilised attitude (attitude_process.h), and the errors of
+// the state that is given.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "cost_functions/models/attitude_process.h"
+#include "cost_functions/models/rotor_air.h"
+
+namespace trueline {
+
+// Errors of a logged state.
+inline constexpr RotorAirInfo kStateErrors[] = {
+    {"s_xy", "1", "horizontal position changes by this share of the logged velocity"},
+    {"s_w", "1", "roll and pitch change by this share of the logged rate"},
+    {"t_q", "s", "lag of the logged attitude behind the logged rate"},
+};
+
+// What is given: z-up world, forward-left-up body.
+struct PredictionWindow {
+  static constexpr int kSteps = AttitudeProcess::kSteps;
+  Eigen::Vector3d p, v;                                   // m, m/s, in the world
+  Eigen::Vector4d q;                                      // body to world, w x y z
+  Eigen::Vector3d w;                                      // rad/s, in the body
+  std::array<std::array<RotorMotion, 4>, kSteps> rotors;  // mean over each step
+};
+
+template <class T>
+struct PredictedState {
+  Vec3<T> p, v;
+  Vec4<T> q;
+  Vec3<T> w;
+};
+template <class T>
+using PredictedStates = std::array<PredictedState<T>, PredictionWindow::kSteps>;
+
+class WindowPrediction {
+ public:
+  static constexpr int kPositionShare = RotorAir::kCount, kRateShare = kPositionShare + 1,
+                       kAttitudeLag = kRateShare + 1, kCount = kAttitudeLag + 1;
+  static_assert(kCount == RotorAir::kCount + std::size(kStateErrors));
+  using Process = std::array<AttitudeProcess, 2>;  // of roll and pitch, of yaw
+
+  WindowPrediction(const RotorAir& air, const Process& process) : air_(air), process_(process) {}
+
+  // States at the ends of the steps. `c`: kCount numbers. Rates and motion depend on each other:
+  // they are computed in turns, from rates that decay. `observed`: what the process has seen, for
+  // each axis; may be null.
+  template <class T>
+  void Predict(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
+               std::array<std::vector<T>, 3>* observed = nullptr) const {
+    constexpr int kTurns = 2;
+    constexpr double kDecay = 0.2;  // s, of the first guess
+    for (int k = 0; k < kSteps; ++k) {
+      (*states)[k].w = Constant<T>(std::exp(-(k + 1) * kStep / kDecay) * window.w);
+    }
+    std::array<std::vector<T>, 3> net;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      Move(c, window, states, &net);
+      ExpectRates(net, states);
+    }
+    Move(c, window, states, &net);
+    if (observed != nullptr) *observed = net;
+  }
+
+  // Rotation vector of the tilt in body axes, and heading [rad].
+  static Eigen::Vector3d AttitudeAngles(const Eigen::Vector4d& q);
+
+ private:
+  static constexpr int kSteps = PredictionWindow::kSteps;
+  static constexpr double kStep = AttitudeProcess::kStep;
+
+  template <class T>
+  static Vec3<T> Constant(const Eigen::Vector3d& v) {
+    return Vec3<T>(T(v[0]), T(v[1]), T(v[2]));
+  }
+  template <class T>
+  static Vec3<T> Sum(const Vec3<T>& a, const T& factor, const Vec3<T>& b) {
+    return Vec3<T>(a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]);
+  }
+  // q turned by the rotation vector r in body axes, by the exponential's series to fourth order.
+  template <class T>
+  static Vec4<T> Turned(const Vec4<T>& q, const Vec3<T>& r) {
+    const T s = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]) * T(0.25);
+    const T sine = T(0.5) * (T(1.0) - s / T(6.0));
+    const Vec4<T> turn(T(1.0) - s * (T(0.5) - s / T(24.0)), sine * r[0], sine * r[1], sine * r[2]);
+    return HamiltonProduct(q, turn);
+  }
+
+  template <class T>
+  void Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
+            std::array<std::vector<T>, 3>* net) const;
+  template <class T>
+  void ExpectRates(const std::array<std::vector<T>, 3>& net, PredictedStates<T>* states) const;
+
+  const RotorAir& air_;
+  const Process& process_;
+};
+
+inline Eigen::Vector3d WindowPrediction::AttitudeAngles(const Eigen::Vector4d& q) {
+  const Eigen::Vector3d up = RotateByUnit(Conjugate(q), Eigen::Vector3d(0.0, 0.0, 1.0));
+  const double across = std::hypot(up.x(), up.y());
+  const double scale = across > 1e-9 ? std::atan2(across, up.z()) / across : 1.0;
+  return {scale * up.y(), -scale * up.x(), 2.0 * std::atan2(q[3], q[0])};
+}
+
+// Moves position, velocity and attitude under the rates in `states`; collects the model's net
+// angular accelerations. Midpoint steps; the force at a step's middle uses the velocity that the
+// previous step's acceleration leads to.
+template <class T>
+void WindowPrediction::Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
+                            std::array<std::vector<T>, 3>* net) const {
+  using std::exp;
+  const T half(0.5 * kStep), step(kStep);
+  Vec3<T> p = Constant<T>(window.p), v = Constant<T>(window.v), w = Constant<T>(window.w);
+  Vec4<T> q(T(window.q[0]), T(window.q[1]), T(window.q[2]), T(window.q[3]));
+  const auto acceleration = [&](const Vec4<T>& at, const Vec3<T>& force) {
+    Vec3<T> a = RotateByUnit(at, force);
+    for (int i = 0; i < 3; ++i) a[i] = a[i] / T(air_.vehicle().mass);
+    a[2] -= T(air_.vehicle().gravity);
+    return a;
+  };
+  const Vec3<T> v0 = RotateByUnit(Conjugate(q), v);
+  Vec3<T> a = acceleration(q, air_.WrenchOn(c, v0, v0, w, window.rotors[0].data()).force);
+  const T lag = c[RotorAir::kWakeLag];
+  const Vec3<T> change = RotateByUnit(Conjugate(q), a) - Cross(w, v0);
+  Vec3<T> wake = Sum(v0, T(-lag), change);
+  const T follow = T(1.0) - exp(-step / lag);
+
+  const Eigen::Vector3d angles = AttitudeAngles(window.q);
+  for (int i = 0; i < 3; ++i) {
+    (*net)[i].resize(AttitudeProcess::kObserved);
+    (*net)[i][0] = T(angles[i]);
+    (*net)[i][1] = w[i];
+  }
+  for (int k = 0; k < kSteps; ++k) {
+    PredictedState<T>& state = (*states)[k];
+    Vec3<T> w_mid, turn;
+    for (int i = 0; i < 3; ++i) {
+      w_mid[i] = T(0.5) * (w[i] + state.w[i]);
+      const T rate = w_mid[i] - c[kAttitudeLag] * (state.w[i] - w[i]) / step;
+      turn[i] = step * (i < 2 ? c[kRateShare] * rate : rate);
+    }
+    const Vec4<T> q_mid = Turned(q, Vec3<T>(T(0.5) * turn[0], T(0.5) * turn[1], T(0.5) * turn[2]));
+    const Vec3<T> v_mid = RotateByUnit(Conjugate(q_mid), Sum(v, half, a));
+    const Vec3<T> wake_next = Sum(wake, follow, Vec3<T>(v_mid - wake));
+    const Vec3<T> wake_mid = Sum(wake, T(0.5), Vec3<T>(wake_next - wake));
+    const RotorAirWrench<T> wrench =
+        air_.WrenchOn(c, v_mid, wake_mid, w_mid, window.rotors[k].data());
+    const Vec3<T> dw = RotorAir::AngularAcceleration(c, wrench.moment, w_mid);
+    for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = dw[i];
+    a = acceleration(q_mid, wrench.force);
+    for (int i = 0; i < 3; ++i) {
+      const T moved = step * (v[i] + half * a[i]);
+      p[i] += i < 2 ? c[kPositionShare] * moved : moved;
+    }
+    v = Sum(v, step, a);
+    q = Turned(q, turn);
+    w = state.w;
+    wake = wake_next;
+    state.p = p;
+    state.v = v;
+    state.q = q;
+  }
+}
+
+template <class T>
+void WindowPrediction::ExpectRates(const std::array<std::vector<T>, 3>& net,
+                                   PredictedStates<T>* states) const {
+  std::vector<std::vector<T>> level, heading;
+  process_[0].Expect<T>({net[0], net[1]}, &level);
+  process_[1].Expect<T>({net[2]}, &heading);
+  for (int k = 0; k < kSteps; ++k) {
+    (*states)[k].w = Vec3<T>(level[0][k], level[1][k], heading[0][k]);
+  }
+}
+
+}  // namespace trueline

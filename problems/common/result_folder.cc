@@ -1,0 +1,189 @@
+#include "problems/common/result_folder.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <set>
+#include <system_error>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/common/link_tree.h"
+#include "problems/common/manifest.h"
+
+namespace trueline {
+namespace fs = std::filesystem;
+namespace {
+
+std::string StagePrefix(const fs::path& target) {
+  return "." + target.filename().string() + ".part-";
+}
+
+// Removes the stages of runs that were killed: nobody holds their lock.
+void RemoveLeftovers(const fs::path& folder, const std::string& prefix) {
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (!it->path().filename().string().starts_with(prefix)) continue;
+    const FileLock lock(it->path(), false);
+    std::error_code ignored;
+    if (lock.Holds(it->path())) fs::remove_all(it->path(), ignored);
+  }
+}
+
+// Makes and locks a folder of a name that is free. Empty where none can be made.
+fs::path MakeStage(const fs::path& folder, const std::string& prefix, FileLock* alive) {
+  for (int i = 0; i < 100; ++i) {
+    const fs::path stage = folder / fmt::format("{}{}-{}", prefix, ::getpid(), i);
+    if (::mkdir(stage.c_str(), 0777) != 0) {
+      if (errno == EEXIST) continue;
+      return {};
+    }
+    *alive = FileLock(stage, true);
+    if (alive->Holds(stage)) return stage;  // else another run took it for a leftover
+  }
+  return {};
+}
+
+// Whether the folder is the working folder or above it: a shell in it would lose its place.
+bool IsWorkingFolder(const fs::path& target) {
+  std::error_code error;
+  const fs::path working = fs::canonical(".", error);
+  const auto [left, right] =
+      std::mismatch(target.begin(), target.end(), working.begin(), working.end());
+  return !error && left == target.end();
+}
+
+// Data first, then names: after a power cut a name never stands for an empty file.
+void Sync(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+InputError CannotWrite(const fs::path& out, const std::string& why) {
+  return ErrorAt(out.string(), 0,
+                 fmt::format("cannot be written ({}); check that the folder "
+                             "exists, is writable and has space",
+                             why));
+}
+
+std::string LastError() { return std::generic_category().message(errno); }
+
+void RenameOrCopy(const fs::path& from, const fs::path& to) {
+  if (::rename(from.c_str(), to.c_str()) == 0) return;
+  if (errno != EXDEV) throw CannotWrite(to, LastError());
+  const fs::path near = to.string() + ".tmp";  // `to` is on another file system
+  std::error_code error;
+  fs::copy_file(from, near, fs::copy_options::overwrite_existing, error);
+  if (error || ::rename(near.c_str(), to.c_str()) != 0) {
+    throw CannotWrite(to, error ? error.message() : LastError());
+  }
+}
+
+}  // namespace
+
+ResultFolder::ResultFolder(const fs::path& out, const std::string& program)
+    : out_(out), program_(program) {
+  Open();
+  const Manifest old = ReadManifest(target_);
+  owned_ = old.files;
+  owned_.emplace_back(kManifestFile);
+  if (!old.program.empty() && old.program != program) replaced_program_ = old.program;
+}
+
+ResultFolder::ResultFolder(const fs::path& out, const std::vector<std::string>& owned)
+    : out_(out), owned_(owned) {
+  Open();
+}
+
+ResultFolder::~ResultFolder() {
+  std::error_code ignored;
+  if (!committed_) fs::remove_all(stage_, ignored);
+}
+
+void ResultFolder::Open() {
+  std::error_code error;
+  target_ = fs::weakly_canonical(fs::absolute(out_), error);
+  if (!target_.has_filename()) target_ = target_.parent_path();  // "out/"
+  if (error) throw CannotWrite(out_, error.message());
+  fs::create_directories(target_.parent_path(), error);
+  if (error) throw CannotWrite(out_, error.message());
+  const bool exists = fs::exists(target_, error);
+  if (exists && !fs::is_directory(target_)) throw CannotWrite(out_, "it is a file");
+  if (exists && ::access(target_.c_str(), W_OK) != 0) throw CannotWrite(out_, LastError());
+  const std::string prefix = StagePrefix(target_);
+  RemoveLeftovers(target_.parent_path(), prefix);
+  stage_ = MakeStage(target_.parent_path(), prefix, &alive_);
+  if (!stage_.empty()) return;
+  if (!exists) throw CannotWrite(out_, LastError());
+  RemoveLeftovers(target_, prefix);
+  stage_ = MakeStage(target_, prefix, &alive_);
+  if (stage_.empty()) throw CannotWrite(out_, LastError());
+}
+
+void ResultFolder::Commit(bool quiet) {
+  if (!program_.empty()) WriteManifest(stage_, program_);
+  for (const auto& entry : fs::directory_iterator(stage_)) Sync(entry.path());
+  const FileLock one_at_a_time(target_.parent_path(), true);
+  // Another run may have ended since this one began; its files are replaced, too.
+  if (!program_.empty()) {
+    for (const std::string& name : ReadManifest(target_).files) owned_.push_back(name);
+  }
+  const bool beside = stage_.parent_path() == target_.parent_path();
+  if (!fs::exists(target_)) {
+    if (::rename(stage_.c_str(), target_.c_str()) != 0) throw CannotWrite(out_, LastError());
+  } else if (beside && !IsWorkingFolder(target_)) {
+    Exchange();
+  } else {
+    MoveFiles();
+  }
+  Sync(target_.parent_path());
+  committed_ = true;
+  if (replaced_program_.empty()) return;
+  Warn(fmt::format("{}: the result of {} that was here is replaced", out_.string(),
+                   replaced_program_),
+       quiet);
+}
+
+void ResultFolder::Exchange() {
+  const std::set<std::string> owned(owned_.begin(), owned_.end());
+  LinkTree(target_, stage_, owned);
+  struct stat status = {};
+  if (::stat(target_.c_str(), &status) == 0) ::chmod(stage_.c_str(), status.st_mode & 07777);
+  if (::renameat2(AT_FDCWD, stage_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
+    MoveFiles();  // a mount point, or a file system that exchanges nothing
+    return;
+  }
+  RemoveLinked(stage_, target_, owned);  // stage_ is the name of the old folder now
+}
+
+void ResultFolder::MoveFiles() {
+  std::error_code error;
+  fs::remove(target_ / kManifestFile, error);
+  for (const std::string& name : owned_) {
+    if (!fs::exists(stage_ / name)) fs::remove(target_ / name, error);
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(stage_)) {
+    if (entry.path().filename() != kManifestFile) files.push_back(entry.path());
+  }
+  if (fs::exists(stage_ / kManifestFile)) files.push_back(stage_ / kManifestFile);
+  for (const fs::path& file : files) RenameOrCopy(file, target_ / file.filename());
+  fs::remove_all(stage_, error);
+}
+
+std::string ResultFolder::Named(std::string text) const {
+  const std::string stage = stage_.string();
+  for (std::size_t at = 0; (at = text.find(stage, at)) != std::string::npos;) {
+    text.replace(at, stage.size(), out_.string());
+  }
+  return text;
+}
+
+}  // namespace trueline

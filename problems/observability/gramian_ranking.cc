@@ -1,0 +1,209 @@
+#include "problems/observability/gramian_ranking.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/inspection/first_look.h"
+#include "problems/observability/flight_from_log.h"
+#include "problems/observability/sensor_config.h"
+#include "problems/trajectory/trajectory_config.h"
+
+namespace trueline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A vehicle with what is asked about its flights.
+struct RankingQuestion {
+  RotorVehicle vehicle;
+  RotorDrivenSystem system;
+  std::vector<int> shown, asked;
+  std::vector<double> scale, weights;
+};
+
+std::vector<int> ConstantsNamed(const std::vector<std::string>& names,
+                                const RotorDrivenSystem& system) {
+  std::vector<int> states;
+  for (const std::string& name : names) {
+    const int state = FindState(system.errors(), name);
+    if (state < 0 || system.errors()[state].moving) {
+      throw InputError(
+          fmt::format("e2log: '{}' is no constant of the rotor-driven model; use m, "
+                      "I_x ..., r_BM_x ..., r_BP_x ..., r_BI_x ..., b_a_x ..., "
+                      "b_w_x ..., k_f, k_m",
+                      name));
+    }
+    states.push_back(state);
+  }
+  return states;
+}
+
+RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
+                         const RankingOptions& options) {
+  RankingQuestion question{vehicle, {vehicle.model, sensors}, {}, {}, {}, {}};
+  const RotorDrivenSystem& system = question.system;
+  question.shown = ConstantsNamed(options.show, system);
+  question.asked = system.PaperStates();
+  std::vector<int> more = ConstantsNamed(options.free, system);
+  more.insert(more.end(), question.shown.begin(), question.shown.end());
+  for (const int state : more) {
+    const bool there = std::count(question.asked.begin(), question.asked.end(), state) > 0;
+    if (!there) question.asked.push_back(state);
+  }
+  question.scale = FindColumnScale(system, vehicle, question.asked, options.scale);
+  question.weights = system.OutputWeights();
+  if (!options.weigh_by_noise) std::fill(question.weights.begin(), question.weights.end(), 1.0);
+  return question;
+}
+
+// Flight: RotorFlight or NominalFlight.
+template <class Flight>
+RankedFlight ScoreOf(const std::string& name, double duration, const Flight& flight,
+                     const RankingQuestion& question, const RankingOptions& options) {
+  RankedFlight ranked{name, duration, {}, {}};
+  const Eigen::MatrixXd gramian = E2log(question.system, flight, question.weights, options.e2log);
+  ranked.scores =
+      ScoreStates(gramian, question.shown, options.marginalise ? question.asked : question.shown,
+                  question.scale);
+  E2logOptions exact = options.e2log;
+  exact.chained = true;
+  const Eigen::MatrixXd information =
+      E2log(question.system, flight, question.system.OutputWeights(), exact);
+  const Assessment assessment = Assess(information, question.asked, question.system.errors());
+  for (const int state : question.shown) {
+    const auto at = std::find(question.asked.begin(), question.asked.end(), state);
+    ranked.sigma.push_back(assessment.sigma[at - question.asked.begin()]);
+  }
+  return ranked;
+}
+
+class Ranker {
+ public:
+  Ranker(const RankingInputs& inputs, const std::function<void(const std::string&)>& progress)
+      : inputs_(inputs), progress_(progress) {}
+
+  Ranking Run() {
+    if (inputs_.config) ReadConfig(*inputs_.config);
+    for (const fs::path& file : inputs_.trajectories) {
+      if (!question_) {
+        throw InputError(
+            fmt::format("{}: a trajectory needs a vehicle; give --config with the key "
+                        "'vehicle'",
+                        file.string()));
+      }
+      ScorePath(file.string(), ReadTrajectoryFile(file));
+    }
+    for (const fs::path& log : inputs_.logs) ScoreLog(log);
+    if (ranking_.flights.empty()) {
+      throw InputError(
+          "nothing to score: give --trajectory, --log, or a --config whose 'cases' "
+          "have a trajectory");
+    }
+    std::stable_sort(ranking_.flights.begin(), ranking_.flights.end(),
+                     [](auto& a, auto& b) { return a.scores.sigma_min > b.scores.sigma_min; });
+    for (const int state : question_->shown) {
+      ranking_.shown.push_back(question_->system.errors()[state]);
+      ranking_.scale.push_back(question_->scale[state]);
+    }
+    return std::move(ranking_);
+  }
+
+ private:
+  void ReadConfig(const YamlMap& config) {
+    config.GetChoice("system", {"rotor_driven"}, "rotor_driven");
+    config.Get<double>("horizon", 0.0);  // of observability alone
+    limits_ = ReadLimits(config.ChildOrEmpty("limits"));
+    ranking_.options = ReadRankingOptions(config.ChildOrEmpty("e2log"));
+    noise_ = FromYaml<SensorSet>(config.ChildOrEmpty("sensors"));
+    const RotorVehicle vehicle =
+        ReadRotorVehicle(config.Child("vehicle"), config.Get<double>("gravity", 9.81));
+    Ask(vehicle, WithSensors(noise_, ranking_.options.sensors, config, "e2log"));
+    for (const YamlMap& map : config.Children("cases")) {
+      if (!map.Has("trajectory")) continue;
+      ScorePath(map.Get<std::string>("name"),
+                ReadTrajectory(map.Child("trajectory"), vehicle, limits_));
+    }
+    config.Finish();
+  }
+
+  // Columns are scaled once, by the first vehicle: flights are compared by the same scale.
+  void Ask(const RotorVehicle& vehicle, const SensorSet& sensors) {
+    if (progress_) progress_("scale of the columns");
+    ranking_.options.scale.limits = limits_;
+    question_ = AskAbout(vehicle, sensors, ranking_.options);
+  }
+
+  void ScorePath(const std::string& name, const PiecewisePolynomial& path) {
+    if (progress_) progress_(name);
+    const RotorFlight flight(question_->vehicle, path);
+    const LimitUse use = CheckLimits(flight, limits_, 0.005);
+    if (use.worst > 1.0) {
+      ranking_.warnings.push_back(
+          fmt::format("{}: the trajectory breaks the limit on {} ({:.2f} "
+                      "times)",
+                      name, use.binding, use.worst));
+    }
+    ranking_.flights.push_back(
+        ScoreOf(name, path.duration(), flight, *question_, ranking_.options));
+  }
+
+  void ScoreLog(const fs::path& directory) {
+    if (progress_) progress_(directory.string());
+    const FlightLog log = ReadAndLook(directory);
+    if (!question_) {
+      std::string warning;
+      const RotorVehicle vehicle = VehicleFromLog(log, &warning);
+      if (!warning.empty()) ranking_.warnings.push_back(warning);
+      SensorSet sensors;
+      Ask(vehicle, sensors);
+    }
+    const NominalFlight flight = RotorFlightFromLog(log, question_->vehicle);
+    ranking_.flights.push_back(ScoreOf(directory.string(), flight.end - flight.start, flight,
+                                       *question_, ranking_.options));
+  }
+
+  const RankingInputs& inputs_;
+  const std::function<void(const std::string&)>& progress_;
+  SensorSet noise_;
+  FlightLimits limits_;
+  std::optional<RankingQuestion> question_;
+  Ranking ranking_;
+};
+
+}  // namespace
+
+RankingOptions ReadRankingOptions(const YamlMap& map) {
+  RankingOptions options;
+  options.e2log.order = 4;
+  options.e2log.threads = 0;
+  options.sensors = map.Get<std::vector<std::string>>("sensors", options.sensors);
+  options.show = map.Get<std::vector<std::string>>("show", options.show);
+  options.free = map.Get<std::vector<std::string>>("free", options.free);
+  if (options.show.empty()) map.Fail("show", "names no constant");
+  options.e2log.order = map.Get<int>("order", options.e2log.order);
+  if (options.e2log.order < 1 || options.e2log.order > 6) map.Fail("order", "must be 1 to 6");
+  options.e2log.segment = map.Get<double>("segment", options.e2log.segment);
+  if (!(options.e2log.segment >= 0.02 && options.e2log.segment <= 0.5)) {
+    map.Fail("segment", "must be in [0.02, 0.5] s");
+  }
+  options.e2log.chained = map.GetChoice("segments", {"chained", "summed"}, "chained") == "chained";
+  options.marginalise =
+      map.GetChoice("others", {"marginalised", "known"}, "marginalised") == "marginalised";
+  options.weigh_by_noise = map.GetChoice("weighting", {"noise", "none"}, "noise") == "noise";
+  options.scale.kind = ColumnScaleNamed(map.GetChoice("scale", kColumnScales, "bound"));
+  options.scale.flights = map.Get<int>("scale_flights", options.scale.flights);
+  if (options.scale.flights < 1) map.Fail("scale_flights", "must be at least 1");
+  options.scale.seed = map.Get<std::uint64_t>("scale_seed", options.scale.seed);
+  map.Finish();
+  return options;
+}
+
+Ranking RankByE2log(const RankingInputs& inputs,
+                    const std::function<void(const std::string&)>& progress) {
+  return Ranker(inputs, progress).Run();
+}
+
+}  // namespace trueline

@@ -1,0 +1,136 @@
+#include "problems/prediction/fit_prediction.h"
+
+#include <ceres/ceres.h>
+
+#include "problems/prediction/cluster_variance.h"
+#include "problems/prediction/fit_processes.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kCount = WindowPrediction::kCount;
+using PredictionCost =
+    ceres::AutoDiffCostFunction<MultiStepResidual, MultiStepResidual::kResiduals, kCount>;
+using NumbersVector = Eigen::Matrix<double, kCount, 1>;
+using NumbersMatrix = Eigen::Matrix<double, kCount, kCount>;
+
+struct PredictionModel {
+  RotorAir air;
+  WindowPrediction::Process process;
+  WindowPrediction prediction;
+
+  PredictionModel(const PredictionSetup& setup, const PredictionFit& fit)
+      : air(setup.vehicle),
+        process{AttitudeProcess(fit.level), AttitudeProcess(fit.heading)},
+        prediction(air, process) {}
+};
+
+MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double weight) {
+  MultiStepResidual::Options options;
+  options.weight = weight;
+  for (int i = 0; i < kCount; ++i) options.units[i] = setup.numbers[i].typical;
+  return options;
+}
+
+std::vector<int> HeldNumbers(const PredictionSetup& setup) {
+  std::vector<int> held;
+  for (int i = 0; i < kCount; ++i) {
+    if (!setup.numbers[i].free) held.push_back(i);
+  }
+  return held;
+}
+
+void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow>& windows,
+                  int threads, PredictionFit* fit) {
+  const PredictionModel model(setup, *fit);
+  NumbersVector x;
+  for (int i = 0; i < kCount; ++i) x[i] = fit->numbers[i] / setup.numbers[i].typical;
+  ceres::Problem problem;
+  problem.AddParameterBlock(x.data(), kCount,
+                            new ceres::SubsetManifold(kCount, HeldNumbers(setup)));
+  for (const TrainingWindow& w : windows) {
+    problem.AddResidualBlock(
+        new PredictionCost(new MultiStepResidual(model.prediction, w.window, w.truth,
+                                                 ResidualOptions(setup, w.weight))),
+        nullptr, x.data());
+  }
+  problem.SetParameterLowerBound(x.data(), RotorAir::kWakeLag,
+                                 0.002 / setup.numbers[RotorAir::kWakeLag].typical);
+  ceres::Solver::Options options;
+  options.max_num_iterations = setup.iterations;
+  options.function_tolerance = 1e-4;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.num_threads = threads;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  for (int i = 0; i < kCount; ++i) fit->numbers[i] = x[i] * setup.numbers[i].typical;
+  fit->cost = 2.0 * summary.final_cost / static_cast<double>(windows.size());
+  fit->windows = static_cast<int>(windows.size());
+  fit->converged = summary.termination_type == ceres::CONVERGENCE;
+}
+
+// Gradient and curvature of one window's sum of norms.
+void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const NumbersVector& x,
+               const TrainingWindow& w, ClusterVariance* by_run, ClusterVariance* by_trajectory) {
+  Eigen::Matrix<double, MultiStepResidual::kResiduals, 1> r;
+  Eigen::Matrix<double, MultiStepResidual::kResiduals, kCount, Eigen::RowMajor> J;
+  MultiStepResidual::Options options = ResidualOptions(setup, w.weight);
+  options.norms = false;
+  const PredictionCost cost(new MultiStepResidual(model.prediction, w.window, w.truth, options));
+  const double* parameters = x.data();
+  double* jacobian = J.data();
+  cost.Evaluate(&parameters, r.data(), &jacobian);
+  NumbersVector gradient = NumbersVector::Zero();
+  NumbersMatrix curvature = NumbersMatrix::Zero();
+  for (int i = 0; i < MultiStepResidual::kResiduals; i += 3) {
+    const Eigen::Vector3d e = r.segment<3>(i);
+    const auto Je = J.middleRows<3>(i);
+    const double norm = std::hypot(e.norm(), 0.1 * w.weight);
+    gradient += Je.transpose() * e / norm;
+    const Eigen::Matrix3d bend =
+        (Eigen::Matrix3d::Identity() - e * e.transpose() / (norm * norm)) / norm;
+    curvature += Je.transpose() * bend * Je;
+  }
+  by_run->Add(w.run, gradient, curvature);
+  by_trajectory->Add(w.trajectory, gradient, curvature);
+}
+
+std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fit,
+                           const std::vector<TrainingWindow>& windows) {
+  const PredictionModel model(setup, fit);
+  NumbersVector x;
+  for (int i = 0; i < kCount; ++i) x[i] = fit.numbers[i] / setup.numbers[i].typical;
+  ClusterVariance by_run(kCount), by_trajectory(kCount);
+  for (const TrainingWindow& w : windows) AddWindow(model, setup, x, w, &by_run, &by_trajectory);
+  const std::vector<int> held = HeldNumbers(setup);
+  const Eigen::VectorXd variance = by_run.Diagonal(held).cwiseMax(by_trajectory.Diagonal(held));
+  std::vector<double> sigmas(kCount);
+  for (int i = 0; i < kCount; ++i) sigmas[i] = std::sqrt(variance[i]) * setup.numbers[i].typical;
+  return sigmas;
+}
+
+}  // namespace
+
+const RotorAirInfo& PredictionNumberInfo(int i) {
+  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kStateErrors[i - RotorAir::kCount];
+}
+
+PredictionFit FitPrediction(const PredictionSetup& setup,
+                            const std::vector<const PredictionRun*>& runs, int threads) {
+  const std::vector<TrainingWindow> windows = ChooseWindows(runs, setup.windows);
+  PredictionFit fit;
+  fit.level = setup.level;
+  fit.heading = setup.heading;
+  for (const PredictionNumber& number : setup.numbers) fit.numbers.push_back(number.start);
+  for (int round = 0; round < setup.rounds; ++round) {
+    SolveNumbers(setup, windows, threads, &fit);
+    if (!setup.learn_processes) break;
+    FitProcesses(setup, fit.numbers, windows, &fit.level, &fit.heading);
+  }
+  SolveNumbers(setup, windows, threads, &fit);
+  fit.sigmas = Sigmas(setup, fit, windows);
+  return fit;
+}
+
+}  // namespace trueline

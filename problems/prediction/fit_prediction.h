@@ -1,0 +1,51 @@
+// The rotor-by-rotor model fitted to runs by multi-step least squares.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/prediction/prediction_run.h"
+
+namespace trueline {
+
+// A number of the model (kRotorAirNumbers, then kStateErrors).
+struct PredictionNumber {
+  double start = 0.0;
+  double typical = 1.0;  // its unit in the solver
+  bool free = false;
+};
+
+struct PredictionSetup {
+  RotorAirVehicle vehicle;
+  std::vector<PredictionNumber> numbers;  // WindowPrediction::kCount
+  AttitudeProcessNumbers level;           // roll and pitch
+  AttitudeProcessNumbers heading;
+  bool learn_processes = true;
+  int windows = 600;  // of each trajectory, evenly spaced
+  int rounds = 2;     // of vehicle and processes in turns
+  int iterations = 12;
+};
+
+// Name, unit and meaning of number `i`.
+const RotorAirInfo& PredictionNumberInfo(int i);
+
+struct PredictionFit {
+  std::vector<double> numbers;  // WindowPrediction::kCount
+  // One standard deviation by the spread between runs, and between trajectories where that is more
+  // (sandwich with runs or trajectories as clusters); 0 for numbers that are held.
+  std::vector<double> sigmas;
+  AttitudeProcessNumbers level, heading;
+  double cost = 0.0;  // mean over windows of the scaled errors' sum
+  int windows = 0;
+  bool converged = false;
+};
+
+// Minimises the sum of the norms of the errors of position, velocity, attitude and rate over
+// horizons and windows. Each trajectory counts alike: its weight is the inverse of its number of
+// windows and of its mean change of rate. The processes' numbers are fitted in turns with the
+// vehicle's, by the errors of the rates.
+PredictionFit FitPrediction(const PredictionSetup& setup,
+                            const std::vector<const PredictionRun*>& runs, int threads);
+
+}  // namespace trueline

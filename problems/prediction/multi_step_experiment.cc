@@ -1,0 +1,200 @@
+#include "problems/prediction/multi_step_experiment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/prediction/process_yaml.h"
+
+namespace trueline {
+
+void Serialize(YamlArchive* a, AttitudeProcessNumbers* n) {
+  a->Positive("length_s", &n->length);
+  a->Positive("jitter", &n->jitter);
+  a->Positive("jitter_time_s", &n->jitter_time);
+  a->Positive("constant_rad_s2", &n->constant);
+  a->Positive("coloured_rad_s2", &n->coloured);
+  a->Positive("coloured_time_s", &n->coloured_time);
+  a->Positive("white_rad_s2", &n->white);
+  a->Positive("growth", &n->growth);
+  std::vector<double> sizes(n->sizes.begin(), n->sizes.end());
+  a->Value("sizes_rad", &sizes);
+  a->Require(sizes.size() == n->sizes.size() && *std::min_element(sizes.begin(), sizes.end()) > 0,
+             "sizes_rad", "needs four positive numbers");
+  std::copy_n(sizes.begin(), std::min(sizes.size(), n->sizes.size()), n->sizes.begin());
+}
+
+RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map) {
+  RotorAirVehicle vehicle;
+  YamlArchive a(map);
+  a.Positive("mass", &vehicle.mass);
+  a.Require(vehicle.mass > 0.0, "mass", "is needed, in kg");
+  a.Positive("gravity", &vehicle.gravity);
+  a.Positive("radius", &vehicle.radius);
+  a.Require(vehicle.radius > 0.0, "radius", "is needed, in m");
+  a.Positive("air_density", &vehicle.air_density);
+  for (const YamlMap& rotor : map.Children("rotors")) {
+    const int spin = rotor.Get<int>("spin");
+    if (std::abs(spin) != 1) rotor.Fail("spin", "must be 1 or -1");
+    vehicle.rotors.push_back({rotor.GetVector3("position"), spin});
+    rotor.Finish();
+  }
+  if (vehicle.rotors.size() != 4) map.Fail("rotors", "must list four rotors");
+  map.Finish();
+  return vehicle;
+}
+
+std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count,
+                                          const RotorAirInfo& (*info)(int i)) {
+  std::vector<PredictionNumber> numbers(count);
+  for (int i = 0; i < count; ++i) {
+    const char* name = info(i).name;
+    const YamlMap entry = map.Child(name);
+    YamlArchive a(entry);
+    a.Finite("start", &numbers[i].start);
+    const double size = std::abs(numbers[i].start);
+    numbers[i].typical = size > 0.0 ? size : 1.0;
+    a.Positive("typical", &numbers[i].typical);
+    a.Value("free", &numbers[i].free);
+    entry.Finish();
+  }
+  map.Finish();
+  return numbers;
+}
+
+namespace {
+
+std::vector<PublishedScore> ReadPublished(const YamlMap& map) {
+  std::vector<PublishedScore> published;
+  for (const YamlMap& entry : map.Children("published")) {
+    published.push_back({entry.Get<std::string>("name"),
+                         entry.GetChoice("average", {"concatenated", "within"}, "concatenated"),
+                         entry.Get<std::vector<double>>("sums")});
+    if (published.back().sums.size() != 4) entry.Fail("sums", "needs p, v, R and w");
+    entry.Finish();
+  }
+  return published;
+}
+
+std::vector<std::string> Trajectories(const std::vector<PredictionRun>& runs) {
+  std::set<std::string> names;
+  for (const PredictionRun& run : runs) names.insert(run.trajectory);
+  return {names.begin(), names.end()};
+}
+
+std::vector<const PredictionRun*> Select(const std::vector<PredictionRun>& runs,
+                                         const std::string& trajectory, bool of_it) {
+  std::vector<const PredictionRun*> selected;
+  for (const PredictionRun& run : runs) {
+    if ((run.trajectory == trajectory) == of_it) selected.push_back(&run);
+  }
+  return selected;
+}
+
+// Scores the baselines and the fit on the runs of one trajectory.
+void ScoreAll(const MultiStepExperiment& experiment, const PredictionFit& fit,
+              const std::string& trajectory, const std::vector<const PredictionRun*>& runs,
+              int threads, MultiStepResult* result) {
+  const RotorAir air(experiment.setup.vehicle);
+  const WindowPrediction::Process process = {AttitudeProcess(fit.level),
+                                             AttitudeProcess(fit.heading)};
+  const WindowPrediction prediction(air, process);
+  for (const Predictor& predictor :
+       {NaivePredictor(), PublishedPhysics(0.0), PublishedPhysics(experiment.drag),
+        VehiclePredictor("rotor by rotor", prediction, fit.numbers)}) {
+    result->rows.push_back({trajectory, predictor.name, Score(predictor, runs, threads)});
+  }
+}
+
+// The folder must not hold a run of the training folder: its score would not be held out.
+void RefuseTrained(const std::vector<PredictionRun>& training,
+                   const std::vector<PredictionRun>& tested) {
+  for (const PredictionRun& run : tested) {
+    for (const PredictionRun& known : training) {
+      if (run.states.cols() == known.states.cols() && run.states == known.states) {
+        throw InputError("--test: " + run.name + " equals " + known.name +
+                         " of --data; test on flights that the fit has not seen");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
+  const YamlMap map = YamlMap::FromFile(file);
+  map.GetChoice("kind", {"multi_step"}, "multi_step");
+  MultiStepExperiment experiment;
+  experiment.file = file.string();
+  experiment.config = YAML::LoadFile(file.string());
+  experiment.name = map.Get<std::string>("name");
+  experiment.about = map.Get<std::string>("about", std::string());
+  PredictionSetup& setup = experiment.setup;
+  setup.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
+  setup.numbers = ReadNumbers(map.Child("numbers"), WindowPrediction::kCount, PredictionNumberInfo);
+  YamlArchive a(map);
+  a.Map("processes", [&](YamlArchive* processes) {
+    processes->Nested("level", &setup.level);
+    processes->Nested("heading", &setup.heading);
+    processes->Value("learn", &setup.learn_processes);
+  });
+  a.Count("windows", &setup.windows);
+  a.Count("rounds", &setup.rounds);
+  a.Count("iterations", &setup.iterations);
+  a.NotNegative("drag", &experiment.drag);
+  experiment.published = ReadPublished(map);
+  map.Finish();
+  return experiment;
+}
+
+void ShortenMultiStepExperiment(MultiStepExperiment* experiment) {
+  experiment->setup.windows = 30;
+  experiment->setup.rounds = 1;
+  experiment->setup.iterations = 3;
+}
+
+MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
+                                       const std::filesystem::path& training,
+                                       const std::filesystem::path& test, int threads, bool quiet) {
+  const std::vector<PredictionRun> runs = ReadPredictionRuns(training);
+  const std::vector<std::string> trajectories = Trajectories(runs);
+  std::vector<PredictionRun> tested;
+  if (!test.empty()) {
+    tested = ReadPredictionRuns(test);
+    RefuseTrained(runs, tested);
+  } else if (trajectories.size() < 2) {
+    throw InputError(training.string() +
+                     ": holds one trajectory only; give another folder by --test, or add runs");
+  }
+  MultiStepResult result;
+  result.trained_on = trajectories;
+  const auto progress = [&](const std::string& what) {
+    if (!quiet) fmt::print(stderr, "{}\n", what);
+  };
+  std::vector<const PredictionRun*> all;
+  for (const PredictionRun& run : runs) all.push_back(&run);
+  progress(fmt::format("fitting to {} runs", all.size()));
+  result.fit = FitPrediction(experiment.setup, all, threads);
+  for (const std::string& trajectory : Trajectories(tested)) {
+    progress("predicting " + trajectory);
+    ScoreAll(experiment, result.fit, trajectory, Select(tested, trajectory, true), threads,
+             &result);
+  }
+  if (!test.empty()) return result;
+  for (const std::string& trajectory : trajectories) {
+    progress("leaving out " + trajectory);
+    MultiStepFold fold{trajectory, {}, {}};
+    for (const std::string& name : trajectories) {
+      if (name != trajectory) fold.trained_on.push_back(name);
+    }
+    fold.fit = FitPrediction(experiment.setup, Select(runs, trajectory, false), threads);
+    ScoreAll(experiment, fold.fit, trajectory, Select(runs, trajectory, true), threads, &result);
+    result.folds.push_back(std::move(fold));
+  }
+  return result;
+}
+
+}  // namespace trueline

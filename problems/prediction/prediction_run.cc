@@ -1,0 +1,69 @@
+#include "problems/prediction/prediction_run.h"
+
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/prediction/gzip_columns.h"
+
+namespace trueline {
+namespace {
+
+PredictionRun ReadRun(const std::filesystem::path& file) {
+  const Eigen::MatrixXd rows =
+      ReadColumns(file, {"t", "x", "y", "z", "vx", "vy", "vz", "qw", "qx", "qy", "qz", "wx", "wy",
+                         "wz", "m1_rads", "m2_rads", "m3_rads", "m4_rads"});
+  PredictionRun run;
+  run.name = NameOfColumnFile(file);
+  run.trajectory = run.name.substr(0, run.name.find('_'));
+  run.states = rows.middleCols<13>(1).transpose();
+  run.speeds = rows.rightCols<4>().transpose();
+  if (run.num_windows() < 1) {
+    throw ErrorAt(
+        file.string(), 0,
+        fmt::format("has {} rows; one window needs {}", rows.rows(), PredictionWindow::kSteps + 1));
+  }
+  for (Eigen::Index i = 0; i + 1 < rows.rows(); ++i) {
+    if (std::abs(rows(i + 1, 0) - rows(i, 0) - AttitudeProcess::kStep) > 1e-4) {
+      throw ErrorAt(file.string(), static_cast<int>(i) + 3,
+                    "t [s] must grow by 0.01 from row to row; resample the run to 100 Hz");
+    }
+  }
+  return run;
+}
+
+}  // namespace
+
+std::vector<PredictionRun> ReadPredictionRuns(const std::filesystem::path& folder) {
+  std::vector<PredictionRun> runs;
+  for (const std::filesystem::path& file : ColumnFiles(folder)) runs.push_back(ReadRun(file));
+  return runs;
+}
+
+PredictionWindow WindowAt(const PredictionRun& run, int row) {
+  PredictionWindow window;
+  const auto state = run.states.col(row);
+  window.p = state.segment<3>(0);
+  window.v = state.segment<3>(3);
+  window.q = state.segment<4>(6).normalized();
+  window.w = state.segment<3>(10);
+  for (int k = 0; k < PredictionWindow::kSteps; ++k) {
+    const int next = std::min(k + 1, PredictionWindow::kSteps - 1);
+    for (int i = 0; i < 4; ++i) {
+      const double a = run.speeds(i, row + k), b = run.speeds(i, row + next);
+      window.rotors[k][i] = {std::sqrt(0.5 * (a * a + b * b)), (b - a) / AttitudeProcess::kStep};
+    }
+  }
+  return window;
+}
+
+WindowTruth TruthAfter(const PredictionRun& run, int row) {
+  WindowTruth truth;
+  for (std::size_t i = 0; i < WindowTruth::kHorizons.size(); ++i) {
+    const auto state = run.states.col(row + WindowTruth::kHorizons[i]);
+    truth.states[i] = {state.segment<3>(0), state.segment<3>(3), state.segment<4>(6),
+                       state.segment<3>(10)};
+  }
+  return truth;
+}
+
+}  // namespace trueline

@@ -1,0 +1,240 @@
+#include "problems/prediction/wrench_experiment.h"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <map>
+
+#include "problems/common/error.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/prediction/cluster_variance.h"
+#include "problems/prediction/multi_step_experiment.h"
+#include "problems/prediction/wrench_flight.h"
+
+namespace trueline {
+namespace {
+
+using WrenchCost = ceres::AutoDiffCostFunction<WrenchResidual, 6, WrenchResidual::kCount>;
+using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+constexpr double kSection = 5.0;  // s, of the clusters behind the sigmas
+
+struct WrenchModel {
+  RotorAir air;
+  WrenchResidual::Options options;
+};
+
+WrenchModel ModelOf(const WrenchExperiment& experiment, double mass) {
+  RotorAirVehicle vehicle = experiment.vehicle;
+  vehicle.mass = mass;
+  WrenchModel model{RotorAir(vehicle), {experiment.force_sigma, experiment.moment_sigma, {}}};
+  for (int i = 0; i < WrenchResidual::kCount; ++i) {
+    model.options.units[i] = experiment.numbers[i].typical;
+  }
+  return model;
+}
+
+std::vector<int> Held(const WrenchExperiment& experiment) {
+  std::vector<int> held;
+  for (int i = 0; i < WrenchResidual::kCount; ++i) {
+    if (!experiment.numbers[i].free) held.push_back(i);
+  }
+  return held;
+}
+
+// Measured force and moment of all rows.
+Wrenches Measured(const WrenchFlight& flight, double mass, const Eigen::Vector3d& inertia) {
+  Wrenches truth(6, flight.rows.size());
+  for (std::size_t i = 0; i < flight.rows.size(); ++i) {
+    const WrenchRow& row = flight.rows[i];
+    truth.col(i) << mass * row.specific_force,
+        inertia.cwiseProduct(row.dw) + row.w.cross(inertia.cwiseProduct(row.w));
+  }
+  return truth;
+}
+
+// Force and net moment by the model, the moment as it stands, before its share.
+Wrenches Modelled(const RotorAir& air, const WrenchFlight& flight,
+                  const std::vector<double>& numbers) {
+  Wrenches predicted(6, flight.rows.size());
+  for (std::size_t i = 0; i < flight.rows.size(); ++i) {
+    const RotorAirWrench<double> wrench =
+        WrenchResidual::Predict(air, flight.rows[i], numbers.data());
+    predicted.col(i) << wrench.force, wrench.moment;
+  }
+  return predicted;
+}
+
+std::vector<double> WrenchSigmas(const WrenchExperiment& experiment, const WrenchModel& model,
+                                 const std::vector<const WrenchRow*>& rows,
+                                 const std::vector<int>& sections, const Eigen::VectorXd& x) {
+  ClusterVariance variance(WrenchResidual::kCount);
+  Eigen::Matrix<double, 6, 1> r;
+  Eigen::Matrix<double, 6, WrenchResidual::kCount, Eigen::RowMajor> J;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const WrenchCost cost(new WrenchResidual(model.air, *rows[i], model.options));
+    const double* parameters = x.data();
+    double* jacobian = J.data();
+    cost.Evaluate(&parameters, r.data(), &jacobian);
+    variance.Add(sections[i], J.transpose() * r, J.transpose() * J);
+  }
+  const Eigen::VectorXd sigmas = variance.Diagonal(Held(experiment)).cwiseSqrt();
+  std::vector<double> out(WrenchResidual::kCount);
+  for (int i = 0; i < WrenchResidual::kCount; ++i) {
+    out[i] = sigmas[i] * experiment.numbers[i].typical;
+  }
+  return out;
+}
+
+// Regression of the measured moment on the model's, through the origin.
+double ShareOf(const Wrenches& truth, const Wrenches& model, int first, int count) {
+  const auto t = truth.middleRows(first, count), m = model.middleRows(first, count);
+  const double square = m.squaredNorm();
+  return square > 0.0 ? t.cwiseProduct(m).sum() / square : 1.0;
+}
+
+WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<WrenchFlight>& flights,
+                    double mass, int threads) {
+  const WrenchModel model = ModelOf(experiment, mass);
+  std::vector<const WrenchRow*> rows;
+  std::vector<int> sections;
+  int base = 0;
+  for (const WrenchFlight& flight : flights) {
+    for (std::size_t i = 0; i < flight.rows.size(); i += experiment.stride) {
+      rows.push_back(&flight.rows[i]);
+      sections.push_back(base +
+                         static_cast<int>((flight.rows[i].t - flight.rows.front().t) / kSection));
+    }
+    base = sections.back() + 1;
+  }
+  Eigen::VectorXd x(WrenchResidual::kCount);
+  for (int i = 0; i < x.size(); ++i) {
+    x[i] = experiment.numbers[i].start / experiment.numbers[i].typical;
+  }
+  ceres::Problem problem;
+  problem.AddParameterBlock(x.data(), WrenchResidual::kCount,
+                            new ceres::SubsetManifold(WrenchResidual::kCount, Held(experiment)));
+  for (const WrenchRow* row : rows) {
+    problem.AddResidualBlock(new WrenchCost(new WrenchResidual(model.air, *row, model.options)),
+                             nullptr, x.data());
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.num_threads = std::max(1, threads);
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  WrenchFit fit;
+  fit.rows = static_cast<int>(rows.size());
+  for (int i = 0; i < x.size(); ++i) fit.numbers.push_back(x[i] * experiment.numbers[i].typical);
+  fit.sigmas = WrenchSigmas(experiment, model, rows, sections, x);
+  Eigen::Vector2d top = Eigen::Vector2d::Zero(), weight = top;
+  for (const WrenchFlight& flight : flights) {
+    const Wrenches truth = Measured(flight, mass, experiment.inertia);
+    const Wrenches net = Modelled(model.air, flight, fit.numbers);
+    for (const auto& [group, first, count] : {std::tuple{0, 3, 2}, std::tuple{1, 5, 1}}) {
+      const double square = net.middleRows(first, count).squaredNorm();
+      top[group] += ShareOf(truth, net, first, count) * square;
+      weight[group] += square;
+    }
+  }
+  fit.share = top.cwiseQuotient(weight);
+  return fit;
+}
+
+WrenchErrors ErrorsOf(const Wrenches& truth, const Wrenches& predicted) {
+  const Eigen::Matrix<double, 6, 1> rms =
+      (truth - predicted).array().square().rowwise().mean().sqrt();
+  return {rms.head<3>(), rms.tail<3>()};
+}
+
+// The best gain on fz, then the means of all errors removed, as the third figure of the protocol.
+Wrenches Corrected(const Wrenches& truth, Wrenches predicted) {
+  const Eigen::RowVectorXd t = truth.row(2).array() - truth.row(2).mean();
+  const Eigen::RowVectorXd p = predicted.row(2).array() - predicted.row(2).mean();
+  predicted.row(2) *= t.dot(p) / p.squaredNorm();
+  predicted.colwise() += (truth - predicted).rowwise().mean().eval();
+  return predicted;
+}
+
+void ScoreWrench(const std::string& flight, const std::string& predictor,
+                 const std::string& reading, const Wrenches& truth, const Wrenches& predicted,
+                 WrenchResult* result) {
+  result->scores.push_back({flight, predictor, reading, ErrorsOf(truth, predicted)});
+}
+
+void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& fold,
+             const std::filesystem::path& data, int threads, WrenchResult* result) {
+  std::vector<WrenchFlight> training;
+  for (const std::string& name : fold.train) training.push_back(ReadWrenchFlight(data, name));
+  const WrenchFlight test = ReadWrenchFlight(data, fold.test);
+  std::vector<double> masses = {experiment.vehicle.mass};
+  if (experiment.other_mass > 0.0) masses.push_back(experiment.other_mass);
+  for (const double mass : masses) {
+    const WrenchFit fit = FitWrench(experiment, training, mass, threads);
+    if (mass == experiment.vehicle.mass) result->folds.push_back({fold.test, fold.train, fit});
+    const Wrenches truth = Measured(test, mass, experiment.inertia);
+    Wrenches ours = Modelled(ModelOf(experiment, mass).air, test, fit.numbers);
+    ours.middleRows<2>(3) *= fit.share[0];
+    ours.row(5) *= fit.share[1];
+    const std::string reading = fmt::format("{} kg", mass);
+    ScoreWrench(test.name, "rotor by rotor", reading, truth, ours, result);
+    if (test.published) {
+      ScoreWrench(test.name, "BEM+NN, published", reading, truth, *test.published, result);
+    }
+    ScoreWrench(test.name, "none", reading, truth, Wrenches::Zero(6, truth.cols()), result);
+    if (mass != masses.front()) continue;  // the gain absorbs the mass
+    const std::string corrected = "fz gain, means removed";
+    ScoreWrench(test.name, "rotor by rotor", corrected, truth, Corrected(truth, ours), result);
+    if (test.published) {
+      ScoreWrench(test.name, "BEM+NN, published", corrected, truth,
+                  Corrected(truth, *test.published), result);
+    }
+  }
+}
+
+}  // namespace
+
+const RotorAirInfo& WrenchNumberInfo(int i) {
+  return i < RotorAir::kCount ? kRotorAirNumbers[i] : kMeasuredPoint[i - RotorAir::kCount];
+}
+
+WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
+  const YamlMap map = YamlMap::FromFile(file);
+  map.GetChoice("kind", {"wrench"}, "wrench");
+  WrenchExperiment experiment;
+  experiment.file = file.string();
+  experiment.config = YAML::LoadFile(file.string());
+  experiment.name = map.Get<std::string>("name");
+  experiment.about = map.Get<std::string>("about", std::string());
+  experiment.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
+  experiment.inertia = map.GetVector3("inertia");
+  if (experiment.inertia.minCoeff() <= 0.0) map.Fail("inertia", "must be positive, in kg m^2");
+  experiment.numbers = ReadNumbers(map.Child("numbers"), WrenchResidual::kCount, WrenchNumberInfo);
+  YamlArchive a(map);
+  a.NotNegative("other_mass", &experiment.other_mass);
+  experiment.force_sigma = map.GetVector3("force_sigma", experiment.force_sigma);
+  experiment.moment_sigma = map.GetVector3("moment_sigma", experiment.moment_sigma);
+  a.Count("stride", &experiment.stride);
+  for (const YamlMap& fold : map.Children("folds")) {
+    experiment.folds.push_back(
+        {fold.Get<std::string>("test"), fold.Get<std::vector<std::string>>("train")});
+    if (experiment.folds.back().train.empty()) fold.Fail("train", "names no flight");
+    fold.Finish();
+  }
+  if (experiment.folds.empty()) map.Fail("folds", "names no flight to test on");
+  map.Finish();
+  return experiment;
+}
+
+WrenchResult RunWrenchExperiment(const WrenchExperiment& experiment,
+                                 const std::filesystem::path& data, int threads, bool quiet) {
+  WrenchResult result;
+  for (const WrenchExperiment::Fold& fold : experiment.folds) {
+    if (!quiet) fmt::print(stderr, "testing on {}\n", fold.test);
+    RunFold(experiment, fold, data, threads, &result);
+  }
+  return result;
+}
+
+}  // namespace trueline

@@ -1,0 +1,91 @@
+// Force and moment on a vehicle from its velocity, rate and rotor speeds, by the protocol of
+// NeuroBEM (Bauersfeld et al. 2021): root mean square errors flight by flight, trained on other
+// flights.
+//
+//   kind: wrench
+//   name: ...; about: ...
+//   vehicle: {...}              # as kind: multi_step
+//   other_mass: 0.752           # kg, of which published predictions were made
+//   inertia: [x, y, z]          # kg m^2, as stated; the measured moment is I dw + w x I w with it
+//   numbers: {...}              # RotorAir's and the measured point's
+//   force_sigma: [0.1, 0.1, 0.3]        # N, weights of the fit
+//   moment_sigma: [0.2, 0.2, 0.02]      # N m; large, so that moments do not move the forces'
+//   numbers stride: 5                   # every fifth row is fitted; all rows are scored folds:
+//   [{test: FILE, train: [FILE, ...]}]   # in --data, without .csv.gz
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cost_functions/wrench_residual.h"
+#include "problems/prediction/fit_prediction.h"
+
+namespace trueline {
+
+struct WrenchExperiment {
+  struct Fold {
+    std::string test;
+    std::vector<std::string> train;
+  };
+  std::string file, name, about;
+  RotorAirVehicle vehicle;
+  double other_mass = 0.0;                            // kg; 0 for none
+  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated
+  std::vector<PredictionNumber> numbers;              // WrenchResidual::kCount
+  Eigen::Vector3d force_sigma{0.1, 0.1, 0.3};         // N, weights of the fit
+  Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};       // N m
+  int stride = 5;
+  std::vector<Fold> folds;
+  YAML::Node config;
+};
+
+WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file);
+
+// Name, unit and meaning of number `i`.
+const RotorAirInfo& WrenchNumberInfo(int i);
+
+// Root mean square errors by axis, N and N m, and over axes: F, M as NeuroBEM's table II.
+struct WrenchErrors {
+  Eigen::Vector3d force, moment;
+
+  double F() const { return force.norm() / std::sqrt(3.0); }
+  double M() const { return moment.norm() / std::sqrt(3.0); }
+};
+
+struct WrenchScore {
+  std::string flight, predictor, reading;  // reading: what the truth is, or is corrected for
+  WrenchErrors errors;
+};
+
+struct WrenchFit {
+  std::vector<double> numbers, sigmas;  // WrenchResidual::kCount
+  // Of the model's net moment about roll and pitch (first) and yaw: the share that turns the
+  // vehicle, by regression of the measured moment on it. The rest cancels disturbances.
+  Eigen::Vector2d share = Eigen::Vector2d::Ones();
+  int rows = 0;
+};
+
+struct WrenchFold {
+  std::string test;
+  std::vector<std::string> train;
+  WrenchFit fit;
+};
+
+struct WrenchResult {
+  std::vector<WrenchFold> folds;
+  std::vector<WrenchScore> scores;
+};
+
+// Sigmas by the spread between sections of 5 s (sandwich). Throws InputError naming file and
+// column.
+WrenchResult RunWrenchExperiment(const WrenchExperiment& experiment,
+                                 const std::filesystem::path& data, int threads, bool quiet);
+
+// summary.yaml.
+void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
+                 const std::filesystem::path& directory);
+std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result);
+
+}  // namespace trueline

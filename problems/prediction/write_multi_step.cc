@@ -1,0 +1,129 @@
+#include "problems/prediction/write_multi_step.h"
+
+#include <fmt/format.h>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/yaml_archive.h"
+#include "problems/prediction/process_yaml.h"
+#include "problems/result/yaml_text.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kScoreDigits = 5;
+constexpr std::array<int, 3> kShownHorizons = {1, 10, 50};
+
+YAML::Node ErrorsNode(const MultiStepErrors& errors) {
+  YAML::Node node;
+  for (int a = 0; a < 4; ++a) {
+    YAML::Node quantity;
+    for (const int h : kShownHorizons) {
+      quantity[fmt::format("h{}", h)] = Rounded(errors.mean[a][h - 1], kScoreDigits);
+    }
+    quantity["sum"] = Rounded(errors.Sum(a), kScoreDigits);
+    quantity["unit"] = kScoredUnits[a];
+    quantity.SetStyle(YAML::EmitterStyle::Flow);
+    node[kScoredQuantities[a]] = quantity;
+  }
+  return node;
+}
+
+YAML::Node NumbersNode(const PredictionSetup& setup, const PredictionFit& fit) {
+  YAML::Node node;
+  for (int i = 0; i < WindowPrediction::kCount; ++i) {
+    const RotorAirInfo& info = PredictionNumberInfo(i);
+    node[info.name] = FlowMap({{"value", Rounded(fit.numbers[i], kScoreDigits)},
+                               {"sigma", Rounded(fit.sigmas[i], 2)},
+                               {"unit", info.unit},
+                               {"status", setup.numbers[i].free ? "fitted" : "held"},
+                               {"about", info.about}});
+  }
+  return node;
+}
+
+YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
+                   const std::vector<std::string>& trained_on) {
+  YAML::Node node;
+  node["trained_on"] = trained_on;
+  node["windows"] = fit.windows;
+  node["converged"] = fit.converged;
+  node["cost"] = Rounded(fit.cost, kScoreDigits);
+  node["numbers"] = NumbersNode(setup, fit);
+  node["processes"]["level"] = ToYaml(fit.level);
+  node["processes"]["heading"] = ToYaml(fit.heading);
+  return node;
+}
+
+std::string HorizonsCsv(const MultiStepResult& result) {
+  std::string text = "trajectory,predictor,average,horizon [1],p [m],v [m/s],R [rad],w [rad/s]\n";
+  for (const MultiStepRow& row : result.rows) {
+    for (const auto& [average, errors] : {std::pair{"concatenated", &row.score.concatenated},
+                                          std::pair{"within", &row.score.within}}) {
+      for (int k = 0; k < PredictionWindow::kSteps; ++k) {
+        text += fmt::format("{},\"{}\",{},{},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.trajectory,
+                            row.predictor, average, k + 1, errors->mean[0][k], errors->mean[1][k],
+                            errors->mean[2][k], errors->mean[3][k]);
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult& result,
+                    const std::filesystem::path& directory) {
+  YAML::Node node;
+  node["name"] = experiment.name;
+  node["about"] = experiment.about;
+  node["kind"] = "multi_step";
+  for (const MultiStepRow& row : result.rows) {
+    YAML::Node score;
+    score["trajectory"] = row.trajectory;
+    score["predictor"] = row.predictor;
+    score["concatenated"] = ErrorsNode(row.score.concatenated);
+    score["within"] = ErrorsNode(row.score.within);
+    node["scores"].push_back(score);
+  }
+  for (const PublishedScore& published : experiment.published) {
+    YAML::Node entry;
+    entry["name"] = published.name;
+    entry["average"] = published.average;
+    entry["sums"] = published.sums;
+    entry["sums"].SetStyle(YAML::EmitterStyle::Flow);
+    node["published"].push_back(entry);
+  }
+  node["fit"] = FitNode(experiment.setup, result.fit, result.trained_on);
+  for (const MultiStepFold& fold : result.folds) {
+    node["folds"][fold.trajectory] = FitNode(experiment.setup, fold.fit, fold.trained_on);
+  }
+  node["provenance"]["version"] = Version();
+  node["provenance"]["source"] = experiment.file;
+  node["provenance"]["config"] = experiment.config;
+  WriteFileAtomically(directory / "horizons.csv", HorizonsCsv(result));
+  WriteFileAtomically(directory / "summary.yaml", TextOf(node));
+}
+
+std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result) {
+  std::string table =
+      fmt::format("{:<12}{:<26}{:>9}{:>9}{:>9}{:>9}   {:>9}{:>9}{:>9}{:>9}\n", "sums over h", "",
+                  "p [m]", "v [m/s]", "R [rad]", "w [rad/s]", "p", "v", "R", "w within");
+  for (const MultiStepRow& row : result.rows) {
+    table += fmt::format("{:<12}{:<26}", row.trajectory, row.predictor);
+    for (int a = 0; a < 4; ++a) table += fmt::format("{:>9.3f}", row.score.concatenated.Sum(a));
+    table += "   ";
+    for (int a = 0; a < 4; ++a) table += fmt::format("{:>9.3f}", row.score.within.Sum(a));
+    table += "\n";
+  }
+  table += "\nnumbers (fitted to all training runs)\n";
+  for (int i = 0; i < WindowPrediction::kCount; ++i) {
+    if (!experiment.setup.numbers[i].free) continue;
+    const RotorAirInfo& info = PredictionNumberInfo(i);
+    table += fmt::format("  {:<8}{:>12.5g} +- {:<10.2g}{:<8}{}\n", info.name, result.fit.numbers[i],
+                         result.fit.sigmas[i], info.unit, info.about);
+  }
+  return table;
+}
+
+}  // namespace trueline

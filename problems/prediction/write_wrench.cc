@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/prediction/wrench_experiment.h"
+#include "problems/result/yaml_text.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kWrenchDigits = 4;
+
+YAML::Node WrenchScoreNode(const WrenchScore& score) {
+  YAML::Node node;
+  node["flight"] = score.flight;
+  node["predictor"] = score.predictor;
+  node["truth"] = score.reading;
+  constexpr const char* kForces[] = {"fx", "fy", "fz"};
+  constexpr const char* kMoments[] = {"tx", "ty", "tz"};
+  for (int i = 0; i < 3; ++i) {
+    node["force"][kForces[i]] = Rounded(score.errors.force[i], kWrenchDigits);
+    node["moment"][kMoments[i]] = Rounded(score.errors.moment[i], kWrenchDigits);
+  }
+  node["force"]["F"] = Rounded(score.errors.F(), kWrenchDigits);
+  node["force"]["unit"] = "N";
+  node["moment"]["M"] = Rounded(score.errors.M(), kWrenchDigits);
+  node["moment"]["unit"] = "N m";
+  node["force"].SetStyle(YAML::EmitterStyle::Flow);
+  node["moment"].SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) {
+  YAML::Node node;
+  node["test"] = fold.test;
+  node["train"] = fold.train;
+  node["rows"] = fold.fit.rows;
+  for (int i = 0; i < WrenchResidual::kCount; ++i) {
+    const RotorAirInfo& info = WrenchNumberInfo(i);
+    node["numbers"][info.name] =
+        FlowMap({{"value", Rounded(fold.fit.numbers[i], kWrenchDigits)},
+                 {"sigma", Rounded(fold.fit.sigmas[i], 2)},
+                 {"unit", info.unit},
+                 {"status", experiment.numbers[i].free ? "fitted" : "held"},
+                 {"about", info.about}});
+  }
+  node["share_of_moment"]["level"] = Rounded(fold.fit.share[0], kWrenchDigits);
+  node["share_of_moment"]["heading"] = Rounded(fold.fit.share[1], kWrenchDigits);
+  return node;
+}
+
+}  // namespace
+
+void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
+                 const std::filesystem::path& directory) {
+  YAML::Node node;
+  node["name"] = experiment.name;
+  node["about"] = experiment.about;
+  node["kind"] = "wrench";
+  for (const WrenchScore& score : result.scores) node["scores"].push_back(WrenchScoreNode(score));
+  for (const WrenchFold& fold : result.folds) node["folds"].push_back(FoldNode(experiment, fold));
+  for (int i = 0; i < 3; ++i) node["stated_inertia"].push_back(experiment.inertia[i]);
+  node["stated_inertia"].SetStyle(YAML::EmitterStyle::Flow);
+  node["provenance"]["version"] = Version();
+  node["provenance"]["source"] = experiment.file;
+  node["provenance"]["config"] = experiment.config;
+  WriteFileAtomically(directory / "summary.yaml", TextOf(node));
+}
+
+std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result) {
+  std::string table =
+      fmt::format("{:<34}{:<20}{:<23}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "flight",
+                  "predictor", "truth", "fx [N]", "fy", "fz", "F", "tx [N m]", "ty", "tz", "M");
+  for (const WrenchScore& s : result.scores) {
+    const Eigen::Vector3d &f = s.errors.force, &t = s.errors.moment;
+    table += fmt::format(
+        "{:<34}{:<20}{:<23}{:>7.3f}{:>7.3f}{:>7.3f}{:>7.3f}{:>9.4f}{:>8.4f}{:>8.4f}{:>8.4f}\n",
+        s.flight, s.predictor, s.reading, f[0], f[1], f[2], s.errors.F(), t[0], t[1], t[2],
+        s.errors.M());
+  }
+  for (const WrenchFold& fold : result.folds) {
+    table +=
+        fmt::format("\nnumbers for {}, fitted to {}\n", fold.test, fmt::join(fold.train, ", "));
+    for (int i = 0; i < WrenchResidual::kCount; ++i) {
+      if (!experiment.numbers[i].free) continue;
+      const RotorAirInfo& info = WrenchNumberInfo(i);
+      table += fmt::format("  {:<8}{:>12.4g} +- {:<10.2g}{:<8}{}\n", info.name, fold.fit.numbers[i],
+                           fold.fit.sigmas[i], info.unit, info.about);
+    }
+    table +=
+        fmt::format("  share of the net moment that turns the vehicle: {:.2f} (level), {:.2f}\n",
+                    fold.fit.share[0], fold.fit.share[1]);
+  }
+  return table;
+}
+
+}  // namespace trueline

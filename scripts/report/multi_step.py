@@ -1,0 +1,109 @@
+"""The page of a multi-step prediction experiment: scores beside baselines and published figures."""
+from pathlib import Path
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+import charts
+from csv_table import read_table
+from page import Page, escape, paragraph
+from tables import number, table, with_sigma
+from yaml_file import read_mapping
+
+VERB_HELP = "the result of trueline-benchmark for kind: multi_step"
+REMEDY = "--result must be a folder that trueline-benchmark has written"
+QUANTITIES = {"p": "Position [m]", "v": "Velocity [m/s]", "R": "Attitude [rad]", "w": "Rate [rad/s]"}
+COLOURS = ["#8a94a3", "#e07b00", "#b0389a", "#1f6feb"]
+AVERAGES = {
+    "concatenated": "Runs in a row, as the repository's metric: the published table is of this kind",
+    "within": "Every window with its own run, mean over runs"}
+
+
+def add_arguments(parser):
+    parser.add_argument("--result", required=True, type=Path,
+                        help="the folder that trueline-benchmark has written")
+
+
+def build(arguments):
+    summary = read_mapping(arguments.result / "summary.yaml", REMEDY)
+    horizons = read_table(arguments.result / "horizons.csv", ["horizon", *QUANTITIES],
+                          ["trajectory", "predictor", "average"], REMEDY)
+    page = Page(str(summary["name"]), str(summary.get("about", "")))
+    trained = summary.get("folds") or {}
+    page.add("scores", "Mean absolute errors", paragraph(
+        "Each trajectory is predicted by a fit to the others." if trained else
+        f"Fitted to {', '.join(summary['fit']['trained_on'])}; predicted is what is listed.", "note"),
+        *_scores(summary["scores"]))
+    if summary.get("published"):
+        page.add("published", "Published, on the benchmark's test trajectory", _published(summary),
+                 paragraph("Comparable with rows above only where these are of that trajectory.",
+                           "note"))
+    page.add("horizons", "Errors by horizon", *(
+        charts.embed(_curves(part, escape(name)), f"plot-{index}") for index, (name, part)
+        in enumerate(horizons[horizons.average == "within"].groupby("trajectory"))))
+    page.add("numbers", "Numbers of the model", _numbers(summary["fit"], trained), paragraph(
+        "One standard deviation by the spread between runs, or between trajectories where that is "
+        "more. The last columns: the fits that leave out one trajectory.", "note"))
+    page.add("processes", "Numbers of the attitude processes", _processes(summary["fit"]))
+    return page
+
+
+def _scores(scores):
+    headers = [("Trajectory", False), ("Predictor", False)]
+    headers += [(f"{q} {h}", True) for q in QUANTITIES for h in ("h=1", "10", "50", "sum")]
+    blocks = []
+    for average, meaning in AVERAGES.items():
+        rows = [[escape(s["trajectory"]), escape(s["predictor"])]
+                + [number(s[average][q][h], 4) for q in QUANTITIES
+                   for h in ("h1", "h10", "h50", "sum")] for s in scores]
+        blocks += [f"<h3>{escape(meaning)}</h3>", table(headers, rows)]
+    return blocks
+
+
+def _published(summary):
+    rows = [[escape(p["name"]), escape(p["average"]), *(number(x, 4) for x in p["sums"])]
+            for p in summary["published"]]
+    for score in summary["scores"]:
+        for average in AVERAGES:
+            rows.append([escape(f"this run: {score['predictor']}, {score['trajectory']}"), average]
+                        + [number(score[average][q]["sum"], 4) for q in QUANTITIES])
+    return table([("Model", False), ("Average", False),
+                  *((f"sum {q}", True) for q in QUANTITIES)], rows)
+
+
+def _curves(part, title):
+    figure = make_subplots(rows=1, cols=4, subplot_titles=list(QUANTITIES.values()),
+                           horizontal_spacing=0.05)
+    for column, quantity in enumerate(QUANTITIES, start=1):
+        for k, (predictor, curve) in enumerate(part.groupby("predictor", sort=False)):
+            figure.add_trace(charts.lines(
+                charts.rounded(curve.horizon), charts.rounded(curve[quantity], 5),
+                charts.label(predictor), COLOURS[k % len(COLOURS)], legendgroup=predictor,
+                showlegend=column == 1), row=1, col=column)
+    charts.style(figure, 320, title=dict(text=title, x=0.0))
+    figure.update_layout(margin=dict(t=90))
+    figure.update_xaxes(title_text="Step of 10 ms")
+    return figure
+
+
+def _numbers(fit, folds):
+    headers = [("Number", False), ("Value", True), ("Unit", False), ("Status", False),
+               ("Meaning", False), *((f"without {name}", True) for name in folds)]
+    rows = []
+    for name, entry in fit["numbers"].items():
+        fitted = entry["status"] == "fitted"
+        value = with_sigma(entry["value"], entry["sigma"]) if fitted else number(entry["value"])
+        rows.append([f"<code>{escape(name)}</code>", value, escape(entry["unit"]),
+                     escape(entry["status"]), escape(entry["about"]),
+                     *(number(fold["numbers"][name]["value"]) for fold in folds.values())])
+    return table(headers, rows)
+
+
+def _processes(fit):
+    rows = []
+    for name in fit["processes"]["level"]:
+        cells = [fit["processes"][axis][name] for axis in ("level", "heading")]
+        rows.append([f"<code>{escape(name)}</code>", *(
+            escape(", ".join(number(x) for x in c)) if isinstance(c, list) else number(c)
+            for c in cells)])
+    return table([("Number", False), ("Roll and pitch", True), ("Yaw", True)], rows)

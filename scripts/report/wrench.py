@@ -1,0 +1,50 @@
+"""The page of a force and moment experiment, flight by flight."""
+from pathlib import Path
+
+from page import Page, escape, paragraph
+from tables import number, table, with_sigma
+from yaml_file import read_mapping
+
+VERB_HELP = "the result of trueline-benchmark for kind: wrench"
+REMEDY = "--result must be a folder that trueline-benchmark has written"
+FORCE, MOMENT = ("fx", "fy", "fz", "F"), ("tx", "ty", "tz", "M")
+
+
+def add_arguments(parser):
+    parser.add_argument("--result", required=True, type=Path,
+                        help="the folder that trueline-benchmark has written")
+
+
+def build(arguments):
+    summary = read_mapping(arguments.result / "summary.yaml", REMEDY)
+    page = Page(str(summary["name"]), str(summary.get("about", "")))
+    page.add("scores", "Root mean square errors", _scores(summary["scores"]), paragraph(
+        "F and M: over the three components. The truth depends on the mass; the last reading takes "
+        "out the best gain on fz and the mean of every error.", "note"))
+    for index, fold in enumerate(summary["folds"]):
+        page.add(f"numbers-{index}", f"Numbers for {fold['test']}", _numbers(fold), paragraph(
+            f"Fitted to {', '.join(fold['train'])}, {fold['rows']} rows. One standard deviation by "
+            "the spread between sections of 5 s. Share of the model's net moment that turns the "
+            f"vehicle: {number(fold['share_of_moment']['level'])} (roll and pitch), "
+            f"{number(fold['share_of_moment']['heading'])} (yaw).", "note"))
+    return page
+
+
+def _scores(scores):
+    headers = [("Flight", False), ("Predictor", False), ("Truth", False)]
+    headers += [(f"{k} [N]", True) for k in FORCE] + [(f"{k} [N m]", True) for k in MOMENT]
+    return table(headers, [
+        [escape(s["flight"]), escape(s["predictor"]), escape(s["truth"]),
+         *(number(s["force"][k]) for k in FORCE), *(number(s["moment"][k]) for k in MOMENT)]
+        for s in scores])
+
+
+def _numbers(fold):
+    rows = []
+    for name, entry in fold["numbers"].items():
+        fitted = entry["status"] == "fitted"
+        value = with_sigma(entry["value"], entry["sigma"]) if fitted else number(entry["value"])
+        rows.append([f"<code>{escape(name)}</code>", value, escape(entry["unit"]),
+                     escape(entry["status"]), escape(entry["about"])])
+    return table([("Number", False), ("Value", True), ("Unit", False), ("Status", False),
+                  ("Meaning", False)], rows)

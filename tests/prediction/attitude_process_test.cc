@@ -1,0 +1,88 @@
+// The expected rates against limits that are known, and their derivatives.
+#include "cost_functions/models/attitude_process.h"
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace trueline {
+namespace {
+
+constexpr int kSteps = AttitudeProcess::kSteps;
+using Columns = std::vector<std::vector<double>>;
+
+Columns Observed(double angle, double rate, const std::function<double(double)>& net) {
+  std::vector<double> column = {angle, rate};
+  for (int k = 0; k < kSteps; ++k) column.push_back(net((k + 0.5) * AttitudeProcess::kStep));
+  return {column};
+}
+
+AttitudeProcessNumbers WithDisturbance(double factor) {
+  AttitudeProcessNumbers n;
+  n.constant *= factor;
+  n.coloured *= factor;
+  n.white *= factor;
+  return n;
+}
+
+// Without disturbances the rates are the integral of what the rotors do.
+TEST(AttitudeProcess, IntegratesWhereNothingDisturbs) {
+  const AttitudeProcess process(WithDisturbance(1e-3));
+  Columns rates;
+  process.Expect(Observed(0.0, 0.2, [](double t) { return 3.0 * std::cos(8.0 * t); }), &rates);
+  for (const int k : {0, 9, 24, 49}) {
+    const double t = (k + 1) * AttitudeProcess::kStep;
+    EXPECT_NEAR(rates[0][k], 0.2 + 3.0 / 8.0 * std::sin(8.0 * t), 0.02) << k;
+  }
+}
+
+// Where disturbances dominate, what the rotors do only answers them: the tilted vehicle comes back.
+TEST(AttitudeProcess, ReturnsToLevelWhereDisturbancesDominate) {
+  const AttitudeProcess process(WithDisturbance(1e3));
+  Columns rates;
+  process.Expect(Observed(0.3, 0.0, [](double) { return 10.0; }), &rates);
+  EXPECT_LT(rates[0][20], -0.1);
+  process.Expect(Observed(-0.3, 0.0, [](double) { return 10.0; }), &rates);
+  EXPECT_GT(rates[0][20], 0.1);
+}
+
+// A large manoeuvre is told from a disturbance of the same course by its size.
+TEST(AttitudeProcess, TrustsLargeMoments) {
+  const AttitudeProcess process{AttitudeProcessNumbers{}};
+  const auto share = [&](double size) {
+    Columns rates;
+    process.Expect(Observed(0.0, 0.0, [&](double t) { return size * std::sin(6.0 * t); }), &rates);
+    return rates[0][25] / size;
+  };
+  EXPECT_GT(share(60.0), 1.5 * share(2.0));
+}
+
+TEST(AttitudeProcess, DerivativesAreThoseOfDifferences) {
+  using Jet = ceres::Jet<double, 1>;
+  const AttitudeProcess process{AttitudeProcessNumbers{}};
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  Columns observed = Observed(0.1, 0.5, [&](double) { return 5.0 * normal(random); });
+  std::vector<double> direction;
+  for (std::size_t k = 0; k < observed[0].size(); ++k) direction.push_back(normal(random));
+  std::vector<std::vector<Jet>> jets(1);
+  Columns ahead = observed, behind = observed, up, down;
+  constexpr double kChange = 1e-5;
+  for (std::size_t k = 0; k < direction.size(); ++k) {
+    jets[0].emplace_back(observed[0][k]);
+    jets[0][k].v[0] = direction[k];
+    ahead[0][k] += kChange * direction[k];
+    behind[0][k] -= kChange * direction[k];
+  }
+  std::vector<std::vector<Jet>> rates;
+  process.Expect(jets, &rates);
+  process.Expect(ahead, &up);
+  process.Expect(behind, &down);
+  for (int k = 0; k < kSteps; ++k) {
+    EXPECT_NEAR(rates[0][k].v[0], (up[0][k] - down[0][k]) / (2.0 * kChange), 1e-6) << k;
+  }
+}
+
+}  // namespace
+}  // namespace trueline

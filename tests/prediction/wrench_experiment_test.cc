@@ -1,0 +1,122 @@
+// Force and moment experiments on made flights: numbers come back, scores are those by hand.
+#include "problems/prediction/wrench_experiment.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+#include "problems/prediction/wrench_flight.h"
+#include "tests/common/test_files.h"
+
+namespace trueline {
+namespace {
+
+WrenchExperiment Shipped() {
+  return ReadWrenchExperiment(std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) /
+                              "config/experiments/neurobem.yaml");
+}
+
+std::vector<double> Numbers(const WrenchExperiment& experiment) {
+  std::vector<double> numbers;
+  for (const PredictionNumber& number : experiment.numbers) numbers.push_back(number.start);
+  numbers[RotorAir::kThrustInflow] = 0.03;
+  numbers[RotorAir::kThrustGradient] = 0.01;
+  numbers[WrenchResidual::kPoint + 2] = 0.02;
+  return numbers;
+}
+
+// A flight in which the controller cancels most of a disturbing moment, as measured ones do: the
+// rotors' differences are large where the vehicle hardly turns.
+void WriteFlight(const WrenchExperiment& experiment, const std::filesystem::path& file, int seed) {
+  std::mt19937 random(static_cast<unsigned>(seed));
+  std::normal_distribution<double> normal;
+  const RotorAir air(experiment.vehicle);
+  const std::vector<double> numbers = Numbers(experiment);
+  std::ofstream out(file);
+  out << "t,vel x,vel y,vel z,ang vel x,ang vel y,ang vel z,acc x,acc y,acc z,ang acc x,ang acc y,"
+         "ang acc z,mot 1,mot 2,mot 3,mot 4,dmot 1,dmot 2,dmot 3,dmot 4\n";
+  for (int i = 0; i < 6000; ++i) {
+    WrenchRow row;
+    row.t = 0.01 * i;
+    row.v = Eigen::Vector3d(4.0 * normal(random), 4.0 * normal(random), normal(random));
+    row.w = Eigen::Vector3d(normal(random), normal(random), normal(random));
+    for (RotorMotion& rotor : row.rotors) {
+      rotor = {1130.0 + 40.0 * normal(random), 500.0 * normal(random)};
+    }
+    RotorAirWrench<double> wrench =
+        air.WrenchOn(numbers.data(), row.v, row.v, row.w, row.rotors.data());
+    const Eigen::Vector3d turned = 0.3 * wrench.moment;  // the rest cancels the disturbance
+    row.dw = RotorAir::AngularAcceleration(numbers.data(), turned, row.w);
+    const Eigen::Vector3d arm(0.0, 0.0, 0.02);
+    row.specific_force =
+        wrench.force / experiment.vehicle.mass + row.dw.cross(arm) + row.w.cross(row.w.cross(arm));
+    out << row.t;
+    for (const Eigen::Vector3d& v : {row.v, row.w, row.specific_force, row.dw}) {
+      out << ',' << v.x() << ',' << v.y() << ',' << v.z();
+    }
+    for (const RotorMotion& rotor : row.rotors) out << ',' << rotor.speed;
+    for (const RotorMotion& rotor : row.rotors) out << ',' << rotor.acceleration;
+    out << '\n';
+  }
+}
+
+TEST(WrenchErrors, AreMeansOverComponents) {
+  const WrenchErrors errors{{0.065, 0.056, 0.235}, {0.004, 0.003, 0.002}};
+  EXPECT_NEAR(errors.F(), 0.144, 5e-4);  // NeuroBEM on Figure-8_1 against 0.772 kg
+}
+
+TEST(WrenchExperiment, ForcesComeBackAndTheMomentsShare) {
+  const TestFolder folder;
+  WrenchExperiment experiment = Shipped();
+  experiment.folds = {{"b", {"a"}}};
+  experiment.numbers[RotorAir::kThrustInflow].free = true;
+  // Moments that cancel a disturbance are no inertia: with them held, forces must come back.
+  for (int i = 0; i < 2; ++i) experiment.numbers[RotorAir::kInertia + i].free = false;
+  WriteFlight(experiment, folder / "a.csv", 1);
+  WriteFlight(experiment, folder / "b.csv", 2);
+  const WrenchResult result = RunWrenchExperiment(experiment, folder.directory(), 2, true);
+  ASSERT_EQ(result.folds.size(), 1u);
+  const WrenchFit& fit = result.folds[0].fit;
+  const std::vector<double> truth = Numbers(experiment);
+  EXPECT_NEAR(fit.numbers[RotorAir::kThrust], truth[RotorAir::kThrust],
+              0.02 * truth[RotorAir::kThrust]);
+  EXPECT_NEAR(fit.numbers[RotorAir::kDrag], truth[RotorAir::kDrag], 0.02 * truth[RotorAir::kDrag]);
+  EXPECT_NEAR(fit.numbers[WrenchResidual::kPoint + 2], 0.02, 0.002);
+  EXPECT_NEAR(fit.share[0], 0.3, 0.05);
+  EXPECT_FALSE(result.scores.empty());
+  EXPECT_THAT(WrenchTable(experiment, result), ::testing::HasSubstr("rotor by rotor"));
+}
+
+TEST(WrenchExperiment, SlowPublishedPredictionsScoreAsStated) {
+  const auto folder = DataFolder() / "neurobem_benchmark";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is missing; set TRUELINE_DATA";
+  WrenchExperiment experiment = Shipped();
+  experiment.stride = 40;
+  const WrenchResult result = RunWrenchExperiment(experiment, folder, 2, true);
+  const auto error = [&](const std::string& flight, const std::string& reading) {
+    for (const WrenchScore& s : result.scores) {
+      if (s.flight.starts_with(flight) && s.predictor.starts_with("BEM") && s.reading == reading) {
+        return s.errors;
+      }
+    }
+    ADD_FAILURE() << flight << " has no score against " << reading;
+    return WrenchErrors{};
+  };
+  const WrenchErrors figure8 = error("figure8", "0.772 kg"), race = error("race", "0.772 kg");
+  EXPECT_LT((figure8.force - Eigen::Vector3d(0.065, 0.056, 0.235)).cwiseAbs().maxCoeff(), 6e-4);
+  EXPECT_LT((race.force - Eigen::Vector3d(0.169, 0.158, 0.463)).cwiseAbs().maxCoeff(), 6e-4);
+  EXPECT_NEAR(error("figure8", "0.752 kg").F(), 0.102, 6e-4);
+  EXPECT_NEAR(error("race", "fz gain, means removed").F(), 0.266, 1e-3);
+  EXPECT_LT((figure8.moment - Eigen::Vector3d(0.004, 0.003, 0.002)).cwiseAbs().maxCoeff(), 6e-4);
+}
+
+TEST(WrenchExperiment, NamesTheFlightThatIsMissing) {
+  const TestFolder folder;
+  EXPECT_THAT(ErrorOf([&] { RunWrenchExperiment(Shipped(), folder.directory(), 1, true); }),
+              ::testing::HasSubstr("racetrack_1_20210218171908seg2.csv.gz: is missing"));
+}
+
+}  // namespace
+}  // namespace trueline
