@@ -5,6 +5,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/result_folder.h"
 #include "problems/import/convert.h"
 #include "problems/import/find_map.h"
 #include "problems/import/formats/open_recording.h"
@@ -45,6 +46,8 @@ Nothing is corrected silently: the log stays as it is. Levels: fatal (no right c
 possible), biases, widens, note. Exit codes: 0 done, 2 bad input or usage, 3 no IMU to inspect.)";
 
 using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
+
+constexpr char kCorrectedMap[] = "corrected_map.yaml";
 
 // The log as recorded, with the map that it came by.
 struct Opened {
@@ -102,37 +105,41 @@ void TakeVehicle(FlightLog* log) {
 }
 
 // Writes the corrected map where there is something to repair; the command that uses it.
-std::string WriteCorrected(const Opened& opened, const Repairs& repairs) {
-  const auto path = std::filesystem::path(FLAGS_out) / "corrected_map.yaml";
-  std::filesystem::remove(path);
+std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const ResultFolder& out) {
   if (repairs.IsNone()) return "";
   const std::string head =
       "# Made by trueline-inspect: the map with the repairs that inspection.yaml lists.\n";
-  WriteFileAtomically(path, head + TextOf(CorrectMap(opened.map, repairs)));
-  return fmt::format("trueline-convert --map={} --in={} --out=REPAIRED", path.string(),
+  WriteFileAtomically(out.path() / kCorrectedMap, head + TextOf(CorrectMap(opened.map, repairs)));
+  return fmt::format("trueline-convert --map={} --in={} --out=REPAIRED",
+                     (std::filesystem::path(FLAGS_out) / kCorrectedMap).string(),
                      fmt::join(opened.files, ","));
+}
+
+int InspectLog(ResultFolder* out) {
+  Opened opened = Open();
+  TakeVehicle(&opened.log);
+  for (const std::string& warning : opened.log.warnings) Warn(warning, FLAGS_quiet);
+  const Inspection inspection = Inspect(opened.log, opened.sources);
+  const std::string command = WriteCorrected(opened, inspection.repairs, *out);
+  WriteFileAtomically(out->path() / "inspection.yaml",
+                      InspectionYaml(inspection, FLAGS_log, command));
+  const std::string failure =
+      FLAGS_report ? RenderReport("inspection", {"--result=" + out->path().string()}, out->path())
+                   : "";
+  out->Commit(FLAGS_quiet);
+  if (!FLAGS_quiet) fmt::print("{}", InspectionTable(inspection));
+  if (!FLAGS_quiet && !command.empty()) fmt::print("\nTo repair:\n  {}\n", command);
+  RequireReport(failure);
+  return kExitDone;
 }
 
 int Run() {
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
     throw InputError("--log and --out are needed; see trueline-inspect --help");
   }
-  EnsureWritable(FLAGS_out);
+  ResultFolder out(FLAGS_out, "trueline-inspect");
   try {
-    Opened opened = Open();
-    TakeVehicle(&opened.log);
-    for (const std::string& warning : opened.log.warnings) Warn(warning, FLAGS_quiet);
-    const Inspection inspection = Inspect(opened.log, opened.sources);
-    const std::string command = WriteCorrected(opened, inspection.repairs);
-    WriteFileAtomically(std::filesystem::path(FLAGS_out) / "inspection.yaml",
-                        InspectionYaml(inspection, FLAGS_log, command));
-    if (FLAGS_report) {
-      const std::string warning = RenderReport("inspection", {"--result=" + FLAGS_out}, FLAGS_out);
-      if (!warning.empty()) Warn(warning, FLAGS_quiet);
-    }
-    if (!FLAGS_quiet) fmt::print("{}", InspectionTable(inspection));
-    if (!FLAGS_quiet && !command.empty()) fmt::print("\nTo repair:\n  {}\n", command);
-    return kExitDone;
+    return InspectLog(&out);
   } catch (const NoUsableLog& error) {
     fmt::print(stderr, "trueline-inspect: {}\n", error.what());
     return kExitNoResult;
