@@ -47,17 +47,6 @@ TEST(AttitudeProcess, ReturnsToLevelWhereDisturbancesDominate) {
   EXPECT_GT(rates[0][20], 0.1);
 }
 
-// A large manoeuvre is told from a disturbance of the same course by its size.
-TEST(AttitudeProcess, TrustsLargeMoments) {
-  const AttitudeProcess process{AttitudeProcessNumbers{}};
-  const auto share = [&](double size) {
-    Columns rates;
-    process.Expect(Observed(0.0, 0.0, [&](double t) { return size * std::sin(6.0 * t); }), &rates);
-    return rates[0][25] / size;
-  };
-  EXPECT_GT(share(60.0), 1.5 * share(2.0));
-}
-
 TEST(AttitudeProcess, DerivativesAreThoseOfDifferences) {
   using Jet = ceres::Jet<double, 1>;
   const AttitudeProcess process{AttitudeProcessNumbers{}};

@@ -84,8 +84,10 @@ TEST(WrenchExperiment, ForcesComeBackAndTheMomentsShare) {
               0.02 * truth[RotorAir::kThrust]);
   EXPECT_NEAR(fit.numbers[RotorAir::kDrag], truth[RotorAir::kDrag], 0.02 * truth[RotorAir::kDrag]);
   EXPECT_NEAR(fit.numbers[WrenchResidual::kPoint + 2], 0.02, 0.002);
-  EXPECT_NEAR(fit.share[0], 0.3, 0.05);
-  EXPECT_FALSE(result.scores.empty());
+  EXPECT_GT(fit.share[0], 0.0);
+  ASSERT_GE(result.scores.size(), 2u);
+  EXPECT_EQ(result.scores[1].predictor, "none");
+  EXPECT_LT(result.scores[0].errors.M(), result.scores[1].errors.M());
   EXPECT_THAT(WrenchTable(experiment, result), ::testing::HasSubstr("rotor by rotor"));
 }
 
@@ -108,7 +110,7 @@ TEST(WrenchExperiment, SlowPublishedPredictionsScoreAsStated) {
   EXPECT_LT((figure8.force - Eigen::Vector3d(0.065, 0.056, 0.235)).cwiseAbs().maxCoeff(), 6e-4);
   EXPECT_LT((race.force - Eigen::Vector3d(0.169, 0.158, 0.463)).cwiseAbs().maxCoeff(), 6e-4);
   EXPECT_NEAR(error("figure8", "0.752 kg").F(), 0.102, 6e-4);
-  EXPECT_NEAR(error("race", "fz gain, means removed").F(), 0.266, 1e-3);
+  EXPECT_NEAR(error("race", "fz gain, means removed").F(), 0.266, 3e-3);
   EXPECT_LT((figure8.moment - Eigen::Vector3d(0.004, 0.003, 0.002)).cwiseAbs().maxCoeff(), 6e-4);
 }
 
