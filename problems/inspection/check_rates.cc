@@ -15,7 +15,6 @@ constexpr double kLeastDrift = 1e-4;      // s/s
 constexpr double kFormMargin = 0.04;      // correlation by which another form must be better
 constexpr double kLeastTurn = 5.0 * kDegree;
 constexpr double kLeastPoseTurn = 8.0 * kDegree;
-constexpr double kCopy = 2e-4;  // rad
 
 struct Form {
   std::array<int, 4> order;
@@ -253,22 +252,6 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     comparison.match->or_else = as_recorded.or_else;
   }
   e->result.comparisons.push_back(comparison);
-}
-
-// Whether the poses' attitude is that of attitude.csv over again.
-bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
-  if (log.attitude.size() < 2 || other.size() < 2) return false;
-  int same = 0, all = 0;
-  for (std::size_t i = 0, k = 0; i < other.size(); ++i) {
-    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= other[i].t) ++k;
-    double nearest = log.attitude[k].q_Ep_I.angularDistance(other[i].q_Ep_I);
-    if (k + 1 < log.attitude.size()) {
-      nearest = std::min(nearest, log.attitude[k + 1].q_Ep_I.angularDistance(other[i].q_Ep_I));
-    }
-    same += nearest < kCopy;
-    ++all;
-  }
-  return same > 0.9 * all;
 }
 
 }  // namespace

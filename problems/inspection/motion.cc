@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "problems/log/imu_health.h"
+#include "problems/vgd/attitude_cursor.h"
 
 namespace trueline {
 namespace {
@@ -76,6 +77,25 @@ std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes) {
   positions.reserve(fixes.size());
   for (const Fix& fix : fixes) positions.push_back({fix.t, fix.p_E});
   return positions;
+}
+
+bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
+  constexpr double kCopy = 5e-4;  // rad
+  if (log.attitude.size() < 2 || other.size() < 2) return false;
+  AttitudeCursor cursor(log.attitude);
+  int same = 0, all = 0;
+  for (std::size_t i = 0, k = 0; i < other.size(); ++i) {
+    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= other[i].t) ++k;
+    double nearest = log.attitude[k].q_Ep_I.angularDistance(other[i].q_Ep_I);
+    Eigen::Quaterniond between;
+    if (cursor.At(other[i].t, 1.0, &between)) {
+      nearest = std::min({nearest, between.angularDistance(other[i].q_Ep_I),
+                          log.attitude[k + 1].q_Ep_I.angularDistance(other[i].q_Ep_I)});
+    }
+    same += nearest < kCopy;
+    ++all;
+  }
+  return same > 0.9 * all;
 }
 
 RunningIntegral<3> GyroIntegral(const FlightLog& log) {

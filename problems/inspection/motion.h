@@ -22,6 +22,9 @@ class LogClock {
 
 std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses);
 
+// Whether `other` is the log's attitude over again, at its stamps or between them.
+bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
+
 // Position over time, of fixes or poses.
 struct PositionSample {
   TimeNs t;
