@@ -12,7 +12,7 @@ namespace trueline {
 namespace {
 
 constexpr double kBendWidth = 0.2;  // s, half the width of a second difference
-constexpr std::size_t kMostBends = 4000;
+constexpr std::size_t kMostPairs = 4000;
 constexpr LagSearch kWithin = {0.5, 0.01};  // s
 constexpr double kLeastAgreement = 0.6;     // correlation, below which the match is not believed
 constexpr double kOrdinaryLag = 0.004;      // s
@@ -20,7 +20,7 @@ constexpr double kCertain = 4.0;            // sigmas
 
 std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
   if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
-  const auto bends = BendsOf(PositionsOf(log.mocap), LogClock(log), kBendWidth, kMostBends);
+  const auto bends = BendsOf(PositionsOf(log.mocap), LogClock(log), kBendWidth, kMostPairs);
   return MatchVectors(AccelerationPairs(ForceIntegral(log, log.attitude), bends), kWithin);
 }
 
