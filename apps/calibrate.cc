@@ -11,7 +11,7 @@
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/result/render.h"
 
 DEFINE_string(log, "",

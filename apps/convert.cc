@@ -13,7 +13,8 @@
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/list_channels.h"
 #include "problems/import/resolve_channels.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/align_mocap.h"
+#include "problems/inspection/first_look.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 
@@ -80,7 +81,10 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
-  const FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
+  FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
+  const std::string moved =
+      map.mocap_on_imu_clock ? AlignMocap(map.fixes_from_mocap.has_value(), &converted) : "";
+  if (!moved.empty()) Warn(moved, FLAGS_quiet);
   for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
   if (FLAGS_map.empty()) {
     for (const std::string& lack : Shortcomings(converted, FLAGS_in)) Warn(lack, FLAGS_quiet);

@@ -11,7 +11,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/result/render.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");

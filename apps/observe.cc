@@ -10,7 +10,7 @@
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/observability/gramian_ranking.h"
 #include "problems/observability/observe_config.h"
 #include "problems/observability/write_observability.h"

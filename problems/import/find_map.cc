@@ -8,14 +8,13 @@
 #include "problems/common/app.h"
 #include "problems/common/units.h"
 #include "problems/import/resolve_channels.h"
+#include "problems/log/imu_faults.h"
 #include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kLeastImuRate = 20.0;  // Hz; below, no manoeuvre can be integrated
-constexpr double kUsualImuRate = 90.0;  // Hz
-constexpr double kMaxLean = 60.0;       // deg, of the mean specific force from -z
+constexpr double kMaxLean = 60.0;  // deg, of the mean specific force from -z
 
 std::vector<std::filesystem::path> ShippedMaps() {
   std::vector<std::filesystem::path> maps;

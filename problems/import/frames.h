@@ -7,7 +7,7 @@
 
 namespace trueline {
 
-// Rotations from the source's axes to NED and to FRD.
+// From the source's axes to NED and to FRD; rotations but for a left-handed `matrix`.
 struct SourceAxes {
   Eigen::Matrix3d earth = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d body = Eigen::Matrix3d::Identity();
@@ -19,7 +19,11 @@ struct SourceAxes {
 //   body:  FRD | FLU | {axes: [x, -y, -z]}
 //
 // `axes` states which of the source's axes is the native first, second and third one. `yaw_deg`
-// then rotates the earth about down: v_E = Rz(yaw) v. Axes must be right-handed.
+// then rotates the earth about down: v_E = Rz(yaw) v. Axes must be right-handed. `matrix: [[...],
+// [...], [...]]` is then applied: any orthogonal one, for vectors also left-handed.
+// The mapping that reads back as `axes`.
+YAML::Node AxesNode(const Eigen::Matrix3d& axes);
+
 SourceAxes ReadAxes(const YamlMap& map, const SourceAxes& fallback);
 
 }  // namespace trueline

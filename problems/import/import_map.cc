@@ -88,6 +88,7 @@ ImportMap ReadImportMap(const std::filesystem::path& path) {
   import.gravity = map.Get<double>("gravity", 9.81);
   if (!(import.gravity > 0.0)) map.Fail("gravity", "must be positive (m/s^2)");
   import.environment = ReadEnvironment(map);
+  import.mocap_on_imu_clock = map.GetChoice("mocap_clock", {"own", "imu"}, "own") == "imu";
   ReadInputs(map, &import);
   import.streams = ReadStreamsMap(map.Child("streams"), ReadAxes(map, {}), import.inputs);
   import.cut = ReadCut(map.ChildOrEmpty("cut"));

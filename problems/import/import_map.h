@@ -4,6 +4,8 @@
 //   dataset: where it is from
 //   gravity: 9.81            # m/s^2
 //   environment: indoors     # or outdoors; indoors no wind is looked for
+//   mocap_clock: imu         # mocap's stamps, and those of fixes sampled from it, are moved by what
+//                            # accelerations show (align_mocap.h); own: they are kept
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
 //       delimiter: ","       # or ";", tab, space (runs of blanks)
@@ -48,6 +50,8 @@
 //     straights:             # where, by file name; the first pattern that matches
 //       "*oval*": {boxes: [{x: [-0.9, 0.9], heading_deg: 0}]}   # in E
 //       "*": {curvature: {max_curvature: 0.3, flattest_share: 0.4}}
+//
+// `inverse: true` beside a quaternion's columns: they are the rotation from earth to body.
 //
 // A column is given by name, by number from 1, or as {constant: value in SI}. Values become scale *
 // unit * column + offset. `accel` and `gyro` may be given in earth axes: their `attitude`
@@ -141,6 +145,7 @@ struct ImportMap {
   std::string name, dataset;
   double gravity = 9.81;
   std::string environment;  // as in log.yaml
+  bool mocap_on_imu_clock = false;
   std::vector<InputMap> inputs;
   std::vector<Gate> gates;
   std::optional<Vehicle> vehicle;

@@ -21,8 +21,10 @@ std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, doub
   return values;
 }
 
-// "name[0..2]" as name[0], name[1], name[2]; any other text as it is.
-YAML::Node Elements(const YAML::Node& range) {
+}  // namespace
+
+YAML::Node ExpandColumns(const YAML::Node& range) {
+  if (!range.IsScalar()) return range;
   const std::string text = range.Scalar();
   const std::size_t bracket = text.find('['), dots = text.find("..");
   if (bracket == std::string::npos || dots == std::string::npos || !text.ends_with(']')) {
@@ -39,8 +41,6 @@ YAML::Node Elements(const YAML::Node& range) {
   }
   return list;
 }
-
-}  // namespace
 
 double ReadUnit(const YamlMap& map, const char* si) {
   const std::string unit = map.Get<std::string>("unit", si);
@@ -72,7 +72,7 @@ double SourceColumn::Value(const ForeignRow& row) const {
 std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count) {
   YAML::Node node = map.RawNode(key);
   if (!map.Has(key)) map.Fail(key, "is missing; give a list of columns");
-  if (node.IsScalar()) node = Elements(node);
+  node.reset(ExpandColumns(node));
   if (!node.IsSequence()) map.Fail(key, "must be a list of columns");
   if (node.size() == 0 || (count > 0 && node.size() != static_cast<std::size_t>(count))) {
     map.Fail(key, fmt::format("needs {} columns, found {}", count > 0 ? count : 1, node.size()));
@@ -136,10 +136,14 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
   }
   scale_ = columns.Get<double>("scale", 1.0);
   if (!is_quaternion_) scale_ *= ReadUnit(columns, "rad");
+  inverse_ = columns.Get<bool>("inverse", false);
   columns.Finish();
-  const SourceAxes own = ReadAxes(map, axes);
-  to_earth_ = Eigen::Quaterniond(own.earth);
-  from_body_ = Eigen::Quaterniond(own.body).conjugate();
+  axes_ = ReadAxes(map, axes);
+  for (const auto& [key, turn] : {std::pair{"earth", axes_.earth}, {"body", axes_.body}}) {
+    if (turn.determinant() < 0.0) map.Fail(key, "is left-handed: an attitude can't be mirrored");
+  }
+  to_earth_ = Eigen::Quaterniond(axes_.earth);
+  from_body_ = Eigen::Quaterniond(axes_.body).conjugate();
 }
 
 void SourceAttitude::Bind(const ForeignRow& row) {
@@ -149,7 +153,7 @@ void SourceAttitude::Bind(const ForeignRow& row) {
 std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row) const {
   const auto source = is_quaternion_ ? FromQuaternion(row) : FromEuler(row);
   if (!source) return std::nullopt;
-  return (to_earth_ * *source * from_body_).normalized();
+  return (to_earth_ * (inverse_ ? source->conjugate() : *source) * from_body_).normalized();
 }
 
 std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(const ForeignRow& row) const {

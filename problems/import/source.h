@@ -32,6 +32,9 @@ class SourceColumn {
   int index_ = -1;
 };
 
+// "name[0..2]" as the list name[0], name[1], name[2]; any other node as it is.
+YAML::Node ExpandColumns(const YAML::Node& columns);
+
 // `keys: [a, b, c]` as columns; `count` of them, or any number for 0. "q[0..3]" stands for q[0],
 // q[1], q[2], q[3].
 std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key, int count);
@@ -61,11 +64,14 @@ class NumberSource {
 };
 
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad}
-// (z-y-x). The file's rotation is from the source's body to its earth; Value() returns that from
+// (z-y-x). With `inverse: true` beside the columns they are the rotation from earth to body.
+// Otherwise the file's rotation is from the source's body to its earth; Value() returns that from
 // FRD to NED.
 class SourceAttitude {
  public:
   SourceAttitude() = default;
+  const SourceAxes& axes() const { return axes_; }
+  bool is_quaternion() const { return is_quaternion_; }
   // Reads the keys `quaternion` or `euler`, `earth`, `body` of `map`.
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
@@ -81,6 +87,8 @@ class SourceAttitude {
   bool is_quaternion_ = false;
   std::array<SourceColumn, 4> columns_;
   double scale_ = 1.0;
+  bool inverse_ = false;
+  SourceAxes axes_;
   Eigen::Quaterniond to_earth_ = Eigen::Quaterniond::Identity();
   Eigen::Quaterniond from_body_ = Eigen::Quaterniond::Identity();
 };

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+
+#include "problems/log/imu_faults.h"
 
 namespace trueline {
 namespace {
@@ -11,27 +12,6 @@ namespace {
 constexpr double kGapSteps = 5.0;       // median steps that make a gap
 constexpr std::size_t kClippedRun = 5;  // equal extreme values in a row that count as saturation
 constexpr double kClippedShare = 0.05;  // of all samples at most: more is a stuck sensor
-constexpr std::array<const char*, 6> kAxes = {"ax", "ay", "az", "gx", "gy", "gz"};
-
-double AxisValue(const ImuSample& sample, std::size_t axis) {
-  return axis < 3 ? sample.accel[static_cast<Eigen::Index>(axis)]
-                  : sample.gyro[static_cast<Eigen::Index>(axis - 3)];
-}
-
-// Stretches of time that share a fault.
-struct Episodes {
-  int count = 0;
-  double first = 0.0;     // s, start of the first one
-  double duration = 0.0;  // s, all together
-  double longest = 0.0;   // s
-
-  void Add(TimeNs from, TimeNs to) {
-    const double span = SecondsBetween(from, to);
-    if (count++ == 0) first = ToSeconds(from);
-    duration += span;
-    longest = std::max(longest, span);
-  }
-};
 
 Episodes GapsOf(const std::vector<ImuSample>& imu, double median_step) {
   Episodes gaps;
@@ -54,15 +34,38 @@ Episodes RunsAt(const std::vector<ImuSample>& imu, std::size_t axis, double extr
   return runs;
 }
 
-std::string SaturationWarning(const std::vector<ImuSample>& imu, std::size_t axis, double extreme) {
-  const Episodes runs = RunsAt(imu, axis, extreme);
-  const double span = SecondsBetween(imu.front().t, imu.back().t);
-  if (runs.count == 0 || runs.duration > kClippedShare * span) return {};
-  return fmt::format("imu: {} is saturated at {:.4g} {} times, {:.3f} s in all, first at {:.3f} s",
-                     kAxes[axis], extreme, runs.count, runs.duration, runs.first);
+}  // namespace
+
+double AxisValue(const ImuSample& sample, std::size_t axis) {
+  return axis < 3 ? sample.accel[static_cast<Eigen::Index>(axis)]
+                  : sample.gyro[static_cast<Eigen::Index>(axis - 3)];
 }
 
-}  // namespace
+void Episodes::Add(TimeNs from, TimeNs to) {
+  const double span = SecondsBetween(from, to);
+  if (count++ == 0) first = ToSeconds(from);
+  duration += span;
+  longest = std::max(longest, span);
+}
+
+std::vector<Saturation> ImuSaturations(const std::vector<ImuSample>& imu) {
+  std::vector<Saturation> saturations;
+  if (imu.size() < 2) return saturations;
+  const double most = kClippedShare * SecondsBetween(imu.front().t, imu.back().t);
+  for (std::size_t axis = 0; axis < kImuAxes.size(); ++axis) {
+    const auto less = [axis](const ImuSample& a, const ImuSample& b) {
+      return AxisValue(a, axis) < AxisValue(b, axis);
+    };
+    const auto [low, high] = std::minmax_element(imu.begin(), imu.end(), less);
+    if (AxisValue(*low, axis) == AxisValue(*high, axis)) continue;
+    for (const double extreme : {AxisValue(*low, axis), AxisValue(*high, axis)}) {
+      const Episodes runs = RunsAt(imu, axis, extreme);
+      if (runs.count == 0 || runs.duration > most) continue;
+      saturations.push_back({kImuAxes[axis], extreme, runs});
+    }
+  }
+  return saturations;
+}
 
 double MedianStep(const std::vector<ImuSample>& imu) {
   if (imu.size() < 2) return 0.0;
@@ -85,16 +88,10 @@ std::vector<std::string> ImuWarnings(const std::vector<ImuSample>& imu) {
         "{:.3f} s",
         gaps.count, 1e3 * kGapSteps * median_step, gaps.duration, gaps.longest, gaps.first));
   }
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    const auto less = [axis](const ImuSample& a, const ImuSample& b) {
-      return AxisValue(a, axis) < AxisValue(b, axis);
-    };
-    const auto [low, high] = std::minmax_element(imu.begin(), imu.end(), less);
-    if (AxisValue(*low, axis) == AxisValue(*high, axis)) continue;
-    for (const double extreme : {AxisValue(*low, axis), AxisValue(*high, axis)}) {
-      const std::string warning = SaturationWarning(imu, axis, extreme);
-      if (!warning.empty()) warnings.push_back(warning);
-    }
+  for (const Saturation& at : ImuSaturations(imu)) {
+    warnings.push_back(
+        fmt::format("imu: {} is saturated at {:.4g} {} times, {:.3f} s in all, first at {:.3f} s",
+                    at.axis, at.at, at.episodes.count, at.episodes.duration, at.episodes.first));
   }
   return warnings;
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
-#include "problems/log/first_look.h"
+#include "problems/inspection/first_look.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/sensor_config.h"
 #include "problems/trajectory/trajectory_config.h"

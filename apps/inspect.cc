@@ -1,0 +1,153 @@
+// trueline-inspect: what is wrong with a log, before anything is fitted.
+#include <fmt/ranges.h>
+#include <gflags/gflags.h>
+
+#include "problems/common/app.h"
+#include "problems/common/atomic_file.h"
+#include "problems/common/error.h"
+#include "problems/common/result_folder.h"
+#include "problems/import/convert.h"
+#include "problems/import/find_map.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/resolve_channels.h"
+#include "problems/inspection/corrected_map.h"
+#include "problems/inspection/inspection.h"
+#include "problems/inspection/write_inspection.h"
+#include "problems/log/native_log.h"
+#include "problems/result/render.h"
+#include "problems/result/yaml_text.h"
+#include "problems/rotor/rotor_vehicle.h"
+
+DEFINE_string(log, "",
+              "a native log's folder, or the foreign log, or its files with commas between");
+DEFINE_string(map, "",
+              "the column map of a foreign log; without it, one of config/import that fits");
+DEFINE_string(vehicle, "", "YAML with vehicle: {rotors: [...]}, for a log that states no rotors");
+DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(quiet, false, "print nothing but errors");
+
+namespace {
+
+constexpr char kUsage[] = R"(Finds what is wrong with a log: rates, clocks, axes, scales, rotors.
+
+  trueline-inspect --log=logs/flight --out=out/inspection
+      lists the faults of a native log, worst first, and writes out/inspection/inspection.yaml
+      and report.html; corrected_map.yaml beside them repairs what can be repaired
+  trueline-inspect --log=flight.ulg --out=out/inspection
+      the same for any log that trueline-convert reads
+  trueline-inspect --map=config/import/nanobench.yaml --log=B7_oval_fast_rep1.csv --out=out/oval
+  trueline-convert --map=out/oval/corrected_map.yaml --in=B7_oval_fast_rep1.csv --out=logs/oval
+      the log as repaired; the output of trueline-inspect ends with this command
+  trueline-inspect --log=logs/flight --vehicle=config/calibrate/rotors_neurobem.yaml --out=out/rotors
+      compares order and spin of the rotors with those that a file states
+
+Nothing is corrected silently: the log stays as it is. Levels: fatal (no right calibration is
+possible), biases, widens, note. Exit codes: 0 done, 2 bad input or usage, 3 no IMU to inspect.)";
+
+using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
+
+constexpr char kCorrectedMap[] = "corrected_map.yaml";
+
+// The log as recorded, with the map that it came by.
+struct Opened {
+  FlightLog log;
+  YAML::Node map;
+  AttitudeSources sources;
+  std::vector<std::string> files;  // of the map's inputs
+};
+
+ImportMap MapFor(const std::vector<std::string>& files) {
+  if (!FLAGS_map.empty()) return ReadImportMap(FLAGS_map);
+  if (files.size() != 1) throw InputError("several files in --log need a --map");
+  const auto shipped = FindShippedMap(*OpenRecording(files.front()));
+  if (shipped) return *shipped;
+  throw NoUsableLog(fmt::format(
+      "{}: no map in config/import finds an IMU in it; trueline-convert --in={} proposes a map",
+      files.front(), files.front()));
+}
+
+// Take-off and landing are inspected too; parts that the map cuts by time are not.
+Opened OpenForeign() {
+  Opened opened;
+  opened.files = SplitList(FLAGS_log);
+  ImportMap map = MapFor(opened.files);
+  opened.map = YAML::LoadFile(map.file);
+  map.cut.min_height.reset();
+  map.fixes_from_mocap.reset();
+  opened.sources = AttitudeSourcesOf(map);
+  opened.log = ConvertLog(map, opened.files, {});
+  return opened;
+}
+
+Opened Open() {
+  if (!std::filesystem::exists(std::filesystem::path(FLAGS_log) / "imu.csv")) return OpenForeign();
+  if (!FLAGS_map.empty())
+    throw InputError("--map is for foreign logs; " + FLAGS_log + " is native");
+  Opened opened;
+  opened.log = ReadNativeLog(FLAGS_log);
+  NativeMap native = MapOfNativeLog(opened.log);
+  opened.map = native.map;
+  opened.files = native.files;
+  return opened;
+}
+
+// The rotors that --vehicle states; other keys of its vehicle are for a calibration.
+void TakeVehicle(FlightLog* log) {
+  if (FLAGS_vehicle.empty()) return;
+  const YamlMap map = YamlMap::FromFile(FLAGS_vehicle);
+  Vehicle vehicle;
+  for (const RotorSpec& rotor : ReadRotors(map.Child("vehicle").Children("rotors"))) {
+    vehicle.rotors.push_back({rotor.position, rotor.axis, rotor.spin, rotor.k_f, rotor.k_m});
+  }
+  if (vehicle.rotors.empty()) map.Fail("vehicle", "states no rotors");
+  log->vehicle = vehicle;
+}
+
+// Writes the corrected map where there is something to repair; the command that uses it.
+std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const ResultFolder& out) {
+  if (repairs.IsNone()) return "";
+  const std::string head =
+      "# Made by trueline-inspect: the map with the repairs that inspection.yaml lists.\n";
+  WriteFileAtomically(out.path() / kCorrectedMap, head + TextOf(CorrectMap(opened.map, repairs)));
+  return fmt::format("trueline-convert --map={} --in={} --out=REPAIRED",
+                     (std::filesystem::path(FLAGS_out) / kCorrectedMap).string(),
+                     fmt::join(opened.files, ","));
+}
+
+int InspectLog(ResultFolder* out) {
+  Opened opened = Open();
+  TakeVehicle(&opened.log);
+  for (const std::string& warning : opened.log.warnings) Warn(warning, FLAGS_quiet);
+  const Inspection inspection = Inspect(opened.log, opened.sources);
+  const std::string command = WriteCorrected(opened, inspection.repairs, *out);
+  WriteFileAtomically(out->path() / "inspection.yaml",
+                      InspectionYaml(inspection, FLAGS_log, command));
+  const std::string failure =
+      FLAGS_report ? RenderReport("inspection", {"--result=" + out->path().string()}, out->path())
+                   : "";
+  out->Commit(FLAGS_quiet);
+  if (!FLAGS_quiet) fmt::print("{}", InspectionTable(inspection));
+  if (!FLAGS_quiet && !command.empty()) fmt::print("\nTo repair:\n  {}\n", command);
+  RequireReport(failure);
+  return kExitDone;
+}
+
+int Run() {
+  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+    throw InputError("--log and --out are needed; see trueline-inspect --help");
+  }
+  ResultFolder out(FLAGS_out, "trueline-inspect");
+  try {
+    return InspectLog(&out);
+  } catch (const NoUsableLog& error) {
+    fmt::print(stderr, "trueline-inspect: {}\n", error.what());
+    return kExitNoResult;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return trueline::RunApp("trueline-inspect", kUsage, &argc, &argv, Run);
+}

@@ -1,0 +1,53 @@
+#include "problems/inspection/align_mocap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/inspection/motion.h"
+#include "problems/vgd/attitude_cursor.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kBendWidth = 0.2;  // s, half the width of a second difference
+constexpr std::size_t kMostPairs = 4000;
+constexpr LagSearch kWithin = {0.5, 0.01};  // s
+constexpr double kLeastAgreement = 0.6;     // correlation, below which the match is not believed
+constexpr double kOrdinaryLag = 0.004;      // s
+constexpr double kCertain = 4.0;            // sigmas
+
+std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
+  if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
+  const auto bends = BendsOf(PositionsOf(log.mocap), LogClock(log), kBendWidth, kMostPairs);
+  return MatchVectors(AccelerationPairs(ForceIntegral(log, log.attitude), bends), kWithin);
+}
+
+// Mocap of positions alone has the logged attitude in place of one of its own.
+void CopyAttitude(FlightLog* log) {
+  constexpr double kAnyGap = 1e9;  // s
+  AttitudeCursor cursor(log->attitude);
+  for (PoseSample& pose : log->mocap) cursor.At(pose.t, kAnyGap, &pose.q_E);
+}
+
+}  // namespace
+
+std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
+  const std::optional<VectorMatch> match = MocapAgainstForce(*log);
+  if (!match || match->correlation < kLeastAgreement || match->or_else) return "";
+  if (std::abs(match->lag) < std::max(kOrdinaryLag, kCertain * match->lag_sigma)) return "";
+  const TimeNs shift = FromSeconds(match->lag);
+  const bool copy = RepeatsAttitude(*log, AttitudesOf(log->mocap));
+  for (PoseSample& pose : log->mocap) pose.t -= shift;
+  if (copy) CopyAttitude(log);
+  if (sampled_fixes) {
+    for (Fix& fix : log->fixes) fix.t -= shift;
+  }
+  return fmt::format(
+      "mocap: its stamps are moved by {:+.3f} s +- {:.3f} s onto the IMU's clock, as `mocap_clock: "
+      "imu` asks (correlation with the accelerometer {:.3f}, as stamped {:.3f})",
+      -match->lag, match->lag_sigma, match->correlation, match->unshifted);
+}
+
+}  // namespace trueline

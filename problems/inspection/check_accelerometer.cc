@@ -1,0 +1,205 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/inspection/force_fit.h"
+#include "problems/inspection/position_witness.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kLeastAngle = 10.0 * kDegree;  // of the accelerometer; less is a misalignment
+constexpr double kBetter = 0.75;                // of the residual that a turn must reach
+constexpr double kTurnClearly = 5.0;            // sigmas
+constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may be drag or a bias
+constexpr double kLeastScale = 0.05;
+constexpr double kLeastBias = 0.4;  // m/s^2
+
+// The bends in the earth of the attitude, where the two differ by a heading alone.
+std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
+                                                   const PositionWitness& witness) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
+  if (!match) return std::nullopt;
+  std::vector<Bend> bends = witness.bends;
+  if (witness.stream != "fixes") return bends;
+  if (match->correlation < 0.6) return std::nullopt;
+  const Eigen::Matrix3d turn = match->turn;
+  const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
+  const Eigen::Matrix3d yaw =
+      Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  for (Bend& bend : bends) bend.acceleration = yaw.transpose() * bend.acceleration;
+  return bends;
+}
+
+// The residual if the earth axes of position were turned instead.
+double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
+                           std::vector<Bend> bends) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
+  if (!match) return std::numeric_limits<double>::infinity();
+  for (Bend& bend : bends) bend.acceleration = match->turn.transpose() * bend.acceleration;
+  const auto fit = FitForce(e.fixed, witness.attitude, bends, e.log.gravity, {});
+  return fit ? fit->as_read : std::numeric_limits<double>::infinity();
+}
+
+Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
+  for (const Eigen::Matrix3d& m : SignedPermutations()) {
+    if ((m.determinant() > 0.0) != (turn.determinant() > 0.0)) continue;
+    if (TurnBetween(turn, m).norm() < kLeastAngle) return m;
+  }
+  return turn;
+}
+
+// Takes back what CheckBodies() did to the accelerometer for the gyroscope's sake, if position is
+// better explained without it.
+void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
+                      const std::vector<Bend>& bends) {
+  const auto repaired = e->result.repairs.streams.find("imu");
+  if (repaired == e->result.repairs.streams.end() || repaired->second.accel.isIdentity(1e-9))
+    return;
+  StreamRepair back;
+  back.accel = repaired->second.accel.transpose();
+  Repairs alone;
+  alone.streams["imu"] = back;
+  FlightLog as_read = e->fixed;
+  ApplyRepairs(alone, e->sources, &as_read);
+  const auto with = FitForce(e->fixed, witness.attitude, bends, e->log.gravity, {});
+  const auto without = FitForce(as_read, witness.attitude, bends, e->log.gravity, {});
+  if (with && without && without->as_read < with->as_read) e->Repair("imu", back);
+}
+
+void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {
+  JudgeAssumedAxes(e, witness, bends);
+  std::vector<Eigen::Matrix3d> hints;
+  for (const RateWitness& rate : e->rates) {
+    hints.push_back(rate.turn);
+    hints.push_back(rate.turn.transpose());
+  }
+  const auto fit = FitForce(e->fixed, witness.attitude, bends, e->log.gravity, hints);
+  if (!fit) return;
+  const Eigen::Matrix3d turn = Snapped(fit->turn);
+  const bool better = fit->residual < kBetter * fit->as_read &&
+                      fit->as_read - fit->residual > kLeastGain && fit->clearly > kTurnClearly;
+  if (turn.isIdentity(1e-9) || !better) return;
+  if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
+  Finding finding;
+  finding.id = "accelerometer_axes";
+  finding.stream = "imu";
+  const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
+  const bool mirrored = turn.determinant() < 0.0;
+  finding.size = mirrored ? 180.0 : angle / kDegree;
+  finding.unit = "deg";
+  finding.error = fit->as_read - fit->residual;
+  finding.level = mirrored || angle > 15.0 * kDegree ? Level::kFatal : Level::kBiases;
+  finding.text = fmt::format(
+      "the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} m/s^2 (rms) "
+      "of the acceleration of {} unexplained, otherwise {:.2f}",
+      AxesText(turn),
+      e->result.repairs.streams["imu"].accel.isIdentity(1e-9) ? "the gyroscope's left as they are"
+                                                              : "beside the gyroscope's repair",
+      fit->residual, witness.stream, fit->as_read);
+  finding.remedy = "take the accelerometer's axes so";
+  finding.repaired = true;
+  StreamRepair change;
+  change.accel = turn;
+  e->Repair("imu", change);
+  e->Add(finding);
+}
+
+void AddScale(Examination* e, double factor, double sigma, const std::string& why) {
+  Finding finding;
+  finding.id = "accelerometer_scale";
+  finding.stream = "imu";
+  finding.level = Level::kBiases;
+  finding.size = 1.0 / factor;
+  finding.sigma = sigma / (factor * factor);
+  finding.unit = "1";
+  finding.error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
+  finding.text =
+      fmt::format("the accelerometer reads {:.3f} of the specific force; {}", finding.size, why);
+  finding.remedy = fmt::format(
+      "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
+      "and the range",
+      factor);
+  finding.repaired = true;
+  StreamRepair change;
+  change.accel_scale = factor;
+  e->Repair("imu", change);
+  e->Add(finding);
+}
+
+void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
+  Finding finding;
+  finding.id = "accelerometer_bias";
+  finding.stream = "imu";
+  finding.level = Level::kBiases;
+  finding.size = bias.norm();
+  finding.unit = "m/s^2";
+  finding.error = bias.norm();
+  finding.text = fmt::format(
+      "the accelerometer reads ({:.2f}, {:.2f}, {:.2f}) m/s^2 too much, by the acceleration of {}",
+      -bias.x(), -bias.y(), -bias.z(), stream);
+  finding.remedy =
+      "the calibration estimates it; a bias above 1 m/s^2 asks for a calibration of the "
+      "sensor at rest";
+  e->Add(finding);
+}
+
+void CheckScale(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {
+  const auto fit = FitForceScale(e->fixed, witness.attitude, bends, e->log.gravity);
+  if (!fit) return;
+  const double off = std::abs(fit->factor - 1.0);
+  if (off > kLeastScale && off > 5.0 * fit->sigma && fit->by_factor < fit->by_bias) {
+    AddScale(e, fit->factor, fit->sigma,
+             fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
+                         "a bias {:.3f}",
+                         fit->by_factor, witness.stream, fit->by_bias));
+  } else if (fit->bias.norm() > kLeastBias) {
+    AddBias(e, fit->bias, witness.stream);
+  }
+}
+
+// Without positions: the mean of the specific force, turned to earth axes, is gravity.
+void CheckMeanForce(Examination* e) {
+  const std::vector<AttitudeSample>& attitude = e->fixed.attitude;
+  if (attitude.size() < 100) return;
+  const RunningIntegral<3> twice = ForceIntegral(e->fixed, attitude);
+  const LogClock clock(e->fixed);
+  std::vector<double> down;
+  for (std::size_t i = 0; i < attitude.size();
+       i += std::max<std::size_t>(1, attitude.size() / 500)) {
+    const double t = clock(attitude[i].t);
+    if (!twice.Knows(t - 1.0, t + 1.0)) continue;
+    down.push_back(-(twice.At(t + 1.0) - 2.0 * twice.At(t) + twice.At(t - 1.0)).z());
+  }
+  if (down.size() < 20 || SecondsBetween(attitude.front().t, attitude.back().t) < 15.0) {
+    return;
+  }
+  double mean = 0.0;
+  for (const double d : down) mean += d / static_cast<double>(down.size());
+  const double reads = mean / e->log.gravity;
+  if (std::abs(reads - 1.0) < 0.07 || reads < 0.3) return;
+  AddScale(e, 1.0 / reads, 0.02,
+           "by its mean in earth axes, which is gravity; without positions a bias of the vertical "
+           "axis looks the same");
+}
+
+}  // namespace
+
+void CheckAccelerometer(Examination* e) {
+  for (const char* stream : {"mocap", "pose", "fixes"}) {
+    const auto witness = WitnessOf(*e, stream);
+    if (!witness) continue;
+    auto bends = InEarthOfAttitude(*e, *witness);
+    if (!bends) continue;
+    CheckAxes(e, *witness, *bends);
+    bends = InEarthOfAttitude(*e, *witness);
+    if (bends) CheckScale(e, *witness, *bends);
+    return;
+  }
+  CheckMeanForce(e);
+}
+
+}  // namespace trueline

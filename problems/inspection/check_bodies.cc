@@ -1,0 +1,189 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/inspection/examination.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kSameTurn = 8.0 * kDegree;  // of two witnesses
+constexpr double kLeastGyroScale = 0.04;
+constexpr double kLongBaseline = 0.35;         // s
+constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
+
+bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-9); }
+
+// Angle (rad) between the mean specific force and the body's -z.
+double Lean(const FlightLog& log, const Eigen::Matrix3d& turn) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : log.imu) sum += sample.accel;
+  const double up = -(turn * sum).z() / sum.norm();
+  return std::acos(std::clamp(up, -1.0, 1.0));
+}
+
+bool SameTurn(const RateWitness& a, const RateWitness& b) {
+  if ((a.turn.determinant() > 0.0) != (b.turn.determinant() > 0.0)) return false;
+  const double sigma = std::sqrt(a.match.turn_cov.trace() + b.match.turn_cov.trace());
+  return TurnBetween(a.turn, b.turn).norm() < std::max(kSameTurn, 3.0 * sigma);
+}
+
+// Whether the gyroscope is turned rather than the witnesses that say so.
+struct Blame {
+  bool gyro = false;
+  std::string why;
+};
+
+Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& turned,
+                  std::size_t independent) {
+  if (turned.size() < independent) {
+    return {false, "another attitude agrees with the gyroscope"};
+  }
+  const RateWitness& first = *turned.front();
+  if (first.turn.determinant() < 0.0) {
+    return {true, "a rotation can't be mirrored, so that the gyroscope is"};
+  }
+  for (const RateWitness* other : turned) {
+    if (!SameTurn(first, *other)) return {false, "the attitudes differ from each other as well"};
+  }
+  if (turned.size() > 1) return {true, "two attitudes agree against it"};
+  const double before = Lean(e.fixed, Eigen::Matrix3d::Identity());
+  const double after = Lean(e.fixed, first.turn);
+  if (after < before - kClearLean) {
+    return {true, fmt::format("the mean specific force leans by {:.0f} deg as read and by {:.0f} "
+                              "deg after the turn",
+                              before / kDegree, after / kDegree)};
+  }
+  if (before < after - kClearLean) {
+    return {false, fmt::format("the mean specific force leans by {:.0f} deg as read, as it should, "
+                               "and by {:.0f} deg if the IMU were turned",
+                               before / kDegree, after / kDegree)};
+  }
+  return {first.stream == "attitude",
+          first.stream == "attitude"
+              ? "the log alone does not show which of the two; an autopilot's attitude is that of "
+                "the vehicle"
+              : "the log alone does not show which of the two; a pose's body axes are a matter of "
+                "its set-up"};
+}
+
+Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
+                    const std::string& stream, const Eigen::Matrix3d& repair) {
+  const double angle = TurnBetween(repair, Eigen::Matrix3d::Identity()).norm();
+  Finding finding;
+  finding.id = id;
+  finding.stream = stream;
+  const bool mirrored = repair.determinant() < 0.0;
+  finding.size = mirrored ? 180.0 : angle / kDegree;
+  finding.sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree;
+  finding.unit = "deg";
+  finding.error = mirrored ? 2.0 * e.log.gravity : 2.0 * e.log.gravity * std::sin(0.5 * angle);
+  finding.level = mirrored || angle > 15.0 * kDegree ? Level::kFatal : Level::kBiases;
+  finding.repaired = true;
+  return finding;
+}
+
+void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why) {
+  const Eigen::Matrix3d repair = witness.turn;
+  Finding finding = TurnFinding(*e, witness, "imu_axes", "imu", repair);
+  finding.text = fmt::format(
+      "the gyroscope's axes are not the body's: its readings as {} agree with the turn rates of {} "
+      "to a correlation of {:.3f}, as read to {:.3f}; {}",
+      AxesText(repair), witness.stream, witness.match.correlation, witness.match.unturned, why);
+  finding.remedy =
+      "take the axes so; the accelerometer is judged by itself where position shows it";
+  StreamRepair change;
+  change.gyro = repair;
+  change.accel = repair;  // of the same chip; CheckAccelerometer() looks whether that is so
+  e->Repair("imu", change);
+  e->Add(finding);
+}
+
+void TurnAttitude(Examination* e, const RateWitness& witness, const std::string& why) {
+  if (witness.turn.determinant() < 0.0) return;
+  StreamRepair change;
+  change.body = witness.turn.transpose();
+  Finding finding = TurnFinding(*e, witness, "body_axes", witness.stream, change.body);
+  finding.text = fmt::format(
+      "the attitude of {}.csv is that of other body axes: its turn rates as {} agree with the "
+      "gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
+      witness.stream, AxesText(change.body), witness.match.correlation, witness.match.unturned,
+      why);
+  finding.remedy = "state the body axes of that stream so";
+  e->Repair(witness.stream, change);
+  e->Add(finding);
+}
+
+// Whether the ratio of sizes is off by more than noise in either stream explains.
+bool IsOff(const VectorMatch& match) {
+  const double least =
+      std::abs(std::log(match.gain)) + std::log(match.correlation) - 5.0 * match.gain_sigma;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kLeastGyroScale;
+}
+
+std::optional<VectorMatch> MatchOverLongTime(const Examination& e, const std::string& stream) {
+  const RunningIntegral<3> gyro = GyroIntegral(e.fixed);
+  const auto turns = TurnsOf(AttitudesOf(e.fixed, stream), LogClock(e.fixed), 1500, kLongBaseline);
+  return MatchVectors(RatePairs(gyro, turns, false), {0.0, 0.02});
+}
+
+// The gyroscope's scale: the ratio of rates by every attitude, where it is outside of what noise in
+// either explains.
+void CheckGain(Examination* e) {
+  const RateWitness* best = nullptr;
+  for (const RateWitness& witness : e->rates) {
+    if (e->IsCopy(witness.stream)) continue;
+    if (best == nullptr || witness.match.correlation > best->match.correlation) best = &witness;
+  }
+  if (best == nullptr || best->match.correlation < 0.95) return;
+  const double gain = best->match.gain;
+  if (!IsOff(best->match)) return;
+  // A filter of either side changes fast turns; a scale changes slow ones as well.
+  const auto slow = MatchOverLongTime(*e, best->stream);
+  if (!slow || !IsOff(*slow) || std::abs(slow->gain - gain) > 0.3 * std::abs(gain - 1.0)) return;
+  Finding finding;
+  finding.id = "gyro_scale";
+  finding.stream = "imu";
+  finding.level = Level::kBiases;
+  finding.size = 1.0 / gain;
+  finding.sigma = best->match.gain_sigma / (gain * gain);
+  finding.unit = "1";
+  finding.error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
+  finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
+                             finding.size, finding.sigma, best->stream);
+  finding.remedy = fmt::format("multiply its readings by {:.3f}; check the unit and range", gain);
+  finding.repaired = true;
+  StreamRepair change;
+  change.gyro_scale = gain;
+  e->Repair("imu", change);
+  e->Add(finding);
+}
+
+}  // namespace
+
+void CheckBodies(Examination* e) {
+  std::vector<const RateWitness*> turned;
+  std::size_t independent = 0;
+  for (const RateWitness& witness : e->rates) {
+    if (e->IsCopy(witness.stream)) continue;
+    ++independent;
+    if (!IsIdentity(witness.turn)) turned.push_back(&witness);
+  }
+  if (!turned.empty()) {
+    const Blame blame = WhoIsTurned(*e, turned, independent);
+    if (blame.gyro) {
+      TurnGyro(e, *turned.front(), blame.why);
+    } else {
+      for (const RateWitness* witness : turned) TurnAttitude(e, *witness, blame.why);
+      for (const RateWitness& witness : e->rates) {
+        if (e->IsCopy(witness.stream) && !IsIdentity(witness.turn)) {
+          TurnAttitude(e, witness, "it repeats attitude.csv");
+        }
+      }
+    }
+  }
+  CheckGain(e);
+}
+
+}  // namespace trueline

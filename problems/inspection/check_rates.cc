@@ -1,0 +1,268 @@
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/inspection/examination.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kMostTurns = 1500;  // for the search of the lag
+constexpr double kAlike = 0.7;            // correlation of a match
+constexpr double kLeastRate = 0.05;       // rad/s
+constexpr double kLeastLag = 0.012;       // s; a shorter one is no fault
+constexpr double kLeastDrift = 1e-4;      // s/s
+constexpr double kFormMargin = 0.04;      // correlation by which another form must be better
+constexpr double kLeastTurn = 5.0 * kDegree;
+constexpr double kLeastPoseTurn = 8.0 * kDegree;
+
+struct Form {
+  std::array<int, 4> order;
+  bool inverse;
+  const char* text;
+};
+constexpr std::array<Form, 6> kForms = {{
+    {{0, 1, 2, 3}, false, "as it is read"},
+    {{0, 1, 2, 3}, true, "the inverse: the rotation from earth to body"},
+    {{3, 0, 1, 2}, false, "x, y, z, w where w, x, y, z is read"},
+    {{1, 2, 3, 0}, false, "w, x, y, z where x, y, z, w is read"},
+    {{3, 0, 1, 2}, true, "x, y, z, w where w, x, y, z is read, and the inverse"},
+    {{1, 2, 3, 0}, true, "w, x, y, z where x, y, z, w is read, and the inverse"},
+}};
+
+std::vector<AttitudeSample> InForm(const std::vector<AttitudeSample>& attitude, const Form& form,
+                                   const SourceAxes& axes) {
+  StreamRepair repair;
+  repair.quaternion = form.order;
+  repair.inverse = form.inverse;
+  std::vector<AttitudeSample> read = attitude;
+  for (AttitudeSample& sample : read) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, axes);
+  return read;
+}
+
+std::optional<VectorMatch> MatchAt(const RunningIntegral<3>& gyro,
+                                   const std::vector<AttitudeTurn>& turns, double lag) {
+  const PairsAt pairs = RatePairs(gyro, turns, false);
+  return MatchVectors([&](double more) { return pairs(lag + more); }, {0.0, 0.02});
+}
+
+// Share of the mean specific force, in the earth of the attitude, that points up or down.
+double Uprightness(const FlightLog& log, const std::vector<AttitudeSample>& attitude) {
+  const RunningIntegral<3> twice = ForceIntegral(log, attitude);
+  const LogClock clock(log);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const AttitudeSample& sample : attitude) {
+    const double t = clock(sample.t);
+    if (!twice.Knows(t - 0.5, t + 0.5)) continue;
+    sum += twice.At(t + 0.5) - 2.0 * twice.At(t) + twice.At(t - 0.5);
+  }
+  return sum.norm() > 0.0 ? std::abs(sum.z()) / sum.norm() : 0.0;
+}
+
+// How well a form explains the rates; a form that needs no turn of axes and keeps gravity vertical
+// is preferred.
+struct FormTrial {
+  const Form* form;
+  double correlation, unturned, upright;
+};
+
+std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
+                                const std::vector<AttitudeSample>& attitude,
+                                const RunningIntegral<3>& gyro, double lag) {
+  const auto own = e.sources.find(stream);
+  const AttitudeSource source = own == e.sources.end() ? AttitudeSource{} : own->second;
+  std::vector<FormTrial> trials;
+  for (const Form& form : kForms) {
+    if (!source.is_quaternion && form.order != kForms.front().order) continue;
+    const auto read = InForm(attitude, form, source.axes);
+    const auto match = MatchAt(gyro, TurnsOf(read, LogClock(e.fixed), kMostTurns), lag);
+    if (!match) continue;
+    std::vector<AttitudeSample> shifted = read;
+    for (AttitudeSample& sample : shifted) sample.t -= FromSeconds(lag);
+    trials.push_back({&form, match->correlation, match->unturned, Uprightness(e.fixed, shifted)});
+  }
+  return trials;
+}
+
+const FormTrial& BestForm(const std::vector<FormTrial>& trials) {
+  double best = 0.0, straight = 0.0;
+  for (const FormTrial& trial : trials) {
+    best = std::max(best, trial.correlation);
+    if (trial.upright > 0.7) straight = std::max(straight, trial.unturned);
+  }
+  const auto good = [&](const FormTrial& t) { return t.correlation > best - kFormMargin; };
+  if (good(trials.front()) && trials.front().unturned > best - 2.0 * kFormMargin) {
+    return trials.front();
+  }
+  for (const FormTrial& trial : trials) {  // one that explains all without a turn
+    if (straight > best - 2.0 * kFormMargin && trial.unturned > straight - 0.5 * kFormMargin &&
+        trial.upright > 0.7) {
+      return trial;
+    }
+  }
+  for (const FormTrial& trial : trials) {
+    if (good(trial) && trial.upright > 0.7) return trial;
+  }
+  for (const FormTrial& trial : trials) {
+    if (good(trial)) return trial;
+  }
+  return trials.front();
+}
+
+void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_read,
+                const FormTrial& best) {
+  StreamRepair change;
+  change.quaternion = best.form->order;
+  change.inverse = best.form->inverse;
+  Finding finding;
+  finding.id = "quaternion_form";
+  finding.stream = stream;
+  finding.level = Level::kFatal;
+  finding.size = best.correlation - as_read.unturned;
+  finding.unit = "1";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the quaternions of {0}.csv are in another form: {1}. So read, its turn rates agree with the "
+      "gyroscope's to a correlation of {2:.3f}; as read, {3:.3f}",
+      stream, best.form->text, best.unturned, as_read.unturned);
+  finding.remedy = "give the columns in their order (and `inverse: true` where it says so)";
+  finding.repaired = true;
+  e->Repair(stream, change);
+  e->Add(finding);
+}
+
+void AddClock(Examination* e, const std::string& stream, const VectorMatch& match) {
+  if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < 5.0 * match.lag_sigma) return;
+  const bool other = match.or_else.has_value();
+  Finding finding;
+  finding.id = "clock_offset";
+  finding.stream = stream;
+  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
+  finding.level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
+                  : finding.error > 0.15                    ? Level::kBiases
+                                                            : Level::kWidens;
+  finding.size = match.lag;
+  finding.sigma = match.lag_sigma;
+  finding.unit = "s";
+  finding.text = fmt::format(
+      "the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, as stamped "
+      "{:.3f}): the clocks disagree",
+      stream, LateText(match.lag),
+      other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
+      match.correlation, match.unshifted);
+  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -match.lag);
+  finding.repaired = true;
+  StreamRepair change;
+  change.time_offset = -match.lag;
+  e->Repair(stream, change);
+  e->Add(finding);
+}
+
+void AddDrift(Examination* e, const std::string& stream, const VectorMatch& match) {
+  if (!(std::abs(match.drift) > std::max(kLeastDrift, 5.0 * match.drift_sigma))) return;
+  Finding finding;
+  finding.id = "clock_drift";
+  finding.stream = stream;
+  const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
+  finding.level = finding.error > 0.15 ? Level::kBiases : Level::kWidens;
+  finding.size = match.drift;
+  finding.sigma = match.drift_sigma;
+  finding.unit = "s/s";
+  finding.text =
+      fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than the gyroscope's", stream,
+                  6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower");
+  finding.remedy = fmt::format("multiply its stamps by {:.6f} (time: scale), then inspect again",
+                               1.0 / (1.0 + match.drift));
+  e->Add(finding);
+}
+
+std::string NotShown(const VectorMatch& match) {
+  if (match.seen_rms < kLeastRate) {
+    return fmt::format("the vehicle turns by {:.3f} rad/s only", match.seen_rms);
+  }
+  if (match.correlation < kAlike) {
+    return fmt::format("no lag within 5 s and no rotation makes them agree (correlation {:.2f})",
+                       match.correlation);
+  }
+  return "";
+}
+
+void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
+  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= 0.5) return;
+  Finding finding;
+  finding.id = "rates_disagree";
+  finding.stream = stream;
+  finding.level = Level::kFatal;
+  finding.size = match.correlation;
+  finding.unit = "1";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no form of its "
+      "quaternion makes that the gyroscope's turn (correlation {:.2f})",
+      stream, match.seen_rms, match.correlation);
+  finding.remedy =
+      "check that both streams are of one flight and one vehicle, and that their clocks differ by "
+      "less than 5 s";
+  e->Add(finding);
+}
+
+void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
+  std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
+  if (attitude.size() < 30) return;
+  Comparison comparison{"turn rates against the gyroscope", stream, {}, {}};
+  const LogClock clock(e->fixed);
+  const auto turns = TurnsOf(attitude, clock, kMostTurns);
+  auto match = MatchVectors(RatePairs(gyro, turns, false), {});
+  const auto as_inverse = MatchVectors(RatePairs(gyro, turns, true), {});
+  if (as_inverse && match && as_inverse->correlation > match->correlation + kFormMargin) {
+    match = as_inverse;
+  }
+  if (!match) {
+    comparison.not_shown = "they share too little time at any lag within 5 s";
+    e->result.comparisons.push_back(comparison);
+    return;
+  }
+  comparison.match = match;
+  comparison.not_shown = NotShown(*match);
+  if (!comparison.not_shown.empty()) {
+    AddUnlike(e, stream, *match);
+    e->result.comparisons.push_back(comparison);
+    return;
+  }
+  const auto trials = TryForms(*e, stream, attitude, gyro, match->lag);
+  const FormTrial& best = BestForm(trials);
+  if (best.form != &kForms.front()) RepairForm(e, stream, trials.front(), best);
+  AddClock(e, stream, *match);
+  AddDrift(e, stream, *match);
+  attitude = AttitudesOf(e->fixed, stream);
+  const auto repaired =
+      MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});
+  if (repaired) {
+    // A pose's body axes are set by hand; some degrees are usual.
+    const double least = stream == "attitude" ? kLeastTurn : kLeastPoseTurn;
+    e->rates.push_back({stream, *repaired, PlainTurn(*repaired, least)});
+    const VectorMatch as_recorded = *match;
+    comparison.match = repaired;
+    comparison.match->lag = as_recorded.lag;
+    comparison.match->lag_sigma = as_recorded.lag_sigma;
+    comparison.match->drift = as_recorded.drift;
+    comparison.match->drift_sigma = as_recorded.drift_sigma;
+    comparison.match->unshifted = as_recorded.unshifted;
+    comparison.match->or_else = as_recorded.or_else;
+  }
+  e->result.comparisons.push_back(comparison);
+}
+
+}  // namespace
+
+void CheckRates(Examination* e) {
+  if (e->fixed.imu.size() < 100) return;
+  const RunningIntegral<3> gyro = GyroIntegral(e->fixed);
+  for (const char* stream : {"mocap", "pose"}) {
+    if (RepeatsAttitude(e->fixed, AttitudesOf(e->fixed, stream))) e->copies.emplace_back(stream);
+  }
+  for (const char* stream : {"attitude", "mocap", "pose"}) CheckStream(e, stream, gyro);
+}
+
+}  // namespace trueline

@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <cmath>
+
+#include "problems/inspection/examination.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kWindow = 0.5;          // s
+constexpr double kStillForce = 0.1;      // m/s^2, standard deviation of each axis
+constexpr double kStillRate = 0.03;      // rad/s, of the gyroscope's standard deviation
+constexpr double kLeastRest = 1.0;       // s
+constexpr double kLeastOff = 0.3;        // m/s^2
+constexpr double kLeastGyroBias = 0.02;  // rad/s
+
+struct Rest {
+  double seconds = 0.0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), rate = Eigen::Vector3d::Zero();  // means
+};
+
+Eigen::Vector3d Deviation(const Eigen::Vector3d& sum, const Eigen::Vector3d& squares, double n) {
+  const Eigen::Vector3d mean = sum / n;
+  return (squares / n - mean.cwiseProduct(mean)).cwiseMax(0.0).cwiseSqrt();
+}
+
+// All windows in which nothing but noise is read.
+Rest RestOf(const FlightLog& log) {
+  Rest rest;
+  double windows = 0.0;
+  for (std::size_t begin = 0; begin < log.imu.size();) {
+    std::size_t end = begin;
+    Eigen::Vector3d f = Eigen::Vector3d::Zero(), ff = f, w = f, ww = f;
+    while (end < log.imu.size() && SecondsBetween(log.imu[begin].t, log.imu[end].t) < kWindow) {
+      const ImuSample& s = log.imu[end++];
+      f += s.accel;
+      ff += s.accel.cwiseProduct(s.accel);
+      w += s.gyro;
+      ww += s.gyro.cwiseProduct(s.gyro);
+    }
+    const auto n = static_cast<double>(end - begin);
+    if (n >= 10.0 && end < log.imu.size() && Deviation(f, ff, n).maxCoeff() < kStillForce &&
+        Deviation(w, ww, n).maxCoeff() < kStillRate && (w / n).norm() < 0.2) {
+      rest.seconds += kWindow;
+      rest.force += f / n;
+      rest.rate += w / n;
+      windows += 1.0;
+    }
+    begin = end;
+  }
+  if (windows > 0.0) {
+    rest.force /= windows;
+    rest.rate /= windows;
+  }
+  return rest;
+}
+
+}  // namespace
+
+void CheckRest(Examination* e) {
+  const Rest rest = RestOf(e->fixed);
+  if (rest.seconds < kLeastRest) {
+    e->result.notes.emplace_back(
+        "the vehicle never lies still for a second: gravity and the "
+        "gyroscope's bias at rest are not shown");
+    return;
+  }
+  const double off = rest.force.norm() - e->log.gravity;
+  if (std::abs(off) > kLeastOff) {
+    Finding finding;
+    finding.id = "gravity_at_rest";
+    finding.stream = "imu";
+    finding.level = Level::kBiases;
+    finding.size = rest.force.norm() / e->log.gravity;
+    finding.unit = "1";
+    finding.error = std::abs(off);
+    finding.text = fmt::format(
+        "at rest ({:.1f} s) the accelerometer reads {:.3f} m/s^2, {:.3f} of gravity: its scale or "
+        "bias is off",
+        rest.seconds, rest.force.norm(), finding.size);
+    finding.remedy = "calibrate the sensor in six positions; the calibration estimates a bias";
+    e->Add(finding);
+  }
+  if (rest.rate.norm() > kLeastGyroBias) {
+    Finding finding;
+    finding.id = "gyro_bias_at_rest";
+    finding.stream = "imu";
+    finding.level = Level::kWidens;
+    finding.size = rest.rate.norm();
+    finding.unit = "rad/s";
+    finding.text =
+        fmt::format("at rest ({:.1f} s) the gyroscope reads ({:.4f}, {:.4f}, {:.4f}) rad/s",
+                    rest.seconds, rest.rate.x(), rest.rate.y(), rest.rate.z());
+    finding.remedy = "subtract it (gyro: offset in the map), or let the vehicle rest at the start";
+    e->Add(finding);
+  }
+}
+
+}  // namespace trueline

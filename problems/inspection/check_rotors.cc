@@ -1,0 +1,215 @@
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "problems/inspection/examination.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kLagReach = 1.0;         // s
+constexpr double kLeastExplained = 0.3;   // share of the angular acceleration
+constexpr double kFits = 0.8;             // cosine of effects found and stated
+constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
+constexpr double kLeastMotorLag = 0.12;   // s, of commands, which motors follow late
+
+// Torque per squared speed by each rotor as the vehicle file states it, one column a rotor.
+Eigen::Matrix3Xd Stated(const std::vector<Rotor>& rotors) {
+  Eigen::Matrix3Xd torque(3, static_cast<Eigen::Index>(rotors.size()));
+  for (std::size_t i = 0; i < rotors.size(); ++i) {
+    const Rotor& r = rotors[i];
+    torque.col(static_cast<Eigen::Index>(i)) =
+        r.k_f * r.position.cross(r.axis) + r.spin * r.k_m * r.axis;
+  }
+  return torque;
+}
+
+Eigen::Matrix3Xd Found(const RotorLayout& layout) {
+  Eigen::Matrix3Xd effect(3, static_cast<Eigen::Index>(layout.rotors.size()));
+  for (std::size_t i = 0; i < layout.rotors.size(); ++i) {
+    effect.col(static_cast<Eigen::Index>(i)) = layout.rotors[i].value;
+  }
+  return effect;
+}
+
+// Cosine between the differences of rotors about one axis.
+double Cosine(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
+  const Eigen::RowVectorXd da = a.array() - a.mean(), db = b.array() - b.mean();
+  const double norm = da.norm() * db.norm();
+  return norm > 0.0 ? da.dot(db) / norm : 0.0;
+}
+
+struct Order {
+  std::vector<std::size_t> channel;  // of each rotor of the vehicle
+  double roll, pitch, yaw;           // cosines
+  double Places() const { return std::min(roll, pitch); }
+};
+
+Order TryOrder(const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& stated,
+               const std::vector<std::size_t>& channel) {
+  Eigen::Matrix3Xd sorted = found;
+  for (std::size_t i = 0; i < channel.size(); ++i) {
+    sorted.col(static_cast<Eigen::Index>(i)) = found.col(static_cast<Eigen::Index>(channel[i]));
+  }
+  return {channel, Cosine(sorted.row(0), stated.row(0)), Cosine(sorted.row(1), stated.row(1)),
+          Cosine(sorted.row(2), stated.row(2))};
+}
+
+Order BestOrder(const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& stated) {
+  std::vector<std::size_t> channel(static_cast<std::size_t>(found.cols()));
+  std::iota(channel.begin(), channel.end(), 0U);
+  Order best = TryOrder(found, stated, channel);
+  if (channel.size() > 6) return best;  // permutations of eight take too long
+  while (std::next_permutation(channel.begin(), channel.end())) {
+    const Order order = TryOrder(found, stated, channel);
+    if (order.roll + order.pitch > best.roll + best.pitch + 1e-9) best = order;
+  }
+  return best;
+}
+
+std::string ChannelsText(const std::vector<std::size_t>& channels) {
+  std::vector<std::size_t> from_one;
+  for (const std::size_t i : channels) from_one.push_back(i + 1);
+  return fmt::format("{}", fmt::join(from_one, ", "));
+}
+
+void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read, const Order& best) {
+  Finding finding;
+  finding.id = "rotor_order";
+  finding.stream = layout.stream;
+  finding.level = Level::kFatal;
+  finding.size = best.Places() - as_read.Places();
+  finding.unit = "1";
+  finding.text = fmt::format(
+      "the channels of {}.csv are not in the order of the vehicle's rotors: rotors 1 to {} are "
+      "channels {}. So ordered, what they do to roll and pitch agrees with the places stated "
+      "(cosines {:.2f}, {:.2f}); as read {:.2f}, {:.2f}",
+      layout.stream, best.channel.size(), ChannelsText(best.channel), best.roll, best.pitch,
+      as_read.roll, as_read.pitch);
+  finding.remedy = "give the columns in that order";
+  finding.repaired = true;
+  StreamRepair change;
+  change.order = best.channel;
+  for (const char* stream : {"rotors", "motors"}) {
+    if (stream == layout.stream) e->Repair(stream, change);
+  }
+  e->Add(finding);
+}
+
+void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
+  std::vector<std::size_t> wrong;
+  std::size_t shown = 0;
+  for (std::size_t i = 0; i < order.channel.size(); ++i) {
+    const int spin = layout.SpinOf(order.channel[i]);
+    shown += spin != 0;
+    if (spin * e->log.vehicle->rotors[i].spin < 0) wrong.push_back(i);
+  }
+  if (layout.explained.z() < kLeastExplained || 2 * shown < order.channel.size() || wrong.empty()) {
+    return;
+  }
+  const bool all = wrong.size() == shown && order.yaw < -kFits;
+  Finding finding;
+  finding.id = all ? "rotor_spins_reversed" : "rotor_spin";
+  finding.stream = layout.stream;
+  finding.level = Level::kFatal;
+  finding.size = static_cast<double>(wrong.size());
+  finding.unit = "rotors";
+  finding.text =
+      all ? fmt::format(
+                "every spin of the vehicle is turned round: the rotors that are stated to "
+                "spin clockwise seen from above turn the body clockwise (cosine about yaw "
+                "{:.2f}, {:.0f} % of the yaw acceleration explained)",
+                order.yaw, 100.0 * layout.explained.z())
+          : fmt::format(
+                "rotors {} turn the body about yaw the other way than their stated spin says",
+                ChannelsText(wrong));
+  finding.remedy = all ? "change the sign of every `spin` (+1 is clockwise seen from above)"
+                       : "check the spins of these rotors, or the order of all";
+  finding.repaired = all;
+  if (all) e->result.repairs.reverse_spins = true;
+  if (all) {
+    for (Rotor& rotor : e->fixed.vehicle->rotors) rotor.spin = -rotor.spin;
+  }
+  e->Add(finding);
+}
+
+void CheckLag(Examination* e, const RotorLayout& layout) {
+  const bool commands = layout.stream == "motors";
+  // Motors follow their commands by 20 to 80 ms.
+  const double least = commands ? kLeastMotorLag : kLeastRotorLag;
+  const bool off = layout.lag > least || layout.lag < -kLeastRotorLag;
+  if (!off) return;
+  Finding finding;
+  finding.id = "clock_offset";
+  finding.stream = layout.stream;
+  finding.level = Level::kBiases;
+  finding.size = -layout.lag;
+  finding.sigma = 0.01;
+  finding.unit = "s";
+  finding.text = fmt::format(
+      "the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
+      "accelerations "
+      "explained to {:.0f}, {:.0f} and {:.0f} %)",
+      std::abs(layout.lag), layout.lag > 0.0 ? "later" : "earlier", layout.stream,
+      100.0 * layout.explained.x(), 100.0 * layout.explained.y(), 100.0 * layout.explained.z());
+  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", layout.lag);
+  finding.repaired = true;
+  StreamRepair change;
+  change.time_offset = layout.lag;
+  e->Repair(layout.stream, change);
+  e->Add(finding);
+}
+
+void CheckLayout(Examination* e, const RotorLayout& layout) {
+  CheckLag(e, layout);
+  if (!e->log.vehicle || e->log.vehicle->rotors.empty()) {
+    e->result.notes.push_back(fmt::format(
+        "{}.csv: the log states no rotors, so that their order and spin are found but not compared "
+        "(--vehicle=FILE gives them)",
+        layout.stream));
+    return;
+  }
+  if (e->log.vehicle->rotors.size() != layout.rotors.size()) return;
+  const Eigen::Matrix3Xd found = Found(layout), stated = Stated(e->log.vehicle->rotors);
+  std::vector<std::size_t> as_read(layout.rotors.size());
+  std::iota(as_read.begin(), as_read.end(), 0U);
+  const Order read = TryOrder(found, stated, as_read), best = BestOrder(found, stated);
+  if (read.Places() > kFits) {
+    CheckSpins(e, layout, read);
+  } else if (best.Places() > kFits) {
+    AddOrder(e, layout, read, best);
+    CheckSpins(e, layout, best);
+  } else {
+    e->result.notes.push_back(fmt::format(
+        "{}.csv: no order of its channels agrees with the rotors' places (cosines {:.2f} "
+        "and {:.2f} at best)",
+        layout.stream, best.roll, best.pitch));
+  }
+}
+
+}  // namespace
+
+void CheckRotors(Examination* e) {
+  for (const char* stream : {"rotors", "motors"}) {
+    const bool speeds = std::string(stream) == "rotors";
+    const auto& channels = speeds ? e->fixed.rotors : e->fixed.motors;
+    auto layout = FindLayout(e->fixed, channels, kLagReach);
+    if (!layout) continue;
+    layout->stream = stream;
+    if (layout->explained.head<2>().minCoeff() < kLeastExplained) {
+      e->result.notes.push_back(
+          fmt::format("{}.csv explains {:.0f} % of the roll and {:.0f} % of the pitch "
+                      "acceleration: too little to "
+                      "show order and spin",
+                      stream, 100.0 * layout->explained.x(), 100.0 * layout->explained.y()));
+      continue;
+    }
+    CheckLayout(e, *layout);
+    if (!e->result.rotors) e->result.rotors = layout;
+  }
+}
+
+}  // namespace trueline

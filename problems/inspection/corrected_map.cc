@@ -1,0 +1,155 @@
+#include "problems/inspection/corrected_map.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "problems/import/source.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::array<const char*, 4> kComponents = {"w", "x", "y", "z"};
+
+bool IsOneMatrix(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
+
+SourceAxes AxesOf(const YAML::Node& node, const SourceAxes& fallback) {
+  return ReadAxes(YamlMap(node, "map", ""), fallback);
+}
+
+void Multiply(YAML::Node node, const char* key, double factor, bool if_missing) {
+  if (!node[key]) {
+    if (if_missing) node[key] = fmt::format("{:.9g}", factor);
+    return;
+  }
+  if (node[key].IsSequence()) {
+    for (YAML::Node item : node[key]) item = fmt::format("{:.9g}", factor * item.as<double>());
+  } else {
+    node[key] = fmt::format("{:.9g}", factor * node[key].as<double>());
+  }
+}
+
+// A vector's axes and scale. `body`: whether its native axes are those of the body.
+void CorrectVector(YAML::Node stream, const char* field, const SourceAxes& outer, bool body,
+                   const Eigen::Matrix3d& turn, double scale) {
+  if (IsOneMatrix(turn) && scale == 1.0) return;
+  YAML::Node node = stream[field];
+  const SourceAxes axes = AxesOf(node, AxesOf(stream, outer));
+  if (!IsOneMatrix(turn) && body && node["attitude"]) {  // given in earth axes
+    const SourceAxes own = AxesOf(node["attitude"], axes);
+    node["attitude"]["body"] = AxesNode(turn * own.body);
+  } else if (!IsOneMatrix(turn)) {
+    node[body ? "body" : "earth"] = AxesNode(turn * (body ? axes.body : axes.earth));
+  }
+  if (scale == 1.0) return;
+  Multiply(node, "scale", scale, true);
+  Multiply(node, "offset", scale, false);
+}
+
+void CorrectAttitude(YAML::Node stream, const SourceAxes& outer, const StreamRepair& repair) {
+  const char* key = stream["quaternion"] ? "quaternion" : "euler";
+  if (!stream[key]) return;
+  if (std::string(key) == "quaternion") {
+    const YAML::Node old = YAML::Clone(stream[key]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      stream[key][kComponents[i]] =
+          old[kComponents[static_cast<std::size_t>(repair.quaternion[i])]];
+    }
+  }
+  if (repair.inverse) {
+    const bool before = stream[key]["inverse"] && stream[key]["inverse"].as<bool>();
+    stream[key]["inverse"] = !before;
+  }
+  const SourceAxes axes = AxesOf(stream, outer);
+  // A position of the stream keeps its own earth.
+  if (!IsOneMatrix(repair.earth) && stream["position"] && !stream["position"]["earth"]) {
+    stream["position"]["earth"] = AxesNode(axes.earth);
+  }
+  if (!IsOneMatrix(repair.earth)) stream["earth"] = AxesNode(repair.earth * axes.earth);
+  if (!IsOneMatrix(repair.body)) stream["body"] = AxesNode(repair.body * axes.body);
+}
+
+void AddOffset(YAML::Node time, double seconds) {
+  if (time["offset"] && time["offset"].IsMap()) {
+    for (auto entry : time["offset"]) {
+      time["offset"][entry.first.as<std::string>()] =
+          fmt::format("{:.6f}", entry.second.as<double>() + seconds);
+    }
+    return;
+  }
+  const double before = time["offset"] ? time["offset"].as<double>() : 0.0;
+  time["offset"] = fmt::format("{:.6f}", before + seconds);
+}
+
+void CorrectTime(const YAML::Node& map, YAML::Node stream, double seconds) {
+  if (seconds == 0.0) return;
+  const YAML::Node inputs = map["inputs"];
+  const YAML::Node input =
+      stream["input"] ? inputs[stream["input"].as<std::string>()] : inputs.begin()->second;
+  YAML::Node time = stream["time"]  ? YAML::Clone(stream["time"])
+                    : input["time"] ? YAML::Clone(input["time"])
+                                    : YAML::Node(YAML::NodeType::Map);
+  if (!time["offset"] && input["time"] && input["time"]["offset"]) {
+    time["offset"] = YAML::Clone(input["time"]["offset"]);
+  }
+  AddOffset(time, seconds);
+  stream["time"] = time;
+}
+
+void CorrectOrder(YAML::Node stream, const std::vector<std::size_t>& order) {
+  if (order.empty()) return;
+  const auto sort = [&](const char* key) {
+    if (!stream[key] || (std::string(key) != "columns" && !stream[key].IsSequence())) return;
+    const YAML::Node old = YAML::Clone(ExpandColumns(stream[key]));
+    YAML::Node sorted;
+    for (const std::size_t i : order) sorted.push_back(old[i]);
+    stream[key] = sorted;
+  };
+  for (const char* key : {"columns", "scale", "offset"}) sort(key);
+}
+
+void CorrectStream(const YAML::Node& map, const SourceAxes& outer, const StreamRepair& repair,
+                   YAML::Node stream) {
+  if (stream["position"]) {
+    CorrectVector(stream, "position", outer, false, repair.position, repair.position_scale);
+  }
+  if (stream["accel"]) {
+    CorrectVector(stream, "accel", outer, true, repair.accel, repair.accel_scale);
+    CorrectVector(stream, "gyro", outer, true, repair.gyro, repair.gyro_scale);
+  }
+  CorrectAttitude(stream, outer, repair);
+  CorrectOrder(stream, repair.order);
+  CorrectTime(map, stream, repair.time_offset);
+}
+
+}  // namespace
+
+AttitudeSources AttitudeSourcesOf(const ImportMap& map) {
+  AttitudeSources sources;
+  for (const auto& [name, stream] : map.streams) {
+    for (const FieldSource& field : stream.fields) {
+      if (*field.key.c_str() != '\0' || !field.attitude) continue;
+      sources[name] = {field.attitude->axes(), field.attitude->is_quaternion()};
+    }
+  }
+  return sources;
+}
+
+YAML::Node CorrectMap(const YAML::Node& map, const Repairs& repairs) {
+  YAML::Node corrected = YAML::Clone(map);
+  const SourceAxes outer = AxesOf(corrected, {});
+  for (const auto& [name, repair] : repairs.streams) {
+    YAML::Node stream = corrected["streams"][name];
+    if (repair.IsNone() || !stream) continue;
+    if (!stream.IsSequence()) {
+      CorrectStream(corrected, outer, repair, stream);
+      continue;
+    }
+    for (YAML::Node one : stream) CorrectStream(corrected, outer, repair, one);
+  }
+  if (!repairs.reverse_spins || !corrected["vehicle"]) return corrected;
+  for (YAML::Node rotor : corrected["vehicle"]["rotors"]) rotor["spin"] = -rotor["spin"].as<int>();
+  return corrected;
+}
+
+}  // namespace trueline

@@ -1,0 +1,60 @@
+// An inspection on its way: the log as recorded, the log with what has been repaired so far, and
+// the findings. Each step below looks at the repaired log and adds to all three.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "problems/inspection/inspection.h"
+#include "problems/inspection/motion.h"
+
+namespace trueline {
+
+// An attitude whose turn rates were compared with those of the gyroscope.
+struct RateWitness {
+  std::string stream;
+  VectorMatch match;
+  Eigen::Matrix3d turn;  // plain: its rates = turn * those of the gyroscope
+};
+
+struct Examination {
+  const FlightLog& log;
+  const AttitudeSources& sources;
+  FlightLog fixed;
+  Inspection result;
+  std::vector<RateWitness> rates;
+  // Streams whose attitude only repeats that of attitude.csv.
+  std::vector<std::string> copies;
+
+  bool IsCopy(const std::string& stream) const;
+  // Adds to what is repaired in a stream; `repaired` holds the change alone.
+  void Repair(const std::string& stream, const StreamRepair& change);
+  void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
+};
+
+// The attitudes of a stream of the repaired log: attitude, mocap or pose.
+std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream);
+
+// Time that streams share with the IMU; whether there is an attitude.
+void CheckCover(Examination* e);
+// Clock and quaternion form of attitude, mocap and pose, by turn rates.
+void CheckRates(Examination* e);
+// Which of gyroscope, accelerometer and attitudes are turned in the body.
+void CheckBodies(Examination* e);
+// The accelerometer's axes, scale and bias, by position or by gravity.
+void CheckAccelerometer(Examination* e);
+// Up and down of earth and body.
+void CheckVertical(Examination* e);
+// Axes, scale and clock of positions, by the accelerometer.
+void CheckPositions(Examination* e);
+// Order and spin of rotors, by the body's angular acceleration; clock of rotors and motors.
+void CheckRotors(Examination* e);
+// Readings while the vehicle lies still.
+void CheckRest(Examination* e);
+
+// Texts shared by the steps.
+std::string AxesText(const Eigen::Matrix3d& turn);  // "(y, -x, z)", or a rotation vector in deg
+std::string LateText(double seconds);               // "0.030 s later"
+
+}  // namespace trueline

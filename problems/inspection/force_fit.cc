@@ -1,0 +1,182 @@
+#include "problems/inspection/force_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace trueline {
+namespace {
+
+constexpr int kForceBlocks = 10;
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+// Normal equations of y = X l, l the rows of L one after another.
+struct Normal {
+  Matrix9 a = Matrix9::Zero();
+  Vector9 b = Vector9::Zero();
+  double yy = 0.0, n = 0.0;
+
+  void Add(const Vector9& x, double y) {
+    a += x * x.transpose();
+    b += y * x;
+    yy += y * y;
+    n += 1.0;
+  }
+  double Cost(const Vector9& l) const { return std::max(0.0, yy - 2.0 * b.dot(l) + l.dot(a * l)); }
+  double BestScale(const Vector9& l) const { return b.dot(l) / std::max(1e-12, l.dot(a * l)); }
+};
+
+Normal Without(Normal all, const Normal& block) {
+  all.a -= block.a;
+  all.b -= block.b;
+  all.yy -= block.yy;
+  all.n -= block.n;
+  return all;
+}
+
+struct Row {
+  int block;
+  Vector9 x;  // of L
+  Eigen::Vector3d of_bias;
+  double y;
+};
+
+Vector9 RowsOf(const Eigen::Matrix3d& m) {
+  Vector9 l;
+  for (int k = 0; k < 3; ++k) l.segment<3>(3 * k) = m.row(k).transpose();
+  return l;
+}
+
+std::vector<Row> RowsOfBends(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                             const std::vector<Bend>& bends, double gravity) {
+  std::vector<Row> rows;
+  FlightLog ones;  // a constant reading of 1 on each axis gives the mean rotation
+  ones.imu = log.imu;
+  for (ImuSample& sample : ones.imu) sample.accel.setOnes();
+  for (int axis = 0; axis < 3; ++axis) {
+    const RunningIntegral<9> force = AxisForceIntegral(log, attitude, axis);
+    const RunningIntegral<9> unit = AxisForceIntegral(ones, attitude, axis);
+    for (std::size_t i = 0; i < bends.size(); ++i) {
+      const Bend& bend = bends[i];
+      if (!force.Knows(bend.t - bend.half, bend.t + bend.half)) continue;
+      const Vector9 one = UnderTriangle(unit, bend, 0.0);
+      rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()),
+                      UnderTriangle(force, bend, 0.0),
+                      {one[0], one[3], one[6]},
+                      bend.acceleration[axis] - (axis == 2 ? gravity : 0.0)});
+    }
+  }
+  return rows;
+}
+
+// The rotation about `start` that lowers the cost, by Gauss-Newton on angles and scale.
+Eigen::Matrix3d Refine(const Normal& normal, Eigen::Matrix3d turn) {
+  for (int pass = 0; pass < 8; ++pass) {
+    const double scale = normal.BestScale(RowsOf(turn));
+    Eigen::Matrix<double, 9, 4> j;
+    for (int k = 0; k < 3; ++k) {
+      Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
+      cross((k + 2) % 3, (k + 1) % 3) = 1.0;
+      cross((k + 1) % 3, (k + 2) % 3) = -1.0;
+      j.col(k) = scale * RowsOf(cross * turn);
+    }
+    j.col(3) = RowsOf(turn);
+    const Vector9 l = scale * RowsOf(turn);
+    const Eigen::Vector4d step =
+        (j.transpose() * normal.a * j).ldlt().solve(j.transpose() * (normal.b - normal.a * l));
+    if (!step.allFinite()) return turn;
+    const Eigen::Vector3d angle = step.head<3>();
+    if (angle.norm() > 1e-12) {
+      turn = Eigen::AngleAxisd(std::min(0.5, angle.norm()), angle.normalized()) * turn;
+    }
+  }
+  return turn;
+}
+
+double ScaledCost(const Normal& normal, const Eigen::Matrix3d& turn) {
+  const Vector9 l = RowsOf(turn);
+  return normal.Cost(std::max(0.0, normal.BestScale(l)) * l);
+}
+
+Eigen::Matrix3d BestTurn(const Normal& normal, const std::vector<Eigen::Matrix3d>& hints) {
+  std::vector<Eigen::Matrix3d> tried = SignedPermutations();
+  tried.insert(tried.end(), hints.begin(), hints.end());
+  const auto less = [&](const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+    return ScaledCost(normal, a) < ScaledCost(normal, b);
+  };
+  const Eigen::Matrix3d plain = *std::min_element(tried.begin(), tried.end(), less);
+  return Refine(normal, plain);
+}
+
+// Least squares of three unknowns: a factor and biases of x and y, or biases of all three axes.
+struct ThreeFit {
+  Eigen::Vector3d value;  // factor or bias of z first, then biases of x and y [m/s^2]
+  double rms;             // m/s^2, of the residual
+};
+ThreeFit FitThree(const std::vector<Row>& rows, const Vector9& l, bool factor, int without) {
+  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double yy = 0.0, n = 0.0;
+  for (const Row& row : rows) {
+    if (row.block == without) continue;
+    const double force = row.x.dot(l), y = factor ? row.y : row.y - force;
+    const Eigen::Vector3d x(factor ? force : row.of_bias.z(), row.of_bias.x(), row.of_bias.y());
+    a += x * x.transpose();
+    b += y * x;
+    yy += y * y;
+    n += 1.0;
+  }
+  const Eigen::Vector3d value = a.ldlt().solve(b);
+  return {value, std::sqrt(std::max(0.0, yy - b.dot(value)) / std::max(1.0, n))};
+}
+
+}  // namespace
+
+std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                                 const std::vector<Bend>& bends, double gravity,
+                                 const std::vector<Eigen::Matrix3d>& hints) {
+  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+  if (rows.size() < 300) return std::nullopt;
+  std::array<Normal, kForceBlocks> blocks;
+  Normal all;
+  for (const Row& row : rows) {
+    blocks[static_cast<std::size_t>(row.block)].Add(row.x, row.y);
+    all.Add(row.x, row.y);
+  }
+  ForceFit fit;
+  fit.count = static_cast<int>(rows.size() / 3);
+  fit.turn = BestTurn(all, hints);
+  const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
+  fit.as_read = std::sqrt(ScaledCost(all, one) / all.n);
+  fit.residual = std::sqrt(ScaledCost(all, fit.turn) / all.n);
+  std::vector<double> gains;  // in cost, without each block
+  const double gain = ScaledCost(all, one) - ScaledCost(all, fit.turn);
+  for (const Normal& block : blocks) {
+    const Normal rest = Without(all, block);
+    gains.push_back(ScaledCost(rest, one) - ScaledCost(rest, fit.turn));
+  }
+  fit.clearly = gain / std::max(1e-9, JackknifeSigma(gains));
+  return fit;
+}
+
+std::optional<ForceScale> FitForceScale(const FlightLog& log,
+                                        const std::vector<AttitudeSample>& attitude,
+                                        const std::vector<Bend>& bends, double gravity) {
+  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+  if (rows.size() < 300) return std::nullopt;
+  const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
+  std::vector<double> factors;
+  for (int block = 0; block < kForceBlocks; ++block) {
+    factors.push_back(FitThree(rows, one, true, block).value[0]);
+  }
+  const ThreeFit factor = FitThree(rows, one, true, -1), bias = FitThree(rows, one, false, -1);
+  return ForceScale{factor.value[0],
+                    JackknifeSigma(factors),
+                    {bias.value[1], bias.value[2], bias.value[0]},
+                    factor.rms,
+                    bias.rms};
+}
+
+}  // namespace trueline

@@ -1,0 +1,37 @@
+// The accelerometer against twice differentiated position: a = R(t) L f + g, for the matrix L that
+// takes what is read to the body.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "problems/inspection/motion.h"
+
+namespace trueline {
+
+struct ForceFit {
+  int count = 0;
+  double as_read = 0.0;   // m/s^2, rms of the residual by axis, for L a multiple of 1
+  double residual = 0.0;  // the same for multiples of `turn`
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // orthogonal
+  double clearly = 0.0;                                // sigmas by which `turn` is better than none
+};
+
+// `bends` in the earth axes of `attitude`. `hints`: turns to try beside the 48 permutations. No
+// value for fewer than 100 bends that both streams know.
+std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                                 const std::vector<Bend>& bends, double gravity,
+                                 const std::vector<Eigen::Matrix3d>& hints);
+
+// Truth = factor * reading + (x, y, 0), or reading + bias, in the body, by the same equations:
+// three unknowns each.
+struct ForceScale {
+  double factor, sigma;       // sigma by the jackknife
+  Eigen::Vector3d bias;       // m/s^2, of the second
+  double by_factor, by_bias;  // m/s^2, rms of the residual
+};
+std::optional<ForceScale> FitForceScale(const FlightLog& log,
+                                        const std::vector<AttitudeSample>& attitude,
+                                        const std::vector<Bend>& bends, double gravity);
+
+}  // namespace trueline

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/inspection/examination.h"
+#include "problems/log/imu_faults.h"
+
+namespace trueline {
+namespace {
+
+std::string SignedAxis(const Eigen::RowVector3d& row) {
+  Eigen::Index axis = 0;
+  row.cwiseAbs().maxCoeff(&axis);
+  return fmt::format("{}{}", row[axis] < 0.0 ? "-" : "", "xyz"[axis]);
+}
+
+bool IsSignedPermutation(const Eigen::Matrix3d& m) {
+  return (m.cwiseAbs() - m.cwiseAbs().array().round().matrix()).norm() < 1e-9;
+}
+
+// Rotations add up from the left; scales multiply; of orders and forms there is one.
+void Combine(const StreamRepair& change, StreamRepair* all) {
+  all->time_offset += change.time_offset;
+  if (change.quaternion != std::array<int, 4>{0, 1, 2, 3}) all->quaternion = change.quaternion;
+  all->inverse = all->inverse != change.inverse;
+  all->earth = change.earth * all->earth;
+  all->body = change.body * all->body;
+  all->accel = change.accel * all->accel;
+  all->gyro = change.gyro * all->gyro;
+  all->position = change.position * all->position;
+  all->accel_scale *= change.accel_scale;
+  all->gyro_scale *= change.gyro_scale;
+  all->position_scale *= change.position_scale;
+  if (!change.order.empty()) all->order = change.order;
+}
+
+}  // namespace
+
+const char* NameOf(Level level) {
+  constexpr std::array<const char*, 4> kNames = {"fatal", "biases", "widens", "note"};
+  return kNames[static_cast<std::size_t>(level)];
+}
+
+bool Examination::IsCopy(const std::string& stream) const {
+  return std::find(copies.begin(), copies.end(), stream) != copies.end();
+}
+
+void Examination::Repair(const std::string& stream, const StreamRepair& change) {
+  Combine(change, &result.repairs.streams[stream]);
+  Repairs alone;
+  alone.streams[stream] = change;
+  ApplyRepairs(alone, sources, &fixed);
+}
+
+std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream) {
+  if (stream == "mocap") return AttitudesOf(log.mocap);
+  if (stream == "pose") return AttitudesOf(log.pose);
+  return log.attitude;
+}
+
+std::string AxesText(const Eigen::Matrix3d& turn) {
+  if (IsSignedPermutation(turn)) {
+    return fmt::format("({}, {}, {})", SignedAxis(turn.row(0)), SignedAxis(turn.row(1)),
+                       SignedAxis(turn.row(2)));
+  }
+  const Eigen::Vector3d angle = TurnBetween(turn, Eigen::Matrix3d::Identity()) / kDegree;
+  return fmt::format("{}turned by ({:.1f}, {:.1f}, {:.1f}) deg",
+                     turn.determinant() < 0.0 ? "mirrored and " : "", angle.x(), angle.y(),
+                     angle.z());
+}
+
+std::string LateText(double seconds) {
+  return fmt::format("{:.3f} s {}", std::abs(seconds), seconds > 0.0 ? "later" : "earlier");
+}
+
+Inspection Inspect(const FlightLog& log, const AttitudeSources& sources) {
+  Examination e{log, sources, log, {}, {}, {}};
+  e.result.streams = CheckStreams(log, &e.result.findings);
+  CheckCover(&e);
+  const auto imu = std::find_if(e.result.streams.begin(), e.result.streams.end(),
+                                [](const StreamHealth& h) { return h.stream == "imu"; });
+  if (imu == e.result.streams.end() || imu->count < 100 || imu->rate < kLeastImuRate) {
+    e.result.notes.push_back(
+        fmt::format("the IMU has {} samples at {:.3g} Hz: too few to compare other streams with it",
+                    imu == e.result.streams.end() ? 0 : imu->count,
+                    imu == e.result.streams.end() ? 0.0 : imu->rate));
+  } else {
+    CheckRates(&e);
+    CheckBodies(&e);
+    CheckVertical(&e);
+    CheckAccelerometer(&e);
+    CheckPositions(&e);
+    CheckRotors(&e);
+    CheckRest(&e);
+  }
+  std::stable_sort(e.result.findings.begin(), e.result.findings.end(),
+                   [](const Finding& a, const Finding& b) {
+                     return a.level != b.level ? a.level < b.level : a.error > b.error;
+                   });
+  return e.result;
+}
+
+}  // namespace trueline

@@ -1,0 +1,37 @@
+// The log doctor: faults of single streams, and of streams against each other, before anything is
+// fitted.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/inspection/finding.h"
+#include "problems/inspection/repair.h"
+#include "problems/inspection/rotor_layout.h"
+#include "problems/inspection/stream_health.h"
+#include "problems/inspection/vector_match.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Two streams that were compared; `match` only where the flight shows enough.
+struct Comparison {
+  std::string what;    // "turn rates of mocap against the gyroscope"
+  std::string stream;  // the one in question
+  std::optional<VectorMatch> match;
+  std::string not_shown;  // why there is no match, or why it does not count
+};
+
+struct Inspection {
+  std::vector<Finding> findings;  // worst first
+  std::vector<StreamHealth> streams;
+  std::vector<Comparison> comparisons;
+  std::optional<RotorLayout> rotors;
+  Repairs repairs;
+  std::vector<std::string> notes;  // what could not be checked, and why
+};
+
+// `sources`: see repair.h. Nothing of `log` is changed.
+Inspection Inspect(const FlightLog& log, const AttitudeSources& sources);
+
+}  // namespace trueline

@@ -1,0 +1,196 @@
+#include "problems/inspection/motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/log/imu_health.h"
+#include "problems/vgd/attitude_cursor.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kGrid = 0.005;       // s
+constexpr double kMostGrid = 200000;  // steps of the grid
+constexpr double kLongestBaseline = 0.5;
+constexpr double kMostTurn = 0.8;     // rad, over which a mean rate stands for a rotation
+constexpr double kAttitudeGap = 0.3;  // s, over which an attitude is not interpolated
+
+double GridStep(const FlightLog& log) {
+  return std::max(kGrid, SecondsBetween(log.imu.front().t, log.imu.back().t) / kMostGrid);
+}
+
+double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
+
+Eigen::Vector3d RateOf(Eigen::Quaterniond turn, double dt) {
+  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
+  const Eigen::AngleAxisd angle(turn);
+  return angle.angle() / dt * angle.axis();
+}
+
+// Calls visit(i, q) for the IMU samples at which the attitude is known.
+template <class Visit>
+void AtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude, const Visit& visit) {
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < log.imu.size(); ++i) {
+    const TimeNs t = log.imu[i].t;
+    while (k + 1 < attitude.size() && attitude[k + 1].t < t) ++k;
+    if (k + 1 >= attitude.size()) return;
+    const double span = SecondsBetween(attitude[k].t, attitude[k + 1].t);
+    if (attitude[k].t > t || span > kAttitudeGap) continue;
+    const double share = SecondsBetween(attitude[k].t, t) / span;
+    visit(i, attitude[k].q_Ep_I.slerp(share, attitude[k + 1].q_Ep_I));
+  }
+}
+
+template <int N, class Value>
+RunningIntegral<N> IntegralAtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                                 const Value& value) {
+  const LogClock clock(log);
+  std::vector<double> times;
+  std::vector<Eigen::Matrix<double, N, 1>> values;
+  AtImu(log, attitude, [&](std::size_t i, const Eigen::Quaterniond& q) {
+    times.push_back(clock(log.imu[i].t));
+    values.push_back(value(q, log.imu[i].accel));
+  });
+  if (times.size() < 2) return {};
+  return RunningIntegral<N>(times, values, GridStep(log), ImuGap(log)).Again();
+}
+
+}  // namespace
+
+std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
+  std::vector<AttitudeSample> attitudes;
+  attitudes.reserve(poses.size());
+  for (const PoseSample& pose : poses) attitudes.push_back({pose.t, pose.q_E});
+  return attitudes;
+}
+
+std::vector<PositionSample> PositionsOf(const std::vector<PoseSample>& poses) {
+  std::vector<PositionSample> positions;
+  positions.reserve(poses.size());
+  for (const PoseSample& pose : poses) positions.push_back({pose.t, pose.p_E});
+  return positions;
+}
+
+std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes) {
+  std::vector<PositionSample> positions;
+  positions.reserve(fixes.size());
+  for (const Fix& fix : fixes) positions.push_back({fix.t, fix.p_E});
+  return positions;
+}
+
+bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
+  constexpr double kCopy = 5e-4;  // rad
+  if (log.attitude.size() < 2 || other.size() < 2) return false;
+  AttitudeCursor cursor(log.attitude);
+  int same = 0, all = 0;
+  for (std::size_t i = 0, k = 0; i < other.size(); ++i) {
+    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= other[i].t) ++k;
+    double nearest = log.attitude[k].q_Ep_I.angularDistance(other[i].q_Ep_I);
+    Eigen::Quaterniond between;
+    if (cursor.At(other[i].t, 1.0, &between)) {
+      nearest = std::min({nearest, between.angularDistance(other[i].q_Ep_I),
+                          log.attitude[k + 1].q_Ep_I.angularDistance(other[i].q_Ep_I)});
+    }
+    same += nearest < kCopy;
+    ++all;
+  }
+  return same > 0.9 * all;
+}
+
+RunningIntegral<3> GyroIntegral(const FlightLog& log) {
+  if (log.imu.size() < 2) return {};
+  const LogClock clock(log);
+  std::vector<double> times;
+  std::vector<Eigen::Vector3d> rates;
+  for (const ImuSample& sample : log.imu) {
+    times.push_back(clock(sample.t));
+    rates.push_back(sample.gyro);
+  }
+  return {times, rates, GridStep(log), ImuGap(log)};
+}
+
+std::vector<AttitudeTurn> TurnsOf(const std::vector<AttitudeSample>& attitude,
+                                  const LogClock& clock, std::size_t most, double baseline) {
+  std::vector<AttitudeTurn> turns;
+  const std::size_t every = std::max<std::size_t>(1, attitude.size() / most);
+  for (std::size_t i = 0, k = 0; i < attitude.size(); ++i) {
+    while (k < i && SecondsBetween(attitude[k + 1].t, attitude[i].t) >= baseline) ++k;
+    const double dt = SecondsBetween(attitude[k].t, attitude[i].t);
+    if (i % every != 0 || dt < baseline || dt > kLongestBaseline) continue;
+    const Eigen::Quaterniond &first = attitude[k].q_Ep_I, &last = attitude[i].q_Ep_I;
+    if (first.angularDistance(last) > kMostTurn) continue;
+    turns.push_back({clock(attitude[k].t), clock(attitude[i].t),
+                     RateOf(first.conjugate() * last, dt), RateOf(last * first.conjugate(), dt),
+                     first, last});
+  }
+  return turns;
+}
+
+PairsAt RatePairs(const RunningIntegral<3>& gyro, const std::vector<AttitudeTurn>& turns,
+                  bool of_earth) {
+  return [&gyro, &turns, of_earth](double lag) {
+    std::vector<VectorPair> pairs;
+    pairs.reserve(turns.size());
+    for (const AttitudeTurn& turn : turns) {
+      if (!gyro.Knows(turn.from - lag, turn.to - lag)) continue;
+      pairs.push_back({0.5 * (turn.from + turn.to), of_earth ? turn.of_earth : turn.of_body,
+                       gyro.Mean(turn.from - lag, turn.to - lag)});
+    }
+    return pairs;
+  };
+}
+
+std::vector<Bend> BendsOf(const std::vector<PositionSample>& positions, const LogClock& clock,
+                          double half, std::size_t most) {
+  std::vector<Bend> bends;
+  const std::size_t every = std::max<std::size_t>(1, positions.size() / most);
+  std::vector<double> t;
+  for (const PositionSample& p : positions) t.push_back(clock(p.t));
+  for (std::size_t i = 0, low = 0, high = 0; i < t.size(); ++i) {
+    while (low + 1 < i && t[low + 1] <= t[i] - half) ++low;
+    while (high + 1 < t.size() && t[high] < t[i] + half) ++high;
+    if (i % every != 0 || low >= i || high <= i) continue;
+    const double before = t[i] - t[low], after = t[high] - t[i];
+    if (before < half || after < half || std::max(before, after) > 3.0 * half) continue;
+    // The second divided difference weights acceleration by a triangle; one that is nearly equal.
+    const Eigen::Vector3d up = (positions[high].p_E - positions[i].p_E) / after;
+    const Eigen::Vector3d down = (positions[i].p_E - positions[low].p_E) / before;
+    if (std::abs(after - before) > 0.2 * (after + before)) continue;
+    bends.push_back({(t[low] + t[i] + t[high]) / 3.0, 0.5 * (before + after),
+                     2.0 * (up - down) / (before + after)});
+  }
+  return bends;
+}
+
+RunningIntegral<3> ForceIntegral(const FlightLog& log,
+                                 const std::vector<AttitudeSample>& attitude) {
+  return IntegralAtImu<3>(log, attitude, [](const Eigen::Quaterniond& q, const Eigen::Vector3d& f) {
+    return Eigen::Vector3d(q * f);
+  });
+}
+
+RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
+                                     const std::vector<AttitudeSample>& attitude, int earth_axis) {
+  return IntegralAtImu<9>(
+      log, attitude, [earth_axis](const Eigen::Quaterniond& q, const Eigen::Vector3d& f) {
+        const Eigen::Vector3d row = q.toRotationMatrix().row(earth_axis).transpose();
+        Eigen::Matrix<double, 9, 1> terms;
+        for (int k = 0; k < 3; ++k) terms.segment<3>(3 * k) = row[k] * f;
+        return terms;
+      });
+}
+
+PairsAt AccelerationPairs(const RunningIntegral<3>& force, const std::vector<Bend>& bends) {
+  return [&force, &bends](double lag) {
+    std::vector<VectorPair> pairs;
+    pairs.reserve(bends.size());
+    for (const Bend& bend : bends) {
+      if (!force.Knows(bend.t - lag - bend.half, bend.t - lag + bend.half)) continue;
+      pairs.push_back({bend.t, bend.acceleration, UnderTriangle(force, bend, lag)});
+    }
+    return pairs;
+  };
+}
+
+}  // namespace trueline

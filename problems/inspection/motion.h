@@ -1,0 +1,85 @@
+// The motion that the streams of a log show, in a form that two streams can be compared in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/inspection/running_integral.h"
+#include "problems/inspection/vector_match.h"
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+// Seconds since the first IMU sample.
+class LogClock {
+ public:
+  explicit LogClock(const FlightLog& log) : begin_(log.imu.front().t) {}
+  double operator()(TimeNs t) const { return SecondsBetween(begin_, t); }
+
+ private:
+  TimeNs begin_;
+};
+
+std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses);
+
+// Whether `other` is the log's attitude over again, at its stamps or between them.
+bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
+
+// Position over time, of fixes or poses.
+struct PositionSample {
+  TimeNs t;
+  Eigen::Vector3d p_E;  // m
+};
+std::vector<PositionSample> PositionsOf(const std::vector<PoseSample>& poses);
+std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes);
+
+RunningIntegral<3> GyroIntegral(const FlightLog& log);
+
+// Turn of an attitude between two samples over the time between.
+struct AttitudeTurn {
+  double from, to;          // s
+  Eigen::Vector3d of_body;  // rad/s, in axes of the body
+  Eigen::Vector3d of_earth;
+  Eigen::Quaterniond first, last;
+};
+
+inline constexpr double kTurnBaseline = 0.1;  // s
+
+// Turns over `baseline` (s), or over the stream's steps where these are longer (up to 0.5 s), at
+// most `most` of them.
+std::vector<AttitudeTurn> TurnsOf(const std::vector<AttitudeSample>& attitude,
+                                  const LogClock& clock, std::size_t most,
+                                  double baseline = kTurnBaseline);
+
+// Rates of the attitude against those of the gyroscope. `of_earth`: the attitude's rates in earth
+// axes, as they come out where its quaternions are inverted.
+PairsAt RatePairs(const RunningIntegral<3>& gyro, const std::vector<AttitudeTurn>& turns,
+                  bool of_earth);
+
+// Second differences of position: acceleration weighted by a triangle of half width `half`.
+struct Bend {
+  double t;                      // s, of the middle
+  double half;                   // s
+  Eigen::Vector3d acceleration;  // m/s^2
+};
+// `half` (s) at least; wider where the steps of the stream ask for that, up to three times.
+std::vector<Bend> BendsOf(const std::vector<PositionSample>& positions, const LogClock& clock,
+                          double half, std::size_t most);
+
+// Specific force turned to the earth of the attitude, twice integrated.
+RunningIntegral<3> ForceIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude);
+// The same for each axis of the body: element 3 k + l is column k of the rotation times force l.
+RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
+                                     const std::vector<AttitudeSample>& attitude, int earth_axis);
+
+// What ForceIntegral() states as weighted by a bend's triangle, `lag` earlier.
+template <int N>
+Eigen::Matrix<double, N, 1> UnderTriangle(const RunningIntegral<N>& twice, const Bend& bend,
+                                          double lag) {
+  const double t = bend.t - lag, h = bend.half;
+  return (twice.At(t + h) - 2.0 * twice.At(t) + twice.At(t - h)) / (h * h);
+}
+
+PairsAt AccelerationPairs(const RunningIntegral<3>& force, const std::vector<Bend>& bends);
+
+}  // namespace trueline

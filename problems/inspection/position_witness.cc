@@ -1,0 +1,52 @@
+#include "problems/inspection/position_witness.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/result/statistics.h"
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kMostBends = 1500;
+constexpr std::size_t kLeastBends = 100;
+constexpr double kPoseNoise = 0.002;               // m
+constexpr double kBendNoise = 0.5;                 // m/s^2, wanted of a bend at most
+constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
+
+std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
+  if (stream == "mocap") return PositionsOf(log.mocap);
+  if (stream == "pose") return PositionsOf(log.pose);
+  return PositionsOf(log.fixes);
+}
+
+double NoiseOf(const FlightLog& log, const std::string& stream) {
+  if (stream != "fixes") return kPoseNoise;
+  std::vector<double> sigmas;
+  for (const Fix& fix : log.fixes) sigmas.push_back(fix.sigma);
+  return sigmas.empty() ? kPoseNoise : LowerMedian(sigmas);
+}
+
+// Of three equal errors of position; a bend is (1, -2, 1) over the half width's square.
+double HalfWidth(double noise) {
+  return std::clamp(std::sqrt(std::sqrt(6.0) * noise / kBendNoise), kShortest, kLongest);
+}
+
+}  // namespace
+
+std::optional<PositionWitness> WitnessOf(const Examination& e, const std::string& stream,
+                                         double wider) {
+  PositionWitness witness{stream, stream == "fixes" ? "attitude" : stream, {}, {}, 0.0};
+  if (stream == "fixes" && e.fixed.attitude.size() < 30 && e.fixed.mocap.size() > 30) {
+    witness.of_attitude = "mocap";
+  }
+  witness.attitude = AttitudesOf(e.fixed, witness.of_attitude);
+  if (witness.attitude.size() < 30) return std::nullopt;
+  witness.noise = NoiseOf(e.fixed, stream);
+  witness.bends = BendsOf(PositionsOf(e.fixed, stream), LogClock(e.fixed),
+                          wider * HalfWidth(witness.noise), kMostBends);
+  if (witness.bends.size() < kLeastBends) return std::nullopt;
+  return witness;
+}
+
+}  // namespace trueline

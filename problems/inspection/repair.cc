@@ -1,0 +1,88 @@
+#include "problems/inspection/repair.h"
+
+#include <algorithm>
+
+namespace trueline {
+namespace {
+
+bool IsOne(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
+
+template <class Samples>
+void Shift(double seconds, Samples* samples) {
+  if (seconds == 0.0) return;
+  for (auto& sample : *samples) sample.t += FromSeconds(seconds);
+}
+
+template <class Sample>
+void Repair(const StreamRepair&, const SourceAxes&, std::vector<Sample>*) {}
+
+void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ImuSample>* imu) {
+  for (ImuSample& sample : *imu) {
+    sample.accel = repair.accel_scale * (repair.accel * sample.accel);
+    sample.gyro = repair.gyro_scale * (repair.gyro * sample.gyro);
+  }
+}
+
+void Repair(const StreamRepair& repair, const SourceAxes& axes, std::vector<AttitudeSample>* all) {
+  for (AttitudeSample& sample : *all) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, axes);
+}
+
+void Repair(const StreamRepair& repair, const SourceAxes& axes, std::vector<PoseSample>* poses) {
+  for (PoseSample& pose : *poses) {
+    pose.q_E = Reread(pose.q_E, repair, axes);
+    pose.p_E = repair.position_scale * (repair.position * pose.p_E);
+  }
+}
+
+void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<Fix>* fixes) {
+  for (Fix& fix : *fixes) fix.p_E = repair.position_scale * (repair.position * fix.p_E);
+}
+
+void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ChannelsSample>* channels) {
+  if (repair.order.empty()) return;
+  for (ChannelsSample& sample : *channels) {
+    const std::vector<double> old = sample.values;
+    for (std::size_t i = 0; i < old.size(); ++i) sample.values[i] = old[repair.order[i]];
+  }
+}
+
+}  // namespace
+
+bool StreamRepair::IsNone() const {
+  const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
+  return same_order && time_offset == 0.0 && IsOne(earth) && IsOne(body) && IsOne(accel) &&
+         IsOne(gyro) && IsOne(position) && accel_scale == 1.0 && gyro_scale == 1.0 &&
+         position_scale == 1.0;
+}
+
+bool Repairs::IsNone() const {
+  return !reverse_spins && std::all_of(streams.begin(), streams.end(),
+                                       [](const auto& entry) { return entry.second.IsNone(); });
+}
+
+Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repair,
+                          const SourceAxes& axes) {
+  const Eigen::Quaterniond to_earth(axes.earth), to_body(axes.body);
+  const Eigen::Quaterniond file = to_earth.conjugate() * q * to_body;
+  const std::array<double, 4> c = {file.w(), file.x(), file.y(), file.z()};
+  const auto at = [&](std::size_t i) { return c[static_cast<std::size_t>(repair.quaternion[i])]; };
+  Eigen::Quaterniond right(at(0), at(1), at(2), at(3));
+  if (repair.inverse) right = right.conjugate();
+  return (Eigen::Quaterniond(repair.earth) * to_earth * right * to_body.conjugate() *
+          Eigen::Quaterniond(repair.body).conjugate())
+      .normalized();
+}
+
+void ApplyRepairs(const Repairs& repairs, const AttitudeSources& sources, FlightLog* log) {
+  ForEachStream(*log, [&](const Stream& stream, auto& samples) {
+    const auto found = repairs.streams.find(stream.name);
+    if (found == repairs.streams.end()) return;
+    const auto own = sources.find(stream.name);
+    Shift(found->second.time_offset, &samples);
+    Repair(found->second, own == sources.end() ? SourceAxes{} : own->second.axes, &samples);
+  });
+  if (!repairs.reverse_spins || !log->vehicle) return;
+  for (Rotor& rotor : log->vehicle->rotors) rotor.spin = -rotor.spin;
+}
+
+}  // namespace trueline

@@ -1,0 +1,175 @@
+#include "problems/inspection/rotor_layout.h"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+
+namespace trueline {
+namespace {
+
+constexpr int kMostRotors = 8;
+constexpr int kOthers = 7;  // a constant, three rates, three products of rates
+constexpr int kTerms = kMostRotors + kOthers;
+constexpr int kLayoutBlocks = 10;
+constexpr double kHalf = 0.05;        // s, half width of the triangle over which all is averaged
+constexpr double kLayoutStep = 0.01;  // s, of lags
+constexpr std::size_t kMostTimes = 2000;
+
+using Terms = Eigen::Matrix<double, kTerms, 1>;
+using Squares = Eigen::Matrix<double, kMostRotors, 1>;
+
+struct LayoutNormal {
+  Eigen::Matrix<double, kTerms, kTerms> a = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Eigen::Matrix<double, kTerms, 3> b = Eigen::Matrix<double, kTerms, 3>::Zero();
+  Eigen::Vector3d y = Eigen::Vector3d::Zero(), yy = Eigen::Vector3d::Zero();
+  double n = 0.0;
+
+  void Add(const Terms& x, const Eigen::Vector3d& angular) {
+    a += x * x.transpose();
+    b += x * angular.transpose();
+    y += angular;
+    yy += angular.cwiseAbs2();
+    n += 1.0;
+  }
+  void Subtract(const LayoutNormal& o) {
+    a -= o.a;
+    b -= o.b;
+    y -= o.y;
+    yy -= o.yy;
+    n -= o.n;
+  }
+  // Unused terms have no data; a small ridge keeps them at zero.
+  Eigen::Matrix<double, kTerms, 3> Solve() const {
+    const Eigen::VectorXd ridge = 1e-9 * a.diagonal().array() + 1e-12;
+    return (a + Eigen::MatrixXd(ridge.asDiagonal())).ldlt().solve(b);
+  }
+  Eigen::Vector3d Explained() const {
+    const Eigen::Matrix<double, kTerms, 3> s = Solve();
+    Eigen::Vector3d share;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double total = yy[axis] - y[axis] * y[axis] / n;
+      const double rest = yy[axis] - s.col(axis).dot(b.col(axis));
+      share[axis] = total > 0.0 ? 1.0 - std::max(0.0, rest) / total : 0.0;
+    }
+    return share;
+  }
+};
+
+// Channels scaled to squares of about 1, with the scale.
+RunningIntegral<kMostRotors> SquaresOf(const std::vector<ChannelsSample>& channels,
+                                       const LogClock& clock, double* scale) {
+  std::vector<double> times;
+  std::vector<Squares> squares;
+  double sum = 0.0;
+  const std::size_t n = channels.front().values.size();
+  for (const ChannelsSample& sample : channels) {
+    Squares s = Squares::Zero();
+    for (std::size_t i = 0; i < n; ++i) {
+      s[static_cast<Eigen::Index>(i)] = sample.values[i] * sample.values[i];
+    }
+    sum += s.sum() / static_cast<double>(n);
+    times.push_back(clock(sample.t));
+    squares.push_back(s);
+  }
+  *scale = std::max(1e-12, sum / static_cast<double>(channels.size()));
+  for (Squares& s : squares) s /= *scale;
+  return RunningIntegral<kMostRotors>(times, squares, 0.005, 0.15).Again();
+}
+
+class LayoutFit {
+ public:
+  LayoutFit(const FlightLog& log, const std::vector<ChannelsSample>& channels)
+      : gyro_(GyroIntegral(log)) {
+    const LogClock clock(log);
+    squares_ = SquaresOf(channels, clock, &scale_);
+    const double end = clock(log.imu.back().t);
+    const double step = std::max(0.01, end / kMostTimes);
+    for (double t = 0.5; t < end - 0.5; t += step) times_.push_back(t);
+  }
+
+  std::array<LayoutNormal, kLayoutBlocks> Blocks(double lag) const {
+    std::array<LayoutNormal, kLayoutBlocks> blocks;
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      const double t = times_[i], at = t - lag;
+      if (!gyro_.Knows(t - kHalf, t + kHalf) || !squares_.Knows(at - kHalf, at + kHalf)) continue;
+      const Eigen::Vector3d after = gyro_.Mean(t, t + kHalf), before = gyro_.Mean(t - kHalf, t);
+      const Eigen::Vector3d w = 0.5 * (after + before);
+      Terms x;
+      x << (squares_.At(at + kHalf) - 2.0 * squares_.At(at) + squares_.At(at - kHalf)) /
+               (kHalf * kHalf),
+          1.0, w, w.y() * w.z(), w.z() * w.x(), w.x() * w.y();
+      blocks[i * kLayoutBlocks / times_.size()].Add(x, (after - before) / kHalf);
+    }
+    return blocks;
+  }
+  static LayoutNormal Total(const std::array<LayoutNormal, kLayoutBlocks>& blocks) {
+    LayoutNormal total;
+    for (const LayoutNormal& block : blocks) {
+      total.a += block.a;
+      total.b += block.b;
+      total.y += block.y;
+      total.yy += block.yy;
+      total.n += block.n;
+    }
+    return total;
+  }
+  double scale() const { return scale_; }
+
+ private:
+  RunningIntegral<3> gyro_;
+  RunningIntegral<kMostRotors> squares_;
+  double scale_ = 1.0;
+  std::vector<double> times_;
+};
+
+}  // namespace
+
+int RotorLayout::Sign(std::size_t i, int axis, double sign) const {
+  const double value = rotors[i].value[axis];
+  if (!(std::abs(value) > 3.0 * rotors[i].sigma[axis])) return 0;
+  return sign * value > 0.0 ? 1 : -1;
+}
+
+std::optional<RotorLayout> FindLayout(const FlightLog& log,
+                                      const std::vector<ChannelsSample>& channels, double reach) {
+  if (channels.size() < 100 || log.imu.size() < 200) return std::nullopt;
+  const std::size_t count = channels.front().values.size();
+  if (count == 0 || count > kMostRotors) return std::nullopt;
+  const LayoutFit fit(log, channels);
+  RotorLayout layout;
+  double best = -1.0;
+  const int steps = static_cast<int>(reach / kLayoutStep);
+  for (int k = -steps; k <= steps; ++k) {
+    const LayoutNormal total = LayoutFit::Total(fit.Blocks(k * kLayoutStep));
+    if (total.n < 100.0) continue;
+    const Eigen::Vector3d explained = total.Explained();
+    if (explained.sum() <= best) continue;
+    best = explained.sum();
+    layout.lag = k * kLayoutStep;
+    layout.explained = explained;
+  }
+  if (best < 0.0) return std::nullopt;
+  const auto blocks = fit.Blocks(layout.lag);
+  const LayoutNormal total = LayoutFit::Total(blocks);
+  const Eigen::Matrix<double, kTerms, 3> all = total.Solve();
+  layout.rotors.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    layout.rotors[i].value = all.row(static_cast<Eigen::Index>(i)).transpose() / fit.scale();
+    layout.rotors[i].sigma.setZero();
+  }
+  for (const LayoutNormal& block : blocks) {
+    LayoutNormal rest = total;
+    rest.Subtract(block);
+    if (rest.n < 50.0) continue;
+    const Eigen::Matrix<double, kTerms, 3> without = rest.Solve();
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const Eigen::Vector3d d = (without.row(row) - all.row(row)).transpose() / fit.scale();
+      layout.rotors[i].sigma += 0.9 * d.cwiseAbs2();
+    }
+  }
+  for (RotorEffect& rotor : layout.rotors) rotor.sigma = rotor.sigma.cwiseSqrt();
+  return layout;
+}
+
+}  // namespace trueline

@@ -1,0 +1,258 @@
+#include "problems/inspection/stream_health.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "problems/log/imu_faults.h"
+#include "problems/result/statistics.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kRobust = 1.4826;     // of a normal distribution's median absolute deviation
+constexpr double kLongStep = 5.0;      // median steps that make a gap
+constexpr double kJitterShare = 0.25;  // of the step
+constexpr double kRepeatShare = 0.3;   // of samples that count as held
+constexpr double kSpikeSigmas = 15.0;
+constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
+constexpr double kUsualVibration = 5.0;  // m/s^2
+constexpr double kQuietForce = 3e-4;     // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
+constexpr double kQuietRate = 2e-5;      // rad/s/sqrt(Hz)
+
+// Archive that collects a sample's numbers.
+struct Numbers {
+  std::vector<double> values;
+  void operator()(const Field&, const Eigen::Vector3d& v) {
+    values.insert(values.end(), v.begin(), v.end());
+  }
+  void operator()(const Field&, const Eigen::Quaterniond& q) {
+    values.insert(values.end(), {q.w(), q.x(), q.y(), q.z()});
+  }
+  void operator()(const Field&, double value) { values.push_back(value); }
+  void operator()(const Field&, int value) { values.push_back(value); }
+  void operator()(const Field&, const std::vector<double>& v) {
+    values.insert(values.end(), v.begin(), v.end());
+  }
+};
+
+template <class Sample>
+std::vector<double> NumbersOf(const Sample& sample, const Stream& stream) {
+  Numbers numbers;
+  Sample::Describe(numbers, sample, stream);
+  return numbers.values;
+}
+
+double RobustSigma(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const double median = LowerMedian(values);
+  for (double& v : values) v = std::abs(v - median);
+  return kRobust * LowerMedian(values);
+}
+
+// Samples that stand apart from the two on either side by many sigmas and by `least`.
+int CountSpikes(const std::vector<double>& values, double least) {
+  if (values.size() < 50) return 0;
+  std::vector<double> off(values.size(), 0.0);
+  for (std::size_t i = 2; i + 2 < values.size(); ++i) {
+    std::array<double, 4> around = {values[i - 2], values[i - 1], values[i + 1], values[i + 2]};
+    std::sort(around.begin(), around.end());
+    off[i] = values[i] - 0.5 * (around[1] + around[2]);
+    // Beyond all of its neighbours, and these near each other.
+    if (std::abs(off[i]) < 3.0 * (around[3] - around[0])) off[i] = 0.0;
+  }
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
+  const double limit = std::max(least, kSpikeSigmas * RobustSigma(steps));
+  const auto spikes =
+      std::count_if(off.begin(), off.end(), [limit](double o) { return std::abs(o) > limit; });
+  return static_cast<double>(spikes) < kRareSpikes * static_cast<double>(values.size())
+             ? static_cast<int>(spikes)
+             : 0;
+}
+
+// The least step between different values, if the others are its multiples.
+double QuantumOf(const std::vector<double>& values) {
+  const std::set<double> distinct(values.begin(), values.end());
+  if (distinct.size() < 4 || distinct.size() > values.size() / 3) return 0.0;
+  std::vector<double> steps;
+  for (auto it = std::next(distinct.begin()); it != distinct.end(); ++it) {
+    steps.push_back(*it - *std::prev(it));
+  }
+  const double least = *std::min_element(steps.begin(), steps.end());
+  const double range = *distinct.rbegin() - *distinct.begin();
+  if (!(least > 1e-9 * range)) return 0.0;
+  const auto multiples = std::count_if(steps.begin(), steps.end(), [least](double s) {
+    return std::abs(s / least - std::round(s / least)) < 0.1;
+  });
+  return static_cast<double>(multiples) > 0.9 * static_cast<double>(steps.size()) ? least : 0.0;
+}
+
+template <class Sample>
+StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples) {
+  StreamHealth health;
+  health.stream = stream.name;
+  health.count = samples.size();
+  std::vector<double> steps;
+  std::size_t repeats = 0;
+  std::vector<double> before;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    std::vector<double> now = NumbersOf(samples[i], stream);
+    if (i > 0) steps.push_back(SecondsBetween(samples[i - 1].t, samples[i].t));
+    repeats += i > 0 && now == before;
+    before = std::move(now);
+  }
+  if (steps.empty()) return health;
+  const double step = LowerMedian(steps);
+  health.rate = step > 0.0 ? 1.0 / step : 0.0;
+  health.jitter = RobustSigma(steps);
+  health.repeats = static_cast<double>(repeats) / static_cast<double>(steps.size());
+  for (const double s : steps) {
+    if (s <= kLongStep * step) continue;
+    ++health.gaps;
+    health.lost += s;
+    health.longest = std::max(health.longest, s);
+  }
+  return health;
+}
+
+template <class Sample>
+int PositionSpikes(const std::vector<Sample>& samples) {
+  int most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Sample& sample : samples) values.push_back(sample.p_E[axis]);
+    most = std::max(most, CountSpikes(values, 0.1));
+  }
+  return most;
+}
+
+void AddAxes(const std::vector<ImuSample>& imu, StreamHealth* health) {
+  for (std::size_t axis = 0; axis < kImuAxes.size(); ++axis) {
+    std::vector<double> values;
+    for (const ImuSample& sample : imu) values.push_back(AxisValue(sample, axis));
+    AxisHealth one;
+    one.axis = kImuAxes[axis];
+    one.quantum = QuantumOf(values);
+    one.spikes = CountSpikes(values, axis < 3 ? 5.0 : 1.0);
+    one.noise = NoiseOf(WelchSpectrum(values, health->rate), axis < 3 ? kQuietForce : kQuietRate);
+    health->axes.push_back(one);
+  }
+}
+
+class HealthFindings {
+ public:
+  HealthFindings(const FlightLog& log, std::vector<Finding>* findings)
+      : log_(log), findings_(findings) {}
+
+  void Timing(const StreamHealth& h) {
+    const bool imu = h.stream == "imu";
+    if (imu && h.rate < kUsualImuRate) {
+      Add("imu_slow", h, h.rate < kLeastImuRate ? Level::kFatal : Level::kWidens, h.rate, "Hz",
+          fmt::format("the IMU is logged at {:.3g} Hz; {}", h.rate,
+                      h.rate < kLeastImuRate ? "no manoeuvre can be integrated"
+                                             : "fast manoeuvres are integrated poorly"),
+          "log it at 100 Hz or more");
+    }
+    if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kJitterShare / h.rate) {
+      Add("jitter", h, imu || h.stream == "attitude" ? Level::kWidens : Level::kNote, h.jitter, "s",
+          fmt::format("the steps between stamps scatter by {:.1f} ms about {:.1f} ms",
+                      1e3 * h.jitter, 1e3 / h.rate),
+          "log the time of measurement, not that of arrival");
+    }
+    const double span =
+        log_.imu.empty() ? 0.0 : SecondsBetween(log_.imu.front().t, log_.imu.back().t);
+    if (h.gaps > 0 && (imu || h.stream == "attitude")) {
+      Add("gaps", h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost, "s",
+          fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),
+          "log on a faster card or at a lower rate");
+    }
+    const bool measured =
+        imu || h.stream == "attitude" || h.stream == "mocap" || h.stream == "pose";
+    if (measured && h.repeats > kRepeatShare) {
+      Add("repeats", h, imu ? Level::kBiases : Level::kWidens, h.repeats, "1",
+          fmt::format(
+              "{:.0f} % of the samples repeat the one before: the sensor is slower than the "
+              "{:.0f} Hz of its stamps, which are late by up to a held sample",
+              100.0 * h.repeats, h.rate),
+          "keep the rows where a value changes (`new_where` in the map)");
+    }
+    if (h.spikes > 0) {
+      Add("spikes", h, Level::kBiases, h.spikes, "samples",
+          fmt::format("{} positions stand apart from those before and after", h.spikes),
+          "leave them out (`accept: [{columns: [...], median: {window: 7, within: 0.1}}]`)");
+    }
+  }
+  void Imu(const StreamHealth& h) {
+    for (const Saturation& at : ImuSaturations(log_.imu)) {
+      Add("saturation", h, Level::kBiases, at.episodes.duration, "s",
+          fmt::format("{} stays at its extreme value {:.4g} {} times, {:.3f} s in all, first at "
+                      "{:.3f} s",
+                      at.axis, at.at, at.episodes.count, at.episodes.duration, at.episodes.first),
+          "set a larger range of the sensor, or cut that part");
+    }
+    for (const AxisHealth& axis : h.axes) Axis(h, axis);
+  }
+
+ private:
+  void Axis(const StreamHealth& h, const AxisHealth& axis) {
+    const bool accel = axis.axis[0] == 'a';
+    if (axis.spikes > 0) {
+      Add("spikes", h, Level::kWidens, axis.spikes, "samples",
+          fmt::format("{} samples of {} stand apart from those before and after", axis.spikes,
+                      axis.axis),
+          "look whether these are knocks of the vehicle or faults of the logger");
+    }
+    if (accel && axis.noise.vibration > kUsualVibration) {
+      Add("vibration", h, Level::kWidens, axis.noise.vibration, "m/s^2",
+          fmt::format(
+              "{} vibrates by {:.1f} m/s^2 (rms above 20 Hz){}", axis.axis, axis.noise.vibration,
+              axis.noise.peak > 0.0 ? fmt::format(", most at {:.0f} Hz", axis.noise.peak) : ""),
+          "mount the board more softly; balance the propellers");
+    }
+    if (axis.noise.cutoff > 0.0) {
+      Add("filtered", h, Level::kNote, axis.noise.cutoff, "Hz",
+          fmt::format("{} is filtered: above {:.0f} Hz less noise is left than any MEMS sensor "
+                      "has ({:.1e} {}/sqrt(Hz))",
+                      axis.axis, axis.noise.cutoff, axis.noise.density, accel ? "m/s^2" : "rad/s"),
+          "log the samples before the filter; it delays them and hides vibration");
+    }
+  }
+  void Add(const char* id, const StreamHealth& h, Level level, double size, const char* unit,
+           const std::string& text, const char* remedy) {
+    Finding finding;
+    finding.id = id;
+    finding.stream = h.stream;
+    finding.level = level;
+    finding.size = size;
+    finding.unit = unit;
+    finding.text = h.stream + ".csv: " + text;
+    finding.remedy = remedy;
+    findings_->push_back(finding);
+  }
+
+  const FlightLog& log_;
+  std::vector<Finding>* findings_;
+};
+
+}  // namespace
+
+std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding>* findings) {
+  std::vector<StreamHealth> all;
+  HealthFindings add(log, findings);
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    if (samples.empty()) return;
+    StreamHealth health = TimingOf(stream, samples);
+    using Sample = SampleOf<decltype(samples)>;
+    if constexpr (requires(Sample s) { s.p_E; }) health.spikes = PositionSpikes(samples);
+    if constexpr (std::is_same_v<Sample, ImuSample>) AddAxes(samples, &health);
+    add.Timing(health);
+    if constexpr (std::is_same_v<Sample, ImuSample>) add.Imu(health);
+    all.push_back(std::move(health));
+  });
+  return all;
+}
+
+}  // namespace trueline

@@ -1,0 +1,352 @@
+#include "problems/inspection/vector_match.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "problems/result/statistics.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kBlocks = 10;
+constexpr int kLeastPairs = 30;
+constexpr double kShown = 5.0;      // sigmas
+constexpr double kRepeats = 0.5;    // s, farther apart two lags are two peaks
+constexpr double kClearly = 0.02;   // correlation by which a farther peak must be better
+constexpr double kOutlier = 6.0;    // median residuals
+constexpr double kFineStep = 0.01;  // s, of the parabola about the peak
+
+// Sums from which all else follows; those of blocks add up.
+struct Sums {
+  double n = 0.0, seen2 = 0.0, sure2 = 0.0;
+  Eigen::Vector3d seen = Eigen::Vector3d::Zero(), sure = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
+
+  void Add(const VectorPair& pair) {
+    n += 1.0;
+    seen += pair.seen;
+    sure += pair.sure;
+    seen2 += pair.seen.squaredNorm();
+    sure2 += pair.sure.squaredNorm();
+    cross += pair.seen * pair.sure.transpose();
+  }
+  Sums& operator+=(const Sums& o) { return Combine(o, 1.0); }
+  Sums& operator-=(const Sums& o) { return Combine(o, -1.0); }
+  Sums& Combine(const Sums& o, double sign) {
+    n += sign * o.n;
+    seen += sign * o.seen;
+    sure += sign * o.sure;
+    seen2 += sign * o.seen2;
+    sure2 += sign * o.sure2;
+    cross += sign * o.cross;
+    return *this;
+  }
+  Eigen::Matrix3d Cov() const { return cross / n - seen / n * (sure / n).transpose(); }
+  double SeenVar() const { return std::max(0.0, seen2 / n - (seen / n).squaredNorm()); }
+  double SureVar() const { return std::max(0.0, sure2 / n - (sure / n).squaredNorm()); }
+  double Scale() const { return std::sqrt(SeenVar() * SureVar()); }
+};
+
+double Correlation(const Sums& sums, bool any_turn = true) {
+  if (!(sums.n >= kLeastPairs) || !(sums.Scale() > 0.0)) return 0.0;
+  const Eigen::Matrix3d h = sums.Cov();
+  const double shared =
+      any_turn ? Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() : h.trace();
+  return shared / sums.Scale();
+}
+
+struct Turn {
+  Eigen::Matrix3d best;      // of either handedness
+  Eigen::Matrix3d rotation;  // the best one that is a rotation
+  double third;  // signed gain in correlation by the best one over a change of handedness
+};
+
+Turn FitTurn(const Sums& sums) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.Cov(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  Turn turn;
+  turn.best = u * v.transpose();
+  const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;
+  turn.rotation = u * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * v.transpose();
+  turn.third = sign * 2.0 * svd.singularValues()[2] / sums.Scale();
+  return turn;
+}
+
+std::array<Sums, kBlocks> BlockSums(const std::vector<VectorPair>& pairs, double from, double to) {
+  std::array<Sums, kBlocks> blocks;
+  for (const VectorPair& pair : pairs) {
+    const double share = (pair.t - from) / std::max(1e-9, to - from);
+    const int block = std::clamp(static_cast<int>(share * kBlocks), 0, kBlocks - 1);
+    blocks[static_cast<std::size_t>(block)].Add(pair);
+  }
+  return blocks;
+}
+
+Sums Total(const std::array<Sums, kBlocks>& blocks) {
+  Sums total;
+  for (const Sums& block : blocks) total += block;
+  return total;
+}
+
+Sums SumOf(const std::vector<VectorPair>& pairs) {
+  Sums sums;
+  for (const VectorPair& pair : pairs) sums.Add(pair);
+  return sums;
+}
+
+// The lag of the best correlation on the coarse grid, and another one that is as good.
+struct Peak {
+  double lag = 0.0;
+  std::optional<double> or_else;
+};
+
+Peak CoarsePeak(const PairsAt& pairs, const LagSearch& search) {
+  std::vector<std::pair<double, double>> tried;  // lag, correlation
+  const int reach = static_cast<int>(std::round(search.reach / search.step));
+  double top = 0.0;
+  for (int k = -reach; k <= reach; ++k) {
+    tried.emplace_back(k * search.step, Correlation(SumOf(pairs(k * search.step))));
+    top = std::max(top, tried.back().second);
+  }
+  // Of lags that are as good the nearest one is the likeliest.
+  std::erase_if(tried, [&](const auto& at) { return at.second < top - kClearly; });
+  const auto nearest = *std::min_element(
+      tried.begin(), tried.end(),
+      [](const auto& a, const auto& b) { return std::abs(a.first) < std::abs(b.first); });
+  Peak peak;
+  double best = -1.0, other = -1.0;
+  for (const auto& [lag, correlation] : tried) {
+    const bool near = std::abs(lag - nearest.first) <= kRepeats;
+    double& record = near ? best : other;
+    if (correlation <= record) continue;
+    record = correlation;
+    if (near) {
+      peak.lag = lag;
+    } else {
+      peak.or_else = lag;
+    }
+  }
+  return peak;
+}
+
+// Vertex of the parabola through three values at -1, 0 and 1, within those.
+double Vertex(double low, double middle, double high) {
+  const double bend = low - 2.0 * middle + high;
+  return bend < 0.0 ? std::clamp(0.5 * (low - high) / bend, -1.0, 1.0) : 0.0;
+}
+
+// The sums of all blocks at three lags about a peak.
+struct AtThreeLags {
+  std::array<std::array<Sums, kBlocks>, 3> sums;
+
+  double VertexWithout(int left_out) const {
+    std::array<double, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      Sums total = Total(sums[k]);
+      if (left_out >= 0) total -= sums[k][static_cast<std::size_t>(left_out)];
+      c[k] = Correlation(total);
+    }
+    return Vertex(c[0], c[1], c[2]);
+  }
+  // Of one block alone, under the turn that fits the whole; NaN where it shows none.
+  double VertexOf(std::size_t block, const Eigen::Matrix3d& turn) const {
+    std::array<double, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Sums& s = sums[k][block];
+      if (s.n < 10.0 || !(s.Scale() > 0.0)) return std::nan("");
+      c[k] = (turn.transpose() * s.Cov()).trace() / s.Scale();
+    }
+    if (!(c[1] > 0.5) || !(c[0] - 2.0 * c[1] + c[2] < 0.0)) return std::nan("");
+    return Vertex(c[0], c[1], c[2]);
+  }
+};
+
+AtThreeLags SumsAbout(const PairsAt& pairs, double lag, double step, double from, double to) {
+  AtThreeLags at;
+  for (int k = -1; k <= 1; ++k) {
+    at.sums[static_cast<std::size_t>(k + 1)] = BlockSums(pairs(lag + k * step), from, to);
+  }
+  return at;
+}
+
+// Slope of the blocks' lags over time, with its sigma by the scatter about the line.
+void FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, double span,
+              VectorMatch* match) {
+  std::vector<Eigen::Vector2d> points;  // time, lag
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const double vertex = at.VertexOf(b, turn);
+    if (std::abs(vertex) < 1.0) points.emplace_back((b + 0.5) * span / kBlocks, vertex * step);
+  }
+  match->drift_sigma = std::numeric_limits<double>::infinity();
+  if (points.size() < 5) return;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  double tt = 0.0, tl = 0.0, rest = 0.0;
+  for (const auto& p : points) {
+    tt += std::pow(p[0] - mean[0], 2);
+    tl += (p[0] - mean[0]) * (p[1] - mean[1]);
+  }
+  match->drift = tl / tt;
+  for (const auto& p : points) {
+    rest += std::pow(p[1] - mean[1] - match->drift * (p[0] - mean[0]), 2);
+  }
+  match->drift_sigma = std::sqrt(rest / static_cast<double>(points.size() - 2) / tt);
+}
+
+// Turn, gain and their uncertainties at the lag.
+void FitTurnAndGain(const std::array<Sums, kBlocks>& blocks, VectorMatch* match) {
+  const Sums total = Total(blocks);
+  const Turn turn = FitTurn(total);
+  std::vector<double> thirds, gains;
+  std::vector<Turn> without;
+  for (const Sums& block : blocks) {
+    if (block.n == 0.0) continue;
+    Sums rest = total;
+    rest -= block;
+    if (!(rest.n >= kLeastPairs) || !(rest.Scale() > 0.0)) continue;
+    without.push_back(FitTurn(rest));
+    thirds.push_back(without.back().third);
+    gains.push_back(std::sqrt(rest.SeenVar() / rest.SureVar()));
+  }
+  if (thirds.size() < 3) return;
+  match->reflection = turn.third / std::max(1e-9, JackknifeSigma(thirds));
+  const bool mirrored = match->reflection < -kShown && turn.third < -0.02;
+  match->turn = mirrored ? turn.best : turn.rotation;
+  match->gain = std::sqrt(total.SeenVar() / total.SureVar());
+  match->gain_sigma = JackknifeSigma(gains);
+  const double k = static_cast<double>(without.size());
+  for (const Turn& one : without) {
+    const Eigen::Matrix3d other =
+        mirrored ? (one.best.determinant() < 0.0 ? one.best : one.rotation) : one.rotation;
+    const Eigen::Vector3d d = TurnBetween(other, match->turn);
+    match->turn_cov += (k - 1.0) / k * d * d.transpose();
+  }
+}
+
+std::vector<Eigen::Matrix3d> MakePermutations() {
+  std::vector<Eigen::Matrix3d> all;
+  std::array<int, 3> order = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+      for (int i = 0; i < 3; ++i)
+        m(i, order[static_cast<std::size_t>(i)]) = signs >> i & 1 ? -1 : 1;
+      all.push_back(m);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  std::stable_sort(all.begin(), all.end(), [](const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+    return a.determinant() > b.determinant();
+  });
+  return all;
+}
+
+// The pairs that a fit of turn and gain explains but for at most six times the usual residual.
+PairsAt WithoutOutliers(const PairsAt& pairs, double lag) {
+  const std::vector<VectorPair> at = pairs(lag);
+  const Sums sums = SumOf(at);
+  if (sums.n < kLeastPairs || !(sums.Scale() > 0.0)) return pairs;
+  const Eigen::Matrix3d turn =
+      std::sqrt(sums.SeenVar() / sums.SureVar()) * Correlation(sums) * FitTurn(sums).best;
+  const Eigen::Vector3d seen = sums.seen / sums.n, sure = sums.sure / sums.n;
+  const auto residual = [=](const VectorPair& pair) {
+    return (pair.seen - seen - turn * (pair.sure - sure)).norm();
+  };
+  std::vector<double> residuals;
+  for (const VectorPair& pair : at) residuals.push_back(residual(pair));
+  const double limit = kOutlier * LowerMedian(residuals);
+  return [=](double other) {
+    std::vector<VectorPair> kept = pairs(other);
+    std::erase_if(kept, [&](const VectorPair& pair) { return residual(pair) > limit; });
+    return kept;
+  };
+}
+
+}  // namespace
+
+std::optional<VectorMatch> MatchVectors(const PairsAt& all, const LagSearch& search) {
+  VectorMatch match;
+  const Peak peak = search.reach > 0.0 ? CoarsePeak(all, search) : Peak{};
+  const PairsAt pairs = WithoutOutliers(all, peak.lag);
+  match.or_else = peak.or_else;
+  match.unshifted = Correlation(SumOf(pairs(0.0)));
+  const std::vector<VectorPair> at_peak = pairs(peak.lag);
+  if (at_peak.size() < kLeastPairs) return std::nullopt;
+  const double from = at_peak.front().t, to = at_peak.back().t;
+
+  match.lag = peak.lag;
+  double step = search.step;
+  AtThreeLags about;
+  for (int pass = 0; pass < 3 && search.reach > 0.0; ++pass) {
+    about = SumsAbout(pairs, match.lag, step, from, to);
+    match.lag += step * about.VertexWithout(-1);
+    step = kFineStep;
+  }
+  about = SumsAbout(pairs, match.lag, kFineStep, from, to);
+  std::vector<double> lags;
+  for (int block = 0; block < kBlocks; ++block) {
+    lags.push_back(kFineStep * about.VertexWithout(block));
+  }
+  match.lag_sigma = JackknifeSigma(lags);
+  const Sums total = Total(about.sums[1]);
+  if (total.n < kLeastPairs || !(total.Scale() > 0.0)) return std::nullopt;
+  match.count = static_cast<int>(total.n);
+  match.correlation = Correlation(total);
+  match.unturned = Correlation(total, false);
+  match.seen_rms = std::sqrt(total.SeenVar());
+  FitTurnAndGain(about.sums[1], &match);
+  FitDrift(SumsAbout(pairs, match.lag, 2.0 * kFineStep, from, to), match.turn, 2.0 * kFineStep,
+           to - from, &match);
+  return match;
+}
+
+double JackknifeSigma(const std::vector<double>& values) {
+  double mean = 0.0, sum = 0.0;
+  for (const double value : values) mean += value / static_cast<double>(values.size());
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum * static_cast<double>(values.size() - 1) /
+                   static_cast<double>(values.size()));
+}
+
+Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  Eigen::Matrix3d turn = a * b.transpose();
+  if (turn.determinant() < 0.0) turn = -turn;
+  const Eigen::AngleAxisd angle(turn);
+  return angle.angle() * angle.axis();
+}
+
+bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least) {
+  if ((match.turn.determinant() > 0.0) != (other.determinant() > 0.0)) return true;
+  const Eigen::Vector3d turn = TurnBetween(match.turn, other);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(match.turn_cov);
+  for (int i = 0; i < 3; ++i) {
+    const double along = std::abs(axes.eigenvectors().col(i).dot(turn));
+    const double sigma = std::sqrt(std::max(0.0, axes.eigenvalues()[i]));
+    if (along > std::max(least, kShown * sigma)) return true;
+  }
+  return false;
+}
+
+const std::vector<Eigen::Matrix3d>& SignedPermutations() {
+  static const std::vector<Eigen::Matrix3d> all = MakePermutations();
+  return all;
+}
+
+Eigen::Matrix3d PlainTurn(const VectorMatch& match, double least) {
+  if (!Differs(match, Eigen::Matrix3d::Identity(), least)) return Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d* best = nullptr;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Matrix3d& candidate : SignedPermutations()) {
+    if (Differs(match, candidate, least)) continue;
+    const double angle = TurnBetween(match.turn, candidate).norm();
+    if (angle < nearest) {
+      nearest = angle;
+      best = &candidate;
+    }
+  }
+  return best != nullptr ? *best : match.turn;
+}
+
+}  // namespace trueline

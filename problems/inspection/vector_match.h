@@ -1,0 +1,68 @@
+// Two streams that measure one vector signal, in axes and on clocks of their own: the rotation or
+// reflection between their axes, the ratio of their sizes, and how late one is against the other.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace trueline {
+
+struct VectorPair {
+  double t;              // s
+  Eigen::Vector3d seen;  // by the stream in question
+  Eigen::Vector3d sure;  // by the reference, over the same time less the lag
+};
+
+// The pairs if the stream's stamps are too large by `lag` (s).
+using PairsAt = std::function<std::vector<VectorPair>(double lag)>;
+
+struct VectorMatch {
+  int count = 0;                  // pairs
+  double lag = 0.0;               // s; positive: the stream's stamps are too large
+  double lag_sigma = 0.0;         // s
+  double drift = 0.0;             // s/s, of the lag over the flight
+  double drift_sigma = 0.0;       // s/s
+  std::optional<double> or_else;  // s, another lag about as good, farther off: laps repeat
+  double correlation = 0.0;       // at the lag, over all rotations and reflections; 1 is perfect
+  double unshifted = 0.0;         // the same without the lag
+  double unturned = 0.0;          // at the lag, without a rotation
+
+  // seen = gain turn sure, about the means. Orthogonal; a reflection only where the third axis
+  // shows it at 5 sigma.
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d turn_cov = Eigen::Matrix3d::Zero();  // rad^2, in the stream's axes
+  double reflection = 0.0;  // sigmas by which the sign of the determinant is shown
+  double gain = 1.0, gain_sigma = 0.0;
+  double seen_rms = 0.0;  // of `seen` about its mean
+};
+
+struct LagSearch {
+  double reach = 5.0;  // s
+  double step = 0.02;  // s, of the coarse search
+};
+
+// No value for fewer than 30 pairs. The rotation over all of O(3) is Procrustes' (Schoenemann
+// 1966); the lag maximises the sum of the singular values of the cross-covariance, which no
+// rotation changes. Sigmas are those of the jackknife over ten blocks of time.
+std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& search);
+
+// One standard deviation of a statistic by its values without each of the blocks.
+double JackknifeSigma(const std::vector<double>& without);
+
+// Whether `turn` differs from the orthogonal `other` along some axis by more than 5 sigma and by
+// more than `least` (rad).
+bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least);
+
+// The rotation by which `a` is turned against `b`, as a vector (rad).
+Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+// The 48 axis permutations with signs, the identity first, then the other 23 rotations.
+const std::vector<Eigen::Matrix3d>& SignedPermutations();
+
+// The match's `turn`, or a signed permutation that it does not differ from: the identity, a
+// rotation, a reflection, in this order.
+Eigen::Matrix3d PlainTurn(const VectorMatch& match, double least);
+
+}  // namespace trueline

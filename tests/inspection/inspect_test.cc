@@ -1,0 +1,186 @@
+// Faults put into a simulated flight: each is named on its stream, and the corrected map gives the
+// good log back.
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "problems/import/convert.h"
+#include "problems/inspection/corrected_map.h"
+#include "problems/inspection/inspection.h"
+#include "problems/log/native_log.h"
+#include "problems/result/yaml_text.h"
+#include "tests/common/test_files.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing::Contains;
+using testing::IsEmpty;
+
+const FlightLog& GoodLog() {
+  static const FlightLog log = [] {
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+    config.duration = 40.0;
+    return testing_simulation::Fly(config, 5).log;
+  }();
+  return log;
+}
+
+// id and stream of what is worse than a note.
+std::vector<std::string> Harmful(const Inspection& inspection) {
+  std::vector<std::string> names;
+  for (const Finding& finding : inspection.findings) {
+    if (finding.level != Level::kNote) names.push_back(finding.id + " of " + finding.stream);
+  }
+  return names;
+}
+
+// The log as converted by the map that an inspection corrected.
+FlightLog Repaired(const FlightLog& bad, Inspection* inspection) {
+  TestFolder folder;
+  WriteNativeLog(bad, folder / "log");
+  const FlightLog read = ReadNativeLog(folder / "log");
+  *inspection = Inspect(read, {});
+  const NativeMap native = MapOfNativeLog(read);
+  std::ofstream(folder / "map.yaml") << TextOf(CorrectMap(native.map, inspection->repairs));
+  return ConvertLog(ReadImportMap(folder / "map.yaml"), native.files, {});
+}
+
+void ExpectLikeGood(const FlightLog& log) {
+  const FlightLog& good = GoodLog();
+  ASSERT_EQ(log.imu.size(), good.imu.size());
+  double accel = 0.0, gyro = 0.0;
+  for (std::size_t i = 0; i < good.imu.size(); ++i) {
+    accel += (log.imu[i].accel - good.imu[i].accel).squaredNorm();
+    gyro += (log.imu[i].gyro - good.imu[i].gyro).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(accel / static_cast<double>(good.imu.size())), 0.4);
+  EXPECT_LT(std::sqrt(gyro / static_cast<double>(good.imu.size())), 0.04);
+  ASSERT_EQ(log.attitude.size(), good.attitude.size());
+  ASSERT_EQ(log.mocap.size(), good.mocap.size());
+  const std::size_t k = good.mocap.size() / 2, a = good.attitude.size() / 2;
+  EXPECT_NEAR(SecondsBetween(good.mocap[k].t, log.mocap[k].t), 0.0, 0.006);
+  EXPECT_NEAR(SecondsBetween(good.attitude[a].t, log.attitude[a].t), 0.0, 0.006);
+  EXPECT_LT(good.mocap[k].q_E.angularDistance(log.mocap[k].q_E), 0.06);
+  EXPECT_LT(good.attitude[a].q_Ep_I.angularDistance(log.attitude[a].q_Ep_I), 0.06);
+  EXPECT_LT((good.mocap[k].p_E - log.mocap[k].p_E).norm(), 0.05);
+}
+
+void TurnImu(const Eigen::Matrix3d& turn, FlightLog* log) {
+  for (ImuSample& sample : log->imu) {
+    sample.accel = turn * sample.accel;
+    sample.gyro = turn * sample.gyro;
+  }
+}
+
+struct PutFault {
+  const char* name;
+  const char* finding;
+  std::function<void(FlightLog*)> put;
+};
+
+class InspectFault : public testing::TestWithParam<PutFault> {};
+
+TEST_P(InspectFault, IsNamedAndRepaired) {
+  FlightLog bad = GoodLog();
+  GetParam().put(&bad);
+  Inspection inspection;
+  const FlightLog repaired = Repaired(bad, &inspection);
+  EXPECT_THAT(Harmful(inspection), Contains(GetParam().finding));
+  ExpectLikeGood(repaired);
+}
+
+Eigen::Quaterniond Shuffled(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+INSTANTIATE_TEST_SUITE_P(
+    Inspect, InspectFault,
+    testing::Values(PutFault{"AxesSwapped", "imu_axes of imu",
+                             [](FlightLog* log) {
+                               Eigen::Matrix3d swap;
+                               swap << 0, 1, 0, 1, 0, 0, 0, 0, 1;
+                               TurnImu(swap, log);
+                             }},
+                    PutFault{"AxesTurned", "imu_axes of imu",
+                             [](FlightLog* log) {
+                               const Eigen::Vector3d axis =
+                                   Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
+                               TurnImu(Eigen::AngleAxisd(1.1, axis).toRotationMatrix(), log);
+                             }},
+                    PutFault{"GyroSign", "imu_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 sample.gyro.y() = -sample.gyro.y();
+                             }},
+                    PutFault{"AccelerometerScale", "accelerometer_scale of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu) sample.accel *= 0.9;
+                             }},
+                    PutFault{"ClockASecondLate", "clock_offset of mocap",
+                             [](FlightLog* log) {
+                               for (PoseSample& pose : log->mocap) pose.t += FromSeconds(1.0);
+                             }},
+                    PutFault{"AttitudeLateBy30ms", "clock_offset of attitude",
+                             [](FlightLog* log) {
+                               for (AttitudeSample& sample : log->attitude)
+                                 sample.t += FromSeconds(0.03);
+                             }},
+                    PutFault{"QuaternionOrder", "quaternion_form of attitude",
+                             [](FlightLog* log) {
+                               for (AttitudeSample& s : log->attitude)
+                                 s.q_Ep_I = Shuffled(s.q_Ep_I);
+                             }},
+                    PutFault{"QuaternionInverse", "quaternion_form of mocap",
+                             [](FlightLog* log) {
+                               for (PoseSample& pose : log->mocap) pose.q_E = pose.q_E.conjugate();
+                             }},
+                    PutFault{"EarthUp", "earth_up of mocap",
+                             [](FlightLog* log) {
+                               const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
+                               for (PoseSample& pose : log->mocap) {
+                                 pose.q_E = flip * pose.q_E;
+                                 pose.p_E = flip * pose.p_E;
+                               }
+                             }}),
+    [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST(Inspect, FindsNothingInAGoodLog) {
+  const Inspection inspection = Inspect(GoodLog(), {});
+  EXPECT_THAT(Harmful(inspection), IsEmpty());
+  EXPECT_TRUE(inspection.repairs.IsNone());
+}
+
+TEST(Inspect, ComparesNothingWithASlowImu) {
+  FlightLog slow = GoodLog();
+  std::vector<ImuSample> few;
+  for (std::size_t i = 0; i < slow.imu.size(); i += 20) few.push_back(slow.imu[i]);
+  slow.imu = few;
+  const Inspection inspection = Inspect(slow, {});
+  EXPECT_THAT(inspection.comparisons, IsEmpty());
+  EXPECT_THAT(inspection.notes, Contains(testing::HasSubstr("too few to compare")));
+}
+
+// A flight driven by its rotors, whose speeds and places the log states.
+TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
+  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
+  config.duration = 30.0;
+  const FlightLog good = testing_simulation::Fly(config, 3).log;
+  ASSERT_FALSE(good.rotors.empty());
+  EXPECT_THAT(Harmful(Inspect(good, {})), Not(Contains(testing::HasSubstr("rotor"))));
+  FlightLog bad = good;
+  for (ChannelsSample& sample : bad.rotors) {
+    std::rotate(sample.values.begin(), sample.values.begin() + 1, sample.values.end());
+  }
+  Inspection inspection;
+  const FlightLog repaired = Repaired(bad, &inspection);
+  EXPECT_THAT(Harmful(inspection), Contains("rotor_order of rotors"));
+  EXPECT_EQ(repaired.rotors[100].values, good.rotors[100].values);
+  bad = good;
+  for (Rotor& rotor : bad.vehicle->rotors) rotor.spin = -rotor.spin;
+  const FlightLog turned = Repaired(bad, &inspection);
+  EXPECT_THAT(Harmful(inspection), Contains("rotor_spins_reversed of rotors"));
+  EXPECT_EQ(turned.vehicle->rotors[0].spin, good.vehicle->rotors[0].spin);
+}
+
+}  // namespace
+}  // namespace trueline

@@ -1,0 +1,140 @@
+// The parts of an inspection on made signals whose answers are known.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "problems/inspection/spectrum.h"
+#include "problems/inspection/stream_health.h"
+#include "problems/inspection/vector_match.h"
+
+namespace trueline {
+namespace {
+
+// A vector that moves about all axes, in m/s or whatever.
+Eigen::Vector3d Moving(double t) {
+  return {std::sin(1.3 * t) + 0.3 * std::cos(4.1 * t), std::cos(0.7 * t) - 0.4 * std::sin(3.3 * t),
+          0.8 * std::sin(2.1 * t + 0.5)};
+}
+
+PairsAt Pairs(const Eigen::Matrix3d& turn, double gain, double late, double noise) {
+  return [=](double lag) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal(0.0, noise);
+    std::vector<VectorPair> pairs;
+    for (double t = 0.0; t < 30.0; t += 0.02) {
+      const Eigen::Vector3d error(normal(random), normal(random), normal(random));
+      pairs.push_back({t, gain * (turn * Moving(t - late)) + error, Moving(t - lag)});
+    }
+    return pairs;
+  };
+}
+
+TEST(VectorMatch, FindsTurnGainAndLag) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.9, Eigen::Vector3d(1.0, 2.0, -1.0).normalized()).toRotationMatrix();
+  const auto match = MatchVectors(Pairs(turn, 1.1, 0.137, 0.1), {});
+  ASSERT_TRUE(match.has_value());
+  EXPECT_NEAR(match->lag, 0.137, std::max(5.0 * match->lag_sigma, 0.001));
+  EXPECT_LT(match->lag_sigma, 0.005);
+  EXPECT_LT(TurnBetween(match->turn, turn).norm(), 0.02);
+  EXPECT_NEAR(match->gain, 1.1, 0.03);
+  EXPECT_TRUE(PlainTurn(*match, 0.08).isApprox(match->turn));
+}
+
+TEST(VectorMatch, KnowsAMirror) {
+  const Eigen::Matrix3d mirror = Eigen::Vector3d(1.0, -1.0, 1.0).asDiagonal();
+  const auto match = MatchVectors(Pairs(mirror, 1.0, 0.0, 0.1), {});
+  ASSERT_TRUE(match.has_value());
+  EXPECT_LT(match->reflection, -5.0);
+  EXPECT_EQ(PlainTurn(*match, 0.08), mirror);
+}
+
+// A motion in a plane shows neither the handedness nor a turn that it does not see.
+TEST(VectorMatch, StatesNoMirrorThatAPlaneDoesNotShow) {
+  const PairsAt all = Pairs(Eigen::Matrix3d::Identity(), 1.0, 0.0, 0.05);
+  const auto match = MatchVectors(
+      [&](double lag) {
+        auto pairs = all(lag);
+        for (VectorPair& pair : pairs) pair.sure.z() = 0.0;
+        return pairs;
+      },
+      {});
+  ASSERT_TRUE(match.has_value());
+  EXPECT_GT(match->turn.determinant(), 0.0);
+  EXPECT_EQ(PlainTurn(*match, 0.08), Eigen::Matrix3d::Identity());
+}
+
+TEST(VectorMatch, FindsADriftingClock) {
+  const auto match = MatchVectors(
+      [](double lag) {
+        std::vector<VectorPair> pairs;
+        for (double t = 0.0; t < 60.0; t += 0.02) {
+          pairs.push_back({t, Moving(t - 5e-4 * t), Moving(t - lag)});
+        }
+        return pairs;
+      },
+      {});
+  ASSERT_TRUE(match.has_value());
+  EXPECT_NEAR(match->drift, 5e-4, 5e-5);
+}
+
+TEST(Spectrum, StatesTheDensityOfWhiteNoiseAndItsFilter) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, 0.2);
+  std::vector<double> white, filtered;
+  double first = 0.0, second = 0.0, third = 0.0;
+  for (int i = 0; i < 50000; ++i) {
+    white.push_back(normal(random));
+    first += 0.2 * (white.back() - first);
+    second += 0.2 * (first - second);
+    third += 0.2 * (second - third);
+    filtered.push_back(third);
+  }
+  const Noise noise = NoiseOf(WelchSpectrum(white, 400.0), 1e-3);
+  EXPECT_NEAR(noise.density, 0.2 / std::sqrt(200.0), 0.001);
+  EXPECT_EQ(noise.cutoff, 0.0);
+  EXPECT_EQ(noise.peak, 0.0);
+  const double cutoff = NoiseOf(WelchSpectrum(filtered, 400.0), 1e-3).cutoff;
+  EXPECT_GT(cutoff, 10.0);
+  EXPECT_LT(cutoff, 60.0);
+}
+
+TEST(Spectrum, FindsALine) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, 0.2);
+  std::vector<double> values;
+  for (int i = 0; i < 20000; ++i) {
+    values.push_back(normal(random) + std::sin(2.0 * std::numbers::pi * 87.0 * i / 400.0));
+  }
+  EXPECT_NEAR(NoiseOf(WelchSpectrum(values, 400.0), 1e-3).peak, 87.0, 1.0);
+}
+
+TEST(StreamHealth, NamesGapsRepeatsAndSpikes) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, 0.05);
+  FlightLog log;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 0.01 * i + (i > 1000 ? 0.5 : 0.0);
+    ImuSample sample{FromSeconds(t), {0.0, 0.0, -9.81}, {0.0, 0.0, 0.0}};
+    for (int k = 0; k < 3; ++k) sample.accel[k] += normal(random);
+    log.imu.push_back(sample);
+    log.mocap.push_back(
+        {sample.t, {std::floor(i / 3.0), 0.0, 0.0}, Eigen::Quaterniond::Identity()});
+  }
+  log.imu[2000].accel.x() = 60.0;
+  std::vector<Finding> findings;
+  const auto streams = CheckStreams(log, &findings);
+  ASSERT_EQ(streams.size(), 2U);
+  EXPECT_EQ(streams[0].gaps, 1);
+  EXPECT_NEAR(streams[0].longest, 0.51, 1e-6);
+  EXPECT_NEAR(streams[1].repeats, 0.667, 0.01);
+  std::vector<std::string> ids;
+  for (const Finding& finding : findings) ids.push_back(finding.id + " of " + finding.stream);
+  EXPECT_THAT(ids,
+              testing::UnorderedElementsAre("gaps of imu", "spikes of imu", "repeats of mocap"));
+}
+
+}  // namespace
+}  // namespace trueline
