@@ -236,9 +236,10 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   AddClock(e, stream, *match);
   AddDrift(e, stream, *match);
   attitude = AttitudesOf(e->fixed, stream);
-  const auto repaired =
+  auto repaired =
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});
   if (repaired) {
+    repaired->or_else = match->or_else;
     // A pose's body axes are set by hand; some degrees are usual.
     const double least = stream == "attitude" ? kLeastTurn : kLeastPoseTurn;
     e->rates.push_back({stream, *repaired, PlainTurn(*repaired, least)});
@@ -249,7 +250,6 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     comparison.match->drift = as_recorded.drift;
     comparison.match->drift_sigma = as_recorded.drift_sigma;
     comparison.match->unshifted = as_recorded.unshifted;
-    comparison.match->or_else = as_recorded.or_else;
   }
   e->result.comparisons.push_back(comparison);
 }
