@@ -416,10 +416,13 @@ std::string SaysOf(const Witness& witness, const Cause& cause) {
 }
 
 void WidenByWitness(Cause* cause) {
+  constexpr double kTwoSigma = 2.0;  // a smaller difference is that of chance
   const Witness& witness = cause->witness;
   if (witness.value.size() != cause->value.size() || witness.says == "refutes") return;
   const VectorXd both = witness.sigma.cwiseAbs2() + cause->sigma.cwiseAbs2();
-  const VectorXd beyond = ((cause->value - witness.value).cwiseAbs2() - both).cwiseMax(0.0);
+  const VectorXd apart = (cause->value - witness.value).cwiseAbs2();
+  const VectorXd beyond = (apart.array() > kTwoSigma * kTwoSigma * both.array())
+                              .select(apart - both, VectorXd::Zero(both.size()));
   cause->sigma = (cause->sigma.cwiseAbs2() + beyond).cwiseSqrt();
 }
 

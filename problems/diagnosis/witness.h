@@ -21,8 +21,8 @@ bool Shown(const EffectParameterInfo& parameter, double sigma);
 // `value` and `sigma` of the witness must be set.
 std::string SaysOf(const Witness& witness, const Cause& cause);
 
-// Where fit and witness differ by more than both sigmas allow, one of them errs by more than it
-// states: the cause's sigma then includes the difference (the variance between two methods of
+// Where fit and witness differ by more than twice the sigma of both, one of them errs by more than
+// it states: the cause's sigma then includes the difference (the variance between two methods of
 // DerSimonian and Laird 1986). A cause that its witness refutes is left as it is.
 void WidenByWitness(Cause* cause);
 
