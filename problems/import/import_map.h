@@ -4,8 +4,8 @@
 //   dataset: where it is from
 //   gravity: 9.81            # m/s^2
 //   environment: indoors     # or outdoors; indoors no wind is looked for
-//   mocap_clock: imu         # mocap's stamps, and those of fixes sampled from it, are moved by what
-//                            # accelerations show (align_mocap.h); own: they are kept
+//   mocap_clock: imu         # mocap, and fixes sampled from it, are moved by what accelerations
+//                            # show (align_mocap.h); own: the stamps are kept
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
 //       delimiter: ","       # or ";", tab, space (runs of blanks)
