@@ -14,8 +14,13 @@ thread_local bool is_worker = false;
 
 }  // namespace
 
+int CoresFor(int threads) {
+  return threads > 0 ? threads
+                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
 void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
-  if (threads <= 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  threads = CoresFor(threads);
   threads = std::min(threads, count);
   std::atomic<int> next{0};
   std::exception_ptr first_error;

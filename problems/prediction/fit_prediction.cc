@@ -1,7 +1,9 @@
 #include "problems/prediction/fit_prediction.h"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
+#include "problems/common/parallel.h"
 #include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/fit_processes.h"
 
@@ -60,10 +62,11 @@ void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow
   options.max_num_iterations = setup.iterations;
   options.function_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.num_threads = threads;
+  options.num_threads = CoresFor(threads);
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  CHECK(summary.IsSolutionUsable()) << summary.message;
   for (int i = 0; i < kCount; ++i) fit->numbers[i] = x[i] * setup.numbers[i].typical;
   fit->cost = 2.0 * summary.final_cost / static_cast<double>(windows.size());
   fit->windows = static_cast<int>(windows.size());

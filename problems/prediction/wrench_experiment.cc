@@ -2,10 +2,12 @@
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <map>
 
 #include "problems/common/error.h"
+#include "problems/common/parallel.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/multi_step_experiment.h"
@@ -119,10 +121,11 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.num_threads = std::max(1, threads);
+  options.num_threads = CoresFor(threads);
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  CHECK(summary.IsSolutionUsable()) << summary.message;
 
   WrenchFit fit;
   fit.rows = static_cast<int>(rows.size());
