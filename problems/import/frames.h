@@ -21,9 +21,9 @@ struct SourceAxes {
 // `axes` states which of the source's axes is the native first, second and third one. `yaw_deg`
 // then rotates the earth about down: v_E = Rz(yaw) v. Axes must be right-handed. `matrix: [[...],
 // [...], [...]]` is then applied: any orthogonal one, for vectors also left-handed.
-// The mapping that reads back as `axes`.
-YAML::Node AxesNode(const Eigen::Matrix3d& axes);
-
 SourceAxes ReadAxes(const YamlMap& map, const SourceAxes& fallback);
+
+// The mapping that ReadAxes reads as `axes`.
+YAML::Node AxesNode(const Eigen::Matrix3d& axes);
 
 }  // namespace trueline

@@ -1,11 +1,9 @@
 #include "problems/prediction/fit_prediction.h"
 
-#include <ceres/ceres.h>
-#include <glog/logging.h>
-
 #include "problems/common/parallel.h"
 #include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/fit_processes.h"
+#include "problems/prediction/number_fit.h"
 
 namespace trueline {
 namespace {
@@ -34,22 +32,13 @@ MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double 
   return options;
 }
 
-std::vector<int> HeldNumbers(const PredictionSetup& setup) {
-  std::vector<int> held;
-  for (int i = 0; i < kCount; ++i) {
-    if (!setup.numbers[i].free) held.push_back(i);
-  }
-  return held;
-}
-
 void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow>& windows,
                   int threads, PredictionFit* fit) {
   const PredictionModel model(setup, *fit);
-  NumbersVector x;
-  for (int i = 0; i < kCount; ++i) x[i] = fit->numbers[i] / setup.numbers[i].typical;
+  Eigen::VectorXd x = InUnits(fit->numbers, setup.numbers);
   ceres::Problem problem;
   problem.AddParameterBlock(x.data(), kCount,
-                            new ceres::SubsetManifold(kCount, HeldNumbers(setup)));
+                            new ceres::SubsetManifold(kCount, HeldNumbers(setup.numbers)));
   for (const TrainingWindow& w : windows) {
     problem.AddResidualBlock(
         new PredictionCost(new MultiStepResidual(model.prediction, w.window, w.truth,
@@ -63,11 +52,8 @@ void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow
   options.function_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.num_threads = CoresFor(threads);
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  CHECK(summary.IsSolutionUsable()) << summary.message;
-  for (int i = 0; i < kCount; ++i) fit->numbers[i] = x[i] * setup.numbers[i].typical;
+  const ceres::Solver::Summary summary = SolveSilently(options, &problem);
+  fit->numbers = FromUnits(x, setup.numbers);
   fit->cost = 2.0 * summary.final_cost / static_cast<double>(windows.size());
   fit->windows = static_cast<int>(windows.size());
   fit->converged = summary.termination_type == ceres::CONVERGENCE;
@@ -102,15 +88,12 @@ void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const
 std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fit,
                            const std::vector<TrainingWindow>& windows) {
   const PredictionModel model(setup, fit);
-  NumbersVector x;
-  for (int i = 0; i < kCount; ++i) x[i] = fit.numbers[i] / setup.numbers[i].typical;
+  const NumbersVector x = InUnits(fit.numbers, setup.numbers);
   ClusterVariance by_run(kCount), by_trajectory(kCount);
   for (const TrainingWindow& w : windows) AddWindow(model, setup, x, w, &by_run, &by_trajectory);
-  const std::vector<int> held = HeldNumbers(setup);
+  const std::vector<int> held = HeldNumbers(setup.numbers);
   const Eigen::VectorXd variance = by_run.Diagonal(held).cwiseMax(by_trajectory.Diagonal(held));
-  std::vector<double> sigmas(kCount);
-  for (int i = 0; i < kCount; ++i) sigmas[i] = std::sqrt(variance[i]) * setup.numbers[i].typical;
-  return sigmas;
+  return FromUnits(variance.cwiseSqrt(), setup.numbers);
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 #include "problems/prediction/fit_processes.h"
 
-#include <ceres/ceres.h>
-
 #include <cmath>
 
 #include "problems/common/parallel.h"
+#include "problems/prediction/number_fit.h"
 
 namespace trueline {
 namespace {
@@ -103,9 +102,7 @@ void FitProcess(const std::vector<SeenWindow>& windows, const AttitudeProcessNum
   options.max_num_iterations = 8;
   options.function_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  SolveSilently(options, &problem);
   *numbers = residual.At(logs.data());
 }
 

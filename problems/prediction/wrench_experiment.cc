@@ -1,8 +1,6 @@
 #include "problems/prediction/wrench_experiment.h"
 
-#include <ceres/ceres.h>
 #include <fmt/format.h>
-#include <glog/logging.h>
 
 #include <map>
 
@@ -11,6 +9,7 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/multi_step_experiment.h"
+#include "problems/prediction/number_fit.h"
 #include "problems/prediction/wrench_flight.h"
 
 namespace trueline {
@@ -33,14 +32,6 @@ WrenchModel ModelOf(const WrenchExperiment& experiment, double mass) {
     model.options.units[i] = experiment.numbers[i].typical;
   }
   return model;
-}
-
-std::vector<int> Held(const WrenchExperiment& experiment) {
-  std::vector<int> held;
-  for (int i = 0; i < WrenchResidual::kCount; ++i) {
-    if (!experiment.numbers[i].free) held.push_back(i);
-  }
-  return held;
 }
 
 // Measured force and moment of all rows.
@@ -79,12 +70,8 @@ std::vector<double> WrenchSigmas(const WrenchExperiment& experiment, const Wrenc
     cost.Evaluate(&parameters, r.data(), &jacobian);
     variance.Add(sections[i], J.transpose() * r, J.transpose() * J);
   }
-  const Eigen::VectorXd sigmas = variance.Diagonal(Held(experiment)).cwiseSqrt();
-  std::vector<double> out(WrenchResidual::kCount);
-  for (int i = 0; i < WrenchResidual::kCount; ++i) {
-    out[i] = sigmas[i] * experiment.numbers[i].typical;
-  }
-  return out;
+  const Eigen::VectorXd sigmas = variance.Diagonal(HeldNumbers(experiment.numbers)).cwiseSqrt();
+  return FromUnits(sigmas, experiment.numbers);
 }
 
 // Regression of the measured moment on the model's, through the origin.
@@ -108,13 +95,13 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
     }
     base = sections.back() + 1;
   }
-  Eigen::VectorXd x(WrenchResidual::kCount);
-  for (int i = 0; i < x.size(); ++i) {
-    x[i] = experiment.numbers[i].start / experiment.numbers[i].typical;
-  }
+  std::vector<double> start;
+  for (const PredictionNumber& number : experiment.numbers) start.push_back(number.start);
+  Eigen::VectorXd x = InUnits(start, experiment.numbers);
   ceres::Problem problem;
-  problem.AddParameterBlock(x.data(), WrenchResidual::kCount,
-                            new ceres::SubsetManifold(WrenchResidual::kCount, Held(experiment)));
+  problem.AddParameterBlock(
+      x.data(), WrenchResidual::kCount,
+      new ceres::SubsetManifold(WrenchResidual::kCount, HeldNumbers(experiment.numbers)));
   for (const WrenchRow* row : rows) {
     problem.AddResidualBlock(new WrenchCost(new WrenchResidual(model.air, *row, model.options)),
                              nullptr, x.data());
@@ -122,14 +109,11 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.num_threads = CoresFor(threads);
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  CHECK(summary.IsSolutionUsable()) << summary.message;
+  SolveSilently(options, &problem);
 
   WrenchFit fit;
   fit.rows = static_cast<int>(rows.size());
-  for (int i = 0; i < x.size(); ++i) fit.numbers.push_back(x[i] * experiment.numbers[i].typical);
+  fit.numbers = FromUnits(x, experiment.numbers);
   fit.sigmas = WrenchSigmas(experiment, model, rows, sections, x);
   Eigen::Vector2d top = Eigen::Vector2d::Zero(), weight = top;
   for (const WrenchFlight& flight : flights) {

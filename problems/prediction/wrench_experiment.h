@@ -9,9 +9,9 @@
 //   inertia: [x, y, z]          # kg m^2, as stated; the measured moment is I dw + w x I w with it
 //   numbers: {...}              # RotorAir's and the measured point's
 //   force_sigma: [0.1, 0.1, 0.3]        # N, weights of the fit
-//   moment_sigma: [0.2, 0.2, 0.02]      # N m; large, so that moments do not move the forces'
-//   numbers stride: 5                   # every fifth row is fitted; all rows are scored folds:
-//   [{test: FILE, train: [FILE, ...]}]   # in --data, without .csv.gz
+//   moment_sigma: [0.2, 0.2, 0.02]      # N m; large: moments do not move the forces' numbers
+//   stride: 5                           # every fifth row is fitted; all rows are scored
+//   folds: [{test: FILE, train: [FILE, ...]}]  # in --data, without .csv.gz
 #pragma once
 
 #include <filesystem>
