@@ -1,12 +1,12 @@
 // A second of flight predicted from one state and the rotor speeds that follow: the rotor-by-rotor
-// model (rotor_air.h), the process of a stabilised attitude (attitude_process.h), and the errors of
-// the state that is given.
+// model (rotor_air.h), the processes of a stabilised attitude (stabilised_process.h), and the errors
+// of the state that is given.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "cost_functions/models/attitude_process.h"
+#include "cost_functions/models/stabilised_process.h"
 #include "cost_functions/models/rotor_air.h"
 
 namespace trueline {
@@ -20,7 +20,7 @@ inline constexpr RotorAirInfo kStateErrors[] = {
 
 // What is given: z-up world, forward-left-up body.
 struct PredictionWindow {
-  static constexpr int kSteps = AttitudeProcess::kSteps;
+  static constexpr int kSteps = StabilisedProcess::kSteps;
   Eigen::Vector3d p, v;                                   // m, m/s, in the world
   Eigen::Vector4d q;                                      // body to world, w x y z
   Eigen::Vector3d w;                                      // rad/s, in the body
@@ -41,22 +41,26 @@ class WindowPrediction {
   static constexpr int kPositionShare = RotorAir::kCount, kRateShare = kPositionShare + 1,
                        kAttitudeLag = kRateShare + 1, kCount = kAttitudeLag + 1;
   static_assert(kCount == RotorAir::kCount + std::size(kStateErrors));
-  using Process = std::array<AttitudeProcess, 2>;  // of roll and pitch, of yaw
+  enum ProcessIndex { kLevel, kHeading, kProcesses };  // of roll and pitch, of heading
+  using Process = std::array<StabilisedProcess, kProcesses>;
+  // What the processes observe, by axis.
+  template <class T>
+  using Observed = std::array<std::vector<T>, 3>;
 
   WindowPrediction(const RotorAir& air, const Process& process) : air_(air), process_(process) {}
 
   // States at the ends of the steps. `c`: kCount numbers. Rates and motion depend on each other:
-  // they are computed in turns, from rates that decay. `observed`: what the process has seen, for
-  // each axis; may be null.
+  // they are computed in turns, from rates that decay. `observed`: what the processes have seen;
+  // may be null.
   template <class T>
   void Predict(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
-               std::array<std::vector<T>, 3>* observed = nullptr) const {
+               Observed<T>* observed = nullptr) const {
     constexpr int kTurns = 2;
     constexpr double kDecay = 0.2;  // s, of the first guess
     for (int k = 0; k < kSteps; ++k) {
       (*states)[k].w = Constant<T>(std::exp(-(k + 1) * kStep / kDecay) * window.w);
     }
-    std::array<std::vector<T>, 3> net;
+    Observed<T> net;
     for (int turn = 0; turn < kTurns; ++turn) {
       Move(c, window, states, &net);
       ExpectRates(net, states);
@@ -67,10 +71,12 @@ class WindowPrediction {
 
   // Rotation vector of the tilt in body axes, and heading [rad].
   static Eigen::Vector3d AttitudeAngles(const Eigen::Vector4d& q);
+  // Horizontal velocity along which a roll, and a pitch, accelerates; nothing for the heading [m/s].
+  static Eigen::Vector3d TiltedSpeeds(const PredictionWindow& window);
 
  private:
   static constexpr int kSteps = PredictionWindow::kSteps;
-  static constexpr double kStep = AttitudeProcess::kStep;
+  static constexpr double kStep = StabilisedProcess::kStep;
 
   template <class T>
   static Vec3<T> Constant(const Eigen::Vector3d& v) {
@@ -91,9 +97,9 @@ class WindowPrediction {
 
   template <class T>
   void Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
-            std::array<std::vector<T>, 3>* net) const;
+            Observed<T>* net) const;
   template <class T>
-  void ExpectRates(const std::array<std::vector<T>, 3>& net, PredictedStates<T>* states) const;
+  void ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const;
 
   const RotorAir& air_;
   const Process& process_;
@@ -106,12 +112,18 @@ inline Eigen::Vector3d WindowPrediction::AttitudeAngles(const Eigen::Vector4d& q
   return {scale * up.y(), -scale * up.x(), 2.0 * std::atan2(q[3], q[0])};
 }
 
+inline Eigen::Vector3d WindowPrediction::TiltedSpeeds(const PredictionWindow& window) {
+  const Eigen::Vector3d level(window.v.x(), window.v.y(), 0.0);
+  const Eigen::Vector3d in_body = RotateByUnit(Conjugate(window.q), level);
+  return {-in_body.y(), in_body.x(), 0.0};
+}
+
 // Moves position, velocity and attitude under the rates in `states`; collects the model's net
 // angular accelerations. Midpoint steps; the force at a step's middle uses the velocity that the
 // previous step's acceleration leads to.
 template <class T>
 void WindowPrediction::Move(const T* c, const PredictionWindow& window, PredictedStates<T>* states,
-                            std::array<std::vector<T>, 3>* net) const {
+                            Observed<T>* net) const {
   using std::exp;
   const T half(0.5 * kStep), step(kStep);
   Vec3<T> p = Constant<T>(window.p), v = Constant<T>(window.v), w = Constant<T>(window.w);
@@ -130,10 +142,12 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
   const T follow = T(1.0) - exp(-step / lag);
 
   const Eigen::Vector3d angles = AttitudeAngles(window.q);
+  const Eigen::Vector3d speeds = TiltedSpeeds(window) / air_.vehicle().gravity;
   for (int i = 0; i < 3; ++i) {
-    (*net)[i].resize(AttitudeProcess::kObserved);
+    (*net)[i].resize(StabilisedProcess::kObserved);
     (*net)[i][0] = T(angles[i]);
     (*net)[i][1] = w[i];
+    (*net)[i][StabilisedProcess::kObserved - 1] = T(speeds[i]);
   }
   for (int k = 0; k < kSteps; ++k) {
     PredictedState<T>& state = (*states)[k];
@@ -152,11 +166,12 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
     const Vec3<T> dw = RotorAir::AngularAcceleration(c, wrench.moment, w_mid);
     for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = dw[i];
     a = acceleration(q_mid, wrench.force);
+    const Vec3<T> v_next = Sum(v, step, a);
     for (int i = 0; i < 3; ++i) {
-      const T moved = step * (v[i] + half * a[i]);
+      const T moved = half * (v[i] + v_next[i]);
       p[i] += i < 2 ? c[kPositionShare] * moved : moved;
     }
-    v = Sum(v, step, a);
+    v = v_next;
     q = Turned(q, turn);
     w = state.w;
     wake = wake_next;
@@ -167,11 +182,11 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
 }
 
 template <class T>
-void WindowPrediction::ExpectRates(const std::array<std::vector<T>, 3>& net,
+void WindowPrediction::ExpectRates(const Observed<T>& net,
                                    PredictedStates<T>* states) const {
   std::vector<std::vector<T>> level, heading;
-  process_[0].Expect<T>({net[0], net[1]}, &level);
-  process_[1].Expect<T>({net[2]}, &heading);
+  process_[kLevel].Expect<T>({net[0], net[1]}, &level);
+  process_[kHeading].Expect<T>({net[2]}, &heading);
   for (int k = 0; k < kSteps; ++k) {
     (*states)[k].w = Vec3<T>(level[0][k], level[1][k], heading[0][k]);
   }

@@ -21,7 +21,7 @@ struct PredictionModel {
 
   PredictionModel(const PredictionSetup& setup, const PredictionFit& fit)
       : air(setup.vehicle),
-        process{AttitudeProcess(fit.level), AttitudeProcess(fit.heading)},
+        process(MakeProcesses(fit.processes)),
         prediction(air, process) {}
 };
 
@@ -102,17 +102,21 @@ const RotorAirInfo& PredictionNumberInfo(int i) {
   return i < RotorAir::kCount ? kRotorAirNumbers[i] : kStateErrors[i - RotorAir::kCount];
 }
 
+WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers) {
+  return {StabilisedProcess(numbers[WindowPrediction::kLevel]),
+          StabilisedProcess(numbers[WindowPrediction::kHeading])};
+}
+
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads) {
   const std::vector<TrainingWindow> windows = ChooseWindows(runs, setup.windows);
   PredictionFit fit;
-  fit.level = setup.level;
-  fit.heading = setup.heading;
+  fit.processes = setup.processes;
   for (const PredictionNumber& number : setup.numbers) fit.numbers.push_back(number.start);
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;
-    FitProcesses(setup, fit.numbers, windows, &fit.level, &fit.heading);
+    FitProcesses(setup, fit.numbers, windows, &fit.processes);
   }
   SolveNumbers(setup, windows, threads, &fit);
   fit.sigmas = Sigmas(setup, fit, windows);

@@ -16,11 +16,16 @@ struct PredictionNumber {
   bool free = false;
 };
 
+using ProcessNumbers = std::array<StabilisedProcessNumbers, WindowPrediction::kProcesses>;
+// The processes' names in files.
+inline constexpr std::array<const char*, WindowPrediction::kProcesses> kProcessNames = {
+    "level", "heading"};
+WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers);
+
 struct PredictionSetup {
   RotorAirVehicle vehicle;
   std::vector<PredictionNumber> numbers;  // WindowPrediction::kCount
-  AttitudeProcessNumbers level;           // roll and pitch
-  AttitudeProcessNumbers heading;
+  ProcessNumbers processes = {};
   bool learn_processes = true;
   int windows = 600;  // of each trajectory, evenly spaced
   int rounds = 2;     // of vehicle and processes in turns
@@ -35,7 +40,7 @@ struct PredictionFit {
   // One standard deviation by the spread between runs, and between trajectories where that is more
   // (sandwich with runs or trajectories as clusters); 0 for numbers that are held.
   std::vector<double> sigmas;
-  AttitudeProcessNumbers level, heading;
+  ProcessNumbers processes;
   double cost = 0.0;  // mean over windows of the scaled errors' sum
   int windows = 0;
   bool converged = false;

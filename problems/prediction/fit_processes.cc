@@ -17,27 +17,32 @@ struct SeenWindow {
   double weight = 1.0;
 };
 
-std::vector<double*> NumbersOf(AttitudeProcessNumbers* n) {
-  return {&n->length,   &n->jitter,        &n->jitter_time, &n->constant,
-          &n->coloured, &n->coloured_time, &n->white,       &n->growth};
+// The numbers that are fitted: a process that uses no velocity has none for it.
+std::vector<double*> NumbersOf(StabilisedProcessNumbers* n) {
+  std::vector<double*> numbers = {&n->length,   &n->jitter,        &n->jitter_time, &n->constant,
+                                  &n->coloured, &n->coloured_time, &n->white,       &n->growth};
+  if (n->returning > 0.0) {
+    numbers.insert(numbers.end(), {&n->returning, &n->return_time, &n->cruise});
+  }
+  return numbers;
 }
 
 // Errors of the rates, and of the numbers' logarithms against their prior's.
 class ProcessResidual {
  public:
-  ProcessResidual(const std::vector<SeenWindow>& windows, const AttitudeProcessNumbers& prior)
+  ProcessResidual(const std::vector<SeenWindow>& windows, const StabilisedProcessNumbers& prior)
       : windows_(windows), prior_(prior) {}
 
   int num_numbers() const {
-    AttitudeProcessNumbers n = prior_;
+    StabilisedProcessNumbers n = prior_;
     return static_cast<int>(NumbersOf(&n).size());
   }
   int num_residuals() const {
     return num_numbers() +
            kHorizons * static_cast<int>(windows_.size() * windows_.front().observed.size());
   }
-  AttitudeProcessNumbers At(const double* logs) const {
-    AttitudeProcessNumbers n = prior_;
+  StabilisedProcessNumbers At(const double* logs) const {
+    StabilisedProcessNumbers n = prior_;
     const std::vector<double*> numbers = NumbersOf(&n);
     for (std::size_t i = 0; i < numbers.size(); ++i) *numbers[i] *= std::exp(logs[i]);
     return n;
@@ -47,7 +52,7 @@ class ProcessResidual {
     // A standard deviation of 1 in the logarithm, worth as much as a hundredth of the windows' sum.
     const double prior = std::sqrt(0.01 * static_cast<double>(windows_.size()));
     for (int i = 0; i < num_numbers(); ++i) residuals[i] = prior * logs[0][i];
-    const AttitudeProcess process(At(logs[0]));
+    const StabilisedProcess process(At(logs[0]));
     const int axes = static_cast<int>(windows_.front().observed.size());
     double* rest = residuals + num_numbers();
     ParallelRuns(static_cast<int>(windows_.size()), 64,
@@ -57,7 +62,7 @@ class ProcessResidual {
 
  private:
   // e / sqrt(|e|) with e over all axes, as MultiStepResidual.
-  static void PutErrors(const AttitudeProcess& process, const SeenWindow& window, double* out) {
+  static void PutErrors(const StabilisedProcess& process, const SeenWindow& window, double* out) {
     constexpr double kSmooth = 0.04;  // rad/s
     std::vector<std::vector<double>> rates;
     process.Expect(window.observed, &rates);
@@ -74,14 +79,14 @@ class ProcessResidual {
   }
 
   const std::vector<SeenWindow>& windows_;
-  AttitudeProcessNumbers prior_;
+  StabilisedProcessNumbers prior_;
 };
 
-void FitProcess(const std::vector<SeenWindow>& windows, const AttitudeProcessNumbers& prior,
-                AttitudeProcessNumbers* numbers) {
+void FitProcess(const std::vector<SeenWindow>& windows, const StabilisedProcessNumbers& prior,
+                StabilisedProcessNumbers* numbers) {
   ProcessResidual residual(windows, prior);
   const int count = residual.num_numbers();
-  AttitudeProcessNumbers start = *numbers, base = prior;
+  StabilisedProcessNumbers start = *numbers, base = prior;
   std::vector<double> logs(count);
   for (int i = 0; i < count; ++i) {
     logs[i] = std::log(*NumbersOf(&start)[i] / *NumbersOf(&base)[i]);
@@ -112,7 +117,7 @@ std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vecto
   std::vector<SeenWindow> seen(windows.size());
   ParallelRuns(static_cast<int>(windows.size()), 64, [&](int i) {
     PredictedStates<double> states;
-    std::array<std::vector<double>, 3> net;
+    WindowPrediction::Observed<double> net;
     prediction.Predict(numbers.data(), windows[i].window, &states, &net);
     seen[i].weight = windows[i].weight;
     for (int a = first; a <= last; ++a) {
@@ -127,13 +132,16 @@ std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vecto
 }  // namespace
 
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, AttitudeProcessNumbers* level,
-                  AttitudeProcessNumbers* heading) {
+                  const std::vector<TrainingWindow>& windows, ProcessNumbers* processes) {
   const RotorAir air(setup.vehicle);
-  const WindowPrediction::Process process = {AttitudeProcess(*level), AttitudeProcess(*heading)};
+  const WindowPrediction::Process process = MakeProcesses(*processes);
   const WindowPrediction prediction(air, process);
-  FitProcess(See(prediction, numbers, windows, 0, 1), setup.level, level);
-  FitProcess(See(prediction, numbers, windows, 2, 2), setup.heading, heading);
+  const auto fit = [&](WindowPrediction::ProcessIndex i, int first, int last) {
+    FitProcess(See(prediction, numbers, windows, first, last), setup.processes[i],
+               &(*processes)[i]);
+  };
+  fit(WindowPrediction::kLevel, 0, 1);
+  fit(WindowPrediction::kHeading, 2, 2);
 }
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-// The numbers of the attitude processes, from the errors of the rates that they expect.
+// The numbers of the attitude's processes, from the errors of the rates that they expect.
 #pragma once
 
 #include "problems/prediction/fit_prediction.h"
@@ -10,7 +10,6 @@ namespace trueline {
 // vehicle. The model's net accelerations are those under the processes as they come in. A weak
 // prior keeps each number within a factor of about e of the setup's.
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, AttitudeProcessNumbers* level,
-                  AttitudeProcessNumbers* heading);
+                  const std::vector<TrainingWindow>& windows, ProcessNumbers* processes);
 
 }  // namespace trueline

@@ -11,19 +11,22 @@
 
 namespace trueline {
 
-void Serialize(YamlArchive* a, AttitudeProcessNumbers* n) {
+void Serialize(YamlArchive* a, StabilisedProcessNumbers* n) {
   a->Positive("length_s", &n->length);
   a->Positive("jitter", &n->jitter);
   a->Positive("jitter_time_s", &n->jitter_time);
-  a->Positive("constant_rad_s2", &n->constant);
-  a->Positive("coloured_rad_s2", &n->coloured);
+  a->Positive("constant", &n->constant);
+  a->Positive("coloured", &n->coloured);
   a->Positive("coloured_time_s", &n->coloured_time);
-  a->Positive("white_rad_s2", &n->white);
+  a->Positive("white", &n->white);
   a->Positive("growth", &n->growth);
+  a->NotNegative("returning", &n->returning);
+  a->Positive("return_time_s", &n->return_time);
+  a->Positive("cruise", &n->cruise);
   std::vector<double> sizes(n->sizes.begin(), n->sizes.end());
-  a->Value("sizes_rad", &sizes);
+  a->Value("sizes", &sizes);
   a->Require(sizes.size() == n->sizes.size() && *std::min_element(sizes.begin(), sizes.end()) > 0,
-             "sizes_rad", "needs four positive numbers");
+             "sizes", "needs four positive numbers");
   std::copy_n(sizes.begin(), std::min(sizes.size(), n->sizes.size()), n->sizes.begin());
 }
 
@@ -99,8 +102,7 @@ void ScoreAll(const MultiStepExperiment& experiment, const PredictionFit& fit,
               const std::string& trajectory, const std::vector<const PredictionRun*>& runs,
               int threads, MultiStepResult* result) {
   const RotorAir air(experiment.setup.vehicle);
-  const WindowPrediction::Process process = {AttitudeProcess(fit.level),
-                                             AttitudeProcess(fit.heading)};
+  const WindowPrediction::Process process = MakeProcesses(fit.processes);
   const WindowPrediction prediction(air, process);
   for (const Predictor& predictor :
        {NaivePredictor(), PublishedPhysics(0.0), PublishedPhysics(experiment.drag),
@@ -137,8 +139,9 @@ MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   setup.numbers = ReadNumbers(map.Child("numbers"), WindowPrediction::kCount, PredictionNumberInfo);
   YamlArchive a(map);
   a.Map("processes", [&](YamlArchive* processes) {
-    processes->Nested("level", &setup.level);
-    processes->Nested("heading", &setup.heading);
+    for (std::size_t i = 0; i < kProcessNames.size(); ++i) {
+      processes->Nested(kProcessNames[i], &setup.processes[i]);
+    }
     processes->Value("learn", &setup.learn_processes);
   });
   a.Count("windows", &setup.windows);

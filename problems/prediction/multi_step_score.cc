@@ -115,7 +115,7 @@ Predictor NaivePredictor() {
 
 Predictor PublishedPhysics(double drag) {
   const auto predict = [drag](const PredictionRun& run, int row) {
-    constexpr double kMass = 0.045, kThrust = 3.72e-8, kStep = AttitudeProcess::kStep;
+    constexpr double kMass = 0.045, kThrust = 3.72e-8, kStep = StabilisedProcess::kStep;
     WindowStates states = run.states.col(row).replicate<1, kSteps>();
     PhysicsState x{states.col(0).segment<3>(0), states.col(0).segment<3>(3),
                    states.col(0).segment<4>(6)};

@@ -23,7 +23,7 @@ PredictionRun ReadRun(const std::filesystem::path& file) {
         fmt::format("has {} rows; one window needs {}", rows.rows(), PredictionWindow::kSteps + 1));
   }
   for (Eigen::Index i = 0; i + 1 < rows.rows(); ++i) {
-    if (std::abs(rows(i + 1, 0) - rows(i, 0) - AttitudeProcess::kStep) > 1e-4) {
+    if (std::abs(rows(i + 1, 0) - rows(i, 0) - StabilisedProcess::kStep) > 1e-4) {
       throw ErrorAt(file.string(), static_cast<int>(i) + 3,
                     "t [s] must grow by 0.01 from row to row; resample the run to 100 Hz");
     }
@@ -50,7 +50,7 @@ PredictionWindow WindowAt(const PredictionRun& run, int row) {
     const int next = std::min(k + 1, PredictionWindow::kSteps - 1);
     for (int i = 0; i < 4; ++i) {
       const double a = run.speeds(i, row + k), b = run.speeds(i, row + next);
-      window.rotors[k][i] = {std::sqrt(0.5 * (a * a + b * b)), (b - a) / AttitudeProcess::kStep};
+      window.rotors[k][i] = {std::sqrt(0.5 * (a * a + b * b)), (b - a) / StabilisedProcess::kStep};
     }
   }
   return window;

@@ -1,11 +1,11 @@
 // The numbers of an attitude process in configurations and results.
 #pragma once
 
-#include "cost_functions/models/attitude_process.h"
+#include "cost_functions/models/stabilised_process.h"
 #include "problems/common/yaml_archive.h"
 
 namespace trueline {
 
-void Serialize(YamlArchive* a, AttitudeProcessNumbers* numbers);
+void Serialize(YamlArchive* a, StabilisedProcessNumbers* numbers);
 
 }  // namespace trueline

@@ -50,8 +50,9 @@ YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
   node["converged"] = fit.converged;
   node["cost"] = Rounded(fit.cost, kScoreDigits);
   node["numbers"] = NumbersNode(setup, fit);
-  node["processes"]["level"] = ToYaml(fit.level);
-  node["processes"]["heading"] = ToYaml(fit.heading);
+  for (std::size_t i = 0; i < kProcessNames.size(); ++i) {
+    node["processes"][kProcessNames[i]] = ToYaml(fit.processes[i]);
+  }
   return node;
 }
 

@@ -45,7 +45,7 @@ TEST(VehiclePredictor, GivesTheModelsOwnRunBack) {
   const std::vector<double> truth = SmallNumbers();
   const PredictionRun run = RunOfModel("one", truth, 5);
   const RotorAir air(SmallVehicle());
-  const WindowPrediction::Process process = {AttitudeProcess({}), AttitudeProcess({})};
+  const WindowPrediction::Process process = MakeProcesses({});
   const WindowPrediction prediction(air, process);
   const MultiStepScore score = Score(VehiclePredictor("model", prediction, truth), {&run}, 1);
   for (int a = 0; a < 4; ++a) EXPECT_NEAR(score.within.Sum(a), 0.0, 1e-9);

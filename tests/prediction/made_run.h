@@ -59,7 +59,7 @@ inline PredictionRun RunOfModel(const std::string& trajectory, const std::vector
           .normalized();
   for (int i = 10; i < 13; ++i) first[i] = 0.3 * normal(random);
   const RotorAir air(SmallVehicle());
-  const WindowPrediction::Process process = {AttitudeProcess({}), AttitudeProcess({})};
+  const WindowPrediction::Process process = {StabilisedProcess({}), StabilisedProcess({})};
   PredictedStates<double> states;
   WindowPrediction(air, process).Predict(numbers.data(), WindowAt(run, 0), &states);
   for (int k = 0; k < PredictionWindow::kSteps; ++k) {

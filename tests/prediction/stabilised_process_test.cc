@@ -1,5 +1,5 @@
 // The expected rates against limits that are known, and their derivatives.
-#include "cost_functions/models/attitude_process.h"
+#include "cost_functions/models/stabilised_process.h"
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
@@ -9,17 +9,18 @@
 namespace trueline {
 namespace {
 
-constexpr int kSteps = AttitudeProcess::kSteps;
+constexpr int kSteps = StabilisedProcess::kSteps;
 using Columns = std::vector<std::vector<double>>;
 
 Columns Observed(double angle, double rate, const std::function<double(double)>& net) {
   std::vector<double> column = {angle, rate};
-  for (int k = 0; k < kSteps; ++k) column.push_back(net((k + 0.5) * AttitudeProcess::kStep));
+  for (int k = 0; k < kSteps; ++k) column.push_back(net((k + 0.5) * StabilisedProcess::kStep));
+  column.push_back(0.0);  // velocity
   return {column};
 }
 
-AttitudeProcessNumbers WithDisturbance(double factor) {
-  AttitudeProcessNumbers n;
+StabilisedProcessNumbers WithDisturbance(double factor) {
+  StabilisedProcessNumbers n;
   n.constant *= factor;
   n.coloured *= factor;
   n.white *= factor;
@@ -27,19 +28,19 @@ AttitudeProcessNumbers WithDisturbance(double factor) {
 }
 
 // Without disturbances the rates are the integral of what the rotors do.
-TEST(AttitudeProcess, IntegratesWhereNothingDisturbs) {
-  const AttitudeProcess process(WithDisturbance(1e-3));
+TEST(StabilisedProcess, IntegratesWhereNothingDisturbs) {
+  const StabilisedProcess process(WithDisturbance(1e-3));
   Columns rates;
   process.Expect(Observed(0.0, 0.2, [](double t) { return 3.0 * std::cos(8.0 * t); }), &rates);
   for (const int k : {0, 9, 24, 49}) {
-    const double t = (k + 1) * AttitudeProcess::kStep;
+    const double t = (k + 1) * StabilisedProcess::kStep;
     EXPECT_NEAR(rates[0][k], 0.2 + 3.0 / 8.0 * std::sin(8.0 * t), 0.02) << k;
   }
 }
 
 // Where disturbances dominate, what the rotors do only answers them: the tilted vehicle comes back.
-TEST(AttitudeProcess, ReturnsToLevelWhereDisturbancesDominate) {
-  const AttitudeProcess process(WithDisturbance(1e3));
+TEST(StabilisedProcess, ReturnsToLevelWhereDisturbancesDominate) {
+  const StabilisedProcess process(WithDisturbance(1e3));
   Columns rates;
   process.Expect(Observed(0.3, 0.0, [](double) { return 10.0; }), &rates);
   EXPECT_LT(rates[0][20], -0.1);
@@ -47,9 +48,27 @@ TEST(AttitudeProcess, ReturnsToLevelWhereDisturbancesDominate) {
   EXPECT_GT(rates[0][20], 0.1);
 }
 
-TEST(AttitudeProcess, DerivativesAreThoseOfDifferences) {
+// A flight stays within a room: a level vehicle that is fast leans against its velocity.
+TEST(StabilisedProcess, BrakesWhereItIsFast) {
+  StabilisedProcessNumbers numbers = WithDisturbance(1e3);
+  numbers.returning = 0.7;
+  const auto tilt_after = [](const StabilisedProcess& process, double u) {
+    Columns observed = Observed(0.0, 0.0, [](double) { return 0.0; }), rates;
+    observed[0].back() = u;
+    process.Expect(observed, &rates);
+    double tilt = 0.0;
+    for (int k = 0; k < 20; ++k) tilt += StabilisedProcess::kStep * rates[0][k];
+    return tilt;
+  };
+  EXPECT_LT(tilt_after(StabilisedProcess(numbers), 0.2), -0.01);
+  EXPECT_GT(tilt_after(StabilisedProcess(numbers), -0.2), 0.01);
+  numbers.returning = 0.0;
+  EXPECT_EQ(tilt_after(StabilisedProcess(numbers), 0.2), 0.0);
+}
+
+TEST(StabilisedProcess, DerivativesAreThoseOfDifferences) {
   using Jet = ceres::Jet<double, 1>;
-  const AttitudeProcess process{AttitudeProcessNumbers{}};
+  const StabilisedProcess process{StabilisedProcessNumbers{}};
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   Columns observed = Observed(0.1, 0.5, [&](double) { return 5.0 * normal(random); });

@@ -1,0 +1,218 @@
+// How a stabilised vehicle moves under moments that are known up to a disturbance.
+//
+// Wakes and gusts push with a moment d that no flight model knows. The controller answers within
+// tens of milliseconds: below its bandwidth most of what the rotors do only cancels d. Integrating
+// rotor moments as if they turned the vehicle therefore diverges. Here both are Gaussian processes,
+// for each axis on its own (roll, pitch, heading):
+//   angle        theta: k(s) = a^2 exp(-s^2 / 2 l^2); the vehicle is held near level
+//   return       a tilt has a second part, du/dt for the velocity u = v / g along which the tilt
+//                accelerates. u: k(s) = (b a L)^2 exp(-s^2 / 2 L^2). The flight stays within a room,
+//                so a vehicle that is fast now brakes within about L
+//   rate         w = theta' + jitter, jitter: exponential covariance, sigma j a / l, time t_j
+//   disturbance  d = dw/dt - net: a constant, an exponential and a white part
+// `net` is the acceleration by the model. What is observed at a window's start, theta_0, w_0 and
+// u_0, and the window's 50 net accelerations give the expected rates by linear regression
+// (Rasmussen and Williams 2006, eq. 2.23). The size a of the manoeuvre is unknown: a few sizes are
+// mixed by their (tempered) likelihood.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace trueline {
+
+struct StabilisedProcessNumbers {
+  double length = 0.36;        // l, s
+  double jitter = 0.5;         // j, 1
+  double jitter_time = 0.04;   // t_j, s
+  double constant = 12.0;      // sigma of the disturbance that lasts, rad/s^2
+  double coloured = 3.6;       // sigma of its exponential part, rad/s^2
+  double coloured_time = 0.2;  // s
+  double white = 5.5;          // sigma of a step's mean, rad/s^2
+  // The disturbance grows with the manoeuvre: times sqrt(1 + (growth a)^2), 1/rad.
+  double growth = 3.5;
+  double returning = 0.0;                                // b, 1; 0: no velocity is used
+  double return_time = 0.6;                              // L, s
+  double cruise = 1.0;                                   // sigma of a lasting v, of b a L g
+  double temper = 0.25;                                  // power of the likelihood
+  std::array<double, 4> sizes = {0.03, 0.08, 0.2, 0.5};  // a, rad
+};
+
+// One axis over one window of kSteps steps of kStep seconds.
+class StabilisedProcess {
+ public:
+  static constexpr int kSteps = 50;
+  static constexpr double kStep = 0.01;         // s
+  static constexpr int kObserved = kSteps + 3;  // theta_0, w_0, net of each step, v_0 / g
+  static constexpr int kSizes = 4;
+
+  explicit StabilisedProcess(const StabilisedProcessNumbers& numbers) : temper_(numbers.temper) {
+    for (int i = 0; i < kSizes; ++i) experts_[i] = MakeExpert(numbers, numbers.sizes[i]);
+  }
+
+  // Expected rates at the ends of the steps [rad/s]. `observed`, `rates`: a column for each axis of
+  // a group that shares the size of the manoeuvre (roll and pitch), kObserved and kSteps long.
+  template <class T>
+  void Expect(const std::vector<std::vector<T>>& observed,
+              std::vector<std::vector<T>>* rates) const;
+
+ private:
+  struct Expert {
+    Eigen::MatrixXd gain;       // kSteps x kObserved
+    Eigen::MatrixXd precision;  // kObserved x kObserved
+    double log_determinant = 0.0;
+  };
+  struct Kernel;
+  static Expert MakeExpert(const StabilisedProcessNumbers& n, double size);
+
+  template <class T>
+  std::array<T, kSizes> Shares(const std::vector<std::vector<T>>& observed) const;
+
+  double temper_;
+  std::array<Expert, kSizes> experts_;
+};
+
+namespace stabilised_process {
+
+inline double Value(double x) { return x; }
+template <class Jet>
+double Value(const Jet& x) {
+  return x.a;
+}
+
+template <class T>
+Eigen::VectorXd Values(const std::vector<T>& x) {
+  Eigen::VectorXd values(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) values[i] = Value(x[i]);
+  return values;
+}
+
+}  // namespace stabilised_process
+
+// Covariances of angle, rate and velocity at two times of one size of manoeuvre.
+struct StabilisedProcess::Kernel {
+  Kernel(const StabilisedProcessNumbers& n, double size)
+      : l(n.length),
+        L(n.return_time),
+        a2(size * size),
+        b2(std::pow(n.returning * size, 2)),
+        jitter2(std::pow(n.jitter * size / n.length, 2)),
+        jitter_time(n.jitter_time) {}
+
+  // theta(0) with theta'(t).
+  double AngleWithRate(double t) const {
+    return -a2 * t / (l * l) * Bell(t / l) - b2 * t / (L * L) * (3.0 - Square(t / L)) * Bell(t / L);
+  }
+  // w(0) with w(t).
+  double Rates(double t) const {
+    const double r = Square(t / l), s = Square(t / L);
+    return a2 / (l * l) * (1.0 - r) * Bell(t / l) +
+           b2 / (L * L) * (3.0 - 6.0 * s + s * s) * Bell(t / L) +
+           jitter2 * std::exp(-std::abs(t) / jitter_time);
+  }
+  // u(0) with theta'(t).
+  double SpeedWithRate(double t) const { return -b2 * (1.0 - Square(t / L)) * Bell(t / L); }
+
+  static double Square(double x) { return x * x; }
+  static double Bell(double x) { return std::exp(-0.5 * x * x); }
+
+  double l, L, a2, b2, jitter2, jitter_time;
+};
+
+inline StabilisedProcess::Expert StabilisedProcess::MakeExpert(const StabilisedProcessNumbers& n,
+                                                               double size) {
+  constexpr int kRates = kSteps + 1, kLast = kObserved - 1;
+  // Of the given state: theta_0, rad; w_0, rad/s; u_0, s.
+  constexpr double kTiltError = 0.03, kRateError = 0.01, kSpeedError = 0.003;
+  const Kernel kernel(n, size);
+  Eigen::MatrixXd rates(kRates, kRates), pushes(kSteps, kSteps);
+  Eigen::VectorXd tilt(kRates), speed(kRates);  // covariance of theta_0, and of u_0, with rates
+  for (int i = 0; i < kRates; ++i) {
+    tilt[i] = kernel.AngleWithRate(i * kStep);
+    speed[i] = kernel.SpeedWithRate(i * kStep);
+    for (int j = 0; j < kRates; ++j) rates(i, j) = kernel.Rates((j - i) * kStep);
+  }
+  const double disturbance = 1.0 + std::pow(n.growth * size, 2);
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const double s = std::abs(i - j) * kStep;
+      pushes(i, j) = n.constant * n.constant +
+                     n.coloured * n.coloured * std::exp(-s / n.coloured_time) +
+                     (i == j ? n.white * n.white : 0.0);
+    }
+  }
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(kRates, kRates);  // w_0 and dw/dt from rates
+  H(0, 0) = 1.0;
+  for (int k = 0; k < kSteps; ++k) {
+    H(k + 1, k) = -1.0 / kStep;
+    H(k + 1, k + 1) = 1.0 / kStep;
+  }
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(kObserved, kObserved);
+  C(0, 0) = kernel.a2 + kernel.b2 + kTiltError * kTiltError;
+  C.block(1, 0, kRates, 1) = H * tilt;
+  C.block(1, 1, kRates, kRates) = H * rates * H.transpose();
+  C.block(2, 2, kSteps, kSteps) += disturbance * pushes;
+  C(1, 1) += kRateError * kRateError;
+  C.block(kLast, 1, 1, kRates) = (H * speed).transpose();
+  C(kLast, kLast) =
+      kernel.b2 * kernel.L * kernel.L * (1.0 + n.cruise * n.cruise) + kSpeedError * kSpeedError;
+  C.triangularView<Eigen::StrictlyUpper>() = C.transpose().eval();
+  Eigen::MatrixXd X(kSteps, kObserved);  // covariance of the rates with what is observed
+  X << tilt.tail(kSteps), (rates * H.transpose()).bottomRows(kSteps), speed.tail(kSteps);
+  const Eigen::LLT<Eigen::MatrixXd> llt(C);
+  Expert expert;
+  expert.gain = llt.solve(X.transpose()).transpose();
+  expert.precision = llt.solve(Eigen::MatrixXd::Identity(kObserved, kObserved));
+  expert.log_determinant = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+  return expert;
+}
+
+// Weights of the sizes; their derivatives follow the observations' to first order.
+template <class T>
+std::array<T, StabilisedProcess::kSizes> StabilisedProcess::Shares(
+    const std::vector<std::vector<T>>& observed) const {
+  using std::exp;
+  std::array<T, kSizes> score;
+  for (int e = 0; e < kSizes; ++e) {
+    score[e] = T(0.0);
+    for (const std::vector<T>& axis : observed) {
+      const Eigen::VectorXd x = stabilised_process::Values(axis), g = experts_[e].precision * x;
+      score[e] += T(-0.5 * (x.dot(g) + experts_[e].log_determinant));
+      for (int k = 0; k < kObserved; ++k) score[e] += T(-g[k]) * (axis[k] - T(x[k]));
+    }
+    score[e] *= T(temper_);
+  }
+  double most = stabilised_process::Value(score[0]);
+  for (const T& s : score) most = std::max(most, stabilised_process::Value(s));
+  T sum(0.0);
+  for (T& s : score) sum += s = exp(s - T(most));
+  for (T& s : score) s /= sum;
+  return score;
+}
+
+template <class T>
+void StabilisedProcess::Expect(const std::vector<std::vector<T>>& observed,
+                               std::vector<std::vector<T>>* rates) const {
+  const std::array<T, kSizes> share = Shares(observed);
+  Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(kSteps, kObserved);
+  for (int e = 0; e < kSizes; ++e) {
+    gain += stabilised_process::Value(share[e]) * experts_[e].gain;
+  }
+  rates->assign(observed.size(), std::vector<T>(kSteps, T(0.0)));
+  for (std::size_t a = 0; a < observed.size(); ++a) {
+    std::vector<T>& rate = (*rates)[a];
+    for (int i = 0; i < kSteps; ++i) {
+      for (int k = 0; k < kObserved; ++k) rate[i] += T(gain(i, k)) * observed[a][k];
+    }
+    const Eigen::VectorXd x = stabilised_process::Values(observed[a]);
+    for (int e = 0; e < kSizes; ++e) {
+      const T change = share[e] - T(stabilised_process::Value(share[e]));
+      const Eigen::VectorXd mean = experts_[e].gain * x;
+      for (int i = 0; i < kSteps; ++i) rate[i] += change * T(mean[i]);
+    }
+  }
+}
+
+}  // namespace trueline
