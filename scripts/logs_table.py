@@ -4,8 +4,7 @@
     scripts/logs_table.py --build=build --out=OUT FOLDER|LOG...
 
 A log is a file, or a folder that holds `metadata.yaml` (ROS 2 bag) or `mav0` (ASL). Each is listed
-(`convert --in=LOG`), inspected as it is (`inspect --log=LOG`), converted without a map, and
-calibrated. A log whose shipped map needs --map is converted by the first entry of MAPS whose
+(`convert --in=LOG`), converted without a map, inspected and calibrated. A log whose shipped map needs --map is converted by the first entry of MAPS whose
 pattern its path contains. Output of every command goes to OUT/NAME/VERB.txt, the table to
 OUT/table.md. Exit code 1 if a command ended with a code other than 0, 2 or 3 (a defect).
 """
@@ -21,7 +20,7 @@ sys.dont_write_bytecode = True
 import yaml
 
 SOURCE = Path(__file__).resolve().parents[1]
-NO_LOG = {".md", ".yaml", ".yml", ".json", ".proto", ".gz", ".txt~"}
+NO_LOG = {".md", ".yaml", ".yml", ".json", ".proto", ".gz"}
 ANSWERS = {0, 2, 3}  # done, bad input, no usable result
 MAPS = {"li_bebop_drag/": "li_bebop_drag", "li_bebop_gate/": "li_bebop_gate",
         "li_trashcan_race/": "li_trashcan_race"}  # columns without names: no map can be found
@@ -39,7 +38,9 @@ def parse():
 def logs_in(path):
     """The logs of a folder, in order of their names."""
     if path.is_file():
-        return [] if path.suffix in NO_LOG or path.name.startswith("LICENSE") else [path]
+        companion = path.name.startswith("take_") and path.with_name(path.name[5:]).exists()
+        apart = path.suffix in NO_LOG or path.name.startswith("LICENSE") or companion
+        return [] if apart else [path]
     if (path / "metadata.yaml").exists() or (path / "mav0").exists():
         return [path]
     if path.name == "licences":
