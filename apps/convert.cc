@@ -121,9 +121,9 @@ int WithoutMap() {
   if (FLAGS_out.empty()) return kExitDone;
   WriteFileAtomically(std::filesystem::path(FLAGS_out) / kProposed, proposed);
   throw NoUsableLog(
-      fmt::format("{}: no map in config/import finds an IMU in it; edit {}/proposed_map.yaml and "
-                  "give it by --map",
-                  FLAGS_in, FLAGS_out));
+      fmt::format("{}: {}. If it can be read otherwise, edit {}/proposed_map.yaml and give that by "
+                  "--map",
+                  FLAGS_in, WhyNoMapFits(*recording), FLAGS_out));
 }
 
 int Run() {

@@ -60,11 +60,11 @@ struct Opened {
 ImportMap MapFor(const std::vector<std::string>& files) {
   if (!FLAGS_map.empty()) return ReadImportMap(FLAGS_map);
   if (files.size() != 1) throw InputError("several files in --log need a --map");
-  const auto shipped = FindShippedMap(*OpenRecording(files.front()));
+  const std::unique_ptr<Recording> recording = OpenRecording(files.front());
+  const auto shipped = FindShippedMap(*recording);
   if (shipped) return *shipped;
-  throw NoUsableLog(fmt::format(
-      "{}: no map in config/import finds an IMU in it; trueline-convert --in={} proposes a map",
-      files.front(), files.front()));
+  throw NoUsableLog(fmt::format("{}: {}. trueline-convert --in={} proposes a map", files.front(),
+                                WhyNoMapFits(*recording), files.front()));
 }
 
 // Take-off and landing are inspected too; parts that the map cuts by time are not.

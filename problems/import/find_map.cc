@@ -7,6 +7,8 @@
 
 #include "problems/common/app.h"
 #include "problems/common/units.h"
+#include "problems/import/formats/csv_table.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/log/imu_faults.h"
 #include "problems/log/imu_health.h"
@@ -25,9 +27,19 @@ std::vector<std::filesystem::path> ShippedMaps() {
   return maps;
 }
 
+// CSV: a map knows a file by the names of its columns, so it must read a header.
+bool ReadsNamesOf(const InputMap& input, const Recording& recording) {
+  const CsvLayout layout = GuessCsvLayout(recording.file());
+  return input.dialect.header && input.dialect.skip_lines == 0 && layout.header &&
+         layout.warning.empty() && input.dialect.delimiter == layout.delimiter;
+}
+
 bool IsFor(const ImportMap& map, const Recording& recording) {
   if (map.inputs.size() != 1) return false;
   const std::vector<std::string>& formats = map.inputs.front().formats;
+  if (recording.format().key == std::string(kCsvFormat)) {
+    return formats.empty() && ReadsNamesOf(map.inputs.front(), recording);
+  }
   return std::find(formats.begin(), formats.end(), recording.format().key) != formats.end();
 }
 

@@ -41,6 +41,16 @@ std::vector<std::string> FieldNames(const Channel& channel) {
   return names;
 }
 
+// Label, count, rate and span; of many records at time 0 the time is not known.
+std::string TimesOf(const Channel& channel) {
+  if (channel.count > 1 && channel.first == 0 && channel.last == 0) {
+    return fmt::format("{:<36}{:>9}{:>11}{:>18}{:>18}  ", channel.Label(), channel.count, "-", "-",
+                       "-");
+  }
+  return fmt::format("{:<36}{:>9}{:>11.2f}{:>18.3f}{:>18.3f}  ", channel.Label(), channel.count,
+                     channel.Rate(), ToSeconds(channel.first), ToSeconds(channel.last));
+}
+
 }  // namespace
 
 std::string FieldList(const Channel& channel) {
@@ -55,9 +65,7 @@ std::string ListChannels(const Recording& recording) {
                                  "from [s]", "to [s]", "type");
   for (const Channel& channel : recording.channels()) {
     if (channel.count == 0) continue;
-    text += fmt::format("{:<36}{:>9}{:>11.2f}{:>18.3f}{:>18.3f}  {}\n", channel.Label(),
-                        channel.count, channel.Rate(), ToSeconds(channel.first),
-                        ToSeconds(channel.last), channel.type == channel.name ? "" : channel.type);
+    text += TimesOf(channel) + (channel.type == channel.name ? "" : channel.type) + "\n";
     std::string line = "   ";
     for (const std::string& name : FieldNames(channel)) {
       if (line.size() + name.size() > kListWidth) {

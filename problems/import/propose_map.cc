@@ -7,7 +7,6 @@
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/log/line_reader.h"
 
 namespace trueline {
 namespace {
@@ -107,32 +106,42 @@ void ProposeStreams(const Channel& channel, bool is_csv,
   }
 }
 
+const char* UnitOfExponent(int exponent) {
+  return exponent == 9 ? "s" : exponent == 6 ? "ms" : exponent == 3 ? "us" : "ns";
+}
+
 std::string CsvInput(const Recording& recording) {
-  LineReader lines(recording.file());
-  std::string_view header;
-  lines.NextFilled(&header);
-  const char delimiter = GuessDelimiter(header);
-  const std::string name = delimiter == '\t'  ? "tab"
-                           : delimiter == ' ' ? "space"
-                                              : std::string(1, delimiter);
-  std::string time = "t";
-  for (const ChannelField& field : recording.channels().front().fields) {
-    if (!Lower(field.name).starts_with('t')) continue;
-    time = field.name;
-    break;
+  const CsvLayout layout = GuessCsvLayout(recording.file());
+  const std::string delimiter = layout.delimiter == '\t'  ? "tab"
+                                : layout.delimiter == ' ' ? "space"
+                                                          : std::string(1, layout.delimiter);
+  // Names that fit no column are a line to skip.
+  const bool named = layout.header && layout.warning.empty();
+  const std::string header = named           ? ""
+                             : layout.header ? ", skip_lines: 1, header: false"
+                                             : ", header: false";
+  const std::string time = layout.time_column ? layout.columns[*layout.time_column] : "t";
+  return fmt::format("{{delimiter: \"{}\"{}, time: {{column: \"{}\", unit: {}}}}}  # {}", delimiter,
+                     header, time, UnitOfExponent(layout.time_exponent),
+                     layout.time_column ? "check the unit: s, ms, us or ns"
+                                        : "no name tells the time column; give it, or its number");
+}
+
+// One line for each stream that the names suggest, by stream.
+std::map<std::string, std::string> ProposedStreams(const Recording& recording) {
+  const bool is_csv = recording.format().key == std::string(kCsvFormat);
+  std::map<std::string, std::string> lines;
+  for (const Channel& channel : recording.channels()) {
+    if (channel.count > 0) ProposeStreams(channel, is_csv, &lines);
   }
-  return fmt::format("{{delimiter: \"{}\", time: {{column: \"{}\", unit: s}}}}  # or ms, us, ns",
-                     name, time);
+  return lines;
 }
 
 }  // namespace
 
 std::string ProposeMap(const Recording& recording) {
   const bool is_csv = recording.format().key == std::string(kCsvFormat);
-  std::map<std::string, std::string> lines;
-  for (const Channel& channel : recording.channels()) {
-    if (channel.count > 0) ProposeStreams(channel, is_csv, &lines);
-  }
+  std::map<std::string, std::string> lines = ProposedStreams(recording);
   lines.try_emplace("imu", "# imu: none was found by the names; it is needed");
   std::string text = fmt::format(
       "# Proposed from the names in {}. Check frames, units and streams.\n"
@@ -147,6 +156,22 @@ std::string ProposeMap(const Recording& recording) {
       is_csv ? CsvInput(recording) : fmt::format("{{format: {}}}", recording.format().key));
   for (const auto& [stream, line] : lines) text += "  " + line + "\n";
   return text;
+}
+
+std::string WhyNoMapFits(const Recording& recording) {
+  const std::vector<Channel>& channels = recording.channels();
+  const bool any = std::any_of(channels.begin(), channels.end(),
+                               [](const Channel& channel) { return channel.count > 0; });
+  if (!any) return "has no records";
+  if (ProposedStreams(recording).contains("imu")) {
+    return "no map in config/import fits it, though the names of its fields show an IMU";
+  }
+  if (recording.format().key == std::string("tum")) {
+    return "is a trajectory without an IMU; give it as the second input of a map, as "
+           "config/import/imu_and_tum.yaml does";
+  }
+  return "has no IMU by the names of its fields (accelerometer and gyroscope in one channel), "
+         "which is needed";
 }
 
 }  // namespace trueline

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "problems/import/channel_row.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_types.h"
 #include "problems/import/stream_import.h"
 
@@ -68,8 +69,11 @@ std::optional<std::size_t> FindChannel(const Recording& recording, const StreamM
   return std::nullopt;
 }
 
-// The stream's channel and those of `with`; empty if one of them is missing.
+// The stream's channel and those of `with`; empty if one of them is missing. A CSV file has one.
 std::vector<std::size_t> FindChannels(const Recording& recording, const StreamMap& stream) {
+  if (recording.format().key == std::string(kCsvFormat)) {
+    return std::vector<std::size_t>(recording.channels().empty() ? 0 : 1, 0);
+  }
   std::vector<std::size_t> found;
   if (const auto channel = FindChannel(recording, stream)) found.push_back(*channel);
   for (const std::string& name : stream.with) {

@@ -14,7 +14,8 @@ constexpr double kBetter = 0.75;                // of the residual that a turn m
 constexpr double kTurnClearly = 5.0;            // sigmas
 constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may be drag or a bias
 constexpr double kLeastScale = 0.05;
-constexpr double kLeastBias = 0.4;  // m/s^2
+constexpr double kAlikeForce = 0.7;  // correlation of accelerations
+constexpr double kLeastBias = 0.4;   // m/s^2
 
 // The bends in the earth of the attitude, where the two differ by a heading alone.
 std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
@@ -147,7 +148,18 @@ void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& str
   e->Add(finding);
 }
 
-void CheckScale(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {
+// The bends in the axes that CheckPositions() will give the stream: those of the attitude's earth.
+void TurnLikePositions(const Examination& e, const PositionWitness& witness,
+                       std::vector<Bend>* bends) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, *bends), {0.0, 0.02});
+  if (!match || match->correlation < kAlikeForce) return;
+  const Eigen::Matrix3d turn = PlainTurn(*match, kLeastAngle);
+  for (Bend& bend : *bends) bend.acceleration = turn.transpose() * bend.acceleration;
+}
+
+void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend> bends) {
+  TurnLikePositions(*e, witness, &bends);
   const auto fit = FitForceScale(e->fixed, witness.attitude, bends, e->log.gravity);
   if (!fit) return;
   const double off = std::abs(fit->factor - 1.0);

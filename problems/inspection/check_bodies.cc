@@ -9,8 +9,10 @@ namespace trueline {
 namespace {
 
 constexpr double kSameTurn = 8.0 * kDegree;  // of two witnesses
+constexpr double kLeastBodyTurn = 8.0 * kDegree;
 constexpr double kLeastGyroScale = 0.04;
-constexpr double kLongBaseline = 0.35;         // s
+constexpr double kLongBaseline = 0.35;  // s
+constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
 
 bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-9); }
@@ -66,6 +68,24 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
                 "the vehicle"
               : "the log alone does not show which of the two; a pose's body axes are a matter of "
                 "its set-up"};
+}
+
+// A turn that moves gravity away from the body's -z, where its mirror image does not, is replaced
+// by that. Flights without turns about one axis do not show the handedness otherwise.
+void KeepUpright(const Examination& e, double least, RateWitness* witness) {
+  if (!witness->match.mirrored || IsIdentity(witness->turn)) return;
+  VectorMatch other = witness->match;
+  other.turn = *witness->match.mirrored;
+  const Eigen::Matrix3d plain = PlainTurn(other, least);
+  const double before = Lean(e.fixed, Eigen::Matrix3d::Identity());
+  if (Lean(e.fixed, witness->turn) < before + kClearLean) return;
+  if (Lean(e.fixed, plain) < before + kClearLean) witness->turn = plain;
+}
+
+// A witness that agrees with the gyroscope only because it shows too little.
+bool ShowsTooLittle(const RateWitness& witness) {
+  return IsIdentity(witness.turn) &&
+         witness.match.unturned < witness.match.correlation - kClearCorrelation;
 }
 
 Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
@@ -165,8 +185,9 @@ void CheckGain(Examination* e) {
 void CheckBodies(Examination* e) {
   std::vector<const RateWitness*> turned;
   std::size_t independent = 0;
-  for (const RateWitness& witness : e->rates) {
-    if (e->IsCopy(witness.stream)) continue;
+  for (RateWitness& witness : e->rates) {
+    KeepUpright(*e, kLeastBodyTurn, &witness);
+    if (e->IsCopy(witness.stream) || ShowsTooLittle(witness)) continue;
     ++independent;
     if (!IsIdentity(witness.turn)) turned.push_back(&witness);
   }

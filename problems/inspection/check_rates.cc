@@ -63,7 +63,7 @@ double Uprightness(const FlightLog& log, const std::vector<AttitudeSample>& atti
 // is preferred.
 struct FormTrial {
   const Form* form;
-  double correlation, unturned, upright;
+  double correlation, unturned, plain, upright;
 };
 
 std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
@@ -79,7 +79,8 @@ std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
     if (!match) continue;
     std::vector<AttitudeSample> shifted = read;
     for (AttitudeSample& sample : shifted) sample.t -= FromSeconds(lag);
-    trials.push_back({&form, match->correlation, match->unturned, Uprightness(e.fixed, shifted)});
+    trials.push_back(
+        {&form, match->correlation, match->unturned, match->plain, Uprightness(e.fixed, shifted)});
   }
   return trials;
 }
@@ -92,6 +93,10 @@ const FormTrial& BestForm(const std::vector<FormTrial>& trials) {
   }
   const auto good = [&](const FormTrial& t) { return t.correlation > best - kFormMargin; };
   if (good(trials.front()) && trials.front().unturned > best - 2.0 * kFormMargin) {
+    return trials.front();
+  }
+  // As read, other axes of the IMU explain more than any other form does without them.
+  if (trials.front().plain > straight + 0.25 * kFormMargin && trials.front().upright > 0.7) {
     return trials.front();
   }
   for (const FormTrial& trial : trials) {  // one that explains all without a turn

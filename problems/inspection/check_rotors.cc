@@ -196,7 +196,9 @@ void CheckRotors(Examination* e) {
   for (const char* stream : {"rotors", "motors"}) {
     const bool speeds = std::string(stream) == "rotors";
     const auto& channels = speeds ? e->fixed.rotors : e->fixed.motors;
-    auto layout = FindLayout(e->fixed, channels, kLagReach);
+    // Motors follow their commands by 20 to 80 ms.
+    const UsualLag usual = {-kLeastRotorLag, speeds ? kLeastRotorLag : kLeastMotorLag};
+    auto layout = FindLayout(e->fixed, channels, usual, kLagReach);
     if (!layout) continue;
     layout->stream = stream;
     if (layout->explained.head<2>().minCoeff() < kLeastExplained) {

@@ -2,21 +2,65 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "problems/inspection/inspection.h"
+#include "problems/inspection/examination.h"
 #include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
+constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
 bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   return finding.id == "cover" || finding.id == "attitude_missing";
+}
+
+// The middle of the flight by the IMU's time: all streams between the same stamps.
+FlightLog MiddleOf(const FlightLog& log) {
+  const TimeNs from = log.imu[log.imu.size() / 2].t - FromSeconds(0.5 * kExcerpt);
+  const TimeNs to = from + FromSeconds(kExcerpt);
+  FlightLog middle;
+  middle.gravity = log.gravity;
+  middle.environment = log.environment;
+  middle.gates = log.gates;
+  middle.vehicle = log.vehicle;
+  const auto copy = [&](const auto& samples, auto* kept) {
+    std::copy_if(samples.begin(), samples.end(), std::back_inserter(*kept),
+                 [&](const auto& sample) { return sample.t >= from && sample.t <= to; });
+  };
+  copy(log.imu, &middle.imu);
+  copy(log.attitude, &middle.attitude);
+  copy(log.fixes, &middle.fixes);
+  copy(log.pose, &middle.pose);
+  copy(log.mocap, &middle.mocap);
+  copy(log.rotors, &middle.rotors);
+  copy(log.motors, &middle.motors);
+  return middle;
+}
+
+bool IsOfWholeLog(const Finding& finding) {
+  return finding.id == "cover" || finding.id == "attitude_missing";
+}
+
+// Of a long log, cover by the whole and all else by its middle.
+std::vector<Finding> FindingsOf(const FlightLog& log) {
+  const bool is_long =
+      log.imu.size() > 1 && SecondsBetween(log.imu.front().t, log.imu.back().t) > 2.0 * kExcerpt;
+  if (!is_long) return Inspect(log, {}).findings;
+  const AttitudeSources sources;
+  Examination whole{log, sources, {}, {}, {}, {}};
+  CheckCover(&whole);
+  std::vector<Finding> findings = whole.result.findings;
+  for (const Finding& finding : Inspect(MiddleOf(log), {}).findings) {
+    if (!IsOfWholeLog(finding)) findings.push_back(finding);
+  }
+  return findings;
 }
 
 }  // namespace
@@ -29,7 +73,7 @@ FlightLog ReadAndLook(const std::filesystem::path& directory) {
 
 std::vector<std::string> FirstLook(const FlightLog& log) {
   std::vector<std::string> findings;
-  for (const Finding& finding : Inspect(log, {}).findings) {
+  for (const Finding& finding : FindingsOf(log)) {
     if (!IsForAll(finding)) continue;
     findings.push_back(fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline-inspect {}",
                                    finding.id, NameOf(finding.level), finding.text, finding.remedy,

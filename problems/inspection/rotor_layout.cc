@@ -13,6 +13,7 @@ constexpr int kTerms = kMostRotors + kOthers;
 constexpr int kLayoutBlocks = 10;
 constexpr double kHalf = 0.05;        // s, half width of the triangle over which all is averaged
 constexpr double kLayoutStep = 0.01;  // s, of lags
+constexpr double kLagSigmas = 3.0;    // by which an unusual lag must be better
 constexpr std::size_t kMostTimes = 2000;
 
 using Terms = Eigen::Matrix<double, kTerms, 1>;
@@ -122,6 +123,53 @@ class LayoutFit {
   std::vector<double> times_;
 };
 
+struct LagTrial {
+  double lag = 0.0;  // s
+  Eigen::Vector3d explained = Eigen::Vector3d::Zero();
+};
+
+LagTrial BestLag(const LayoutFit& fit, const UsualLag& range) {
+  LagTrial best;
+  const int first = static_cast<int>(std::round(range.least / kLayoutStep));
+  const int last = static_cast<int>(std::round(range.most / kLayoutStep));
+  for (int k = first; k <= last; ++k) {
+    const LayoutNormal total = LayoutFit::Total(fit.Blocks(k * kLayoutStep));
+    if (total.n < 100.0) continue;
+    const Eigen::Vector3d explained = total.Explained();
+    if (explained.sum() > best.explained.sum()) best = {k * kLayoutStep, explained};
+  }
+  return best;
+}
+
+// What each block leaves unexplained by the solution of the whole, of each axis' total, summed.
+std::array<double, kLayoutBlocks> RestOfBlocks(const LayoutFit& fit, double lag) {
+  const auto blocks = fit.Blocks(lag);
+  const LayoutNormal total = LayoutFit::Total(blocks);
+  const Eigen::Matrix<double, kTerms, 3> s = total.Solve();
+  std::array<double, kLayoutBlocks> rest{};
+  for (std::size_t k = 0; k < kLayoutBlocks; ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double square = blocks[k].yy[axis] - 2.0 * s.col(axis).dot(blocks[k].b.col(axis)) +
+                            s.col(axis).dot(blocks[k].a * s.col(axis));
+      rest[k] += square / std::max(1e-12, total.yy[axis]);
+    }
+  }
+  return rest;
+}
+
+// Whether most parts of the flight, and not one manoeuvre alone, are explained better at `lag`.
+bool IsClearlyBetter(const LayoutFit& fit, double lag, double other) {
+  const auto rest = RestOfBlocks(fit, lag), rest_of_other = RestOfBlocks(fit, other);
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t k = 0; k < kLayoutBlocks; ++k) {
+    const double gain = rest_of_other[k] - rest[k];
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double scatter = squares - sum * sum / kLayoutBlocks;
+  return sum > 0.0 && sum * sum > kLagSigmas * kLagSigmas * scatter;
+}
+
 }  // namespace
 
 int RotorLayout::Sign(std::size_t i, int axis, double sign) const {
@@ -131,24 +179,18 @@ int RotorLayout::Sign(std::size_t i, int axis, double sign) const {
 }
 
 std::optional<RotorLayout> FindLayout(const FlightLog& log,
-                                      const std::vector<ChannelsSample>& channels, double reach) {
+                                      const std::vector<ChannelsSample>& channels,
+                                      const UsualLag& usual, double reach) {
   if (channels.size() < 100 || log.imu.size() < 200) return std::nullopt;
   const std::size_t count = channels.front().values.size();
   if (count == 0 || count > kMostRotors) return std::nullopt;
   const LayoutFit fit(log, channels);
+  const LagTrial any = BestLag(fit, {-reach, reach}), own = BestLag(fit, usual);
+  if (any.explained.sum() <= 0.0) return std::nullopt;
+  const bool keep = own.explained.sum() > 0.0 && !IsClearlyBetter(fit, any.lag, own.lag);
   RotorLayout layout;
-  double best = -1.0;
-  const int steps = static_cast<int>(reach / kLayoutStep);
-  for (int k = -steps; k <= steps; ++k) {
-    const LayoutNormal total = LayoutFit::Total(fit.Blocks(k * kLayoutStep));
-    if (total.n < 100.0) continue;
-    const Eigen::Vector3d explained = total.Explained();
-    if (explained.sum() <= best) continue;
-    best = explained.sum();
-    layout.lag = k * kLayoutStep;
-    layout.explained = explained;
-  }
-  if (best < 0.0) return std::nullopt;
+  layout.lag = keep ? own.lag : any.lag;
+  layout.explained = keep ? own.explained : any.explained;
   const auto blocks = fit.Blocks(layout.lag);
   const LayoutNormal total = LayoutFit::Total(blocks);
   const Eigen::Matrix<double, kTerms, 3> all = total.Solve();

@@ -30,10 +30,17 @@ struct RotorLayout {
   int Sign(std::size_t i, int axis, double sign) const;
 };
 
+// Lags (s) that motors and filters have by themselves.
+struct UsualLag {
+  double least, most;
+};
+
 // Regression of the gyroscope's angular acceleration on the squared channels, with products of the
-// rates beside them, at the lag within `reach` (s) that explains most. No value for more than eight
-// channels, or too little time.
+// rates beside them, at the lag within `reach` (s) that explains most; outside of the usual ones
+// only if most parts of the flight agree. No value for more than eight channels, or too little
+// time.
 std::optional<RotorLayout> FindLayout(const FlightLog& log,
-                                      const std::vector<ChannelsSample>& channels, double reach);
+                                      const std::vector<ChannelsSample>& channels,
+                                      const UsualLag& usual, double reach);
 
 }  // namespace trueline

@@ -57,8 +57,18 @@ double Correlation(const Sums& sums, bool any_turn = true) {
   return shared / sums.Scale();
 }
 
+double PlainCorrelation(const Sums& sums) {
+  const Eigen::Matrix3d h = sums.Cov();
+  double best = -1.0;
+  for (const Eigen::Matrix3d& m : SignedPermutations()) {
+    best = std::max(best, m.cwiseProduct(h).sum() / sums.Scale());
+  }
+  return best;
+}
+
 struct Turn {
   Eigen::Matrix3d best;      // of either handedness
+  Eigen::Matrix3d mirrored;  // the best one that is no rotation
   Eigen::Matrix3d rotation;  // the best one that is a rotation
   double third;  // signed gain in correlation by the best one over a change of handedness
 };
@@ -71,6 +81,7 @@ Turn FitTurn(const Sums& sums) {
   turn.best = u * v.transpose();
   const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;
   turn.rotation = u * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * v.transpose();
+  turn.mirrored = u * Eigen::Vector3d(1.0, 1.0, -sign).asDiagonal() * v.transpose();
   turn.third = sign * 2.0 * svd.singularValues()[2] / sums.Scale();
   return turn;
 }
@@ -215,6 +226,7 @@ void FitTurnAndGain(const std::array<Sums, kBlocks>& blocks, VectorMatch* match)
   match->reflection = turn.third / std::max(1e-9, JackknifeSigma(thirds));
   const bool mirrored = match->reflection < -kShown && turn.third < -0.02;
   match->turn = mirrored ? turn.best : turn.rotation;
+  if (!mirrored && match->reflection < kShown) match->mirrored = turn.mirrored;
   match->gain = std::sqrt(total.SeenVar() / total.SureVar());
   match->gain_sigma = JackknifeSigma(gains);
   const double k = static_cast<double>(without.size());
@@ -295,6 +307,7 @@ std::optional<VectorMatch> MatchVectors(const PairsAt& all, const LagSearch& sea
   match.count = static_cast<int>(total.n);
   match.correlation = Correlation(total);
   match.unturned = Correlation(total, false);
+  match.plain = PlainCorrelation(total);
   match.seen_rms = std::sqrt(total.SeenVar());
   FitTurnAndGain(about.sums[1], &match);
   FitDrift(SumsAbout(pairs, match.lag, 2.0 * kFineStep, from, to), match.turn, 2.0 * kFineStep,

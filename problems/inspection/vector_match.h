@@ -28,12 +28,15 @@ struct VectorMatch {
   double correlation = 0.0;       // at the lag, over all rotations and reflections; 1 is perfect
   double unshifted = 0.0;         // the same without the lag
   double unturned = 0.0;          // at the lag, without a rotation
+  double plain = 0.0;             // at the lag, by the best of the 48 signed permutations
 
   // seen = gain turn sure, about the means. Orthogonal; a reflection only where the third axis
   // shows it at 5 sigma.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d turn_cov = Eigen::Matrix3d::Zero();  // rad^2, in the stream's axes
   double reflection = 0.0;  // sigmas by which the sign of the determinant is shown
+  // The best turn of the other handedness, where the third axis does not show which it is.
+  std::optional<Eigen::Matrix3d> mirrored;
   double gain = 1.0, gain_sigma = 0.0;
   double seen_rms = 0.0;  // of `seen` about its mean
 };

@@ -31,7 +31,8 @@ inline constexpr std::array<const char*, 6> kImuAxes = {"ax", "ay", "az", "gx", 
 double AxisValue(const ImuSample& sample, std::size_t axis);  // in the order of kImuAxes
 
 // Axes that stay at their extreme value for 5 samples or more, but not for most of the log: that is
-// a sensor that is stuck.
+// a sensor that is stuck. Values near the extreme must not stay likewise: that is a smooth signal
+// in coarse steps.
 std::vector<Saturation> ImuSaturations(const std::vector<ImuSample>& imu);
 
 }  // namespace trueline

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/log/imu_faults.h"
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr double kGapSteps = 5.0;       // median steps that make a gap
 constexpr std::size_t kClippedRun = 5;  // equal extreme values in a row that count as saturation
+constexpr double kHeldShare = 0.1;      // of samples near the extreme: more is a coarse signal
 constexpr double kClippedShare = 0.05;  // of all samples at most: more is a stuck sensor
 
 Episodes GapsOf(const std::vector<ImuSample>& imu, double median_step) {
@@ -23,6 +25,7 @@ Episodes GapsOf(const std::vector<ImuSample>& imu, double median_step) {
   return gaps;
 }
 
+// Runs of at least kClippedRun samples of the value `extreme`.
 Episodes RunsAt(const std::vector<ImuSample>& imu, std::size_t axis, double extreme) {
   Episodes runs;
   for (std::size_t begin = 0; begin < imu.size();) {
@@ -32,6 +35,26 @@ Episodes RunsAt(const std::vector<ImuSample>& imu, std::size_t axis, double extr
     begin = std::max(end, begin + 1);
   }
   return runs;
+}
+
+// Share of the samples within a tenth of the range of an extreme that stay at their value for as
+// long as a clipped run. A smooth signal in coarse steps does so at any value, not at the extreme
+// alone.
+double ShareOfHeld(const std::vector<ImuSample>& imu, std::size_t axis, double extreme,
+                   double range) {
+  double near = 0.0, held = 0.0;
+  for (std::size_t begin = 0; begin < imu.size();) {
+    const double value = AxisValue(imu[begin], axis);
+    std::size_t end = begin + 1;
+    while (end < imu.size() && AxisValue(imu[end], axis) == value) ++end;
+    const double off = std::abs(value - extreme);
+    if (off > 0.0 && off < 0.1 * range) {
+      near += static_cast<double>(end - begin);
+      if (end - begin >= kClippedRun) held += static_cast<double>(end - begin);
+    }
+    begin = end;
+  }
+  return near > 0.0 ? held / near : 0.0;
 }
 
 }  // namespace
@@ -61,6 +84,8 @@ std::vector<Saturation> ImuSaturations(const std::vector<ImuSample>& imu) {
     for (const double extreme : {AxisValue(*low, axis), AxisValue(*high, axis)}) {
       const Episodes runs = RunsAt(imu, axis, extreme);
       if (runs.count == 0 || runs.duration > most) continue;
+      const double range = AxisValue(*high, axis) - AxisValue(*low, axis);
+      if (ShareOfHeld(imu, axis, extreme, range) > kHeldShare) continue;
       saturations.push_back({kImuAxes[axis], extreme, runs});
     }
   }

@@ -124,7 +124,7 @@ TEST_F(ConvertApp, RefusesABinaryLogForAMapOfCsv) {
 TEST_F(ConvertApp, SaysThatNoMapFits) {
   const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("no map in config/import finds an IMU in it; edit"));
+  EXPECT_THAT(none.err, HasSubstr("has no IMU by the names of its fields"));
   EXPECT_THAT(TextOf(out_ + "/proposed_map.yaml"), HasSubstr("inputs:\n  log: {delimiter: \",\""));
   EXPECT_FALSE(std::filesystem::exists(out_ + "/log.yaml"));
 }

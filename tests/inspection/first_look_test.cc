@@ -58,5 +58,17 @@ TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv is missing")));
 }
 
+// The middle of a long flight shows a clock; the whole of it shows cover.
+TEST(FirstLook, OfALongFlightItInspectsAPart) {
+  SimulationConfig config = testing_simulation::ReadShipped("long_flight");
+  config.duration = 400.0;
+  FlightLog log = testing_simulation::Fly(config, 5).log;
+  EXPECT_THAT(FirstLook(log), IsEmpty());
+  Shift(0.45, &log.attitude);
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
+  log.attitude.clear();
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("attitude.csv is missing")));
+}
+
 }  // namespace
 }  // namespace trueline

@@ -5,6 +5,8 @@
 #include <functional>
 
 #include "problems/import/convert.h"
+#include "problems/import/find_map.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/inspection/corrected_map.h"
 #include "problems/inspection/inspection.h"
 #include "problems/log/native_log.h"
@@ -104,6 +106,10 @@ INSTANTIATE_TEST_SUITE_P(
                                swap << 0, 1, 0, 1, 0, 0, 0, 0, 1;
                                TurnImu(swap, log);
                              }},
+                    PutFault{"ForwardLeftUp", "imu_axes of imu",
+                             [](FlightLog* log) {
+                               TurnImu(Eigen::Vector3d(1, -1, -1).asDiagonal(), log);
+                             }},
                     PutFault{"AxesTurned", "imu_axes of imu",
                              [](FlightLog* log) {
                                const Eigen::Vector3d axis =
@@ -161,6 +167,34 @@ TEST(Inspect, ComparesNothingWithASlowImu) {
   const Inspection inspection = Inspect(slow, {});
   EXPECT_THAT(inspection.comparisons, IsEmpty());
   EXPECT_THAT(inspection.notes, Contains(testing::HasSubstr("too few to compare")));
+}
+
+// Flat laps do not show the sign of one axis; gravity does.
+TEST(Inspect, KeepsGravityWhereTheHandednessIsNotShown) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) {
+    std::swap(sample.accel.x(), sample.accel.y());
+    std::swap(sample.gyro.x(), sample.gyro.y());
+  }
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::ElementsAre("imu_axes of imu"));
+}
+
+TEST(Inspect, FindsRotorsThatAreLate) {
+  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
+  config.duration = 30.0;
+  FlightLog log = testing_simulation::Fly(config, 3).log;
+  for (ChannelsSample& sample : log.rotors) sample.t += FromSeconds(0.4);
+  EXPECT_THAT(Harmful(Inspect(log, {})), Contains("clock_offset of rotors"));
+}
+
+// A throw is one manoeuvre: its motor commands fit the angular acceleration at many lags.
+TEST(Inspect, OneManoeuvreIsNoClockOfMotors) {
+  const auto file = DataFolder() / "../logs/betaflight/indiflight_LOG00271.BFL";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is missing";
+  const auto map = FindShippedMap(*OpenRecording(file));
+  ASSERT_TRUE(map.has_value());
+  const FlightLog log = ConvertLog(*map, {file.string()}, {});
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Not(Contains("clock_offset of motors")));
 }
 
 // A flight driven by its rotors, whose speeds and places the log states.

@@ -114,6 +114,19 @@ TEST(Imu, SaturationIsReported) {
                                     "at 10.000 s")));
 }
 
+// In steps of 1 deg/s a slow turn stays at every value for many samples, at the greatest one as
+// well.
+TEST(Imu, ACoarseSlowSignalIsNotSaturation) {
+  LogFiles files;
+  FlightLog log = LongLog(4000);
+  for (std::size_t i = 0; i < log.imu.size(); ++i) {
+    const double degrees = 30.0 * std::sin(2e-3 * static_cast<double>(i));
+    log.imu[i].gyro.x() = std::round(degrees) * 0.0174532925;
+  }
+  WriteNativeLog(log, files.directory());
+  EXPECT_THAT(files.Read().warnings, IsEmpty());
+}
+
 TEST(Imu, AConstantChannelIsNotSaturation) {
   LogFiles files;
   FlightLog log = LongLog(2000);

@@ -1,6 +1,9 @@
 #include "problems/import/formats/csv_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "problems/common/error.h"
 #include "problems/log/csv_text.h"
@@ -9,10 +12,13 @@
 namespace trueline {
 namespace {
 
+constexpr std::size_t kSampleRows = 200;  // that show the time column and its unit
+
 class CsvRowDecoder : public MessageDecoder {
  public:
-  CsvRowDecoder(std::vector<ChannelField> fields, char delimiter)
-      : fields_(std::move(fields)), delimiter_(delimiter) {}
+  explicit CsvRowDecoder(const CsvLayout& layout) : delimiter_(layout.delimiter) {
+    for (const std::string& column : layout.columns) fields_.push_back({column, ""});
+  }
 
   bool Describe(std::string_view, Channel* channel) override {
     channel->fields = fields_;
@@ -31,38 +37,153 @@ class CsvRowDecoder : public MessageDecoder {
   char delimiter_;
 };
 
-}  // namespace
-
-char GuessDelimiter(std::string_view line) {
+// Blanks separate only where nothing else does: names and values may have blanks beside commas.
+char DelimiterOf(std::string_view line) {
+  const auto count = [line](char c) { return std::count(line.begin(), line.end(), c); };
   char best = ',';
-  for (const char candidate : {',', ';', '\t', ' '}) {
-    const auto count = [line](char c) { return std::count(line.begin(), line.end(), c); };
+  for (const char candidate : {';', '\t'}) {
     if (count(candidate) > count(best)) best = candidate;
   }
-  return best;
+  return count(best) > 0 ? best : ' ';
+}
+
+std::vector<std::string> Split(const std::string& line, char delimiter) {
+  std::vector<std::string_view> texts;
+  SplitFields(line, delimiter, &texts);
+  return {texts.begin(), texts.end()};
+}
+
+bool IsNumberText(const std::string& text) {
+  double value = 0.0;
+  return ParseNumber(text, &value);
+}
+
+std::vector<std::string> FirstLines(const std::filesystem::path& path) {
+  LineReader lines(path);
+  std::vector<std::string> first;
+  std::string_view line;
+  while (first.size() <= kSampleRows && lines.NextFilled(&line)) first.emplace_back(line);
+  if (first.empty()) {
+    throw ErrorAt(path.string(), 0, "has no line with text; copy the log again");
+  }
+  return first;
+}
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+bool IsTimeName(const std::string& column) {
+  std::string name = Lower(column);
+  if (name.starts_with('#')) name.erase(0, 1);
+  if (name.starts_with("time") || name.starts_with("stamp")) return true;
+  // "t", "t_s", "t [ms]", but not "theta".
+  return name.starts_with('t') &&
+         (name.size() == 1 || std::isalpha(static_cast<unsigned char>(name[1])) == 0);
+}
+
+// The numbers of a column; empty if one is none.
+std::vector<double> ColumnOf(const std::vector<std::vector<std::string>>& rows,
+                             std::size_t column) {
+  std::vector<double> values;
+  for (const std::vector<std::string>& row : rows) {
+    double value = 0.0;
+    if (column >= row.size() || !ParseNumber(row[column], &value)) return {};
+    values.push_back(value);
+  }
+  return values;
+}
+
+bool Increases(const std::vector<double>& values) {
+  return !values.empty() && std::is_sorted(values.begin(), values.end()) &&
+         (values.size() == 1 || values.back() > values.front());
+}
+
+// By the name, else by the size of a stamp since 1970, else by the step between rows: logs have 20
+// Hz to 20 kHz.
+int TimeExponent(const std::string& column, const std::vector<double>& values) {
+  const std::string name = Lower(column);
+  const auto says = [&name](const char* unit) {
+    const std::string end = unit;
+    return name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||
+           name.ends_with("(" + end + ")");
+  };
+  if (says("ns")) return 0;
+  if (says("us")) return 3;
+  if (says("ms")) return 6;
+  if (says("s")) return 9;
+  const double size = std::abs(values.front());
+  if (size > 1e17) return 0;
+  if (size > 1e14) return 3;
+  if (size > 1e11) return 6;
+  const double step = (values.back() - values.front()) /
+                      static_cast<double>(std::max<std::size_t>(1, values.size() - 1));
+  if (step > 6e4) return 0;
+  if (step > 50.0) return 3;
+  return step >= 1.0 ? 6 : 9;
+}
+
+void FindTime(const std::vector<std::vector<std::string>>& rows, CsvLayout* layout) {
+  for (std::size_t i = 0; i < layout->columns.size(); ++i) {
+    if (!IsTimeName(layout->columns[i])) continue;
+    const std::vector<double> values = ColumnOf(rows, i);
+    if (!Increases(values)) continue;
+    layout->time_column = i;
+    layout->time_exponent = TimeExponent(layout->columns[i], values);
+    return;
+  }
+}
+
+// The names of the first line, or numbers.
+void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLayout* layout) {
+  layout->header = !std::all_of(first.begin(), first.end(), IsNumberText);
+  if (layout->header && first.size() == width) {
+    layout->columns = first;
+    return;
+  }
+  if (layout->header) {
+    layout->warning = fmt::format(
+        "the first line names {} columns where the rows have {}; which names are whose is not "
+        "known, so that columns go by number",
+        first.size(), width);
+  }
+  for (std::size_t i = 1; i <= width; ++i) layout->columns.push_back(std::to_string(i));
+}
+
+}  // namespace
+
+CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
+  const std::vector<std::string> lines = FirstLines(path);
+  CsvLayout layout;
+  layout.delimiter = DelimiterOf(lines.size() > 1 ? lines[1] : lines[0]);
+  const std::vector<std::string> first = Split(lines.front(), layout.delimiter);
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.delimiter));
+  NameColumns(first, rows.empty() ? first.size() : rows.front().size(), &layout);
+  if (rows.size() > 1) rows.pop_back();  // the last line may be cut off
+  FindTime(rows, &layout);
+  return layout;
 }
 
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
+  const CsvLayout layout = GuessCsvLayout(path);
+  if (!layout.warning.empty()) sink->Warn(layout.warning);
+  const std::size_t channel =
+      sink->AddChannel("rows", 0, "", [&] { return std::make_unique<CsvRowDecoder>(layout); });
   LineReader lines(path);
   std::string_view line;
-  if (!lines.NextFilled(&line)) {
-    throw ErrorAt(path.string(), 0, "has no line with text; copy the log again");
-  }
-  const char delimiter = GuessDelimiter(line);
+  if (layout.header) lines.NextFilled(&line);
   std::vector<std::string_view> texts;
-  SplitFields(line, delimiter, &texts);
-  std::vector<ChannelField> fields;
-  std::size_t time_column = texts.size();
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    fields.push_back({std::string(texts[i]), ""});
-    if (time_column == texts.size() && texts[i].starts_with('t')) time_column = i;
-  }
-  const std::size_t channel = sink->AddChannel(
-      "rows", 0, "", [&] { return std::make_unique<CsvRowDecoder>(fields, delimiter); });
   while (lines.NextFilled(&line)) {
-    SplitFields(line, delimiter, &texts);
     TimeNs time = 0;
-    if (time_column < texts.size()) ParseTime(texts[time_column], 9, &time);
+    if (layout.time_column) {
+      SplitFields(line, layout.delimiter, &texts);
+      if (*layout.time_column < texts.size()) {
+        ParseTime(texts[*layout.time_column], layout.time_exponent, &time);
+      }
+    }
     sink->Add(channel, time, line);
   }
 }

@@ -2,15 +2,29 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "problems/import/formats/recording.h"
 
 namespace trueline {
 
-// The channel `rows`; the delimiter is that which the header has most of. The time is that of the
-// first column whose name starts with t, read as seconds.
-void WalkCsv(const std::filesystem::path& path, MessageSink* sink);
+// What the first lines of a CSV file show. A column without a name has its number from 1 as its
+// name. Names are ignored where there are more or fewer than columns.
+struct CsvLayout {
+  char delimiter = ',';
+  bool header = true;  // the first line holds names
+  std::vector<std::string> columns;
+  std::optional<std::size_t> time_column;  // by its name, if its values increase
+  int time_exponent = 9;                   // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
+  std::string warning;                     // empty, or why the names are not used
+};
 
-char GuessDelimiter(std::string_view line);
+// Throws InputError for a file without text.
+CsvLayout GuessCsvLayout(const std::filesystem::path& path);
+
+// The channel `rows`; records have time 0 where no time column is found.
+void WalkCsv(const std::filesystem::path& path, MessageSink* sink);
 
 }  // namespace trueline

@@ -1,0 +1,97 @@
+// What the first lines of a CSV file of unknown origin show.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "problems/import/find_map.h"
+#include "problems/import/formats/csv_table.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/list_channels.h"
+#include "tests/import/import_files.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class CsvLayoutOf : public testing::Test {
+ protected:
+  CsvLayout Guess(const std::string& text) { return GuessCsvLayout(files_.Write("log.csv", text)); }
+  std::string List(const std::string& text) {
+    return ListChannels(*OpenRecording(files_.Write("log.csv", text)));
+  }
+  ImportFiles files_;
+};
+
+TEST_F(CsvLayoutOf, BlanksInNamesDoNotSeparate) {
+  const CsvLayout layout = Guess("t,acc x,acc y,acc z,ang vel x\n0.0,1,2,3,4\n0.1,1,2,3,4\n");
+  EXPECT_EQ(layout.delimiter, ',');
+  ASSERT_EQ(layout.columns.size(), 5U);
+  EXPECT_EQ(layout.columns[1], "acc x");
+  EXPECT_EQ(Guess("t a b\n0 1 2\n1 1 2\n").delimiter, ' ');
+  EXPECT_EQ(Guess("t;a;b\n0;1,5;2\n1;1,5;2\n").delimiter, ';');
+}
+
+TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {
+  const CsvLayout layout = Guess("0,0.1,7\n1,0.2,8\n");
+  EXPECT_FALSE(layout.header);
+  EXPECT_EQ(layout.columns, (std::vector<std::string>{"1", "2", "3"}));
+  EXPECT_FALSE(layout.time_column);
+  EXPECT_THAT(List("0,0.1,7\n1,0.2,8\n"), HasSubstr("rows                                        2"
+                                                    "          -"));
+}
+
+TEST_F(CsvLayoutOf, NamesThatFitNoColumnsAreNotUsed) {
+  const CsvLayout layout = Guess("time,a\n1,2,3\n2,2,3\n");
+  EXPECT_THAT(layout.warning, HasSubstr("names 2 columns where the rows have 3"));
+  EXPECT_EQ(layout.columns.front(), "1");
+  EXPECT_FALSE(layout.time_column);
+}
+
+TEST_F(CsvLayoutOf, FindsTheTimeAndItsUnit) {
+  EXPECT_EQ(Guess("thrust,theta,t\n3,2,0.00\n2,1,0.01\n5,4,0.02\n").time_column, 2U);
+  const CsvLayout falls = Guess("t,time_left\n5,3\n4,2\n3,1\n");
+  EXPECT_FALSE(falls.time_column);
+  const auto exponent = [&](const char* name, const char* a, const char* b) {
+    return Guess(fmt::format("{},x\n{},1\n{},1\n{}9,1\n", name, a, b, b)).time_exponent;
+  };
+  EXPECT_EQ(exponent("time (us)", "1", "2"), 3);
+  EXPECT_EQ(exponent("#timestamp [ns]", "1", "2"), 0);
+  EXPECT_EQ(exponent("timestamp", "1403715273262142976", "1403715273267142912"), 0);
+  EXPECT_EQ(exponent("timestamp", "1403715273262142", "1403715273267142"), 3);
+  EXPECT_EQ(exponent("timestamp", "1403715273262", "1403715273267"), 6);
+  EXPECT_EQ(exponent("t", "1772429364.81", "1772429364.82"), 9);
+}
+
+// The header alone tells that a shipped map fits; a map of numbers fits no file by its header.
+TEST_F(CsvLayoutOf, AShippedMapIsFoundByItsNames) {
+  const std::string header =
+      "t,ang acc x,ang acc y,ang acc z,ang vel x,ang vel y,ang vel z,quat x,quat y,quat z,quat w,"
+      "acc x,acc y,acc z,vel x,vel y,vel z,pos x,pos y,pos z,mot 1,mot 2,mot 3,mot 4,vbat\n";
+  std::string row = "0.1";
+  for (int i = 0; i < 24; ++i) row += ",0";
+  const auto map = FindShippedMap(*OpenRecording(files_.Write("a.csv", header + row + "\n")));
+  ASSERT_TRUE(map);
+  EXPECT_THAT(map->file, HasSubstr("neurobem.yaml"));
+  std::string wide = "time,a\n";
+  for (int k = 0; k < 3; ++k) {
+    for (int i = 0; i < 56; ++i) wide += fmt::format("{}{}", i > 0 ? "," : "", k);
+    wide += "\n";
+  }
+  EXPECT_FALSE(FindShippedMap(*OpenRecording(files_.Write("b.csv", wide))));
+  EXPECT_FALSE(FindShippedMap(*OpenRecording(files_.Write("c.csv", "t,a\n1,2\n2,3\n"))));
+}
+
+TEST_F(CsvLayoutOf, SaysWhatIsMissing) {
+  const auto why = [&](const std::string& text) {
+    return WhyNoMapFits(*OpenRecording(files_.Write("log", text)));
+  };
+  EXPECT_THAT(why("t,a\n1,2\n2,3\n"), HasSubstr("has no IMU"));
+  EXPECT_THAT(why("t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n1,2,3,4,5,6,7\n"),
+              HasSubstr("no map in config/import fits it, though"));
+  EXPECT_THAT(why("1.0 1 2 3 0 0 0 1\n1.1 1 2 3 0 0 0 1\n"), HasSubstr("is a trajectory"));
+  EXPECT_EQ(why("t,a\n"), "has no records");
+}
+
+}  // namespace
+}  // namespace trueline
