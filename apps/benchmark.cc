@@ -9,7 +9,7 @@
 #include "problems/common/result_folder.h"
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
-#include "problems/prediction/experiment_kind.h"
+#include "problems/prediction/prediction_experiment.h"
 #include "problems/prediction/wrench_experiment.h"
 #include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"

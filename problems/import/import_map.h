@@ -36,11 +36,12 @@
 //     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}
 //     battery:  {column: vbat, unit: V}
 //     range:    {column: sonar, unit: m}
-//                            # of a recording, each states the `channel`: [name, pattern*, ...],
-//                            the # first that has records, or the `type` of its messages; `with`:
-//                            [name] # adds the last values of other channels. optional: true lets
-//                            the log # lack it. Columns are fields: "q[0]", "q[0..3]". A list of
-//                            streams: # the first that the log has.
+//
+// Streams of a recording state their `channel`, [name, pattern*, ...], the first that has records
+// counts, or the `type` of its messages. `with: [name]` adds the last values of other channels;
+// `optional: true` lets the log lack it. Columns are fields: "q[0]", "q[0..3]". A list of streams
+// means the first that the log has.
+//
 //     fixes:    {channel: GPS, position: {geodetic: [Lat, Lng, Alt]}, ...}  # deg and m, by scale;
 //                            # NED about the first one
 //   cut: {from: 2, to: 30, relative_to: start, airborne: {min_height: 0.5, margin: 0.5}}

@@ -20,9 +20,7 @@ struct PredictionModel {
   WindowPrediction prediction;
 
   PredictionModel(const PredictionSetup& setup, const PredictionFit& fit)
-      : air(setup.vehicle),
-        process(MakeProcesses(fit.processes)),
-        prediction(air, process) {}
+      : air(setup.vehicle), process(MakeProcesses(fit.processes)), prediction(air, process) {}
 };
 
 MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double weight) {

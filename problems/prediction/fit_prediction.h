@@ -18,8 +18,8 @@ struct PredictionNumber {
 
 using ProcessNumbers = std::array<StabilisedProcessNumbers, WindowPrediction::kProcesses>;
 // The processes' names in files.
-inline constexpr std::array<const char*, WindowPrediction::kProcesses> kProcessNames = {
-    "level", "heading"};
+inline constexpr std::array<const char*, WindowPrediction::kProcesses> kProcessNames = {"level",
+                                                                                        "heading"};
 WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers);
 
 struct PredictionSetup {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/process_yaml.h"
@@ -28,44 +27,6 @@ void Serialize(YamlArchive* a, StabilisedProcessNumbers* n) {
   a->Require(sizes.size() == n->sizes.size() && *std::min_element(sizes.begin(), sizes.end()) > 0,
              "sizes", "needs four positive numbers");
   std::copy_n(sizes.begin(), std::min(sizes.size(), n->sizes.size()), n->sizes.begin());
-}
-
-RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map) {
-  RotorAirVehicle vehicle;
-  YamlArchive a(map);
-  a.Positive("mass", &vehicle.mass);
-  a.Require(vehicle.mass > 0.0, "mass", "is needed, in kg");
-  a.Positive("gravity", &vehicle.gravity);
-  a.Positive("radius", &vehicle.radius);
-  a.Require(vehicle.radius > 0.0, "radius", "is needed, in m");
-  a.Positive("air_density", &vehicle.air_density);
-  for (const YamlMap& rotor : map.Children("rotors")) {
-    const int spin = rotor.Get<int>("spin");
-    if (std::abs(spin) != 1) rotor.Fail("spin", "must be 1 or -1");
-    vehicle.rotors.push_back({rotor.GetVector3("position"), spin});
-    rotor.Finish();
-  }
-  if (vehicle.rotors.size() != 4) map.Fail("rotors", "must list four rotors");
-  map.Finish();
-  return vehicle;
-}
-
-std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count,
-                                          const RotorAirInfo& (*info)(int i)) {
-  std::vector<PredictionNumber> numbers(count);
-  for (int i = 0; i < count; ++i) {
-    const char* name = info(i).name;
-    const YamlMap entry = map.Child(name);
-    YamlArchive a(entry);
-    a.Finite("start", &numbers[i].start);
-    const double size = std::abs(numbers[i].start);
-    numbers[i].typical = size > 0.0 ? size : 1.0;
-    a.Positive("typical", &numbers[i].typical);
-    a.Value("free", &numbers[i].free);
-    entry.Finish();
-  }
-  map.Finish();
-  return numbers;
 }
 
 namespace {
@@ -128,12 +89,8 @@ void RefuseTrained(const std::vector<PredictionRun>& training,
 
 MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::FromFile(file);
-  map.GetChoice("kind", {"multi_step"}, "multi_step");
   MultiStepExperiment experiment;
-  experiment.file = file.string();
-  experiment.config = YAML::LoadFile(file.string());
-  experiment.name = map.Get<std::string>("name");
-  experiment.about = map.Get<std::string>("about", std::string());
+  ReadHead(file, "multi_step", map, &experiment);
   PredictionSetup& setup = experiment.setup;
   setup.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
   setup.numbers = ReadNumbers(map.Child("numbers"), WindowPrediction::kCount, PredictionNumberInfo);

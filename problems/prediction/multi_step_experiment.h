@@ -1,12 +1,8 @@
 // Multi-step prediction of measured flight, by the protocol of the NanoDrone benchmark (Busetto et
 // al. 2026): from the state at one row and the rotor speeds of 50 rows, the next 50 states.
 //
-//   kind: multi_step
-//   name: ...; about: ...
-//   vehicle: {mass: kg, radius: m, air_density: kg/m^3, rotors: [{position: [x, y, z], spin: 1}]}
-//   numbers:                    # RotorAir's and the state errors'; `free` ones are fitted
-//     C_T: {start: 0.017, free: true}    # `typical`, the solver's unit: |start| where left out
-//   processes: {level: {length: 0.36, ...}, heading: {...}, learn: true}
+//   kind: multi_step            # name, about, vehicle and numbers: prediction_experiment.h
+//   processes: {level: {length_s: 0.36, ...}, heading: {...}, learn: true}
 //   windows: 600                # of each trajectory, for the fit
 //   drag: 0.42                  # 1/s, of the second physics baseline
 //   published: [{name: ..., average: concatenated, sums: [p, v, R, w]}]   # for the page
@@ -19,9 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/common/strict_yaml.h"
-#include "problems/prediction/fit_prediction.h"
 #include "problems/prediction/multi_step_score.h"
+#include "problems/prediction/prediction_experiment.h"
 
 namespace trueline {
 
@@ -30,22 +25,15 @@ struct PublishedScore {
   std::vector<double> sums;  // p, v, R, w
 };
 
-struct MultiStepExperiment {
-  std::string file, name, about;
+struct MultiStepExperiment : PredictionExperiment {
   PredictionSetup setup;
   double drag = 0.42;  // 1/s
   std::vector<PublishedScore> published;
-  YAML::Node config;  // for provenance
 };
 
 MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file);
 // A trial: few windows, one round.
 void ShortenMultiStepExperiment(MultiStepExperiment* experiment);
-
-// `vehicle` and `numbers` of an experiment with this model; `info` names number i of `count`.
-RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map);
-std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count,
-                                          const RotorAirInfo& (*info)(int i));
 
 struct MultiStepRow {
   std::string trajectory, predictor;

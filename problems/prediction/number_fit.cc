@@ -1,6 +1,6 @@
 #include "problems/prediction/number_fit.h"
 
-#include <glog/logging.h>
+#include "problems/common/error.h"
 
 namespace trueline {
 
@@ -34,7 +34,10 @@ ceres::Solver::Summary SolveSilently(ceres::Solver::Options options, ceres::Prob
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem, &summary);
-  CHECK(summary.IsSolutionUsable()) << summary.message;
+  if (!summary.IsSolutionUsable()) {
+    throw InputError("the fit of the numbers failed: " + summary.message +
+                     "; are the start values under `numbers` those of such a vehicle?");
+  }
   return summary;
 }
 

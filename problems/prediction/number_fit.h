@@ -1,5 +1,5 @@
 // What the fits of the rotor-by-rotor model's numbers share: each number counts in its unit
-// `typical`, held numbers do not move, and a fit that Ceres refuses is a defect.
+// `typical`, held numbers do not move, and a fit that Ceres refuses is an error.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -19,8 +19,8 @@ Eigen::VectorXd InUnits(const std::vector<double>& values,
 std::vector<double> FromUnits(const Eigen::VectorXd& scaled,
                               const std::vector<PredictionNumber>& numbers);
 
-// Solves in silence. Fails a CHECK if Ceres gives no usable solution, as for invalid options: the
-// start values must not pass for a result.
+// Solves in silence. Throws InputError if Ceres gives no usable solution: the start values must not
+// pass for a result.
 ceres::Solver::Summary SolveSilently(ceres::Solver::Options options, ceres::Problem* problem);
 
 }  // namespace trueline

@@ -1,4 +1,4 @@
-// The numbers of an attitude process in configurations and results.
+// The numbers of a stabilised process in configurations and results.
 #pragma once
 
 #include "cost_functions/models/stabilised_process.h"

@@ -8,7 +8,6 @@
 #include "problems/common/parallel.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/cluster_variance.h"
-#include "problems/prediction/multi_step_experiment.h"
 #include "problems/prediction/number_fit.h"
 #include "problems/prediction/wrench_flight.h"
 
@@ -188,12 +187,8 @@ const RotorAirInfo& WrenchNumberInfo(int i) {
 
 WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::FromFile(file);
-  map.GetChoice("kind", {"wrench"}, "wrench");
   WrenchExperiment experiment;
-  experiment.file = file.string();
-  experiment.config = YAML::LoadFile(file.string());
-  experiment.name = map.Get<std::string>("name");
-  experiment.about = map.Get<std::string>("about", std::string());
+  ReadHead(file, "wrench", map, &experiment);
   experiment.vehicle = ReadRotorAirVehicle(map.Child("vehicle"));
   experiment.inertia = map.GetVector3("inertia");
   if (experiment.inertia.minCoeff() <= 0.0) map.Fail("inertia", "must be positive, in kg m^2");

@@ -2,12 +2,9 @@
 // NeuroBEM (Bauersfeld et al. 2021): root mean square errors flight by flight, trained on other
 // flights.
 //
-//   kind: wrench
-//   name: ...; about: ...
-//   vehicle: {...}              # as kind: multi_step
+//   kind: wrench                # name, about, vehicle and numbers: prediction_experiment.h
 //   other_mass: 0.752           # kg, of which published predictions were made
 //   inertia: [x, y, z]          # kg m^2, as stated; the measured moment is I dw + w x I w with it
-//   numbers: {...}              # RotorAir's and the measured point's
 //   force_sigma: [0.1, 0.1, 0.3]        # N, weights of the fit
 //   moment_sigma: [0.2, 0.2, 0.02]      # N m; large: moments do not move the forces' numbers
 //   stride: 5                           # every fifth row is fitted; all rows are scored
@@ -20,16 +17,15 @@
 #include <vector>
 
 #include "cost_functions/wrench_residual.h"
-#include "problems/prediction/fit_prediction.h"
+#include "problems/prediction/prediction_experiment.h"
 
 namespace trueline {
 
-struct WrenchExperiment {
+struct WrenchExperiment : PredictionExperiment {
   struct Fold {
     std::string test;
     std::vector<std::string> train;
   };
-  std::string file, name, about;
   RotorAirVehicle vehicle;
   double other_mass = 0.0;                            // kg; 0 for none
   Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  // kg m^2, as stated
@@ -38,7 +34,6 @@ struct WrenchExperiment {
   Eigen::Vector3d moment_sigma{0.2, 0.2, 0.02};       // N m
   int stride = 5;
   std::vector<Fold> folds;
-  YAML::Node config;
 };
 
 WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/process_yaml.h"
@@ -29,19 +28,6 @@ YAML::Node ErrorsNode(const MultiStepErrors& errors) {
   return node;
 }
 
-YAML::Node NumbersNode(const PredictionSetup& setup, const PredictionFit& fit) {
-  YAML::Node node;
-  for (int i = 0; i < WindowPrediction::kCount; ++i) {
-    const RotorAirInfo& info = PredictionNumberInfo(i);
-    node[info.name] = FlowMap({{"value", Rounded(fit.numbers[i], kScoreDigits)},
-                               {"sigma", Rounded(fit.sigmas[i], 2)},
-                               {"unit", info.unit},
-                               {"status", setup.numbers[i].free ? "fitted" : "held"},
-                               {"about", info.about}});
-  }
-  return node;
-}
-
 YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
                    const std::vector<std::string>& trained_on) {
   YAML::Node node;
@@ -49,7 +35,8 @@ YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
   node["windows"] = fit.windows;
   node["converged"] = fit.converged;
   node["cost"] = Rounded(fit.cost, kScoreDigits);
-  node["numbers"] = NumbersNode(setup, fit);
+  node["numbers"] =
+      NumbersNode(setup.numbers, fit.numbers, fit.sigmas, PredictionNumberInfo, kScoreDigits);
   for (std::size_t i = 0; i < kProcessNames.size(); ++i) {
     node["processes"][kProcessNames[i]] = ToYaml(fit.processes[i]);
   }
@@ -75,10 +62,7 @@ std::string HorizonsCsv(const MultiStepResult& result) {
 
 void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult& result,
                     const std::filesystem::path& directory) {
-  YAML::Node node;
-  node["name"] = experiment.name;
-  node["about"] = experiment.about;
-  node["kind"] = "multi_step";
+  YAML::Node node = HeadNode(experiment);
   for (const MultiStepRow& row : result.rows) {
     YAML::Node score;
     score["trajectory"] = row.trajectory;
@@ -99,9 +83,6 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
   for (const MultiStepFold& fold : result.folds) {
     node["folds"][fold.trajectory] = FitNode(experiment.setup, fold.fit, fold.trained_on);
   }
-  node["provenance"]["version"] = Version();
-  node["provenance"]["source"] = experiment.file;
-  node["provenance"]["config"] = experiment.config;
   WriteFileAtomically(directory / "horizons.csv", HorizonsCsv(result));
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
@@ -118,12 +99,8 @@ std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiSte
     table += "\n";
   }
   table += "\nnumbers (fitted to all training runs)\n";
-  for (int i = 0; i < WindowPrediction::kCount; ++i) {
-    if (!experiment.setup.numbers[i].free) continue;
-    const RotorAirInfo& info = PredictionNumberInfo(i);
-    table += fmt::format("  {:<8}{:>12.5g} +- {:<10.2g}{:<8}{}\n", info.name, result.fit.numbers[i],
-                         result.fit.sigmas[i], info.unit, info.about);
-  }
+  table += NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas,
+                        PredictionNumberInfo);
   return table;
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/prediction/wrench_experiment.h"
 #include "problems/result/yaml_text.h"
@@ -35,15 +34,8 @@ YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) 
   node["test"] = fold.test;
   node["train"] = fold.train;
   node["rows"] = fold.fit.rows;
-  for (int i = 0; i < WrenchResidual::kCount; ++i) {
-    const RotorAirInfo& info = WrenchNumberInfo(i);
-    node["numbers"][info.name] =
-        FlowMap({{"value", Rounded(fold.fit.numbers[i], kWrenchDigits)},
-                 {"sigma", Rounded(fold.fit.sigmas[i], 2)},
-                 {"unit", info.unit},
-                 {"status", experiment.numbers[i].free ? "fitted" : "held"},
-                 {"about", info.about}});
-  }
+  node["numbers"] = NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas,
+                                WrenchNumberInfo, kWrenchDigits);
   node["share_of_moment"]["level"] = Rounded(fold.fit.share[0], kWrenchDigits);
   node["share_of_moment"]["heading"] = Rounded(fold.fit.share[1], kWrenchDigits);
   return node;
@@ -53,17 +45,11 @@ YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) 
 
 void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
                  const std::filesystem::path& directory) {
-  YAML::Node node;
-  node["name"] = experiment.name;
-  node["about"] = experiment.about;
-  node["kind"] = "wrench";
+  YAML::Node node = HeadNode(experiment);
   for (const WrenchScore& score : result.scores) node["scores"].push_back(WrenchScoreNode(score));
   for (const WrenchFold& fold : result.folds) node["folds"].push_back(FoldNode(experiment, fold));
   for (int i = 0; i < 3; ++i) node["stated_inertia"].push_back(experiment.inertia[i]);
   node["stated_inertia"].SetStyle(YAML::EmitterStyle::Flow);
-  node["provenance"]["version"] = Version();
-  node["provenance"]["source"] = experiment.file;
-  node["provenance"]["config"] = experiment.config;
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
 
@@ -81,12 +67,7 @@ std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& 
   for (const WrenchFold& fold : result.folds) {
     table +=
         fmt::format("\nnumbers for {}, fitted to {}\n", fold.test, fmt::join(fold.train, ", "));
-    for (int i = 0; i < WrenchResidual::kCount; ++i) {
-      if (!experiment.numbers[i].free) continue;
-      const RotorAirInfo& info = WrenchNumberInfo(i);
-      table += fmt::format("  {:<8}{:>12.4g} +- {:<10.2g}{:<8}{}\n", info.name, fold.fit.numbers[i],
-                           fold.fit.sigmas[i], info.unit, info.about);
-    }
+    table += NumbersTable(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, WrenchNumberInfo);
     table +=
         fmt::format("  share of the net moment that turns the vehicle: {:.2f} (level), {:.2f}\n",
                     fold.fit.share[0], fold.fit.share[1]);

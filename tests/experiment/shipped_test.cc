@@ -5,7 +5,7 @@
 
 #include "problems/common/error.h"
 #include "problems/experiment/rotor_experiment.h"
-#include "problems/prediction/experiment_kind.h"
+#include "problems/prediction/prediction_experiment.h"
 #include "tests/experiment/short_experiment.h"
 
 namespace trueline::testing_benchmark {
