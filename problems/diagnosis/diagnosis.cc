@@ -7,6 +7,7 @@
 #include "problems/diagnosis/evidence.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/diagnosis/open_search.h"
 #include "problems/diagnosis/rounds.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/score_test.h"
@@ -83,6 +84,7 @@ class FlightDiagnosis {
     AddSignificantAside(rounds);
     Describe(before, replays, rounds);
     ConfirmOnOthers(&diagnosis_.causes);
+    DescribeTerms();
     diagnosis_.verdict =
         VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by);
     ChooseModel(rounds);
@@ -188,10 +190,24 @@ class FlightDiagnosis {
     if (causes->empty()) return;
     for (Cause& cause : *causes) cause.repeats.clear();
     for (std::size_t i = 1; i < logs_.size(); ++i) {
-      if (others_.size() < i) others_.push_back(make_(logs_[i]));
-      AddRepeats(logs_.front(), others_[i - 1].get(), causes);
+      AddRepeats(logs_.front(), Other(i), causes);
     }
     Confirm(causes);
+  }
+
+  // What the open catalogue says of the misfit that is left, and whether other flights show it.
+  void DescribeTerms() {
+    diagnosis_.open = DescribeMisfit(*flight_, options_.alpha);
+    std::vector<DescribedTerm>& terms = diagnosis_.open.described;
+    for (std::size_t i = 1; i < logs_.size() && !terms.empty(); ++i) {
+      AddTermRepeats(*Other(i), &terms);
+    }
+    for (const DescribedTerm& t : terms) diagnosis_.unexplained_by.push_back(t.term.Name());
+  }
+
+  DiagnosedFlight* Other(std::size_t i) {
+    if (others_.size() < i) others_.push_back(make_(logs_[i]));
+    return others_[i - 1].get();
   }
 
   // A cause that is set aside may have kept a correlated one out of the model. Searches again

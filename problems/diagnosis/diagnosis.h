@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "problems/diagnosis/candidate.h"
+#include "problems/diagnosis/open_term.h"
 
 namespace trueline {
 
@@ -101,6 +102,7 @@ struct Diagnosis {
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
+  OpenCatalogue open;                        // terms beyond the causes
   double rms_before = 0.0, rms_after = 0.0;  // of whitened residuals
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
   // What model.yaml holds: the causes that can be relied on, the constants fitted with them, and

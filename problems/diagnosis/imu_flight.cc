@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/diagnosis/imu_open_terms.h"
 #include "problems/diagnosis/imu_terms.h"
 #include "problems/diagnosis/prepare_log.h"
 
@@ -266,6 +267,23 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);
+  return fit;
+}
+
+std::vector<TermMotion> ImuDrivenFlight::Motions() const {
+  return ImuOpenTerms(flight_.get(), fit_.x).Motions();
+}
+
+std::unique_ptr<Linearisation> ImuDrivenFlight::LineariseTerms(
+    const std::vector<OpenTerm>& terms) const {
+  const Eigen::MatrixXd columns = ImuOpenTerms(flight_.get(), fit_.x).Columns(terms);
+  auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(),
+                                                FreeColumns(columns), fit_.noise);
+  fit->nuisances = Range(0, kThetaSize + fit_.columns.count());  // causes in the model, too
+  const int first = kThetaSize + fit_.columns.count();
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    fit->terms.push_back({terms[i].Name(), {first + static_cast<int>(i)}, {}});
+  }
   return fit;
 }
 

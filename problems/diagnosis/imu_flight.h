@@ -35,6 +35,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   int clusters() const override { return plan_.clusters; }
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  std::vector<TermMotion> Motions() const override;
+  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<OpenTerm>& terms) const override;
   std::vector<std::string> Constants() const override;
   bool ConstantsArePhysical(const Found& found) const override;
   std::vector<std::string> ExtraordinaryNoise() const override;

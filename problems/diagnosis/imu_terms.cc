@@ -10,16 +10,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The variables that a force term may depend on, at the middle of a segment.
-struct SegmentMotion {
-  Vector3d v_B;  // m/s
-  Eigen::Matrix3d R_E_B;
-  double thrust;   // m/s^2, above gravity
-  double gravity;  // m/s^2
-  double turn;     // rad/s, of the heading
-  double heading;  // rad
-  double s;        // time from -1 to 1 over the flight
-  Vector3d p_E;    // m
+// At the middle of a segment.
+struct SegmentMotion : TermMotion {
+  double gravity = 0.0;  // m/s^2
+  double turn = 0.0;     // rad/s, of the heading
+  double heading = 0.0;  // rad
+
+  Vector3d SpecificForce() const { return -(thrust + gravity) * R_E_B.col(2); }  // m/s^2, in E
 };
 
 using Force = std::function<Vector3d(const SegmentMotion&)>;  // m/s^2, in E
@@ -30,7 +27,7 @@ Force InBody(const std::function<Vector3d(const SegmentMotion&)>& f_B) {
 
 // Derivative of the thrust's horizontal part by an error of the heading, per rad.
 Vector3d Turned(const SegmentMotion& at, double angle) {
-  const Vector3d thrust_E = -(at.thrust + at.gravity) * at.R_E_B.col(2);
+  const Vector3d thrust_E = at.SpecificForce();
   return angle * Vector3d(-thrust_E.y(), thrust_E.x(), 0.0);
 }
 
@@ -94,7 +91,7 @@ std::vector<SegmentMotion> MotionsOf(const BaseFlight& flight, const FlightUnkno
     at.p_E = x.nodes[i].segment<3>(kStateAt);
     at.gravity = flight.gravity();
     at.thrust = -drive.a_z - at.gravity;
-    at.heading = std::atan2(at.R_E_B(1, 0), at.R_E_B(0, 0));
+    at.heading = at.Heading();
     at.turn = i == 0 ? 0.0
                      : std::remainder(at.heading - motions.back().heading, 2 * M_PI) /
                            SecondsBetween(segments[i].begin, segments[i].end);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/open_term.h"
 
 namespace trueline {
 

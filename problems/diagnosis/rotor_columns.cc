@@ -41,28 +41,24 @@ namespace {
 using Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// The variables that a term may depend on.
-struct TermInputs {
-  Vector3d v_B, w_B;  // m/s, rad/s
-  double thrust;      // m/s^2, above hover
-  Eigen::Matrix3d R_E_B;
-  Vector3d p_E;    // m, from the middle of the flight
-  double s;        // time from -1 to 1 over the flight
-  double heading;  // rad
+// Place counts from the middle of the flight.
+struct TermInputs : TermMotion {
+  double heading = 0.0;  // rad
 
   Vector3d Down() const { return R_E_B.row(2).transpose(); }  // in body axes
 };
 
 using Term = std::function<Vector3d(const TermInputs&)>;
 
-// What a term changes: the vehicle's specific force or angular acceleration, or a sensor's reading
-// directly. In the order of the rows of SegmentModel::PushFunction and RotorColumns::ReadFunction.
-enum class TermOn { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
+// What a term of the library changes: the vehicle's specific force or angular acceleration, or a
+// sensor's reading directly. In the order of the rows of SegmentModel::PushFunction and
+// RotorColumns::ReadFunction.
+enum class Changes { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
 constexpr int kPushRows = 12, kReadRows = 6;
 
 struct NamedTerms {
   std::string name;
-  TermOn on;
+  Changes on;
   std::vector<Term> terms;
 };
 
@@ -80,7 +76,7 @@ std::vector<Term> Along(const std::vector<int>& axes,
 
 const std::vector<NamedTerms>& Library() {
   using S = const TermInputs&;
-  using enum TermOn;
+  using enum Changes;
   const auto thrust = [](S a) { return a.thrust; };
   static const std::vector<NamedTerms> library = {
       {"square of speed",
@@ -135,19 +131,25 @@ const std::vector<NamedTerms>& Library() {
   return library;
 }
 
-bool IsOfSensor(TermOn on) { return on != TermOn::kForce && on != TermOn::kTurn; }
+bool IsOfSensor(Changes on) { return on != Changes::kForce && on != Changes::kTurn; }
 
-TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double t,
-                        const RotorState& x) {
-  TermInputs at;
+TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
+  TermMotion at;
   at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
   at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
-  at.p_E = x.segment<3>(RotorDrivenModel::kPosition) - middle;
+  at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
   at.thrust =
       -setup.model.PushOn(x.data(), setup.data.InputAt(t)).force.z() - setup.model.base().gravity();
   at.s = 2.0 * t / setup.data.poses.back().t - 1.0;
-  at.heading = std::atan2(at.R_E_B(1, 0), at.R_E_B(0, 0));
+  return at;
+}
+
+TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double t,
+                        const RotorState& x) {
+  TermInputs at{MotionAt(setup, t, x), 0.0};
+  at.p_E -= middle;
+  at.heading = at.Heading();
   return at;
 }
 
@@ -206,6 +208,39 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
     out->rightCols(beside.count) = described;
   };
   return {columns.count + beside.count, push, read};
+}
+
+std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch) {
+  std::vector<TermMotion> motions;
+  for (std::size_t k = 0; k < batch.nodes.size(); ++k) {
+    motions.push_back(MotionAt(setup, setup.data.poses[k].t, Joined(batch.nodes[k], batch.mean)));
+  }
+  return motions;
+}
+
+RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<OpenTerm>& terms) {
+  RotorTerms all;
+  for (const OpenTerm& term : terms) {
+    all.terms.push_back({term.Name(), 1, term.on == TermOn::kAttitude});
+  }
+  const int count = static_cast<int>(terms.size());
+  all.columns.count = count;
+  all.columns.push = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* push) {
+    const TermMotion at = MotionAt(setup, t, x);
+    push->setZero(kPushRows, count);
+    for (int i = 0; i < count; ++i) {
+      if (terms[i].on == TermOn::kForce) push->col(i).head<3>() = terms[i].At(at);
+      if (terms[i].on == TermOn::kTurn) push->col(i).segment<3>(3) = terms[i].At(at);
+    }
+  };
+  all.columns.read = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* read) {
+    const TermMotion at = MotionAt(setup, t, x);
+    read->setZero(kReadRows, count);
+    for (int i = 0; i < count; ++i) {
+      if (terms[i].on == TermOn::kAttitude) read->col(i).tail<3>() = terms[i].At(at);
+    }
+  };
+  return all;
 }
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/calibration/rotor_calibration.h"
+#include "problems/diagnosis/open_term.h"
 #include "problems/effects/rotor_extension.h"
 #include "problems/rotor/rotor_variant.h"
 
@@ -36,6 +37,11 @@ struct RotorTerms {
   RotorColumns columns;
 };
 RotorTerms MakeRotorTerms(const RotorSetup& setup);
+
+// Of the open catalogue, a column each; `setup` must outlive them.
+RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<OpenTerm>& terms);
+// At each pose.
+std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch);
 
 // Columns of all variants, then of the terms (may be null), side by side.
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,

@@ -253,6 +253,23 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   return fit;
 }
 
+std::vector<TermMotion> RotorDrivenFlight::Motions() const { return MotionsOf(*setup_, batch_); }
+
+std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
+    const std::vector<OpenTerm>& terms) const {
+  const RotorTerms library = OpenRotorTerms(*setup_, terms);
+  std::vector<RotorVariant> variants = VariantsOfFound();
+  const int modelled = constants() + static_cast<int>(variants.size());
+  auto fit = std::make_unique<RotorLinearisation>(
+      RotorNormal(setup_->model, setup_->data, BatchOptions(), batch_,
+                  ColumnsOf(*setup_, std::move(variants), &library), kRotorCluster));
+  fit->nuisances = Range(0, modelled);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
+  }
+  return fit;
+}
+
 std::vector<std::string> RotorDrivenFlight::Constants() const {
   std::vector<std::string> names;
   for (const int constant : setup_->prior.Free()) names.push_back(kRotorConstants[constant].name);

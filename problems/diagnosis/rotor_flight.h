@@ -36,6 +36,8 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   int clusters() const override;
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  std::vector<TermMotion> Motions() const override;
+  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<OpenTerm>& terms) const override;
   std::vector<std::string> Constants() const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;

@@ -120,6 +120,35 @@ YAML::Node CauseNode(const Cause& cause) {
   return node;
 }
 
+YAML::Node SizeNode(const SizeWithSigma& size) {
+  YAML::Node node;
+  node["value"] = Rounded(size.value, 4);
+  node["sigma"] = Rounded(size.sigma, 2);
+  return Flow(node);
+}
+
+YAML::Node TermNode(const DescribedTerm& described) {
+  const OpenTerm& term = described.term;
+  YAML::Node node;
+  node["text"] = term.Text(described.size.value, described.size.sigma);
+  node["enters"] = term.Enters();
+  node["along"] = term.Along();
+  node["goes_with"] = term.with.name;
+  node["size"] = Value(described.size.value, described.size.sigma, term.Unit());
+  node["p_value"] = Rounded(described.p, 3);
+  node["tried"] = described.tried;
+  for (const SizeWithSigma& half : described.halves) node["halves"].push_back(SizeNode(half));
+  if (!term.Physics().empty()) node["physics"] = term.Physics();
+  if (!described.alike.empty()) node["fits_alike"] = described.alike;
+  for (const TermRepeat& repeat : described.repeats) {
+    YAML::Node other = SizeNode(repeat.size);
+    other["log"] = repeat.log;
+    other["outcome"] = repeat.repeats ? "repeats" : "not shown";
+    node["other_flights"].push_back(other);
+  }
+  return node;
+}
+
 YAML::Node CandidateNode(const CandidateReport& report) {
   YAML::Node node;
   node["id"] = report.id;
@@ -191,6 +220,8 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   AddGains(diagnosis.gain, diagnosis.open_loop, &node);
   if (!diagnosis.model_lacks.empty()) node["model_lacks"] = diagnosis.model_lacks;
   if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
+  for (const DescribedTerm& term : diagnosis.open.described)
+    node["terms"].push_back(TermNode(term));
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
     node["candidates"].push_back(CandidateNode(c));
@@ -236,6 +267,17 @@ void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& pat
   file.Commit();
 }
 
+// All terms of the open catalogue, tested singly.
+void WriteTerms(const std::vector<TermSize>& terms, const std::filesystem::path& path) {
+  AtomicFile file(path);
+  fmt::print(file.stream(), "term,unit,size,sigma,p_value [1]\n");
+  for (const TermSize& t : terms) {
+    fmt::print(file.stream(), "\"{}\",{},{:.4g},{:.3g},{:.3g}\n", t.name, t.unit, t.size.value,
+               t.size.sigma, t.p);
+  }
+  file.Commit();
+}
+
 std::string Axes(const ReplayError& replay) {
   return fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", replay.error_E.x(),
                      replay.error_E.y(), replay.error_E.z(), replay.error_B.x(), replay.error_B.y(),
@@ -272,6 +314,7 @@ void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory) {
   WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(diagnosis, provenance)));
   WriteResiduals(diagnosis, directory / "residuals.csv");
+  WriteTerms(diagnosis.open.tested, directory / "terms.csv");
   if (diagnosis.misfit) WriteMisfit(*diagnosis.misfit, directory / "misfit.csv");
   WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(diagnosis, provenance)));
 }

@@ -141,6 +141,15 @@ struct EffectSetting {
   std::map<std::string, double> values;
 };
 
+// One entry of `forces:` (unnamed_forces.h).
+struct UnnamedForce {
+  int axis = 0;                                     // x, y, z of B, then of E
+  std::vector<int> factors;                         // of velocity and turn rate in B
+  double size = 0.0;                                // m/s^2 for each unit of their product
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  // m, north and east
+  double radius = 0.0;                              // m; 0: everywhere
+};
+
 // Uniform range from which DrawVariant draws a parameter (variant.h).
 struct Range {
   double low, high;
@@ -163,6 +172,7 @@ struct SimulationConfig {
   simulation::GnssConfig gnss;
   simulation::SensorSettings sensors = simulation::DefaultSensors();
   std::vector<simulation::EffectSetting> effects;
+  std::vector<simulation::UnnamedForce> forces;
   std::map<std::string, simulation::Range> randomise;
 };
 

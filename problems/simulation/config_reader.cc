@@ -6,6 +6,7 @@
 
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/effects.h"
+#include "problems/simulation/unnamed_forces.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {
@@ -49,6 +50,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }
+  config.forces = ReadUnnamedForces(map);
   ReadRandomise(map.ChildOrEmpty("randomise"), &config);
   map.Finish();
   return config;

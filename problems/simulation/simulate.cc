@@ -9,6 +9,7 @@
 #include "problems/simulation/gate_camera.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
+#include "problems/simulation/unnamed_forces.h"
 
 namespace trueline {
 namespace simulation {
@@ -77,8 +78,8 @@ FlightLog Simulate(const SimulationConfig& config, std::uint64_t seed, Simulatio
   setup.progress = progress;
   OrnsteinUhlenbeck turbulence(config.turbulence.sigma, config.turbulence.memory, seed,
                                "turbulence");
-  const auto air = [&](const BodyState&) {
-    const Disturbance now{turbulence.value()};
+  const auto air = [&](const BodyState& state) {
+    const Disturbance now{turbulence.value() + ForceOf(config.forces, state)};
     turbulence.Advance(1.0 / config.imu.rate);
     return now;
   };

@@ -10,6 +10,7 @@
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
 #include "problems/simulation/trajectory_tracker.h"
+#include "problems/simulation/unnamed_forces.h"
 
 namespace trueline {
 namespace {
@@ -193,7 +194,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   const auto air = [&](const BodyState& state) {
     const Vector3d gust_B = config.noise.force_density * root_rate * force.NormalVector3();
     const Vector3d twist_B = config.noise.angular_density * root_rate * twist.NormalVector3();
-    return simulation::Disturbance{state.Attitude() * gust_B, twist_B};
+    const Vector3d force_E = simulation::ForceOf(config.forces, state);
+    return simulation::Disturbance{state.Attitude() * gust_B + force_E, twist_B};
   };
   TrajectoryPilot pilot(config, path, seed, &log);
   simulation::FlightSetup setup = MakeSetup(config);
@@ -255,6 +257,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     }
     config->effects.push_back(effect);
   }
+  config->forces = simulation::ReadUnnamedForces(map);
   map.Finish();
 }
 

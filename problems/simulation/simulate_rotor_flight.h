@@ -39,6 +39,7 @@ struct RotorSimulation {
   std::optional<simulation::MotorDriveConfig> motors;
   bool log_rotors = true;                          // false: no rotors.csv
   std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
+  std::vector<simulation::UnnamedForce> forces;
 };
 
 // States at the times of the IMU samples.

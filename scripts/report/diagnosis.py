@@ -64,8 +64,31 @@ def _verdict(result):
             blocks += _cause(cause)
     if result.get("model_lacks"):
         blocks.append(paragraph(f"model.yaml lacks {result['model_lacks']}."))
+    blocks += _terms(result)
     if result.get("goes_with"):
         blocks += ["<h3>The residual is correlated with</h3>", bullets(result["goes_with"])]
+    return blocks
+
+
+def _terms(result):
+    """The open catalogue: what describes the misfit where no named effect does."""
+    if not result.get("terms"):
+        return []
+    blocks = ["<h3>What describes the misfit</h3>",
+              paragraph(f"Of {result['terms'][0]['tried']} terms. Each half of the flight predicts the "
+                        "other one better with the size that it shows. model.yaml has none of them.")]
+    for term in result["terms"]:
+        halves = " and ".join(with_sigma(half["value"], half["sigma"]) for half in term["halves"])
+        text = f"{term['text'][0].upper()}{term['text'][1:]} (p = {term['p_value']:.2g}; by halves {halves})."
+        if term.get("physics"):
+            text += f" Known physics of this form: {term['physics']}."
+        alike = term.get("fits_alike") or []
+        if alike:
+            more = f" and {len(alike) - 3} more" if len(alike) > 3 else ""
+            text += f" Fits alike: {'; '.join(alike[:3])}{more}."
+        for flight in term.get("other_flights") or []:
+            text += f" On {flight['log']}: {flight['outcome']}, {with_sigma(flight['value'], flight['sigma'])}."
+        blocks.append(paragraph(text))
     return blocks
 
 

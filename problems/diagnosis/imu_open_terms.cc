@@ -1,0 +1,129 @@
+#include "problems/diagnosis/imu_open_terms.h"
+
+#include <cmath>
+
+#include "cost_functions/models/rotation.h"
+#include "problems/common/parallel.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kParts = 4;  // of a segment: about the spacing of the force samples
+
+}  // namespace
+
+ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight_(*flight) {
+  flight->Evaluate(x, false);
+  const FlightPlan& plan = flight_.plan();
+  for (std::size_t s = 0; s < plan.segments.size(); ++s) {
+    const auto& span = plan.segments[s];
+    const double h = SecondsBetween(span.begin, span.end) / kParts;
+    std::vector<Part>& parts = parts_.emplace_back();
+    for (int k = 0; k < kParts; ++k) {
+      const TimeNs middle = span.begin + FromSeconds((k + 0.5) * h);
+      parts.push_back({At(x, static_cast<int>(s), middle), k * h, h});
+    }
+  }
+  for (const std::size_t i : plan.forces) {
+    const TimeNs t = flight_.forces()[i].t;
+    at_forces_.push_back(At(x, plan.SegmentOf(t), t));
+  }
+}
+
+ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, TimeNs t) const {
+  const auto& spans = flight_.plan().segments;
+  const DriveTrack& track = flight_.track();
+  const auto drive_at = [&](TimeNs time) -> Drive {
+    return track.steps()[track.StepAt(time)].drive;
+  };
+  const Drive drive = drive_at(t);
+  Motion at;
+  at.R_E_B = drive.R_Ep_I;
+  // Between nodes the velocity changes about evenly.
+  const auto& node = x.nodes[segment];
+  Vector3d v_E = node.segment<3>(kStateAt + 3);
+  const double since = SecondsBetween(spans[segment].begin, t);
+  if (spans[segment].linked) {
+    const double share = since / SecondsBetween(spans[segment].begin, spans[segment].end);
+    v_E += share * (x.nodes[segment + 1].segment<3>(kStateAt + 3) - v_E);
+  }
+  at.v_B = at.R_E_B.transpose() * v_E;
+  at.p_E = node.segment<3>(kStateAt) + since * node.segment<3>(kStateAt + 3);
+  constexpr double kTurn = 0.05;  // s, to either side
+  const TimeNs before = t - FromSeconds(kTurn), after = t + FromSeconds(kTurn);
+  const Eigen::Quaterniond q_before(drive_at(before).R_Ep_I), q_after(drive_at(after).R_Ep_I);
+  at.w_B = RotationVector(q_before.conjugate() * q_after) / (2.0 * kTurn);
+  at.thrust = -drive.a_z - flight_.gravity();
+  at.f_E = drive.a_z * at.R_E_B.col(2);
+  const TimeNs begin = spans.front().begin;
+  at.s = 2.0 * SecondsBetween(begin, t) / SecondsBetween(begin, spans.back().end) - 1.0;
+  return at;
+}
+
+std::vector<TermMotion> ImuOpenTerms::Motions() const {
+  std::vector<TermMotion> motions;
+  for (const std::vector<Part>& parts : parts_) {
+    for (const Part& part : parts) motions.push_back(part.motion);
+  }
+  return motions;
+}
+
+// m/s^2 in E. The accelerometer measures a force's part along the thrust axis. The thrust of an
+// attitude that is logged too far points too far.
+Vector3d ImuOpenTerms::Acceleration(const OpenTerm& term, const Motion& at) {
+  Vector3d unit_B = term.At(at);
+  if (term.on == TermOn::kAttitude) return at.f_E.cross(at.R_E_B * unit_B);
+  unit_B.z() = 0.0;
+  return at.R_E_B * unit_B;
+}
+
+Eigen::VectorXd ImuOpenTerms::Column(const OpenTerm& term) const {
+  const FlightPlan& plan = flight_.plan();
+  std::vector<std::vector<Vector3d>> pushes;
+  for (const std::vector<Part>& parts : parts_) {
+    std::vector<Vector3d>& of = pushes.emplace_back();
+    for (const Part& part : parts) of.push_back(Acceleration(term, part.motion));
+  }
+  // Changes of position and velocity `dt` after the begin of segment s.
+  const auto moved = [&](std::size_t s, double dt) {
+    Eigen::Matrix<double, 6, 1> change = Eigen::Matrix<double, 6, 1>::Zero();
+    for (int k = 0; k < kParts; ++k) {
+      const Part& part = parts_[s][k];
+      const double length = std::min(part.length, dt - part.begin);
+      if (length <= 0.0) break;
+      change.head<3>() += pushes[s][k] * length * (dt - part.begin - 0.5 * length);
+      change.tail<3>() += pushes[s][k] * length;
+    }
+    return change;
+  };
+  Eigen::VectorXd column = Eigen::VectorXd::Zero(flight_.rows());
+  for (std::size_t i = 0; i < plan.fixes.size(); ++i) {
+    const TimeNs t = flight_.log().fixes[plan.fixes[i]].t;
+    const int s = plan.SegmentOf(t);
+    column.segment<3>(3 * static_cast<Eigen::Index>(i)) =
+        moved(s, SecondsBetween(plan.segments[s].begin, t)).head<3>();
+  }
+  const auto forces_at = static_cast<Eigen::Index>(3 * plan.fixes.size());
+  if (term.on == TermOn::kForce) {
+    for (std::size_t i = 0; i < at_forces_.size(); ++i) {
+      column.segment<2>(forces_at + 2 * static_cast<Eigen::Index>(i)) =
+          term.At(at_forces_[i]).head<2>();
+    }
+  }
+  for (std::size_t s = 0; s < plan.segments.size(); ++s) {
+    if (!plan.segments[s].linked) continue;
+    const double h = SecondsBetween(plan.segments[s].begin, plan.segments[s].end);
+    column.segment<6>(flight_.LinkRow(static_cast<int>(s))) = -moved(s, h);
+  }
+  return column;
+}
+
+Eigen::MatrixXd ImuOpenTerms::Columns(const std::vector<OpenTerm>& terms) const {
+  Eigen::MatrixXd columns(flight_.rows(), terms.size());
+  ParallelFor(static_cast<int>(terms.size()), 0, [&](int i) { columns.col(i) = Column(terms[i]); });
+  return columns;
+}
+
+}  // namespace trueline

@@ -1,0 +1,42 @@
+// The open catalogue (open_term.h) on the IMU drive: forces and attitude errors along a fitted
+// flight as columns of its rows.
+#pragma once
+
+#include <vector>
+
+#include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/open_term.h"
+
+namespace trueline {
+
+class ImuOpenTerms {
+ public:
+  // At the solution `x`; `flight` must outlive this object.
+  ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x);
+
+  // Evenly in time.
+  std::vector<TermMotion> Motions() const;
+  // One unit of each term, by row of FlightRows.
+  Eigen::MatrixXd Columns(const std::vector<OpenTerm>& terms) const;
+
+ private:
+  struct Motion : TermMotion {
+    Eigen::Vector3d f_E = Eigen::Vector3d::Zero();  // m/s^2, along the thrust axis
+  };
+  // A part of a segment over which forces are held.
+  struct Part {
+    Motion motion;  // at its middle
+    double begin;   // s, from the segment's begin
+    double length;  // s
+  };
+
+  Motion At(const FlightUnknowns& x, int segment, TimeNs t) const;
+  static Eigen::Vector3d Acceleration(const OpenTerm& term, const Motion& at);
+  Eigen::VectorXd Column(const OpenTerm& term) const;
+
+  const BaseFlight& flight_;
+  std::vector<std::vector<Part>> parts_;  // by segment
+  std::vector<Motion> at_forces_;         // by force sample
+};
+
+}  // namespace trueline

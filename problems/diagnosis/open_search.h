@@ -1,0 +1,19 @@
+// Search of the open catalogue (open_term.h): which terms describe what the causes leave.
+#pragma once
+
+#include <vector>
+
+#include "problems/diagnosis/diagnosed_flight.h"
+
+namespace trueline {
+
+// Forward selection of at most a few terms on the flight's last Fit. A term is described if it is
+// significant at `alpha` over all terms, by the noise and by the scatter between clusters, and if
+// each half of the flight predicts the other half better with the size that it shows. Of terms
+// that fit alike, the shortest formula is taken.
+OpenCatalogue DescribeMisfit(const DiagnosedFlight& flight, double alpha);
+
+// Adds what another flight, fitted with the causes, says of the same terms.
+void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms);
+
+}  // namespace trueline

@@ -1,0 +1,78 @@
+#include "problems/simulation/unnamed_forces.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trueline::simulation {
+namespace {
+
+const std::vector<std::string> kAxes = {"x_B", "y_B", "z_B", "north", "east", "down"};
+const std::vector<std::string> kVariables = {"forward speed", "sideways speed", "sink rate",
+                                             "roll rate",     "pitch rate",     "yaw rate"};
+
+int IndexIn(const std::vector<std::string>& names, const std::string& name) {
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? -1 : static_cast<int>(at - names.begin());
+}
+
+// The variables of a product "a * b".
+std::vector<int> Factors(const YamlMap& map, std::string product) {
+  std::vector<int> factors;
+  while (!product.empty()) {
+    const std::size_t end = std::min(product.find(" * "), product.size());
+    factors.push_back(IndexIn(kVariables, product.substr(0, end)));
+    if (factors.back() < 0) {
+      map.Fail("goes_with", fmt::format("must be one of {}, or a product, \"yaw rate * sink rate\"",
+                                        fmt::join(kVariables, ", ")));
+    }
+    product.erase(0, std::min(end + 3, product.size()));
+  }
+  return factors;
+}
+
+}  // namespace
+
+std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map) {
+  std::vector<UnnamedForce> forces;
+  for (const YamlMap& entry : map.Children("forces")) {
+    UnnamedForce force;
+    force.axis = IndexIn(kAxes, entry.GetChoice("along", kAxes, kAxes.front()));
+    force.factors = Factors(entry, entry.Get<std::string>("goes_with", std::string()));
+    force.size = entry.Get<double>("size");
+    if (entry.Has("place")) {
+      const auto place = entry.Get<std::vector<double>>("place");
+      if (place.size() != 2) entry.Fail("place", "needs north and east, in m");
+      force.place = Eigen::Vector2d(place[0], place[1]);
+      force.radius = entry.Get<double>("radius");
+      if (!(force.radius > 0.0)) entry.Fail("radius", "must be above 0 m");
+    } else if (force.factors.empty()) {
+      entry.Fail("goes_with", "is needed, or a place with its radius");
+    }
+    entry.Finish();
+    forces.push_back(force);
+  }
+  return forces;
+}
+
+Vector3d ForceOf(const std::vector<UnnamedForce>& forces, const BodyState& state) {
+  Vector3d sum = Vector3d::Zero();
+  if (forces.empty()) return sum;
+  const Eigen::Matrix3d R_E_B = state.Attitude().toRotationMatrix();
+  Eigen::Matrix<double, 6, 1> variables;
+  variables << R_E_B.transpose() * state.v_E, state.w_B;
+  for (const UnnamedForce& force : forces) {
+    double size = force.size;
+    for (const int factor : force.factors) size *= variables[factor];
+    if (force.radius > 0.0) {
+      const double distance = (state.p_E.head<2>() - force.place).norm() / force.radius;
+      size *= 1.0 / (1.0 + std::pow(distance, 4));
+    }
+    sum += force.axis < 3 ? Vector3d(size * R_E_B.col(force.axis))
+                          : Vector3d(size * Vector3d::Unit(force.axis - 3));
+  }
+  return sum;
+}
+
+}  // namespace trueline::simulation
