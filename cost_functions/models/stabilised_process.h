@@ -6,8 +6,8 @@
 // for each axis on its own (roll, pitch, heading):
 //   angle        theta: k(s) = a^2 exp(-s^2 / 2 l^2); the vehicle is held near level
 //   return       a tilt has a second part, du/dt for the velocity u = v / g along which the tilt
-//                accelerates. u: k(s) = (b a L)^2 exp(-s^2 / 2 L^2). The flight stays within a room,
-//                so a vehicle that is fast now brakes within about L
+//                accelerates. u: k(s) = (b a L)^2 exp(-s^2 / 2 L^2). The flight stays within a
+//                room, so a vehicle that is fast now brakes within about L
 //   rate         w = theta' + jitter, jitter: exponential covariance, sigma j a / l, time t_j
 //   disturbance  d = dw/dt - net: a constant, an exponential and a white part
 // `net` is the acceleration by the model. What is observed at a window's start, theta_0, w_0 and

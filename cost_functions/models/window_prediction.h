@@ -1,13 +1,13 @@
 // A second of flight predicted from one state and the rotor speeds that follow: the rotor-by-rotor
-// model (rotor_air.h), the processes of a stabilised attitude (stabilised_process.h), and the errors
-// of the state that is given.
+// model (rotor_air.h), the processes of a stabilised attitude (stabilised_process.h), and the
+// errors of the state that is given.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "cost_functions/models/stabilised_process.h"
 #include "cost_functions/models/rotor_air.h"
+#include "cost_functions/models/stabilised_process.h"
 
 namespace trueline {
 
@@ -71,7 +71,8 @@ class WindowPrediction {
 
   // Rotation vector of the tilt in body axes, and heading [rad].
   static Eigen::Vector3d AttitudeAngles(const Eigen::Vector4d& q);
-  // Horizontal velocity along which a roll, and a pitch, accelerates; nothing for the heading [m/s].
+  // Horizontal velocity along which a roll, and a pitch, accelerates; nothing for the heading
+  // [m/s].
   static Eigen::Vector3d TiltedSpeeds(const PredictionWindow& window);
 
  private:
@@ -182,8 +183,7 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
 }
 
 template <class T>
-void WindowPrediction::ExpectRates(const Observed<T>& net,
-                                   PredictedStates<T>* states) const {
+void WindowPrediction::ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const {
   std::vector<std::vector<T>> level, heading;
   process_[kLevel].Expect<T>({net[0], net[1]}, &level);
   process_[kHeading].Expect<T>({net[2]}, &heading);
