@@ -61,15 +61,6 @@ using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
 
 constexpr char kProposed[] = "proposed_map.yaml";
 
-// Checks that the written log is readable; messages name --out.
-FlightLog ReadBack(const ResultFolder& out) {
-  try {
-    return ReadAndLook(out.path());
-  } catch (const InputError& error) {
-    throw InputError(out.Named(error.what()));
-  }
-}
-
 // `proposed`: the map's text, written beside the log; empty where the user has the map.
 int Convert(const ImportMap& map, const std::string& proposed) {
   std::vector<std::string> files = NativeLogFiles();
@@ -91,8 +82,8 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   }
   if (!proposed.empty()) WriteFileAtomically(out.path() / kProposed, proposed);
   WriteNativeLog(converted, out.path());
-  const FlightLog log = ReadBack(out);
-  for (const std::string& warning : log.warnings) Warn(out.Named(warning), FLAGS_quiet);
+  const FlightLog log = ReadAndLook(out.path());
+  for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
   out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;

@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "problems/common/error.h"
+#include "problems/common/staged_names.h"
 
 namespace google {
 extern void (*gflags_exitfunc)(int);  // gflags' own hook; its default exits with 1 on a wrong flag
@@ -59,7 +60,7 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}: error: {}\n", program, Printable(error.what()));
+    fmt::print(stderr, "{}: error: {}\n", program, Printable(WithFinalNames(error.what())));
     return kExitBadInput;
   } catch (const std::system_error& error) {  // fmt's, when standard output is full
     fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
@@ -103,7 +104,7 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
 }
 
 void Warn(const std::string& message, bool quiet) {
-  if (!quiet) fmt::print(stderr, "warning: {}\n", Printable(message));
+  if (!quiet) fmt::print(stderr, "warning: {}\n", Printable(WithFinalNames(message)));
 }
 
 std::vector<std::string> SplitList(const std::string& text, char separator) {

@@ -15,6 +15,7 @@
 #include "problems/common/error.h"
 #include "problems/common/link_tree.h"
 #include "problems/common/manifest.h"
+#include "problems/common/staged_names.h"
 
 namespace trueline {
 namespace fs = std::filesystem;
@@ -91,6 +92,7 @@ void RenameOrCopy(const fs::path& from, const fs::path& to) {
 ResultFolder::ResultFolder(const fs::path& out, const std::string& program)
     : out_(out), program_(program) {
   Open();
+  NameStage(stage_, out_);
   const Manifest old = ReadManifest(target_);
   owned_ = old.files;
   owned_.emplace_back(kManifestFile);
@@ -100,6 +102,7 @@ ResultFolder::ResultFolder(const fs::path& out, const std::string& program)
 ResultFolder::ResultFolder(const fs::path& out, const std::vector<std::string>& owned)
     : out_(out), owned_(owned) {
   Open();
+  NameStage(stage_, out_);
 }
 
 ResultFolder::~ResultFolder() {
@@ -176,14 +179,6 @@ void ResultFolder::MoveFiles() {
   if (fs::exists(stage_ / kManifestFile)) files.push_back(stage_ / kManifestFile);
   for (const fs::path& file : files) RenameOrCopy(file, target_ / file.filename());
   fs::remove_all(stage_, error);
-}
-
-std::string ResultFolder::Named(std::string text) const {
-  const std::string stage = stage_.string();
-  for (std::size_t at = 0; (at = text.find(stage, at)) != std::string::npos;) {
-    text.replace(at, stage.size(), out_.string());
-  }
-  return text;
 }
 
 }  // namespace trueline

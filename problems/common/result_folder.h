@@ -32,9 +32,6 @@ class ResultFolder {
   // Warns, unless quiet, where the result of another program is replaced.
   void Commit(bool quiet);
 
-  // Text in which path() is replaced by the folder's final name: for messages about staged files.
-  std::string Named(std::string text) const;
-
  private:
   void Open();
   void Exchange();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "problems/diagnosis/score_test.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {
@@ -30,6 +31,7 @@ struct TestedOpenTerm {
   double ordinary = 0.0;
   ScoreTest test = {};
   std::array<SizeWithSigma, 2> halves = {};
+  double p = 1.0;
 
   double gain() const { return std::min(test.gain, test.chi2_cluster); }
   // Each half predicts the other one better.
@@ -41,9 +43,10 @@ struct TestedOpenTerm {
   }
 };
 
-// The size by each half of the flight, nuisances as the whole flight has them.
-std::array<SizeWithSigma, 2> SizesByHalf(const Linearisation& fit,
-                                         const std::vector<int>& nuisances, int tested) {
+// Tests the column. The scatter between clusters counts as that of as many clusters as share the
+// information: a hump that the flight crosses three times has three.
+void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
+          TestedOpenTerm* t) {
   constexpr int kBlocks = 4;
   const auto width = fit.b().size();
   const Eigen::LDLT<Eigen::MatrixXd> nn(Eigen::MatrixXd(fit.M()(nuisances, nuisances)));
@@ -62,7 +65,7 @@ std::array<SizeWithSigma, 2> SizesByHalf(const Linearisation& fit,
     score[half(c)] += scores[c];
     weight[half(c)] += information[c];
   }
-  std::array<SizeWithSigma, 2> sizes;
+  std::array<SizeWithSigma, 2>& sizes = t->halves;
   for (int h = 0; h < 2; ++h) {
     if (weight[h] > 0.0) sizes[h].value = -score[h] / weight[h];
   }
@@ -74,7 +77,9 @@ std::array<SizeWithSigma, 2> SizesByHalf(const Linearisation& fit,
     if (!(weight[h] > 0.0)) continue;
     sizes[h].sigma = std::sqrt(std::max(scatter[h] / weight[h], 1.0) / weight[h]);
   }
-  return sizes;
+  t->test = TestColumns(fit, nuisances, {tested}, VectorXd::Constant(1, t->ordinary));
+  const double sharing = std::pow(information.sum(), 2) / information.squaredNorm();
+  t->p = std::max(t->test.p(), FTail(t->test.chi2_cluster, 1, std::max(1.0, sharing - 1.0)));
 }
 
 class OpenSearch {
@@ -111,8 +116,7 @@ class OpenSearch {
         const int column = fit->terms[chosen.size() + i - begin].columns.front();
         tested.push_back({&terms_[i], OrdinarySize(terms_[i], motions_)});
         TestedOpenTerm& t = tested.back();
-        t.test = TestColumns(*fit, beside, {column}, VectorXd::Constant(1, t.ordinary));
-        t.halves = SizesByHalf(*fit, beside, column);
+        Test(*fit, beside, column, &t);
       }
     }
     return tested;
@@ -138,16 +142,14 @@ class OpenSearch {
       columns_of.pop_back();
       const auto beside = Concatenated(again.nuisances, columns_of);
       TestedOpenTerm& t = *(*best)[i];
-      t.test = TestColumns(again, beside, {tested}, VectorXd::Constant(1, t.ordinary));
-      t.halves = SizesByHalf(again, beside, tested);
+      Test(again, beside, tested, &t);
     }
   }
 
   static std::vector<TermSize> Sizes(const std::vector<TestedOpenTerm>& tested) {
     std::vector<TermSize> sizes;
     for (const TestedOpenTerm& t : tested) {
-      sizes.push_back(
-          {t.term->Name(), t.term->Unit(), {t.test.value[0], t.test.sigma[0]}, t.test.p()});
+      sizes.push_back({t.term->Name(), t.term->Unit(), {t.test.value[0], t.test.sigma[0]}, t.p});
     }
     return sizes;
   }
@@ -159,19 +161,11 @@ class OpenSearch {
     const auto by_gain = [](const TestedOpenTerm* a, const TestedOpenTerm* b) {
       return a->gain() > b->gain();
     };
-    for (const TestedOpenTerm* t : order)
-      if (t->term->with.name.starts_with("being") && t->term->on == TermOn::kForce)
-        fprintf(stderr,
-                "DB2 %s gain %.1f chi2 %.1f cl %.1f p %.2g/%.2g halves %.3g+-%.2g %.3g+-%.2g\n",
-                t->term->Text(t->test.value[0], t->test.sigma[0]).c_str(), t->test.gain,
-                t->test.chi2, t->test.chi2_cluster, t->test.p_model, t->test.p_cluster,
-                t->halves[0].value, t->halves[0].sigma, t->halves[1].value, t->halves[1].sigma);
     std::sort(order.begin(), order.end(), by_gain);
     order.resize(std::min(order.size(), kTestedAgain));
     Relearn(chosen, &order);
     const double each = alpha / static_cast<double>(terms_.size());
-    std::erase_if(order,
-                  [&](const TestedOpenTerm* t) { return t->test.p() >= each || !t->Repeats(); });
+    std::erase_if(order, [&](const TestedOpenTerm* t) { return t->p >= each || !t->Repeats(); });
     if (order.empty()) return nullptr;
     std::sort(order.begin(), order.end(), by_gain);
     const double least = order.front()->gain() - kAlike;
@@ -188,7 +182,7 @@ class OpenSearch {
     const int count = static_cast<int>(terms_.size());
     DescribedTerm described{*best.term,
                             {best.test.value[0], best.test.sigma[0]},
-                            std::min(1.0, best.test.p() * count),
+                            std::min(1.0, best.p * count),
                             count,
                             best.halves,
                             {},

@@ -126,10 +126,20 @@ DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
   return task;
 }
 
+// True if the file has a key that the Gramian alone takes: it then is the criterion by default.
+bool StatesGramianKey(const YamlMap& config) {
+  constexpr const char* kKeys[] = {"sensors",    "noise",      "weighting",    "free",
+                                   "scale",      "pieces",     "starts",       "iterations",
+                                   "time_limit", "start_from", "scale_flights"};
+  return std::any_of(std::begin(kKeys), std::end(kKeys),
+                     [&](const char* key) { return config.Has(key); });
+}
+
 }  // namespace
 
 DesignTask ReadDesignTask(const YamlMap& config, std::uint64_t seed, int threads) {
-  const bool by_bound = config.GetChoice("criterion", {"gramian", "bound"}, "gramian") == "bound";
+  const std::string criterion = StatesGramianKey(config) ? "gramian" : "bound";
+  const bool by_bound = config.GetChoice("criterion", {"gramian", "bound"}, criterion) == "bound";
   const DesignOptions common = ReadCommonOptions(config, seed, threads);
   DesignTask task = (by_bound ? ReadBoundTask : ReadGramianTask)(config, common);
   if (task.show.empty()) config.Fail("show", "names nothing to show");

@@ -1,5 +1,6 @@
 #include "problems/result/render.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spawn.h>
@@ -17,16 +18,41 @@ const char* Python() {
   return ::access("/usr/bin/python3", X_OK) == 0 ? "/usr/bin/python3" : "python3";
 }
 
-int Run(std::vector<std::string> command) {
+struct Outcome {
+  int code = -1;
+  std::string said;  // on standard error
+};
+
+Outcome Run(std::vector<std::string> command) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return {};
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
   std::vector<char*> argv;
   argv.reserve(command.size() + 1);
   for (std::string& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
   pid_t child = 0;
-  if (::posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
+  const int failed = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[1]);
+  Outcome outcome;
+  char part[4096];
+  for (ssize_t size = 0; (size = ::read(ends[0], part, sizeof part)) > 0;) {
+    outcome.said.append(part, static_cast<std::size_t>(size));
+  }
+  ::close(ends[0]);
   int status = 0;
-  if (::waitpid(child, &status, 0) < 0 || !WIFEXITED(status)) return -1;
-  return WEXITSTATUS(status);
+  if (failed != 0 || ::waitpid(child, &status, 0) < 0 || !WIFEXITED(status)) return outcome;
+  outcome.code = WEXITSTATUS(status);
+  return outcome;
+}
+
+// The last line of what the script said: its own error, or that of Python.
+std::string LastLine(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
 }
 
 }  // namespace
@@ -36,12 +62,20 @@ std::string RenderReport(const std::string& verb, const std::vector<std::string>
   std::vector<std::string> command = {Python(), FindShared("report/report.py"), verb};
   command.insert(command.end(), arguments.begin(), arguments.end());
   command.push_back("--out=" + (directory / "report.html").string());
-  const int code = Run(command);
-  if (code == 0) return "";
+  const Outcome outcome = Run(command);
+  if (outcome.code == 0) {
+    if (!outcome.said.empty()) Warn(LastLine(outcome.said), false);
+    return "";
+  }
+  constexpr int kRefused = 2;  // by the script, which states the reason
+  const std::string reason = LastLine(outcome.said);
   return fmt::format(
-      "no report.html was written (exit code {} of '{}'); the other results are complete. Install "
-      "python3-plotly, python3-pandas and python3-yaml, or give --report=false",
-      code, fmt::join(command, " "));
+      "no report.html was written ({}); the other results are complete{}",
+      reason.empty() ? fmt::format("exit code {} of '{}'", outcome.code, fmt::join(command, " "))
+                     : reason,
+      outcome.code == kRefused ? ""
+                               : ". Install python3-plotly, python3-pandas and python3-yaml, or "
+                                 "give --report=false");
 }
 
 void RequireReport(const std::string& failure) {

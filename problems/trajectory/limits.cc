@@ -34,14 +34,7 @@ struct Extremes {
   }
 };
 
-}  // namespace
-
-LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step) {
-  const PiecewisePolynomial& path = flight.path();
-  const int steps = std::max(1, static_cast<int>(std::ceil(path.duration() / step)));
-  Extremes extremes;
-  for (int i = 0; i <= steps; ++i) extremes.Add(flight, path.start() + i * path.duration() / steps);
-
+LimitUse UseOf(const Extremes& extremes, const FlightLimits& limits) {
   LimitUse use;
   use.travel = (extremes.highest - extremes.lowest).maxCoeff();
   use.rate = extremes.rate;
@@ -51,24 +44,52 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
   use.max_speed = std::sqrt(std::max(extremes.max_u, 0.0));
   use.roll = extremes.roll;
   use.pitch = extremes.pitch;
-  const std::pair<double, std::string> shares[] = {
-      {use.travel / limits.travel, "travel"},
-      {use.rate / limits.rate, "rate"},
-      {use.tilt / limits.tilt, "tilt"},
-      {use.min_speed > 0.0 ? limits.min_speed / use.min_speed : INFINITY, "min_speed"},
-      {use.max_speed / limits.max_speed, "max_speed"},
-      {use.roll / limits.roll, "roll"},
-      {use.pitch / limits.pitch, "pitch"}};
-  for (const auto& [share, name] : shares) {
+  const std::pair<const char*, double> shares[] = {
+      {"travel", use.travel / limits.travel},
+      {"rate", use.rate / limits.rate},
+      {"tilt", use.tilt / limits.tilt},
+      {"min_speed", use.min_speed > 0.0 ? limits.min_speed / use.min_speed : INFINITY},
+      {"max_speed", use.max_speed / limits.max_speed},
+      {"roll", use.roll / limits.roll},
+      {"pitch", use.pitch / limits.pitch}};
+  for (const auto& [name, share] : shares) {
     if (!(share <= use.worst)) use.worst = share, use.binding = name;  // NaN counts as broken
   }
   return use;
 }
 
+// Times of a grid of at most `step` seconds, ends included.
+std::vector<double> Grid(const PiecewisePolynomial& path, double step) {
+  const int steps = std::max(1, static_cast<int>(std::ceil(path.duration() / step)));
+  std::vector<double> times;
+  for (int i = 0; i <= steps; ++i) times.push_back(path.start() + i * path.duration() / steps);
+  return times;
+}
+
+// As CheckLimits(...).worst <= 1, but ends at the first time that breaks a limit.
+bool HoldsLimits(const RotorFlight& flight, const FlightLimits& limits, double step) {
+  constexpr std::size_t kStride = 16;  // so that all parts of the flight are looked at early
+  const std::vector<double> times = Grid(flight.path(), step);
+  Extremes extremes;
+  for (std::size_t first = 0; first < kStride; ++first) {
+    for (std::size_t i = first; i < times.size(); i += kStride) extremes.Add(flight, times[i]);
+    if (!(UseOf(extremes, limits).worst <= 1.0)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step) {
+  Extremes extremes;
+  for (const double t : Grid(flight.path(), step)) extremes.Add(flight, t);
+  return UseOf(extremes, limits);
+}
+
 PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,
                                    const FlightLimits& limits, double step, double largest) {
   const auto holds = [&](double factor) {
-    return CheckLimits(RotorFlight(vehicle, path.Scaled(factor)), limits, step).worst <= 1.0;
+    return HoldsLimits(RotorFlight(vehicle, path.Scaled(factor)), limits, step);
   };
   if (!holds(0.0)) {
     throw InputError(

@@ -43,7 +43,7 @@ def draw_force(rng, drive, places):
     axes = ["x_B", "y_B"] + (["z_B"] if drive == "rotors" else [])
     first = rng.choice(RATES + ["sink rate"])
     with_what = first if rng.random() < 0.5 else f"{rng.choice(SPEEDS[:2])} * {first}"
-    size = rng.choice([-1, 1]) * 10 ** rng.uniform(-1.5, -0.2)
+    size = rng.choice([-1, 1]) * 10 ** rng.uniform(*(-0.5, 0.7) if drive == "rotors" else (-1.5, -0.2))
     return {"along": rng.choice(axes), "goes_with": with_what, "size": round(size, 4)}
 
 

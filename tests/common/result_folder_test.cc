@@ -10,6 +10,7 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/manifest.h"
+#include "problems/common/staged_names.h"
 #include "tests/common/test_files.h"
 
 namespace trueline {
@@ -143,7 +144,7 @@ TEST_F(ResultFolders, SaysWhatIsInTheWay) {
 
 TEST_F(ResultFolders, NamesTheFinalFolderInMessages) {
   const ResultFolder result(out_, "trueline-a");
-  EXPECT_EQ(result.Named((result.path() / "imu.csv").string() + ":3: NaN"),
+  EXPECT_EQ(WithFinalNames((result.path() / "imu.csv").string() + ":3: NaN"),
             (out_ / "imu.csv").string() + ":3: NaN");
 }
 
