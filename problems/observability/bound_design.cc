@@ -17,7 +17,7 @@ namespace trueline {
 namespace {
 
 constexpr double kYawSize = 2.0;     // rad
-constexpr double kLimitStep = 0.05;  // s, between checks of limits in the search
+constexpr double kLimitStep = 0.02;  // s, between checks of limits in the search
 
 // `path` scaled up or down to its limits.
 PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial& path, double step,
@@ -29,7 +29,7 @@ PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial&
 // The same with fewer samples, each as much better as keeps the information of a second: bounds
 // differ little, and a flight costs a fraction.
 BoundDesign Sketched(BoundDesign design) {
-  constexpr double kImuRate = 80.0, kPoseRate = 10.0;  // Hz; the controller needs the former
+  constexpr double kImuRate = 100.0, kPoseRate = 15.0;  // Hz; the controller needs the former
   RotorSimulation& sim = design.simulation;
   const double imu = std::sqrt(std::min(1.0, kImuRate / sim.imu_rate));
   const double pose = std::sqrt(std::min(1.0, kPoseRate / sim.pose_rate));
@@ -84,11 +84,14 @@ DesignedFigure DesignFigure(const BoundDesign& design,
     Random random(design.seed + i, "figure");
     return OvertonesOf(RandomFigure(size, kYawSize, &random));
   };
-  const auto path = [&](const Overtones& x) {
-    return Scaled(design, OvertonePath(x, design.duration, design.ramp), kLimitStep, 2.0);
+  const auto path = [&](const Overtones& x, double step = kLimitStep) {
+    return Scaled(design, OvertonePath(x, design.duration, design.ramp), step, 2.0);
   };
   const BoundDesign sketch = Sketched(design);
-  const auto cost = [&](const Eigen::VectorXd& x) { return FlownBound(sketch, path(x)); };
+  const auto cost = [&](const Eigen::VectorXd& x) {
+    return FlownBound(sketch, path(x, 2.0 * kLimitStep));
+  };
+  const auto whole_cost = [&](const Eigen::VectorXd& x) { return FlownBound(design, path(x)); };
   std::vector<double> bounds(design.candidates);
   ParallelFor(design.candidates, design.threads, [&](int i) { bounds[i] = cost(figure(i)); });
   const auto best = std::min_element(bounds.begin(), bounds.end()) - bounds.begin();
@@ -101,16 +104,23 @@ DesignedFigure DesignFigure(const BoundDesign& design,
   const Overtones start = figure(static_cast<int>(best));
   Overtones x = start;
   if (design.evaluations > 0) {
-    EvolveOptions options{design.evaluations, 12, 0.1, design.seed, design.threads, {}};
-    options.watch = [&](int tried, double value) {
-      progress(fmt::format("{} of {} flights, bound {:.1f} % of that of the best figure", tried,
-                           design.evaluations, 100.0 * std::sqrt(value / bounds[best])));
+    constexpr double kWhole = 0.2;  // share of the flights that the whole bound judges, at the end
+    const int whole = static_cast<int>(kWhole * design.evaluations);
+    const int rough = design.evaluations - whole;
+    const auto watch = [&](int before) {
+      return [&, before](int tried, double value) {
+        progress(fmt::format("{} of {} flights, bound {:.1f} % of that of the best figure",
+                             before + tried, design.evaluations,
+                             100.0 * std::sqrt(value / bounds[best])));
+      };
     };
-    x = Evolve(cost, x, OvertoneUnits(size, kYawSize), options).x;
+    const Eigen::VectorXd units = OvertoneUnits(size, kYawSize);
+    x = Evolve(cost, x, units, {rough, 12, 0.1, design.seed, design.threads, watch(0)}).x;
+    if (whole_cost(x) > whole_cost(start)) x = start;  // the sketch was wrong
+    x = Evolve(whole_cost, x, units, {whole, 12, 0.05, design.seed, design.threads, watch(rough)})
+            .x;
   }
-  const double start_bound = FlownBound(design, path(start));
-  if (FlownBound(design, path(x)) > start_bound) x = start;  // the sketch was wrong
-  return {Scaled(design, path(x), 0.001, 1.0), start_bound};
+  return {Scaled(design, path(x), 0.001, 1.0), whole_cost(start)};
 }
 
 }  // namespace trueline
