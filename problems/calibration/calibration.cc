@@ -86,6 +86,18 @@ void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
   }
 }
 
+// Where so many passes contradict the flight between them, the flight is what is wrong.
+void JudgePasses(const EstimatorRun& run, Verdict* verdict) {
+  constexpr double kMostFalse = 0.34;  // of the passes
+  const std::size_t wrong = run.false_passes.size();
+  if (wrong < 2 || wrong <= kMostFalse * run.windows.size()) return;
+  verdict->reasons.push_back(fmt::format(
+      "{} of {} passes look false; where so many contradict the flight between them, "
+      "rather the attitude, the clocks or the model are wrong (trueline-inspect compares "
+      "the streams)",
+      wrong, run.windows.size()));
+}
+
 // The largest strengths of ordinary flights.
 struct Ordinary {
   const char* name;
@@ -159,6 +171,7 @@ Verdict Judge(const EstimatorRun& run) {
         fmt::join(names, ", ")));
   }
   JudgeArcs(run, &verdict);
+  JudgePasses(run, &verdict);
   if (!verdict.reasons.empty()) verdict.word = "poor";
   return verdict;
 }

@@ -11,22 +11,6 @@ namespace {
 constexpr double kStep = 0.004;      // s
 constexpr double kFirstStart = 1.0;  // s after the first pose
 
-// The measured pose nearest to `t`, null where none is within 5 ms.
-const RotorPose* PoseAt(const RotorData& data, double t) {
-  const auto after =
-      std::lower_bound(data.poses.begin(), data.poses.end(), t,
-                       [](const RotorPose& pose, double time) { return pose.t < time; });
-  const RotorPose* nearest = nullptr;
-  double distance = 0.005;
-  for (auto it = after == data.poses.begin() ? after : after - 1;
-       it != data.poses.end() && it <= after; ++it) {
-    if (std::abs(it->t - t) > distance) continue;
-    distance = std::abs(it->t - t);
-    nearest = &*it;
-  }
-  return nearest;
-}
-
 // `data` with the speeds of motors that have these constants.
 RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
   RotorData driven = data;
@@ -64,11 +48,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
     if (start.t < next) continue;
     next = start.t + spacing;
     for (const double horizon : horizons) {
-      // Compare at the exact time of the measured pose nearest to the horizon.
-      const RotorPose* pose = nullptr;
-      for (double slack = 0.0; slack < 0.02 && pose == nullptr; slack += 0.005) {
-        pose = PoseAt(data, start.t + horizon + slack);
-      }
+      const RotorPose* pose = PoseNear(data, start.t + horizon);
       if (pose == nullptr) continue;
       const RotorState end =
           Integrate(model, driven, Joined(start.moving, constants), start.t, pose->t);
@@ -78,6 +58,17 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
     }
   }
   return errors;
+}
+
+std::vector<RotorForecast> ForecastOpenLoop(const RotorAeroModel& model, const RotorData& data,
+                                            const RotorNoise& noise,
+                                            const RotorConstants& calibrated,
+                                            const std::vector<double>& horizons, double spacing) {
+  RotorEkfOptions options;
+  options.noise = noise;
+  options.prior.mean = calibrated;
+  options.forecast = {horizons, spacing, kFirstStart};
+  return RunRotorEkf(model, DrivenBy(calibrated, data), options).forecasts;
 }
 
 }  // namespace trueline

@@ -22,4 +22,10 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
                                            const RotorConstants& constants,
                                            const std::vector<double>& horizons, double spacing);
 
+// The same with the filter's constants, and how large the filter states the error to be.
+std::vector<RotorForecast> ForecastOpenLoop(const RotorAeroModel& model, const RotorData& data,
+                                            const RotorNoise& noise,
+                                            const RotorConstants& calibrated,
+                                            const std::vector<double>& horizons, double spacing);
+
 }  // namespace trueline

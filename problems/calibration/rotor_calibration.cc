@@ -8,6 +8,7 @@
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/result/identifiability.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -16,6 +17,8 @@ constexpr double kNotABody = 1e-3;     // share of the trace, of the smallest se
 constexpr double kHalvesDiffer = 4.0;  // sigmas
 constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
 constexpr double kWorse = 1.2;         // prediction error, over that of the nominal vehicle
+constexpr double kLeastInside = 0.5;   // of predictions, inside the 95 % region of the noise
+constexpr int kEnoughStarts = 20;      // of predictions, for such a share
 
 RotorDataOptions Part(const RotorDataOptions& whole, double start, double duration) {
   RotorDataOptions part = whole;
@@ -68,28 +71,50 @@ void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
       streams, filter);
 }
 
-void ScorePredictions(const RotorAeroModel& model, const RotorData& held_out,
-                      const RotorCalibrationOptions& options, RotorCalibration* result) {
+std::vector<double> ErrorsAt(double horizon, const std::vector<OpenLoopError>& all) {
+  std::vector<double> errors;
+  for (const OpenLoopError& e : all) {
+    if (e.horizon == horizon) errors.push_back(e.error);
+  }
+  return errors;
+}
+
+void ScorePredictions(const RotorAeroModel& model, const RotorData& fitted,
+                      const RotorData& held_out, const RotorCalibrationOptions& options,
+                      RotorCalibration* result) {
   constexpr double kSpacing = 0.1;  // s
-  result->open_loop = PredictOpenLoop(model, held_out, result->noise, result->batch.mean,
-                                      result->batch.mean, options.horizons, kSpacing);
+  result->open_loop = ForecastOpenLoop(model, held_out, result->noise, result->batch.mean,
+                                       options.horizons, kSpacing);
   const std::vector<OpenLoopError> before =
       PredictOpenLoop(model, held_out, result->noise, result->batch.mean, options.prior.mean,
+                      options.horizons, kSpacing);
+  const std::vector<OpenLoopError> learned =
+      PredictOpenLoop(model, fitted, result->noise, result->batch.mean, result->batch.mean,
                       options.horizons, kSpacing);
   for (const double horizon : options.horizons) {
     HorizonScore score{horizon};
     double squares = 0.0;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      if (before[i].horizon != horizon) continue;
+    for (const double error : ErrorsAt(horizon, before)) score.before += error;
+    const std::vector<double> fits = ErrorsAt(horizon, learned);
+    for (std::size_t k = 0; k < score.radius.size() && !fits.empty(); ++k) {
+      score.radius[k] = Quantile(fits, score.kLevels[k]);
+    }
+    for (const RotorForecast& e : result->open_loop) {
+      if (e.horizon != horizon) continue;
       ++score.count;
-      score.before += before[i].error;
-      score.after += result->open_loop[i].error;
-      squares += result->open_loop[i].error * result->open_loop[i].error;
+      score.after += e.error;
+      squares += e.error * e.error;
+      for (std::size_t k = 0; k < score.inside.size(); ++k) {
+        score.inside[k] += e.error <= score.radius[k];
+      }
+      score.inside_noise += e.rank <= 0.95;
     }
     if (score.count > 0) {
       score.before /= score.count;
       score.after /= score.count;
       score.after_rms = std::sqrt(squares / score.count);
+      for (double& share : score.inside) share /= score.count;
+      score.inside_noise /= score.count;
     }
     result->predictions.push_back(score);
   }
@@ -125,6 +150,14 @@ Verdict JudgeRotors(const RotorCalibration& c) {
                     "{} s ({:.3f} m against {:.3f} m)",
                     score.horizon, score.after, score.before));
     break;
+  }
+  if (!c.predictions.empty() && c.predictions.front().count >= kEnoughStarts &&
+      c.predictions.front().inside_noise < kLeastInside) {
+    poor(fmt::format(
+        "the model lacks something: noise explains {:.0f} % of the errors over {} s on "
+        "held-out flight where it should explain 95 %, so the intervals are too narrow; "
+        "trueline-diagnose looks for what is missing",
+        100.0 * c.predictions.front().inside_noise, c.predictions.front().horizon));
   }
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
@@ -199,7 +232,7 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
   CompareHalves(model, log, batch, streams, fitted, &result);
   if (options.hold_out > 0.0) {
-    ScorePredictions(model, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
+    ScorePredictions(model, data, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
                      &result);
   }
   result.verdict = JudgeRotors(result);

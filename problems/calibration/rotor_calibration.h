@@ -2,6 +2,7 @@
 // the filter's estimates over time, and the prediction error on held-out flight.
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -47,6 +48,12 @@ struct HorizonScore {
   double before = 0.0;  // m, mean error with the nominal constants
   double after = 0.0;   // m, with the calibrated ones
   double after_rms = 0.0;
+  // Radii of the regions that hold 50, 90 and 95 % of such predictions, learned on the fitted part
+  // of the flight (m), and the share of the held-out ones inside. What a model lacks repeats from
+  // one part to the other; the noise alone does not know it.
+  std::array<double, 3> radius = {}, inside = {};
+  static constexpr std::array<double, 3> kLevels = {0.5, 0.9, 0.95};
+  double inside_noise = 0.0;  // share inside the 95 % ellipsoid that the filter's noise gives
 };
 
 struct RotorCalibration {
@@ -57,7 +64,7 @@ struct RotorCalibration {
   std::vector<ParameterEstimate> parameters;  // the batch's
   std::vector<std::string> unobservable;
   std::vector<HorizonScore> predictions;
-  std::vector<OpenLoopError> open_loop;  // with the calibrated constants
+  std::vector<RotorForecast> open_loop;  // with the calibrated constants
   std::vector<double> pose_times;        // s, of the batch's nodes
   TimeNs origin = 0;                     // that times count from
   double chi_square = 0.0;               // whitened squares by degree of freedom

@@ -19,6 +19,13 @@ YAML::Node PredictionNode(const RotorCalibration& c) {
                             {"before", Rounded(score.before, 4)},
                             {"after", Rounded(score.after, 4)},
                             {"after_rms", Rounded(score.after_rms, 4)},
+                            {"inside_50", Rounded(score.inside[0], 3)},
+                            {"inside_90", Rounded(score.inside[1], 3)},
+                            {"inside_95", Rounded(score.inside[2], 3)},
+                            {"region_50", Rounded(score.radius[0], 4)},
+                            {"region_90", Rounded(score.radius[1], 4)},
+                            {"region_95", Rounded(score.radius[2], 4)},
+                            {"inside_95_by_noise", Rounded(score.inside_noise, 3)},
                             {"unit", "m"}}));
   }
   return node;
@@ -91,11 +98,12 @@ void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog&
   const std::string name = CsvField(log.name.empty() ? "flight" : log.name);
   WriteTrajectory(calibration, directory / "trajectory.csv");
   WriteWindows(calibration, name, directory / "windows.csv");
-  WriteCsv(directory / "predictions.csv", "t [s],horizon [s],error [m]", [&](std::ostream& out) {
-    for (const OpenLoopError& e : calibration.open_loop) {
-      fmt::print(out, "{:.6f},{},{:.6g}\n", e.t, e.horizon, e.error);
-    }
-  });
+  WriteCsv(directory / "predictions.csv", "t [s],horizon [s],error [m],rank [1]",
+           [&](std::ostream& out) {
+             for (const RotorForecast& e : calibration.open_loop) {
+               fmt::print(out, "{:.6f},{},{:.6g},{:.6g}\n", e.t, e.horizon, e.error, e.rank);
+             }
+           });
   WriteFileAtomically(directory / "model.yaml",
                       TextOf(ModelNode(calibration.parameters, {}, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
@@ -114,8 +122,10 @@ std::string RotorCalibrationTable(const RotorCalibration& c) {
     if (s.count == 0) continue;
     table += fmt::format(
         "open loop over {:.2f} s on held-out flight: {:.3f} m (nominal vehicle {:.3f} m), {} "
-        "starts\n",
-        s.horizon, s.after, s.before, s.count);
+        "starts; 95 % region of the fitted part {:.3f} m, {:.0f} % inside ({:.0f} % by noise "
+        "alone)\n",
+        s.horizon, s.after, s.before, s.count, s.radius[2], 100.0 * s.inside[2],
+        100.0 * s.inside_noise);
   }
   return table + VerdictText(c.verdict);
 }

@@ -97,6 +97,22 @@ ConvergenceSummary SummariseTimes(const Group<ConvergenceRow>& rows) {
   return summary;
 }
 
+ForecastSummary SummariseForecast(const Group<ForecastRow>& rows) {
+  ForecastSummary summary{LabelOf(rows), rows.flights.front().front()->horizon};
+  std::vector<double> errors;
+  for (const auto& flight : rows.flights) {
+    for (const ForecastRow* row : flight) {
+      errors.push_back(row->error);
+      for (std::size_t i = 0; i < summary.kLevels.size(); ++i) {
+        summary.inside[i] += row->rank <= summary.kLevels[i];
+      }
+    }
+  }
+  summary.count = static_cast<int>(errors.size());
+  summary.median_error = Quantile(errors, 0.5);
+  return summary;
+}
+
 }  // namespace
 
 std::vector<GroupSummary> SummariseGroups(const std::vector<JobOutcome>& outcomes) {
@@ -105,6 +121,16 @@ std::vector<GroupSummary> SummariseGroups(const std::vector<JobOutcome>& outcome
          return std::pair(row.label, row.gamma);
        })) {
     summaries.push_back(SummariseGroup(group));
+  }
+  return summaries;
+}
+
+std::vector<ForecastSummary> SummariseForecasts(const std::vector<JobOutcome>& outcomes) {
+  std::vector<ForecastSummary> summaries;
+  for (const auto& group : GroupRows(outcomes, &JobResult::forecasts, [](const ForecastRow& row) {
+         return std::tuple(row.label, row.gamma, row.horizon);
+       })) {
+    summaries.push_back(SummariseForecast(group));
   }
   return summaries;
 }

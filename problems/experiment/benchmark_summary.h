@@ -1,6 +1,7 @@
 // Figures of a benchmark: for each flight source, label, gamma and sweep value, over all seeds.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,8 +40,17 @@ struct ConvergenceSummary : GroupLabel {
   std::optional<Interval> interval = {};
 };
 
+struct ForecastSummary : GroupLabel {
+  static constexpr std::array<double, 3> kLevels = {0.5, 0.9, 0.95};
+  double horizon = 0.0;  // s
+  int count = 0;
+  double median_error = 0.0;       // m
+  std::array<int, 3> inside = {};  // forecasts inside the region of each level
+};
+
 // In the order in which they first occur in the jobs.
 std::vector<GroupSummary> SummariseGroups(const std::vector<JobOutcome>& outcomes);
+std::vector<ForecastSummary> SummariseForecasts(const std::vector<JobOutcome>& outcomes);
 std::vector<ConvergenceSummary> SummariseConvergence(const std::vector<JobOutcome>& outcomes);
 
 }  // namespace trueline

@@ -150,6 +150,14 @@ void ReadSeeds(const YamlMap& map, Experiment* experiment) {
   map.Finish();
 }
 
+std::vector<double> ReadForecast(const YamlMap& map) {
+  const auto horizons = map.Get<std::vector<double>>("forecast", {});
+  for (const double horizon : horizons) {
+    if (!(horizon > 0.0)) map.Fail("forecast", "horizons must be above zero");
+  }
+  return horizons;
+}
+
 void ReadConvergence(const YamlMap& map, Experiment* experiment) {
   for (const std::string& quantity : map.Keys()) {
     const double tolerance = map.Get<double>(quantity);
@@ -219,6 +227,7 @@ Experiment ReadExperiment(const std::filesystem::path& file) {
   const YamlMap starts = map.ChildOrEmpty("starts");
   experiment.starts = starts.Get<int>("count", 0);
   starts.Finish();
+  experiment.forecast = ReadForecast(map);
   ReadConvergence(map.ChildOrEmpty("convergence"), &experiment);
   experiment.trajectories = map.Get<bool>("trajectories", false);
   ReadBound(map, &experiment);

@@ -26,6 +26,7 @@
 //     # or: points: [{x: 3, set: {simulation.detector.fixes: [3, 3], fixes.min_count: 3}}]
 //     # roots: simulation (simulations), fixes (logs with sampled fixes), options (estimators)
 //   starts: {count: 20}                  # study of random starts (Table 2) of every VGD window
+//   forecast: [0.1, 0.5, 1]              # s after the last fix of every VGD window, against mocap
 //   convergence: {b_az: 0.1, final_point_error: 1.0}   # tolerances, SI
 //   trajectories: true                   # of the first job, for plots
 //   bound: VGD                           # Cramer-Rao bound of each arc of simulated flights, by
@@ -87,6 +88,7 @@ struct Experiment {
   int seeds = 1;
   Sweep sweep;  // without points: none
   int starts = 0;
+  std::vector<double> forecast;               // horizons, s
   std::map<std::string, double> convergence;  // tolerance by quantity
   bool trajectories = false;
   std::string bound;  // label whose model gives the bound; empty: none

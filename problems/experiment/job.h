@@ -43,6 +43,7 @@ struct Job {
   JobFlight flight;
   std::vector<JobEstimator> estimators;
   int starts = 0;
+  std::vector<double> forecast;  // horizons, s
   std::map<std::string, double> convergence;
   bool paths = false;
   std::string bound;  // label whose model gives the bound; empty: none

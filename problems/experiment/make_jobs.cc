@@ -109,6 +109,7 @@ std::string DescriptionOf(const Job& job, const FlightSource& source, const Swee
   std::string text = fmt::format("{} {} {} {} {} {} {}\n", job.log, job.sweep_index, job.starts,
                                  job.bound, source.randomise, job.x, FilesText(source));
   text += SettingsText(source.settings) + SettingsText(point.settings);
+  for (const double horizon : job.forecast) text += fmt::format("forecast {}\n", horizon);
   for (const auto& [quantity, tolerance] : job.convergence) {
     text += fmt::format("{} {}\n", quantity, tolerance);
   }
@@ -178,6 +179,7 @@ void AddJobs(const Experiment& experiment, const FlightSource& source, int sweep
   job.sweep_index = sweep_index;
   job.x = point.x;
   job.starts = experiment.starts;
+  job.forecast = experiment.forecast;
   job.convergence = experiment.convergence;
   job.bound = experiment.bound;
   for (const EstimatorSource& estimator : experiment.estimators) {

@@ -62,6 +62,22 @@ struct StartsRow {
   }
 };
 
+// A forecast against mocap (vgd/forecast.h).
+struct ForecastRow {
+  std::string label;
+  int gamma = 0;
+  int tau = 0;
+  double horizon = 0.0;  // s
+  double error = 0.0;    // m
+  double sigma = 0.0;    // m
+  double rank = 0.0;
+
+  template <class Archive>
+  void Fields(Archive& archive) {
+    archive(label, gamma, tau, horizon, error, sigma, rank);
+  }
+};
+
 struct PathRow {
   std::string label;  // of the estimator; "truth", "fixes"
   std::string kind;   // fit | prediction | mocap | fix
@@ -123,6 +139,7 @@ struct JobResult {
   std::vector<ArcRow> arcs;
   std::vector<ConvergenceRow> convergence;
   std::vector<StartsRow> starts;
+  std::vector<ForecastRow> forecasts;
   std::vector<PathRow> paths;
   std::vector<EstimateRow> estimates;
   std::vector<TrialRow> trials;
@@ -132,6 +149,7 @@ struct JobResult {
     visit("arc", arcs);
     visit("convergence", convergence);
     visit("starts", starts);
+    visit("forecast", forecasts);
     visit("path", paths);
     visit("estimate", estimates);
     visit("trial", trials);

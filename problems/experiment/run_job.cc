@@ -8,7 +8,9 @@
 #include "problems/log/native_log.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
+#include "problems/vgd/forecast.h"
 #include "problems/vgd/vgd.h"
+#include "problems/vgd/window_estimate.h"
 
 namespace trueline {
 namespace {
@@ -124,6 +126,20 @@ StartsRow StartsOf(const FlightData& flight, const VgdOptions& options, const st
           *std::max_element(study.iterations.begin(), study.iterations.end())};
 }
 
+void AddForecasts(const Job& job, const JobEstimator& estimator, const EstimatorRun& run,
+                  Estimators* estimators, std::vector<ForecastRow>* rows) {
+  VgdOptions vgd = estimator.options.vgd;
+  vgd.gamma = run.gamma;
+  for (const WindowEstimate& window : run.windows) {
+    vgd.process = estimators->Processes()[window.tau - 1];
+    for (const Forecast& f :
+         ForecastAfter(estimators->flight(), vgd, window.tau, ThetaOf(window), job.forecast)) {
+      rows->push_back(
+          {estimator.label, run.gamma, window.tau, f.horizon, f.error, f.sigma, f.rank});
+    }
+  }
+}
+
 void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimators* estimators,
               const std::map<std::string, double>& truth, JobResult* result) {
   const FlightData& flight = estimators->flight();
@@ -139,7 +155,9 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimato
       AddEstimates(window, estimator.label, truth, &result->estimates);
     }
   }
-  if (job.starts == 0 || estimator.name != "vgd") return;
+  if (estimator.name != "vgd") return;
+  AddForecasts(job, estimator, run, estimators, &result->forecasts);
+  if (job.starts == 0) return;
   VgdOptions vgd = estimator.options.vgd;
   vgd.gamma = gamma;
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {

@@ -74,6 +74,24 @@ YAML::Node ConvergenceNode(const ConvergenceSummary& c) {
   return node;
 }
 
+YAML::Node ForecastNode(const ForecastSummary& f) {
+  YAML::Node node;
+  node["log"] = f.log;
+  node["label"] = f.label;
+  node["gamma"] = f.gamma;
+  Put(&node, "sweep", f.x);
+  node["flights"] = f.flights;
+  node["horizon_s"] = f.horizon;
+  node["forecasts"] = f.count;
+  Put(&node, "median_error_m", f.median_error);
+  for (std::size_t i = 0; i < f.inside.size(); ++i) {
+    const std::string level = fmt::format("region_{:.0f}", 100.0 * f.kLevels[i]);
+    node["inside"][level] = FourDigits(double(f.inside[i]) / f.count);
+  }
+  node["inside"].SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
 YAML::Node StartsNode(const std::vector<JobOutcome>& outcomes) {
   struct Total {
     int windows = 0, starts = 0, same = 0, iterations_max = 0;
@@ -146,6 +164,9 @@ std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run) 
     node["groups"].push_back(GroupNode(g));
   for (const ConvergenceSummary& c : SummariseConvergence(run.outcomes)) {
     node["convergence"].push_back(ConvergenceNode(c));
+  }
+  for (const ForecastSummary& f : SummariseForecasts(run.outcomes)) {
+    node["forecasts"].push_back(ForecastNode(f));
   }
   if (experiment.starts > 0) node["starts"] = StartsNode(run.outcomes);
   for (const JobOutcome& outcome : run.outcomes) {

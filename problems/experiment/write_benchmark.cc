@@ -48,6 +48,21 @@ std::string Share(int part, int whole) {
   return whole > 0 ? fmt::format("{:.0f} %", 100.0 * part / whole) : "-";
 }
 
+std::string ForecastTable(const std::vector<JobOutcome>& outcomes) {
+  const std::vector<ForecastSummary> forecasts = SummariseForecasts(outcomes);
+  if (forecasts.empty()) return "";
+  std::string text = fmt::format("\n{:<18}{:<22}{:>6}{:>9}{:>12}{:>8}{:>12}{:>9}{:>9}{:>9}\n",
+                                 "log", "label", "gamma", "sweep", "horizon [s]", "count",
+                                 "median [m]", "in 50", "in 90", "in 95");
+  for (const ForecastSummary& f : forecasts) {
+    text += fmt::format("{:<18.17}{:<22.21}{:>6}{:>9}{:>12}{:>8}{:>12.3f}{:>9}{:>9}{:>9}\n", f.log,
+                        f.label, f.gamma, Number(f.x), f.horizon, f.count, f.median_error,
+                        Share(f.inside[0], f.count), Share(f.inside[1], f.count),
+                        Share(f.inside[2], f.count));
+  }
+  return text;
+}
+
 }  // namespace
 
 void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int threads, bool times,
@@ -78,6 +93,13 @@ void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int 
                           Number(job.x), job.seed, r.tau, r.starts, r.same_optimum,
                           r.iterations_mean, r.iterations_max);
              });
+  WriteTable(run, &JobResult::forecasts, directory / "forecasts.csv",
+             "log,label,gamma,sweep,seed,tau,horizon [s],error [m],sigma [m],rank [1]",
+             [](std::ostream& out, const Job& job, const ForecastRow& r) {
+               fmt::print(out, "{},{},{},{},{},{},{},{:.6g},{:.6g},{:.6g}\n", job.log, r.label,
+                          r.gamma, Number(job.x), job.seed, r.tau, r.horizon, r.error, r.sigma,
+                          r.rank);
+             });
   WriteTable(run, &JobResult::paths, directory / "trajectory.csv",
              "label,kind,tau,t [s],x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]",
              [](std::ostream& out, const Job&, const PathRow& r) {
@@ -107,6 +129,7 @@ std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& ru
                     g.error.median, g.rms, Share(g.inside_95, g.error.count + g.diverged),
                     g.iterations_mean, Number(g.bound_rms, "{:.3f}"));
   }
+  text += ForecastTable(run.outcomes);
   const auto times = SummariseConvergence(run.outcomes);
   if (times.empty()) return text;
   text += fmt::format("\n{:<18}{:<22}{:>6}{:>9}{:>20}{:>11}{:>11}{:>15}\n", "log", "label", "gamma",

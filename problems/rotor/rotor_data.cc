@@ -93,6 +93,14 @@ void CheckStreams(const FlightLog& log, int rotors, const std::vector<PoseSample
 
 }  // namespace
 
+const RotorPose* PoseNear(const RotorData& data, double t) {
+  constexpr double kEarlier = 0.005, kLater = 0.02;  // s
+  const auto nearest =
+      std::lower_bound(data.poses.begin(), data.poses.end(), t - kEarlier,
+                       [](const RotorPose& pose, double time) { return pose.t < time; });
+  return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
+}
+
 RotorInput RotorData::InputAt(double t) const {
   const auto after = std::upper_bound(speed_times.begin(), speed_times.end(), t);
   std::size_t i = after - speed_times.begin();

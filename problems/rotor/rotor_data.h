@@ -58,6 +58,9 @@ struct RotorData {
   RotorInput InputAt(double t) const;
 };
 
+// The measured pose at `t` or up to 20 ms later, null where there is none.
+const RotorPose* PoseNear(const RotorData& data, double t);
+
 struct RotorDataOptions {
   PoseSource source = PoseSource::kPose;
   bool attitude = true;      // false: position only

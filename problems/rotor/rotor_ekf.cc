@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "problems/common/error.h"
+#include "problems/result/distributions.h"
 #include "problems/rotor/pose_prediction.h"
 #include "problems/rotor/rotor_slopes.h"
 #include "problems/rotor/rotor_step.h"
@@ -75,6 +76,9 @@ class Filter {
     while (imu_ < data_.imu.size() && data_.imu[imu_].t < t_) ++imu_;
     run_.history.clear();
     run_.likelihoods.clear();
+    run_.forecasts.clear();
+    next_forecast_ = options_.forecast.horizons.empty() ? std::numeric_limits<double>::infinity()
+                                                        : t_ + options_.forecast.first;
     run_.log_likelihood = 0.0;
   }
 
@@ -85,7 +89,32 @@ class Filter {
       UpdateWithPose(data_.poses[pose_]);
       run_.history.push_back(Estimate(t_));
       run_.likelihoods.push_back(run_.log_likelihood);
+      if (!held_ && t_ >= next_forecast_) Forecast();
       if (!held_ && Hopeless()) return;
+    }
+  }
+
+  // Predicts from here without measurements, and returns to here.
+  void Forecast() {
+    next_forecast_ = t_ + options_.forecast.spacing;
+    for (const double horizon : options_.forecast.horizons) {
+      const RotorPose* pose = PoseNear(data_, t_ + horizon);
+      if (pose == nullptr) continue;
+      const RotorState x = x_;
+      const Unknowns::Covariance cov = cov_;
+      const double begin = t_;
+      while (t_ < pose->t - 1e-9) {
+        const double next = std::min(pose->t, t_ + kLongestStep);
+        Step(t_, next - t_, nullptr);
+        t_ = next;
+      }
+      const PoseReading reading = Read(*pose, 3);
+      const double squared = reading.innovation.dot(reading.S.ldlt().solve(reading.innovation));
+      run_.forecasts.push_back({begin, horizon, options_.noise.position * reading.innovation.norm(),
+                                1.0 - ChiSquareTail(squared, 3.0)});
+      x_ = x;
+      cov_ = cov;
+      t_ = begin;
     }
   }
 
@@ -228,13 +257,17 @@ class Filter {
     x_.tail<Model::kConstants>() = constants;
   }
 
-  void UpdateWithPose(const RotorPose& pose) {
-    const int rows = data_.attitude ? 6 : 3;
+  // A pose against the state; errors are in sigmas. Three rows are the position's alone.
+  struct PoseReading {
+    Eigen::VectorXd innovation;
+    Eigen::MatrixXd HP, S;
+  };
+  PoseReading Read(const RotorPose& pose, int rows) const {
     std::array<RotorJet, Model::kStates> x;
     std::array<RotorJet, 6> error;
     const RotorState at = Point();
     SeedErrors(at, x.data());
-    PoseError(pose, data_.attitude, options_.noise, x.data(), error.data());
+    PoseError(pose, rows == 6, options_.noise, x.data(), error.data());
     Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> whole(rows, kErrors);
     Eigen::VectorXd innovation(rows);
     for (int i = 0; i < rows; ++i) {
@@ -245,7 +278,12 @@ class Filter {
     const Unknowns::Rows<Eigen::Dynamic> H = unknowns_.Of(whole);
     const Eigen::MatrixXd HP = H * cov_;
     Eigen::MatrixXd S = HP * H.transpose();
-    S.diagonal().array() += 1.0;  // errors are in sigmas
+    S.diagonal().array() += 1.0;
+    return {innovation, HP, S};
+  }
+
+  void UpdateWithPose(const RotorPose& pose) {
+    const auto [innovation, HP, S] = Read(pose, data_.attitude ? 6 : 3);
     const Eigen::LLT<Eigen::MatrixXd> llt(S);
     // Innovations are in sigmas; the density in SI needs the factor of that change of units.
     const double unit = std::pow(options_.noise.position, 3) *
@@ -285,6 +323,7 @@ class Filter {
   bool held_ = true;
   double t_ = 0.0;                  // s
   std::size_t pose_ = 0, imu_ = 0;  // the next ones to process
+  double next_forecast_ = 0.0;      // s
   RotorEkfRun run_;
 };
 

@@ -21,6 +21,22 @@
 
 namespace trueline {
 
+// Predictions without measurements: what the filter states against the pose measured then.
+struct RotorForecastOptions {
+  std::vector<double> horizons;  // s
+  double spacing = 0.1;          // s, between starts
+  double first = 1.0;            // s after the first pose, in which the filter converges
+};
+
+struct RotorForecast {
+  double t;        // s, of the start
+  double horizon;  // s
+  double error;    // m, between predicted and measured position of P
+  // Probability of the stated ellipsoid through the measured position: uniform in [0, 1] where
+  // errors are as large as stated.
+  double rank;
+};
+
 struct RotorEkfOptions {
   RotorNoise noise;
   RotorPrior prior;
@@ -38,6 +54,7 @@ struct RotorEkfOptions {
   // RotorEkfRun::likelihoods of another run on the same flight, or null. A run that falls far
   // behind the rival stops, with a log likelihood of minus infinity.
   const std::vector<double>* rival = nullptr;
+  RotorForecastOptions forecast = {};
 };
 
 // Estimates at one time.
@@ -57,6 +74,7 @@ struct RotorEkfRun {
   // Log likelihood of all innovations after the first second; compares options on one flight.
   double log_likelihood = 0.0;
   std::vector<double> likelihoods;  // the same up to each pose
+  std::vector<RotorForecast> forecasts;
 };
 
 // Filters the flight once, forward. Throws InputError if the filter diverges (not finite): the

@@ -6,11 +6,18 @@ namespace trueline {
 
 WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int first, int tau,
                      bool with_arc) {
+  const bool on = with_arc && flight.HasArc(tau);
+  return CutWindowUntil(flight, options, first, tau,
+                        on ? flight.passes[tau].begin : flight.passes[tau - 1].end);
+}
+
+WindowData CutWindowUntil(const FlightData& flight, const VgdOptions& options, int first, int tau,
+                          TimeNs end) {
   const Pass& from = flight.passes[first];
   const Pass& to = flight.passes[tau - 1];
   WindowData data;
   data.begin = from.begin;
-  data.end = with_arc && flight.HasArc(tau) ? flight.passes[tau].begin : to.end;
+  data.end = end;
   data.fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
   data.passes = std::span(flight.passes).subspan(first, tau - first);
   data.force_sigma = flight.forces.sigma;
@@ -19,8 +26,8 @@ WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int fi
     const auto& samples = flight.forces.samples;
     const auto before = [](const ForceSample& s, TimeNs t) { return s.t < t; };
     const auto begin = std::lower_bound(samples.begin(), samples.end(), data.begin, before);
-    const auto end = std::lower_bound(begin, samples.end(), data.end, before);
-    data.forces = std::span(samples).subspan(begin - samples.begin(), end - begin);
+    const auto last = std::lower_bound(begin, samples.end(), data.end, before);
+    data.forces = std::span(samples).subspan(begin - samples.begin(), last - begin);
   }
   return data;
 }

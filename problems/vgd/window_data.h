@@ -10,5 +10,8 @@ namespace trueline {
 // if `with_arc` and there is one. Points into `flight`.
 WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int first, int tau,
                      bool with_arc);
+// The same up to `end`, which lies on the arc after pass `tau` or at its ends.
+WindowData CutWindowUntil(const FlightData& flight, const VgdOptions& options, int first, int tau,
+                          TimeNs end);
 
 }  // namespace trueline

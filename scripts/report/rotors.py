@@ -10,7 +10,7 @@ import charts
 from calibration_sections import headline, parameter_table, provenance, unobservable
 from csv_table import read_table
 from page import Page, paragraph
-from tables import number, table
+from tables import number, percent, table
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-calibrate --drive=rotors"
@@ -56,12 +56,17 @@ def build(arguments):
 
 def _predictions(result):
     rows = [[f"{s['horizon']:g}", number(s["before"]), number(s["after"]), number(s["after_rms"]),
-             str(s["count"])] for s in result.summary.get("open_loop") or []]
+             *(percent(s[f"inside_{level}"]) for level in (50, 90, 95)),
+             number(s["region_95"]), percent(s["inside_95_by_noise"]), str(s["count"])]
+            for s in result.summary.get("open_loop") or []]
     if not rows:
         return ""
     return "<h3>Open-loop prediction on held-out flight</h3>" + table(
         [("Horizon [s]", True), ("Nominal vehicle, mean [m]", True), ("Calibrated, mean [m]", True),
-         ("RMS [m]", True), ("Starts", True)], rows)
+         ("RMS [m]", True), ("In 50 %", True), ("In 90 %", True), ("In 95 %", True),
+         ("95 % region [m]", True), ("In 95 % of the noise", True), ("Starts", True)], rows) + paragraph(
+             "Regions are learned on the fitted part of the flight. Where far fewer errors lie inside "
+             "the 95 % region of the noise, the model lacks something.", "note")
 
 
 def _over_time(result):

@@ -70,6 +70,19 @@ TEST(Judge, FewArcsArePoor) {
   EXPECT_THAT(Judge(run).reasons, ElementsAre(HasSubstr("only 4 of the arcs")));
 }
 
+TEST(Judge, ManyFalsePassesArePoor) {
+  EstimatorRun run = FlownRun();
+  run.false_passes = {1};
+  EXPECT_EQ(Judge(run).word, "usable");
+  for (std::size_t k = 2; k < run.windows.size() / 2; ++k) {
+    run.false_passes.push_back(static_cast<int>(k));
+  }
+  run.false_passes.push_back(static_cast<int>(run.windows.size()) - 1);
+  const Verdict verdict = Judge(run);
+  EXPECT_EQ(verdict.word, "poor");
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("passes look false")));
+}
+
 TEST(Judge, ForcesAndDriftsOfNoVehicleArePoor) {
   WholeFlight whole;
   whole.strengths = {{"acceleration", 0.9, 0.8, 1.0, "m/s^2/sqrt(Hz)"},

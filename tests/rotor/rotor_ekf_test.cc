@@ -46,6 +46,28 @@ TEST(RotorEkf, EstimatesThePapersStates) {
   EXPECT_EQ(PriorFromVehicle(WuestVehicle()).Free().size() + RotorAeroModel::kMoving, 31u);
 }
 
+// On a flight of the model itself the stated ellipsoids hold the measured positions.
+TEST(RotorEkf, ForecastsErrAsTheyState) {
+  FilterCase c(12.0, true);
+  c.options.prior.mean = c.truth.constants;
+  c.options.prior.sigma.setZero();
+  const RotorEkfRun plain = c.Run();
+  c.options.forecast = {{0.25, 1.0}, 0.2, 1.0};
+  const RotorEkfRun run = c.Run();
+  EXPECT_EQ(run.state, plain.state);  // a forecast leaves the filter as it was
+  ASSERT_GT(run.forecasts.size(), 80u);
+  int inside = 0;
+  double near = 0.0, far = 0.0;
+  for (const RotorForecast& f : run.forecasts) {
+    inside += f.rank <= 0.9;
+    (f.horizon < 0.5 ? near : far) += f.error;
+  }
+  const double share = static_cast<double>(inside) / static_cast<double>(run.forecasts.size());
+  EXPECT_GT(share, 0.75);
+  EXPECT_LT(share, 0.99);
+  EXPECT_GT(far, 2.0 * near);
+}
+
 // Over flights with new noise and first guesses, the squared errors of all constants over their
 // variances sum to chi-square with 18 degrees of freedom for each flight.
 TEST(RotorEkf, SlowErrorsAreAsLargeAsStated) {
