@@ -10,8 +10,8 @@ after the last file was written, when the result takes its place. Runs that end 
 not counted. After each kill the folder must hold the result from before or the new one: every file
 that manifest.yaml lists with the digest it states and no other, or (native logs) the bytes of one of
 the two runs. A run after the kills must succeed and remove what they left. Then both inputs run into
-the folder at the same time, --pairs times: it must hold the whole result of one. Prints a table; exit
-code 1 if one folder was not whole.
+the folder at the same time, --pairs times: it must hold the whole result of one, and one run may be
+refused. Prints a table; exit code 1 if one folder was not whole.
 """
 import argparse
 import random
@@ -109,7 +109,7 @@ class Knocked:
                     for command in self.verb.commands]
             codes = [run.wait() for run in runs]
             self.pairs += 1
-            if codes != [0, 0]:
+            if sorted(codes) not in ([0, 0], [0, 2]):  # trueline-benchmark refuses the second run
                 self.faults.append(f"{self.verb.name}: two runs at the same time ended with {codes}")
             self.look("two runs at the same time")
 
