@@ -249,6 +249,18 @@ TEST(BadInput, QuaternionOfFewDigitsIsNormalised) {
   EXPECT_NEAR(log.Read().attitude[0].q_Ep_I.norm(), 1.0, 1e-15);
 }
 
+// A column that is stuck for a while bends the quaternions, which are normalised: a norm says so.
+TEST(BadInput, SomeQuaternionsOfAStrangeNorm) {
+  const LogFiles log;
+  std::string rows = "t [s],qw,qx,qy,qz\n";
+  for (int i = 0; i < 50; ++i) rows += fmt::format("{},{},0,0,0.6\n", 1.0 + 0.1 * i, 0.8);
+  WriteText(log / "attitude.csv", rows);
+  EXPECT_THAT(log.Read().warnings, Not(Contains(HasSubstr("quaternions"))));
+  WriteText(log / "attitude.csv", rows + "6.1,0.803,0,0,0.6\n");
+  EXPECT_THAT(log.Read().warnings,
+              Contains(HasSubstr("attitude.csv: 1 of 51 quaternions have a norm that differs")));
+}
+
 TEST(BadInput, SigmaThatIsNotPositive) {
   const LogFiles log;
   ReplaceIn(log / "fixes.csv", "0.1,0", "0,0");
