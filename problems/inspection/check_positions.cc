@@ -5,6 +5,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/position_witness.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -18,6 +19,8 @@ constexpr double kLagExplains = 0.8;        // of the residual's square that rem
 constexpr double kLeastPositionScale = 0.06;
 constexpr double kNotedHeading = 20.0 * kDegree;
 constexpr double kLeastClockJump = 0.15;  // s
+constexpr double kOddSpread = 5.0;        // ratio of what fixes and mocap spread along an axis
+constexpr double kLeastOddSpread = 1.0;   // m, of the difference
 constexpr double kClearlyWorse = 1.5;     // times the residual
 constexpr double kMocapGap = 0.2;         // s
 
@@ -205,6 +208,41 @@ bool HasAmbiguousClock(const Examination& e, const std::string& stream) {
   });
 }
 
+double SpreadOf(const std::vector<double>& values) {
+  const double median = LowerMedian(values);
+  std::vector<double> off;
+  for (const double value : values) off.push_back(std::abs(value - median));
+  return 1.4826 * LowerMedian(off);
+}
+
+// One column in another unit: a turn and a scale of all three axes do not explain it.
+void CheckSpread(Examination* e) {
+  const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
+  if (pairs.size() < 30) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> seen, sure;
+    for (const VectorPair& pair : pairs) {
+      seen.push_back(pair.seen[axis]);
+      sure.push_back(pair.sure[axis]);
+    }
+    const double by_fixes = SpreadOf(seen), by_mocap = SpreadOf(sure);
+    const double ratio = by_fixes / std::max(1e-9, by_mocap);
+    if (ratio < kOddSpread && ratio > 1.0 / kOddSpread) continue;
+    if (std::abs(by_fixes - by_mocap) < kLeastOddSpread) continue;
+    Finding finding;
+    finding.id = "position_spread";
+    finding.stream = "fixes";
+    finding.level = Level::kFatal;
+    finding.size = ratio;
+    finding.unit = "1";
+    finding.text = fmt::format(
+        "{} of fixes.csv spreads by {:.3g} m where mocap.csv spreads by {:.3g} m at the same times",
+        "xyz"[axis], by_fixes, by_mocap);
+    finding.remedy = "check the unit of this column, and which column is which axis";
+    e->Add(finding);
+  }
+}
+
 // Fixes less mocap about their mean, root mean square; without pairs enough, none.
 std::optional<double> ResidualAt(const PairsAt& pairs, double lag) {
   const std::vector<VectorPair> all = pairs(lag);
@@ -275,6 +313,7 @@ void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
+      CheckSpread(e);
       CheckClockJump(e);
       if (HasAmbiguousClock(*e, "mocap")) continue;
       Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});

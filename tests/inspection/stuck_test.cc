@@ -77,5 +77,12 @@ TEST(FirstLookAtColumns, FindsAClockOfFixesThatJumps) {
   EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("clock_jump (biases)")));
 }
 
+TEST(FirstLookAtColumns, FindsHeightsInCentimetres) {
+  FlightLog log = Flight();
+  for (Fix& fix : log.fixes) fix.p_E.z() *= 100.0;
+  EXPECT_THAT(FirstLook(log),
+              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv spreads by")));
+}
+
 }  // namespace
 }  // namespace trueline
