@@ -20,8 +20,7 @@ constexpr double kRepeatShare = 0.3;   // of samples that count as held
 constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
-constexpr double kHarmfulTurn = 0.01;    // rad, of the single sample that a spike is
-constexpr double kHarmfulPush = 0.1;     // m/s, likewise
+constexpr double kHarmfulTurn = 0.02;    // rad, by the single sample that a spike is
 constexpr double kDeadShare = 0.05;      // of the noise of the quieter neighbour
 constexpr double kQuietForce = 3e-4;     // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
 constexpr double kQuietRate = 2e-5;      // rad/s/sqrt(Hz)
@@ -223,8 +222,8 @@ class HealthFindings {
   void Axis(const StreamHealth& h, const AxisHealth& axis) {
     const bool accel = axis.axis[0] == 'a';
     if (axis.spikes > 0) {
-      const double adds = axis.largest_spike / h.rate;  // to the angle or the velocity
-      const bool harmful = adds > (accel ? kHarmfulPush : kHarmfulTurn);
+      // A knock pushes within a sample; nothing turns a vehicle so.
+      const bool harmful = !accel && axis.largest_spike / h.rate > kHarmfulTurn;
       Add("spikes", h, harmful ? Level::kBiases : Level::kWidens, axis.spikes, "samples",
           fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
                       "{}",
