@@ -19,8 +19,8 @@ constexpr double kLagExplains = 0.8;        // of the residual's square that rem
 constexpr double kLeastPositionScale = 0.06;
 constexpr double kNotedHeading = 20.0 * kDegree;
 constexpr double kLeastClockJump = 0.15;  // s
-constexpr double kOddSpread = 5.0;        // ratio of what fixes and mocap spread along an axis
-constexpr double kLeastOddSpread = 1.0;   // m, of the difference
+constexpr double kOddSpread = 10.0;       // sigmas that fixes scatter about mocap
+constexpr double kLeastOddSpread = 1.0;   // m
 constexpr double kClearlyWorse = 1.5;     // times the residual
 constexpr double kMocapGap = 0.2;         // s
 
@@ -215,32 +215,36 @@ double SpreadOf(const std::vector<double>& values) {
   return 1.4826 * LowerMedian(off);
 }
 
-// One column in another unit: a turn and a scale of all three axes do not explain it.
+// One column in another unit: its differences from mocap are far larger than its sigma says, those
+// of another axis are not. A clock or a turn would spoil more than one axis.
 void CheckSpread(Examination* e) {
   const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
   if (pairs.size() < 30) return;
+  std::vector<double> sigmas;
+  for (const Fix& fix : e->fixed.fixes) sigmas.push_back(fix.sigma);
+  const double sigma = LowerMedian(sigmas);
+  Eigen::Vector3d spread;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> seen, sure;
-    for (const VectorPair& pair : pairs) {
-      seen.push_back(pair.seen[axis]);
-      sure.push_back(pair.sure[axis]);
-    }
-    const double by_fixes = SpreadOf(seen), by_mocap = SpreadOf(sure);
-    const double ratio = by_fixes / std::max(1e-9, by_mocap);
-    if (ratio < kOddSpread && ratio > 1.0 / kOddSpread) continue;
-    if (std::abs(by_fixes - by_mocap) < kLeastOddSpread) continue;
-    Finding finding;
-    finding.id = "position_spread";
-    finding.stream = "fixes";
-    finding.level = Level::kFatal;
-    finding.size = ratio;
-    finding.unit = "1";
-    finding.text = fmt::format(
-        "{} of fixes.csv spreads by {:.3g} m where mocap.csv spreads by {:.3g} m at the same times",
-        "xyz"[axis], by_fixes, by_mocap);
-    finding.remedy = "check the unit of this column, and which column is which axis";
-    e->Add(finding);
+    std::vector<double> off;
+    for (const VectorPair& pair : pairs) off.push_back(pair.seen[axis] - pair.sure[axis]);
+    spread[axis] = SpreadOf(off);
   }
+  Eigen::Index worst = 0;
+  const double most = spread.maxCoeff(&worst);
+  if (most < std::max(kLeastOddSpread, kOddSpread * sigma) || spread.minCoeff() > 3.0 * sigma) {
+    return;
+  }
+  Finding finding;
+  finding.id = "position_spread";
+  finding.stream = "fixes";
+  finding.level = Level::kFatal;
+  finding.size = most;
+  finding.unit = "m";
+  finding.text =
+      fmt::format("{} of fixes.csv scatters by {:.3g} m about mocap.csv, another axis by {:.2g} m",
+                  "xyz"[worst], most, spread.minCoeff());
+  finding.remedy = "check the unit of this column, and which column is which axis";
+  e->Add(finding);
 }
 
 // Fixes less mocap about their mean, root mean square; without pairs enough, none.

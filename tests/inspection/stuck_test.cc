@@ -65,7 +65,7 @@ TEST(FirstLookAtColumns, FindsAScaleOfTheAccelerometer) {
 
 TEST(FirstLookAtColumns, FindsASampleThatTurnsTheVehicle) {
   FlightLog log = Flight();
-  log.imu[5000].gyro.x() -= 8.0;
+  log.imu[5000].gyro.x() -= 16.0;
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("1 samples of gx stand apart")));
 }
 
@@ -81,7 +81,7 @@ TEST(FirstLookAtColumns, FindsHeightsInCentimetres) {
   FlightLog log = Flight();
   for (Fix& fix : log.fixes) fix.p_E.z() *= 100.0;
   EXPECT_THAT(FirstLook(log),
-              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv spreads by")));
+              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv scatters by")));
 }
 
 }  // namespace
