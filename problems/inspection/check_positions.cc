@@ -311,14 +311,22 @@ void CheckClockJump(Examination* e) {
   e->Add(finding);
 }
 
+bool HasOtherClock(const Examination& e, const std::string& stream) {
+  return std::any_of(e.result.findings.begin(), e.result.findings.end(), [&](const Finding& f) {
+    return f.id == "clock_offset" && f.stream == stream;
+  });
+}
+
 }  // namespace
 
 void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
-      CheckSpread(e);
-      CheckClockJump(e);
+      if (!HasOtherClock(*e, "mocap")) {
+        CheckSpread(e);
+        CheckClockJump(e);
+      }
       if (HasAmbiguousClock(*e, "mocap")) continue;
       Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});
       continue;
