@@ -85,9 +85,6 @@ void ScoreTest::Judge(const Vector& whole_value, int clusters) {
   const int size = static_cast<int>(whole_value.size());
   chi2 = whole_value.dot(cov_model.ldlt().solve(whole_value));
   chi2_cluster = whole_value.dot(cov_cluster.ldlt().solve(whole_value));
-  if (!std::isfinite(chi2_cluster) || !std::isfinite(chi2)) {
-    fprintf(stderr, "DBG chi2 %g %g value %g cov_model %g cov_cluster %g\n", chi2, chi2_cluster, whole_value.norm(), cov_model.norm(), cov_cluster.norm());
-  }
   p_model = ChiSquareTail(chi2, size);
   p_cluster = FTail(chi2_cluster / size, size, std::max(1, clusters - size));
 }
