@@ -85,7 +85,11 @@ Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candid
 }
 
 Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
-  return {d_rows, Eigen::VectorXd::Zero(d_rows.cols()), Eigen::VectorXd::Zero(d_rows.cols())};
+  Columns free{d_rows, Eigen::VectorXd::Zero(d_rows.cols()), Eigen::VectorXd::Zero(d_rows.cols())};
+  for (auto column : free.d_rows.colwise()) {
+    if (!column.allFinite()) column.setZero();
+  }
+  return free;
 }
 
 ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,

@@ -18,7 +18,12 @@ constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
-  return finding.id == "cover" || finding.id == "attitude_missing";
+  if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
+  for (const char* id :
+       {"cover", "attitude_missing", "stuck", "dead_axis", "clock_jump", "accelerometer_scale"}) {
+    if (finding.id == id) return true;
+  }
+  return false;
 }
 
 // The middle of the flight by the IMU's time: all streams between the same stamps.

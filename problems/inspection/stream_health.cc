@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "problems/inspection/stuck.h"
 #include "problems/log/imu_faults.h"
 #include "problems/result/statistics.h"
 
@@ -19,6 +20,8 @@ constexpr double kRepeatShare = 0.3;   // of samples that count as held
 constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
+constexpr double kHarmfulTurn = 0.02;    // rad, by the single sample that a spike is
+constexpr double kDeadShare = 0.05;      // of the noise of the quieter neighbour
 constexpr double kQuietForce = 3e-4;     // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
 constexpr double kQuietRate = 2e-5;      // rad/s/sqrt(Hz)
 
@@ -52,9 +55,14 @@ double RobustSigma(std::vector<double> values) {
   return kRobust * LowerMedian(values);
 }
 
+struct Spikes {
+  int count = 0;
+  double largest = 0.0;
+};
+
 // Samples that stand apart from the two on either side by many sigmas and by `least`.
-int CountSpikes(const std::vector<double>& values, double least) {
-  if (values.size() < 50) return 0;
+Spikes FindSpikes(const std::vector<double>& values, double least) {
+  if (values.size() < 50) return {};
   std::vector<double> off(values.size(), 0.0);
   for (std::size_t i = 2; i + 2 < values.size(); ++i) {
     std::array<double, 4> around = {values[i - 2], values[i - 1], values[i + 1], values[i + 2]};
@@ -66,11 +74,13 @@ int CountSpikes(const std::vector<double>& values, double least) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
   const double limit = std::max(least, kSpikeSigmas * RobustSigma(steps));
-  const auto spikes =
-      std::count_if(off.begin(), off.end(), [limit](double o) { return std::abs(o) > limit; });
-  return static_cast<double>(spikes) < kRareSpikes * static_cast<double>(values.size())
-             ? static_cast<int>(spikes)
-             : 0;
+  Spikes spikes;
+  for (const double o : off) {
+    if (std::abs(o) <= limit) continue;
+    ++spikes.count;
+    spikes.largest = std::max(spikes.largest, std::abs(o));
+  }
+  return spikes.count < kRareSpikes * static_cast<double>(values.size()) ? spikes : Spikes();
 }
 
 // The least step between different values, if the others are its multiples.
@@ -124,7 +134,7 @@ int PositionSpikes(const std::vector<Sample>& samples) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Sample& sample : samples) values.push_back(sample.p_E[axis]);
-    most = std::max(most, CountSpikes(values, 0.1));
+    most = std::max(most, FindSpikes(values, 0.1).count);
   }
   return most;
 }
@@ -136,7 +146,9 @@ void AddAxes(const std::vector<ImuSample>& imu, StreamHealth* health) {
     AxisHealth one;
     one.axis = kImuAxes[axis];
     one.quantum = QuantumOf(values);
-    one.spikes = CountSpikes(values, axis < 3 ? 5.0 : 1.0);
+    const Spikes spikes = FindSpikes(values, axis < 3 ? 5.0 : 1.0);
+    one.spikes = spikes.count;
+    one.largest_spike = spikes.largest;
     one.noise = NoiseOf(WelchSpectrum(values, health->rate), axis < 3 ? kQuietForce : kQuietRate);
     health->axes.push_back(one);
   }
@@ -194,15 +206,28 @@ class HealthFindings {
           "set a larger range of the sensor, or cut that part");
     }
     for (const AxisHealth& axis : h.axes) Axis(h, axis);
+    for (std::size_t first : {0, 3}) DeadAxis(h, first);
+  }
+  void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {
+    for (const StuckColumn& stuck : columns) {
+      Add("stuck", h, Level::kBiases, stuck.until - stuck.from, "s",
+          fmt::format("{} stays at {:.6g} for {} samples, {:.3f} to {:.3f} s, while the sensor's "
+                      "other columns change",
+                      stuck.column, stuck.value, stuck.count, stuck.from, stuck.until),
+          "look at the sensor and the logger; cut that part of the flight");
+    }
   }
 
  private:
   void Axis(const StreamHealth& h, const AxisHealth& axis) {
     const bool accel = axis.axis[0] == 'a';
     if (axis.spikes > 0) {
-      Add("spikes", h, Level::kWidens, axis.spikes, "samples",
-          fmt::format("{} samples of {} stand apart from those before and after", axis.spikes,
-                      axis.axis),
+      // A knock pushes within a sample; nothing turns a vehicle so.
+      const bool harmful = !accel && axis.largest_spike / h.rate > kHarmfulTurn;
+      Add("spikes", h, harmful ? Level::kBiases : Level::kWidens, axis.spikes, "samples",
+          fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
+                      "{}",
+                      axis.spikes, axis.axis, axis.largest_spike, accel ? "m/s^2" : "rad/s"),
           "look whether these are knocks of the vehicle or faults of the logger");
     }
     if (accel && axis.noise.vibration > kUsualVibration) {
@@ -218,6 +243,21 @@ class HealthFindings {
                       "has ({:.1e} {}/sqrt(Hz))",
                       axis.axis, axis.noise.cutoff, axis.noise.density, accel ? "m/s^2" : "rad/s"),
           "log the samples before the filter; it delays them and hides vibration");
+    }
+  }
+  // The three axes of a sensor are of one kind, so one of them without noise is not measured, or in
+  // another unit. Too much noise may be vibration.
+  void DeadAxis(const StreamHealth& h, std::size_t first) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const AxisHealth& axis = h.axes[first + k];
+      const double others = std::min(h.axes[first + (k + 1) % 3].noise.density,
+                                     h.axes[first + (k + 2) % 3].noise.density);
+      if (!(axis.noise.density < kDeadShare * others)) continue;
+      Add("dead_axis", h, Level::kBiases, axis.noise.density / others, "1",
+          fmt::format("{} has {:.1g} times the noise of the sensor's other axes: it is in another "
+                      "unit, or not measured",
+                      axis.axis, axis.noise.density / others),
+          "check the unit and the column of this axis");
     }
   }
   void Add(const char* id, const StreamHealth& h, Level level, double size, const char* unit,
@@ -249,6 +289,7 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding
     if constexpr (requires(Sample s) { s.p_E; }) health.spikes = PositionSpikes(samples);
     if constexpr (std::is_same_v<Sample, ImuSample>) AddAxes(samples, &health);
     add.Timing(health);
+    add.Stuck(health, FindStuck(stream, samples));
     if constexpr (std::is_same_v<Sample, ImuSample>) add.Imu(health);
     all.push_back(std::move(health));
   });

@@ -15,6 +15,7 @@ struct AxisHealth {
   std::string axis;      // ax, ..., gz
   double quantum = 0.0;  // the least difference between values, if all are multiples of it
   int spikes = 0;
+  double largest_spike = 0.0;
   Noise noise;
 };
 

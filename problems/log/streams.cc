@@ -1,5 +1,6 @@
 #include "problems/log/streams.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/common/atomic_file.h"
@@ -14,6 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNormTolerance = 1e-2;    // of a quaternion written with three decimals
+constexpr double kStrangeNorm = 1.1e-3;    // off from 1 by more than three decimals explain
 constexpr double kLeastSigma = 1e-6;       // m; no detector is better, and weights stay finite
 constexpr double kLongestPause = 86400.0;  // s
 constexpr std::size_t kFlushAt = 1 << 16;  // bytes
@@ -56,7 +58,8 @@ std::string Header(const std::vector<Column>& columns) {
 // Archive that fills a sample from the row last read, in the order of ColumnList.
 class RowParser {
  public:
-  explicit RowParser(StreamReader* row) : row_(row) {}
+  // norms: of quaternions, less 1.
+  RowParser(StreamReader* row, std::vector<double>* norms) : row_(row), norms_(norms) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
     for (double& value : vector) value = Next();
@@ -72,6 +75,7 @@ class RowParser {
                              "order of the columns",
                              norm));
     }
+    norms_->push_back(std::abs(norm - 1.0));
     // A norm that is correct to the last digits stays, so that reading returns what was written.
     if (std::abs(norm - 1.0) > 1e-12) q.normalize();
   }
@@ -97,6 +101,7 @@ class RowParser {
   double Next() { return row_->value(next_++); }
 
   StreamReader* row_;
+  std::vector<double>* norms_;
   int next_ = 0;
   bool cut_off_ = false;
 };
@@ -110,15 +115,33 @@ void CheckPause(TimeNs before, const StreamReader& reader) {
                                pause));
 }
 
+// All rows of a file have the same digits, so some quaternions that are further from norm 1 than
+// most have a number that is not theirs.
+void WarnOfStrangeNorms(const fs::path& path, std::vector<double> norms,
+                        std::vector<std::string>* warnings) {
+  if (norms.empty()) return;
+  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
+  std::nth_element(norms.begin(), middle, norms.end());
+  const double usual = *middle;
+  const double limit = std::max(kStrangeNorm, 20.0 * usual);
+  const auto count = std::count_if(norms.begin(), norms.end(), [&](double n) { return n > limit; });
+  if (count == 0) return;
+  warnings->push_back(fmt::format(
+      "{}: {} of {} quaternions have a norm that differs from 1 by up to {:.2g}, the "
+      "others by {:.2g}: a column holds wrong numbers there; look at the logger",
+      path.string(), count, norms.size(), *std::max_element(norms.begin(), norms.end()), usual));
+}
+
 template <class Sample>
 std::vector<Sample> ReadStream(const fs::path& path, const Stream& stream,
                                std::vector<std::string>* warnings) {
   Sample sample{};
   StreamReader reader(path, ColumnsOf(sample, stream), warnings);
   std::vector<Sample> samples;
+  std::vector<double> norms;
   while (reader.Next()) {
     if (samples.empty()) samples.reserve(reader.EstimatedRows());
-    RowParser row(&reader);
+    RowParser row(&reader, &norms);
     sample.t = reader.time();
     Sample::Describe(row, sample, stream);
     if (row.cut_off()) break;
@@ -131,6 +154,7 @@ std::vector<Sample> ReadStream(const fs::path& path, const Stream& stream,
     throw ErrorAt(path.string(), 0,
                   "has a header but no rows; record the stream or remove the file");
   }
+  WarnOfStrangeNorms(path, norms, warnings);
   return samples;
 }
 

@@ -32,6 +32,6 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME trueline-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
     "libceres-dev, libeigen3-dev, libgflags-dev, libgoogle-glog-dev, libyaml-cpp-dev, libfmt-dev, \
-libssl-dev, libsqlite3-dev, libzstd-dev, liblz4-dev, libbz2-dev, libprotobuf-dev, \
+libssl-dev, zlib1g-dev, libsqlite3-dev, libzstd-dev, liblz4-dev, libbz2-dev, libprotobuf-dev, \
 libgeographiclib-dev")
 include(CPack)

@@ -54,7 +54,7 @@ def causes(diagnosis):
 
 
 def knock_native(base, folder, draw, diagnose):
-    """A mutation of one file; events of convert, calibrate and diagnose."""
+    """A mutation of one file; events of convert, inspect, calibrate and diagnose."""
     shutil.copytree(base.log, folder)
     file = draw.choice(sorted(folder.iterdir()))
     name, data = mutate(file.read_bytes(), draw, file.suffix == ".csv")
@@ -65,6 +65,9 @@ def knock_native(base, folder, draw, diagnose):
     if draw.random() < 0.3:
         flags = [f"--map={base.map}", f"--in={inputs_of(folder)}", f"--out={out}", "--quiet"]
         events.append(event(base, "convert", label, folder, flags, lambda: ""))
+    if draw.random() < 0.3:
+        events.append(event(base, "inspect", label, folder, arguments_of("inspect", folder, out),
+                            lambda: ""))
     events.append(event(base, "calibrate", label, folder, arguments_of("calibrate", folder, out),
                         lambda: wrong_calibration(base, read_result("calibrate", out))))
     if diagnose:

@@ -5,7 +5,7 @@
         [--jobs=2] [--foreign=FILE...] [--diagnose=0.1] [--memory=6]
 
 Each log is a simulated flight of 40 s with one mutation in one file; it goes through calibrate and,
-for a share, convert and diagnose. With --foreign, each log is one of these recordings with its
+for a share, convert, inspect and diagnose. With --foreign, each log is one of these recordings with its
 bytes changed, and goes through convert alone. A fault is a crash, a run over the limits, an error without file and remedy
 in one line, and a wrong result in silence: verdict `usable`, no warning, and an identified
 parameter further from that of the untouched log than its 95 % interval, or a cause that the

@@ -53,6 +53,7 @@ def verbs(apps, source, work):
             f"--config={source}/config/simulate/hippodrome.yaml"),
         two("convert", "convert", "log.yaml", f"--map={work}/map.yaml",
             f"--in={inputs_of(work / 'log{k}')}"),
+        two("inspect", "inspect", manifest, log, plain),
         two("calibrate", "calibrate", manifest, log, "--gamma_sweep=", plain),
         two("report", "calibrate", manifest, log, "--gamma_sweep="),
         two("diagnose", "diagnose", manifest, log, plain),

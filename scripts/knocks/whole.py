@@ -52,7 +52,7 @@ def identity(folder):
     for name in ("calibration.yaml", "diagnosis.yaml"):
         if (folder / name).exists():
             return str(yaml.safe_load((folder / name).read_text())["provenance"]["log"])
-    for name in ("trajectory.yaml", "observability.yaml", "arcs.csv"):
+    for name in ("trajectory.yaml", "observability.yaml", "inspection.yaml", "arcs.csv"):
         if (folder / name).exists():
             return digest(folder / name)
     return ""

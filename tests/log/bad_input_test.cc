@@ -1,5 +1,6 @@
 // All kinds of bad native logs: each gives an error that names file, line, finding and remedy, or a
 // warning and a defined treatment.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/log/log_files.h"
@@ -8,9 +9,11 @@ namespace trueline {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 const char kMocap[] =
     "t [s],x [m],y [m],z [m],qw [1],qx [1],qy [1],qz [1]\n"
@@ -247,6 +250,18 @@ TEST(BadInput, QuaternionOfFewDigitsIsNormalised) {
   const LogFiles log;
   WriteText(log / "attitude.csv", "t [s],qw,qx,qy,qz\n1.0,0.707,0,0,0.707\n1.1,1,0,0,0\n");
   EXPECT_NEAR(log.Read().attitude[0].q_Ep_I.norm(), 1.0, 1e-15);
+}
+
+// A column that is stuck for a while bends the quaternions, which are normalised: a norm says so.
+TEST(BadInput, SomeQuaternionsOfAStrangeNorm) {
+  const LogFiles log;
+  std::string rows = "t [s],qw,qx,qy,qz\n";
+  for (int i = 0; i < 50; ++i) rows += fmt::format("{},{},0,0,0.6\n", 1.0 + 0.1 * i, 0.8);
+  WriteText(log / "attitude.csv", rows);
+  EXPECT_THAT(log.Read().warnings, Not(Contains(HasSubstr("quaternions"))));
+  WriteText(log / "attitude.csv", rows + "6.1,0.803,0,0,0.6\n");
+  EXPECT_THAT(log.Read().warnings,
+              Contains(HasSubstr("attitude.csv: 1 of 51 quaternions have a norm that differs")));
 }
 
 TEST(BadInput, SigmaThatIsNotPositive) {

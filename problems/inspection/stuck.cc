@@ -1,0 +1,122 @@
+#include "problems/inspection/stuck.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kLeastRun = 10;  // repeats; a shorter stretch harms no fit
+constexpr double kChance = 1e-9;       // that an ordinary signal stays for as long, in one column
+constexpr double kCalm = 0.05;         // more repeats of a neighbour than elsewhere: all is calm
+
+using Values = std::vector<double>;
+
+// The columns of one sensor; their neighbours tell whether the vehicle moves.
+struct Sensor {
+  std::vector<std::string> names;
+  std::vector<Values> columns;
+};
+
+// Archive that appends a sample's numbers to its sensors.
+struct Collect {
+  std::vector<Sensor>& sensors;
+  std::size_t next = 0;
+
+  void operator()(const Field& field, const Eigen::Vector3d& v) { Add(field, {v[0], v[1], v[2]}); }
+  void operator()(const Field& field, const Eigen::Quaterniond& q) {
+    Add(field, {q.w(), q.x(), q.y(), q.z()});
+  }
+  void operator()(const Field&, double) {}
+  void operator()(const Field&, int) {}
+  void operator()(const Field&, const std::vector<double>&) {}
+
+  void Add(const Field& field, const std::vector<double>& values) {
+    if (next == sensors.size()) sensors.push_back({});
+    Sensor& sensor = sensors[next++];
+    sensor.columns.resize(values.size());
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      if (sensor.names.size() <= k) sensor.names.emplace_back(field.columns[k]);
+      sensor.columns[k].push_back(values[k]);
+    }
+  }
+};
+
+// Samples first to last - 1 have one value.
+struct Run {
+  std::size_t first = 0, last = 0;
+  std::size_t repeats() const { return last - first - 1; }
+};
+
+Run LongestRun(const Values& column) {
+  Run longest{0, 1};
+  for (std::size_t begin = 0; begin < column.size();) {
+    std::size_t end = begin + 1;
+    while (end < column.size() && column[end] == column[begin]) ++end;
+    if (end - begin > longest.last - longest.first) longest = {begin, end};
+    begin = end;
+  }
+  return longest;
+}
+
+std::size_t RepeatsWithin(const Values& column, const Run& run) {
+  std::size_t repeats = 0;
+  for (std::size_t i = run.first + 1; i < run.last; ++i) repeats += column[i] == column[i - 1];
+  return repeats;
+}
+
+// Share of the steps outside the run that repeat, never zero: a step that was not seen may come.
+double ShareOutside(const Values& column, const Run& run) {
+  const std::size_t all = RepeatsWithin(column, {0, column.size()});
+  const auto inside = static_cast<double>(RepeatsWithin(column, run));
+  const double steps = static_cast<double>(column.size() - 1 - run.repeats());
+  return (static_cast<double>(all) - inside + 1.0) / (steps + 2.0);
+}
+
+bool IsCalm(const Sensor& sensor, std::size_t but, const Run& run) {
+  for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
+    const Values& other = sensor.columns[k];
+    const double within = static_cast<double>(RepeatsWithin(other, run)) /
+                          static_cast<double>(std::max<std::size_t>(1, run.repeats()));
+    if (k != but && within > ShareOutside(other, run) + kCalm) return true;
+  }
+  return false;
+}
+
+bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
+  if (run.repeats() < kLeastRun || run.last - run.first == sensor.columns[k].size()) return false;
+  const double log_chance =
+      std::log(static_cast<double>(sensor.columns[k].size())) +
+      static_cast<double>(run.repeats()) * std::log(ShareOutside(sensor.columns[k], run));
+  return log_chance < std::log(kChance) && !IsCalm(sensor, k, run);
+}
+
+}  // namespace
+
+template <class Sample>
+std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples) {
+  std::vector<Sensor> sensors;
+  for (const Sample& sample : samples) {
+    Collect collect{sensors};
+    Sample::Describe(collect, sample, stream);
+  }
+  std::vector<StuckColumn> stuck;
+  for (const Sensor& sensor : sensors) {
+    for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
+      const Run run = LongestRun(sensor.columns[k]);
+      if (!IsStuck(sensor, k, run)) continue;
+      stuck.push_back({sensor.names[k], sensor.columns[k][run.first], run.last - run.first,
+                       ToSeconds(samples[run.first].t), ToSeconds(samples[run.last - 1].t)});
+    }
+  }
+  return stuck;
+}
+
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ImuSample>&);
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<AttitudeSample>&);
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<Fix>&);
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<PoseSample>&);
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ChannelsSample>&);
+template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ScalarSample>&);
+
+}  // namespace trueline

@@ -1,0 +1,25 @@
+// Columns of a stream that stop changing while the other columns of the same sensor go on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/log/flight_log.h"
+
+namespace trueline {
+
+struct StuckColumn {
+  std::string column;
+  double value = 0.0;
+  std::size_t count = 0;           // samples in a row
+  double from = 0.0, until = 0.0;  // s
+};
+
+// Of every sample type of ForEachStream(). The longest stretch of each column of IMU, attitude and
+// positions that no ordinary signal makes. A vehicle at rest, a coarse signal or a coordinate that
+// never changes is not stuck: the stretch is compared with how often the column repeats elsewhere,
+// and how often its neighbours repeat meanwhile.
+template <class Sample>
+std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples);
+
+}  // namespace trueline

@@ -1,0 +1,88 @@
+// Faults of single columns: each is put into a simulated flight, and the first look says so.
+#include "problems/inspection/stuck.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/inspection/first_look.h"
+#include "tests/simulation/short_flight.h"
+
+namespace trueline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+FlightLog Flight() {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 40.0;
+  return testing_simulation::Fly(config, 5).log;
+}
+
+TEST(StuckColumns, AFlightHasNone) {
+  const FlightLog log = Flight();
+  EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
+  EXPECT_THAT(FindStuck(Stream{"attitude"}, log.attitude), IsEmpty());
+  EXPECT_THAT(FindStuck(Stream{"fixes"}, log.fixes), IsEmpty());
+}
+
+TEST(StuckColumns, NamesColumnAndTime) {
+  FlightLog log = Flight();
+  for (std::size_t i = 4000; i < 5000; ++i) log.imu[i].accel.x() = log.imu[4000].accel.x();
+  const auto stuck = FindStuck(Stream{"imu"}, log.imu);
+  ASSERT_EQ(stuck.size(), 1U);
+  EXPECT_EQ(stuck[0].column, "ax");
+  EXPECT_EQ(stuck[0].count, 1000U);
+  EXPECT_EQ(stuck[0].from, ToSeconds(log.imu[4000].t));
+}
+
+TEST(StuckColumns, OfAFewFixes) {
+  FlightLog log = Flight();
+  for (std::size_t i = 60; i < 80; ++i) log.fixes[i].p_E.x() = log.fixes[60].p_E.x();
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("stuck (biases): fixes.csv: x stays at")));
+}
+
+// At rest a coarse sensor repeats: one axis at a value, the others to and fro between two.
+TEST(StuckColumns, ACoarseSensorAtRestIsNotStuck) {
+  FlightLog log = Flight();
+  for (std::size_t i = 0; i < 3000; ++i) {
+    log.imu[i].gyro = {0.0, (i / 3) % 2 == 0 ? 0.001 : 0.0, i % 5 == 0 ? 0.001 : 0.0};
+  }
+  EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
+}
+
+TEST(FirstLookAtColumns, FindsAnAxisInAnotherUnit) {
+  FlightLog log = Flight();
+  for (ImuSample& sample : log.imu) sample.accel.y() *= 1e-3;
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("dead_axis (biases): imu.csv: ay has")));
+}
+
+TEST(FirstLookAtColumns, FindsAScaleOfTheAccelerometer) {
+  FlightLog log = Flight();
+  for (ImuSample& sample : log.imu) sample.accel *= 0.9;
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("accelerometer_scale (biases)")));
+}
+
+TEST(FirstLookAtColumns, FindsASampleThatTurnsTheVehicle) {
+  FlightLog log = Flight();
+  log.imu[5000].gyro.x() -= 16.0;
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("1 samples of gx stand apart")));
+}
+
+TEST(FirstLookAtColumns, FindsAClockOfFixesThatJumps) {
+  FlightLog log = Flight();
+  for (std::size_t i = log.fixes.size() / 2; i < log.fixes.size(); ++i) {
+    log.fixes[i].t += FromSeconds(0.5);
+  }
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("clock_jump (biases)")));
+}
+
+TEST(FirstLookAtColumns, FindsHeightsInCentimetres) {
+  FlightLog log = Flight();
+  for (Fix& fix : log.fixes) fix.p_E.z() *= 100.0;
+  EXPECT_THAT(FirstLook(log),
+              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv scatters by")));
+}
+
+}  // namespace
+}  // namespace trueline
