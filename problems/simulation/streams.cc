@@ -127,8 +127,7 @@ void LogGnss(const SimulationConfig& config, const Stages& stages, const Traject
   log->gates.clear();
   log->fixes.clear();
   for (const double t : StreamTimes(gnss.rate, config.duration)) {
-    const Vector3d error =
-        slow.value() + gnss.white_sigma * white.NormalVector3() + stray.Next(t);
+    const Vector3d error = slow.value() + gnss.white_sigma * white.NormalVector3() + stray.Next(t);
     const double then = t - latency - stray.Delay();
     log->fixes.push_back({FromSeconds(t), truth.At(then).p_E + error, gnss.stated_sigma, -1});
     slow.Advance(1.0 / gnss.rate);

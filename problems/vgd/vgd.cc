@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "problems/common/random.h"
-#include "problems/vgd/force_misfit.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
+#include "problems/vgd/window_scatter.h"
 
 namespace trueline {
 Theta PriorMeans(const VgdOptions& options) {
@@ -29,27 +29,15 @@ Theta RandomStart(const VgdOptions& options, Random* random) {
   return start;
 }
 
-namespace {
-
-// SolveWindow; adds the window's force misfits to `misfit`.
-WindowEstimate SolveAndAdd(const FlightData& flight, const VgdOptions& options, int tau,
-                           const Theta& start, ForceMisfit* misfit) {
+WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
+                           const Theta& start) {
   const int first = flight.FirstPassOf(tau, options.gamma, options.min_window_fixes);
   const WindowData data = CutWindow(flight, options, first, tau, true);
   WindowProblem problem(flight.track, data, options);
   problem.SetStart(start, RoughPath(flight.log.fixes, data.passes));
   const ceres::Solver::Summary summary = problem.Solve();
-  WindowEstimate estimate = DescribeWindow(flight, options, data, tau, summary, &problem);
-  misfit->Add(problem.ForceMisfits(data.forces), options.drag_measurement.interval);
-  return estimate;
-}
 
-}  // namespace
-
-WindowEstimate SolveWindow(const FlightData& flight, const VgdOptions& options, int tau,
-                           const Theta& start) {
-  ForceMisfit misfit;
-  return SolveAndAdd(flight, options, tau, start, &misfit);
+  return DescribeWindow(flight, options, data, tau, summary, &problem);
 }
 
 EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options) {
@@ -62,16 +50,10 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
   VgdOptions adapted = options;
   Theta start = PriorMeans(options);
   Random random(options.start_seed, "window starts");
-  ForceMisfit misfit;
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
     adapted.process = processes[tau - 1];
     if (options.start == SearchStart::kRandom) start = RandomStart(options, &random);
-    run.windows.push_back(SolveAndAdd(flight, adapted, tau, start, &misfit));
-    if (flight.continuous) {
-      adapted.drag_measurement.scale =
-          options.drag_measurement.scale * misfit.Scale(flight.forces.sigma);
-      if (getenv("DBG")) fprintf(stderr, "tau %d sigma %g scale %g\n", tau, flight.forces.sigma, adapted.drag_measurement.scale);
-    }
+    run.windows.push_back(SolveWindow(flight, adapted, tau, start));
     const bool follows = options.start == SearchStart::kPrevious && run.windows.back().converged;
     if (follows) start = ThetaOf(run.windows.back());
     const bool last = tau == static_cast<int>(flight.passes.size());
@@ -79,6 +61,7 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
       run.warnings.push_back(flight.NoArcReason(tau));
     }
   }
+  if (flight.continuous) WidenByScatter(options, &run);
   return run;
 }
 

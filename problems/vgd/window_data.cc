@@ -13,7 +13,7 @@ WindowData CutWindow(const FlightData& flight, const VgdOptions& options, int fi
   data.end = with_arc && flight.HasArc(tau) ? flight.passes[tau].begin : to.end;
   data.fixes = std::span(flight.log.fixes).subspan(from.first, to.last - from.first + 1);
   data.passes = std::span(flight.passes).subspan(first, tau - first);
-  data.force_sigma = options.drag_measurement.scale * flight.forces.sigma;
+  data.force_sigma = flight.forces.sigma;
   if (flight.continuous) data.noise = flight.continuous->noise;
   if (options.drag_measurement.enabled) {
     const auto& samples = flight.forces.samples;

@@ -61,9 +61,9 @@ Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd
   return (information + I).inverse();
 }
 
-// Variance ((m/s^2)^2) of b_az by what eq. 15 leaves out: the accelerometer's z axis is not quite the
-// body's, so it shows a share of the drag, -theta_I_B K_x v_x + phi_I_B K_y v_y. Its mean over the
-// window goes into b_az.
+// Variance ((m/s^2)^2) of b_az by what eq. 15 leaves out: the accelerometer's z axis is not quite
+// the body's, so it shows a share of the drag, -theta_I_B K_x v_x + phi_I_B K_y v_y. Its mean over
+// the window goes into b_az.
 double DragInBias(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma,
                   const Eigen::Vector2d& v_B) {
   const auto square = [&](int a, int k, double v) {

@@ -171,16 +171,6 @@ Eigen::Matrix<double, WindowProblem::kParameters, 1> WindowProblem::Parameters()
   return scaling().mean + scaling().sigma.cwiseProduct(chain_.theta());
 }
 
-std::vector<Eigen::Vector2d> WindowProblem::ForceMisfits(
-    std::span<const ForceSample> forces) const {
-  std::vector<Eigen::Vector2d> misfits;
-  for (const ForceSample& force : forces) {
-    const Segment& segment = chain_.segment(SegmentOf(force.t));
-    misfits.emplace_back(segment.ForceAt(force.t)->value - force.accel_xy);
-  }
-  return misfits;
-}
-
 Eigen::Vector3d WindowProblem::PositionAt(TimeNs t) const {
   return chain_.segment(SegmentOf(t)).StateAt(t)->value.head<3>();
 }

@@ -109,8 +109,6 @@ class WindowProblem {
   const std::vector<std::unique_ptr<Segment>>& segments() const { return chain_.segments(); }
   // Fitted position at the time of a fix of this window.
   Eigen::Vector3d PositionAt(TimeNs t) const;
-  // Predicted less measured accelerometer x and y (m/s^2) at samples of this window.
-  std::vector<Eigen::Vector2d> ForceMisfits(std::span<const ForceSample> forces) const;
   const ParameterScaling& scaling() const { return chain_.scaling(); }
   // The same cost as a problem of Ceres'.
   ceres::Problem& problem() { return chain_.problem(); }
