@@ -95,7 +95,8 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   const int bias = InTheta("b_az");
   const double doubt =
       DragInBias(value, prior.cwiseProduct(cov.diagonal().cwiseSqrt()), uncertainty.doubt.Mean());
-  cov(bias, bias) += doubt / (prior[bias] * prior[bias]);
+  const double known = cov(bias, bias);
+  cov(bias, bias) = std::min(known + doubt / (prior[bias] * prior[bias]), std::max(known, 1.0));
   const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {

@@ -11,6 +11,8 @@ constexpr double kExpected = 2.0;  // windows that an expectation of one counts 
 // repeats the prior's mean, and its scatter is nothing divided by nothing.
 constexpr double kMostByPrior = 0.95;
 
+using Estimates = std::vector<std::vector<ParameterEstimate>>;  // by window and parameter
+
 // The variance with which a window's estimate scatters about the truth: the prior draws it to its
 // mean, so it scatters by less than its sigma.
 double VarianceOfScatter(double sigma, double prior_sigma) {
@@ -27,11 +29,11 @@ std::vector<std::size_t> Apart(std::size_t window, std::size_t gamma) {
 }
 
 // The factor on the sigma of parameter `p` by the scatter of these windows; at least 1.
-double Factor(const EstimatorRun& run, const std::vector<std::size_t>& windows, std::size_t p,
+double Factor(const Estimates& estimates, const std::vector<std::size_t>& windows, std::size_t p,
               double prior_sigma) {
   double weights = 0.0, mean = 0.0, squares = 0.0;
   for (const std::size_t i : windows) {
-    const ParameterEstimate& estimate = run.windows[i].parameters[p];
+    const ParameterEstimate& estimate = estimates[i][p];
     const double weight = 1.0 / VarianceOfScatter(estimate.sigma, prior_sigma);
     weights += weight;
     const double off = estimate.value - mean;
@@ -42,10 +44,11 @@ double Factor(const EstimatorRun& run, const std::vector<std::size_t>& windows, 
   return std::sqrt(std::max(1.0, (kExpected + squares) / (kExpected + others)));
 }
 
-void Widen(double factor, double prior_sigma, ParameterEstimate* estimate) {
+// reference: the prior's sigma that a status refers to; that of a --model is tighter.
+void Widen(double factor, double prior_sigma, double reference, ParameterEstimate* estimate) {
   const double most = std::max(estimate->sigma, prior_sigma);
   estimate->sigma = std::min(factor * estimate->sigma, most);
-  if (estimate->status == "identified" && estimate->sigma > 0.5 * prior_sigma) {
+  if (estimate->status == "identified" && estimate->sigma > 0.5 * reference) {
     estimate->status = "weak";
   }
 }
@@ -53,7 +56,9 @@ void Widen(double factor, double prior_sigma, ParameterEstimate* estimate) {
 }  // namespace
 
 void WidenByScatter(const VgdOptions& options, EstimatorRun* run) {
-  const EstimatorRun stated = *run;
+  const VgdOptions ranges;  // of Table 2
+  Estimates stated;
+  for (const WindowEstimate& estimate : run->windows) stated.push_back(estimate.parameters);
   for (std::size_t window = 0; window < run->windows.size(); ++window) {
     const std::vector<std::size_t> windows = Apart(window, static_cast<std::size_t>(options.gamma));
     if (windows.size() < 2) continue;
@@ -62,7 +67,8 @@ void WidenByScatter(const VgdOptions& options, EstimatorRun* run) {
       const int parameter = static_cast<int>(p);
       if (!IsVehicle(parameter)) continue;
       const double prior_sigma = options.PriorOf(parameter).sigma;
-      Widen(Factor(stated, windows, p, prior_sigma), prior_sigma, &parameters[p]);
+      const double reference = std::max(prior_sigma, ranges.PriorOf(parameter).sigma);
+      Widen(Factor(stated, windows, p, prior_sigma), prior_sigma, reference, &parameters[p]);
     }
   }
 }
