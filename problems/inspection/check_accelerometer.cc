@@ -16,6 +16,11 @@ constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may 
 constexpr double kLeastScale = 0.05;
 constexpr double kAlikeForce = 0.7;  // correlation of accelerations
 constexpr double kLeastBias = 0.4;   // m/s^2
+// A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
+// a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
+constexpr double kMostBias = 0.85;      // m/s^2
+constexpr double kAlikeResidual = 1.1;  // ratio of residuals
+constexpr double kUpright = 0.35;       // horizontal over vertical part of the bias
 
 // The bends in the earth of the attitude, where the two differ by a heading alone.
 std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
@@ -158,12 +163,19 @@ void TurnLikePositions(const Examination& e, const PositionWitness& witness,
   for (Bend& bend : *bends) bend.acceleration = turn.transpose() * bend.acceleration;
 }
 
+// True if the fit is of a scale rather than of a bias.
+bool IsScale(const ForceScale& fit) {
+  if (fit.by_factor < fit.by_bias) return true;
+  return std::abs(fit.bias.z()) > kMostBias && fit.by_factor < kAlikeResidual * fit.by_bias &&
+         fit.bias.head<2>().norm() < kUpright * std::abs(fit.bias.z());
+}
+
 void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend> bends) {
   TurnLikePositions(*e, witness, &bends);
   const auto fit = FitForceScale(e->fixed, witness.attitude, bends, e->log.gravity);
   if (!fit) return;
   const double off = std::abs(fit->factor - 1.0);
-  if (off > kLeastScale && off > 5.0 * fit->sigma && fit->by_factor < fit->by_bias) {
+  if (off > kLeastScale && off > 5.0 * fit->sigma && IsScale(*fit)) {
     AddScale(e, fit->factor, fit->sigma,
              fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
                          "a bias {:.3f}",

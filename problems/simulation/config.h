@@ -128,6 +128,14 @@ struct GnssConfig {
   double white_sigma = 0.05;       // m, each axis, of the part that is new at each fix
   double stated_sigma = 0.8;       // m, as the receiver states it
   double latency = 0.0;            // s, a fix stamped t was measured at t - latency
+  // Errors of another form than an estimator expects; 0: none.
+  double latency_jitter = 0.0;  // s, sigma of each fix's own delay beside `latency`
+  double wave = 0.0;            // m, amplitude in each axis of an error that swings (multipath)
+  double wave_period = 20.0;    // s
+  double jump = 0.0;            // m, sigma in each axis of steps that stay (other satellites)
+  double jump_interval = 20.0;  // s, mean time between them
+  double outlier_share = 0.0;   // of the fixes
+  double outlier_size = 3.0;    // m, sigma in each axis
 };
 
 // Numbers of the sensors that are sampled from the flight, by sensor and name (catalogue with

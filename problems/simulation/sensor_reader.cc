@@ -76,6 +76,14 @@ void Serialize(YamlArchive* a, GnssConfig* gnss) {
   a->NotNegative("white_sigma", &gnss->white_sigma);
   a->Positive("stated_sigma", &gnss->stated_sigma);
   a->Finite("latency", &gnss->latency);
+  a->NotNegative("latency_jitter", &gnss->latency_jitter);
+  a->NotNegative("wave", &gnss->wave);
+  a->Positive("wave_period", &gnss->wave_period);
+  a->NotNegative("jump", &gnss->jump);
+  a->Positive("jump_interval", &gnss->jump_interval);
+  a->NotNegative("outlier_share", &gnss->outlier_share);
+  a->Require(gnss->outlier_share <= 1.0, "outlier_share", "is a share: 0 to 1");
+  a->NotNegative("outlier_size", &gnss->outlier_size);
 }
 
 }  // namespace trueline::simulation

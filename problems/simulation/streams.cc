@@ -88,6 +88,34 @@ void LogAttitude(const SimulationConfig& config, const Stages& stages, const Tra
   }
 }
 
+// Errors of a receiver that no Gauss-Markov process describes: they swing, jump and are outliers.
+class StrayErrors {
+ public:
+  StrayErrors(const GnssConfig& gnss, std::uint64_t seed)
+      : gnss_(gnss), random_(seed, "gnss_stray") {
+    for (int i = 0; i < 3; ++i) phase_[i] = random_.Uniform(-M_PI, M_PI);
+  }
+
+  // At a fix; call it for each fix in turn.
+  Vector3d Next(double t) {
+    if (random_.Uniform(0.0, 1.0) < 1.0 / (gnss_.rate * gnss_.jump_interval)) {
+      jumps_ += gnss_.jump * random_.NormalVector3();
+    }
+    Vector3d error = jumps_;
+    for (int i = 0; i < 3; ++i) {
+      error[i] += gnss_.wave * std::sin(2.0 * M_PI * t / gnss_.wave_period + phase_[i]);
+    }
+    const Vector3d outlier = gnss_.outlier_size * random_.NormalVector3();
+    return random_.Uniform(0.0, 1.0) < gnss_.outlier_share ? Vector3d(error + outlier) : error;
+  }
+  double Delay() { return gnss_.latency_jitter * random_.NormalVector3().x(); }
+
+ private:
+  const GnssConfig& gnss_;
+  Random random_;
+  Vector3d phase_ = Vector3d::Zero(), jumps_ = Vector3d::Zero();
+};
+
 void LogGnss(const SimulationConfig& config, const Stages& stages, const Trajectory& truth,
              std::uint64_t seed, FlightLog* log) {
   const GnssConfig& gnss = config.gnss;
@@ -95,12 +123,13 @@ void LogGnss(const SimulationConfig& config, const Stages& stages, const Traject
   Apply(stages.fix_latency, &latency);
   OrnsteinUhlenbeck slow(Vector3d::Constant(gnss.sigma), gnss.correlation_time, seed, "gnss_slow");
   Random white(seed, "gnss_white");
+  StrayErrors stray(gnss, seed);
   log->gates.clear();
   log->fixes.clear();
   for (const double t : StreamTimes(gnss.rate, config.duration)) {
-    const Vector3d error = slow.value() + gnss.white_sigma * white.NormalVector3();
-    log->fixes.push_back(
-        {FromSeconds(t), truth.At(t - latency).p_E + error, gnss.stated_sigma, -1});
+    const Vector3d error = slow.value() + gnss.white_sigma * white.NormalVector3() + stray.Next(t);
+    const double then = t - latency - stray.Delay();
+    log->fixes.push_back({FromSeconds(t), truth.At(then).p_E + error, gnss.stated_sigma, -1});
     slow.Advance(1.0 / gnss.rate);
   }
 }

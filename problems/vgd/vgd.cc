@@ -10,6 +10,7 @@
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_data.h"
 #include "problems/vgd/window_estimate.h"
+#include "problems/vgd/window_scatter.h"
 
 namespace trueline {
 Theta PriorMeans(const VgdOptions& options) {
@@ -60,6 +61,7 @@ EstimatorRun RunVgd(const FlightData& flight, const VgdOptions& options,
       run.warnings.push_back(flight.NoArcReason(tau));
     }
   }
+  if (flight.continuous) WidenByScatter(options, &run);
   return run;
 }
 

@@ -166,6 +166,22 @@ TEST(Judge, TooManyOutsideOfTheirEllipseIsPoor) {
   EXPECT_EQ(Judge(FlownRun(17)).word, "usable");  // chance explains 17 of 20 (probability 7 %)
 }
 
+TEST(Judge, FewArcsAreUsableOnlyIfNearlyAllAreInside) {
+  const auto word = [](int inside, int count) {
+    EstimatorRun run = FlownRun(inside);
+    run.windows.resize(count);
+    return Judge(run).word;
+  };
+  EXPECT_EQ(word(5, 5), "usable");
+  EXPECT_EQ(word(3, 5), "poor");
+  EXPECT_EQ(word(4, 4), "poor");
+  EXPECT_EQ(word(5, 6), "poor");
+  EXPECT_EQ(word(7, 8), "usable");
+  EstimatorRun run = FlownRun(3);
+  run.windows.resize(5);
+  EXPECT_THAT(Judge(run).reasons, ElementsAre(HasSubstr("too few arcs")));
+}
+
 TEST(SummariseArcs, CountsErrorsAndEllipses) {
   const ArcSummary arcs = SummariseArcs(FlownRun(15));
   EXPECT_EQ(arcs.error.count, 20);

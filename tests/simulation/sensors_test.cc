@@ -174,6 +174,40 @@ TEST(Sensors, GnssFixesHaveTheNoiseStated) {
   EXPECT_NEAR(product / squares, std::exp(-10.0 / 20.0), 0.2);
 }
 
+// Over a hover: jumps stay, outliers do not, and the wave has its amplitude.
+TEST(Sensors, GnssFixesStray) {
+  const auto scatter = [](const GnssConfig& gnss) {
+    SimulationConfig config = Hover(300.0);
+    config.gnss = gnss;
+    const Flown flown = Fly(config, 8);
+    double change = 0.0, squares = 0.0;
+    Vector3d mean = Vector3d::Zero();
+    const std::vector<Fix>& fixes = flown.log.fixes;
+    const auto count = static_cast<double>(fixes.size());
+    for (const Fix& fix : fixes) mean += fix.p_E / count;
+    for (std::size_t i = 0; i < fixes.size(); ++i) {
+      squares += (fixes[i].p_E - mean).squaredNorm() / 3.0 / count;
+      if (i > 0) change += (fixes[i].p_E - fixes[i - 1].p_E).squaredNorm() / 3.0 / count;
+    }
+    return std::pair(std::sqrt(squares), std::sqrt(change));
+  };
+  const GnssConfig exact{.rate = 2.0, .sigma = 0.0, .white_sigma = 0.0};
+  const auto [quiet, steps] = scatter(exact);
+  EXPECT_LT(quiet, 0.1);
+  GnssConfig gnss = exact;
+  gnss.wave = 0.5;
+  EXPECT_NEAR(scatter(gnss).first, 0.5 / std::sqrt(2.0), 0.1);
+  gnss = exact;
+  gnss.jump = 1.0;
+  const auto [far, moved] = scatter(gnss);
+  EXPECT_GT(far, 3.0 * moved);  // 15 jumps in 600 fixes add up
+  gnss = exact;
+  gnss.outlier_share = 0.1;
+  const auto [wide, often] = scatter(gnss);
+  EXPECT_NEAR(wide, 3.0 * std::sqrt(0.1), 0.35);
+  EXPECT_NEAR(often, wide * std::sqrt(2.0), 0.3);
+}
+
 TEST(Sensors, GnssFixesAreLateByTheLatency) {
   SimulationConfig config = ShortExactFlight();
   config.gnss = {.rate = 5.0, .sigma = 0.0, .white_sigma = 0.0, .latency = 0.2};

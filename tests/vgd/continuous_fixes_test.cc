@@ -165,6 +165,20 @@ TEST(Passes, ALogOfMocapAloneIsFittedToMocap) {
   EXPECT_NEAR(SecondsBetween(data.log.fixes[0].t, data.log.fixes[1].t), 0.1, 1e-6);
 }
 
+// Eq. 15 takes what the accelerometer shows along its z axis as thrust. Tilted on its board by 5
+// deg, it shows a share of the drag; on a course that is always flown forwards b_az takes it.
+TEST(Passes, TheSigmaOfB_azHoldsTheDragAlongATiltedAxis) {
+  const VgdOptions options;
+  SimulationConfig config = Outdoors(60.0);
+  config.imu.misalignment = {0.0, 0.05, 0.0};
+  const testing_vgd::Flight flight(config, 7, options);
+  const WindowEstimate last = RunVgd(flight.data, options).windows.back();
+  const ParameterEstimate& bias = testing_vgd::Find(last, "b_az");
+  const double off = bias.value - config.imu.accel_bias.z();
+  EXPECT_GT(std::abs(off), 0.04);  // 0.35 1/s * 5 m/s * 0.05 rad
+  EXPECT_LT(std::abs(off), 2.0 * bias.sigma);
+}
+
 // Statistics over all arcs and parameters of one flight; config/README.md has coverage by seeds.
 TEST(Passes, AFlightWithoutGatesCalibrates) {
   const VgdOptions options;

@@ -1,0 +1,75 @@
+// Windows of a flight without gates that disagree by more than their sigmas widen them.
+#include "problems/vgd/window_scatter.h"
+
+#include <gtest/gtest.h>
+
+#include "cost_functions/models/imu_driven_model.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kSigma = 0.02;
+
+// A run whose windows err in turn by `errors` sigmas in every parameter; gamma is 1.
+EstimatorRun RunWith(const std::vector<double>& errors) {
+  EstimatorRun run{"vgd", 1, {}, {}};
+  for (const double error : errors) {
+    WindowEstimate window;
+    for (int p = 0; p < kStatedSize; ++p) {
+      window.parameters.push_back({kTheta[p].name, error * kSigma, kSigma, "", "identified"});
+    }
+    run.windows.push_back(window);
+  }
+  return run;
+}
+
+double SigmaOfDrag(const EstimatorRun& run) {
+  return run.windows.back().parameters[InTheta("K_x")].sigma;
+}
+
+class WindowScatter : public testing::Test {
+ protected:
+  WindowScatter() { options_.gamma = 1; }
+  EstimatorRun Widened(const std::vector<double>& errors) {
+    EstimatorRun run = RunWith(errors);
+    WidenByScatter(options_, &run);
+    return run;
+  }
+  VgdOptions options_;
+};
+
+TEST_F(WindowScatter, LeavesWindowsThatAgree) {
+  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({0.5, -0.7, 0.2, -0.4, 0.6})), kSigma);
+}
+
+TEST_F(WindowScatter, WidensWindowsThatDisagree) {
+  // Eight windows, 3 sigmas to both sides: (2 + 8 * 9) / (2 + 7) = 8.2 times the variance.
+  const double sigma = SigmaOfDrag(Widened({3, -3, 3, -3, 3, -3, 3, -3}));
+  EXPECT_NEAR(sigma / kSigma, 2.87, 0.05);
+}
+
+TEST_F(WindowScatter, UsesWindowsBeforeAlone) {
+  const EstimatorRun run = Widened({0, 0, 0, 9, -9});
+  EXPECT_DOUBLE_EQ(run.windows[2].parameters[InTheta("K_x")].sigma, kSigma);
+  EXPECT_GT(run.windows[4].parameters[InTheta("K_x")].sigma, 2.0 * kSigma);
+}
+
+TEST_F(WindowScatter, LeavesTheAttitudesErrorThatChanges) {
+  const EstimatorRun run = Widened({9, -9, 9, -9});
+  EXPECT_DOUBLE_EQ(run.windows.back().parameters[InTheta("phi_E_Ep")].sigma, kSigma);
+}
+
+TEST_F(WindowScatter, NeverStatesMoreThanThePrior) {
+  const EstimatorRun run = Widened({99, -99, 99, -99});
+  const ParameterEstimate& drag = run.windows.back().parameters[InTheta("K_x")];
+  EXPECT_DOUBLE_EQ(drag.sigma, options_.priors[InTheta("K_x")].sigma);
+  EXPECT_EQ(drag.status, "weak");
+}
+
+TEST_F(WindowScatter, CountsWindowsThatShareNoPass) {
+  options_.gamma = 2;  // of four windows the last and the second, which agree
+  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({50, 0, -50, 0})), kSigma);
+}
+
+}  // namespace
+}  // namespace trueline
