@@ -37,6 +37,13 @@ const std::vector<Flight> kFlights = {
      0.96,
      0.3,
      0.9},
+    {"nanobench_mocap",
+     {"nanobench/B3_figure8_fast_rep1.csv"},
+     AttitudeOf::kAhrs,
+     Thrust::kAccelerometer,
+     0.96,
+     0.3,
+     0.9},
     {"nanobench",
      {"nanobench/B3_figure8_fast_rep1.csv"},
      AttitudeOf::kAhrs,
@@ -133,7 +140,8 @@ const std::vector<Flight> kFlights = {
 void PrintTo(const Flight& flight, std::ostream* out) { *out << flight.files.front(); }
 
 std::string NameOf(const testing::TestParamInfo<Flight>& info) {
-  std::string name = std::filesystem::path(info.param.files.front()).stem().string();
+  std::string name = std::string(info.param.map) + "_" +
+                     std::filesystem::path(info.param.files.front()).stem().string();
   for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
   return name;
 }

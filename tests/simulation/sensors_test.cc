@@ -176,7 +176,7 @@ TEST(Sensors, GnssFixesHaveTheNoiseStated) {
 
 // Over a hover: jumps stay, outliers do not, and the wave has its amplitude.
 TEST(Sensors, GnssFixesStray) {
-  const auto scatter = [](const GnssConfig& gnss) {
+  const auto scatter = [](const simulation::GnssConfig& gnss) {
     SimulationConfig config = Hover(300.0);
     config.gnss = gnss;
     const Flown flown = Fly(config, 8);
@@ -191,10 +191,10 @@ TEST(Sensors, GnssFixesStray) {
     }
     return std::pair(std::sqrt(squares), std::sqrt(change));
   };
-  const GnssConfig exact{.rate = 2.0, .sigma = 0.0, .white_sigma = 0.0};
+  const simulation::GnssConfig exact{.rate = 2.0, .sigma = 0.0, .white_sigma = 0.0};
   const auto [quiet, steps] = scatter(exact);
   EXPECT_LT(quiet, 0.1);
-  GnssConfig gnss = exact;
+  simulation::GnssConfig gnss = exact;
   gnss.wave = 0.5;
   EXPECT_NEAR(scatter(gnss).first, 0.5 / std::sqrt(2.0), 0.1);
   gnss = exact;
