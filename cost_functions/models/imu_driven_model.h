@@ -118,17 +118,26 @@ struct ImuDrivenParameters {
 template <typename D>
 struct DriveOf {
   Matrix3<D> R_Ep_I;  // attitude as the AHRS estimates it
-  D a_z;              // m/s^2, measured along the thrust axis; -9.81 in hover
+  D a_z;              // m/s^2, measured; -9.81 in hover
 };
 using Drive = DriveOf<double>;
+
+// The axis along which a_z is the specific force. At 8 m/s a misalignment of 3 deg makes the
+// accelerometer's z axis read 0.2 m/s^2 of drag, which the axis of the body would put into b_az.
+enum class ThrustAxis {
+  kBody,  // z_B, as eq. 15 takes it
+  kImu,   // z_I, as eq. 8 has it: thrust and a share of the drag
+};
 
 // The model with its constant rotations precomputed.
 template <typename T>
 class ImuDrivenModel {
  public:
   // gravity in m/s^2.
-  ImuDrivenModel(const ImuDrivenParameters<T>& parameters, double gravity)
+  ImuDrivenModel(const ImuDrivenParameters<T>& parameters, double gravity,
+                 ThrustAxis axis = ThrustAxis::kBody)
       : p_(parameters),
+        axis_(axis),
         R_Ep_E_(RotationFromEuler<T>(parameters.Phi_E_Ep)),
         R_B_I_(RotationFromEuler<T>(parameters.Phi_I_B)),
         g_E_(T(0), T(0), T(gravity)) {}
@@ -139,11 +148,20 @@ class ImuDrivenModel {
     return R_Ep_E_.transpose() * R_Ep_I.template cast<T>() * R_B_I_.transpose();
   }
 
-  // Specific force in B: linear drag (eq. 9-10), and along z the thrust-axis acceleration less its
-  // bias.
+  // Specific force in B: linear drag (eq. 9-10), and along z what a_z shows.
   template <typename D>
   Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
-    return Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(a_z) - p_.b_az);
+    return WithThrust(a_z, Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(0)));
+  }
+
+  // Specific force in B of the given x and y, with the z that a_z shows: a_z less its bias (eq.
+  // 15), or the z that solves the third row of R_I_B f_B = (..., a_z - b_az) (eq. 8).
+  template <typename D>
+  Vector3<T> WithThrust(const D& a_z, const Vector3<T>& f_B) const {
+    const T z = T(a_z) - p_.b_az;
+    if (axis_ == ThrustAxis::kBody) return Vector3<T>(f_B[0], f_B[1], z);
+    return Vector3<T>(f_B[0], f_B[1],
+                      (z - R_B_I_(0, 2) * f_B[0] - R_B_I_(1, 2) * f_B[1]) / R_B_I_(2, 2));
   }
 
   // dv_E/dt (eq. 6): gravity plus the specific force turned to E.
@@ -157,12 +175,14 @@ class ImuDrivenModel {
   }
 
   const ImuDrivenParameters<T>& parameters() const { return p_; }
+  ThrustAxis axis() const { return axis_; }
   const Matrix3<T>& R_Ep_E() const { return R_Ep_E_; }
   const Matrix3<T>& R_B_I() const { return R_B_I_; }
   const Vector3<T>& g_E() const { return g_E_; }
 
  private:
   ImuDrivenParameters<T> p_;
+  ThrustAxis axis_;
   Matrix3<T> R_Ep_E_;
   Matrix3<T> R_B_I_;
   Vector3<T> g_E_;

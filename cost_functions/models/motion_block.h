@@ -2,11 +2,13 @@
 //
 // Seen from the AHRS's earth E' the velocity obeys
 //   dv/dt = g' + R (w (a_z - b_az) + D R' v),
-// with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I. The parameters are
-// factors outside of all integrals over the log. The log enters by moments that are summed once, at
-// the IMU's own rate, and are valid for every parameter value; nothing is linearised. The only
-// approximation is in drag: within a block its velocity is a straight line with the right mean.
-// Tests limit the error to 1 mm after 10 s with blocks of 50 ms.
+// with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I where a_z is along
+// z_B. Where it is along z_I, w is divided by its z and D is without its third row: drag does not
+// change what was measured. The parameters are factors outside of all integrals over the log. The
+// log enters by moments that are summed once, at the IMU's own rate, and are valid for every
+// parameter value; nothing is linearised. The only approximation is in drag: within a block its
+// velocity is a straight line with the right mean. Tests limit the error to 1 mm after 10 s with
+// blocks of 50 ms.
 #pragma once
 
 #include "cost_functions/models/force_effects.h"
@@ -22,6 +24,14 @@ template <typename T>
 Matrix3<T> Unpack(const Symmetric3<T>& s) {
   Matrix3<T> m;
   m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
+  return m;
+}
+
+// The matrix of the cross product with x.
+template <typename T>
+Matrix3<T> CrossMatrix(const Vector3<T>& x) {
+  Matrix3<T> m;
+  m << T(0), -x[2], x[1], x[2], T(0), -x[0], -x[1], x[0], T(0);
   return m;
 }
 
@@ -84,10 +94,12 @@ template <typename T>
 struct BlockModel {
   Matrix3<T> R_Ep_E;
   Vector3<T> g_Ep;     // gravity in E'
-  Vector3<T> w;        // z_B in I
+  Vector3<T> w;        // acceleration in I for each unit of a_z
   Vector3<T> w_b;      // w * b_az
-  Symmetric3<T> drag;  // D, packed, in I
+  Symmetric3<T> drag;  // the symmetric part of D, packed, in I
+  Vector3<T> turn;     // the rest of D is the cross product with this
   Matrix3<T> R_B_I;
+  T share_x = T(0), share_y = T(0);       // of the force along x_B and y_B, what a_z holds
   T K_x, K_y, b_az;                       // 1/s, 1/s, m/s^2
   const ForceEffects* effects = nullptr;  // force beyond linear drag; null: none
 
@@ -99,12 +111,26 @@ struct BlockModel {
     b_az = p.b_az;
     if (force_effects != nullptr && force_effects->Any()) effects = force_effects;
     g_Ep = R_Ep_E.col(2) * model.g_E()[2];
-    const auto entry = [&](int i, int j) -> T {
-      return p.K_x * R_B_I(0, i) * R_B_I(0, j) + p.K_y * R_B_I(1, i) * R_B_I(1, j);
-    };
     w = R_B_I.row(2).transpose();
-    w_b = w * p.b_az;
+    if (model.axis() == ThrustAxis::kImu) {
+      share_x = R_B_I(0, 2) / w[2];
+      share_y = R_B_I(1, 2) / w[2];
+    }
+    // D = K_x (x - share_x z) x' + K_y (y - share_y z) y', for x, y, z the body's axes in I.
+    const Vector3<T> x = R_B_I.row(0).transpose(), y = R_B_I.row(1).transpose();
+    const Vector3<T> by_x = (x - w * share_x) * K_x, by_y = (y - w * share_y) * K_y;
+    const auto entry = [&](int i, int j) -> T {
+      return (by_x[i] * x[j] + by_x[j] * x[i] + by_y[i] * y[j] + by_y[j] * y[i]) * T(0.5);
+    };
     drag << entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2);
+    turn = (y * (K_x * share_x) - x * (K_y * share_y)) * T(0.5);
+    if (model.axis() == ThrustAxis::kImu) w /= T(w[2]);
+    w_b = w * p.b_az;
+  }
+
+  // Int R D R' over a block, from the integrals of R (x) R and of R.
+  Matrix3<T> DragOver(const Eigen::Matrix<double, 6, 6>& RR, const Eigen::Matrix3d& R) const {
+    return Unpack<T>(Times(RR, drag)) + CrossMatrix<T>(Times(R, turn));
   }
 };
 
@@ -136,8 +162,8 @@ TRUELINE_FLATTEN BlockMotion<T> MotionOver(const BlockModel<T>& b, const MotionB
                             Times(m.R_tau_dt, b.w_b);  // int tau dv
   // Drag acts on the velocity v + a * tau + curve within the block; the curve's mean comes from the
   // free motion and from drag itself; all terms up to h^3.
-  x.A = Unpack<T>(Times(m.RR_dt, b.drag));
-  x.A_tau = Unpack<T>(Times(m.RR_tau_dt, b.drag));
+  x.A = b.DragOver(m.RR_dt, m.R_dt);
+  x.A_tau = b.DragOver(m.RR_tau_dt, m.R_tau_dt);
   x.free_curve = dv_free * T(0.5) - dv_tau * T(1.0 / m.h);
   x.first_a = (dv_free + x.A * (v + x.free_curve)) * T(1.0 / m.h);
   const Vector3<T> curve = x.free_curve - x.A * x.first_a * T(m.h / 12.0);
@@ -158,8 +184,9 @@ Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const
   const Vector3<T> ground_B = b.R_B_I * Times(R_I_Ep, v_Ep);
   const Vector3<T> wind_Ep = b.R_Ep_E * b.effects->wind_E.template cast<T>();
   const Vector3<T> wind_B = b.R_B_I * Times(R_I_Ep, wind_Ep);
-  const Vector3<T> f_B =
+  Vector3<T> f_B =
       b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, -m.a_dt / m.h, m.t + 0.5 * m.h);
+  f_B[2] -= b.share_x * f_B[0] + b.share_y * f_B[1];
   const Vector3<T> f_I = b.R_B_I.transpose() * f_B;
   return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
 }

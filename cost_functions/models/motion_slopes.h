@@ -20,10 +20,11 @@
 
 namespace trueline {
 
-// First columns of the derivatives by D (packed), w (thrust axis in I), b_az, gravity in E', and
-// the start's velocity in E'.
-inline constexpr int kByDrag = 0, kByAxis = 6, kByBias = 9, kByGravity = 10, kByStart = 13,
-                     kChainColumns = 16;
+// First columns of the derivatives by D (packed, then its turn), w (thrust axis in I), b_az,
+// gravity in E', and the start's velocity in E'.
+inline constexpr int kByDrag = 0, kByTurn = 6, kByAxis = 9, kByBias = 12, kByGravity = 13,
+                     kByStart = 16, kChainColumns = 19;
+inline constexpr int kDragColumns = kByAxis;
 template <int kRows>
 using ChainSlopes = Eigen::Matrix<double, kRows, kChainColumns>;
 
@@ -45,21 +46,24 @@ auto Product(const A& a, const B& b) {
   return c;
 }
 
-// Adds L X(u) to *sum, where X(u) d = Unpack(d) u.
+// Adds L X(u) to *sum, where X(u) d = D u.
 template <int kRows, class Sum>
 void AddSpread(const Eigen::Matrix<double, kRows, 3>& L, const Eigen::Vector3d& u, Sum&& sum) {
   for (int i = 0; i < 3; ++i) sum.col(i) += L.col(i) * u[i];
   sum.col(3) += L.col(0) * u[1] + L.col(1) * u[0];
   sum.col(4) += L.col(0) * u[2] + L.col(2) * u[0];
   sum.col(5) += L.col(1) * u[2] + L.col(2) * u[1];
+  sum.col(6) += L.col(2) * u[1] - L.col(1) * u[2];
+  sum.col(7) += L.col(0) * u[2] - L.col(2) * u[0];
+  sum.col(8) += L.col(1) * u[0] - L.col(0) * u[1];
 }
 
 // X(u).
-inline Eigen::Matrix<double, 3, 6> Spread(const Eigen::Vector3d& u) {
-  Eigen::Matrix<double, 3, 6> X;
-  X << u[0], 0.0, 0.0, u[1], u[2], 0.0,  //
-      0.0, u[1], 0.0, u[0], 0.0, u[2],   //
-      0.0, 0.0, u[2], 0.0, u[0], u[1];
+inline Eigen::Matrix<double, 3, kDragColumns> Spread(const Eigen::Vector3d& u) {
+  Eigen::Matrix<double, 3, kDragColumns> X;
+  X << u[0], 0.0, 0.0, u[1], u[2], 0.0, 0.0, u[2], -u[1],  //
+      0.0, u[1], 0.0, u[0], 0.0, u[2], -u[2], 0.0, u[0],   //
+      0.0, 0.0, u[2], 0.0, u[0], u[1], u[1], -u[0], 0.0;
   return X;
 }
 
@@ -89,7 +93,7 @@ inline void PropagateSlopes(const BlockModel<double>& model, const MotionBlock& 
 
   // By D, through A and through A_tau.
   const Eigen::Vector3d A_a1 = A * x.first_a;
-  Eigen::Matrix<double, 6, 6> by_A, by_A_tau;
+  Eigen::Matrix<double, 6, kDragColumns> by_A, by_A_tau;
   by_A.topRows<3>() =
       Spread(-(h * h / 24.0) * A_a1 - (h * h / 3.0) * x.a - (h / 2.0) * x.free_curve);
   by_A.bottomRows<3>() = Spread((-h / 12.0) * A_a1);
@@ -103,7 +107,10 @@ inline void PropagateSlopes(const BlockModel<double>& model, const MotionBlock& 
   of_a1.topRows<3>() = A_tau - (h / 3.0) * A;
   of_a1.bottomRows<3>() = A_tau * (1.0 / h);
   AddSpread(of_a1, x.first_a, by_A_tau);
-  slopes->middleCols<6>(kByDrag) += Product(by_A, m.RR_dt) + Product(by_A_tau, m.RR_tau_dt);
+  const Eigen::Matrix<double, 6, 6> by_RR = by_A.leftCols<6>(), by_RR_tau = by_A_tau.leftCols<6>();
+  const Both by_R = by_A.rightCols<3>(), by_R_tau = by_A_tau.rightCols<3>();
+  slopes->middleCols<6>(kByDrag) += Product(by_RR, m.RR_dt) + Product(by_RR_tau, m.RR_tau_dt);
+  slopes->middleCols<3>(kByTurn) += Product(by_R, m.R_dt) + Product(by_R_tau, m.R_tau_dt);
 
   // By the thrust's axis and its bias.
   Eigen::Matrix<double, 3, 4> d_f, d_s;
@@ -131,14 +138,6 @@ inline std::array<Eigen::Matrix3d, 3> RotationSlopes(const Eigen::Vector3d& angl
   return slopes;
 }
 
-// xy' + yx', packed.
-inline Symmetric3<double> SymmetricProduct(const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
-  Symmetric3<double> s;
-  s << 2.0 * x.cwiseProduct(y), x[0] * y[1] + x[1] * y[0], x[0] * y[2] + x[2] * y[0],
-      x[1] * y[2] + x[2] * y[1];
-  return s;
-}
-
 // The model and its derivatives at one value of the parameters and of the velocity at the start.
 class LinearisedModel {
  public:
@@ -146,17 +145,9 @@ class LinearisedModel {
   LinearisedModel(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_E,
                   const Eigen::Matrix<double, kMotionSize, 1>& unit)
       : model_(model), block_model_(model), v_E_(v_E), unit_(unit) {
-    const ImuDrivenParameters<double>& p = model_.parameters();
-    const Eigen::Vector3d x = model_.R_B_I().row(0), y = model_.R_B_I().row(1);
-    d_drag_.col(0) = 0.5 * unit_[0] * SymmetricProduct(x, x);
-    d_drag_.col(1) = 0.5 * unit_[1] * SymmetricProduct(y, y);
-    const std::array<Eigen::Matrix3d, 3> d_R_B_I = RotationSlopes(p.Phi_I_B);
-    d_R_Ep_E_ = RotationSlopes(p.Phi_E_Ep);
+    DifferentiateDrag();
+    d_R_Ep_E_ = RotationSlopes(model_.parameters().Phi_E_Ep);
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Matrix3d d = d_R_B_I[k] * unit_[6 + k];
-      d_drag_turn_.col(k) =
-          p.K_x * SymmetricProduct(x, d.row(0)) + p.K_y * SymmetricProduct(y, d.row(1));
-      d_axis_.col(k) = d.row(2);
       d_R_Ep_E_[k] *= unit_[3 + k];
       d_ahrs_.col(k).head<3>() = d_R_Ep_E_[k] * model_.g_E();
       d_ahrs_.col(k).tail<3>() = d_R_Ep_E_[k] * v_E_;
@@ -186,7 +177,8 @@ class LinearisedModel {
   template <int kRows>
   MotionSlopes<kRows> ByParameters(const ChainSlopes<kRows>& by) const {
     MotionSlopes<kRows> slopes;
-    const Eigen::Matrix<double, kRows, 6> by_drag = by.template middleCols<6>(kByDrag);
+    const Eigen::Matrix<double, kRows, kDragColumns> by_drag =
+        by.template middleCols<kDragColumns>(kByDrag);
     const Eigen::Matrix<double, kRows, 3> by_axis = by.template middleCols<3>(kByAxis);
     const Eigen::Matrix<double, kRows, 6> by_ahrs = by.template middleCols<6>(kByGravity);
     const Eigen::Matrix<double, kRows, 3> by_start = by.template middleCols<3>(kByStart);
@@ -213,15 +205,36 @@ class LinearisedModel {
   }
 
  private:
+  // Of D and w by drag and misalignment, by Jets.
+  void DifferentiateDrag() {
+    using Jet = ceres::Jet<double, 5>;
+    const ImuDrivenParameters<double>& p = model_.parameters();
+    ImuDrivenParameters<Jet> jets;
+    jets.K_x = Jet(p.K_x, 0);
+    jets.K_y = Jet(p.K_y, 1);
+    for (int k = 0; k < 3; ++k) jets.Phi_I_B[k] = Jet(p.Phi_I_B[k], 2 + k);
+    const BlockModel<Jet> block(ImuDrivenModel<Jet>(jets, 0.0, model_.axis()));
+    Eigen::Matrix<double, 5, 1> unit;
+    unit << unit_.head<2>(), unit_.tail<3>();
+    Eigen::Matrix<double, kDragColumns + 3, 5> slopes;  // of D, packed, its turn, and w
+    for (int i = 0; i < 6; ++i) slopes.row(i) = block.drag[i].v.transpose();
+    for (int i = 0; i < 3; ++i) slopes.row(kByTurn + i) = block.turn[i].v.transpose();
+    for (int i = 0; i < 3; ++i) slopes.row(kByAxis + i) = block.w[i].v.transpose();
+    slopes *= unit.asDiagonal();
+    d_drag_ = slopes.topLeftCorner<kDragColumns, 2>();
+    d_drag_turn_ = slopes.topRightCorner<kDragColumns, 3>();
+    d_axis_ = slopes.bottomRightCorner<3, 3>();
+  }
+
   ImuDrivenModel<double> model_;
   BlockModel<double> block_model_;
   Eigen::Vector3d v_E_;
   Eigen::Matrix<double, kMotionSize, 1> unit_;
-  Eigen::Matrix<double, 6, 2> d_drag_;       // of D by K_x and K_y
-  Eigen::Matrix<double, 6, 3> d_drag_turn_;  // of D by the misalignment
-  Eigen::Matrix3d d_axis_;                   // of w by the misalignment
-  Eigen::Matrix<double, 6, 3> d_ahrs_;       // of gravity and start's velocity in E'
-  std::array<Eigen::Matrix3d, 3> d_R_Ep_E_;  // by the AHRS error
+  Eigen::Matrix<double, kDragColumns, 2> d_drag_;       // of D by K_x and K_y
+  Eigen::Matrix<double, kDragColumns, 3> d_drag_turn_;  // of D by the misalignment
+  Eigen::Matrix3d d_axis_;                              // of w by the misalignment
+  Eigen::Matrix<double, 6, 3> d_ahrs_;                  // of gravity and start's velocity in E'
+  std::array<Eigen::Matrix3d, 3> d_R_Ep_E_;             // by the AHRS error
 };
 
 }  // namespace trueline

@@ -41,9 +41,10 @@ void CheckForces(const ForceEffects& forces, const std::vector<std::string>& est
 
 ThrustSource ParseThrust(const std::string& text) {
   if (text == "accelerometer") return ThrustSource::kAccelerometer;
+  if (text == "as_published") return ThrustSource::kAsPublished;
   if (text == "level_flight") return ThrustSource::kLevelFlight;
-  throw InputError(
-      fmt::format("--thrust={} is not known; use accelerometer or level_flight", text));
+  throw InputError(fmt::format(
+      "--thrust={} is not known; use accelerometer, level_flight or as_published", text));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ struct CalibrationFlags {
   std::string model;        // model.yaml of an earlier calibration
   std::string estimators;   // "vgd,ekf"
   std::string gamma_sweep;  // "1,2,3"
-  std::string thrust;       // accelerometer | level_flight
+  std::string thrust;       // accelerometer | level_flight | as_published
   int gamma = 0;
 };
 

@@ -84,7 +84,7 @@ std::set<int> GatesSeen(const FlightLog& log) {
 }
 
 bool AppliesTo(const FlightLog& log, const VgdOptions& options, const EffectInfo& info) {
-  const bool accelerometer = options.drive.thrust == ThrustSource::kAccelerometer;
+  const bool accelerometer = options.drive.thrust != ThrustSource::kLevelFlight;
   if (info.id == "false_gate") return false;  // not a linear effect; see FindFalseData
   if (info.enters == EntersAt::kAttitude && log.attitude.empty()) return false;
   if (info.enters == EntersAt::kAccelerometer && !accelerometer) return false;

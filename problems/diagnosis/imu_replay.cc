@@ -92,7 +92,7 @@ void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& 
       replays.track.attitude_errors().MeanOver(start, times.back()) *
       parameters.tail<kFilterSize>();
   const ImuDrivenModel<double> equations(ImuDrivenParameters<double>::FromArray(parameters.data()),
-                                         replays.log.gravity);
+                                         replays.log.gravity, replays.track.thrust_axis());
   const auto visit = [&](std::size_t i, const MotionState<double>& at, const Vector3<double>&) {
     const Vector3d error_E = at.p - measured[i];
     const Drive& drive = replays.track.steps()[replays.track.StepAt(times[i])].drive;

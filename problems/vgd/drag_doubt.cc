@@ -19,11 +19,6 @@ void DragDoubt::Add(const DragDoubt& other, double share) {
   variance_ += share * other.variance_;
 }
 
-Eigen::Vector2d DragDoubt::Mean() const {
-  if (samples_ == 0.0) return Eigen::Vector2d::Zero();
-  return sum_ / samples_;
-}
-
 Eigen::Vector2d DragDoubt::Spread() const {
   if (samples_ == 0.0) return Eigen::Vector2d::Zero();
   return (squares_ / samples_ - (sum_ / samples_).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();

@@ -32,8 +32,6 @@ class DragDoubt {
   std::array<bool, 2> ShowsDrag() const;
   bool ShowsAllDrag() const { return ShowsDrag()[0] && ShowsDrag()[1]; }
 
-  // The mean velocity in body axes x, y, m/s.
-  Eigen::Vector2d Mean() const;
   // Root mean squares, m/s: the velocity about its mean, and its uncertainty.
   Eigen::Vector2d Spread() const;
   Eigen::Vector2d Uncertainty() const;

@@ -65,9 +65,10 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   track.attitude_errors_ = std::make_shared<AttitudeErrors>(
       log, samples,
       AttitudeErrorOptions{options.longest_hold, options.attitude_errors,
-                           options.thrust == ThrustSource::kAccelerometer, options.attitude_latency,
+                           options.thrust != ThrustSource::kLevelFlight, options.attitude_latency,
                            options.max_gap});
   track.gravity_ = log.gravity;
+  if (options.thrust != ThrustSource::kAccelerometer) track.axis_ = ThrustAxis::kBody;
   track.log_start_ = log.imu.front().t;
   track.force_effects_ = options.force_effects;
   track.steps_.reserve(log.imu.size());

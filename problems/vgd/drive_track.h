@@ -14,7 +14,9 @@
 
 namespace trueline {
 
-enum class ThrustSource { kAccelerometer, kLevelFlight };
+// The thrust-axis acceleration is the accelerometer's z axis; the same, taken for the axis of the
+// body as the paper does; or that of level flight.
+enum class ThrustSource { kAccelerometer, kAsPublished, kLevelFlight };
 enum class AttitudeSource { kLogged, kComplementaryFilter };
 
 struct DriveOptions {
@@ -89,6 +91,7 @@ class DriveTrack {
   TimeNs end() const { return end_; }
   TimeNs log_start() const { return log_start_; }  // first IMU sample: the origin of effects' times
   double gravity() const { return gravity_; }
+  ThrustAxis thrust_axis() const { return axis_; }
   const ForceEffects& force_effects() const { return force_effects_; }
   const AttitudeErrors& attitude_errors() const { return *attitude_errors_; }
   DriveSteps steps() const { return DriveSteps(steps_); }
@@ -116,6 +119,7 @@ class DriveTrack {
   TimeNs end_ = 0;
   TimeNs log_start_ = 0;
   double gravity_ = 9.81;
+  ThrustAxis axis_ = ThrustAxis::kImu;
   ForceEffects force_effects_;
   std::shared_ptr<const AttitudeErrors> attitude_errors_;
 };

@@ -35,6 +35,7 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
     const Vector3<T> wind_B = model.R_B_I() * Times(R_I_Ep, wind_Ep);
     const auto& p = model.parameters();
     f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, thrust, t);
+    f_B = model.WithThrust(drive.a_z, f_B);
   }
   return model.R_B_I().transpose() * f_B;
 }
@@ -43,9 +44,10 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
 ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive,
                              const Eigen::Vector3d& v_Ep, const ChainSlopes<6>& slopes_Ep) {
   const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
-  const Eigen::Matrix<double, 2, 3> by_v = Unpack<double>(model.drag).topRows<2>() * R_I_Ep;
+  const Eigen::Matrix3d D = Unpack<double>(model.drag) + CrossMatrix<double>(model.turn);
+  const Eigen::Matrix<double, 2, 3> by_v = D.topRows<2>() * R_I_Ep;
   ChainSlopes<2> slopes = Product(by_v, slopes_Ep.bottomRows<3>());
-  slopes.middleCols<6>(kByDrag) += Spread(R_I_Ep * v_Ep).topRows<2>();
+  slopes.middleCols<kDragColumns>(kByDrag) += Spread(R_I_Ep * v_Ep).topRows<2>();
   slopes.middleCols<2>(kByAxis).diagonal().array() += drive.a_z - model.b_az;
   slopes.col(kByBias) -= model.w.head<2>();
   return slopes;
@@ -99,6 +101,7 @@ Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs
                        track.attitude_errors().MeanOver(start, chain_.times().back()) *
                        scaling.sigma.tail<kFilterSize>().asDiagonal()),
       gravity_(track.gravity()),
+      axis_(track.thrust_axis()),
       effects_(track.force_effects()),
       states_(chain_.times().size()) {
   for (const TimeNs t : chain_.times()) {
@@ -167,7 +170,7 @@ Segment::Vector Segment::Unscaled(const Inputs& at) const {
 }
 
 ImuDrivenModel<double> Segment::ModelAt(const Vector& x) const {
-  return {ImuDrivenParameters<double>::FromArray(x.data()), gravity_};
+  return {ImuDrivenParameters<double>::FromArray(x.data()), gravity_, axis_};
 }
 
 void Segment::StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
@@ -254,7 +257,7 @@ void Segment::IntegrateInJets(const Inputs& at) {
     jets[i] = Jet(x[i]);
     jets[i].v[i] = scaling_->sigma[i];
   }
-  const ImuDrivenModel<Jet> model(ImuDrivenParameters<Jet>::FromArray(jets), gravity_);
+  const ImuDrivenModel<Jet> model(ImuDrivenParameters<Jet>::FromArray(jets), gravity_, axis_);
   MotionState<Jet> start;
   for (int i = 0; i < 3; ++i) {
     start.p[i] = Jet(at.state[i]);

@@ -96,6 +96,7 @@ class Segment {
   // Of the scaled Phi_E_Ep by the scaled errors of the attitude filter, as constant as a drift is.
   AttitudeErrors::Slopes attitude_errors_;
   double gravity_;
+  ThrustAxis axis_;
   ForceEffects effects_;
   std::vector<StateNode> states_;  // by time
   std::vector<bool> has_slopes_;   // by time

@@ -42,6 +42,7 @@ void SerializeDragMeasurement(YamlArchive* a, DragMeasurementOptions* options) {
 void SerializeDrive(YamlArchive* a, DriveOptions* drive) {
   a->Choice("thrust", &drive->thrust,
             {{"accelerometer", ThrustSource::kAccelerometer},
+             {"as_published", ThrustSource::kAsPublished},
              {"level_flight", ThrustSource::kLevelFlight}});
   a->Choice("attitude", &drive->attitude,
             {{"complementary_filter", AttitudeSource::kComplementaryFilter},

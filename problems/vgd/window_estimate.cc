@@ -61,19 +61,6 @@ Eigen::MatrixXd UnderReference(const Eigen::MatrixXd& cov, const Eigen::VectorXd
   return (information + I).inverse();
 }
 
-// Variance ((m/s^2)^2) of b_az by what eq. 15 leaves out: the accelerometer's z axis is not quite
-// the body's, so it shows a share of the drag, -theta_I_B K_x v_x + phi_I_B K_y v_y. Its mean over
-// the window goes into b_az.
-double DragInBias(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma,
-                  const Eigen::Vector2d& v_B) {
-  const auto square = [&](int a, int k, double v) {
-    const double size = value[k] * v;
-    return size * size * (value[a] * value[a] + sigma[a] * sigma[a]);
-  };
-  return square(InTheta("theta_I_B"), InTheta("K_x"), v_B.x()) +
-         square(InTheta("phi_I_B"), InTheta("K_y"), v_B.y());
-}
-
 void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const WindowProblem::Uncertainty& uncertainty, double force_sigma,
                      WindowEstimate* estimate) {
@@ -92,11 +79,6 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   Eigen::MatrixXd shown = UnderReference(cov, PriorWeights(options, count), prior, reference);
   WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
   WidenDrag(uncertainty.doubt, options, force_sigma, reference, &shown);
-  const int bias = InTheta("b_az");
-  const double doubt =
-      DragInBias(value, prior.cwiseProduct(cov.diagonal().cwiseSqrt()), uncertainty.doubt.Mean());
-  const double known = cov(bias, bias);
-  cov(bias, bias) = std::min(known + doubt / (prior[bias] * prior[bias]), std::max(known, 1.0));
   const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {

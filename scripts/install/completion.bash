@@ -13,7 +13,7 @@ _trueline_values() { # FLAG
   case $1 in
   --drive) echo "imu rotors" ;;
   --estimator) echo "vgd vgd_kinematic ekf smoother" ;;
-  --thrust) echo "accelerometer level_flight" ;;
+  --thrust) echo "accelerometer level_flight as_published" ;;
   --fit_to) echo "fixes mocap" ;;
   --report | --quiet | --short | --times | --yaml | --randomise) echo "true false" ;;
   esac

@@ -173,7 +173,7 @@ TEST(CalibrationFlags, AreCheckedAndOutrankTheFile) {
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->gamma = -2; })),
               HasSubstr("'-2' is not a window length"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) { f->thrust = "baro"; })),
-              HasSubstr("use accelerometer or level_flight"));
+              HasSubstr("use accelerometer, level_flight or as_published"));
   EXPECT_THAT(ErrorOfFlags(Flags([](auto* f) {
                 f->config = Written("ranges: start\n");
                 f->model = "model.yaml";

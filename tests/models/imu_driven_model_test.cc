@@ -80,6 +80,21 @@ TEST(ImuDrivenModel, AccelerationMatchesIndependentReference) {
   }
 }
 
+// What the accelerometer's z axis reads of any thrust and drag gives the acceleration back.
+TEST(ImuDrivenModel, TheImusAxisHoldsAShareOfTheDrag) {
+  const ImuDrivenParameters<double> p = TestParameters();
+  const ImuDrivenModel<double> model(p, kG, ThrustAxis::kImu);
+  const Vector3d v_E(1.5, -8.0, 0.3);
+  const Matrix3d R_E_B = model.BodyToEarth(AttitudeAt(0.7));
+  const Vector3d v_B = R_E_B.transpose() * v_E;
+  const Vector3d a_E =
+      R_E_B * Vector3d(p.K_x * v_B.x(), p.K_y * v_B.y(), -11.0) + Vector3d(0, 0, kG);
+  const double read = SpecificForceAtImu<double>(R_E_B, model.R_B_I(), a_E, kG).z() + p.b_az;
+  EXPECT_LT((model.Acceleration({AttitudeAt(0.7), read}, v_E) - a_E).norm(), 1e-12);
+  const ImuDrivenModel<double> published(p, kG);
+  EXPECT_GT((published.Acceleration({AttitudeAt(0.7), read}, v_E) - a_E).norm(), 0.1);
+}
+
 TEST(ImuDrivenModel, HoverStaysAndDragBrakes) {
   const ImuDrivenModel<double> model(ImuDrivenParameters<double>{-0.5, -0.7}, kG);
   const Drive hover{Matrix3d::Identity(), -kG};
@@ -113,10 +128,10 @@ TEST(Integrator, IsOfSecondOrder) {
 
 // Blocks against direct midpoint steps on the very same drive: what is left is the blocks' own
 // approximation (drag on a velocity that is linear in time).
-double BlockError(double block_length) {
+double BlockError(double block_length, ThrustAxis axis = ThrustAxis::kBody) {
   const double dt = 1.0 / 512.0;
   const int per_block = std::max(1, static_cast<int>(std::lround(block_length / dt)));
-  const ImuDrivenModel<double> model(TestParameters(), kG);
+  const ImuDrivenModel<double> model(TestParameters(), kG, axis);
   const BlockModel<double> block_model(model);
   MotionState<double> direct{Vector3d::Zero(), Vector3d(1.8, 0, 0)};
   MotionState<double> chained{Vector3d::Zero(), model.R_Ep_E() * direct.v};
@@ -136,6 +151,7 @@ double BlockError(double block_length) {
 TEST(MotionBlock, MatchesDirectIntegration) {
   EXPECT_LT(BlockError(1.0 / 512.0), 2e-5);  // a single step: the midpoint rules differ slightly
   EXPECT_LT(BlockError(0.05), 1e-3);
+  EXPECT_LT(BlockError(0.05, ThrustAxis::kImu), 1e-3);
   EXPECT_LT(BlockError(0.1), 3e-3);
 }
 

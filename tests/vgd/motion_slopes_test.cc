@@ -9,7 +9,9 @@ namespace {
 
 using Jet = ceres::Jet<double, kMotionColumns>;
 
-TEST(MotionSlopes, AreThoseOfJets) {
+class MotionSlopesOn : public testing::TestWithParam<ThrustAxis> {};
+
+TEST_P(MotionSlopesOn, AreThoseOfJets) {
   const DriveTrack track = DriveTrack::FromLog(testing_window::FlownLog(4.0), DriveOptions());
   const double theta[9] = {-0.5, -0.7, 0.3, 0.03, -0.02, 0.4, -0.02, 0.04, 0.3};
   Eigen::Matrix<double, 9, 1> unit;
@@ -26,10 +28,11 @@ TEST(MotionSlopes, AreThoseOfJets) {
   for (int i = 0; i < 3; ++i) start.v[i] = Jet(v_E[i], 9 + i);
   std::vector<MotionState<Jet>> expected;
   chain.Integrate(
-      ImuDrivenModel<Jet>(ImuDrivenParameters<Jet>::FromArray(jets), 9.81), start,
+      ImuDrivenModel<Jet>(ImuDrivenParameters<Jet>::FromArray(jets), 9.81, GetParam()), start,
       [&](std::size_t, const MotionState<Jet>& x, const auto&) { expected.push_back(x); });
 
-  const ImuDrivenModel<double> model(ImuDrivenParameters<double>::FromArray(theta), 9.81);
+  const ImuDrivenModel<double> model(ImuDrivenParameters<double>::FromArray(theta), 9.81,
+                                     GetParam());
   const LinearisedModel linearised(model, v_E, unit);
   std::size_t visits = 0;
   chain.IntegrateWithSlopes(linearised, [&](std::size_t i, const MotionState<double>& state,
@@ -47,6 +50,9 @@ TEST(MotionSlopes, AreThoseOfJets) {
   });
   EXPECT_EQ(visits, 3U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Axes, MotionSlopesOn,
+                         testing::Values(ThrustAxis::kBody, ThrustAxis::kImu));
 
 }  // namespace
 }  // namespace trueline
