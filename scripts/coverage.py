@@ -14,12 +14,13 @@ distribution from it, beside the distance that 95 % of uniform samples stay belo
 
 prints a table and writes OUT/coverage.yaml. `--suite` does so for eight kinds of flights: fig. 3's
 attitude filter at four gains, a drifting and a constant attitude error, fast laps and a figure of
-eight, with parameters drawn from the estimator's prior. Flights that are there already are not flown again, so an interrupted run goes on where it
-stopped. `--calibrate` is a YAML file with options.
+eight, with parameters drawn from the estimator's prior. Flights that are there already are not flown
+again, so an interrupted run goes on where it stopped. `--calibrate` is a YAML file with options.
 """
 import argparse
 import math
 import pathlib
+import random
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 
@@ -42,7 +43,8 @@ SUITE = {  # configuration, what differs
     "fast": ("config/simulate/fast.yaml", []),
     "figure of eight": ("config/simulate/figure_eight.yaml", []),
 }
-# Truth is drawn from the estimator's own prior (the ranges of Table 2), else ranks can't be uniform.
+# Truth is drawn from the estimator's own prior, else ranks can't be uniform: normal, with mean and
+# deviation of these ranges (Table 2). Drag that drives the vehicle on is drawn again.
 PRIOR = {"K_x": [-1.0, 0.0], "K_y": [-1.0, 0.0], "b_ax": [-0.3, 0.3], "b_ay": [-0.3, 0.3],
          "b_az": [-1.0, 1.0], "phi_I_B": [-0.052, 0.052], "theta_I_B": [-0.052, 0.052],
          "psi_I_B": [-0.052, 0.052], "heading_error": [-0.052, 0.052]}
@@ -50,14 +52,27 @@ PRIOR = {"K_x": [-1.0, 0.0], "K_y": [-1.0, 0.0], "b_ax": [-0.3, 0.3], "b_ay": [-
 VARIES = ("phi_E_Ep", "theta_E_Ep", "psi_E_Ep")
 
 
-def configured(config, duration, changes, by_prior, out):
-    """The configuration with another duration and changes, beside the results."""
+def by_prior(seed, filtered):
+    """`randomise` of one flight: ranges of no width."""
+    draw = random.Random(seed)
+    drawn = {}
+    for name, (low, high) in PRIOR.items():
+        if name == "heading_error" and not filtered:
+            continue
+        value = None
+        while value is None or (name.startswith("K_") and value > -0.02):
+            value = draw.gauss((low + high) / 2.0, (high - low) / math.sqrt(12.0))
+        drawn[name] = [value, value]
+    return drawn
+
+
+def configured(config, duration, changes, seed, file):
+    """Writes the configuration with another duration and changes; `seed`: by the prior, or None."""
     values = yaml.safe_load((SOURCE / config).read_text())
     values["duration"] = duration
-    if by_prior:
+    if seed is not None:
         filtered = values.get("ahrs", {}).get("kind") == "complementary_filter"
-        values["randomise"] = {name: limits for name, limits in PRIOR.items()
-                               if filtered or name != "heading_error"}
+        values["randomise"] = by_prior(seed, filtered)
     for change in changes:
         key, value = change.split("=", 1)
         *folders, name = key.split(".")
@@ -65,17 +80,19 @@ def configured(config, duration, changes, by_prior, out):
         for folder in folders:
             place = place[folder]
         place[name] = yaml.safe_load(value)
-    path = out / "simulate.yaml"
-    path.write_text(yaml.safe_dump(values))
-    return path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(yaml.safe_dump(values))
+    return file
 
 
-def fly(apps, config, calibrate, seed, out):
+def fly(apps, config, duration, changes, of_prior, calibrate, seed, out):
     """One flight's (truth, {"whole": estimates, "window": estimates}), all by name."""
     folder = out / f"flight_{seed:04d}"
     result = folder / "result" / "calibration.yaml"
     if not result.exists():
         log = folder / "log"
+        config = configured(config, duration, changes, seed if of_prior else None,
+                            out / f"flight_{seed:04d}.yaml")
         subprocess.run([apps / "trueline-simulate", f"--config={config}", f"--out={log}",
                         f"--seed={seed}", "--randomise", "--quiet"], check=True)
         command = [apps / "trueline-calibrate", f"--log={log}", f"--out={folder / 'result'}",
@@ -123,10 +140,10 @@ def summarise(flights, of):
 def run(arguments, config, changes, out):
     """Flights of one kind."""
     out.mkdir(parents=True, exist_ok=True)
-    file = configured(config, arguments.duration, changes, arguments.suite, out)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         return list(pool.map(
-            lambda seed: fly(arguments.build / "apps", file, arguments.calibrate, seed, out),
+            lambda seed: fly(arguments.build / "apps", config, arguments.duration, changes,
+                             arguments.suite, arguments.calibrate, seed, out),
             range(arguments.first_seed, arguments.first_seed + arguments.flights)))
 
 
