@@ -318,7 +318,10 @@ void SegmentChain::AddDoubt(std::size_t s, const Eigen::MatrixXd& F, int segment
   constexpr int kVelocityAt = kStateAt + 3;
   const Eigen::Matrix<double, 3, 2> axes = segments_[s]->BodyAxesAtStart();
   const Eigen::Matrix2d cov = axes.transpose() * F.block<3, 3>(kVelocityAt, kVelocityAt) * axes;
-  doubt->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), cov.diagonal(),
+  const double by_gusts =
+      options_.UsesGusts() ? options_.process.gust * options_.process.gust_memory : 0.0;
+  const Eigen::Vector2d variance = cov.diagonal().array() + by_gusts * by_gusts;
+  doubt->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), variance,
              segments * segments_[s]->force_count());
 }
 
