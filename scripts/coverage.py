@@ -169,6 +169,7 @@ def main():
     parser.add_argument("--config", default="config/simulate/long_flight.yaml")
     parser.add_argument("--set", action="append", default=[], help="KEY.KEY=VALUE of the config")
     parser.add_argument("--suite", action="store_true", help="all kinds of flights")
+    parser.add_argument("--only", default="", help="of the suite: kinds whose name has this in it")
     parser.add_argument("--calibrate", default="")
     parser.add_argument("--duration", default=60.0, type=float, help="s")
     parser.add_argument("--flights", default=500, type=int, help="of each kind")
@@ -182,6 +183,8 @@ def main():
         return
     every = []
     for name, (config, changes) in SUITE.items():
+        if arguments.only not in name:
+            continue
         out = arguments.out / name.replace(",", "").replace(" ", "_")
         flights = run(arguments, config, changes, out)
         report(flights, name, out)
