@@ -63,8 +63,7 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt) {
     if (doubt.ShowsDrag()[i]) continue;
     notes.push_back(fmt::format(
         "{} is not read from the accelerometer: the vehicle's speed along {}_B seems to vary by "
-        "{:.3f} m/s, of which gusts and its uncertainty may be {:.3f} m/s; fly with changes of "
-        "speed along that axis",
+        "{:.3f} m/s and is known to {:.3f} m/s only; fly with changes of speed along that axis",
         kTheta[kDragInTheta + i].name, "xy"[i], doubt.Spread()[i], doubt.Uncertainty()[i]));
   }
   return notes;

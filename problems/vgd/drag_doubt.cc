@@ -5,11 +5,13 @@
 
 namespace trueline {
 
-void DragDoubt::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, int samples) {
+void DragDoubt::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, double by_gusts,
+                    int samples) {
   samples_ += samples;
   sum_ += samples * v_B;
   squares_ += samples * v_B.cwiseAbs2();
   variance_ += samples * variance;
+  gusts_ += samples * by_gusts * by_gusts;
 }
 
 void DragDoubt::Add(const DragDoubt& other, double share) {
@@ -17,6 +19,7 @@ void DragDoubt::Add(const DragDoubt& other, double share) {
   sum_ += share * other.sum_;
   squares_ += share * other.squares_;
   variance_ += share * other.variance_;
+  gusts_ += share * other.gusts_;
 }
 
 Eigen::Vector2d DragDoubt::Spread() const {
@@ -37,11 +40,12 @@ std::array<bool, 2> DragDoubt::ShowsDrag() const {
 
 Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
                                  double force_sigma) const {
-  const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
+  const Eigen::Vector2d spread = Spread();
   Eigen::Vector2d sigma = Eigen::Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
     if (!(spread[i] > 0.0)) continue;
-    const double attenuation = std::min(1.0, std::pow(uncertainty[i] / spread[i], 2));
+    const double uncommanded = (variance_[i] + gusts_) / samples_;  // (m/s)^2
+    const double attenuation = std::min(1.0, uncommanded / (spread[i] * spread[i]));
     // The accelerometer's share of the information on K. The mean of v gives none: b_ax, b_ay are
     // free.
     const double information = samples_ * std::pow(spread[i] / force_sigma, 2);

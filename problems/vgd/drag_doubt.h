@@ -2,9 +2,9 @@
 //
 // Drag is estimated from the correlation of the accelerometer's x and y with the velocity. Where
 // the velocity changes by little more than its own uncertainty, the slope is attenuated: in closed
-// loop a vehicle moves sideways less than its AHRS's drift would allow. A gust pushes the vehicle and
-// gives it a velocity in its own direction, which reads like less drag: within its memory tau a gust
-// of size sigma gives sigma tau. The covariance of the fit includes neither.
+// loop a vehicle moves sideways less than its AHRS's drift would allow. A gust pushes the vehicle
+// and gives it a velocity in its own direction, which reads like less drag: within its memory tau a
+// gust of size sigma gives sigma tau. The covariance of the fit includes neither.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,9 +16,10 @@ namespace trueline {
 
 class DragDoubt {
  public:
-  // Adds a stretch with `samples` accelerometer samples: velocity in body axes x, y (m/s) and the
-  // variance that is no commanded motion: its posterior variance and that by gusts.
-  void Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, int samples);
+  // Adds a stretch with `samples` accelerometer samples: velocity in body axes x, y (m/s), its
+  // posterior variance, and the size of the velocity that gusts make (m/s).
+  void Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, double by_gusts,
+           int samples);
 
   // Adds another flight's statistics, or a share of them.
   void Add(const DragDoubt& other, double share = 1.0);
@@ -29,11 +30,11 @@ class DragDoubt {
                         double force_sigma) const;
 
   // For x and y: true if the velocity varies by clearly more than its uncertainty. If not, the
-  // slope reflects errors of the velocity, or gusts, rather than drag.
+  // slope reflects errors of the velocity rather than drag.
   std::array<bool, 2> ShowsDrag() const;
   bool ShowsAllDrag() const { return ShowsDrag()[0] && ShowsDrag()[1]; }
 
-  // Root mean squares, m/s: the velocity about its mean, and its uncertainty (with gusts).
+  // Root mean squares, m/s: the velocity about its mean, and its uncertainty.
   Eigen::Vector2d Spread() const;
   Eigen::Vector2d Uncertainty() const;
 
@@ -42,6 +43,7 @@ class DragDoubt {
   Eigen::Vector2d sum_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d squares_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d variance_ = Eigen::Vector2d::Zero();
+  double gusts_ = 0.0;  // sum of squares
 };
 
 // Raises the variance of an unknown to at least `variance` and widens all unknowns correlated with

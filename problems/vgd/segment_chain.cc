@@ -320,8 +320,7 @@ void SegmentChain::AddDoubt(std::size_t s, const Eigen::MatrixXd& F, int segment
   const Eigen::Matrix2d cov = axes.transpose() * F.block<3, 3>(kVelocityAt, kVelocityAt) * axes;
   const double by_gusts =
       options_.UsesGusts() ? options_.process.gust * options_.process.gust_memory : 0.0;
-  const Eigen::Vector2d variance = cov.diagonal().array() + by_gusts * by_gusts;
-  doubt->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), variance,
+  doubt->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), cov.diagonal(), by_gusts,
              segments * segments_[s]->force_count());
 }
 

@@ -123,7 +123,7 @@ TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
   DragDoubt doubt;
   for (int i = 0; i < 100; ++i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
-    doubt.Add({1.0 + 0.5 * sign, 0.02 * sign}, {0.05 * 0.05, 0.04 * 0.04}, 10);
+    doubt.Add({1.0 + 0.5 * sign, 0.02 * sign}, {0.05 * 0.05, 0.04 * 0.04}, 0.0, 10);
   }
   EXPECT_NEAR(doubt.Spread().x(), 0.5, 1e-9);
   EXPECT_NEAR(doubt.Uncertainty().y(), 0.04, 1e-9);
@@ -140,13 +140,25 @@ TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
   EXPECT_NEAR(twice.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.04, 1e-6);
 }
 
+// A velocity that gusts may have made tells no drag, however well it is known.
+TEST(DragDoubt, TakesVelocityByGustsForNoCommand) {
+  const double force_sigma = 0.2;
+  DragDoubt doubt;
+  for (const double v : {-0.1, 0.1}) doubt.Add({v, 5.0 * v}, {1e-6, 1e-6}, 0.1, 500);
+  EXPECT_TRUE(doubt.ShowsAllDrag());
+  const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
+  const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
+  EXPECT_NEAR(sigma.x(), 0.5, 1e-3);
+  EXPECT_NEAR(sigma.y(), 0.5 / 25.0, 1e-3);
+}
+
 TEST(DragDoubt, WidensWhatHangsOnDragAndNothingBeyondItsPrior) {
   VgdOptions options;
   Eigen::MatrixXd cov = 0.04 * Eigen::MatrixXd::Identity(11, 11);
   cov(1, 6) = cov(6, 1) = 0.02;
   DragDoubt doubt;
-  doubt.Add({0.0, 0.1}, {0.0, 0.01}, 1000);
-  doubt.Add({0.0, -0.1}, {0.0, 0.01}, 1000);
+  doubt.Add({0.0, 0.1}, {0.0, 0.01}, 0.0, 1000);
+  doubt.Add({0.0, -0.1}, {0.0, 0.01}, 0.0, 1000);
   WidenDrag(doubt, options, 0.2, Eigen::VectorXd::Ones(11), &cov);
   EXPECT_NEAR(cov(0, 0), 0.04, 1e-12);
   EXPECT_NEAR(cov(1, 1), 0.29, 1e-9);  // 0.04 and all of a drag of 0.5
