@@ -72,10 +72,6 @@ struct ImuConfig {
   double accel_bias_walk = 0.0;              // m/s^2/sqrt(s)
   double gyro_bias_walk = 0.0;               // rad/s/sqrt(s)
   Vector3d misalignment = Vector3d::Zero();  // rad: phi_I_B, theta_I_B, psi_I_B of eq. 8
-  // Eq. 15 assumes that the reading along I's z axis is that along B's. True: the accelerometer
-  // reads along B's axes, so eq. 15 is exact. False: along I's, as a real one does; the difference
-  // is the small product of misalignment and drag.
-  bool accelerometer_in_body_axes = false;
   VibrationConfig vibration;
   double accel_range = 0.0;  // m/s^2, saturates beyond +-range; 0: never
   double gyro_range = 0.0;   // rad/s

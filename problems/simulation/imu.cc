@@ -60,7 +60,7 @@ ImuReading Imu::Ideal(const Motion& motion, const Vector3d& f_B) const {
   ImuReading reading;
   Vector3d at_imu_B = f_B;
   Apply(stages_.at_imu, motion, &at_imu_B);
-  reading.accel = config_.accelerometer_in_body_axes ? at_imu_B : q_I_B_ * at_imu_B;
+  reading.accel = q_I_B_ * at_imu_B;
   Apply(stages_.accel_scale, &reading.accel);
   Vector3d bias = config_.accel_bias + accel_walk_.value();
   Apply(stages_.accel_bias, motion.t, &bias);

@@ -13,7 +13,6 @@ void Serialize(YamlArchive* a, ImuConfig* imu) {
   a->NotNegative("accel_bias_walk", &imu->accel_bias_walk);
   a->NotNegative("gyro_bias_walk", &imu->gyro_bias_walk);
   a->Finite("misalignment", &imu->misalignment);
-  a->Value("accelerometer_in_body_axes", &imu->accelerometer_in_body_axes);
   a->Map("vibration", [vibration = &imu->vibration](YamlArchive* map) {
     map->Value("accel", &vibration->accel);
     map->Value("gyro", &vibration->gyro);

@@ -127,7 +127,6 @@ TEST(Sensors, ComplementaryFilterErrsByItsGainTimesVelocity) {
   SimulationConfig config = ReadShipped("hippodrome_exact");
   config.ahrs = simulation::AhrsConfig();
   config.ahrs.integral_gain = 0.0;
-  config.imu.accelerometer_in_body_axes = false;
   config.imu.accel_bias.setZero();
   config.warm_up = 60.0;
   config.duration = 30.0;

@@ -48,7 +48,7 @@ inline Eigen::Quaterniond Turn(double phi, double theta, double psi) {
          AngleAxisd(phi, Vector3d::UnitX());
 }
 
-// dv_E/dt by eq. 15.
+// dv_E/dt by eq. 6-9, with the thrust that makes the accelerometer's z axis read a_z - b_az.
 template <class Parameters>
 Eigen::Vector3d Acceleration(const Parameters& x, const Drive& drive, const Eigen::Vector3d& v_E) {
   constexpr int kE = InTheta("phi_E_Ep"), kI = InTheta("phi_I_B");
@@ -56,8 +56,10 @@ Eigen::Vector3d Acceleration(const Parameters& x, const Drive& drive, const Eige
                                    Eigen::Quaterniond(drive.R_Ep_I) *
                                    Turn(x[kI], x[kI + 1], x[kI + 2]);
   const Eigen::Vector3d v_B = q_E_B.conjugate() * v_E;
-  const Eigen::Vector3d f_B(x[InTheta("K_x")] * v_B.x(), x[InTheta("K_y")] * v_B.y(),
-                            drive.a_z - x[InTheta("b_az")]);
+  const Eigen::Vector3d z_I =
+      Turn(x[kI], x[kI + 1], x[kI + 2]).conjugate() * Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d f_B(x[InTheta("K_x")] * v_B.x(), x[InTheta("K_y")] * v_B.y(), 0.0);
+  f_B.z() = (drive.a_z - x[InTheta("b_az")] - z_I.dot(f_B)) / z_I.z();
   return q_E_B * f_B + Eigen::Vector3d(0, 0, 9.81);
 }
 

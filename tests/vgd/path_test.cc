@@ -147,7 +147,8 @@ TEST(MotionChain, AgreesWithDirectIntegration) {
                                      FromSeconds(7.9)};
   const TimeNs begin = FromSeconds(0.2011);
   const MotionChain chain(track, begin, times);
-  const ImuDrivenModel<double> model(ImuDrivenParameters<double>::FromArray(theta), 9.81);
+  const ImuDrivenModel<double> model(ImuDrivenParameters<double>::FromArray(theta), 9.81,
+                                     track.thrust_axis());
   std::size_t visits = 0;
   chain.Integrate(model, start, [&](std::size_t i, const auto& state, const Vector3d& v_Ep) {
     const auto direct =

@@ -1,4 +1,4 @@
-// The fit against the truth of flights for which eq. 15 is exact, and against an independent
+// The fit against the truth of flights for which eq. 6-9 are exact, and against an independent
 // Gauss-Newton in this file: classical Runge-Kutta, finite differences, no part of the project's
 // model.
 #include <gtest/gtest.h>

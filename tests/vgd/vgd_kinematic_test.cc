@@ -21,7 +21,6 @@ FlightLog BiasedFlight() {
   config.imu.accel_bias = kAccelBias;
   config.imu.gyro_bias = kGyroBias;
   config.imu.misalignment.setZero();
-  config.imu.accelerometer_in_body_axes = false;
   config.detector.sigma_factor = 0.0;
   config.detector.sigma_floor = 0.002;
   return Simulate(config, 1);
