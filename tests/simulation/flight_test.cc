@@ -87,7 +87,8 @@ Eigen::Matrix3d MatrixOfEquation1(double phi, double theta, double psi) {
   return m;
 }
 
-TEST(Flight, ExactFlightObeysEquation15) {
+// The thrust is what makes the accelerometer's z axis read its value (eq. 8).
+TEST(Flight, ExactFlightObeysEquations6To9) {
   const SimulationConfig config = ShortExactFlight();
   const Flown flown = Fly(config);
   const Vector3d ahrs = config.ahrs.constant, imu = config.imu.misalignment;
@@ -99,8 +100,8 @@ TEST(Flight, ExactFlightObeysEquation15) {
     const Eigen::Matrix3d R_I_Ep = flown.log.attitude[k].q_Ep_I.conjugate().toRotationMatrix();
     const Eigen::Matrix3d R_B_E = R_B_I * R_I_Ep * R_Ep_E;
     const Vector3d v_B = R_B_E * velocity;
-    const Vector3d a_B(config.vehicle.drag.x() * v_B.x(), config.vehicle.drag.y() * v_B.y(),
-                       flown.log.imu[k].accel.z() - b_az);
+    Vector3d a_B(config.vehicle.drag.x() * v_B.x(), config.vehicle.drag.y() * v_B.y(), 0.0);
+    a_B.z() = (flown.log.imu[k].accel.z() - b_az - R_B_I.col(2).dot(a_B)) / R_B_I(2, 2);
     return Vector3d(0, 0, 9.81) + R_B_E.transpose() * a_B;
   };
   for (std::size_t i = 1; i < flown.log.imu.size(); ++i) {  // Heun's method

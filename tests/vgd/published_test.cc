@@ -42,11 +42,14 @@ TEST(PublishedFit, ItsCostIsEq29Alone) {
   EXPECT_LT(window.cost, SumOfNorms(SolveLast(flight, with_prior)));
 }
 
+// Without misalignment eq. 15 is exact, and the optimum is not along a flat valley.
 TEST(PublishedFit, BfgsReachesTheTrustRegionsOptimum) {
   VgdOptions options = Published();
   options.tolerance = 1e-9;
   options.max_iterations = 3000;
-  const Flight flight(ExactHippodrome(16.0), 4, options);
+  SimulationConfig config = ExactHippodrome(16.0);
+  config.imu.misalignment.setZero();
+  const Flight flight(config, 4, options);
   const double bfgs = SolveLast(flight, options).cost;
   options.solver = VgdSolver::kTrustRegion;
   EXPECT_NEAR(bfgs, SolveLast(flight, options).cost, 0.01 * bfgs);
