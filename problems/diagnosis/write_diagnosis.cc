@@ -2,6 +2,7 @@
 
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -26,12 +27,18 @@ YAML::Node Value(double value, double sigma, const std::string& unit) {
   return Flow(node);
 }
 
+std::string UnitOf(const std::vector<EffectIndexInfo>& indices, const std::string& name) {
+  const auto at = std::find_if(indices.begin(), indices.end(),
+                               [&](const EffectIndexInfo& index) { return index.name == name; });
+  return at == indices.end() ? "1" : at->unit;
+}
+
 YAML::Node ParametersNode(const Cause& cause) {
   YAML::Node node;
   for (const auto& [name, value] : cause.candidate.fixed) {
     YAML::Node fixed;
     fixed["value"] = Rounded(value, 6);
-    fixed["unit"] = name == "t_step" ? "s" : name == "rotor" ? "index" : "id";
+    fixed["unit"] = UnitOf(cause.candidate.info->indices, name);
     node[name] = Flow(fixed);
   }
   for (int i = 0; i < cause.value.size(); ++i) {

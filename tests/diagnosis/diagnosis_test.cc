@@ -10,7 +10,6 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/effects/read_effects.h"
-#include "problems/result/statistics.h"
 #include "tests/diagnosis/expect_cause.h"
 #include "tests/simulation/short_flight.h"
 
@@ -61,16 +60,14 @@ TEST(Diagnose, SlowNamesFalseGates) {
   const Hidden hidden{"false_gate",
                       {{"fraction", 0.12}, {"gate", -1}, {"dx", 0.5}, {"dy", 1.5}, {"dz", 0.1}},
                       {0.0144}};
-  const FlightLog log = FlyHiding({{hidden.id, hidden.values}}, 23);
-  const Diagnosis diagnosis = DiagnoseQuickly(log);
+  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding({{hidden.id, hidden.values}}, 23));
   ExpectNamed(diagnosis, hidden);
   ASSERT_FALSE(diagnosis.causes.empty());
   const auto& fixed = diagnosis.causes[0].candidate.fixed;
   const Eigen::Vector3d offset(fixed.at("dx"), fixed.at("dy"), fixed.at("dz"));
-  // The path of the fit leans towards the false fixes, by less than the error of one.
-  std::vector<double> sigmas;
-  for (const Fix& fix : log.fixes) sigmas.push_back(fix.sigma);
-  EXPECT_LT((offset - Eigen::Vector3d(0.5, 1.5, 0.1)).norm(), Quantile(sigmas, 0.5));
+  // The path of the fit leans towards the false fixes: by 3 to 10 % of their offset (seeds 23 to 26).
+  const Eigen::Vector3d hidden_offset(0.5, 1.5, 0.1);
+  EXPECT_LT((offset - hidden_offset).norm(), 0.15 * hidden_offset.norm());
 }
 
 TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
