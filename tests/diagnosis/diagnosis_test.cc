@@ -65,7 +65,8 @@ TEST(Diagnose, SlowNamesFalseGates) {
   ASSERT_FALSE(diagnosis.causes.empty());
   const auto& fixed = diagnosis.causes[0].candidate.fixed;
   const Eigen::Vector3d offset(fixed.at("dx"), fixed.at("dy"), fixed.at("dz"));
-  // The path of the fit leans towards the false fixes: by 3 to 10 % of their offset (seeds 23 to 26).
+  // The path of the fit leans towards the false fixes: by 3 to 10 % of their offset (seeds 23 to
+  // 26).
   const Eigen::Vector3d hidden_offset(0.5, 1.5, 0.1);
   EXPECT_LT((offset - hidden_offset).norm(), 0.15 * hidden_offset.norm());
 }
