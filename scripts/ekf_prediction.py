@@ -245,7 +245,8 @@ def run(arguments, folder, verb, *flags):
     if done.returncode not in (0, 2, 3):
         raise RuntimeError(f"{' '.join(command)} ended with {done.returncode}")
     lines = [line for line in done.stdout.splitlines() if "no usable" in line or "error" in line]
-    return done.returncode, lines[-1].split(": ")[-1] if lines else ""
+    # What follows the program, "no usable log" and the file.
+    return done.returncode, lines[-1].split(": ", 3)[-1] if lines else ""
 
 
 def mean(values):
