@@ -22,7 +22,8 @@ DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor
 DEFINE_string(estimator, "vgd", "estimators to run, separated by commas; the first is reported");
 DEFINE_int32(gamma, 0, "passes in a window; 0 takes the configuration's");
 DEFINE_string(gamma_sweep, "1,2,3,4,5", "window lengths to compare; empty for none");
-DEFINE_string(thrust, "", "accelerometer, level_flight or as_published; empty takes the configuration's");
+DEFINE_string(thrust, "",
+              "accelerometer, level_flight or as_published; empty takes the configuration's");
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
 DEFINE_uint64(seed, 0, "stated in the result; calibration itself draws no random numbers");

@@ -24,7 +24,10 @@ class SectionChain {
   // The first `local` of the `border` unknowns belong to one section each: their columns are used
   // again by the next one.
   SectionChain(int border, int local)
-      : local_(local), width_(kBorderAt + border + 1), front_(width_ * width_), squares_(width_) {}
+      : local_(local),
+        width_(kBorderAt + border + 1),
+        front_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(width_)),
+        squares_(width_) {}
 
   int width() const { return width_; }
 
