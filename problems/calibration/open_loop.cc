@@ -30,6 +30,14 @@ RotorState Integrate(const RotorAeroModel& model, const RotorData& data, RotorSt
   return x;
 }
 
+// Of the filter that follows the flight with these constants.
+RotorEkfOptions Following(const RotorConstants& calibrated, const RotorNoise& noise) {
+  RotorEkfOptions options;
+  options.noise = noise;
+  options.prior.mean = calibrated;
+  return options;
+}
+
 }  // namespace
 
 std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const RotorData& data,
@@ -37,10 +45,8 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
                                            const RotorConstants& calibrated,
                                            const RotorConstants& constants,
                                            const std::vector<double>& horizons, double spacing) {
-  RotorEkfOptions options;
-  options.noise = noise;
-  options.prior.mean = calibrated;
-  const RotorEkfRun run = RunRotorEkf(model, DrivenBy(calibrated, data), options);
+  const RotorEkfRun run =
+      RunRotorEkf(model, DrivenBy(calibrated, data), Following(calibrated, noise));
   const RotorData driven = DrivenBy(constants, data);
   std::vector<OpenLoopError> errors;
   double next = data.poses.front().t + kFirstStart;
@@ -64,9 +70,7 @@ std::vector<RotorForecast> ForecastOpenLoop(const RotorAeroModel& model, const R
                                             const RotorNoise& noise,
                                             const RotorConstants& calibrated,
                                             const std::vector<double>& horizons, double spacing) {
-  RotorEkfOptions options;
-  options.noise = noise;
-  options.prior.mean = calibrated;
+  RotorEkfOptions options = Following(calibrated, noise);
   options.forecast = {horizons, spacing, kFirstStart};
   return RunRotorEkf(model, DrivenBy(calibrated, data), options).forecasts;
 }

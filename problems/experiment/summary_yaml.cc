@@ -59,12 +59,19 @@ YAML::Node GroupNode(const GroupSummary& g) {
   return node;
 }
 
-YAML::Node ConvergenceNode(const ConvergenceSummary& c) {
+// What a summary is of.
+template <class Summary>
+YAML::Node Head(const Summary& s) {
   YAML::Node node;
-  node["log"] = c.log;
-  node["label"] = c.label;
-  node["gamma"] = c.gamma;
-  Put(&node, "sweep", c.x);
+  node["log"] = s.log;
+  node["label"] = s.label;
+  node["gamma"] = s.gamma;
+  Put(&node, "sweep", s.x);
+  return node;
+}
+
+YAML::Node ConvergenceNode(const ConvergenceSummary& c) {
+  YAML::Node node = Head(c);
   node["quantity"] = c.quantity;
   node["tolerance"] = c.tolerance;
   node["flights"] = c.flights;
@@ -75,11 +82,7 @@ YAML::Node ConvergenceNode(const ConvergenceSummary& c) {
 }
 
 YAML::Node ForecastNode(const ForecastSummary& f) {
-  YAML::Node node;
-  node["log"] = f.log;
-  node["label"] = f.label;
-  node["gamma"] = f.gamma;
-  Put(&node, "sweep", f.x);
+  YAML::Node node = Head(f);
   node["flights"] = f.flights;
   node["horizon_s"] = f.horizon;
   node["forecasts"] = f.count;

@@ -84,7 +84,8 @@ def _over_time(result):
         figure.add_traces(_band(group[group.estimator == "filter"], start, index == 0),
                           rows=[where["row"]] * 2, cols=[where["col"]] * 2)
         figure.add_trace(_end(group[group.estimator == "batch"], start, index == 0), **where)
-    charts.style(figure, 90 + ROW_HEIGHT * rows)
+    charts.style(figure, 110 + ROW_HEIGHT * rows, margin=dict(l=64, r=16, t=64, b=48), legend=dict(
+        orientation="h", x=0, y=1.0 + 0.16 / rows, xanchor="left", yanchor="bottom"))
     figure.update_annotations(font=dict(size=13, color=charts.INK))
     figure.update_xaxes(title_text="Flight [s]", row=rows)
     return figure
