@@ -1,9 +1,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include "problems/common/units.h"
+#include "problems/inspection/fix_pairs.h"
 #include "problems/inspection/position_witness.h"
 #include "problems/result/statistics.h"
 
@@ -18,11 +19,8 @@ constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
 constexpr double kNotedHeading = 20.0 * kDegree;
-constexpr double kLeastClockJump = 0.15;  // s
-constexpr double kOddSpread = 10.0;       // sigmas that fixes scatter about mocap
-constexpr double kLeastOddSpread = 1.0;   // m
-constexpr double kClearlyWorse = 1.5;     // times the residual
-constexpr double kMocapGap = 0.2;         // s
+constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
+constexpr double kLeastOddSpread = 1.0;  // m
 
 // What a stream of positions was compared with.
 struct Reference {
@@ -31,36 +29,6 @@ struct Reference {
   bool own_clock;    // the stream has no other witness of its clock
   double least_correlation;
 };
-
-std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, const LogClock& clock,
-                                       double t) {
-  const auto after =
-      std::lower_bound(mocap.begin(), mocap.end(), t,
-                       [&](const PoseSample& pose, double at) { return clock(pose.t) < at; });
-  if (after == mocap.begin() || after == mocap.end()) return std::nullopt;
-  const auto before = after - 1;
-  const double from = clock(before->t), span = clock(after->t) - from;
-  if (span > kMocapGap) return std::nullopt;
-  return Eigen::Vector3d(before->p_E + (t - from) / span * (after->p_E - before->p_E));
-}
-
-// Some of the fixes, of one part in `parts`, beside mocap's position at the same time less the lag.
-PairsAt FixPairs(const FlightLog& log, std::size_t part = 0, std::size_t parts = 1) {
-  return [&log, part, parts](double lag) {
-    const LogClock clock(log);
-    std::vector<VectorPair> pairs;
-    const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / 1500);
-    const std::size_t from = log.fixes.size() * part / parts;
-    const std::size_t to = log.fixes.size() * (part + 1) / parts;
-    for (std::size_t i = from; i < to; i += every) {
-      const double t = clock(log.fixes[i].t);
-      if (const auto p = MocapAt(log.mocap, clock, t - lag)) {
-        pairs.push_back({t, log.fixes[i].p_E, *p});
-      }
-    }
-    return pairs;
-  };
-}
 
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
@@ -201,113 +169,52 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   AddPositionScale(e, stream, *comparison.match, reference);
 }
 
-// Laps repeat: at a lag that is off by a lap, positions compare with those of another place.
+// Laps repeat: mocap that was moved by a lap too many compares with fixes of another place.
 bool HasAmbiguousClock(const Examination& e, const std::string& stream) {
   return std::any_of(e.rates.begin(), e.rates.end(), [&](const RateWitness& rate) {
     return rate.stream == stream && rate.match.or_else.has_value();
   });
 }
 
-double SpreadOf(const std::vector<double>& values) {
-  const double median = LowerMedian(values);
-  std::vector<double> off;
-  for (const double value : values) off.push_back(std::abs(value - median));
-  return 1.4826 * LowerMedian(off);
+struct Spread {
+  double about_median, about_mocap;  // m
+};
+
+std::array<Spread, 3> SpreadOfAxes(const std::vector<VectorPair>& pairs) {
+  std::array<Spread, 3> spread;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> off;
+    for (const VectorPair& pair : pairs) off.push_back(pair.seen[axis] - pair.sure[axis]);
+    const double sigma = SigmaByMedian(off);
+    spread[static_cast<std::size_t>(axis)] = {sigma, std::hypot(sigma, LowerMedian(off))};
+  }
+  return spread;
 }
 
-// One column in another unit: its differences from mocap are far larger than its sigma says, those
-// of another axis are not. A clock or a turn would spoil more than one axis.
+// One column in another unit, or from another zero: its differences from mocap are far larger than
+// its sigma says, those of another axis are not. A clock or a turn would spoil more than one axis.
 void CheckSpread(Examination* e) {
   const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
   if (pairs.size() < 30) return;
   std::vector<double> sigmas;
   for (const Fix& fix : e->fixed.fixes) sigmas.push_back(fix.sigma);
-  const double sigma = LowerMedian(sigmas);
-  Eigen::Vector3d spread;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> off;
-    for (const VectorPair& pair : pairs) off.push_back(pair.seen[axis] - pair.sure[axis]);
-    spread[axis] = SpreadOf(off);
-  }
-  Eigen::Index worst = 0;
-  const double most = spread.maxCoeff(&worst);
-  if (most < std::max(kLeastOddSpread, kOddSpread * sigma) || spread.minCoeff() > 3.0 * sigma) {
-    return;
-  }
+  const double sigma = LowerMedian(sigmas), odd = std::max(kLeastOddSpread, kOddSpread * sigma);
+  const std::array<Spread, 3> axes = SpreadOfAxes(pairs);
+  const auto [best, worst] = std::minmax_element(
+      axes.begin(), axes.end(),
+      [](const Spread& a, const Spread& b) { return a.about_mocap < b.about_mocap; });
+  if (worst->about_mocap < odd || best->about_median > 3.0 * sigma) return;
   Finding finding;
   finding.id = "position_spread";
   finding.stream = "fixes";
-  finding.level = Level::kFatal;
-  finding.size = most;
+  // A zero of its own may be meant, as of heights.
+  finding.level = worst->about_median < odd ? Level::kBiases : Level::kFatal;
+  finding.size = worst->about_mocap;
   finding.unit = "m";
   finding.text =
-      fmt::format("{} of fixes.csv scatters by {:.3g} m about mocap.csv, another axis by {:.2g} m",
-                  "xyz"[worst], most, spread.minCoeff());
-  finding.remedy = "check the unit of this column, and which column is which axis";
-  e->Add(finding);
-}
-
-// Fixes less mocap about their mean, root mean square; without pairs enough, none.
-std::optional<double> ResidualAt(const PairsAt& pairs, double lag) {
-  const std::vector<VectorPair> all = pairs(lag);
-  if (all.size() < 30) return std::nullopt;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const VectorPair& pair : all) mean += (pair.seen - pair.sure) / double(all.size());
-  double sum = 0.0;
-  for (const VectorPair& pair : all) sum += (pair.seen - pair.sure - mean).squaredNorm();
-  return std::sqrt(sum / double(all.size()));
-}
-
-struct PartOfFixes {
-  PairsAt pairs;
-  double lag, residual;
-};
-
-// The lag that leaves the least residual, if this is far less than the distances flown.
-std::optional<PartOfFixes> LagOf(const FlightLog& log, std::size_t part, std::size_t parts) {
-  PartOfFixes best{FixPairs(log, part, parts), 0.0, std::numeric_limits<double>::infinity()};
-  for (double lag = -1.5; lag <= 1.5; lag += 0.05) {
-    const auto residual = ResidualAt(best.pairs, lag);
-    if (!residual || *residual >= best.residual) continue;
-    best.lag = lag;
-    best.residual = *residual;
-  }
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  const std::vector<VectorPair> pairs = best.pairs(best.lag);
-  for (const VectorPair& pair : pairs) mean += pair.seen / double(pairs.size());
-  double flown = 0.0;
-  for (const VectorPair& pair : pairs) flown += (pair.seen - mean).squaredNorm();
-  if (!(best.residual < 0.3 * std::sqrt(flown / double(pairs.size())))) return std::nullopt;
-  return best;
-}
-
-// A clock that was set in flight, or a recorder that held fixes back: quarters of the flight
-// disagree, and each fits clearly worse at the lag of the other.
-void CheckClockJump(Examination* e) {
-  constexpr std::size_t kParts = 4;
-  std::vector<PartOfFixes> parts;
-  for (std::size_t part = 0; part < kParts; ++part) {
-    if (auto found = LagOf(e->fixed, part, kParts)) parts.push_back(std::move(*found));
-  }
-  if (parts.size() < 2) return;
-  const auto [early, late] = std::minmax_element(
-      parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.lag < b.lag; });
-  const double jump = late->lag - early->lag;
-  if (jump < kLeastClockJump) return;
-  const auto worse = [](const PartOfFixes& part, double lag) {
-    return ResidualAt(part.pairs, lag).value_or(0.0) > kClearlyWorse * part.residual;
-  };
-  if (!worse(*early, late->lag) || !worse(*late, early->lag)) return;
-  Finding finding;
-  finding.id = "clock_jump";
-  finding.stream = "fixes";
-  finding.level = Level::kBiases;
-  finding.size = jump;
-  finding.unit = "s";
-  finding.text = fmt::format(
-      "the clock of fixes.csv jumps: against mocap, quarters of the flight are {:.3f} s apart",
-      jump);
-  finding.remedy = "calibrate the parts before and after the jump as flights of their own";
+      fmt::format("{} of fixes.csv differs by {:.3g} m from mocap.csv, another axis by {:.2g} m",
+                  "xyz"[worst - axes.begin()], worst -> about_mocap, best -> about_mocap);
+  finding.remedy = "check the unit and the zero of this column, and which column is which axis";
   e->Add(finding);
 }
 
@@ -323,11 +230,12 @@ void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
-      if (!HasOtherClock(*e, "mocap")) {
+      const bool moved = HasOtherClock(*e, "mocap");
+      if (!moved) {
         CheckSpread(e);
         CheckClockJump(e);
       }
-      if (HasAmbiguousClock(*e, "mocap")) continue;
+      if (moved && HasAmbiguousClock(*e, "mocap")) continue;
       Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});
       continue;
     }

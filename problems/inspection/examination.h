@@ -48,6 +48,8 @@ void CheckAccelerometer(Examination* e);
 void CheckVertical(Examination* e);
 // Axes, scale and clock of positions, by the accelerometer.
 void CheckPositions(Examination* e);
+// Whether a part of the fixes fits mocap at another lag than the rest.
+void CheckClockJump(Examination* e);
 // Order and spin of rotors, by the body's angular acceleration; clock of rotors and motors.
 void CheckRotors(Examination* e);
 // Readings while the vehicle lies still.

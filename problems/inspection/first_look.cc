@@ -19,8 +19,8 @@ bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
-  for (const char* id :
-       {"cover", "attitude_missing", "stuck", "dead_axis", "clock_jump", "accelerometer_scale"}) {
+  for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "clock_jump",
+                         "position_spread", "accelerometer_scale"}) {
     if (finding.id == id) return true;
   }
   return false;

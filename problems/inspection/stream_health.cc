@@ -13,7 +13,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kRobust = 1.4826;     // of a normal distribution's median absolute deviation
 constexpr double kLongStep = 5.0;      // median steps that make a gap
 constexpr double kJitterShare = 0.25;  // of the step
 constexpr double kRepeatShare = 0.3;   // of samples that count as held
@@ -48,13 +47,6 @@ std::vector<double> NumbersOf(const Sample& sample, const Stream& stream) {
   return numbers.values;
 }
 
-double RobustSigma(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const double median = LowerMedian(values);
-  for (double& v : values) v = std::abs(v - median);
-  return kRobust * LowerMedian(values);
-}
-
 struct Spikes {
   int count = 0;
   double largest = 0.0;
@@ -73,7 +65,7 @@ Spikes FindSpikes(const std::vector<double>& values, double least) {
   }
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
-  const double limit = std::max(least, kSpikeSigmas * RobustSigma(steps));
+  const double limit = std::max(least, kSpikeSigmas * SigmaByMedian(steps));
   Spikes spikes;
   for (const double o : off) {
     if (std::abs(o) <= limit) continue;
@@ -117,7 +109,7 @@ StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples) 
   if (steps.empty()) return health;
   const double step = LowerMedian(steps);
   health.rate = step > 0.0 ? 1.0 / step : 0.0;
-  health.jitter = RobustSigma(steps);
+  health.jitter = SigmaByMedian(steps);
   health.repeats = static_cast<double>(repeats) / static_cast<double>(steps.size());
   for (const double s : steps) {
     if (s <= kLongStep * step) continue;

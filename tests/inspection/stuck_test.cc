@@ -1,6 +1,7 @@
 // Faults of single columns: each is put into a simulated flight, and the first look says so.
 #include "problems/inspection/stuck.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "problems/inspection/first_look.h"
@@ -77,11 +78,37 @@ TEST(FirstLookAtColumns, FindsAClockOfFixesThatJumps) {
   EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("clock_jump (biases)")));
 }
 
+// Passes of gates, neither at the start nor at the end.
+TEST(FirstLookAtColumns, FindsFixesThatWereHeldBack) {
+  FlightLog log = Flight();
+  const std::size_t from = log.fixes.size() / 3, to = from + 20;
+  for (std::size_t i = from; i < to; ++i) log.fixes[i].t += FromSeconds(0.4);
+  EXPECT_THAT(FirstLook(log),
+              testing::Contains(HasSubstr(
+                  fmt::format("clock_jump (biases): the clock of fixes.csv jumps: against mocap, "
+                              "fixes from {:.2f} to {:.2f} s come 0.",
+                              ToSeconds(log.fixes[from].t), ToSeconds(log.fixes[to - 1].t)))));
+}
+
+TEST(FirstLookAtColumns, FindsAClockOfFixesThatIsOff) {
+  FlightLog log = Flight();
+  for (Fix& fix : log.fixes) fix.t += FromSeconds(0.5);
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("clock_offset (biases)")));
+}
+
+TEST(FirstLookAtColumns, FindsHeightsFromAnotherZero) {
+  FlightLog log = Flight();
+  for (Fix& fix : log.fixes) fix.p_E.z() -= 5.0;
+  EXPECT_THAT(
+      FirstLook(log),
+      testing::Contains(HasSubstr("position_spread (biases): z of fixes.csv differs by 5")));
+}
+
 TEST(FirstLookAtColumns, FindsHeightsInCentimetres) {
   FlightLog log = Flight();
   for (Fix& fix : log.fixes) fix.p_E.z() *= 100.0;
   EXPECT_THAT(FirstLook(log),
-              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv scatters by")));
+              testing::Contains(HasSubstr("position_spread (fatal): z of fixes.csv differs by")));
 }
 
 }  // namespace
