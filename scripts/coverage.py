@@ -92,7 +92,7 @@ def fly(apps, config, duration, changes, of_prior, calibrate, seed, out):
     if not result.exists():
         log = folder / "log"
         config = configured(config, duration, changes, seed if of_prior else None,
-                            out / f"flight_{seed:04d}.yaml")
+                            folder.with_suffix(".yaml"))
         subprocess.run([apps / "trueline-simulate", f"--config={config}", f"--out={log}",
                         f"--seed={seed}", "--randomise", "--quiet"], check=True)
         command = [apps / "trueline-calibrate", f"--log={log}", f"--out={folder / 'result'}",

@@ -16,11 +16,6 @@ constexpr double kWeak = 0.9;
 constexpr double kOpenInformation = 1.0 / (kWeak * kWeak) - 1.0;
 constexpr double kNamedShare = 0.3;  // smallest component of a direction that is named
 
-std::string StatusOf(double ratio) {
-  if (ratio <= kIdentified) return "identified";
-  return ratio <= kWeak ? "weak" : "unobservable";
-}
-
 // "psi_E_Ep with psi_I_B (+0.0371 rad : -0.0370 rad)", the largest component first.
 std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::string>& names,
                      const std::vector<std::string>& units, const Eigen::VectorXd& prior_sigma) {
@@ -40,13 +35,18 @@ std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::st
 
 }  // namespace
 
+std::string StatusByRatio(double ratio) {
+  if (ratio <= kIdentified) return "identified";
+  return ratio <= kWeak ? "weak" : "unobservable";
+}
+
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
                                        const std::vector<std::string>& units,
                                        const Eigen::VectorXd& prior_sigma,
                                        const Eigen::MatrixXd& cov) {
   Identifiability result;
   for (int i = 0; i < cov.rows(); ++i) {
-    result.status.push_back(StatusOf(std::sqrt(cov(i, i))));
+    result.status.push_back(StatusByRatio(std::sqrt(cov(i, i))));
   }
   // The prior is the identity in these units, so the data's information is inv(cov) - I.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(cov);

@@ -12,6 +12,9 @@ struct Identifiability {
   std::vector<std::string> combinations;  // unobservable ones, in words with numbers
 };
 
+// "identified", "weak" or "unobservable", by the ratio of posterior to prior sigma.
+std::string StatusByRatio(double ratio);
+
 // cov: covariance of the parameters in units of their prior sigma; prior_sigma converts to physical
 // units. The data's information is the posterior's less the prior's. Status by the ratio of
 // posterior to prior sigma: at most half is identified, at most 90 % is weak, else unobservable.

@@ -43,6 +43,13 @@ double LowerMedian(std::vector<double> values) {
 
 double UpperMedian(std::vector<double> values) { return OrderStatistic(values, values.size() / 2); }
 
+double SigmaByMedian(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const double median = LowerMedian(values);
+  for (double& value : values) value = std::abs(value - median);
+  return 1.4826 * LowerMedian(std::move(values));
+}
+
 ErrorSummary Summarise(const std::vector<double>& values) {
   return {static_cast<int>(values.size()), Mean(values), Quantile(values, 0.5),
           Quantile(values, 0.95)};

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 namespace trueline {
+
+// Of the regions that are stated for predictions.
+inline constexpr std::array kRegionLevels = {0.5, 0.9, 0.95};
 
 // Linear interpolation between order statistics; NaN for no values. p in [0, 1].
 double Quantile(std::vector<double> values, double p);
@@ -13,6 +17,9 @@ double RootMeanSquare(const std::vector<double>& values);
 // meaningful where some are infinite. There must be a value.
 double LowerMedian(std::vector<double> values);
 double UpperMedian(std::vector<double> values);
+
+// Standard deviation by the median absolute deviation of a normal distribution; 0 for no values.
+double SigmaByMedian(std::vector<double> values);
 
 struct ErrorSummary {
   int count = 0;

@@ -57,14 +57,29 @@ std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
   return asked;
 }
 
-std::vector<std::string> DragNotes(const DragDoubt& doubt) {
+// For K_x and K_y: whether the flight shows them. An estimate whose interval, once errors of the
+// velocity and gusts widen it, is as wide as the prior's is attenuated and not believed.
+std::array<bool, 2> ShownDrag(const FlightProblemOptions& options,
+                              const FlightProblem::Means& means, const Eigen::VectorXd& prior) {
+  Eigen::MatrixXd cov = means.cov;
+  WidenDrag(means.doubt, options.vgd, means.force_sigma, prior, &cov);
+  std::array<bool, 2> shown = means.doubt.ShowsDrag();
+  for (const int i : {0, 1}) {
+    const int k = kDragInTheta + i;
+    if (StatusByRatio(std::sqrt(cov(k, k))) == "unobservable") shown[i] = false;
+  }
+  return shown;
+}
+
+std::vector<std::string> DragNotes(const DragDoubt& doubt, const std::array<bool, 2>& shown) {
   std::vector<std::string> notes;
   for (const int i : {0, 1}) {
-    if (doubt.ShowsDrag()[i]) continue;
+    if (shown[i]) continue;
     notes.push_back(fmt::format(
         "{} is not read from the accelerometer: the vehicle's speed along {}_B seems to vary by "
-        "{:.3f} m/s and is known to {:.3f} m/s only; fly with changes of speed along that axis",
-        kTheta[kDragInTheta + i].name, "xy"[i], doubt.Spread()[i], doubt.Uncertainty()[i]));
+        "{:.3f} m/s, of which its error and gusts explain {:.3f} m/s; fly with changes of speed "
+        "along that axis",
+        kTheta[kDragInTheta + i].name, "xy"[i], doubt.Spread()[i], doubt.Uncommanded()[i]));
   }
   return notes;
 }
@@ -132,13 +147,16 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   problem->SetStart();
   ceres::Solver::Summary summary = problem->Solve();
   FlightProblem::Means means = problem->MeanUnknowns();
-  if (options.withhold_drag && problem->HasForces() && !means.doubt.ShowsAllDrag()) {
-    problem_options.drag_shows = means.doubt.ShowsDrag();
+  if (options.withhold_drag && problem->HasForces()) {
+    problem_options.drag_shows =
+        ShownDrag(problem_options, means, NamesOf(*problem, options.detector).sigma);
+  }
+  if (!problem_options.drag_shows[0] || !problem_options.drag_shows[1]) {
     auto without = std::make_unique<FlightProblem>(shares, problem_options);
     without->StartFrom(*problem);
     summary = without->Solve();
     problem = std::move(without);
-    result.notes = DragNotes(means.doubt);
+    result.notes = DragNotes(means.doubt, problem_options.drag_shows);
     means = problem->MeanUnknowns();
   }
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;

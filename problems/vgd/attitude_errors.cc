@@ -22,6 +22,9 @@ constexpr double kLeastScaleSigma = 0.01;
 constexpr double kLeastLatencySigma = 0.002;  // s
 constexpr double kLeastTime = 5.0;            // s of log, below which nothing is concluded
 
+// s before the log in which manoeuvres like the log's own may have filled the filter's integral.
+constexpr double kFilledBefore = 30.0;
+
 // A filter forgets: s in which an error without hold falls to 1/e.
 constexpr double kForgetsBias = 10.0;
 constexpr double kForgetsPull = 30.0;
@@ -55,6 +58,14 @@ void Follow(const State& input, double seconds, double memory, State* state) {
 template <class State>
 void Accumulate(const State& increment, double seconds, double memory, State* state) {
   *state = std::exp(-seconds / memory) * *state + increment;
+}
+
+// Square root of sigma^2 I + v v'.
+Eigen::Matrix3d RootOfSum(double sigma, const Vector3d& v) {
+  const double norm = v.norm();
+  const Eigen::Matrix3d isotropic = sigma * Eigen::Matrix3d::Identity();
+  if (norm == 0.0) return isotropic;
+  return isotropic + (std::hypot(sigma, norm) - sigma) / (norm * norm) * v * v.transpose();
 }
 
 template <class Entry>
@@ -158,6 +169,7 @@ void AttitudeErrors::Fit() {
   fit_.gyro_bias = x.head<3>();
   fit_.k_p = x[3];
   fit_.k_i = x[4];
+  fit_.pull = wound_up / (static_cast<double>(count) * ToSeconds(kLength));
   const Eigen::VectorXd rest = y - A * x;
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> rows(
       rest.data(), count, 2);
@@ -215,6 +227,11 @@ void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   const double duration = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
   double bias_sigma = priors.gyro_bias;
   if (bias_sigma > 0.0) bias_sigma += held ? 2.0 * fit_.scatter / std::sqrt(duration) : bias_sigma;
+  // The fit sees the integral as a bias of the gyroscope, and what filled it before the log as
+  // well.
+  const Eigen::Matrix3d bias_root =
+      RootOfSum(bias_sigma,
+                held ? Vector3d(kFilledBefore * fit_.k_i * fit_.pull) : Vector3d(Vector3d::Zero()));
   Vector3d feedback = Vector3d::Zero(), pull = Vector3d::Zero();
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();
   Vector3d by_gain = Vector3d::Zero(), by_share = Vector3d::Zero();
@@ -233,7 +250,7 @@ void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
     }
     // The angles of E' against E have the opposite sign of the attitude's error.
     Slopes slopes;
-    slopes << -bias_sigma * by_bias, -priors.gain * by_gain, -priors.share * by_share;
+    slopes << -by_bias * bias_root, -priors.gain * by_gain, -priors.share * by_share;
     slopes.row(2).setZero();  // the heading is the filter's own
     slopes_.push_back(slopes.cast<float>());
     feedback_.emplace_back(feedback.x(), feedback.y(), 0.0F);

@@ -48,6 +48,7 @@ struct AttitudeFilterFit {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // rad/s, in I
   double k_p = 0.0;                                     // 1/s, gain of the accelerometer's tilt
   double k_i = 0.0;                                     // 1/s^2, gain of its integral
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad, mean of the accelerometer's tilt, in I
   double scatter = 0.0;  // rad/sqrt(s), root density of what neither bias nor gains explain
   // The same with two more unknowns: errors that a diagnosis names.
   ShownByGyro tilt_scale;  // logged tilt = (1 + s) times the true tilt

@@ -32,6 +32,11 @@ Eigen::Vector2d DragDoubt::Uncertainty() const {
   return (variance_ / samples_).cwiseSqrt();
 }
 
+Eigen::Vector2d DragDoubt::Uncommanded() const {
+  if (samples_ == 0.0) return Eigen::Vector2d::Zero();
+  return ((variance_.array() + gusts_) / samples_).sqrt();
+}
+
 std::array<bool, 2> DragDoubt::ShowsDrag() const {
   constexpr double kClearly = 2.0;  // at least three quarters of the variance is motion
   const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
@@ -40,12 +45,11 @@ std::array<bool, 2> DragDoubt::ShowsDrag() const {
 
 Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
                                  double force_sigma) const {
-  const Eigen::Vector2d spread = Spread();
+  const Eigen::Vector2d spread = Spread(), uncommanded = Uncommanded();
   Eigen::Vector2d sigma = Eigen::Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
     if (!(spread[i] > 0.0)) continue;
-    const double uncommanded = (variance_[i] + gusts_) / samples_;  // (m/s)^2
-    const double attenuation = std::min(1.0, uncommanded / (spread[i] * spread[i]));
+    const double attenuation = std::min(1.0, std::pow(uncommanded[i] / spread[i], 2));
     // The accelerometer's share of the information on K. The mean of v gives none: b_ax, b_ay are
     // free.
     const double information = samples_ * std::pow(spread[i] / force_sigma, 2);

@@ -32,11 +32,11 @@ class DragDoubt {
   // For x and y: true if the velocity varies by clearly more than its uncertainty. If not, the
   // slope reflects errors of the velocity rather than drag.
   std::array<bool, 2> ShowsDrag() const;
-  bool ShowsAllDrag() const { return ShowsDrag()[0] && ShowsDrag()[1]; }
 
-  // Root mean squares, m/s: the velocity about its mean, and its uncertainty.
+  // Root mean squares, m/s: the velocity about its mean, its uncertainty, and that with gusts.
   Eigen::Vector2d Spread() const;
   Eigen::Vector2d Uncertainty() const;
+  Eigen::Vector2d Uncommanded() const;
 
  private:
   double samples_ = 0.0;

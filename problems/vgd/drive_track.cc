@@ -5,6 +5,7 @@
 #include "problems/common/error.h"
 #include "problems/log/imu_health.h"
 #include "problems/vgd/attitude_cursor.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -71,6 +72,7 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   if (options.thrust != ThrustSource::kAccelerometer) track.axis_ = ThrustAxis::kBody;
   track.log_start_ = log.imu.front().t;
   track.force_effects_ = options.force_effects;
+  BindTerms(log, &track.force_effects_);
   track.steps_.reserve(log.imu.size());
   const double median = MedianStep(log.imu);
   const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency),

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <initializer_list>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cost_functions/models/complementary_filter.h"
@@ -17,6 +19,11 @@ namespace trueline {
 // The thrust-axis acceleration is the accelerometer's z axis; the same, taken for the axis of the
 // body as the paper does; or that of level flight.
 enum class ThrustSource { kAccelerometer, kAsPublished, kLevelFlight };
+// Their names in configurations and flags.
+inline constexpr std::initializer_list<std::pair<const char*, ThrustSource>> kThrustSources = {
+    {"accelerometer", ThrustSource::kAccelerometer},
+    {"level_flight", ThrustSource::kLevelFlight},
+    {"as_published", ThrustSource::kAsPublished}};
 enum class AttitudeSource { kLogged, kComplementaryFilter };
 
 struct DriveOptions {

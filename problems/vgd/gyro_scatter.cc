@@ -1,7 +1,8 @@
 #include "problems/vgd/gyro_scatter.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -10,16 +11,10 @@ constexpr double kInterval = 0.25;  // s
 constexpr std::size_t kEnough = 8;  // intervals
 constexpr double kSigmaByMad = 1.4826;
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double RobustSigma(std::vector<double> values) {
-  const double median = Median(values);
+  const double median = UpperMedian(values);
   for (double& value : values) value = std::abs(value - median);
-  return kSigmaByMad * Median(std::move(values));
+  return kSigmaByMad * UpperMedian(std::move(values));
 }
 
 // Rotation vector in I (rad, small) of the AHRS's rotation less the gyroscope's.

@@ -40,10 +40,7 @@ void SerializeDragMeasurement(YamlArchive* a, DragMeasurementOptions* options) {
 }
 
 void SerializeDrive(YamlArchive* a, DriveOptions* drive) {
-  a->Choice("thrust", &drive->thrust,
-            {{"accelerometer", ThrustSource::kAccelerometer},
-             {"as_published", ThrustSource::kAsPublished},
-             {"level_flight", ThrustSource::kLevelFlight}});
+  a->Choice("thrust", &drive->thrust, kThrustSources);
   a->Choice("attitude", &drive->attitude,
             {{"complementary_filter", AttitudeSource::kComplementaryFilter},
              {"logged", AttitudeSource::kLogged}});

@@ -108,19 +108,23 @@ def _panels(result, title):
 def by_arc(result):
     """Figure 12: error by arc for each label, at the headline's gamma."""
     figure = _panels(result, "Arc (tau)")
+    _add_bands(figure, result, "tau")
+    _scale_errors(figure, result, "tau")
+    return figure
+
+
+def _add_bands(figure, result, key):
     for panel, log in enumerate(result.logs, 1):
         shown = []
         for label in result.labels:
             rows = result.headline(label)
-            rows = rows[rows.log == log]
+            rows = rows[(rows.log == log) & rows[key].notna()]
             if rows.empty:
                 continue
             shown.append(rows)
-            x, low, middle, high = _quartiles(rows, "tau")
+            x, low, middle, high = _quartiles(rows, key)
             _band(figure, label, x, low, middle, high, result.colour(label), panel == 1, (panel, 1))
-        _add_floor(figure, shown, "tau", panel)
-    _scale_errors(figure, result, "tau")
-    return figure
+        _add_floor(figure, shown, key, panel)
 
 
 def _add_floor(figure, shown, key, panel):
@@ -141,17 +145,7 @@ def over_sweep(result):
                                                str(sweep.get("unit", ""))))
     values = result.arcs["sweep"].dropna()
     logarithmic = values.min() > 0 and values.max() / values.min() > 8
-    for panel, log in enumerate(result.logs, 1):
-        shown = []
-        for label in result.labels:
-            rows = result.headline(label)
-            rows = rows[(rows.log == log) & rows["sweep"].notna()]
-            if rows.empty:
-                continue
-            shown.append(rows)
-            x, low, middle, high = _quartiles(rows, "sweep")
-            _band(figure, label, x, low, middle, high, result.colour(label), panel == 1, (panel, 1))
-        _add_floor(figure, shown, "sweep", panel)
+    _add_bands(figure, result, "sweep")
     if logarithmic:
         ticks = sorted(values.unique())
         figure.update_xaxes(type="log", tickvals=ticks, ticktext=[f"{t:g}" for t in ticks])

@@ -9,6 +9,7 @@
 #include "cost_functions/models/process_noise.h"
 #include "cost_functions/norm_loss.h"
 #include "problems/common/random.h"
+#include "problems/effects/effect.h"
 #include "tests/vgd/flown_log.h"
 
 namespace trueline {
@@ -136,10 +137,8 @@ TEST_F(SegmentTest, DragResidualIsTheAccelerometersMisfit) {
 }
 
 TEST_F(SegmentTest, DerivativesIncludeForceEffects) {
-  ForceEffects effects;
-  effects.quadratic_drag = 0.1;
-  effects.wind_E = Vector3d(2.0, -1.0, 0.0);
-  segment_.SetForceEffects(effects);
+  segment_.SetForceEffects(
+      ForceEffectsOf({{"quadratic_drag", {{"c", 0.1}}}, {"wind", {{"w_x", 2.0}, {"w_y", -1.0}}}}));
   ExpectDerivativesByDifferences(DragResidual(segment_.ForceAt(kFix), {{0.4, -0.2}, 0.5}));
   ExpectDerivativesByDifferences(FixResidual(segment_.StateAt(kFix), {Vector3d::Zero(), 0.2}));
 }

@@ -82,6 +82,30 @@ TEST(WholeFlight, WithholdsDragThatNothingShows) {
   EXPECT_GE(K_y.sigma, 0.99 * prior.sigma);
 }
 
+// Gusts move the vehicle sideways as much as the course does: however well its velocity is known,
+// it tells no drag along y. At 8 m/s it does.
+TEST(WholeFlight, BelievesDragThatGustsDoNotMake) {
+  VgdOptions options;
+  options.process.gust = 0.1;  // m/s^2 and s, as simulated
+  options.process.gust_memory = 0.3;
+  options.process.tilt = 0.0005;  // rad
+  SimulationConfig laps = Drifting(60.0);
+  laps.ahrs.drift_sigma.setConstant(1e-4);
+  const testing_vgd::Flight slow(laps, 2, options);
+  const WholeFlight held = RunWholeFlight({{&slow.data, {}}}, options, NoWalks(), Given());
+  EXPECT_EQ(Find(held, "K_y").status, "unobservable");
+  EXPECT_NEAR(Find(held, "K_y").value, options.priors[1].mean, 1e-3 * options.priors[1].sigma);
+  ASSERT_FALSE(held.notes.empty());
+  EXPECT_NE(held.notes.back().find("K_y"), std::string::npos) << held.notes.back();
+
+  SimulationConfig course = testing_simulation::ReadShipped("fast");
+  course.duration = 60.0;
+  const testing_vgd::Flight fast(course, 2, options);
+  const WholeFlight read = RunWholeFlight({{&fast.data, {}}}, options, NoWalks(), Given());
+  EXPECT_EQ(Find(read, "K_y").status, "identified");
+  EXPECT_TRUE(read.notes.empty()) << read.notes.front();
+}
+
 // Two flights of a vehicle share its airframe's parameters and estimate them better than one.
 TEST(WholeFlight, FlightsOfOneVehicleShareTheAirframe) {
   VgdOptions options;

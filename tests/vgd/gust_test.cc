@@ -145,7 +145,8 @@ TEST(DragDoubt, TakesVelocityByGustsForNoCommand) {
   const double force_sigma = 0.2;
   DragDoubt doubt;
   for (const double v : {-0.1, 0.1}) doubt.Add({v, 5.0 * v}, {1e-6, 1e-6}, 0.1, 500);
-  EXPECT_TRUE(doubt.ShowsAllDrag());
+  EXPECT_TRUE(doubt.ShowsDrag()[0] && doubt.ShowsDrag()[1]);
+  EXPECT_NEAR(doubt.Uncommanded().x(), std::hypot(1e-3, 0.1), 1e-9);
   const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
   const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
   EXPECT_NEAR(sigma.x(), 0.5, 1e-3);
