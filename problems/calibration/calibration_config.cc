@@ -40,11 +40,15 @@ void CheckForces(const ForceEffects& forces, const std::vector<std::string>& est
 }
 
 ThrustSource ParseThrust(const std::string& text) {
-  if (text == "accelerometer") return ThrustSource::kAccelerometer;
-  if (text == "as_published") return ThrustSource::kAsPublished;
-  if (text == "level_flight") return ThrustSource::kLevelFlight;
-  throw InputError(fmt::format(
-      "--thrust={} is not known; use accelerometer, level_flight or as_published", text));
+  std::vector<std::string> names;
+  for (const auto& [name, source] : kThrustSources) {
+    if (text == name) return source;
+    names.emplace_back(name);
+  }
+  const std::string last = names.back();
+  names.pop_back();
+  throw InputError(
+      fmt::format("--thrust={} is not known; use {} or {}", text, fmt::join(names, ", "), last));
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ std::vector<RotorVariant> ConsideredVariants(const FlightLog& log,
       std::vector<Effect> all = options.effects;
       all.push_back(effect);
       const RotorExtension move = RotorExtensionOf({effect});
-      RotorVariant variant{RotorAeroModel(rotors, log.gravity, RotorExtensionOf(all).effects),
+      RotorVariant variant{RotorAeroModel(rotors, log.gravity, RotorEffectsOn(log, all)),
                            move.added, nullptr};
       if (move.motor_lag > 0.0) {
         RotorDataOptions lagged = streams;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "problems/common/error.h"
+#include "problems/calibration/learn_rotor_delays.h"
 
 namespace trueline {
 namespace {
@@ -16,21 +16,6 @@ constexpr double kLastStep = 0.15;  // of the logarithm, the search's last step
 constexpr double kRange = 100.0;
 constexpr int kMostRuns = 150;
 
-// A run whose filter diverges gets the log likelihood minus infinity.
-RotorEkfRun Run(const RotorAeroModel& model, const RotorData& data,
-                const RotorEkfOptions& options) {
-  RotorEkfRun run;
-  try {
-    run = RunRotorEkf(model, data, options);
-  } catch (const InputError&) {
-    run.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  }
-  if (!std::isfinite(run.log_likelihood)) {
-    run.log_likelihood = -std::numeric_limits<double>::infinity();
-  }
-  return run;
-}
-
 }  // namespace
 
 LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
@@ -38,7 +23,7 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
                              double first_step) {
   RotorEkfOptions best = options;
   LearnedNoise learned;
-  RotorEkfRun leader = Run(model, data, options);
+  RotorEkfRun leader = RunOrDiverge(model, data, options);
   const double first = leader.log_likelihood;
   best.point = std::isfinite(first) ? leader.point : options.prior.mean;
   learned.runs = 1;
@@ -59,7 +44,7 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
       // Runs are linearised where the leading run was, and stop once they fall far behind it.
       trial.rival = leader.likelihoods.empty() ? nullptr : &leader.likelihoods;
       RotorEkfRun run;
-      if (inside) run = Run(model, data, trial);
+      if (inside) run = RunOrDiverge(model, data, trial);
       if (inside && run.log_likelihood > leader.log_likelihood) {
         trial.rival = nullptr;
         best = trial;
@@ -76,29 +61,9 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
   return learned;
 }
 
-double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
-                       const RotorEkfOptions& options, double range) {
-  const auto likelihood = [&](double delay) {
-    RotorData shifted = data;
-    for (double& t : shifted.speed_times) t += delay;
-    return Run(model, shifted, options).log_likelihood;
-  };
-  constexpr double kFinest = 0.0025;  // s
-  double best = 0.0, value = likelihood(0.0);
-  for (double step = 0.5 * range; step >= kFinest; step *= 0.5) {
-    const double centre = best;
-    for (const double delay : {centre - step, centre + step}) {
-      const double trial = likelihood(delay);
-      if (trial > value) value = trial, best = delay;
-    }
-  }
-  return best;
-}
-
 void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
                      const RotorLearning& learning, RotorDataOptions* streams,
                      RotorEkfOptions* filter) {
-  constexpr double kDelayRange = 0.04;  // s
   const auto some = [&] {
     RotorDataOptions part = *streams;
     part.duration = learning.seconds;
@@ -111,8 +76,15 @@ void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
     filter->point = learned.point;
   };
   if (learning.noise) learn();
-  if (!learning.rotor_delay) return;
-  streams->rotor_delay += LearnRotorDelay(model, some(), *filter, kDelayRange);
+  if (!learning.rotor_delay && !learning.gyro_delay) return;
+  const RotorData data = some();
+  if (learning.rotor_delay) {
+    streams->rotor_delay += LearnRotorDelay(model, data, *filter);
+  }
+  if (learning.gyro_delay) {
+    const RotorData shifted = learning.rotor_delay ? some() : data;
+    streams->gyro_delay = LearnGyroDelay(model, log, shifted, *filter, streams->gyro_delay);
+  }
   if (learning.noise) learn();
 }
 

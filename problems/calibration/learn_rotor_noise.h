@@ -20,22 +20,17 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
                              const RotorEkfOptions& options, const RotorNoise& stated,
                              double first_step = 1.2);
 
-// The delay (s) of the rotor speeds that maximises the likelihood, within +-`range`, to 2.5 ms.
-// Clocks and filters of rotor sensors and IMU differ, and inertia is the most sensitive to that.
-// The delay adds to the one that MakeRotorData applied to `data`.
-double LearnRotorDelay(const RotorAeroModel& model, const RotorData& data,
-                       const RotorEkfOptions& options, double range);
-
-// Which of noise and delay to learn, and on how much of a flight.
+// Which of noise and delays to learn, and on how much of a flight.
 struct RotorLearning {
   bool noise = true;
   bool rotor_delay = false;
+  bool gyro_delay = false;
   double seconds = 20.0;   // of flight, from its start
   RotorNoise stated = {};  // the reference of LearnRotorNoise's factor 100
   double first_step = 1.2;
 };
 
-// Learns noise, delay, and noise again, because a wrong delay inflates the disturbances. `streams`
+// Learns noise, delays, and noise again, because a wrong delay inflates the disturbances. `streams`
 // and `filter` give the start and receive the result.
 void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
                      const RotorLearning& learning, RotorDataOptions* streams,

@@ -8,7 +8,6 @@
 namespace trueline {
 namespace {
 
-constexpr double kStep = 0.004;      // s
 constexpr double kFirstStart = 1.0;  // s after the first pose
 
 // `data` with the speeds of motors that have these constants.
@@ -16,18 +15,6 @@ RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
   RotorData driven = data;
   if (driven.motors) driven.TurnMotors(MotorsOf(constants));
   return driven;
-}
-
-RotorState Integrate(const RotorAeroModel& model, const RotorData& data, RotorState x, double from,
-                     double to) {
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
-  const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep - 1e-9)));
-  const double dt = (to - from) / steps;
-  for (int k = 0; k < steps; ++k) {
-    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
-    x.head<4>().normalize();
-  }
-  return x;
 }
 
 // Of the filter that follows the flight with these constants.
@@ -57,7 +44,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
       const RotorPose* pose = PoseNear(data, start.t + horizon);
       if (pose == nullptr) continue;
       const RotorState end =
-          Integrate(model, driven, Joined(start.moving, constants), start.t, pose->t);
+          Integrated(model, driven, Joined(start.moving, constants), start.t, pose->t);
       Eigen::Vector3d p_E;
       RotorAeroModel::Position(end.data(), p_E.data());
       errors.push_back({start.t, horizon, (p_E - pose->p_E).norm()});

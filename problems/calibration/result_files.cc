@@ -4,6 +4,7 @@
 #include <fmt/ostream.h>
 
 #include "problems/common/atomic_file.h"
+#include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -53,12 +54,7 @@ YAML::Node ModelNode(const std::vector<ParameterEstimate>& parameters,
   node["parameters"] = ParameterNode(parameters);
   node["effects"] = YAML::Node(YAML::NodeType::Sequence);
   node["effects"].SetStyle(YAML::EmitterStyle::Flow);
-  for (const Effect& effect : effects) {
-    YAML::Node entry;
-    entry["id"] = effect.id;
-    for (const auto& [key, value] : effect.values) entry[key] = Rounded(value, 6);
-    node["effects"].push_back(entry);
-  }
+  for (const Effect& effect : effects) node["effects"].push_back(ToYaml(effect));
   node["provenance"] = provenance;
   return node;
 }

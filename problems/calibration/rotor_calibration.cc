@@ -65,10 +65,10 @@ void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
   const MotorValues at = MotorsOf(batch.mean);
   if (!(at[kLag] > 0.0)) return;  // the verdict reports it
   streams->motors_at = at;
-  LearnFromFlight(
-      model, log,
-      {options.learn_noise, false, std::min(fitted, RotorLearning().seconds), options.noise, kNear},
-      streams, filter);
+  LearnFromFlight(model, log,
+                  {options.learn_noise, false, false, std::min(fitted, RotorLearning().seconds),
+                   options.noise, kNear},
+                  streams, filter);
 }
 
 std::vector<double> ErrorsAt(double horizon, const std::vector<OpenLoopError>& all) {
@@ -97,7 +97,7 @@ void ScorePredictions(const RotorAeroModel& model, const RotorData& fitted,
     for (const double error : ErrorsAt(horizon, before)) score.before += error;
     const std::vector<double> fits = ErrorsAt(horizon, learned);
     for (std::size_t k = 0; k < score.radius.size() && !fits.empty(); ++k) {
-      score.radius[k] = Quantile(fits, score.kLevels[k]);
+      score.radius[k] = Quantile(fits, kRegionLevels[k]);
     }
     for (const RotorForecast& e : result->open_loop) {
       if (e.horizon != horizon) continue;
@@ -196,13 +196,13 @@ void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,
   *unobservable = seen.combinations;
 }
 
-RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity) {
-  return RotorAeroModel(options.vehicle.model.rotors(), gravity,
-                        RotorExtensionOf(options.effects).effects);
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog& log) {
+  return RotorAeroModel(options.vehicle.model.rotors(), log.gravity,
+                        RotorEffectsOn(log, options.effects));
 }
 
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
-  const RotorAeroModel model = ModelFor(options, log.gravity);
+  const RotorAeroModel model = ModelFor(options, log);
   const int rotors = model.num_rotors();
   RotorCalibration result;
   result.warnings = options.warnings;
@@ -211,12 +211,14 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   RotorDataOptions streams = options.data;
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
   LearnFromFlight(model, log,
-                  {options.learn_noise, options.learn_rotor_delay,
+                  {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay,
                    std::min(fitted, RotorLearning().seconds), options.noise},
                   &streams, &filter);
   if (options.data.motors) TurnMotors(model, log, options, fitted, &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
+  result.speed_sigma = data.speed_sigma;
   result.rotor_delay = streams.rotor_delay;
+  result.gyro_delay = streams.gyro_delay;
   result.noise = filter.noise;
   result.filter = RunRotorEkf(model, data, filter);
   RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};

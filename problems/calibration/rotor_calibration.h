@@ -10,6 +10,7 @@
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/open_loop.h"
 #include "problems/effects/rotor_extension.h"
+#include "problems/result/statistics.h"
 #include "problems/rotor/rotor_batch.h"
 #include "problems/rotor/rotor_ekf.h"
 
@@ -31,6 +32,7 @@ struct RotorCalibrationOptions {
   double hold_out = 0.25;       // share of the flight, at its end, that predictions are judged on
   bool learn_noise = true;      // from the flight (learn_rotor_noise.h); else use `noise`
   bool learn_rotor_delay = false;  // on top of data.rotor_delay
+  bool learn_gyro_delay = false;   // near data.gyro_delay
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
   bool widen = true;               // see RotorBatchOptions
   std::vector<ConsideredEffect> considered;
@@ -48,20 +50,20 @@ struct HorizonScore {
   double before = 0.0;  // m, mean error with the nominal constants
   double after = 0.0;   // m, with the calibrated ones
   double after_rms = 0.0;
-  // Radii of the regions that hold 50, 90 and 95 % of such predictions, learned on the fitted part
+  // Radii of the regions that hold `kRegionLevels` of such predictions, learned on the fitted part
   // of the flight (m), and the share of the held-out ones inside. What a model lacks repeats from
   // one part to the other; the noise alone does not know it.
-  std::array<double, 3> radius = {}, inside = {};
-  static constexpr std::array<double, 3> kLevels = {0.5, 0.9, 0.95};
+  std::array<double, kRegionLevels.size()> radius = {}, inside = {};
   double inside_noise = 0.0;  // share inside the 95 % ellipsoid that the filter's noise gives
 };
 
 struct RotorCalibration {
   RotorBatchResult batch;
   RotorEkfRun filter;
-  RotorNoise noise;                           // used
-  double rotor_delay = 0.0;                   // s, used
-  std::vector<ParameterEstimate> parameters;  // the batch's
+  RotorNoise noise;                            // used
+  double rotor_delay = 0.0, gyro_delay = 0.0;  // s, used
+  double speed_sigma = 0.0;                    // rad/s, learned noise of a sample of rotors.csv
+  std::vector<ParameterEstimate> parameters;   // the batch's
   std::vector<std::string> unobservable;
   std::vector<HorizonScore> predictions;
   std::vector<RotorForecast> open_loop;  // with the calibrated constants
@@ -75,7 +77,7 @@ struct RotorCalibration {
 };
 
 // The model of the vehicle with its effects.
-RotorAeroModel ModelFor(const RotorCalibrationOptions& options, double gravity);
+RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog& log);
 
 // Throws InputError for logs that lack a required stream.
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);

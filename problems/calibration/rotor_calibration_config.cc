@@ -75,6 +75,9 @@ void Serialize(YamlArchive* a, RotorCalibrationOptions* o) {
   a->Value("learn_noise", &o->learn_noise);
   a->Value("rotor_delay", &data->rotor_delay);
   a->Value("learn_rotor_delay", &o->learn_rotor_delay);
+  a->Value("gyro_delay", &data->gyro_delay);
+  a->Value("learn_gyro_delay", &o->learn_gyro_delay);
+  a->Value("smooth_rotors", &data->smooth_rotors);
   a->NotNegative("robust_pose", &o->robust_pose);
   a->Value("widen", &o->widen);
   a->Map(
@@ -126,12 +129,7 @@ YAML::Node ToYaml(const RotorCalibrationOptions& given) {
   archive.Value("drive", &drive);
   Serialize(&archive, &options);
   YAML::Node node = archive.node();
-  for (const Effect& effect : options.effects) {
-    YAML::Node entry;
-    entry["id"] = effect.id;
-    for (const auto& [name, value] : effect.values) entry[name] = value;
-    node["effects"].push_back(entry);
-  }
+  for (const Effect& effect : options.effects) node["effects"].push_back(ToYaml(effect));
   for (const RotorSpec& rotor : options.vehicle.model.rotors()) {
     YAML::Node entry;
     for (const double value : rotor.position) entry["position"].push_back(value);

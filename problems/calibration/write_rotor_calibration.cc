@@ -40,6 +40,8 @@ YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& pro
   node["open_loop"] = PredictionNode(c);
   node["noise"] = ToYaml(c.noise);
   node["rotor_delay"] = c.rotor_delay;
+  node["gyro_delay"] = c.gyro_delay;
+  node["rotor_speed_sigma"] = Rounded(c.speed_sigma, 3);
   node["fit"]["chi_square"] = Rounded(c.chi_square, 4);
   node["fit"]["iterations"] = c.batch.iterations;
   node["fit"]["solve_time"] = Rounded(c.batch.solve_time, 3);

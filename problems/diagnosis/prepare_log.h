@@ -10,6 +10,7 @@ namespace trueline {
 
 struct ImuDiagnosisOptions : SearchOptions {
   VgdOptions vgd;
+  std::vector<Effect> effects;  // of --model: in the model from the start
   bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
   double mocap_interval = 0.1;  // s, between the mocap positions used
   double mocap_sigma = 0.01;    // m

@@ -76,9 +76,10 @@ Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptio
 RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibrationOptions& options)
     : log_(log), options_(options), stated_(options.noise), learn_noise_(options.learn_noise) {
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
-  LearnFromFlight(ModelFor(options, log.gravity), log,
-                  {options.learn_noise, options.learn_rotor_delay, kLearnOn, stated_},
-                  &options_.data, &filter);
+  LearnFromFlight(
+      ModelFor(options, log), log,
+      {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay, kLearnOn, stated_},
+      &options_.data, &filter);
   bare_noise_ = options_.noise = filter.noise;
   Solve({});
 }
@@ -210,7 +211,7 @@ void RotorDrivenFlight::LearnNoiseAgain() {
   RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
   RotorDataOptions streams = options_.data;
   streams.motor_lag += RotorExtensionOf(EffectsOf(found_)).motor_lag;
-  LearnFromFlight(setup_->model, log_, {true, false, kLearnOn, stated_, kNearStep}, &streams,
+  LearnFromFlight(setup_->model, log_, {true, false, false, kLearnOn, stated_, kNearStep}, &streams,
                   &filter);
   options_.noise = filter.noise;
 }
@@ -256,7 +257,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
 std::vector<TermMotion> RotorDrivenFlight::Motions() const { return MotionsOf(*setup_, batch_); }
 
 std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
-    const std::vector<OpenTerm>& terms) const {
+    const std::vector<TermForm>& terms) const {
   const RotorTerms library = OpenRotorTerms(*setup_, terms);
   std::vector<RotorVariant> variants = VariantsOfFound();
   const int modelled = constants() + static_cast<int>(variants.size());
@@ -274,6 +275,13 @@ std::vector<std::string> RotorDrivenFlight::Constants() const {
   std::vector<std::string> names;
   for (const int constant : setup_->prior.Free()) names.push_back(kRotorConstants[constant].name);
   return names;
+}
+
+// Terms alone: of other effects some are part of the constants, which model.yaml states.
+std::vector<Effect> RotorDrivenFlight::KnownEffects() const {
+  std::vector<Effect> terms = options_.effects;
+  std::erase_if(terms, [](const Effect& effect) { return effect.term == nullptr; });
+  return terms;
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {

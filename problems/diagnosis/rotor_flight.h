@@ -36,10 +36,14 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   int clusters() const override;
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  bool CanModel(const TermForm& term) const override {
+    return term.on == TermOn::kForce || term.on == TermOn::kTurn;
+  }
   std::vector<TermMotion> Motions() const override;
-  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<OpenTerm>& terms) const override;
+  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<TermForm>& terms) const override;
   std::vector<std::string> Constants() const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
+  std::vector<Effect> KnownEffects() const override;
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
   std::unique_ptr<DiagnosedFlight> Reference() const override;
   HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found, bool with_false_data) const override;

@@ -103,8 +103,8 @@ ForecastSummary SummariseForecast(const Group<ForecastRow>& rows) {
   for (const auto& flight : rows.flights) {
     for (const ForecastRow* row : flight) {
       errors.push_back(row->error);
-      for (std::size_t i = 0; i < summary.kLevels.size(); ++i) {
-        summary.inside[i] += row->rank <= summary.kLevels[i];
+      for (std::size_t i = 0; i < kRegionLevels.size(); ++i) {
+        summary.inside[i] += row->rank <= kRegionLevels[i];
       }
     }
   }

@@ -41,11 +41,10 @@ struct ConvergenceSummary : GroupLabel {
 };
 
 struct ForecastSummary : GroupLabel {
-  static constexpr std::array<double, 3> kLevels = {0.5, 0.9, 0.95};
   double horizon = 0.0;  // s
   int count = 0;
-  double median_error = 0.0;       // m
-  std::array<int, 3> inside = {};  // forecasts inside the region of each level
+  double median_error = 0.0;                          // m
+  std::array<int, kRegionLevels.size()> inside = {};  // forecasts inside the region of each level
 };
 
 // In the order in which they first occur in the jobs.

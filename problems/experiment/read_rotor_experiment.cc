@@ -57,6 +57,7 @@ RotorExperiment ReadRotorExperiment(const std::filesystem::path& file) {
   a.Value("passes", &experiment.passes);
   a.Require(experiment.passes >= 0, "passes", "must be 0 or more");
   a.Value("learn_noise", &experiment.learn_noise);
+  a.Value("learn_delays", &experiment.learn_delays);
   a.Value("widen", &experiment.widen);
   experiment.unmodelled = ReadConsidered(map.ChildOrEmpty("unmodelled"));
   experiment.considered = ReadConsidered(map.ChildOrEmpty("consider"));

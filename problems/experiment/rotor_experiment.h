@@ -16,6 +16,7 @@
 //   consider: {rotor_loss: {factor: 0.01}}  # widens intervals; as trueline-calibrate
 //   passes: 8                               # over the filter's first seconds; 0: ordinary filter
 //   learn_noise: false                      # true: from the first flight of each kind
+//   learn_delays: false                     # true: of rotor speeds and gyroscope, from each flight
 //   kinds:
 //     - {name: random, kind: random}        # a new trajectory for each flight
 //     - {name: best Lissajous, kind: lissajous, best_of: 40, by: [r_BP_x, r_BP_y, r_BP_z]}
@@ -50,6 +51,7 @@ struct RotorExperiment {
   RotorPrior prior;
   RotorNoise believed;
   bool learn_noise = false;
+  bool learn_delays = false;
   bool widen = true;                         // see RotorBatchOptions
   std::vector<ConsideredEffect> unmodelled;  // sizes are drawn for each flight
   std::vector<ConsideredEffect> considered;

@@ -145,14 +145,28 @@ std::optional<PiecewisePolynomial> SamePath(const RotorExperiment& experiment,
       .path;
 }
 
+// Takes what the log states about rotor speeds and gyroscope at other times, as learned from it.
+void LearnDelays(const RotorExperiment& experiment, const RotorEkfOptions& filter, Flown* flown) {
+  if (!experiment.learn_delays) return;
+  const RotorAeroModel model = ModelOf(experiment.simulation);
+  RotorDataOptions streams;
+  RotorEkfOptions same = filter;
+  LearnFromFlight(model, flown->log, {false, true, true}, &streams, &same);
+  flown->data = MakeRotorData(flown->log, model.num_rotors(), streams);
+}
+
 RotorNoise NoiseFor(const RotorExperiment& experiment, const PiecewisePolynomial& path) {
   if (!experiment.learn_noise) return experiment.believed;
   const Flown flown = Fly(DrawUnmodelled(experiment, experiment.seed), path, experiment.seed);
   RotorEkfOptions options;
   options.noise = experiment.believed;
   options.prior = DrawGuess(experiment.prior, flown.truth.constants, experiment.seed);
-  return LearnRotorNoise(ModelOf(experiment.simulation), flown.data, options, experiment.believed)
-      .noise;
+  RotorLearning learning{true, experiment.learn_delays, experiment.learn_delays};
+  learning.seconds = 0.0;  // all of it
+  learning.stated = experiment.believed;
+  RotorDataOptions streams;
+  LearnFromFlight(ModelOf(experiment.simulation), flown.log, learning, &streams, &options);
+  return options.noise;
 }
 
 PreparedRow Prepare(const RotorExperiment& experiment, const FlightKindSource& kind, int threads,
@@ -211,12 +225,13 @@ TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed) {
   const RotorExperiment& experiment = kind.experiment;
   TrialRow trial;
   const RotorAeroModel model = ModelOf(experiment.simulation);
-  const Flown flown = Fly(DrawUnmodelled(experiment, seed),
-                          kind.path ? *kind.path : RandomPath(experiment, seed), seed);
+  Flown flown = Fly(DrawUnmodelled(experiment, seed),
+                    kind.path ? *kind.path : RandomPath(experiment, seed), seed);
   const RotorPrior prior = DrawGuess(experiment.prior, flown.truth.constants, seed);
   trial.path_error = flown.truth.path_error_rms;
   trial.first_guess = prior.mean - flown.truth.constants;
   RotorEkfOptions filter_options{kind.noise, prior};
+  LearnDelays(experiment, filter_options, &flown);
   filter_options.passes = experiment.passes;
   const RotorEkfRun filter = RunFilter(model, flown, filter_options, &trial);
   RotorBatchOptions options{kind.noise, prior};

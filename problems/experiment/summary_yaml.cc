@@ -88,7 +88,7 @@ YAML::Node ForecastNode(const ForecastSummary& f) {
   node["forecasts"] = f.count;
   Put(&node, "median_error_m", f.median_error);
   for (std::size_t i = 0; i < f.inside.size(); ++i) {
-    const std::string level = fmt::format("region_{:.0f}", 100.0 * f.kLevels[i]);
+    const std::string level = fmt::format("region_{:.0f}", 100.0 * kRegionLevels[i]);
     node["inside"][level] = FourDigits(double(f.inside[i]) / f.count);
   }
   node["inside"].SetStyle(YAML::EmitterStyle::Flow);

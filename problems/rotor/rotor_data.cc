@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/rotor/smooth_speeds.h"
 
 namespace trueline {
 namespace {
@@ -26,6 +27,13 @@ void Follow(double lag, RotorData* data) {
       command[r] = next;
     }
   }
+}
+
+// Replaces measured speeds by their means given all samples.
+void Smooth(RotorData* data) {
+  SmoothedSpeeds smoothed = SmoothSpeeds(data->speed_times, data->speeds);
+  data->speeds = std::move(smoothed.speeds);
+  data->speed_sigma = smoothed.sigma;
 }
 
 // Battery voltage (V) at `t`: linear between readings, constant outside.
@@ -144,6 +152,21 @@ void RotorData::TurnMotors(const MotorValues& at) {
   }
 }
 
+void TakeGyroLater(const FlightLog& log, double delay, RotorData* data) {
+  auto after = log.imu.begin();
+  for (RotorImu& row : data->imu) {
+    const TimeNs t = data->origin + FromSeconds(row.t + delay);
+    while (after != log.imu.end() && after->t <= t) ++after;
+    if (after == log.imu.begin() || after == log.imu.end()) {
+      row.gyro = after == log.imu.begin() ? after->gyro : log.imu.back().gyro;
+      continue;
+    }
+    const ImuSample& before = *(after - 1);
+    const double share = SecondsBetween(before.t, t) / SecondsBetween(before.t, after->t);
+    row.gyro = (1.0 - share) * before.gyro + share * after->gyro;
+  }
+}
+
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options) {
   const bool mocap = options.source == PoseSource::kMocap;
   const std::vector<PoseSample>& poses = mocap ? log.mocap : log.pose;
@@ -168,6 +191,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   for (const ImuSample& s : log.imu) {
     if (within(s.t)) data.imu.push_back({SecondsBetween(begin, s.t), s.accel, s.gyro});
   }
+  if (options.gyro_delay != 0.0) TakeGyroLater(log, options.gyro_delay, &data);
   double next = 0.0;
   for (const PoseSample& s : poses) {
     const double t = SecondsBetween(begin, s.t);
@@ -184,9 +208,10 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     MotorValues at = options.motors_at;
     at[kLag] += options.motor_lag;
     data.TurnMotors(at);
-  } else if (options.motor_lag > 0.0) {
-    Follow(options.motor_lag, &data);
+    return data;
   }
+  if (options.smooth_rotors) Smooth(&data);
+  if (options.motor_lag > 0.0) Follow(options.motor_lag, &data);
   return data;
 }
 

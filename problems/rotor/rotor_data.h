@@ -46,6 +46,7 @@ struct RotorData {
   std::vector<RotorPose> poses;
   std::vector<double> speed_times;          // s
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
+  double speed_sigma = 0.0;                 // rad/s, noise of a sample that was smoothed away
   // Set where speeds are computed from commands: the commands, the unknowns' values that `speeds`
   // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
@@ -65,8 +66,10 @@ struct RotorDataOptions {
   PoseSource source = PoseSource::kPose;
   bool attitude = true;      // false: position only
   double rotor_delay = 0.0;  // s, the speeds in rotors.csv act this much later (negative: earlier)
+  double gyro_delay = 0.0;   // s, age of a gyroscope's reading at its stamp, as a filter makes it
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   RotorSource rotors = RotorSource::kRotors;
+  bool smooth_rotors = true;         // rotors.csv has noise, which is learned (smooth_speeds.h)
   std::optional<MotorCurve> motors;  // where kMotors; motor_lag then adds to motors_at's
   MotorValues motors_at = MotorValues(0.03, 0.0, 1.0);
   double pose_rate = 30.0;  // Hz; faster streams are thinned to about this rate
@@ -74,6 +77,10 @@ struct RotorDataOptions {
   double end = 0.0;         // s before the streams' common end
   double duration = 0.0;    // s; 0: to the end
 };
+
+// Takes the gyroscope's readings of `data` from `log` again, this much (s) after their stamps:
+// linear between samples, constant outside.
+void TakeGyroLater(const FlightLog& log, double delay, RotorData* data);
 
 // Cuts the log to the time that all streams cover. Throws InputError naming a stream that is
 // missing or too short, or for a motor lag that is not positive.

@@ -334,4 +334,18 @@ RotorEkfRun RunRotorEkf(const RotorAeroModel& model, const RotorData& data,
   return Filter(model, data, options).Run();
 }
 
+RotorEkfRun RunOrDiverge(const RotorAeroModel& model, const RotorData& data,
+                         const RotorEkfOptions& options) {
+  RotorEkfRun run;
+  try {
+    run = RunRotorEkf(model, data, options);
+  } catch (const InputError&) {
+    run.log_likelihood = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (!std::isfinite(run.log_likelihood)) {
+    run.log_likelihood = -std::numeric_limits<double>::infinity();
+  }
+  return run;
+}
+
 }  // namespace trueline

@@ -81,5 +81,8 @@ struct RotorEkfRun {
 // options do not fit the flight.
 RotorEkfRun RunRotorEkf(const RotorAeroModel& model, const RotorData& data,
                         const RotorEkfOptions& options);
+// The same; a filter that diverges gets the log likelihood minus infinity.
+RotorEkfRun RunOrDiverge(const RotorAeroModel& model, const RotorData& data,
+                         const RotorEkfOptions& options);
 
 }  // namespace trueline

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_state.h"
 
 namespace trueline {
@@ -26,6 +29,20 @@ void RotorMidpointStep(const RotorAeroModel& model, const RotorInput& input, con
   }
   model.Derivative(middle.data(), input, disturbance, slope.data());
   for (int i = 0; i < Model::kMoving; ++i) x[i] += slope[i] * T(dt);
+}
+
+// The state at `to` [s] of `x` at `from`, by the rotors alone: midpoint steps of 4 ms or less.
+inline RotorState Integrated(const RotorAeroModel& model, const RotorData& data, RotorState x,
+                             double from, double to) {
+  constexpr double kStep = 0.004;  // s
+  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep - 1e-9)));
+  const double dt = (to - from) / steps;
+  for (int k = 0; k < steps; ++k) {
+    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
+    x.head<4>().normalize();
+  }
+  return x;
 }
 
 // d(moving error after the step) / d(disturbance held over it): 12 x 6.

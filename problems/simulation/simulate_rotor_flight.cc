@@ -6,6 +6,8 @@
 #include "problems/common/random.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/simulation/flight.h"
+#include "problems/simulation/flown_terms.h"
+#include "problems/simulation/logged_streams.h"
 #include "problems/simulation/navigator.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
@@ -46,7 +48,9 @@ simulation::Stages MakeStages(const RotorSimulation& config) {
   std::vector<simulation::EffectSetting> effects = config.effects;
   const Vector3d arm = Parameter(config, Model::kImuArm) - Parameter(config, Model::kCentre);
   effects.push_back({"imu_lever_arm", {{"r_x", arm.x()}, {"r_y", arm.y()}, {"r_z", arm.z()}}});
-  return simulation::StagesWith(effects, config.vehicle.model.gravity());
+  simulation::Stages stages = simulation::StagesWith(effects, config.vehicle.model.gravity());
+  simulation::AddTerms(config.terms, &stages);
+  return stages;
 }
 
 simulation::ImuConfig MakeImu(const RotorSimulation& config) {
@@ -109,6 +113,7 @@ class TrajectoryPilot {
         navigator_(MakeNavigator(config), Start()),
         pose_(seed, "pose"),
         battery_(seed, "battery"),
+        counter_(seed, "rotor speeds"),
         log_(log) {}
 
   int num_samples() const { return tracker_.num_steps(); }
@@ -122,12 +127,18 @@ class TrajectoryPilot {
     const RotorArray command = tracker_.Command(now.k, navigator_.state());
     navigator_.Add(now.reading, now.dt);
     if (config_.log_rotors) {
-      log_->rotors.push_back(Channels(now.t, config_.log_commands ? command : now.state.rotors));
+      log_->rotors.push_back(
+          Channels(now.t, Measured(config_.log_commands ? command : now.state.rotors)));
     }
     return config_.motors ? DriveMotors(now, command) : command;
   }
 
  private:
+  RotorArray Measured(RotorArray speeds) {
+    if (config_.speed_noise == 0.0) return speeds;
+    for (double& speed : speeds) speed *= 1.0 + config_.speed_noise * counter_.Normal();
+    return speeds;
+  }
   // Speeds that the motors reach for the wanted ones; logs commands, and the battery at its rate.
   RotorArray DriveMotors(const Instant& now, const RotorArray& wanted) {
     const simulation::MotorDrive drive(*config_.motors);
@@ -161,7 +172,7 @@ class TrajectoryPilot {
   Vector3d pose_arm_;  // m, of the pose sensor from the centre of mass
   simulation::TrajectoryTracker tracker_;
   simulation::Navigator navigator_;
-  Random pose_, battery_;
+  Random pose_, battery_, counter_;
   simulation::PathErrors errors_;
   FlightLog* log_;
 };
@@ -203,6 +214,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   const simulation::Trajectory flown = simulation::RunFlight(
       setup, pilot.Start(), air, [&](const Instant& now) { return pilot.Command(now); }, seed,
       &log);
+  if (config.gyro_cutoff > 0.0) simulation::LowPassGyro(config.gyro_cutoff, &log.imu);
+  simulation::StampLater(config.speeds_late, &log.rotors);
   if (truth != nullptr) {
     *truth = TruthOf(config, flown);
     truth->path_error_rms = pilot.errors().Rms();
@@ -244,6 +257,13 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   config->drag = map.GetVector3("drag", config->drag);
   config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
   if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
+  config->speed_noise = map.Get<double>("speed_noise", config->speed_noise);
+  if (!(config->speed_noise >= 0.0)) map.Fail("speed_noise", "must be 0 or more");
+  config->speeds_late = map.Get<double>("speeds_late", config->speeds_late);
+  config->gyro_cutoff = map.Get<double>("gyro_cutoff", config->gyro_cutoff);
+  if (!(config->gyro_cutoff >= 0.0 && config->gyro_cutoff < 0.5 * config->imu_rate)) {
+    map.Fail("gyro_cutoff", "must be 0 Hz (no filter) or more, and below half of imu_rate");
+  }
   config->log_commands = map.Get<bool>("log_commands", config->log_commands);
   if (map.Has("motors")) config->motors = ReadMotorDrive(map.Child("motors"));
   config->log_rotors = map.Get<bool>("log_rotors", config->log_rotors);
@@ -257,7 +277,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     }
     config->effects.push_back(effect);
   }
-  config->forces = simulation::ReadUnnamedForces(map);
+  config->forces = simulation::ReadUnnamedForces(map, &config->terms);
   map.Finish();
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
 #include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_state.h"
@@ -33,6 +34,9 @@ struct RotorSimulation {
   // Effects that the estimators do not model.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
+  double speed_noise = 0.0;   // share of each speed in rotors.csv, of one sample
+  double speeds_late = 0.0;   // s, rotors.csv is stamped after its samples were taken
+  double gyro_cutoff = 0.0;   // Hz, of the logged gyroscope's low-pass; 0: none
   bool log_commands = false;  // rotors.csv holds commands, so the lag is unmodelled
   // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
   // speeds are commanded directly.
@@ -40,6 +44,7 @@ struct RotorSimulation {
   bool log_rotors = true;                          // false: no rotors.csv
   std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
   std::vector<simulation::UnnamedForce> forces;
+  std::vector<Effect> terms;  // of the open catalogue (flown_terms.h)
 };
 
 // States at the times of the IMU samples.
@@ -54,8 +59,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 
 // Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
-// log_commands, motors, log_rotors, effects; vehicle and limits are read elsewhere. Throws
-// InputError naming file, line and key.
+// speed_noise, speeds_late, gyro_cutoff, log_commands, motors, log_rotors, effects; vehicle and
+// limits are read elsewhere. Throws InputError naming file, line and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
 
 }  // namespace trueline

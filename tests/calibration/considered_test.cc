@@ -47,11 +47,11 @@ TEST(Considered, SlowIsWhatAModelWithTheEffectWouldMoveTheConstantsBy) {
                            {"rotor_loss", {{"rotor", 0}, {"factor", 1.001}}}}) {
     RotorCalibrationOptions options = Considering("{}");
     const RotorBatchOptions batch{options.noise, options.prior};
-    const RotorAeroModel model = ModelFor(options, log.gravity);
+    const RotorAeroModel model = ModelFor(options, log);
     const RotorData data = MakeRotorData(log, 4, {});
     const RotorBatchResult fit = RunRotorBatch(model, data, batch);
     options.effects = {effect};
-    const RotorAeroModel with = ModelFor(options, log.gravity);
+    const RotorAeroModel with = ModelFor(options, log);
     const RotorConstants added = RotorExtensionOf(options.effects).added;
     const Eigen::MatrixXd cov =
         ConsideredCovariance(model, data, batch, fit, {{with, added, nullptr}});

@@ -6,12 +6,14 @@
 #include <fstream>
 #include <sstream>
 
+#include "problems/calibration/learn_rotor_delays.h"
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/error.h"
 #include "problems/result/render.h"
+#include "problems/simulation/logged_streams.h"
 #include "problems/simulation/rotor_flight_config.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -89,7 +91,23 @@ TEST(LearnRotorDelay, FindsLateStamps) {
   RotorEkfOptions options;
   options.noise = sim.noise;
   options.prior = DrawnPrior(WuestVehicle(), 2);
-  EXPECT_NEAR(LearnRotorDelay(EstimationModel(sim.vehicle), data, options, 0.04), -0.015, 0.003);
+  EXPECT_NEAR(LearnRotorDelay(EstimationModel(sim.vehicle), data, options), -0.015, 0.0015);
+}
+
+// A low-pass of 12 Hz comes late by 0.225 / 12 s at frequencies well below it, and later near it.
+TEST(LearnGyroDelay, FindsAFilter) {
+  RotorSimulation sim(WuestVehicle());
+  FlightLog log = FlyFor(6.0);
+  RotorEkfOptions options;
+  options.noise = sim.noise;
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  const auto learned = [&] {
+    const RotorData data = MakeRotorData(log, 4, {});
+    return LearnGyroDelay(EstimationModel(sim.vehicle), log, data, options, 0.0);
+  };
+  EXPECT_NEAR(learned(), 0.0, 0.0005);
+  simulation::LowPassGyro(12.0, &log.imu);
+  EXPECT_NEAR(learned(), 0.225 / 12.0, 0.002);
 }
 
 std::string TextOf(const std::filesystem::path& path) {

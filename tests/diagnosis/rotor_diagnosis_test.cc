@@ -72,7 +72,7 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   EXPECT_EQ(yaml["causes"][0]["parameters"]["roll"]["unit"].as<std::string>(), "rad");
   const RotorCalibrationOptions next =
       ResolveRotorOptions("", (folder / "model.yaml").string(), log);
-  EXPECT_NEAR(ModelFor(next, 9.81).effects().tilt_roll, 0.03, 0.005);
+  EXPECT_NEAR(ModelFor(next, log).effects().tilt_roll, 0.03, 0.005);
   EXPECT_NEAR(next.prior.mean[0], 0.2463, 0.01);
   std::filesystem::remove_all(folder);
 }

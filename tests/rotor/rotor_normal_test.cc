@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/effects/rotor_extension.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -36,9 +37,10 @@ TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
 
 TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   const Solved s;
-  RotorEffects effects;
-  effects.com = {1e-6, 2e-6};
-  effects.speed_drag = 2e-9;
+  const RotorEffects effects =
+      RotorExtensionOf({{"com_step", {{"t_step", 0.0}, {"dx", 1e-6}, {"dy", 2e-6}}},
+                        {"rotor_speed_drag", {{"k", 2e-9}}}})
+          .effects;
   const RotorAeroModel moved(s.sim.vehicle.model.rotors(), 9.81, effects);
   const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
     const RotorInput input = s.data.InputAt(t);
