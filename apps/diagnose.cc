@@ -81,8 +81,10 @@ int RunRotors() {
 
 int RunImu() {
   trueline::ImuDiagnosisOptions options;
-  options.vgd = trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0})
-                    .methods.vgd;
+  const trueline::CalibrationOptions calibration =
+      trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0});
+  options.vgd = calibration.methods.vgd;
+  options.effects = calibration.effects;
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");

@@ -1,24 +1,63 @@
 // Aerodynamic effects beyond the linear drag of Li et al. 2019, eq. 9: specific force in B that a
-// better model adds to eq. 10. With v_B the air-relative velocity and T the specific thrust,
-//   quadratic drag  f_xy += -c |v_B| v_xy
-//   rotor drag      f_xy += -k T v_xy         (induced drag of the rotors grows with thrust)
-//   wind            v_B = R_B_E (v_E - w_E)
-//   drag step       K_x, K_y are multiplied by a factor from t_step on
+// better model adds to eq. 10. Wind and a step of drag change that drag itself. The physics of the
+// air's other forces stands where the effect is declared (problems/effects), that of terms of the
+// open catalogue in term_force.h.
 #pragma once
 
+#include <ceres/jet.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
 #include "cost_functions/models/imu_driven_model.h"
+#include "cost_functions/models/term_force.h"
+#include "cost_functions/numbers/for_scalars.h"
 
 namespace trueline {
 
+// Derivatives by the parameters of the motion in their order and by the start's velocity in E.
+inline constexpr int kMotionColumns = kMotionSize + 3;
+
+// Specific force along x_B and y_B, m/s^2: a_z shows the force along z_B.
+template <typename T>
+using PlaneForce = Eigen::Matrix<T, 2, 1>;
+
+// The air at the vehicle at one instant.
+template <typename T>
+struct AirFlow {
+  Vector3<T> v_B;  // m/s, air-relative velocity
+  T speed;         // m/s, its norm; a floor keeps derivatives finite at rest
+  double thrust;   // m/s^2, the specific thrust T
+
+  // Against x and y of the velocity; rate in 1/s.
+  template <typename Rate>
+  PlaneForce<T> Drag(const Rate& rate) const {
+    return {-rate * v_B[0], -rate * v_B[1]};
+  }
+};
+
 struct ForceEffects {
-  double quadratic_drag = 0.0;                       // c, 1/m
-  double rotor_drag = 0.0;                           // k, s/m
+  using AirForce = ForScalars<AirFlow, PlaneForce, double, ceres::Jet<double, kMotionColumns>>;
+
   Eigen::Vector3d wind_E = Eigen::Vector3d::Zero();  // w, m/s
   double step_time = 0.0;                            // t_step, s from the start of the log
   double step_factor = 1.0;                          // factor, 1
+  std::vector<AirForce> air_forces = {};
+  std::vector<SizedTerm> terms = {};
+  // rad/s in I, for terms; null before the log is known (problems/vgd/term_series.h).
+  std::array<std::shared_ptr<const TermSeries>, 3> rates = {};
 
   bool Any() const {
-    return quadratic_drag != 0.0 || rotor_drag != 0.0 || !wind_E.isZero(0.0) || step_factor != 1.0;
+    return !air_forces.empty() || !wind_E.isZero(0.0) || step_factor != 1.0 || !terms.empty();
+  }
+
+  // Adds force(size, air), unless the size is zero.
+  template <class Function>
+  void Add(double size, const Function& force) {
+    if (size == 0.0) return;
+    air_forces.emplace_back(
+        [=]<typename T>(const AirFlow<T>& air) -> PlaneForce<T> { return force(size, air); });
   }
 
   // The specific force (B, m/s^2) that the effects add to eq. 10. K: (K_x, K_y) in 1/s. ground_B
@@ -28,11 +67,24 @@ struct ForceEffects {
                         const Vector3<T>& wind_B, double thrust, double t) const {
     using std::sqrt;
     const Vector3<T> v = ground_B - wind_B;
-    const T speed = sqrt(v.squaredNorm() + T(1e-12));  // the floor keeps derivatives finite at rest
-    const T drag = -(speed * T(quadratic_drag) + T(rotor_drag * thrust));
     const T step(t >= step_time ? step_factor : 1.0);
-    return Vector3<T>(K_x * (step * v[0] - ground_B[0]) + drag * v[0],
-                      K_y * (step * v[1] - ground_B[1]) + drag * v[1], T(0));
+    PlaneForce<T> force(K_x * (step * v[0] - ground_B[0]), K_y * (step * v[1] - ground_B[1]));
+    const AirFlow<T> air{v, sqrt(v.squaredNorm() + T(1e-12)), thrust};
+    for (const AirForce& term : air_forces) force += term(air);
+    return Vector3<T>(force[0], force[1], T(0));
+  }
+
+  // Of the terms; what they push along z_B is part of the thrust that the accelerometer measures.
+  template <typename T>
+  Vector3<T> TermForce(const Matrix3<T>& R_B_I, TermState<T> state) const {
+    if (rates[0]) {
+      state.w_B = R_B_I * Eigen::Vector3d(rates[0]->At(state.t), rates[1]->At(state.t),
+                                          rates[2]->At(state.t))
+                              .template cast<T>();
+    }
+    Vector3<T> force = SumInBody(terms, TermOn::kForce, state);
+    force[2] = T(0);
+    return force;
   }
 };
 

@@ -27,14 +27,6 @@ Matrix3<T> Unpack(const Symmetric3<T>& s) {
   return m;
 }
 
-// The matrix of the cross product with x.
-template <typename T>
-Matrix3<T> CrossMatrix(const Vector3<T>& x) {
-  Matrix3<T> m;
-  m << T(0), -x[2], x[1], x[2], T(0), -x[0], -x[1], x[0], T(0);
-  return m;
-}
-
 // The linear map from packed D to packed R D R'.
 inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
   constexpr int kI[6] = {0, 1, 2, 0, 0, 1}, kJ[6] = {0, 1, 2, 1, 2, 2};
@@ -99,9 +91,10 @@ struct BlockModel {
   Symmetric3<T> drag;  // the symmetric part of D, packed, in I
   Vector3<T> turn;     // the rest of D is the cross product with this
   Matrix3<T> R_B_I;
-  T share_x = T(0), share_y = T(0);       // of the force along x_B and y_B, what a_z holds
-  T K_x, K_y, b_az;                       // 1/s, 1/s, m/s^2
-  const ForceEffects* effects = nullptr;  // force beyond linear drag; null: none
+  T share_x = T(0), share_y = T(0);         // of the force along x_B and y_B, what a_z holds
+  T K_x, K_y, b_az;                         // 1/s, 1/s, m/s^2
+  Vector3<T> start_E = Vector3<T>::Zero();  // m, where the chain starts; for forces at a place
+  const ForceEffects* effects = nullptr;    // force beyond linear drag; null: none
 
   explicit BlockModel(const ImuDrivenModel<T>& model, const ForceEffects* force_effects = nullptr)
       : R_Ep_E(model.R_Ep_E()), R_B_I(model.R_B_I()) {
@@ -130,7 +123,7 @@ struct BlockModel {
 
   // Int R D R' over a block, from the integrals of R (x) R and of R.
   Matrix3<T> DragOver(const Eigen::Matrix<double, 6, 6>& RR, const Eigen::Matrix3d& R) const {
-    return Unpack<T>(Times(RR, drag)) + CrossMatrix<T>(Times(R, turn));
+    return Unpack<T>(Times(RR, drag)) + Skew<T>(Times(R, turn));
   }
 };
 
@@ -177,15 +170,23 @@ TRUELINE_FLATTEN BlockMotion<T> MotionOver(const BlockModel<T>& b, const MotionB
 #undef TRUELINE_FLATTEN
 
 // Acceleration in E' (m/s^2) that the effects add to a block in which the velocity is v_Ep on
-// average; attitude and thrust are the block's means.
+// average, p_Ep from the chain's start; attitude and thrust are the block's means.
 template <typename T>
-Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const Vector3<T>& v_Ep) {
+Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const Vector3<T>& v_Ep,
+                             const Vector3<T>& p_Ep) {
   const Eigen::Matrix3d R_I_Ep = m.R_dt.transpose() / m.h;
   const Vector3<T> ground_B = b.R_B_I * Times(R_I_Ep, v_Ep);
   const Vector3<T> wind_Ep = b.R_Ep_E * b.effects->wind_E.template cast<T>();
   const Vector3<T> wind_B = b.R_B_I * Times(R_I_Ep, wind_Ep);
-  Vector3<T> f_B =
-      b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, -m.a_dt / m.h, m.t + 0.5 * m.h);
+  const double thrust = -m.a_dt / m.h, t = m.t + 0.5 * m.h;
+  Vector3<T> f_B = b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, thrust, t);
+  if (!b.effects->terms.empty()) {
+    const Matrix3<T> R_E_Ep = b.R_Ep_E.transpose();
+    const Matrix3<T> R_Ep_B = R_I_Ep.transpose().template cast<T>() * b.R_B_I.transpose();
+    f_B +=
+        b.effects->TermForce(b.R_B_I, TermState<T>{ground_B, Vector3<T>::Zero(), T(thrust),
+                                                   R_E_Ep * R_Ep_B, b.start_E + R_E_Ep * p_Ep, t});
+  }
   f_B[2] -= b.share_x * f_B[0] + b.share_y * f_B[1];
   const Vector3<T> f_I = b.R_B_I.transpose() * f_B;
   return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
@@ -195,9 +196,10 @@ Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const
 // iterations, so that all drag acts on the velocity that the effects themselves change.
 template <typename T>
 Vector3<T> AddedVelocity(const BlockModel<T>& b, const MotionBlock& m, const Matrix3<T>& A,
-                         const Vector3<T>& v_mean) {
-  const Vector3<T> half = AddedAcceleration(b, m, v_mean) * T(0.5 * m.h);
-  return AddedAcceleration<T>(b, m, v_mean + half) * T(m.h) + A * half;
+                         const Vector3<T>& v_mean, const Vector3<T>& p_Ep) {
+  const Vector3<T> p_mean = p_Ep + v_mean * T(0.5 * m.h);
+  const Vector3<T> half = AddedAcceleration(b, m, v_mean, p_mean) * T(0.5 * m.h);
+  return AddedAcceleration<T>(b, m, v_mean + half, p_mean) * T(m.h) + A * half;
 }
 
 // Moves (p, v), both in E', over one block.
@@ -205,7 +207,7 @@ template <typename T>
 void Propagate(const BlockModel<T>& b, const MotionBlock& m, MotionState<T>* state) {
   BlockMotion<T> x = MotionOver(b, m, state->v);
   if (b.effects != nullptr) {
-    const Vector3<T> added = AddedVelocity<T>(b, m, x.A, state->v + x.dv * T(0.5));
+    const Vector3<T> added = AddedVelocity<T>(b, m, x.A, state->v + x.dv * T(0.5), state->p);
     x.dv += added;
     x.dp += added * T(0.5 * m.h);
   }

@@ -28,8 +28,7 @@ inline constexpr int kDragColumns = kByAxis;
 template <int kRows>
 using ChainSlopes = Eigen::Matrix<double, kRows, kChainColumns>;
 
-// Derivatives by the nine parameters of eq. 16 in their order and by the start's velocity in E.
-inline constexpr int kMotionColumns = 12;
+// By the parameters of the motion and the start's velocity (kMotionColumns).
 template <int kRows>
 using MotionSlopes = Eigen::Matrix<double, kRows, kMotionColumns>;
 
@@ -141,14 +140,14 @@ inline std::array<Eigen::Matrix3d, 3> RotationSlopes(const Eigen::Vector3d& angl
 // The model and its derivatives at one value of the parameters and of the velocity at the start.
 class LinearisedModel {
  public:
-  // Derivatives are by the nine parameters in multiples of `unit`.
+  // Derivatives are by the parameters in multiples of `unit`.
   LinearisedModel(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_E,
                   const Eigen::Matrix<double, kMotionSize, 1>& unit)
       : model_(model), block_model_(model), v_E_(v_E), unit_(unit) {
     DifferentiateDrag();
     d_R_Ep_E_ = RotationSlopes(model_.parameters().Phi_E_Ep);
     for (int k = 0; k < 3; ++k) {
-      d_R_Ep_E_[k] *= unit_[3 + k];
+      d_R_Ep_E_[k] *= unit_[kAhrsInTheta + k];
       d_ahrs_.col(k).head<3>() = d_R_Ep_E_[k] * model_.g_E();
       d_ahrs_.col(k).tail<3>() = d_R_Ep_E_[k] * v_E_;
     }
@@ -182,10 +181,12 @@ class LinearisedModel {
     const Eigen::Matrix<double, kRows, 3> by_axis = by.template middleCols<3>(kByAxis);
     const Eigen::Matrix<double, kRows, 6> by_ahrs = by.template middleCols<6>(kByGravity);
     const Eigen::Matrix<double, kRows, 3> by_start = by.template middleCols<3>(kByStart);
-    slopes.template leftCols<2>() = Product(by_drag, d_drag_);
-    slopes.col(2) = by.col(kByBias) * unit_[2];
-    slopes.template middleCols<3>(3) = Product(by_ahrs, d_ahrs_);
-    slopes.template middleCols<3>(6) = Product(by_drag, d_drag_turn_) + Product(by_axis, d_axis_);
+    constexpr int kThrustBiasInTheta = InTheta("b_az");
+    slopes.template middleCols<2>(kDragInTheta) = Product(by_drag, d_drag_);
+    slopes.col(kThrustBiasInTheta) = by.col(kByBias) * unit_[kThrustBiasInTheta];
+    slopes.template middleCols<3>(kAhrsInTheta) = Product(by_ahrs, d_ahrs_);
+    slopes.template middleCols<3>(kTurnInTheta) =
+        Product(by_drag, d_drag_turn_) + Product(by_axis, d_axis_);
     slopes.template rightCols<3>() = Product(by_start, model_.R_Ep_E());
     return slopes;
   }
@@ -198,13 +199,15 @@ class LinearisedModel {
     slopes.topRows<3>() = Product(R_E_Ep, in_Ep.topRows<3>());
     slopes.bottomRows<3>() = Product(R_E_Ep, in_Ep.bottomRows<3>());
     for (int k = 0; k < 3; ++k) {
-      slopes.col(3 + k).head<3>() += d_R_Ep_E_[k].transpose() * state.p;
-      slopes.col(3 + k).tail<3>() += d_R_Ep_E_[k].transpose() * state.v;
+      slopes.col(kAhrsInTheta + k).head<3>() += d_R_Ep_E_[k].transpose() * state.p;
+      slopes.col(kAhrsInTheta + k).tail<3>() += d_R_Ep_E_[k].transpose() * state.v;
     }
     return slopes;
   }
 
  private:
+  static constexpr int kTurnInTheta = InTheta("phi_I_B");  // Phi_I_B
+
   // Of D and w by drag and misalignment, by Jets.
   void DifferentiateDrag() {
     using Jet = ceres::Jet<double, 5>;
@@ -215,7 +218,7 @@ class LinearisedModel {
     for (int k = 0; k < 3; ++k) jets.Phi_I_B[k] = Jet(p.Phi_I_B[k], 2 + k);
     const BlockModel<Jet> block(ImuDrivenModel<Jet>(jets, 0.0, model_.axis()));
     Eigen::Matrix<double, 5, 1> unit;
-    unit << unit_.head<2>(), unit_.tail<3>();
+    unit << unit_.segment<2>(kDragInTheta), unit_.segment<3>(kTurnInTheta);
     Eigen::Matrix<double, kDragColumns + 3, 5> slopes;  // of D, packed, its turn, and w
     for (int i = 0; i < 6; ++i) slopes.row(i) = block.drag[i].v.transpose();
     for (int i = 0; i < 3; ++i) slopes.row(kByTurn + i) = block.turn[i].v.transpose();

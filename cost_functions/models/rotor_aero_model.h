@@ -100,21 +100,38 @@ class RotorAeroModel {
   Push<T> PushOn(const T* x, const RotorInput& input, const InputSums& over) const {
     const auto wrench = Base::WrenchOf(x, SumsOf(x, input, over));
     const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
-    const Vec3<T> v_B = AirSpeed(x);
-    const Vec3<T> moment = wrench.moment + effects_.AirMoment(v_B);
+    const RotorAirFlow<T> air{AirSpeed(x), SumOf(input)};
+    Vec3<T> moment = wrench.moment;
+    RotorEffects::AddTo(&moment, effects_.moments, air);
     Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
                          per_mass * wrench.force[2]) +
-                     AirForce(x, v_B, SumOf(input)),
+                     AirForce(x, air),
                  {}};
+    const T thrust = -per_mass * wrench.force[2];
     const Eigen::Vector3d shift = effects_.CentreShift(input.t);
     if (shift.isZero(0.0)) {
       push.turn = Base::AngularAcceleration(x, moment);
+      AddTerms(x, air.v_B, thrust, input.t, &push);
       return push;
     }
     const Vec3<T> c(T(shift.x()), T(shift.y()), T(shift.z())), w = Base::Vector(x, Base::kRate);
     push.turn = Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force)));
     push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
+    AddTerms(x, air.v_B, thrust, input.t, &push);
     return push;
+  }
+  // The state as terms see it; `thrust` in m/s^2.
+  template <class T>
+  static TermState<T> TermStateOf(const T* x, const Vec3<T>& v_B, const T& thrust, double t) {
+    const Vec4<T> q(x[0], x[1], x[2], x[3]);
+    TermState<T> state{v_B, Base::Vector(x, Base::kRate), thrust, {}, {}, t};
+    for (int i = 0; i < 3; ++i) {
+      Vec3<T> unit = Vec3<T>::Zero();
+      unit[i] = T(1);
+      state.R_E_B.col(i) = RotateByUnit(q, unit);
+    }
+    state.p_E = Base::Vector(x, Base::kPosition);
+    return state;
   }
 
   // dx/dt of the first kMoving states. `disturbance`: specific force in body axes [m/s^2], then
@@ -174,6 +191,13 @@ class RotorAeroModel {
     return {force, lever, reaction};
   }
   template <class T>
+  void AddTerms(const T* x, const Vec3<T>& v_B, const T& thrust, double t, Push<T>* push) const {
+    if (effects_.terms.empty()) return;
+    const TermState<T> state = TermStateOf(x, v_B, thrust, t);
+    push->force += SumInBody(effects_.terms, TermOn::kForce, state);
+    push->turn += SumInBody(effects_.terms, TermOn::kTurn, state);
+  }
+  template <class T>
   void AddMotors(const T* x, const RotorInput& input, const InputSums& over, const T& ground,
                  Base::RotorSums<T>* sums) const {
     for (int j = 0; j < kMotorUnknowns; ++j) {
@@ -192,10 +216,12 @@ class RotorAeroModel {
   }
   // Specific force of the air on body and rotors beyond thrust, in body axes.
   template <class T>
-  Vec3<T> AirForce(const T* x, const Vec3<T>& v_B, double sum) const {
-    const Vec3<T> drag(x[kDrag] * v_B[0], x[kDrag + 1] * v_B[1],
-                       (x[kDrag + 2] - T(sum) * x[kInflow]) * v_B[2]);
-    return drag + effects_.AirForce(v_B, sum);
+  Vec3<T> AirForce(const T* x, const RotorAirFlow<T>& air) const {
+    const Vec3<T>& v_B = air.v_B;
+    Vec3<T> force(x[kDrag] * v_B[0], x[kDrag + 1] * v_B[1],
+                  (x[kDrag + 2] - T(air.speed_sum) * x[kInflow]) * v_B[2]);
+    RotorEffects::AddTo(&force, effects_.forces, air);
+    return force;
   }
 
   Base base_;

@@ -1,38 +1,63 @@
-// Effects on a rotor-driven vehicle beyond RotorDrivenModel, off by default. With v_B the velocity
-// in body axes [m/s] and t the time since the flight's first sample:
+// Effects on a rotor-driven vehicle beyond RotorDrivenModel, off by default. With t the time since
+// the flight's first sample:
 //   thrust sag          k_f is multiplied by 1 - d t
 //   rotor loss          one rotor's k_f is multiplied by a factor; its reaction moment is not
-//   rotor speed drag    f_xy += -k sum(omega) v_xy
-//   translational lift  f_z += -k (v_x^2 + v_y^2)
 //   ground effect       thrust is multiplied by 1 / (1 - (k / h)^2), h the height above p_z = 0
-//   air moment          M_x += -roll v_y, M_y += pitch v_x (body axes, about the centre of mass):
-//                       drag that acts above it, and blades that flap back in the wind of flight
 //   payload, com step   mass and its centre change once
 //   rotor tilt          all rotors' axes are turned by roll and pitch
+// The physics of forces and moments of the air stands where the effect is declared
+// (problems/effects), that of terms of the open catalogue in term_force.h.
 #pragma once
+
+#include <ceres/jet.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <vector>
 
 #include "cost_functions/models/rigid_body.h"
+#include "cost_functions/models/rotor_constants.h"
+#include "cost_functions/models/term_force.h"
+#include "cost_functions/numbers/for_scalars.h"
 
 namespace trueline {
 
+// The air at the vehicle at one instant.
+template <class T>
+struct RotorAirFlow {
+  Vec3<T> v_B;       // m/s, air-relative velocity
+  double speed_sum;  // rad/s, sum of the rotor speeds
+};
+
 struct RotorEffects {
-  double thrust_sag = 0.0;        // d, 1/s
-  int weak_rotor = -1;            // index, -1 for none
-  double weak_factor = 1.0;       // 1
-  double speed_drag = 0.0;        // k, 1
-  double lift = 0.0;              // k, 1/m
-  double ground = 0.0;            // k, m
-  double moment_roll = 0.0;       // N s
-  double moment_pitch = 0.0;      // N s
-  double payload = 0.0;           // kg
-  double payload_time = 0.0;      // s
-  Eigen::Vector2d com{0.0, 0.0};  // dx, dy, m
-  double com_time = 0.0;          // s
-  double tilt_roll = 0.0;         // rad
-  double tilt_pitch = 0.0;        // rad
+  // Four columns of derivatives at a time, or (in tests) all errors of RotorAeroModel.
+  using Jet = ceres::Jet<double, 4>;
+  using FullJet = ceres::Jet<double, 12 + static_cast<int>(std::size(kRotorConstants))>;
+  using AirTerm = ForScalars<RotorAirFlow, Vec3, double, Jet, FullJet>;
+
+  double thrust_sag = 0.0;           // d, 1/s
+  int weak_rotor = -1;               // index, -1 for none
+  double weak_factor = 1.0;          // 1
+  double ground = 0.0;               // k, m
+  double payload = 0.0;              // kg
+  double payload_time = 0.0;         // s
+  Eigen::Vector2d com{0.0, 0.0};     // dx, dy, m
+  double com_time = 0.0;             // s
+  double tilt_roll = 0.0;            // rad
+  double tilt_pitch = 0.0;           // rad
+  std::vector<AirTerm> forces = {};  // m/s^2, specific force beyond thrust, in body axes
+  std::vector<AirTerm> moments;      // N m, beyond thrust's, about the centre of mass
+
+  // Add term(size, air), unless the size is zero.
+  template <class Function>
+  void AddForce(double size, const Function& term) {
+    Add(size, term, &forces);
+  }
+  template <class Function>
+  void AddMoment(double size, const Function& term) {
+    Add(size, term, &moments);
+  }
+  std::vector<SizedTerm> terms = {};
 
   // The factor on a rotor's thrust, without the ground effect.
   double ThrustFactor(int rotor, double t) const {
@@ -58,16 +83,17 @@ struct RotorEffects {
     if (height < T(ground / 0.9)) return T(1.0 / (1.0 - kMost));
     return T(1.0) / (T(1.0) - T(ground * ground) / (height * height));
   }
-  // Specific force of the air on the rotors beyond thrust, in body axes.
   template <class T>
-  Vec3<T> AirForce(const Vec3<T>& v_B, double speed_sum) const {
-    const T drag(-speed_drag * speed_sum);
-    return Vec3<T>(drag * v_B[0], drag * v_B[1], T(-lift) * (v_B[0] * v_B[0] + v_B[1] * v_B[1]));
+  static void AddTo(Vec3<T>* sum, const std::vector<AirTerm>& terms, const RotorAirFlow<T>& air) {
+    for (const AirTerm& term : terms) *sum += term(air);
   }
-  // Moment of the air about the centre of mass beyond that of thrust, N m, in body axes.
-  template <class T>
-  Vec3<T> AirMoment(const Vec3<T>& v_B) const {
-    return Vec3<T>(T(-moment_roll) * v_B[1], T(moment_pitch) * v_B[0], T(0.0));
+
+ private:
+  template <class Function>
+  static void Add(double size, const Function& term, std::vector<AirTerm>* terms) {
+    if (size == 0.0) return;
+    terms->emplace_back(
+        [=]<class T>(const RotorAirFlow<T>& air) -> Vec3<T> { return term(size, air); });
   }
 };
 

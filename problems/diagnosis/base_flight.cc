@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/vgd/rough_path.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -56,7 +57,9 @@ void BaseFlight::BuildSegments(const VgdOptions& options) {
 }
 
 void BaseFlight::SetForceEffects(const ForceEffects& effects) {
-  for (const auto& segment : segments_) segment->SetForceEffects(effects);
+  ForceEffects bound = effects;
+  BindTerms(log_, &bound);
+  for (const auto& segment : segments_) segment->SetForceEffects(bound);
 }
 
 FlightUnknowns BaseFlight::RoughStart(const std::vector<Pass>& passes) const {

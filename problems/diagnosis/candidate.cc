@@ -12,8 +12,16 @@ constexpr int kSteps = 12;  // times tried for a step effect; the best one is re
 
 }  // namespace
 
+Candidate Candidate::OfTerm(const TermForm& form, double step) {
+  auto info = std::make_shared<EffectInfo>(TermInfo(form.on));
+  info->parameters.front().step = step;
+  Candidate candidate{info.get(), {}, std::make_shared<TermForm>(form)};
+  candidate.own = std::move(info);
+  return candidate;
+}
+
 Effect Candidate::At(const Eigen::VectorXd& parameters) const {
-  Effect effect{info->id, fixed};
+  Effect effect{info->id, fixed, term};
   for (int i = 0; i < size(); ++i) effect.values[info->parameters[i].name] = parameters[i];
   return effect;
 }

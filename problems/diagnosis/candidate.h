@@ -16,6 +16,11 @@ namespace trueline {
 struct Candidate {
   const EffectInfo* info;
   std::map<std::string, double> fixed;
+  std::shared_ptr<const TermForm> term = nullptr;   // of the open catalogue
+  std::shared_ptr<const EffectInfo> own = nullptr;  // of a term: owns `info`
+
+  // A term whose size changes by steps of `step`.
+  static Candidate OfTerm(const TermForm& form, double step);
 
   const std::string& id() const { return info->id; }
   int size() const { return static_cast<int>(info->parameters.size()); }

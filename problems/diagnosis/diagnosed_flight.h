@@ -55,12 +55,16 @@ class DiagnosedFlight {
   // the drive's terms. It must not outlive the flight.
   virtual std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                                    bool terms) const = 0;
+  // Of --model, which every fit has and model.yaml keeps.
+  virtual std::vector<Effect> KnownEffects() const = 0;
+  // True if a term can be fitted as a cause is.
+  virtual bool CanModel(const TermForm& term) const = 0;
   // How the vehicle moves along the last Fit, evenly in time.
   virtual std::vector<TermMotion> Motions() const = 0;
   // The last Fit, whose constants, ordinary errors and causes are `nuisances`, with a column for
   // one unit of each term.
   virtual std::unique_ptr<Linearisation> LineariseTerms(
-      const std::vector<OpenTerm>& terms) const = 0;
+      const std::vector<TermForm>& terms) const = 0;
   // Names of the constants, the first columns of Linearise.
   virtual std::vector<std::string> Constants() const = 0;
   // False if constants that are fitted together with this cause have an unphysical value.

@@ -57,6 +57,13 @@ std::vector<Cause> CausesFrom(const Rounds& rounds, const DiagnosedFlight& fligh
   return causes;
 }
 
+// On most of the other flights.
+bool TermRepeats(const DescribedTerm& term) {
+  const auto count = std::count_if(term.repeats.begin(), term.repeats.end(),
+                                   [](const TermRepeat& r) { return r.repeats; });
+  return 2 * count > static_cast<long>(term.repeats.size());
+}
+
 // Bonferroni: the test counts as one more entry of the catalogue.
 double FalseDataAlpha(const SearchOptions& options) { return options.alpha / 100.0; }
 
@@ -77,16 +84,18 @@ class FlightDiagnosis {
     const auto false_data_report = flight_->ReportFalseData(false_data_, FalseDataAlpha(options_));
     const std::vector<ReplayError> replays = flight_->ReplayOpenLoop();
     diagnosis_.base_seconds = SecondsSince(start_);
-    const Rounds rounds = Search();
+    Rounds rounds = Search();
     for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.unexplained_by = rounds.goes_with;
     AddSignificantAside(rounds);
-    Describe(before, replays, rounds);
     ConfirmOnOthers(&diagnosis_.causes);
-    DescribeTerms();
+    DescribeTerms(&rounds);
+    Describe(before, replays, rounds);
+    const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
-        VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by);
+        VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by,
+                  std::any_of(terms.begin(), terms.end(), TermRepeats));
     ChooseModel(rounds);
     diagnosis_.seconds = SecondsSince(start_);
     return diagnosis_;
@@ -196,13 +205,39 @@ class FlightDiagnosis {
   }
 
   // What the open catalogue says of the misfit that is left, and whether other flights show it.
-  void DescribeTerms() {
-    diagnosis_.open = DescribeMisfit(*flight_, options_.alpha);
-    std::vector<DescribedTerm>& terms = diagnosis_.open.described;
-    for (std::size_t i = 1; i < logs_.size() && !terms.empty(); ++i) {
-      AddTermRepeats(*Other(i), &terms);
+  // Terms that held-out flight shows stay in the fit.
+  void DescribeTerms(Rounds* rounds) {
+    std::vector<Found> all = rounds->found;
+    OpenCatalogue& open = diagnosis_.open;
+    open = DescribeMisfit(flight_.get(), &all, options_.alpha);
+    for (std::size_t i = 1; i < logs_.size() && !open.described.empty(); ++i) {
+      AddTermRepeats(*Other(i), &open.described);
     }
-    for (const DescribedTerm& t : terms) diagnosis_.unexplained_by.push_back(t.term.Name());
+    for (const DescribedTerm& t : open.described) {
+      if (!TermRepeats(t)) diagnosis_.unexplained_by.push_back(t.term.Name());
+    }
+    if (all.size() > rounds->found.size() && !TermsGain(rounds->found, all)) {
+      for (DescribedTerm& t : open.described) t.in_model = false;
+      all = rounds->found;
+      flight_->Fit(&all);
+    }
+    const auto terms_at = all.begin() + static_cast<long>(rounds->found.size());
+    terms_.assign(terms_at, all.end());
+    if (terms_.empty()) return;
+    // Causes and terms were fitted together.
+    std::copy(all.begin(), terms_at, rounds->found.begin());
+    const std::size_t false_data = diagnosis_.causes.size() - rounds->found.size();
+    for (std::size_t i = 0; i < rounds->found.size(); ++i) {
+      diagnosis_.causes[false_data + i].value = rounds->found[i].value;
+    }
+  }
+
+  // True if held-out flight is predicted better with the terms, or if that is not asked.
+  bool TermsGain(const std::vector<Found>& causes, const std::vector<Found>& all) {
+    if (!options_.measure_gain) return true;
+    Gain &arcs = diagnosis_.terms_gain, &replays = diagnosis_.terms_open_loop;
+    MeasureGain(*flight_, all, causes, &arcs, &replays);
+    return ClearGain(arcs, replays);
   }
 
   DiagnosedFlight* Other(std::size_t i) {
@@ -275,11 +310,37 @@ class FlightDiagnosis {
     } else if (diagnosis_.in_model.size() < causes.size()) {
       diagnosis_.model_lacks = "causes that no other flight confirms";
     }
-    if (in_model.found.size() == rounds.found.size()) return;
-    flight_->Fit(&in_model.found);
-    Diagnosis refitted;
-    flight_->Describe(&refitted);
-    diagnosis_.parameters = refitted.parameters;
+    std::vector<Found> model = in_model.found;
+    ChooseTerms(&model);
+    if (model.size() < rounds.found.size() + terms_.size()) {
+      flight_->Fit(&model);
+      Diagnosis refitted;
+      flight_->Describe(&refitted);
+      diagnosis_.parameters = refitted.parameters;
+    }
+    AddTermsToModel(model, in_model.found.size());
+    const std::vector<Effect> known = flight_->KnownEffects();
+    diagnosis_.in_model.insert(diagnosis_.in_model.begin(), known.begin(), known.end());
+  }
+
+  // Adds the terms that no other flight contradicts.
+  void ChooseTerms(std::vector<Found>* model) {
+    std::size_t next = 0;
+    for (DescribedTerm& t : diagnosis_.open.described) {
+      if (!t.in_model) continue;
+      t.in_model = t.repeats.empty() || TermRepeats(t);
+      if (t.in_model) model->push_back(terms_[next]);
+      ++next;
+    }
+  }
+
+  void AddTermsToModel(const std::vector<Found>& model, std::size_t first) {
+    for (const DescribedTerm& t : diagnosis_.open.described) {
+      if (!t.in_model) continue;
+      Effect effect = model[first++].effect();
+      effect.values["sigma"] = t.size.sigma;
+      diagnosis_.in_model.push_back(effect);
+    }
   }
 
   void Describe(const Residuals& before, const std::vector<ReplayError>& replays,
@@ -297,7 +358,8 @@ class FlightDiagnosis {
     diagnosis_.rms_after = after.rms;
     diagnosis_.whiteness_p_before = before.whiteness_p;
     diagnosis_.whiteness_p = after.whiteness_p;
-    const auto later = rounds.found.empty() ? replays : flight_->ReplayOpenLoop();
+    const bool bare = rounds.found.empty() && terms_.empty();
+    const auto later = bare ? replays : flight_->ReplayOpenLoop();
     diagnosis_.misfit = std::make_shared<Misfit>(MisfitOf(*flight_, replays, later));
   }
 
@@ -308,6 +370,7 @@ class FlightDiagnosis {
   Flight flight_;
   std::vector<Flight> others_;  // made when first needed
   std::optional<Cause> false_data_;
+  std::vector<Found> terms_;  // in the last Fit, after the causes
   Diagnosis diagnosis_;
 };
 

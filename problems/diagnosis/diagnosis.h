@@ -103,6 +103,7 @@ struct Diagnosis {
   std::vector<CandidateReport> candidates;
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
   OpenCatalogue open;                        // terms beyond the causes
+  Gain terms_gain, terms_open_loop;          // of all terms in the fit, against the causes alone
   double rms_before = 0.0, rms_after = 0.0;  // of whitened residuals
   double whiteness_p_before = 1.0, whiteness_p = 1.0;
   // What model.yaml holds: the causes that can be relied on, the constants fitted with them, and
@@ -116,11 +117,11 @@ struct Diagnosis {
   double base_seconds = 0.0, seconds = 0.0;
   int clusters = 0;
   // What only one drive reports.
-  std::string drive;                  // key `drive` of the file; empty: none
-  std::string residual_of;            // what `rms` is of, in words
-  std::string fixes;                  // how those of a flight without gates were divided
-  YAML::Node noise;                   // learned with the causes in the model
-  std::optional<double> rotor_delay;  // s, used
+  std::string drive;        // key `drive` of the file; empty: none
+  std::string residual_of;  // what `rms` is of, in words
+  std::string fixes;        // how those of a flight without gates were divided
+  YAML::Node noise;         // learned with the causes in the model
+  std::optional<double> rotor_delay, gyro_delay;  // s, used
 };
 
 // Searches causes on the first flight. Where there are further flights, a cause must repeat on

@@ -60,7 +60,7 @@ double ChanceOf(int n, int m, double reach, const std::vector<Outlier>& outliers
 bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
                    const std::vector<Outlier>& agreeing) {
   constexpr double kSameDistance = 0.5;  // m
-  constexpr double kLeastShare = 0.2;
+  constexpr double kBystanderShare = 0.2;
   const auto& gates = flight.log().gates;
   const auto distance = [&](int gate, const Eigen::Vector3d& path) {
     const auto at =
@@ -80,7 +80,7 @@ bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
     ++all;
     bystanders += d.norm() <= kApart * fix.sigma;
   }
-  return bystanders >= kLeastShare * all;
+  return bystanders >= kBystanderShare * all;
 }
 
 // Fixes of gates at which an offset of d (m) would be a clear outlier.

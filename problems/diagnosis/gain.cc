@@ -57,6 +57,14 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   return gain;
 }
 
+void MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                 std::vector<Found> without, Gain* arcs, Gain* replays) {
+  const auto reference = flight.Reference();
+  if (!without.empty()) reference->Fit(&without);
+  SetGains(reference->ErrorsHeldOut(without, false), flight.ErrorsHeldOut(found, false), arcs,
+           replays);
+}
+
 HeldOutGains::HeldOutGains(const DiagnosedFlight& flight)
     : reference_(flight.Reference()), bare_(reference_->ErrorsHeldOut({}, true)) {}
 

@@ -15,6 +15,11 @@ inline constexpr int kFewestForInterval = 3;  // arcs
 // the bootstrap resamples runs of them.
 Gain GainBetween(const std::map<int, double>& before, const std::map<int, double>& after);
 
+// The gain of a flight's last Fit, whose causes and terms are `found`, against the same flight with
+// the causes `without`.
+void MeasureGain(const DiagnosedFlight& flight, const std::vector<Found>& found,
+                 std::vector<Found> without, Gain* arcs, Gain* replays);
+
 // Measures the gains of causes in the model of a flight, all models under the noise of its
 // Reference.
 class HeldOutGains {

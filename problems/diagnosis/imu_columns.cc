@@ -9,13 +9,15 @@
 namespace trueline {
 namespace {
 
-// A log with fixes, map and attitude only: effects on fixes need nothing else.
-FlightLog FixesOf(const FlightLog& log) {
+// A log with fixes, map and attitude only: effects on fixes need nothing else, unless they are
+// terms.
+FlightLog FixesOf(const FlightLog& log, bool with_terms) {
   FlightLog light;
   light.gates = log.gates;
   light.fixes = log.fixes;
   light.attitude = log.attitude;
-  light.imu = {log.imu.front()};
+  light.imu = with_terms ? log.imu : std::vector<ImuSample>{log.imu.front()};
+  light.battery = log.battery;
   return light;
 }
 
@@ -23,7 +25,8 @@ FlightLog FixesOf(const FlightLog& log) {
 // (position - fix) at the fix's time.
 Eigen::VectorXd FixDifference(const SensitivityBase& base, const std::vector<Effect>& at,
                               const std::vector<Effect>& beyond, const BaseFlight& flight) {
-  FlightLog light = FixesOf(base.log);
+  const bool terms = std::any_of(at.begin(), at.end(), [](const Effect& e) { return e.term; });
+  FlightLog light = FixesOf(base.log, terms);
   // The fitted positions replace the fixes: the noise of a fix would enter the vector to the gate,
   // correlate with the fix's own residual, and look like a scale error.
   for (std::size_t i = 0; i < base.plan.fixes.size(); ++i) {

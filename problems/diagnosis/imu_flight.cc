@@ -34,7 +34,7 @@ AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
                                        AttitudeErrorPriors priors) {
   priors.gain = 0.0;  // ahrs_acceleration_error
   for (const Effect& effect : effects) {
-    const auto replaces = InfoOf(effect.id).replaces;
+    const auto replaces = InfoOf(effect).replaces;
     if (replaces != nullptr) priors.*replaces = 0.0;
   }
   return priors;
@@ -149,19 +149,27 @@ int ImuDrivenFlight::OrdinaryCount() const {
   return count;
 }
 
+std::vector<Effect> ImuDrivenFlight::WithKnown(const std::vector<Effect>& effects) const {
+  std::vector<Effect> all = log_->options.effects;
+  all.insert(all.end(), effects.begin(), effects.end());
+  return all;
+}
+
 void ImuDrivenFlight::StorePath() {
   path_.clear();
   for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
-    path_.push_back({plan_.segments[s].begin, fit_.x.nodes[s].segment<3>(kStateAt + 3)});
+    path_.push_back({plan_.segments[s].begin, fit_.x.nodes[s].segment<3>(kStateAt + 3),
+                     fit_.x.nodes[s].segment<3>(kStateAt)});
   }
 }
 
 void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   effects_ = EffectsOf(found);
-  corrected_ = CorrectLog(log_->data, effects_, path_);
+  all_ = WithKnown(effects_);
+  corrected_ = CorrectLog(log_->data, all_, path_);
   options_.drive.attitude_errors =
-      FilterErrorsBeside(effects_, log_->options.vgd.drive.attitude_errors);
-  flight_ = std::make_shared<BaseFlight>(corrected_, plan_, options_, ForceEffectsOf(effects_));
+      FilterErrorsBeside(all_, log_->options.vgd.drive.attitude_errors);
+  flight_ = std::make_shared<BaseFlight>(corrected_, plan_, options_, ForceEffectsOf(all_));
   if (started_) return;
   fit_.x = flight_->RoughStart(data_.passes);
   fit_.noise = StartingNoise(options_);
@@ -203,12 +211,12 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
 // Ordinary errors, then the found effects at their values.
 Columns ImuDrivenFlight::ColumnsInModel(const std::vector<Found>& found) {
   const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
-  const SensitivityBase base{log_->data, plan_, options_, effects_, path_};
+  const SensitivityBase base{log_->data, plan_, options_, all_, path_};
   Columns columns = OrdinaryCount() > 0 ? OrdinaryColumns(base, fit_.x, here, flight_.get())
                                         : Columns::None(flight_->rows());
   for (std::size_t k = 0; k < found.size(); ++k) {
-    std::vector<Effect> others = effects_;
-    others.erase(others.begin() + static_cast<long>(k));
+    std::vector<Effect> others = all_;
+    others.erase(others.end() - static_cast<long>(found.size() - k));
     const SensitivityBase without{log_->data, plan_, options_, others, path_};
     columns = columns.With(FreeColumns(
         Sensitivity(without, found[k].candidate, found[k].value, fit_.x, here, flight_.get())));
@@ -221,7 +229,7 @@ const Eigen::MatrixXd& ImuDrivenFlight::ColumnsOf(const Candidate& candidate,
                                                   const Eigen::VectorXd& here) const {
   const auto [known, added] = columns_.try_emplace({candidate.id(), candidate.fixed});
   if (added) {
-    const SensitivityBase base{log_->data, plan_, options_, effects_, path_};
+    const SensitivityBase base{log_->data, plan_, options_, all_, path_};
     known->second = Sensitivity(base, candidate, candidate.Neutral(), fit_.x, here, flight_.get());
   }
   return known->second;
@@ -242,7 +250,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   std::vector<EffectColumns> found_columns, candidate_columns;
   std::vector<TermColumns> term_columns;
   std::vector<const Eigen::MatrixXd*> parts;
-  for (const Effect& e : effects_) found_columns.push_back(effect(InfoOf(e.id).parameters.size()));
+  for (const Effect& e : effects_) found_columns.push_back(effect(InfoOf(e).parameters.size()));
   const Eigen::VectorXd here =
       candidates.empty() ? Eigen::VectorXd() : flight_->Evaluate(fit_.x, false).r;
   for (const Candidate& c : candidates) {
@@ -275,7 +283,7 @@ std::vector<TermMotion> ImuDrivenFlight::Motions() const {
 }
 
 std::unique_ptr<Linearisation> ImuDrivenFlight::LineariseTerms(
-    const std::vector<OpenTerm>& terms) const {
+    const std::vector<TermForm>& terms) const {
   const Eigen::MatrixXd columns = ImuOpenTerms(flight_.get(), fit_.x).Columns(terms);
   auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, OrdinaryCount(),
                                                 FreeColumns(columns), fit_.noise);

@@ -35,11 +35,13 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   int clusters() const override { return plan_.clusters; }
   std::unique_ptr<Linearisation> Linearise(const std::vector<Candidate>& candidates,
                                            bool terms) const override;
+  bool CanModel(const TermForm&) const override { return true; }
   std::vector<TermMotion> Motions() const override;
-  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<OpenTerm>& terms) const override;
+  std::unique_ptr<Linearisation> LineariseTerms(const std::vector<TermForm>& terms) const override;
   std::vector<std::string> Constants() const override;
   bool ConstantsArePhysical(const Found& found) const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
+  std::vector<Effect> KnownEffects() const override { return log_->options.effects; }
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
   HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found, bool with_false_data) const override;
   std::optional<Cause> FindFalseData(double alpha) const override;
@@ -53,6 +55,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   void Describe(Diagnosis* diagnosis) const override;
 
  private:
+  // Those of --model, then the given ones.
+  std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
   int OrdinaryCount() const;  // columns of ordinary errors; they come first
   void Rebuild(const std::vector<Found>& found);
   void SettleNoise(int sweeps);
@@ -74,7 +78,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   VgdOptions options_;  // with wide priors of drag
   FlightData data_;
   FlightPlan plan_;
-  std::vector<Effect> effects_;
+  std::vector<Effect> effects_;  // found
+  std::vector<Effect> all_;      // those of --model, then the found ones
   std::vector<VelocitySample> path_;
   FlightLog corrected_;
   std::shared_ptr<BaseFlight> flight_;

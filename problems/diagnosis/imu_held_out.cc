@@ -44,7 +44,7 @@ PartFit ImuDrivenFlight::FitOf(const std::vector<Found>& found,
   const ThetaVector theta = fit_.x.theta + step.head<kThetaSize>();
   PartFit part{scaling.mean + scaling.sigma.cwiseProduct(theta),
                scaling.sigma.cwiseProduct(cov.diagonal().head<kThetaSize>().cwiseSqrt()),
-               {}};
+               log_->options.effects};
   int at = kThetaSize + OrdinaryCount();
   for (const Found& f : found) {
     part.effects.push_back(f.candidate.At(f.value + step.segment(at, f.value.size())));

@@ -4,6 +4,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/common/parallel.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -17,6 +18,14 @@ constexpr int kParts = 4;  // of a segment: about the spacing of the force sampl
 ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight_(*flight) {
   flight->Evaluate(x, false);
   const FlightPlan& plan = flight_.plan();
+  const ThetaVector theta = flight_.scaling().mean + flight_.scaling().sigma.cwiseProduct(x.theta);
+  const auto fitted = ImuDrivenParameters<double>::FromArray(theta.data());
+  R_E_Ep_ = RotationFromEuler<double>(fitted.Phi_E_Ep).transpose();
+  R_I_B_ = RotationFromEuler<double>(fitted.Phi_I_B).transpose();
+  for (int i = 0; i < 3; ++i) {
+    const auto rate = static_cast<TermQuantity>(static_cast<int>(TermQuantity::kRateX) + i);
+    rates_[i] = SeriesOf(flight_.log(), rate, 0.0);
+  }
   for (std::size_t s = 0; s < plan.segments.size(); ++s) {
     const auto& span = plan.segments[s];
     const double h = SecondsBetween(span.begin, span.end) / kParts;
@@ -30,17 +39,19 @@ ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight
     const TimeNs t = flight_.forces()[i].t;
     at_forces_.push_back(At(x, plan.SegmentOf(t), t));
   }
+  for (const std::size_t i : plan.fixes) {
+    const TimeNs t = flight_.log().fixes[i].t;
+    at_fixes_.push_back(At(x, plan.SegmentOf(t), t));
+  }
 }
 
 ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, TimeNs t) const {
   const auto& spans = flight_.plan().segments;
   const DriveTrack& track = flight_.track();
-  const auto drive_at = [&](TimeNs time) -> Drive {
-    return track.steps()[track.StepAt(time)].drive;
-  };
-  const Drive drive = drive_at(t);
+  const Drive drive = track.steps()[track.StepAt(t)].drive;
   Motion at;
-  at.R_E_B = drive.R_Ep_I;
+  at.t = SecondsBetween(track.log_start(), t);
+  at.R_E_B = R_E_Ep_ * drive.R_Ep_I * R_I_B_;
   // Between nodes the velocity changes about evenly.
   const auto& node = x.nodes[segment];
   Vector3d v_E = node.segment<3>(kStateAt + 3);
@@ -51,11 +62,9 @@ ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, Time
   }
   at.v_B = at.R_E_B.transpose() * v_E;
   at.p_E = node.segment<3>(kStateAt) + since * node.segment<3>(kStateAt + 3);
-  constexpr double kTurn = 0.05;  // s, to either side
-  const TimeNs before = t - FromSeconds(kTurn), after = t + FromSeconds(kTurn);
-  const Eigen::Quaterniond q_before(drive_at(before).R_Ep_I), q_after(drive_at(after).R_Ep_I);
-  at.w_B = RotationVector(q_before.conjugate() * q_after) / (2.0 * kTurn);
-  at.thrust = -drive.a_z - flight_.gravity();
+  at.w_B =
+      R_I_B_.transpose() * Vector3d(rates_[0].At(at.t), rates_[1].At(at.t), rates_[2].At(at.t));
+  at.thrust = -drive.a_z;
   at.f_E = drive.a_z * at.R_E_B.col(2);
   const TimeNs begin = spans.front().begin;
   at.s = 2.0 * SecondsBetween(begin, t) / SecondsBetween(begin, spans.back().end) - 1.0;
@@ -72,14 +81,15 @@ std::vector<TermMotion> ImuOpenTerms::Motions() const {
 
 // m/s^2 in E. The accelerometer measures a force's part along the thrust axis. The thrust of an
 // attitude that is logged too far points too far.
-Vector3d ImuOpenTerms::Acceleration(const OpenTerm& term, const Motion& at) {
+Vector3d ImuOpenTerms::Acceleration(const TermForm& term, const Motion& at) {
+  if (term.on == TermOn::kFix) return Vector3d::Zero();
   Vector3d unit_B = term.At(at);
   if (term.on == TermOn::kAttitude) return at.f_E.cross(at.R_E_B * unit_B);
   unit_B.z() = 0.0;
   return at.R_E_B * unit_B;
 }
 
-Eigen::VectorXd ImuOpenTerms::Column(const OpenTerm& term) const {
+Eigen::VectorXd ImuOpenTerms::Column(const TermForm& term) const {
   const FlightPlan& plan = flight_.plan();
   std::vector<std::vector<Vector3d>> pushes;
   for (const std::vector<Part>& parts : parts_) {
@@ -104,6 +114,10 @@ Eigen::VectorXd ImuOpenTerms::Column(const OpenTerm& term) const {
     const int s = plan.SegmentOf(t);
     column.segment<3>(3 * static_cast<Eigen::Index>(i)) =
         moved(s, SecondsBetween(plan.segments[s].begin, t)).head<3>();
+    if (term.on == TermOn::kFix) {
+      column.segment<3>(3 * static_cast<Eigen::Index>(i)) =
+          at_fixes_[i].R_E_B * term.At(at_fixes_[i]);
+    }
   }
   const auto forces_at = static_cast<Eigen::Index>(3 * plan.fixes.size());
   if (term.on == TermOn::kForce) {
@@ -120,7 +134,7 @@ Eigen::VectorXd ImuOpenTerms::Column(const OpenTerm& term) const {
   return column;
 }
 
-Eigen::MatrixXd ImuOpenTerms::Columns(const std::vector<OpenTerm>& terms) const {
+Eigen::MatrixXd ImuOpenTerms::Columns(const std::vector<TermForm>& terms) const {
   Eigen::MatrixXd columns(flight_.rows(), terms.size());
   ParallelFor(static_cast<int>(terms.size()), 0, [&](int i) { columns.col(i) = Column(terms[i]); });
   return columns;

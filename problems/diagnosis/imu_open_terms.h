@@ -2,6 +2,7 @@
 // flight as columns of its rows.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
@@ -17,7 +18,7 @@ class ImuOpenTerms {
   // Evenly in time.
   std::vector<TermMotion> Motions() const;
   // One unit of each term, by row of FlightRows.
-  Eigen::MatrixXd Columns(const std::vector<OpenTerm>& terms) const;
+  Eigen::MatrixXd Columns(const std::vector<TermForm>& terms) const;
 
  private:
   struct Motion : TermMotion {
@@ -31,12 +32,15 @@ class ImuOpenTerms {
   };
 
   Motion At(const FlightUnknowns& x, int segment, TimeNs t) const;
-  static Eigen::Vector3d Acceleration(const OpenTerm& term, const Motion& at);
-  Eigen::VectorXd Column(const OpenTerm& term) const;
+  static Eigen::Vector3d Acceleration(const TermForm& term, const Motion& at);
+  Eigen::VectorXd Column(const TermForm& term) const;
 
   const BaseFlight& flight_;
+  Eigen::Matrix3d R_E_Ep_, R_I_B_;
+  std::array<TermSeries, 3> rates_;       // rad/s, in I
   std::vector<std::vector<Part>> parts_;  // by segment
   std::vector<Motion> at_forces_;         // by force sample
+  std::vector<Motion> at_fixes_;
 };
 
 }  // namespace trueline

@@ -7,6 +7,7 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/motion_chain.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -60,7 +61,7 @@ struct Replays {
   const FlightPlan& plan;
   const std::vector<NodeVector>& nodes;  // fitted
   ThetaVector parameters;
-  ForceEffects forces;
+  ForceEffects forces;  // bound to the log
   const DriveTrack& track;
 
   std::optional<Vector3d> Measured(TimeNs t) const {
@@ -68,6 +69,12 @@ struct Replays {
     return FittedAt(plan, nodes, t);
   }
 };
+
+ForceEffects BoundForces(const std::vector<Effect>& effects, const FlightLog& log) {
+  ForceEffects forces = ForceEffectsOf(effects);
+  BindTerms(log, &forces);
+  return forces;
+}
 
 // Replays from one knot over all `horizons` (ascending) that fit into the flight.
 void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& horizons,
@@ -86,7 +93,9 @@ void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& 
   }
   if (times.empty()) return;
   MotionState<double> state;
+  state.p = replays.nodes[segment].segment<3>(kStateAt);
   state.v = replays.nodes[segment].segment<3>(kStateAt + 3);
+  const Vector3d start_E = state.p;
   ThetaVector parameters = replays.parameters;
   parameters.segment<kDriftSize>(kAhrsInTheta) +=
       replays.track.attitude_errors().MeanOver(start, times.back()) *
@@ -94,7 +103,7 @@ void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& 
   const ImuDrivenModel<double> equations(ImuDrivenParameters<double>::FromArray(parameters.data()),
                                          replays.log.gravity, replays.track.thrust_axis());
   const auto visit = [&](std::size_t i, const MotionState<double>& at, const Vector3<double>&) {
-    const Vector3d error_E = at.p - measured[i];
+    const Vector3d error_E = at.p - start_E - measured[i];
     const Drive& drive = replays.track.steps()[replays.track.StepAt(times[i])].drive;
     out->push_back({segment, horizons[i], times[i], error_E, drive.R_Ep_I.transpose() * error_E});
   };
@@ -122,8 +131,9 @@ void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, Rep
 
 std::vector<ReplayError> ImuDrivenFlight::ReplayOpenLoop() const {
   std::vector<ReplayError> errors;
-  const Replays replays{log_->recorded,           plan_,           fit_.x.nodes, Parameters(),
-                        ForceEffectsOf(effects_), flight_->track()};
+  const Replays replays{
+      log_->recorded,  plan_, fit_.x.nodes, Parameters(), BoundForces(all_, log_->recorded),
+      flight_->track()};
   const std::vector<double> horizons = Horizons(log_->recorded, PassOptions());
   for (int s = 0; s < static_cast<int>(plan_.segments.size()); ++s) {
     ReplayFrom(replays, s, horizons, &errors);
@@ -136,7 +146,7 @@ std::vector<ReplayError> ImuDrivenFlight::ReplayPart(const FlightLog& log,
                                                      const std::vector<int>& segments) const {
   std::vector<ReplayError> errors;
   const DriveTrack track = DriveTrack::FromLog(corrected, log_->options.vgd.drive);
-  const Replays replays{log, plan_, fit_.x.nodes, fit.value, ForceEffectsOf(fit.effects), track};
+  const Replays replays{log, plan_, fit_.x.nodes, fit.value, BoundForces(fit.effects, log), track};
   for (const int s : segments) ReplayFrom(replays, s, {kReplaySeconds}, &errors);
   return errors;
 }

@@ -5,6 +5,7 @@
 
 #include "problems/diagnosis/score_test.h"
 #include "problems/result/distributions.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -15,22 +16,24 @@ constexpr int kMostTerms = 3;
 constexpr int kChunk = 128;     // columns at a time: the cost of a chunk grows with its square
 constexpr double kAlike = 6.0;  // of the gain
 constexpr std::size_t kTestedAgain = 6;
+constexpr std::size_t kRefined = 2;  // humps
 
-// A size of no interest: 0.005 m/s^2, 0.05 rad/s^2 or 0.5 mrad in the root mean square. A term is
-// reported from about five times that on.
-double OrdinarySize(const OpenTerm& term, const std::vector<TermMotion>& flight) {
+// A size of no interest: 0.005 m/s^2, 0.05 rad/s^2, 0.5 mrad or 5 mm in the root mean square. A
+// term is reported from about five times that on.
+double OrdinarySize(const TermForm& term, const std::vector<TermMotion>& flight) {
+  constexpr double kLeast[] = {0.005, 0.05, 5e-4, 0.005};
   double sum = 0.0;
   for (const TermMotion& at : flight) sum += term.At(at).squaredNorm();
   const double rms = std::sqrt(sum / static_cast<double>(flight.size()));
-  const double least = term.on == TermOn::kForce ? 0.005 : term.on == TermOn::kTurn ? 0.05 : 5e-4;
-  return least / std::max(rms, 1e-9);
+  return kLeast[static_cast<int>(term.on)] / std::max(rms, 1e-9);
 }
 
 struct TestedOpenTerm {
-  const OpenTerm* term;
+  TermForm term;
   double ordinary = 0.0;
   ScoreTest test = {};
   std::array<SizeWithSigma, 2> halves = {};
+  double sharing = 1.0;  // clusters that share the information
   double p = 1.0;
 
   double gain() const { return std::min(test.gain, test.chi2_cluster); }
@@ -41,12 +44,18 @@ struct TestedOpenTerm {
     };
     return gains(halves[0], halves[1]) && gains(halves[1], halves[0]);
   }
+  // The scatter between clusters counts as that of as many clusters as share the information: a
+  // hump that the flight crosses three times has three.
+  void Judge() {
+    p = std::max(test.p(), FTail(test.chi2_cluster, 1, std::max(1.0, sharing - 1.0)));
+  }
 };
 
-// Tests the column. The scatter between clusters counts as that of as many clusters as share the
-// information: a hump that the flight crosses three times has three.
-void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
-          TestedOpenTerm* t) {
+bool HasMoreGain(const TestedOpenTerm* a, const TestedOpenTerm* b) { return a->gain() > b->gain(); }
+
+// Steps of the column by half of the flight, and how many clusters share its information.
+void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
+                TestedOpenTerm* t) {
   constexpr int kBlocks = 4;
   const auto width = fit.b().size();
   const Eigen::LDLT<Eigen::MatrixXd> nn(Eigen::MatrixXd(fit.M()(nuisances, nuisances)));
@@ -77,61 +86,85 @@ void Test(const Linearisation& fit, const std::vector<int>& nuisances, int teste
     if (!(weight[h] > 0.0)) continue;
     sizes[h].sigma = std::sqrt(std::max(scatter[h] / weight[h], 1.0) / weight[h]);
   }
+  t->sharing = std::pow(information.sum(), 2) / information.squaredNorm();
+}
+
+void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
+          TestedOpenTerm* t) {
+  TestHalves(fit, nuisances, tested, t);
   t->test = TestColumns(fit, nuisances, {tested}, VectorXd::Constant(1, t->ordinary));
-  const double sharing = std::pow(information.sum(), 2) / information.squaredNorm();
-  t->p = std::max(t->test.p(), FTail(t->test.chi2_cluster, 1, std::max(1.0, sharing - 1.0)));
+  t->Judge();
 }
 
 class OpenSearch {
  public:
-  explicit OpenSearch(const DiagnosedFlight& flight)
-      : flight_(flight), motions_(flight.Motions()), terms_(OpenTerms(flight.drive(), motions_)) {}
+  // `found`: the causes of the last Fit.
+  OpenSearch(DiagnosedFlight* flight, std::vector<Found>* found)
+      : flight_(*flight),
+        found_(*found),
+        causes_(found->size()),
+        motions_(flight->Motions()),
+        terms_(OpenTerms({flight->drive(), flight->log(), motions_})) {}
 
   OpenCatalogue Run(double alpha) {
     OpenCatalogue result;
-    std::vector<OpenTerm> chosen;
-    while (static_cast<int>(chosen.size()) < kMostTerms) {
-      std::vector<TestedOpenTerm> tested = TestAll(chosen);
-      if (chosen.empty()) result.tested = Sizes(tested);
-      const TestedOpenTerm* best = Best(&tested, chosen, alpha);
+    each_ = alpha / static_cast<double>(terms_.size());
+    while (static_cast<int>(result.described.size()) < kMostTerms) {
+      std::vector<TestedOpenTerm> tested = TestAll();
+      if (result.tested.empty()) result.tested = Sizes(tested);
+      AddRefined(&tested);
+      const TestedOpenTerm* best = Best(&tested);
       if (best == nullptr) break;
       result.described.push_back(Described(*best, tested));
-      chosen.push_back(*best->term);
+      if (!Add(*best, &result.described)) break;
     }
     return result;
   }
 
  private:
-  std::vector<TestedOpenTerm> TestAll(const std::vector<OpenTerm>& chosen) const {
+  // Terms that the drive cannot take stay columns beside the others.
+  std::vector<TestedOpenTerm> TestAll() const {
     std::vector<TestedOpenTerm> tested;
     for (std::size_t begin = 0; begin < terms_.size(); begin += kChunk) {
       const std::size_t end = std::min(terms_.size(), begin + kChunk);
-      std::vector<OpenTerm> columns = chosen;
-      columns.insert(columns.end(), terms_.begin() + static_cast<long>(begin),
-                     terms_.begin() + static_cast<long>(end));
-      const auto fit = flight_.LineariseTerms(columns);
-      const auto beside = Concatenated(fit->nuisances, Range(fit->terms.front().columns.front(),
-                                                             static_cast<int>(chosen.size())));
-      for (std::size_t i = begin; i < end; ++i) {
-        const int column = fit->terms[chosen.size() + i - begin].columns.front();
-        tested.push_back({&terms_[i], OrdinarySize(terms_[i], motions_)});
-        TestedOpenTerm& t = tested.back();
-        Test(*fit, beside, column, &t);
-      }
+      const std::vector<TermForm> chunk(terms_.begin() + static_cast<long>(begin),
+                                        terms_.begin() + static_cast<long>(end));
+      for (TestedOpenTerm& t : TestEach(chunk)) tested.push_back(std::move(t));
+    }
+    return tested;
+  }
+
+  std::vector<TestedOpenTerm> TestEach(const std::vector<TermForm>& terms) const {
+    std::vector<TermForm> columns = beside_;
+    columns.insert(columns.end(), terms.begin(), terms.end());
+    const auto fit = flight_.LineariseTerms(columns);
+    return TestColumnsOf(*fit, fit->nuisances, terms);
+  }
+
+  // The columns of `fit` are those of beside_, then of `terms`.
+  std::vector<TestedOpenTerm> TestColumnsOf(const Linearisation& fit, std::vector<int> nuisances,
+                                            const std::vector<TermForm>& terms) const {
+    for (std::size_t k = 0; k < beside_.size(); ++k) {
+      nuisances.push_back(fit.terms[k].columns.front());
+    }
+    std::vector<TestedOpenTerm> tested;
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      tested.push_back({terms[i], OrdinarySize(terms[i], motions_)});
+      Test(fit, nuisances, fit.terms[beside_.size() + i].columns.front(), &tested.back());
     }
     return tested;
   }
 
   // Noise that was learned without a term contains what it explains: the best are tested again.
-  void Relearn(const std::vector<OpenTerm>& chosen, std::vector<TestedOpenTerm*>* best) const {
-    std::vector<OpenTerm> columns = chosen;
-    for (const TestedOpenTerm* t : *best) columns.push_back(*t->term);
+  void Relearn(std::vector<TestedOpenTerm*>* best) const {
+    std::vector<TermForm> columns = beside_;
+    for (const TestedOpenTerm* t : *best) columns.push_back(t->term);
     const auto fit = flight_.LineariseTerms(columns);
     std::vector<std::vector<int>> sets;
     for (std::size_t i = 0; i < best->size(); ++i) {
       std::vector<int> set;
-      for (std::size_t k = 0; k < chosen.size(); ++k) set.push_back(fit->terms[k].columns.front());
-      set.push_back(fit->terms[chosen.size() + i].columns.front());
+      for (std::size_t k = 0; k < beside_.size(); ++k) set.push_back(fit->terms[k].columns.front());
+      set.push_back(fit->terms[beside_.size() + i].columns.front());
       sets.push_back(set);
     }
     const auto relearned = fit->Relearn(sets);
@@ -140,39 +173,70 @@ class OpenSearch {
       std::vector<int> columns_of = again.candidates.front().columns;
       const int tested = columns_of.back();
       columns_of.pop_back();
-      const auto beside = Concatenated(again.nuisances, columns_of);
-      TestedOpenTerm& t = *(*best)[i];
-      Test(again, beside, tested, &t);
+      Test(again, Concatenated(again.nuisances, columns_of), tested, (*best)[i]);
     }
   }
 
   static std::vector<TermSize> Sizes(const std::vector<TestedOpenTerm>& tested) {
     std::vector<TermSize> sizes;
     for (const TestedOpenTerm& t : tested) {
-      sizes.push_back({t.term->Name(), t.term->Unit(), {t.test.value[0], t.test.sigma[0]}, t.p});
+      sizes.push_back({t.term.Name(), t.term.Unit(), {t.test.value[0], t.test.sigma[0]}, t.p});
     }
     return sizes;
   }
 
-  const TestedOpenTerm* Best(std::vector<TestedOpenTerm>* tested,
-                             const std::vector<OpenTerm>& chosen, double alpha) const {
+  static std::vector<TestedOpenTerm*> ByGain(std::vector<TestedOpenTerm>* tested) {
     std::vector<TestedOpenTerm*> order;
     for (TestedOpenTerm& t : *tested) order.push_back(&t);
-    const auto by_gain = [](const TestedOpenTerm* a, const TestedOpenTerm* b) {
-      return a->gain() > b->gain();
-    };
-    std::sort(order.begin(), order.end(), by_gain);
+    std::sort(order.begin(), order.end(), HasMoreGain);
     order.resize(std::min(order.size(), kTestedAgain));
-    Relearn(chosen, &order);
-    const double each = alpha / static_cast<double>(terms_.size());
-    std::erase_if(order, [&](const TestedOpenTerm* t) { return t->p >= each || !t->Repeats(); });
+    return order;
+  }
+
+  // Adds the humps that the best terms tell about. The grid only tells about where they are, and a
+  // slope may fit better than a hump beside its place.
+  void AddRefined(std::vector<TestedOpenTerm>* tested) const {
+    std::vector<TermForm> starts;
+    for (const TestedOpenTerm* t : ByGain(tested)) {
+      for (const TermForm& hump : HumpsToldBy(t->term)) starts.push_back(hump);
+    }
+    if (starts.empty()) return;
+    std::vector<TestedOpenTerm> humps = TestEach(starts);
+    const auto best = ByGain(&humps);
+    for (std::size_t i = 0; i < std::min(best.size(), kRefined); ++i) {
+      tested->push_back(Refined(*best[i]));
+    }
+  }
+
+  // The hump near this one that fits best.
+  TestedOpenTerm Refined(const TestedOpenTerm& place) const {
+    constexpr int kMoves = 6;
+    constexpr double kFirstStep = 0.5, kLeastStep = 0.2;  // of the radius
+    TestedOpenTerm best = place;
+    double step = kFirstStep;
+    for (int i = 0; i < kMoves && step > kLeastStep; ++i) {
+      const std::vector<TestedOpenTerm> tested = TestEach(NearbyHumps(best.term, motions_, step));
+      const auto next = std::max_element(tested.begin(), tested.end(),
+                                         [](const TestedOpenTerm& a, const TestedOpenTerm& b) {
+                                           return a.test.gain < b.test.gain;
+                                         });
+      best = *next;
+      if (next == tested.begin()) step *= 0.5;
+    }
+    return best;
+  }
+
+  const TestedOpenTerm* Best(std::vector<TestedOpenTerm>* tested) const {
+    std::vector<TestedOpenTerm*> order = ByGain(tested);
+    Relearn(&order);
+    std::erase_if(order, [&](const TestedOpenTerm* t) { return t->p >= each_ || !t->Repeats(); });
     if (order.empty()) return nullptr;
-    std::sort(order.begin(), order.end(), by_gain);
+    std::sort(order.begin(), order.end(), HasMoreGain);
     const double least = order.front()->gain() - kAlike;
     std::erase_if(order, [&](const TestedOpenTerm* t) { return t->gain() < least; });
     const auto shortest = std::min_element(order.begin(), order.end(),
                                            [](const TestedOpenTerm* a, const TestedOpenTerm* b) {
-                                             return a->term->Length() < b->term->Length();
+                                             return a->term.Length() < b->term.Length();
                                            });
     return *shortest;
   }
@@ -180,37 +244,113 @@ class OpenSearch {
   DescribedTerm Described(const TestedOpenTerm& best,
                           const std::vector<TestedOpenTerm>& tested) const {
     const int count = static_cast<int>(terms_.size());
-    DescribedTerm described{*best.term,
+    DescribedTerm described{best.term,
                             {best.test.value[0], best.test.sigma[0]},
                             std::min(1.0, best.p * count),
                             count,
-                            best.halves,
-                            {},
-                            {}};
+                            best.halves};
     for (const TestedOpenTerm& t : tested) {
-      if (t.term != best.term && t.gain() > best.gain() - kAlike) {
-        described.alike.push_back(t.term->Name());
+      const std::string name = t.term.Name();
+      if (name != best.term.Name() && t.gain() > best.gain() - kAlike &&
+          std::find(described.alike.begin(), described.alike.end(), name) ==
+              described.alike.end()) {
+        described.alike.push_back(name);
       }
     }
     return described;
   }
 
-  const DiagnosedFlight& flight_;
+  // Fits the flight with the last of `described` in the model, as `term` has it, until its size
+  // stands. Terms that are then not significant, or whose halves disagree, are dropped. False if
+  // the new one is.
+  bool Add(const TestedOpenTerm& term, std::vector<DescribedTerm>* described) {
+    described->back().term = term.term;
+    if (!flight_.CanModel(term.term)) {
+      beside_.push_back(term.term);
+      return true;
+    }
+    described->back().in_model = true;
+    found_.push_back({Candidate::OfTerm(term.term, term.ordinary), term.test.value});
+    const std::size_t added = found_.size() - 1;
+    flight_.Fit(&found_);
+    if (!StandsInModel(added, described)) {
+      Drop(added, described);
+      return false;
+    }
+    for (std::size_t k = added; k-- > causes_;) {
+      if (!StandsInModel(k, described)) Drop(k, described);
+    }
+    return true;
+  }
+
+  // Tests a term in the model, and stores its size.
+  bool StandsInModel(std::size_t k, std::vector<DescribedTerm>* described) const {
+    const auto fit = flight_.Linearise({}, false);
+    std::vector<int> nuisances = fit->nuisances;
+    for (std::size_t other = 0; other < found_.size(); ++other) {
+      if (other != k) nuisances = Concatenated(std::move(nuisances), fit->found[other].columns);
+    }
+    TestedOpenTerm t{*found_[k].candidate.term};
+    TestHalves(*fit, nuisances, fit->found[k].columns.front(), &t);
+    t.test = TestFound(*fit, found_, k);
+    t.Judge();
+    for (SizeWithSigma& half : t.halves) {
+      half.value = found_[k].value[0] + half.value * fit->found[k].unit[0];
+      half.sigma *= fit->found[k].unit[0];
+    }
+    DescribedTerm& of = *InModel(k, described);
+    of.size = {found_[k].value[0], t.test.sigma[0]};
+    of.halves = t.halves;
+    return t.p < each_ && t.Repeats();
+  }
+
+  // The entry of a term in the model: they come in the same order.
+  std::vector<DescribedTerm>::iterator InModel(std::size_t k,
+                                               std::vector<DescribedTerm>* described) const {
+    std::size_t left = k - causes_;
+    return std::find_if(described->begin(), described->end(),
+                        [&](const DescribedTerm& d) { return d.in_model && left-- == 0; });
+  }
+
+  void Drop(std::size_t k, std::vector<DescribedTerm>* described) {
+    described->erase(InModel(k, described));
+    found_.erase(found_.begin() + static_cast<long>(k));
+    flight_.Fit(&found_);
+    for (std::size_t left = causes_; left < found_.size(); ++left) StandsInModel(left, described);
+  }
+
+  DiagnosedFlight& flight_;
+  std::vector<Found>& found_;
+  std::size_t causes_;
   std::vector<TermMotion> motions_;
-  std::vector<OpenTerm> terms_;
+  std::vector<TermForm> terms_;
+  std::vector<TermForm> beside_;
+  double each_ = 0.0;
 };
+
+bool GoesWithVoltage(const TermForm& term) {
+  return std::any_of(term.with.begin(), term.with.end(),
+                     [](const TermFactor& factor) { return factor.of == TermQuantity::kVoltage; });
+}
 
 }  // namespace
 
-OpenCatalogue DescribeMisfit(const DiagnosedFlight& flight, double alpha) {
-  return OpenSearch(flight).Run(alpha);
+OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha) {
+  return OpenSearch(flight, found).Run(alpha);
 }
 
 void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms) {
   if (terms->empty()) return;
   constexpr double kRepeatAlpha = 0.05;
-  std::vector<OpenTerm> columns;
-  for (const DescribedTerm& t : *terms) columns.push_back(t.term);
+  std::vector<TermForm> columns;
+  for (DescribedTerm& t : *terms) {
+    columns.push_back(t.term);
+    if (GoesWithVoltage(t.term) && other.log().battery.empty()) {
+      for (DescribedTerm& none : *terms) none.repeats.push_back({other.log().directory, {}, false});
+      return;
+    }
+    BindTerms(other.log(), &columns.back().with);
+  }
   const auto fit = other.LineariseTerms(columns);
   for (std::size_t i = 0; i < terms->size(); ++i) {
     DescribedTerm& t = (*terms)[i];
@@ -219,7 +359,7 @@ void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* te
       if (k != i) beside.push_back(fit->terms[k].columns.front());
     }
     const ScoreTest test = TestColumns(*fit, beside, fit->terms[i].columns, VectorXd::Zero(1));
-    TermRepeat repeat{other.log().name, {test.value[0], test.sigma[0]}, false};
+    TermRepeat repeat{other.log().directory, {test.value[0], test.sigma[0]}, false};
     const double ratio = repeat.size.value / t.size.value;
     const double apart = std::abs(repeat.size.value - t.size.value);
     repeat.repeats =

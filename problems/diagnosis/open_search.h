@@ -7,11 +7,13 @@
 
 namespace trueline {
 
-// Forward selection of at most a few terms on the flight's last Fit. A term is described if it is
-// significant at `alpha` over all terms, by the noise and by the scatter between clusters, and if
-// each half of the flight predicts the other half better with the size that it shows. Of terms
-// that fit alike, the shortest formula is taken.
-OpenCatalogue DescribeMisfit(const DiagnosedFlight& flight, double alpha);
+// Forward selection of at most a few terms on the flight's last Fit, whose causes are `found`. A
+// term is described if it is significant at `alpha` over all terms, by the noise and by the scatter
+// between clusters, and if each half of the flight predicts the other half better with the size
+// that it shows. Of terms that fit alike, the shortest formula is taken. Each is fitted like a
+// cause, and added to `found`, before the next one is searched; a term that does not stand this is
+// dropped.
+OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha);
 
 // Adds what another flight, fitted with the causes, says of the same terms.
 void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms);

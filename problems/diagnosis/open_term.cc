@@ -1,143 +1,145 @@
 #include "problems/diagnosis/open_term.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <utility>
+
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
 
 using Eigen::Vector3d;
+using Factors = std::vector<TermFactor>;
 
-constexpr std::array<const char*, 6> kAxes = {"x_B", "y_B", "z_B", "north", "east", "down"};
+constexpr double kLags[] = {0.1, 0.3, 1.0};  // s
 
-std::vector<TermVariable> Motions() {
-  using M = const TermMotion&;
-  return {{"forward speed", "m/s", 1, [](M a) { return a.v_B.x(); }},
-          {"sideways speed", "m/s", 1, [](M a) { return a.v_B.y(); }},
-          {"sink rate", "m/s", 1, [](M a) { return a.v_B.z(); }},
-          {"roll rate", "rad/s", 1, [](M a) { return a.w_B.x(); }},
-          {"pitch rate", "rad/s", 1, [](M a) { return a.w_B.y(); }},
-          {"yaw rate", "rad/s", 1, [](M a) { return a.w_B.z(); }},
-          {"thrust above hover", "m/s^2", 1, [](M a) { return a.thrust; }}};
-}
-
-TermVariable Product(const TermVariable& a, const TermVariable& b) {
-  const bool square = a.name == b.name;
-  return {square ? "the square of " + a.name : a.name + " times " + b.name,
-          square ? "(" + a.unit + ")^2" : a.unit + " " + b.unit, 2,
-          [a = a.value, b = b.value](const TermMotion& at) { return a(at) * b(at); }};
-}
-
-TermVariable SizeOf(const TermVariable& a) {
-  return {"the size of " + a.name, a.unit, 2,
-          [a = a.value](const TermMotion& at) { return std::abs(a(at)); }};
-}
-
-// Sine and cosine of the heading, once and twice a turn.
-std::vector<TermVariable> Headings() {
-  std::vector<TermVariable> headings;
-  for (const int periods : {1, 2}) {
-    const std::string angle = periods == 1 ? "the heading" : "twice the heading";
-    headings.push_back({"the sine of " + angle, "1", periods + 1, [periods](const TermMotion& at) {
-                          return std::sin(periods * at.Heading());
-                        }});
-    headings.push_back(
-        {"the cosine of " + angle, "1", periods + 1,
-         [periods](const TermMotion& at) { return std::cos(periods * at.Heading()); }});
+Factors Motions(const TermScope& scope) {
+  Factors motions;
+  for (const TermQuantity of : {TermQuantity::kSpeedX, TermQuantity::kSpeedY, TermQuantity::kSpeedZ,
+                                TermQuantity::kRateX, TermQuantity::kRateY, TermQuantity::kRateZ}) {
+    motions.push_back({of});
   }
-  return headings;
+  motions.push_back({TermQuantity::kThrust, {scope.log.gravity}});
+  return motions;
 }
 
-// Smooth humps on two grids over the course, where the flight spends some time but not most of it.
-// Their edges are soft: between learned gusts a sharp edge at a wrong place refutes a push there.
-std::vector<TermVariable> Humps(const std::vector<TermMotion>& flight) {
-  constexpr double kLeastShare = 0.02, kGreatestShare = 0.4;  // of the flight's time
+std::vector<Factors> Products(const Factors& motions) {
+  std::vector<Factors> all;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    all.push_back({motions[i]});
+    TermFactor size = motions[i];
+    size.size = true;
+    all.push_back({size});
+    for (std::size_t j = i; j < motions.size(); ++j) all.push_back({motions[i], motions[j]});
+  }
+  return all;
+}
+
+std::vector<Factors> Lagged(const Factors& motions) {
+  std::vector<Factors> all;
+  for (const TermFactor& motion : motions) {
+    if (motion.of < TermQuantity::kRateX || motion.of > TermQuantity::kThrust) continue;
+    for (const double lag : kLags) {
+      all.push_back({motion});
+      all.back().front().lag = lag;
+    }
+  }
+  return all;
+}
+
+// Sine and cosine of the heading, once and twice a turn; battery voltage.
+std::vector<Factors> HeadingsAndVoltage(const FlightLog& log) {
+  std::vector<Factors> all;
+  for (const double periods : {1.0, 2.0}) {
+    all.push_back({{TermQuantity::kSine, {periods}}});
+    all.push_back({{TermQuantity::kCosine, {periods}}});
+  }
+  if (log.battery.empty()) return all;
+  double mean = 0.0;
+  for (const auto& sample : log.battery) {
+    mean += sample.value / static_cast<double>(log.battery.size());
+  }
+  all.push_back({{TermQuantity::kVoltage, {mean}}});
+  return all;
+}
+
+// As above, below, north and east of the middle of the flight; and time.
+std::vector<Factors> Places(const std::vector<TermMotion>& flight) {
+  Vector3d middle = Vector3d::Zero();
+  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
+  const double from = flight.front().t, to = flight.back().t;
+  return {{{TermQuantity::kNorth, {middle.x()}}},
+          {{TermQuantity::kEast, {middle.y()}}},
+          {{TermQuantity::kHeight, {-middle.z()}}},
+          {{TermQuantity::kTime, {0.5 * (from + to), std::max(1e-3, 0.5 * (to - from))}}}};
+}
+
+constexpr double kLeastShare = 0.02;  // of the flight's time
+
+// How much of the flight's time is spent at a hump.
+double ShareOf(const TermFactor& hump, const std::vector<TermMotion>& flight) {
+  double share = 0.0;
+  for (const TermMotion& at : flight) {
+    share += ValueOf<double>(hump, at) / static_cast<double>(flight.size());
+  }
+  return share;
+}
+
+// Smooth humps on two grids over the course, where the flight spends some time but not most of it,
+// and slopes of those on the wide grid. Their edges are soft: between learned gusts a sharp edge at
+// a wrong place refutes a push there.
+std::vector<Factors> Humps(const std::vector<TermMotion>& flight) {
+  constexpr double kGreatestShare = 0.4;  // of the flight's time
   Eigen::Vector2d low = flight.front().p_E.head<2>(), high = low;
   for (const TermMotion& at : flight) {
     low = low.cwiseMin(at.p_E.head<2>());
     high = high.cwiseMax(at.p_E.head<2>());
   }
-  std::vector<TermVariable> humps;
+  std::vector<Factors> humps;
   for (const int across : {5, 10}) {
     const double radius = (high - low).maxCoeff() / across;
     if (!(radius > 0.0)) break;
     for (double x = low.x(); x < high.x() + 0.5 * radius; x += radius) {
       for (double y = low.y(); y < high.y() + 0.5 * radius; y += radius) {
-        const Eigen::Vector2d centre(x, y);
-        const auto hump = [centre, radius](const TermMotion& at) {
-          return std::exp(-(at.p_E.head<2>() - centre).squaredNorm() / (radius * radius));
-        };
-        double share = 0.0;
-        for (const TermMotion& at : flight) {
-          share += hump(at) / static_cast<double>(flight.size());
-        }
+        const TermFactor hump{TermQuantity::kPlace, {x, y, radius}};
+        const double share = ShareOf(hump, flight);
         if (share < kLeastShare || share > kGreatestShare) continue;
-        const std::string name =
-            fmt::format("being within about {:.1f} m of ({:.1f}, {:.1f})", radius, x, y);
-        humps.push_back({name, "1", 2, hump, true});
+        humps.push_back({hump});
+        if (across > 5) continue;
+        humps.push_back({{TermQuantity::kSlopeNorth, hump.at}});
+        humps.push_back({{TermQuantity::kSlopeEast, hump.at}});
       }
     }
   }
   return humps;
 }
 
-// As above, below, north and east of the middle of the flight; and time.
-std::vector<TermVariable> Places(const std::vector<TermMotion>& flight) {
-  Vector3d middle = Vector3d::Zero();
-  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
-  using M = const TermMotion&;
-  return {{fmt::format("the distance north of x = {:.1f} m", middle.x()), "m", 1,
-           [x = middle.x()](M at) { return at.p_E.x() - x; }},
-          {fmt::format("the distance east of y = {:.1f} m", middle.y()), "m", 1,
-           [y = middle.y()](M at) { return at.p_E.y() - y; }},
-          {fmt::format("the height above {:.1f} m", -middle.z()), "m", 1,
-           [z = middle.z()](M at) { return z - at.p_E.z(); }},
-          {"time (half of the flight)", "1", 1, [](M at) { return at.s; }}};
+bool IsEarth(int axis) { return axis >= 3; }
+
+// Fixes are wrong by a single motion, heading or place, if by any. Fixes that drift evenly are
+// those of a vehicle that is as much faster, which its drag alone tells apart.
+bool MayMoveFixes(const Factors& variable) {
+  const TermFactor& first = variable[0];
+  return variable.size() == 1 && !first.size && first.lag == 0.0 && !IsLocal(variable) &&
+         first.of != TermQuantity::kTime;
 }
 
-bool IsEarth(int axis) { return axis >= 3; }
+// A gust pushes the vehicle, and a controller turns the thrust against the push a little later: a
+// force beside a rate that lags is what any vehicle shows that holds its course.
+bool IsControl(TermOn on, int axis, const Factors& variable) {
+  if (on != TermOn::kForce || variable[0].lag == 0.0) return false;
+  constexpr std::array kTurnsThrust = {TermQuantity::kRateY, TermQuantity::kRateX,
+                                       TermQuantity::kThrust};
+  return !IsEarth(axis) && variable[0].of == kTurnsThrust[static_cast<std::size_t>(axis)];
+}
 
 }  // namespace
 
 double TermMotion::Heading() const { return std::atan2(R_E_B(1, 0), R_E_B(0, 0)); }
 
-Vector3d OpenTerm::At(const TermMotion& at) const {
-  const double size = with.value(at);
-  if (IsEarth(axis)) return size * at.R_E_B.row(axis - 3).transpose();
-  return size * Vector3d::Unit(axis);
-}
-
-std::string OpenTerm::Enters() const {
-  return on == TermOn::kForce ? "force" : on == TermOn::kTurn ? "moment" : "attitude";
-}
-
-std::string OpenTerm::Along() const { return kAxes[axis]; }
-
-std::string OpenTerm::Name() const {
-  return fmt::format("{} {} {} with {}", Enters(), on == TermOn::kAttitude ? "about" : "along",
-                     Along(), with.name);
-}
-
-std::string OpenTerm::Unit() const {
-  const std::string unit = on == TermOn::kForce ? "m/s^2" : on == TermOn::kTurn ? "rad/s^2" : "rad";
-  return with.unit == "1" ? unit : unit + " for each " + with.unit;
-}
-
-std::string OpenTerm::Text(double size, double sigma) const {
-  const char* what = on == TermOn::kForce  ? "a force along"
-                     : on == TermOn::kTurn ? "a moment about"
-                                           : "an attitude that is logged wrong about";
-  const std::string of = with.unit == "1" ? " times " : " of ";
-  return fmt::format("{} {} of {:.3g} +- {:.2g} {}{}", what, Along(), size, sigma, Unit(),
-                     with.local ? " while" + with.name.substr(5) : of + with.name);
-}
-
-std::string OpenTerm::Physics() const {
+std::string PhysicsOf(const TermForm& term) {
   static const std::vector<std::pair<std::string, std::string>> known = {
       {"force along x_B with forward speed", "linear drag"},
       {"force along y_B with sideways speed", "linear drag"},
@@ -155,44 +157,85 @@ std::string OpenTerm::Physics() const {
       {"attitude about down with the sine of twice the heading", "soft iron near the compass"},
       {"attitude about down with the cosine of twice the heading", "soft iron near the compass"},
       {"attitude about down with the sine of the heading", "hard iron near the compass"},
-      {"attitude about down with the cosine of the heading", "hard iron near the compass"}};
+      {"attitude about down with the cosine of the heading", "hard iron near the compass"},
+      {"fix along x_B with forward speed", "fixes that are late or early"},
+      {"fix along y_B with sideways speed", "fixes that are late or early"}};
   for (const auto& [form, physics] : known) {
-    if (form == Name()) return physics;
+    if (form == term.Name()) return physics;
   }
-  if (on == TermOn::kForce && IsEarth(axis) && with.local) {
-    return "moving air at this place";
-  }
-  return "";
+  const bool local = term.on == TermOn::kForce && IsEarth(term.axis) && IsLocal(term.with);
+  return local ? "moving air at this place" : "";
 }
 
-std::vector<TermVariable> TermVariables(const std::vector<TermMotion>& flight) {
-  std::vector<TermVariable> all = Motions();
-  const std::size_t motions = all.size();
-  for (std::size_t i = 0; i < motions; ++i) {
-    all.push_back(SizeOf(all[i]));
-    for (std::size_t j = i; j < motions; ++j) all.push_back(Product(all[i], all[j]));
-  }
-  for (const auto& more : {Headings(), Places(flight), Humps(flight)}) {
+std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope) {
+  const Factors motions = Motions(scope);
+  std::vector<Factors> all = Products(motions);
+  for (const auto& more : {Lagged(motions), HeadingsAndVoltage(scope.log), Places(scope.motions),
+                           Humps(scope.motions)}) {
     all.insert(all.end(), more.begin(), more.end());
   }
+  for (Factors& variable : all) BindTerms(scope.log, &variable);
   return all;
 }
 
-std::vector<OpenTerm> OpenTerms(DriveKind drive, const std::vector<TermMotion>& flight) {
-  const bool rotors = drive == DriveKind::kRotors;
+std::vector<TermForm> OpenTerms(const TermScope& scope) {
+  const bool rotors = scope.drive == DriveKind::kRotors;
   std::vector<std::pair<TermOn, std::vector<int>>> changed = {
       {TermOn::kForce, rotors ? std::vector<int>{0, 1, 2, 3, 4} : std::vector<int>{0, 1, 3, 4}},
-      {TermOn::kAttitude, {0, 1, 5}}};
+      {TermOn::kAttitude, {0, 1, 5}},
+      {TermOn::kFix, {0, 1, 2, 3, 4, 5}}};
   if (rotors) changed.push_back({TermOn::kTurn, {0, 1, 2}});
-  std::vector<OpenTerm> terms;
-  for (const TermVariable& variable : TermVariables(flight)) {
+  std::vector<TermForm> terms;
+  for (const Factors& variable : TermVariables(scope)) {
+    const bool local = IsLocal(variable);
     for (const auto& [on, axes] : changed) {
+      if (on == TermOn::kFix && !MayMoveFixes(variable)) continue;
       for (const int axis : axes) {
-        if (!variable.local || IsEarth(axis)) terms.push_back({on, axis, variable});
+        if (IsControl(on, axis, variable)) continue;
+        const bool suits = !local || (on == TermOn::kForce && IsEarth(axis));
+        if (suits || (local && on == TermOn::kAttitude && IsEarth(axis))) {
+          terms.push_back({on, axis, variable});
+        }
       }
     }
   }
   return terms;
+}
+
+std::vector<TermForm> HumpsToldBy(const TermForm& term) {
+  constexpr double kSide = 0.7;  // of the radius: where a slope is greatest
+  if (term.with.size() != 1 || !IsLocal(term.with)) return {};
+  TermForm hump = term;
+  hump.with[0].of = TermQuantity::kPlace;
+  if (term.with[0].of == TermQuantity::kPlace) return {hump};
+  const std::size_t along = term.with[0].of == TermQuantity::kSlopeNorth ? 0 : 1;
+  std::vector<TermForm> sides(2, hump);
+  sides[0].with[0].at[along] -= kSide * hump.with[0].at[2];
+  sides[1].with[0].at[along] += kSide * hump.with[0].at[2];
+  return sides;
+}
+
+std::vector<TermForm> NearbyHumps(const TermForm& hump, const std::vector<TermMotion>& flight,
+                                  double step) {
+  std::vector<TermForm> nearby{hump};
+  const auto add = [&](double dx, double dy, double wider, bool other_edge) {
+    TermForm moved = hump;
+    std::vector<double>& at = moved.with[0].at;
+    const bool flat = (at.size() > 3) != other_edge;
+    at.resize(flat ? 4 : 3);
+    if (flat) at[3] = 4.0;
+    at[0] += dx * at[2];
+    at[1] += dy * at[2];
+    at[2] *= wider;
+    if (ShareOf(moved.with[0], flight) >= kLeastShare) nearby.push_back(moved);
+  };
+  for (const double wider : {1.0 / (1.0 + step), 1.0, 1.0 + step}) {
+    for (const double dx : {-step, 0.0, step}) {
+      for (const double dy : {-step, 0.0, step}) add(dx, dy, wider, false);
+    }
+    add(0.0, 0.0, wider, true);
+  }
+  return nearby;
 }
 
 }  // namespace trueline

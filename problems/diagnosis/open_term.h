@@ -4,56 +4,23 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "problems/effects/declaration.h"
+#include "problems/effects/term.h"
 
 namespace trueline {
 
 // How the vehicle moves at one time: what a term may go with.
-struct TermMotion {
-  Eigen::Vector3d v_B = Eigen::Vector3d::Zero();  // m/s, over ground
-  Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  // rad/s
-  double thrust = 0.0;                            // m/s^2, above hover
-  Eigen::Matrix3d R_E_B = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p_E = Eigen::Vector3d::Zero();  // m
-  double s = 0.0;                                 // time from -1 to 1 over the flight
+struct TermMotion : TermState<double> {
+  double s = 0.0;  // time from -1 to 1 over the flight
 
   double Heading() const;  // rad
 };
 
-// What a term changes: the specific force [m/s^2] or the angular acceleration [rad/s^2] that acts
-// on the vehicle, or the attitude that is logged [rad].
-enum class TermOn { kForce, kTurn, kAttitude };
-
-// A number that changes along the flight.
-struct TermVariable {
-  std::string name, unit;
-  int factors;  // in its formula
-  std::function<double(const TermMotion&)> value;
-  bool local = false;  // a part of the course
-};
-
-struct OpenTerm {
-  TermOn on;
-  int axis;  // 0 to 2: x, y, z of B; 3, 4, 5: north, east, down
-  TermVariable with;
-
-  // One unit of it, in body axes.
-  Eigen::Vector3d At(const TermMotion& at) const;
-  std::string Name() const;    // "force along x_B with pitch rate"
-  std::string Enters() const;  // force | moment | attitude
-  std::string Along() const;   // x_B, ..., north, ...
-  std::string Unit() const;    // of its size: "m/s^2 for each rad/s"
-  // "a force along x_B of 1.5 +- 0.2 m/s^2 for each rad/s of pitch rate"
-  std::string Text(double size, double sigma) const;
-  // How long the formula is. A force that goes with the vehicle mostly turns with it, too.
-  int Length() const { return 2 * with.factors + (axis < 3 ? 0 : 1); }
-  // Known physics of this form; empty if there is none.
-  std::string Physics() const;
-};
+// Known physics of this form; empty if there is none.
+std::string PhysicsOf(const TermForm& term);
 
 struct SizeWithSigma {
   double value = 0.0, sigma = 0.0;
@@ -67,13 +34,14 @@ struct TermRepeat {
 };
 
 struct DescribedTerm {
-  OpenTerm term;
-  SizeWithSigma size;  // in term.Unit()
+  TermForm term;
+  SizeWithSigma size;  // in term.Unit(), fitted with the term in the model
   double p = 1.0;      // after the correction for the number of terms tried
   int tried = 0;
-  std::array<SizeWithSigma, 2> halves;  // by blocks of the flight in turn, A B A B
-  std::vector<std::string> alike;       // names of terms that fit as well
-  std::vector<TermRepeat> repeats;      // by further flight
+  std::array<SizeWithSigma, 2> halves = {};  // by blocks of the flight in turn, A B A B
+  std::vector<std::string> alike = {};       // names of terms that fit as well
+  std::vector<TermRepeat> repeats = {};      // by further flight
+  bool in_model = false;                     // of the fit: the drive can take it
 };
 
 // One of the terms tested singly, before any is taken.
@@ -84,17 +52,34 @@ struct TermSize {
 };
 
 struct OpenCatalogue {
-  std::vector<DescribedTerm> described;
-  std::vector<TermSize> tested;
+  std::vector<DescribedTerm> described = {};
+  std::vector<TermSize> tested = {};
 };
 
-// Velocities, rates, thrust, their products and squares; heading; place on the course flown, in
-// linear form and as humps where the flight has been; height; time.
-std::vector<TermVariable> TermVariables(const std::vector<TermMotion>& flight);
+// What a grammar of terms needs to know of a flight.
+struct TermScope {
+  DriveKind drive;
+  const FlightLog& log;
+  std::vector<TermMotion> motions;  // evenly in time
+};
 
-// Forces along horizontal axes of B and E, and attitude errors, for both drives. The rotor drive
-// also has forces along z_B and moments: the IMU drive measures the former and has no latter. What
-// goes with a part of the course acts along axes of E.
-std::vector<OpenTerm> OpenTerms(DriveKind drive, const std::vector<TermMotion>& flight);
+// Velocities, rates, thrust, their products and squares; rates and thrust that lag; heading; place
+// on the course flown, in linear form and as humps where the flight has been, and slopes of these;
+// height; time; voltage where it is logged. Series are bound.
+std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope);
+
+// Forces along horizontal axes of B and E, attitude errors and errors of fixes, for both drives.
+// The rotor drive also has forces along z_B and moments: the IMU drive measures the former and has
+// no latter. What goes with a part of the course acts along axes of E.
+std::vector<TermForm> OpenTerms(const TermScope& scope);
+
+// Where to look for the hump that a term on a part of the course tells about: the hump itself, or
+// either side of a slope. None if the term is neither.
+std::vector<TermForm> HumpsToldBy(const TermForm& term);
+
+// A hump and those near it: moved by `step` of its radius, wider and narrower by as much, or with
+// another edge, where the flight has been.
+std::vector<TermForm> NearbyHumps(const TermForm& hump, const std::vector<TermMotion>& flight,
+                                  double step);
 
 }  // namespace trueline

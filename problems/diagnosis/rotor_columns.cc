@@ -4,7 +4,6 @@
 #include <functional>
 
 namespace trueline {
-
 RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
                           const std::vector<Effect>& effects) {
   std::vector<Effect> all = options.effects;
@@ -13,7 +12,7 @@ RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& o
   RotorDataOptions streams = options.data;
   streams.motor_lag += found.motor_lag;
   const RotorDrivenModel& vehicle = options.vehicle.model;
-  RotorSetup setup{RotorAeroModel(vehicle.rotors(), log.gravity, RotorExtensionOf(all).effects),
+  RotorSetup setup{RotorAeroModel(vehicle.rotors(), log.gravity, RotorEffectsOn(log, all)),
                    MakeRotorData(log, vehicle.num_rotors(), streams), options.prior,
                    streams.motor_lag};
   setup.prior.mean += found.added;
@@ -31,9 +30,8 @@ RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& opti
   }
   std::vector<Effect> all = options.effects;
   all.insert(all.end(), effects.begin(), effects.end());
-  return {
-      RotorAeroModel(options.vehicle.model.rotors(), log.gravity, RotorExtensionOf(all).effects),
-      options.prior.mean + extension.added - before, nullptr};
+  return {RotorAeroModel(options.vehicle.model.rotors(), log.gravity, RotorEffectsOn(log, all)),
+          options.prior.mean + extension.added - before, nullptr};
 }
 
 namespace {
@@ -134,13 +132,14 @@ const std::vector<NamedTerms>& Library() {
 bool IsOfSensor(Changes on) { return on != Changes::kForce && on != Changes::kTurn; }
 
 TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
+  const RotorInput input = setup.data.InputAt(t);
   TermMotion at;
+  at.t = input.t;
   at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
   at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
   at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
-  at.thrust =
-      -setup.model.PushOn(x.data(), setup.data.InputAt(t)).force.z() - setup.model.base().gravity();
+  at.thrust = -setup.model.PushOn(x.data(), input).force.z();
   at.s = 2.0 * t / setup.data.poses.back().t - 1.0;
   return at;
 }
@@ -149,6 +148,7 @@ TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double 
                         const RotorState& x) {
   TermInputs at{MotionAt(setup, t, x), 0.0};
   at.p_E -= middle;
+  at.thrust -= setup.model.base().gravity();  // above hover
   at.heading = at.Heading();
   return at;
 }
@@ -218,10 +218,10 @@ std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResul
   return motions;
 }
 
-RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<OpenTerm>& terms) {
+RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms) {
   RotorTerms all;
-  for (const OpenTerm& term : terms) {
-    all.terms.push_back({term.Name(), 1, term.on == TermOn::kAttitude});
+  for (const TermForm& term : terms) {
+    all.terms.push_back({term.Name(), 1, term.on == TermOn::kAttitude || term.on == TermOn::kFix});
   }
   const int count = static_cast<int>(terms.size());
   all.columns.count = count;
@@ -238,6 +238,7 @@ RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<OpenTerm>& 
     read->setZero(kReadRows, count);
     for (int i = 0; i < count; ++i) {
       if (terms[i].on == TermOn::kAttitude) read->col(i).tail<3>() = terms[i].At(at);
+      if (terms[i].on == TermOn::kFix) read->col(i).head<3>() = at.R_E_B * terms[i].At(at);
     }
   };
   return all;

@@ -39,7 +39,7 @@ struct RotorTerms {
 RotorTerms MakeRotorTerms(const RotorSetup& setup);
 
 // Of the open catalogue, a column each; `setup` must outlive them.
-RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<OpenTerm>& terms);
+RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
 // At each pose.
 std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch);
 

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0};  // s
 constexpr double kReplaySpacing = 0.1;                 // s, between starts
-constexpr double kReplayStep = 0.004;                  // s
 
 Eigen::Vector3d PositionOf(const RotorState& x) {
   Eigen::Vector3d p_E;
@@ -22,18 +21,6 @@ Eigen::Vector3d PositionOf(const RotorState& x) {
 
 Eigen::Matrix3d AttitudeOf(const RotorState& x) {
   return Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
-}
-
-RotorState Integrated(const RotorAeroModel& model, const RotorData& data, RotorState x, double from,
-                      double to) {
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
-  const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kReplayStep - 1e-9)));
-  const double dt = (to - from) / steps;
-  for (int k = 0; k < steps; ++k) {
-    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
-    x.head<4>().normalize();
-  }
-  return x;
 }
 
 // The pose nearest to t.

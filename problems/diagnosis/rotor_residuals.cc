@@ -66,6 +66,7 @@ void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   diagnosis->residual_of = "disturbances between poses";
   diagnosis->noise = ToYaml(options_.noise);
   diagnosis->rotor_delay = options_.data.rotor_delay;
+  diagnosis->gyro_delay = options_.data.gyro_delay;
 }
 
 }  // namespace trueline

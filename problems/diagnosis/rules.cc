@@ -23,13 +23,11 @@ bool Better(const Gain& g) { return g.arcs > 0 && g.low > 0.0; }
 
 bool Witnessed(const Cause& cause) { return cause.witness.says == "confirms"; }
 
-// One measure shows a gain, and both combined are no loss.
-bool ClearGain(const Cause& cause) {
-  const bool better = Better(cause.gain) || Better(cause.open_loop);
-  return better && !PredictsWorse(cause.gain, cause.open_loop);
-}
-
 }  // namespace
+
+bool ClearGain(const Gain& arcs, const Gain& replays) {
+  return (Better(arcs) || Better(replays)) && !PredictsWorse(arcs, replays);
+}
 
 bool PredictsWorse(const Gain& arcs, const Gain& replays) {
   return Ratio(arcs) * Ratio(replays) > 1.0;
@@ -77,7 +75,7 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
     return fmt::format("only {} independent arcs or replays are behind it, {} are needed",
                        independent, kFewestIndependent);
   }
-  if (ClearGain(cause)) return "";
+  if (ClearGain(cause.gain, cause.open_loop)) return "";
   return "neither held-out flight nor a witness nor another flight shows it: its gain may be zero "
          "or less";
 }
@@ -85,11 +83,12 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
 bool Claimed(const Cause& cause) { return cause.confirmed.value_or(true) || Witnessed(cause); }
 
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
-                      const std::vector<std::string>& unexplained_by) {
-  if (causes.empty() && set_aside.empty() && unexplained_by.empty()) return "clean";
+                      const std::vector<std::string>& unexplained_by, bool terms_repeat) {
+  if (causes.empty() && !terms_repeat && set_aside.empty() && unexplained_by.empty())
+    return "clean";
   // A cause that can't be relied on is a significant misfit, too.
   const bool all = std::all_of(causes.begin(), causes.end(), Claimed);
-  if (causes.empty() || !all || !unexplained_by.empty()) return "unexplained";
+  if ((causes.empty() && !terms_repeat) || !all || !unexplained_by.empty()) return "unexplained";
   const bool ambiguous = std::any_of(causes.begin(), causes.end(),
                                      [](const Cause& c) { return !c.confused_with.empty(); });
   return ambiguous ? "ambiguous" : "explained";

@@ -14,6 +14,9 @@ bool Harmful(const Cause& cause);
 // True if the model with causes predicts held-out flight worse than the model without them.
 bool PredictsWorse(const Gain& arcs, const Gain& replays);
 
+// True if held-out flight is predicted better by one measure, and not worse by both together.
+bool ClearGain(const Gain& arcs, const Gain& replays);
+
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
 // Reasons are: its witness refutes it; it makes held-out flight worse; it is smaller than what the
 // flight shows with good chance; neither held-out flight nor a witness nor another flight shows it;
@@ -29,9 +32,10 @@ std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes);
 bool Claimed(const Cause& cause);
 
 // clean | explained | ambiguous | unexplained. A flight is explained if all causes can be relied on
-// and no significant misfit remains.
+// and no significant misfit remains. `terms_repeat`: terms that other flights show explain some of
+// it.
 std::string VerdictOf(const std::vector<Cause>& causes, const std::vector<Cause>& set_aside,
-                      const std::vector<std::string>& unexplained_by);
+                      const std::vector<std::string>& unexplained_by, bool terms_repeat = false);
 
 // Constants that cause `which` can't be told apart from: without their priors it is not
 // significant, and they are correlated with it. `names`: of the fit's first columns.

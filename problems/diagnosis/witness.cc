@@ -399,7 +399,7 @@ bool Shown(const EffectParameterInfo& parameter, double sigma) {
 }
 
 std::string SaysOf(const Witness& witness, const Cause& cause) {
-  constexpr double kLeastShare = 0.4;  // of the size, that a witness of the effect shows of it
+  constexpr double kShareShown = 0.4;  // of the size, that a witness of the effect shows of it
   const auto count = static_cast<double>(cause.value.size());
   const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));
   const VectorXd neutral = cause.candidate.Neutral();
@@ -408,7 +408,7 @@ std::string SaysOf(const Witness& witness, const Cause& cause) {
   const VectorXd shown = (witness.value - neutral).cwiseQuotient(both);
   const bool apart = (fitted - shown).norm() > critical;
   const double share = fitted.dot(shown) / fitted.squaredNorm();
-  if (apart && share < kLeastShare) return "refutes";
+  if (apart && share < kShareShown) return "refutes";
   const VectorXd usual =
       (witness.sigma.cwiseAbs2() + cause.candidate.Ordinary().cwiseAbs2()).cwiseSqrt();
   const bool shows = (witness.value - neutral).cwiseQuotient(usual).norm() > critical;

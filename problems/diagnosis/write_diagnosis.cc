@@ -9,6 +9,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/witness.h"
+#include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -135,17 +136,20 @@ YAML::Node SizeNode(const SizeWithSigma& size) {
 }
 
 YAML::Node TermNode(const DescribedTerm& described) {
-  const OpenTerm& term = described.term;
+  const TermForm& term = described.term;
   YAML::Node node;
   node["text"] = term.Text(described.size.value, described.size.sigma);
   node["enters"] = term.Enters();
   node["along"] = term.Along();
-  node["goes_with"] = term.with.name;
+  node["goes_with"] = WordsOf(term.with);
+  node["where"] = term.Where();
+  node["with"] = SymbolsOf(term.with);
+  node["in_model"] = described.in_model;
   node["size"] = Value(described.size.value, described.size.sigma, term.Unit());
   node["p_value"] = Rounded(described.p, 3);
   node["tried"] = described.tried;
   for (const SizeWithSigma& half : described.halves) node["halves"].push_back(SizeNode(half));
-  if (!term.Physics().empty()) node["physics"] = term.Physics();
+  if (!PhysicsOf(term).empty()) node["physics"] = PhysicsOf(term);
   if (!described.alike.empty()) node["fits_alike"] = described.alike;
   for (const TermRepeat& repeat : described.repeats) {
     YAML::Node other = SizeNode(repeat.size);
@@ -173,12 +177,7 @@ YAML::Node CandidateNode(const CandidateReport& report) {
 
 YAML::Node EffectsNode(const std::vector<Effect>& effects) {
   YAML::Node node(YAML::NodeType::Sequence);
-  for (const Effect& effect : effects) {
-    YAML::Node entry;
-    entry["id"] = effect.id;
-    for (const auto& [name, value] : effect.values) entry[name] = Rounded(value, 6);
-    node.push_back(Flow(entry));
-  }
+  for (const Effect& effect : effects) node.push_back(ToYaml(effect));
   if (node.size() == 0) node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -229,6 +228,11 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
   for (const DescribedTerm& term : diagnosis.open.described)
     node["terms"].push_back(TermNode(term));
+  if (diagnosis.terms_gain.arcs + diagnosis.terms_open_loop.arcs > 0) {
+    YAML::Node gains;
+    AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
+    node["terms_gain"] = gains;
+  }
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
     node["candidates"].push_back(CandidateNode(c));
@@ -244,6 +248,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
   if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
   node["noise"] = diagnosis.noise;
   if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
+  if (diagnosis.gyro_delay) node["gyro_delay"] = *diagnosis.gyro_delay;
   if (!diagnosis.fixes.empty()) node["fixes"] = diagnosis.fixes;
   node["warnings"] = diagnosis.warnings;
   node["provenance"] = provenance;

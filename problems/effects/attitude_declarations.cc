@@ -4,7 +4,6 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
-#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 namespace {
@@ -22,24 +21,10 @@ double HeadingOf(const Quaterniond& q_E_B) {
   return std::atan2(forward_E.y(), forward_E.x());
 }
 
-// Velocity every quarter of a second by lines and curves through the fixes.
-std::vector<VelocitySample> RoughVelocities(const FlightLog& log) {
-  std::vector<VelocitySample> path;
-  const std::vector<Pass> passes = FindPasses(log.fixes, PassOptions());
-  if (passes.empty()) return path;
-  const RoughPath rough(log.fixes, passes);
-  for (TimeNs t = passes.front().begin; t <= rough.end(); t += FromSeconds(0.25)) {
-    path.push_back({t, rough.At(t).v});
-  }
-  return path;
-}
-
 // The tilt of E' follows the low-passed horizontal acceleration with gain k: phi = a_y / g and
 // theta = -a_x / g for an acceleration that lasts. Outside of the path the tilt decays.
 void UndoAccelerationError(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
-  const std::vector<VelocitySample> rough =
-      context.path.empty() ? RoughVelocities(context.original) : std::vector<VelocitySample>();
-  const std::vector<VelocitySample>& path = context.path.empty() ? rough : context.path;
+  const std::vector<VelocitySample> path = context.Path();
   const double k = effect["k"], side = k < 0.0 ? -1.0 : 1.0;
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
   std::size_t i = 0;

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "problems/effects/declaration.h"
+#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 namespace {
@@ -11,6 +12,7 @@ std::vector<const EffectInfo*> Corrections() {
   for (const EffectInfo& info : DeclaredEffects(DriveKind::kImu)) {
     if (info.correct != nullptr) corrections.push_back(&info);
   }
+  for (const TermOn on : {TermOn::kAttitude, TermOn::kFix}) corrections.push_back(&TermInfo(on));
   std::stable_sort(
       corrections.begin(), corrections.end(),
       [](const EffectInfo* a, const EffectInfo* b) { return a->correct_at < b->correct_at; });
@@ -22,10 +24,23 @@ std::vector<const EffectInfo*> Corrections() {
 ForceEffects ForceEffectsOf(const std::vector<Effect>& effects) {
   ForceEffects force;
   for (const Effect& effect : effects) {
-    const EffectInfo& info = InfoOf(effect.id);
+    const EffectInfo& info = InfoOf(effect);
     if (info.add_force != nullptr) info.add_force(effect, &force);
   }
   return force;
+}
+
+std::vector<VelocitySample> CorrectionContext::Path() const {
+  if (!path.empty()) return path;
+  std::vector<VelocitySample> rough;
+  const std::vector<Pass> passes = FindPasses(original.fixes, PassOptions());
+  if (passes.empty()) return rough;
+  const RoughPath through(original.fixes, passes);
+  for (TimeNs t = passes.front().begin; t <= through.end(); t += FromSeconds(0.25)) {
+    const LineFit at = through.At(t);
+    rough.push_back({t, at.v, at.p});
+  }
+  return rough;
 }
 
 FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
@@ -35,7 +50,7 @@ FlightLog CorrectLog(const FlightLog& log, const std::vector<Effect>& effects,
   const CorrectionContext context{log, path};
   for (const EffectInfo* info : corrections) {
     for (const Effect& effect : effects) {
-      if (effect.id == info->id) info->correct(effect, context, &corrected);
+      if (&InfoOf(effect) == info) info->correct(effect, context, &corrected);
     }
   }
   return corrected;

@@ -63,6 +63,10 @@ const EffectInfo& InfoOf(const std::string& id) {
   return *info;
 }
 
+const EffectInfo& InfoOf(const Effect& effect) {
+  return effect.term ? TermInfo(effect.term->on) : InfoOf(effect.id);
+}
+
 std::string NameOf(EntersAt enters) {
   switch (enters) {
     case EntersAt::kForce:

@@ -48,6 +48,8 @@ struct CorrectionContext {
   const std::vector<VelocitySample>& path;  // as in CorrectLog
 
   double Since(TimeNs t) const { return SecondsBetween(original.imu.front().t, t); }
+  // `path`, or every quarter of a second by lines and curves through the fixes.
+  std::vector<VelocitySample> Path() const;
 };
 // Corrections are made in this order: later ones use the corrected samples.
 enum class CorrectionStage { kClock, kImu, kAttitude, kMap, kGateVector, kFixClock };
@@ -87,6 +89,10 @@ const EffectInfo* FindDeclared(const std::string& id);
 const EffectInfo* FindDeclared(const std::string& id, DriveKind drive);
 // CHECKs that `id` is declared.
 const EffectInfo& InfoOf(const std::string& id);
+// Of a term, that of what it changes.
+const EffectInfo& InfoOf(const Effect& effect);
+// What estimators do about terms of the open catalogue that change `on`; id "term", parameter size.
+const EffectInfo& TermInfo(TermOn on);
 
 std::string NameOf(EntersAt enters);
 

@@ -21,7 +21,10 @@ std::vector<EffectInfo> ForceDeclarations() {
           .definition = "f_B,xy += -c norm(v_B) v_B,xy",
           .separate_by = kFasterAndSlower,
           .drawn = {{"c", 0.05, 0.5}},
-          .add_force = [](const Effect& e, ForceEffects* all) { all->quadratic_drag += e["c"]; },
+          .add_force =
+              [](const Effect& e, ForceEffects* all) {
+                all->Add(e["c"], [](double c, const auto& air) { return air.Drag(air.speed * c); });
+              },
       },
       {
           .id = "rotor_drag",
@@ -32,7 +35,11 @@ std::vector<EffectInfo> ForceDeclarations() {
           .separate_by =
               "brake and turn hard at one speed, so that thrust changes while speed does not",
           .drawn = {{"k", 0.02, 0.15}},
-          .add_force = [](const Effect& e, ForceEffects* all) { all->rotor_drag += e["k"]; },
+          .add_force =
+              [](const Effect& e, ForceEffects* all) {
+                all->Add(e["k"],
+                         [](double k, const auto& air) { return air.Drag(k * air.thrust); });
+              },
       },
       {
           .id = "wind",

@@ -79,7 +79,13 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .definition = "f_B,xy += -k sum(omega_i) v_B,xy",
           .separate_by = kSpeedsOfRotors,
           .drawn = {{"k", 8e-05, 0.0005}},
-          .extend = [](const Effect& e, RotorExtension* all) { all->effects.speed_drag = e["k"]; },
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.AddForce(e["k"], []<class T>(double k, const RotorAirFlow<T>& air) {
+                  const T drag(-k * air.speed_sum);
+                  return Vec3<T>(drag * air.v_B[0], drag * air.v_B[1], T(0.0));
+                });
+              },
       },
       {
           .id = "motor_lag",
@@ -101,7 +107,13 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .definition = "f_B,z += -k (v_B,x^2 + v_B,y^2)",
           .separate_by = kFlyAndHover,
           .drawn = {{"k", 0.15, 0.8}},
-          .extend = [](const Effect& e, RotorExtension* all) { all->effects.lift = e["k"]; },
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.AddForce(e["k"], []<class T>(double k, const RotorAirFlow<T>& air) {
+                  const Vec3<T>& v = air.v_B;
+                  return Vec3<T>(T(0.0), T(0.0), T(-k) * (v[0] * v[0] + v[1] * v[1]));
+                });
+              },
       },
       {
           .id = "air_moment",
@@ -114,8 +126,14 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .drawn = {{"roll", 0.0007, 0.008, true}, {"pitch", 0.0007, 0.008, true}},
           .extend =
               [](const Effect& e, RotorExtension* all) {
-                all->effects.moment_roll = e["roll"];
-                all->effects.moment_pitch = e["pitch"];
+                all->effects.AddMoment(e["roll"],
+                                       []<class T>(double k, const RotorAirFlow<T>& air) {
+                                         return Vec3<T>(T(-k) * air.v_B[1], T(0.0), T(0.0));
+                                       });
+                all->effects.AddMoment(e["pitch"],
+                                       []<class T>(double k, const RotorAirFlow<T>& air) {
+                                         return Vec3<T>(T(0.0), T(k) * air.v_B[0], T(0.0));
+                                       });
               },
       },
       {

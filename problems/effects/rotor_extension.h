@@ -20,5 +20,7 @@ struct RotorExtension {
 };
 
 RotorExtension RotorExtensionOf(const std::vector<Effect>& effects);
+// What they change in the model; terms take from the log what they need.
+RotorEffects RotorEffectsOn(const FlightLog& log, const std::vector<Effect>& effects);
 
 }  // namespace trueline

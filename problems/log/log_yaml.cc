@@ -115,12 +115,23 @@ std::string ReadEnvironment(const YamlMap& map) {
   return map.GetChoice("environment", {"indoors", "outdoors"}, "");
 }
 
+// A gravity that no place on the Earth has is mostly a typing error, or a number that was cut off.
+void WarnOfGravity(FlightLog* log) {
+  constexpr double kLeast = 9.76, kMost = 9.84;  // m/s^2, with 0.004 to spare
+  if (log->gravity > kLeast && log->gravity < kMost) return;
+  log->warnings.push_back(fmt::format(
+      "log.yaml: gravity is {:g} m/s^2, on the Earth it is between {:.2f} and {:.2f}; b_az and "
+      "thrust take the difference. If this isn't meant, correct `gravity`",
+      log->gravity, kLeast, kMost));
+}
+
 void ReadLogYaml(const std::filesystem::path& path, FlightLog* log) {
   const YamlMap map = YamlMap::FromFile(path);
   log->name = map.Get<std::string>("name", "");
   RequireFrame(map, "frame", "NED");
   RequireFrame(map, "body", "FRD");
   log->gravity = Positive(map, "gravity", map.Get<double>("gravity", 9.81));
+  WarnOfGravity(log);
   log->environment = ReadEnvironment(map);
   log->gates = ReadGates(map);
   if (map.Has("vehicle")) log->vehicle = ReadVehicle(map.Child("vehicle"));

@@ -51,7 +51,15 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   Vector3d drag = vehicle_.drag;
   Apply(stages_.drag, t, &drag);
 
-  Flow flow{t, R_E_B.transpose() * (state.v_E - w_E), 0.0, state.rotors.sum(), -state.p_E.z()};
+  Flow flow{t,
+            R_E_B.transpose() * (state.v_E - w_E),
+            0.0,
+            state.rotors.sum(),
+            -state.p_E.z(),
+            R_E_B.transpose() * state.v_E,
+            state.w_B,
+            state.p_E,
+            R_E_B};
   const Wrench wrench = RotorWrench(flow, state.rotors, load.com);
   flow.thrust = -wrench.force_B.z() / load.mass;
 
@@ -61,6 +69,8 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
       wrench.force_B / load.mass + drag.cwiseProduct(flow.v_B) + R_E_B.transpose() * gust_E;
   Apply(stages_.force, flow, &result.f_B);
 
+  Vector3d turn_B = twist_B;
+  Apply(stages_.turn, flow, &turn_B);
   Vector3d moment_B = wrench.moment_B;
   Apply(stages_.moment, flow, &moment_B);
   const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
@@ -68,7 +78,7 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
   result.rate.w_B =
-      (moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) + twist_B;
+      (moment_B - state.w_B.cross(angular_momentum)).cwiseQuotient(vehicle_.inertia) + turn_B;
   // f_B refers to the centre of mass as built; a centre displaced by `com` rotates about itself.
   result.f_B -= result.rate.w_B.cross(load.com) + state.w_B.cross(state.w_B.cross(load.com));
   result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);

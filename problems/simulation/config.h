@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "problems/common/strict_yaml.h"
+#include "problems/effects/effect.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
@@ -177,6 +178,7 @@ struct SimulationConfig {
   simulation::SensorSettings sensors = simulation::DefaultSensors();
   std::vector<simulation::EffectSetting> effects;
   std::vector<simulation::UnnamedForce> forces;
+  std::vector<Effect> terms;  // of the open catalogue (flown_terms.h)
   std::map<std::string, simulation::Range> randomise;
 };
 

@@ -50,7 +50,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   for (const YamlMap& effect : map.Children("effects")) {
     config.effects.push_back(ReadEffect(effect));
   }
-  config.forces = ReadUnnamedForces(map);
+  config.forces = ReadUnnamedForces(map, &config.terms);
   ReadRandomise(map.ChildOrEmpty("randomise"), &config);
   map.Finish();
   return config;

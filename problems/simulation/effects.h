@@ -22,6 +22,11 @@ struct Flow {
   double thrust;     // m/s^2, specific thrust T, positive up
   double rotor_sum;  // rad/s, sum of the rotor speeds
   double height;     // m above the floor
+  // For terms of the open catalogue.
+  Vector3d ground_B = Vector3d::Zero();  // m/s, velocity over ground in body axes
+  Vector3d w_B = Vector3d::Zero();       // rad/s
+  Vector3d p_E = Vector3d::Zero();       // m
+  Eigen::Matrix3d R_E_B = Eigen::Matrix3d::Identity();
 };
 
 // The body's true motion at one instant.
@@ -48,6 +53,7 @@ struct Stages {
   Stage<double, Vector3d*> wind;               // t; w_E in m/s
   Stage<double, Vector3d*> drag;               // t; K in 1/s
   Stage<const Flow&, Vector3d*> force;         // specific force f_B in m/s^2
+  Stage<const Flow&, Vector3d*> turn;          // angular acceleration in B, rad/s^2
   Stage<const Flow&, Vector3d*> moment;        // about the centre of mass, in B, N m
   Stage<const Flow&, int, double*> rotor;      // rotor's index; its thrust, as a multiple
   Stage<double, Load*> load;                   // t; mass and its centre

@@ -6,6 +6,7 @@
 #include "problems/simulation/autopilot.h"
 #include "problems/simulation/course.h"
 #include "problems/simulation/flight.h"
+#include "problems/simulation/flown_terms.h"
 #include "problems/simulation/gate_camera.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
@@ -60,6 +61,7 @@ FlightSetup MakeSetup(const SimulationConfig& config) {
   setup.ahrs = config.ahrs;
   setup.gravity = config.gravity;
   setup.stages = StagesWith(config.effects, config.gravity);
+  AddTerms(config.terms, &setup.stages);
   const double rate = config.imu.rate;
   setup.first = -static_cast<int>(std::ceil(config.warm_up * rate));
   setup.last = static_cast<int>(StreamTimes(rate, config.duration).size()) - 1;

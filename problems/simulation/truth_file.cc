@@ -1,9 +1,12 @@
 #include "problems/simulation/truth_file.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
+#include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/app.h"
+#include "problems/simulation/variant.h"
 
 namespace trueline {
 namespace {
@@ -38,16 +41,17 @@ void Parameters(const SimulationTruth& truth, YAML::Emitter* out) {
   const bool bias_constant = config.imu.accel_bias_walk == 0.0 && !Has(truth, {"accel_bias_drift"});
   const bool ahrs_constant = truth.ahrs_error_sigma.maxCoeff() < 1e-9;
   *out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
-  Parameter(out, "K_x", config.vehicle.drag.x(), "1/s", drag_constant);
-  Parameter(out, "K_y", config.vehicle.drag.y(), "1/s", drag_constant);
-  Parameter(out, "b_az", config.imu.accel_bias.z() + truth.accel_walk_mean.z(), "m/s^2",
-            bias_constant);
-  Parameter(out, "phi_E_Ep", truth.ahrs_error_mean.x(), "rad", ahrs_constant);
-  Parameter(out, "theta_E_Ep", truth.ahrs_error_mean.y(), "rad", ahrs_constant);
-  Parameter(out, "psi_E_Ep", truth.ahrs_error_mean.z(), "rad", ahrs_constant);
-  Parameter(out, "phi_I_B", config.imu.misalignment.x(), "rad", true);
-  Parameter(out, "theta_I_B", config.imu.misalignment.y(), "rad", true);
-  Parameter(out, "psi_I_B", config.imu.misalignment.z(), "rad", true);
+  std::map<std::string, double> values = TunableValues(config);
+  values["b_az"] += truth.accel_walk_mean.z();
+  for (int i = 0; i < 3; ++i) values[kTheta[kAhrsInTheta + i].name] = truth.ahrs_error_mean[i];
+  const std::map<ParameterGroup, bool> constant{{ParameterGroup::kDrag, drag_constant},
+                                                {ParameterGroup::kBias, bias_constant},
+                                                {ParameterGroup::kAhrsError, ahrs_constant},
+                                                {ParameterGroup::kMisalignment, true}};
+  for (int i = 0; i < kMotionSize; ++i) {
+    const ParameterInfo& info = kTheta[i];
+    Parameter(out, info.name, values.at(info.name), info.unit, constant.at(info.group));
+  }
   Parameter(out, "K_z", config.vehicle.drag.z(), "1/s", true);
   *out << YAML::EndMap;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/simulation/flown_terms.h"
+
 namespace trueline::simulation {
 namespace {
 
@@ -34,9 +36,13 @@ std::vector<int> Factors(const YamlMap& map, std::string product) {
 
 }  // namespace
 
-std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map) {
+std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms) {
   std::vector<UnnamedForce> forces;
   for (const YamlMap& entry : map.Children("forces")) {
+    if (entry.Has("id")) {
+      terms->push_back(ReadFlownTerm(entry));
+      continue;
+    }
     UnnamedForce force;
     force.axis = IndexIn(kAxes, entry.GetChoice("along", kAxes, kAxes.front()));
     force.factors = Factors(entry, entry.Get<std::string>("goes_with", std::string()));

@@ -12,12 +12,14 @@
 #include <vector>
 
 #include "problems/common/strict_yaml.h"
+#include "problems/effects/effect.h"
 #include "problems/simulation/airframe.h"
 
 namespace trueline::simulation {
 
-// Throws InputError for an unknown axis or variable.
-std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map);
+// Throws InputError for an unknown axis or variable. Entries with an `id: term` are those of a
+// model.yaml (flown_terms.h); they go to `terms`.
+std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms);
 
 // Specific force on the vehicle in E, m/s^2.
 Vector3d ForceOf(const std::vector<UnnamedForce>& forces, const BodyState& state);

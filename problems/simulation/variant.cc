@@ -3,6 +3,7 @@
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
+#include "problems/simulation/flown_terms.h"
 
 namespace trueline {
 namespace {
@@ -50,6 +51,10 @@ SimulationConfig WithModel(const SimulationConfig& config, const YamlMap& model)
     if (IsVehicle(i)) *tunables.at(name) = parameters.Child(name).Get<double>("value");
   }
   for (const YamlMap& entry : model.Children("effects")) {
+    if (entry.Get<std::string>("id") == "term") {
+      flown.terms.push_back(simulation::ReadFlownTerm(entry));
+      continue;
+    }
     simulation::EffectSetting effect{entry.Get<std::string>("id"), {}};
     for (const std::string& key : entry.Keys()) {
       if (key != "id") effect.values[key] = entry.Get<double>(key);

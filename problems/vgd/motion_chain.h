@@ -21,7 +21,8 @@ class MotionChain {
   template <typename T, typename Visitor>
   void Integrate(const ImuDrivenModel<T>& model, const MotionState<T>& start_E, Visitor&& visit,
                  const ForceEffects* effects = nullptr) const {
-    const BlockModel<T> block_model(model, effects);
+    BlockModel<T> block_model(model, effects);
+    block_model.start_E = start_E.p;
     const Matrix3<T> R_E_Ep = model.R_Ep_E().transpose();
     MotionState<T> state;  // in E', relative to the start's position
     state.v = model.R_Ep_E() * start_E.v;

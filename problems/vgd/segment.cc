@@ -22,11 +22,12 @@ double MeanThrust(const DriveTrack& track, TimeNs t) {
   return sum / static_cast<double>(last - first + 1);
 }
 
-// Specific force in I by eq. 7-9 from the velocity in E'.
+// Specific force in I by eq. 7-9 from the velocity in E' and the place in E.
 // `thrust` in m/s^2, `t` in s from the log's start.
 template <typename T>
 Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effects,
-                      const Drive& drive, const Vector3<T>& v_Ep, double thrust, double t) {
+                      const Drive& drive, const Vector3<T>& v_Ep, const Vector3<T>& p_E,
+                      double thrust, double t) {
   const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
   const Vector3<T> v_B = model.R_B_I() * Times(R_I_Ep, v_Ep);
   Vector3<T> f_B = model.SpecificForce(drive.a_z, v_B);
@@ -35,6 +36,11 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
     const Vector3<T> wind_B = model.R_B_I() * Times(R_I_Ep, wind_Ep);
     const auto& p = model.parameters();
     f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, thrust, t);
+    if (!effects.terms.empty()) {
+      f_B +=
+          effects.TermForce(model.R_B_I(), TermState<T>{v_B, Vector3<T>::Zero(), T(thrust),
+                                                        model.BodyToEarth(drive.R_Ep_I), p_E, t});
+    }
     f_B = model.WithThrust(drive.a_z, f_B);
   }
   return model.R_B_I().transpose() * f_B;
@@ -44,7 +50,7 @@ Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effect
 ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive,
                              const Eigen::Vector3d& v_Ep, const ChainSlopes<6>& slopes_Ep) {
   const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
-  const Eigen::Matrix3d D = Unpack<double>(model.drag) + CrossMatrix<double>(model.turn);
+  const Eigen::Matrix3d D = Unpack<double>(model.drag) + Skew<double>(model.turn);
   const Eigen::Matrix<double, 2, 3> by_v = D.topRows<2>() * R_I_Ep;
   ChainSlopes<2> slopes = Product(by_v, slopes_Ep.bottomRows<3>());
   slopes.middleCols<kDragColumns>(kByDrag) += Spread(R_I_Ep * v_Ep).topRows<2>();
@@ -174,9 +180,9 @@ ImuDrivenModel<double> Segment::ModelAt(const Vector& x) const {
 }
 
 void Segment::StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
-                         const Vector& x, Force* force) const {
+                         const Eigen::Vector3d& p_E, const Vector& x, Force* force) const {
   const Eigen::Vector3d f_I =
-      ForceInImu<double>(model, effects_, force->drive, v_Ep, force->thrust, force->t);
+      ForceInImu<double>(model, effects_, force->drive, v_Ep, p_E, force->thrust, force->t);
   force->node.value = f_I.head<2>() + x.segment<2>(kForceBiasInTheta);
 }
 
@@ -189,7 +195,7 @@ void Segment::Integrate(const Inputs& at) {
                          const Eigen::Vector3d& v_Ep) {
     states_[i].value << state.p, state.v;
     if (force == forces_.end() || force->time_index != i) return;
-    StoreForce(model, v_Ep, x, &*force++);
+    StoreForce(model, v_Ep, state.p, x, &*force++);
   };
   chain_.Integrate(model, start, visit, &effects_);
 }
@@ -240,7 +246,7 @@ void Segment::IntegrateWithSlopes(const Inputs& at) {
     states_[i].value << at.state.head<3>() + R_E_Ep * state_Ep.p, R_E_Ep * state_Ep.v;
     if (follows_ || has_slopes_[i]) StoreSlopes(model.InEarth(state_Ep, slopes_Ep), &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    StoreForce(model.model(), state_Ep.v, x, &*force);
+    StoreForce(model.model(), state_Ep.v, states_[i].value.head<3>(), x, &*force);
     StoreSlopes(model.ByParameters<2>(
                     SlopesOfForce(model.block_model(), force->drive, state_Ep.v, slopes_Ep)),
                 &force->node);
@@ -271,7 +277,7 @@ void Segment::IntegrateInJets(const Inputs& at) {
     StoreSlopes(SlopesOf(both), &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
     const Eigen::Matrix<Jet, 2, 1> f_I =
-        ForceInImu(model, effects_, force->drive, v_Ep, force->thrust, force->t).head<2>();
+        ForceInImu(model, effects_, force->drive, v_Ep, state.p, force->thrust, force->t).head<2>();
     StoreSlopes(SlopesOf(f_I), &force->node);
     force->node.value = Eigen::Vector2d(f_I[0].a, f_I[1].a) + x.segment<2>(kForceBiasInTheta);
     ++force;

@@ -87,8 +87,8 @@ class Segment {
   Vector Unscaled(const Inputs& at) const;
   ImuDrivenModel<double> ModelAt(const Vector& x) const;
   // x: the parameters in their own units.
-  void StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep, const Vector& x,
-                  Force* force) const;
+  void StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
+                  const Eigen::Vector3d& p_E, const Vector& x, Force* force) const;
   Eigen::Matrix<double, 2, 4> ForceByGusts(const Force& force) const;
 
   MotionChain chain_;

@@ -30,6 +30,14 @@ class ModelEffects : public CalibrateApp {
     }
   }
 
+  // The same with a term of the open catalogue.
+  void WriteModelWithTerm(const std::string& with, const std::string& unit) const {
+    WriteModel({});
+    std::ofstream file(root_ / "model.yaml", std::ios::app);
+    file << "  - {id: term, where: force_x, with: " << with << ", size: 0.1, unit: " << unit
+         << "}\n";
+  }
+
   static std::vector<EffectInfo> Causes() {
     std::vector<EffectInfo> causes;
     for (const EffectInfo* info : CausesOf(DriveKind::kImu)) causes.push_back(*info);
@@ -73,6 +81,30 @@ TEST_F(ModelEffects, SlowAMisspeltParameterOfEachIsRefused) {
       EXPECT_EQ(refused.exit_code, 2) << verb << " " << info.id;
       EXPECT_THAT(refused.err, HasSubstr(info.parameters.front().name)) << verb;
     }
+  }
+}
+
+TEST_F(ModelEffects, SlowATermIsFlownCalibratedWithAndDiagnosedBeside) {
+  WriteModelWithTerm("lag(q;0.3)", "m/s^2 for each rad/s");
+  for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
+                                    {"diagnose", Logged()},
+                                    {"calibrate", Logged() + " --gamma_sweep="}}) {
+    const Outcome done = RunVerb(verb, flags);
+    EXPECT_EQ(done.exit_code, 0) << verb << done.err;
+  }
+  const YAML::Node model = YAML::LoadFile(root_ / "calibrate/model.yaml");
+  EXPECT_EQ(model["effects"][0]["with"].as<std::string>(), "lag(q;0.3)");
+}
+
+TEST_F(ModelEffects, SlowATermThatIsNotKnownIsRefused) {
+  WriteModelWithTerm("pitch_rate", "m/s^2 for each rad/s");
+  for (const auto& [verb, flags] : {std::pair{"simulate", Simulated()},
+                                    {"diagnose", Logged()},
+                                    {"calibrate", Logged() + " --gamma_sweep="}}) {
+    const Outcome refused = RunVerb(verb, flags);
+    EXPECT_EQ(refused.exit_code, 2) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("model.yaml:")) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("'pitch_rate' is not known")) << verb;
   }
 }
 

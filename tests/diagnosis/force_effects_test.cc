@@ -1,22 +1,26 @@
 // Aerodynamic effects in the preintegrated chain against plain integration at the IMU's rate.
 #include <gtest/gtest.h>
 
+#include "problems/effects/effect.h"
 #include "problems/vgd/motion_chain.h"
 #include "tests/vgd/flown_log.h"
 
 namespace trueline {
 namespace {
 
+constexpr double kQuadraticDrag = 0.1, kRotorDrag = 0.02, kStepTime = 1.5, kFactor = 1.4;
+const Eigen::Vector3d kWind(2.0, -1.0, 0.0);
+
 // Heun's steps of eq. 15 with the effects written out by themselves.
-MotionState<double> Reference(const DriveTrack& track, const ForceEffects& e, double K_x,
-                              double K_y, MotionState<double> x, TimeNs end) {
+MotionState<double> Reference(const DriveTrack& track, double K_x, double K_y,
+                              MotionState<double> x, TimeNs end) {
   double t = 0.0;
   const auto acceleration = [&](const Drive& drive, const Eigen::Vector3d& v_E, double at) {
     const Eigen::Matrix3d& R = drive.R_Ep_I;  // no misalignment, no AHRS error
-    const Eigen::Vector3d air = R.transpose() * (v_E - e.wind_E);
-    const double factor = at >= e.step_time ? e.step_factor : 1.0;
+    const Eigen::Vector3d air = R.transpose() * (v_E - kWind);
+    const double factor = at >= kStepTime ? kFactor : 1.0;
     Eigen::Vector3d f_B(factor * K_x * air.x(), factor * K_y * air.y(), drive.a_z);
-    const double drag = e.quadratic_drag * air.norm() - e.rotor_drag * drive.a_z;
+    const double drag = kQuadraticDrag * air.norm() - kRotorDrag * drive.a_z;
     f_B.head<2>() -= drag * air.head<2>();
     return Eigen::Vector3d(R * f_B + Eigen::Vector3d(0.0, 0.0, 9.81));
   };
@@ -34,12 +38,11 @@ MotionState<double> Reference(const DriveTrack& track, const ForceEffects& e, do
 TEST(ForceEffects, TheChainFollowsPlainIntegration) {
   const FlightLog log = testing_window::FlownLog(3.0);
   const DriveTrack track = DriveTrack::FromLog(log, DriveOptions());
-  ForceEffects effects;
-  effects.quadratic_drag = 0.1;
-  effects.rotor_drag = 0.02;
-  effects.wind_E = Eigen::Vector3d(2.0, -1.0, 0.0);
-  effects.step_time = 1.5;
-  effects.step_factor = 1.4;
+  const ForceEffects effects =
+      ForceEffectsOf({{"quadratic_drag", {{"c", kQuadraticDrag}}},
+                      {"rotor_drag", {{"k", kRotorDrag}}},
+                      {"wind", {{"w_x", kWind.x()}, {"w_y", kWind.y()}}},
+                      {"drag_step", {{"t_step", kStepTime}, {"factor", kFactor}}}});
   ImuDrivenParameters<double> parameters;
   parameters.K_x = -0.4;
   parameters.K_y = -0.6;
@@ -54,7 +57,7 @@ TEST(ForceEffects, TheChainFollowsPlainIntegration) {
   };
   chain.Integrate(model, start, store(&chained), &effects);
   chain.Integrate(model, start, store(&without));
-  const MotionState<double> reference = Reference(track, effects, -0.4, -0.6, start, end);
+  const MotionState<double> reference = Reference(track, -0.4, -0.6, start, end);
   EXPECT_GT((without.p - reference.p).norm(), 0.5);
   EXPECT_LT((chained.p - reference.p).norm(), 5e-3);
   EXPECT_LT((chained.v - reference.v).norm(), 5e-3);

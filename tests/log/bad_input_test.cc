@@ -123,6 +123,14 @@ TEST(BadInput, UnknownYamlKey) {
                                  HasSubstr("known here:"), HasSubstr("gravity")));
 }
 
+// As a log.yaml that was cut within the number.
+TEST(BadInput, GravityOfNoPlaceOnTheEarth) {
+  const LogFiles log;
+  EXPECT_THAT(log.Read().warnings, IsEmpty());
+  ReplaceIn(log / "log.yaml", "gravity: 9.81", "gravity: 9");
+  EXPECT_THAT(log.Read().warnings, ElementsAre(HasSubstr("log.yaml: gravity is 9 m/s^2")));
+}
+
 TEST(BadInput, UnknownEnvironment) {
   const LogFiles log;
   EXPECT_EQ(log.Read().environment, "");

@@ -16,7 +16,8 @@ using testing::HasSubstr;
 std::vector<UnnamedForce> Read(const std::string& text) {
   const TestFolder folder;
   std::ofstream(folder / "forces.yaml") << text;
-  return ReadUnnamedForces(YamlMap::FromFile(folder / "forces.yaml"));
+  std::vector<Effect> terms;
+  return ReadUnnamedForces(YamlMap::FromFile(folder / "forces.yaml"), &terms);
 }
 
 TEST(UnnamedForces, GoWithAProductInTheVehiclesAxes) {

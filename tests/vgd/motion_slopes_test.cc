@@ -13,19 +13,19 @@ class MotionSlopesOn : public testing::TestWithParam<ThrustAxis> {};
 
 TEST_P(MotionSlopesOn, AreThoseOfJets) {
   const DriveTrack track = DriveTrack::FromLog(testing_window::FlownLog(4.0), DriveOptions());
-  const double theta[9] = {-0.5, -0.7, 0.3, 0.03, -0.02, 0.4, -0.02, 0.04, 0.3};
-  Eigen::Matrix<double, 9, 1> unit;
-  unit << 0.3, 0.2, 0.5, 0.05, 0.04, 0.1, 0.06, 0.07, 0.08;
+  const double theta[kMotionSize] = {-0.5, -0.7, 0.3, 0.03, -0.02, 0.4, -0.02, 0.04, 0.3};
+  Eigen::Matrix<double, kMotionSize, 1> unit;
+  for (int i = 0; i < kMotionSize; ++i) unit[i] = 0.3 - 0.02 * i;
   const Eigen::Vector3d v_E(3.0, -1.0, 0.2);
   const MotionChain chain(track, FromSeconds(0.2011),
                           {FromSeconds(0.5), FromSeconds(0.5073), FromSeconds(3.7)});
-  Jet jets[9];
-  for (int i = 0; i < 9; ++i) {
+  Jet jets[kMotionSize];
+  for (int i = 0; i < kMotionSize; ++i) {
     jets[i] = Jet(theta[i]);
     jets[i].v[i] = unit[i];
   }
   MotionState<Jet> start;
-  for (int i = 0; i < 3; ++i) start.v[i] = Jet(v_E[i], 9 + i);
+  for (int i = 0; i < 3; ++i) start.v[i] = Jet(v_E[i], kMotionSize + i);
   std::vector<MotionState<Jet>> expected;
   chain.Integrate(
       ImuDrivenModel<Jet>(ImuDrivenParameters<Jet>::FromArray(jets), 9.81, GetParam()), start,
