@@ -21,22 +21,35 @@ Airframe::Airframe(const VehicleConfig& vehicle, double gravity, const Stages& s
   Apply(stages_.thrust_axis, &turned);
   for (const Rotor& rotor : vehicle_.rotors) axes_B_.push_back(turned * rotor.axis);
   Apply(stages_.motor_lag, &motor_lag_);
+  if (!vehicle_.blades) return;
+  for (std::size_t i = 0; i < axes_B_.size(); ++i) {
+    Rotor rotor = vehicle_.rotors[i];
+    rotor.axis = axes_B_[i];
+    blades_.emplace_back(*vehicle_.blades, rotor);
+  }
 }
 
-// F = sum k_f u n, M = sum (t - r_BM) x k_f u n + spin k_m u n with u = omega^2: a rotor that spins
-// clockwise seen from above (n up) turns the body the other way.
+// In air at rest k_f u n and spin k_m u n with u = omega^2: a rotor that spins clockwise seen from
+// above (n up) turns the body the other way.
+HubWrench Airframe::HubWrenchOf(int rotor, const Flow& flow, double speed) const {
+  const Rotor& of = vehicle_.rotors[rotor];
+  if (!blades_.empty() && speed > 0.0) {
+    return blades_[rotor].WrenchOn({flow.v_B + flow.w_B.cross(of.position), flow.w_B, speed});
+  }
+  const Vector3d& axis_B = axes_B_[rotor];
+  return {of.k_f * speed * speed * axis_B, of.spin * of.k_m * speed * speed * axis_B};
+}
+
 Airframe::Wrench Airframe::RotorWrench(const Flow& flow, const RotorArray& rotors,
                                        const Vector3d& com) const {
   Wrench total;
   for (int i = 0; i < rotors.size(); ++i) {
-    const Rotor& rotor = vehicle_.rotors[i];
     double factor = 1.0;
     Apply(stages_.rotor, flow, i, &factor);
-    const double squared = rotors[i] * rotors[i];
-    const Vector3d force = rotor.k_f * factor * squared * axes_B_[i];
+    const HubWrench hub = HubWrenchOf(i, flow, rotors[i]);
+    const Vector3d force = factor * hub.force_B;
     total.force_B += force;
-    total.moment_B +=
-        (rotor.position - com).cross(force) + rotor.spin * rotor.k_m * squared * axes_B_[i];
+    total.moment_B += (vehicle_.rotors[i].position - com).cross(force) + hub.moment_B;
   }
   return total;
 }

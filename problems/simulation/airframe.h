@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "problems/simulation/blade_elements.h"
 #include "problems/simulation/config.h"
 #include "problems/simulation/effects.h"
 
@@ -48,11 +49,13 @@ class Airframe {
     Vector3d moment_B = Vector3d::Zero();  // N m, about the centre of mass
   };
   Wrench RotorWrench(const Flow& flow, const RotorArray& rotors, const Vector3d& com) const;
+  HubWrench HubWrenchOf(int rotor, const Flow& flow, double speed) const;
 
   VehicleConfig vehicle_;
   double gravity_;
   const Stages& stages_;
-  std::vector<Vector3d> axes_B_;  // of thrust, effects included
+  std::vector<Vector3d> axes_B_;    // of thrust, effects included
+  std::vector<BladeRotor> blades_;  // by rotor; empty: rotors in air at rest
   double motor_lag_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,18 @@ struct CourseConfig {
   double lateral_limit = 15.0;  // m/s^2: slower where the path is too tight
 };
 
+// Blades of a rotor (blade_elements.h). Defaults: a 5 inch propeller of plastic.
+struct BladeConfig {
+  int count = 2;
+  double radius = 0.0635;         // m
+  double chord = 0.012;           // m
+  double twist = -0.25;           // rad over a radius
+  double lift_slope = 5.5;        // 1/rad, of a section
+  double mass = 0.001;            // kg, of one blade
+  double flap_frequency = 150.0;  // Hz, of a blade that flaps on the rotor at rest
+  double air_density = 1.2;       // kg/m^3
+};
+
 struct VehicleConfig {
   double mass = 0.40;                              // kg
   Vector3d inertia = {0.91e-3, 1.24e-3, 2.05e-3};  // kg m^2, diagonal
@@ -42,6 +55,7 @@ struct VehicleConfig {
   double motor_lag = 0.03;                         // s, rotor speed follows its command
   double max_rotor_speed = 1300.0;                 // rad/s
   Vector3d drag = {-0.50, -0.55, -0.10};           // 1/s: K_x, K_y, K_z of f_B = K v_B
+  std::optional<BladeConfig> blades;               // left out: thrust k_f omega^2, k_m omega^2
 };
 
 struct AutopilotConfig {

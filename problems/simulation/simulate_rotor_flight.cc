@@ -41,6 +41,7 @@ simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
   vehicle.motor_lag = config.motor_lag;
   vehicle.max_rotor_speed = config.limits.max_speed;
   vehicle.drag = config.drag;
+  vehicle.blades = config.blades;
   return vehicle;
 }
 
@@ -242,6 +243,22 @@ simulation::MotorDriveConfig ReadMotorDrive(const YamlMap& map) {
   return drive;
 }
 
+simulation::BladeConfig ReadBlades(const YamlMap& map) {
+  simulation::BladeConfig blades;
+  YamlArchive a(map);
+  a.Value("count", &blades.count);
+  a.Require(blades.count >= 2 && blades.count <= 8, "count", "must be 2 to 8 blades");
+  a.Positive("radius", &blades.radius);
+  a.Positive("chord", &blades.chord);
+  a.Value("twist", &blades.twist);
+  a.Positive("lift_slope", &blades.lift_slope);
+  a.Positive("mass", &blades.mass);
+  a.Positive("flap_frequency", &blades.flap_frequency);
+  a.Positive("air_density", &blades.air_density);
+  map.Finish();
+  return blades;
+}
+
 }  // namespace
 
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
@@ -266,6 +283,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   }
   config->log_commands = map.Get<bool>("log_commands", config->log_commands);
   if (map.Has("motors")) config->motors = ReadMotorDrive(map.Child("motors"));
+  if (map.Has("blades")) config->blades = ReadBlades(map.Child("blades"));
   config->log_rotors = map.Get<bool>("log_rotors", config->log_rotors);
   if (!config->log_rotors && !config->motors) {
     map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");

@@ -41,6 +41,7 @@ struct RotorSimulation {
   // Rotors driven by motor commands and a battery, with motors.csv and battery.csv; left out:
   // speeds are commanded directly.
   std::optional<simulation::MotorDriveConfig> motors;
+  std::optional<simulation::BladeConfig> blades;   // left out: rotors in air at rest
   bool log_rotors = true;                          // false: no rotors.csv
   std::vector<simulation::EffectSetting> effects;  // of the catalogue, such as rotor_loss
   std::vector<simulation::UnnamedForce> forces;
@@ -59,8 +60,8 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 
 // Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
-// speed_noise, speeds_late, gyro_cutoff, log_commands, motors, log_rotors, effects; vehicle and
-// limits are read elsewhere. Throws InputError naming file, line and key.
+// speed_noise, speeds_late, gyro_cutoff, log_commands, motors, blades, log_rotors, effects, forces;
+// vehicle and limits are read elsewhere. Throws InputError naming file, line and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
 
 }  // namespace trueline

@@ -4,12 +4,14 @@ says of them.
 
     scripts/blind/terms.py --build=build --work=/tmp/terms --flights=100 --seed=1
     scripts/blind/terms.py ... --drive=rotors
+    scripts/blind/terms.py ... --drive=rotors --blades
 
 A fifth of the flights hides nothing, a fifth a named effect, the rest one force: along an axis of the
 vehicle with a speed or turn rate or a product of two, or along north or east at a place of the course.
 The simulator computes these forces at every sample. A force counts if it is at least twice the size
 that the flight shows with good chance: six sigmas of the same term, as terms.csv states them; of a
-place, of the hump nearest to it. The table goes to standard output and WORK/table.md.
+place, of the hump nearest to it. With --blades the simulator computes the rotors by blade elements, so
+that the air's effects are in every flight, in a form that no estimator has. The table goes to standard output and WORK/table.md.
 """
 import argparse
 import csv
@@ -31,6 +33,8 @@ SOURCE = Path(__file__).resolve().parents[2]
 SPEEDS = ["forward speed", "sideways speed", "sink rate"]
 RATES = ["roll rate", "pitch rate", "yaw rate"]
 SIGMAS = 6.0  # of a size that is shown with good chance, over all terms
+# What blades do to a rotor in moving air; no false cause with --blades.
+OF_AIR = {"linear_drag", "rotor_speed_drag", "rotor_inflow", "translational_lift", "air_moment"}
 HUMP = re.compile(r"(force) along (\S+) with being within about ([\d.]+) m of \((-?[\d.]+), (-?[\d.]+)\)")
 
 
@@ -77,9 +81,12 @@ def run(arguments, draw, index):
     course = draw.COURSES[index % len(draw.COURSES)]
     config = yaml.safe_load((SOURCE / f"config/{draw.FOLDER}/{course}.yaml").read_text())
     kind = index % 5
-    effects = [rng.choice(list(draw.EFFECTS))] if kind == 1 else []
+    hideable = [e for e in draw.EFFECTS if not (arguments.blades and e in OF_AIR)]
+    effects = [rng.choice(hideable)] if kind == 1 else []
     draw.draw_flight(config, arguments.seed * 1000 + index, effects)
     force = draw_force(rng, arguments.drive, positions(config)) if kind > 1 else None
+    if arguments.blades:
+        config["simulation"]["blades"] = {}
     if force:
         (config["simulation"] if arguments.drive == "rotors" else config)["forces"] = [force]
     folder = arguments.work / name
@@ -95,14 +102,15 @@ def run(arguments, draw, index):
             if done.returncode not in (0, 3):
                 print(f"{name}: {done.stderr.strip()}", file=sys.stderr)
                 return None
-    return judge(name, kind, effects, force, folder / "result")
+    return judge(name, kind, effects, force, folder / "result", OF_AIR if arguments.blades else set())
 
 
-def judge(name, kind, effects, force, folder):
+def judge(name, kind, effects, force, folder, true_of_all):
     result = yaml.safe_load((folder / "diagnosis.yaml").read_text())
     terms = result.get("terms") or []
     record = {"flight": name, "kind": ["nothing", "effect", "force", "force", "force"][kind], "effects": effects,
               "force": force, "verdict": result["verdict"], "causes": [c["id"] for c in result["causes"]],
+              "false_causes": [c["id"] for c in result["causes"] if c["id"] not in true_of_all.union(effects)],
               "terms": [t["text"] for t in terms]}
     if force is None:
         return record
@@ -135,7 +143,10 @@ def table(records):
             ("first, or fitting alike", share(sum(r["alike"] for r in counted), len(counted))),
             ("of them at a place", share(sum(r["first"] for r in counted if "place" in r["force"]),
                                          sum("place" in r["force"] for r in counted))),
-            ("a named cause on flights with a force only", share(sum(bool(r["causes"]) for r in of["force"]), len(of["force"]))),
+            ("the hidden effect, named", share(sum(r["effects"][0] in r["causes"] for r in of["effect"]), len(of["effect"]))),
+            ("a false cause on flights without a force", share(sum(bool(r["false_causes"]) for r in of["nothing"] + of["effect"]),
+                                                               len(of["nothing"] + of["effect"]))),
+            ("a false cause on flights with a force only", share(sum(bool(r["false_causes"]) for r in of["force"]), len(of["force"]))),
             ("another term beside the force", share(sum(r["beside"] > 0 for r in of["force"]), len(of["force"]))),
             ("sizes within 2 sigma", share(sum(s < 2.0 for s in sized), len(sized)))]
     return "\n".join(["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)]) + "\n"
@@ -149,7 +160,10 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
+    parser.add_argument("--blades", action="store_true")
     arguments = parser.parse_args()
+    if arguments.blades and arguments.drive != "rotors":
+        parser.error("--blades needs --drive=rotors")
     arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
     draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
     draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
