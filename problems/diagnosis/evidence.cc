@@ -10,7 +10,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kSensorAlpha = 0.01;  // chance, over all terms, of naming a reading that is good
+constexpr double kHeldAlpha = 0.01;    // chance, over all terms, of naming a reading that is good
 constexpr std::size_t kRelearned = 6;  // candidates, and terms, whose noise is learned again
 constexpr std::size_t kPairsRelearned = 3;
 
@@ -96,15 +96,15 @@ void FlightEvidence::TestEach() {
   for (std::size_t i = 0; i < candidates_.size(); ++i) tested_.push_back(TestOne(i, beside_));
 }
 
-// A significant sensor term is held as a nuisance in all later tests.
-void FlightEvidence::TestTerms(bool of_sensor, double merit) {
+// A significant term of those that are held is a nuisance in all later tests.
+void FlightEvidence::TestTerms(bool held, double merit) {
   std::vector<int> beside = beside_;
   for (const TermColumns& term : fit_->terms) {
-    if (term.of_sensor != of_sensor) continue;
+    if (term.held != held) continue;
     const ScoreTest test = TestColumns(*fit_, beside_, term.columns, term.ordinary);
     terms_.push_back({term.name, test.p() * static_cast<double>(fit_->terms.size()),
-                      AkaikeMerit(test.gain, term.ordinary.size()), of_sensor, term.columns});
-    if (!of_sensor || !terms_.back().Exceeds(kSensorAlpha, merit)) continue;
+                      AkaikeMerit(test.gain, term.ordinary.size()), held, term.columns});
+    if (!held || !terms_.back().Exceeds(kHeldAlpha, merit)) continue;
     beside = Concatenated(std::move(beside), term.columns);
   }
   beside_ = std::move(beside);

@@ -44,7 +44,7 @@ struct TestedTerm {
   std::string name;
   double p;      // corrected for the number of terms, or of effects
   double merit;  // as Tested::Merit
-  bool of_sensor;
+  bool held;
   std::vector<int> columns;  // none for an effect
 
   // True if significant and of a merit clearly greater than `than`.
@@ -53,8 +53,8 @@ struct TestedTerm {
 
 class FlightEvidence {
  public:
-  // Where errors of a sensor's readings explain clearly more than any effect, effects are tested
-  // given those errors.
+  // Where held terms, such as errors of a sensor's readings, explain clearly more than any effect,
+  // effects are tested given those terms.
   FlightEvidence(const DiagnosedFlight& flight, const std::vector<Candidate>& candidates);
 
   const Linearisation& fit() const { return *fit_; }
@@ -69,7 +69,7 @@ class FlightEvidence {
   void Store(const ScoreTest& test, double gain, Tested* tested) const;
   Tested TestOne(std::size_t which, const std::vector<int>& beside) const;
   void TestEach();
-  void TestTerms(bool of_sensor, double merit);
+  void TestTerms(bool held, double merit);
   void RelearnBest();
   void RelearnBest(std::vector<TestedPair>* pairs) const;
   void AddImplausible();

@@ -28,7 +28,8 @@ struct TermColumns {
   std::string name;  // the variable that the residual is correlated with
   std::vector<int> columns;
   Eigen::VectorXd ordinary;  // sizes that are not reported, by column
-  bool of_sensor = false;    // an error of a reading, and no motion of the vehicle
+  // Effects are sought beside it: an error of a reading, or what all vehicles have.
+  bool held = false;
 };
 
 class Linearisation {

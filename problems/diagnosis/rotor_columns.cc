@@ -58,6 +58,7 @@ struct NamedTerms {
   std::string name;
   Changes on;
   std::vector<Term> terms;
+  bool of_all_vehicles = false;
 };
 
 // One term for each of the given body axes, `size` along it.
@@ -105,7 +106,8 @@ const std::vector<NamedTerms>& Library() {
        kTurn,
        {[](S a) { return Vector3d(a.w_B.x(), 0, 0); },
         [](S a) { return Vector3d(0, a.w_B.y(), 0); },
-        [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
+        [](S a) { return Vector3d(0, 0, a.w_B.z()); }},
+       true},  // rotors brake turns: a hub that rises meets more air (Leishman, ch. 5)
       {"speed, as a moment",
        kTurn,
        {[](S a) { return Vector3d(a.v_B.y(), 0, 0); },
@@ -171,7 +173,7 @@ RotorTerms MakeRotorTerms(const RotorSetup& setup) {
   int& count = library.columns.count;
   for (const NamedTerms& named : Library()) {
     const int terms = static_cast<int>(named.terms.size());
-    library.terms.push_back({named.name, terms, IsOfSensor(named.on)});
+    library.terms.push_back({named.name, terms, named.of_all_vehicles || IsOfSensor(named.on)});
     count += terms;
   }
   const RotorData& data = setup.data;

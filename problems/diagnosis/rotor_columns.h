@@ -29,7 +29,7 @@ RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& opti
 struct RotorTerm {
   std::string name;
   int count;  // columns
-  bool of_sensor;
+  bool held;
 };
 // All terms for one flight; `setup` must outlive it.
 struct RotorTerms {

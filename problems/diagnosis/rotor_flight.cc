@@ -249,7 +249,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   }
   for (const RotorTerm& term : library.terms) {
     fit->terms.push_back(
-        {term.name, next(term.count), Eigen::VectorXd::Zero(term.count), term.of_sensor});
+        {term.name, next(term.count), Eigen::VectorXd::Zero(term.count), term.held});
   }
   return fit;
 }

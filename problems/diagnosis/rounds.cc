@@ -26,12 +26,12 @@ CandidateReport Report(const Tested& t, double alpha, int clusters) {
   return report;
 }
 
-// Terms that explain clearly more than `merit`. Sensor terms do not explain the vehicle's motion,
-// so they are compared with zero merit.
+// Terms that explain clearly more than `merit`. Held terms do not compete with effects, so they are
+// compared with zero merit.
 std::vector<TestedTerm> Remaining(const FlightEvidence& evidence, double alpha, double merit) {
   std::vector<TestedTerm> remaining;
   for (const TestedTerm& term : evidence.terms()) {
-    if (term.Exceeds(alpha, term.of_sensor ? 0.0 : merit)) remaining.push_back(term);
+    if (term.Exceeds(alpha, term.held ? 0.0 : merit)) remaining.push_back(term);
   }
   return remaining;
 }
@@ -41,7 +41,7 @@ std::vector<TestedTerm> Remaining(const FlightEvidence& evidence, double alpha, 
 // from the model, and such effects are searched first.
 bool BeyondEffects(const std::vector<TestedTerm>& remaining) {
   return std::any_of(remaining.begin(), remaining.end(),
-                     [](const TestedTerm& t) { return !t.of_sensor && !t.columns.empty(); });
+                     [](const TestedTerm& t) { return !t.held && !t.columns.empty(); });
 }
 
 // True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
