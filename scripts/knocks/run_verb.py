@@ -23,7 +23,7 @@ def limit(cpu_seconds, gigabytes):
     return set_limits
 
 
-def run_verb(command, cpu_seconds=120, gigabytes=6):
+def run_verb(command, cpu_seconds, gigabytes):
     done = subprocess.run([str(word) for word in command], stdin=subprocess.DEVNULL,
                           capture_output=True, text=True, errors="replace",
                           preexec_fn=limit(cpu_seconds, gigabytes))
