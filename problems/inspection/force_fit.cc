@@ -52,19 +52,14 @@ Vector9 RowsOf(const Eigen::Matrix3d& m) {
 std::vector<Row> RowsOfBends(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                              const std::vector<Bend>& bends, double gravity) {
   std::vector<Row> rows;
-  FlightLog ones;  // a constant reading of 1 on each axis gives the mean rotation
-  ones.imu = log.imu;
-  for (ImuSample& sample : ones.imu) sample.accel.setOnes();
   for (int axis = 0; axis < 3; ++axis) {
     const RunningIntegral<9> force = AxisForceIntegral(log, attitude, axis);
-    const RunningIntegral<9> unit = AxisForceIntegral(ones, attitude, axis);
+    const RunningIntegral<3> rotation = AxisIntegral(log, attitude, axis);
     for (std::size_t i = 0; i < bends.size(); ++i) {
       const Bend& bend = bends[i];
       if (!force.Knows(bend.t - bend.half, bend.t + bend.half)) continue;
-      const Vector9 one = UnderTriangle(unit, bend, 0.0);
       rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()),
-                      UnderTriangle(force, bend, 0.0),
-                      {one[0], one[3], one[6]},
+                      UnderTriangle(force, bend, 0.0), UnderTriangle(rotation, bend, 0.0),
                       bend.acceleration[axis] - (axis == 2 ? gravity : 0.0)});
     }
   }

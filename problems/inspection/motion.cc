@@ -15,10 +15,6 @@ constexpr double kLongestBaseline = 0.5;
 constexpr double kMostTurn = 0.8;     // rad, over which a mean rate stands for a rotation
 constexpr double kAttitudeGap = 0.3;  // s, over which an attitude is not interpolated
 
-double GridStep(const FlightLog& log) {
-  return std::max(kGrid, SecondsBetween(log.imu.front().t, log.imu.back().t) / kMostGrid);
-}
-
 double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
 
 Eigen::Vector3d RateOf(Eigen::Quaterniond turn, double dt) {
@@ -46,17 +42,18 @@ template <int N, class Value>
 RunningIntegral<N> IntegralAtImu(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                                  const Value& value) {
   const LogClock clock(log);
-  std::vector<double> times;
-  std::vector<Eigen::Matrix<double, N, 1>> values;
+  RunningIntegral<N> once(GridStep(log), ImuGap(log));
   AtImu(log, attitude, [&](std::size_t i, const Eigen::Quaterniond& q) {
-    times.push_back(clock(log.imu[i].t));
-    values.push_back(value(q, log.imu[i].accel));
+    once.Add(clock(log.imu[i].t), value(q, log.imu[i].accel));
   });
-  if (times.size() < 2) return {};
-  return RunningIntegral<N>(times, values, GridStep(log), ImuGap(log)).Again();
+  return std::move(once).Again();
 }
 
 }  // namespace
+
+double GridStep(const FlightLog& log) {
+  return std::max(kGrid, SecondsBetween(log.imu.front().t, log.imu.back().t) / kMostGrid);
+}
 
 std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses) {
   std::vector<AttitudeSample> attitudes;
@@ -101,13 +98,9 @@ bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& ot
 RunningIntegral<3> GyroIntegral(const FlightLog& log) {
   if (log.imu.size() < 2) return {};
   const LogClock clock(log);
-  std::vector<double> times;
-  std::vector<Eigen::Vector3d> rates;
-  for (const ImuSample& sample : log.imu) {
-    times.push_back(clock(sample.t));
-    rates.push_back(sample.gyro);
-  }
-  return {times, rates, GridStep(log), ImuGap(log)};
+  RunningIntegral<3> gyro(GridStep(log), ImuGap(log));
+  for (const ImuSample& sample : log.imu) gyro.Add(clock(sample.t), sample.gyro);
+  return gyro;
 }
 
 std::vector<AttitudeTurn> TurnsOf(const std::vector<AttitudeSample>& attitude,
@@ -178,6 +171,14 @@ RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
         Eigen::Matrix<double, 9, 1> terms;
         for (int k = 0; k < 3; ++k) terms.segment<3>(3 * k) = row[k] * f;
         return terms;
+      });
+}
+
+RunningIntegral<3> AxisIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                                int earth_axis) {
+  return IntegralAtImu<3>(
+      log, attitude, [earth_axis](const Eigen::Quaterniond& q, const Eigen::Vector3d&) {
+        return Eigen::Vector3d(q.toRotationMatrix().row(earth_axis).transpose());
       });
 }
 

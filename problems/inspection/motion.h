@@ -20,6 +20,9 @@ class LogClock {
   TimeNs begin_;
 };
 
+// s, of the grid that integrals are kept on; wider on a long log, so that memory has a bound.
+double GridStep(const FlightLog& log);
+
 std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses);
 
 // Whether `other` is the log's attitude over again, at its stamps or between them.
@@ -71,6 +74,9 @@ RunningIntegral<3> ForceIntegral(const FlightLog& log, const std::vector<Attitud
 // The same for each axis of the body: element 3 k + l is column k of the rotation times force l.
 RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
                                      const std::vector<AttitudeSample>& attitude, int earth_axis);
+// The same of a reading of 1: element k is column k of the rotation.
+RunningIntegral<3> AxisIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                                int earth_axis);
 
 // What ForceIntegral() states as weighted by a bend's triangle, `lag` earlier.
 template <int N>

@@ -57,24 +57,27 @@ struct LayoutNormal {
 };
 
 // Channels scaled to squares of about 1, with the scale.
-RunningIntegral<kMostRotors> SquaresOf(const std::vector<ChannelsSample>& channels,
-                                       const LogClock& clock, double* scale) {
-  std::vector<double> times;
-  std::vector<Squares> squares;
-  double sum = 0.0;
+RunningIntegral<kMostRotors> SquaresOf(const FlightLog& log,
+                                       const std::vector<ChannelsSample>& channels, double* scale) {
   const std::size_t n = channels.front().values.size();
-  for (const ChannelsSample& sample : channels) {
+  const auto squares_of = [n](const ChannelsSample& sample) {
     Squares s = Squares::Zero();
     for (std::size_t i = 0; i < n; ++i) {
       s[static_cast<Eigen::Index>(i)] = sample.values[i] * sample.values[i];
     }
-    sum += s.sum() / static_cast<double>(n);
-    times.push_back(clock(sample.t));
-    squares.push_back(s);
+    return s;
+  };
+  double sum = 0.0;
+  for (const ChannelsSample& sample : channels) {
+    sum += squares_of(sample).sum() / static_cast<double>(n);
   }
   *scale = std::max(1e-12, sum / static_cast<double>(channels.size()));
-  for (Squares& s : squares) s /= *scale;
-  return RunningIntegral<kMostRotors>(times, squares, 0.005, 0.15).Again();
+  const LogClock clock(log);
+  RunningIntegral<kMostRotors> squares(GridStep(log), 0.15);
+  for (const ChannelsSample& sample : channels) {
+    squares.Add(clock(sample.t), squares_of(sample) / *scale);
+  }
+  return std::move(squares).Again();
 }
 
 class LayoutFit {
@@ -82,7 +85,7 @@ class LayoutFit {
   LayoutFit(const FlightLog& log, const std::vector<ChannelsSample>& channels)
       : gyro_(GyroIntegral(log)) {
     const LogClock clock(log);
-    squares_ = SquaresOf(channels, clock, &scale_);
+    squares_ = SquaresOf(log, channels, &scale_);
     const double end = clock(log.imu.back().t);
     const double step = std::max(0.01, end / kMostTimes);
     for (double t = 0.5; t < end - 0.5; t += step) times_.push_back(t);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace trueline {
@@ -16,36 +17,27 @@ class RunningIntegral {
   RunningIntegral() = default;
 
   // Samples are joined by straight lines; a step above `max_gap` (s) is a gap, over which nothing
-  // is known. `times` increase.
-  RunningIntegral(const std::vector<double>& times, const std::vector<Vector>& values, double step,
-                  double max_gap)
-      : begin_(times.front()), step_(step) {
-    const auto size = static_cast<std::size_t>((times.back() - begin_) / step) + 1;
-    integral_.reserve(size);
-    gaps_.reserve(size);
-    Vector until = Vector::Zero();  // integral up to sample i
-    int gaps = 0;
-    for (std::size_t i = 0, k = 0; i + 1 < times.size(); ++i) {
-      const double span = times[i + 1] - times[i];
-      const Vector slope = (values[i + 1] - values[i]) / span;
-      if (span > max_gap) ++gaps;
-      for (; k < size && Time(k) <= times[i + 1]; ++k) {
-        const double dt = Time(k) - times[i];
-        integral_.push_back(until + dt * values[i] + 0.5 * dt * dt * slope);
-        gaps_.push_back(gaps);
-      }
-      until += 0.5 * span * (values[i] + values[i + 1]);
-    }
+  // is known.
+  RunningIntegral(double step, double max_gap) : step_(step), max_gap_(max_gap) {}
+
+  // Appends a sample; `t` (s) increases. Samples are not kept, because an hour has millions.
+  void Add(double t, const Vector& value) {
+    if (samples_ == 0) begin_ = t;
+    if (samples_ > 0) IntegrateTo(t, value);
+    ++samples_;
+    last_t_ = t;
+    last_ = value;
   }
 
   // The integral of the integral.
-  RunningIntegral Again() const {
-    RunningIntegral again = *this;
-    if (!integral_.empty()) again.integral_[0].setZero();
-    for (std::size_t k = 1; k < integral_.size(); ++k) {
-      again.integral_[k] = again.integral_[k - 1] + 0.5 * step_ * (integral_[k - 1] + integral_[k]);
+  RunningIntegral Again() && {
+    Vector before = Vector::Zero(), sum = Vector::Zero();
+    for (std::size_t k = 0; k < integral_.size(); ++k) {
+      if (k > 0) sum += 0.5 * step_ * (before + integral_[k]);
+      before = integral_[k];
+      integral_[k] = sum;
     }
-    return again;
+    return std::move(*this);
   }
 
   // Whether [from, to] lies inside the samples and holds no gap.
@@ -67,10 +59,28 @@ class RunningIntegral {
     return std::min(static_cast<std::size_t>((t - begin_) / step_), integral_.size() - 2);
   }
 
+  void IntegrateTo(double t, const Vector& value) {
+    const double span = t - last_t_;
+    const Vector slope = (value - last_) / span;
+    if (span > max_gap_) ++gap_count_;
+    for (double grid = Time(integral_.size()); grid <= t; grid = Time(integral_.size())) {
+      const double dt = grid - last_t_;
+      integral_.push_back(until_last_ + dt * last_ + 0.5 * dt * dt * slope);
+      gaps_.push_back(gap_count_);
+    }
+    until_last_ += 0.5 * span * (last_ + value);
+  }
+
   double begin_ = 0.0;
   double step_ = 1.0;
-  std::vector<Vector> integral_;
-  std::vector<int> gaps_;
+  double max_gap_ = 0.0;
+  std::vector<Vector> integral_;  // at the points of the grid
+  std::vector<int> gaps_;         // before each
+  std::size_t samples_ = 0;
+  double last_t_ = 0.0;
+  Vector last_ = Vector::Zero();
+  Vector until_last_ = Vector::Zero();  // integral up to the last sample
+  int gap_count_ = 0;
 };
 
 }  // namespace trueline

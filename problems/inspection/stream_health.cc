@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "problems/inspection/stuck.h"
 #include "problems/log/imu_faults.h"
@@ -77,14 +76,14 @@ Spikes FindSpikes(const std::vector<double>& values, double least) {
 
 // The least step between different values, if the others are its multiples.
 double QuantumOf(const std::vector<double>& values) {
-  const std::set<double> distinct(values.begin(), values.end());
+  std::vector<double> distinct = values;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
   if (distinct.size() < 4 || distinct.size() > values.size() / 3) return 0.0;
   std::vector<double> steps;
-  for (auto it = std::next(distinct.begin()); it != distinct.end(); ++it) {
-    steps.push_back(*it - *std::prev(it));
-  }
+  for (std::size_t i = 1; i < distinct.size(); ++i) steps.push_back(distinct[i] - distinct[i - 1]);
   const double least = *std::min_element(steps.begin(), steps.end());
-  const double range = *distinct.rbegin() - *distinct.begin();
+  const double range = distinct.back() - distinct.front();
   if (!(least > 1e-9 * range)) return 0.0;
   const auto multiples = std::count_if(steps.begin(), steps.end(), [least](double s) {
     return std::abs(s / least - std::round(s / least)) < 0.1;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "problems/inspection/running_integral.h"
 #include "problems/inspection/spectrum.h"
 #include "problems/inspection/stream_health.h"
 #include "problems/inspection/vector_match.h"
@@ -29,6 +30,25 @@ PairsAt Pairs(const Eigen::Matrix3d& turn, double gain, double late, double nois
     }
     return pairs;
   };
+}
+
+// A line of slope 2 that starts at 1, with samples that lie on no point of the grid.
+TEST(RunningIntegral, IsThatOfStraightLinesAndKnowsGaps) {
+  RunningIntegral<1> once(0.01, 0.1);
+  const auto add = [&](double from, double to) {
+    for (double t = from; t < to; t += 0.0137)
+      once.Add(t, Eigen::Matrix<double, 1, 1>(1.0 + 2.0 * t));
+  };
+  add(0.0, 2.0);
+  add(3.0, 5.0);
+  EXPECT_NEAR(once.Mean(0.31, 1.27)[0], 1.0 + 0.31 + 1.27, 1e-9);
+  EXPECT_NEAR(once.Mean(3.31, 4.27)[0], 1.0 + 3.31 + 4.27, 1e-9);
+  EXPECT_TRUE(once.Knows(0.1, 1.9));
+  EXPECT_FALSE(once.Knows(1.9, 3.1));
+  EXPECT_FALSE(once.Knows(4.0, 5.1));
+  const RunningIntegral<1> twice = std::move(once).Again();
+  const auto exact = [](double t) { return 0.5 * t * t + t * t * t / 3.0; };
+  EXPECT_NEAR(twice.At(1.5)[0], exact(1.5), 1e-3);
 }
 
 TEST(VectorMatch, FindsTurnGainAndLag) {
