@@ -19,6 +19,7 @@ constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
 constexpr double kHarmfulTurn = 0.02;    // rad, by the single sample that a spike is
+constexpr double kHarmfulSpeed = 0.3;    // m/s, the same along the thrust; shifts b_az by 2 sigma
 constexpr double kDeadShare = 0.05;      // of the noise of the quieter neighbour
 constexpr double kQuietForce = 3e-4;     // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
 constexpr double kQuietRate = 2e-5;      // rad/s/sqrt(Hz)
@@ -213,8 +214,11 @@ class HealthFindings {
   void Axis(const StreamHealth& h, const AxisHealth& axis) {
     const bool accel = axis.axis[0] == 'a';
     if (axis.spikes > 0) {
-      // A knock pushes within a sample; nothing turns a vehicle so.
-      const bool harmful = !accel && axis.largest_spike / h.rate > kHarmfulTurn;
+      // Turn and thrust are integrated sample by sample; x and y of the accelerometer are robust
+      // means.
+      const double change = axis.largest_spike / h.rate;
+      const bool harmful =
+          accel ? axis.axis == "az" && change > kHarmfulSpeed : change > kHarmfulTurn;
       Add("spikes", h, harmful ? Level::kBiases : Level::kWidens, axis.spikes, "samples",
           fmt::format("{} samples of {} stand apart from those before and after, by up to {:.3g} "
                       "{}",

@@ -52,6 +52,16 @@ TEST(FirstLook, FindsAnImuThatIsCutShort) {
                           HasSubstr("mocap.csv lies within")));
 }
 
+// One sample along the thrust changes the integrated speed; it shifted b_az by 4 sigma in silence.
+TEST(FirstLook, FindsASpikeOfThrustThatChangesTheSpeed) {
+  FlightLog log = Hippodrome();
+  ImuSample& sample = log.imu[log.imu.size() / 2];
+  sample.accel.z() += 250.0;  // 0.5 m/s at 512 Hz
+  EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("1 samples of az stand apart")));
+  sample.accel.z() -= 150.0;  // 0.2 m/s: a knock
+  EXPECT_THAT(FirstLook(log), IsEmpty());
+}
+
 TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
   FlightLog log = Hippodrome();
   log.attitude.clear();
