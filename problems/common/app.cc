@@ -45,6 +45,15 @@ std::string Printable(std::string text) {
   return text;
 }
 
+// The log that a program was given, before an error that knows no file.
+std::string LogGiven() {
+  std::string log;
+  for (const char* flag : {"log", "in"}) {
+    if (gflags::GetCommandLineOption(flag, &log) && !log.empty()) return log + ": ";
+  }
+  return "";
+}
+
 // Keeps freed memory for the next allocation. By default glibc returns matrices of some 100 kB to
 // the system each time that a thread frees them.
 void KeepFreedMemory() {
@@ -66,7 +75,8 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
     fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
     return kExitBadInput;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: error: memory is used up; cut the log into shorter ones\n", program);
+    fmt::print(stderr, "{}: error: {}memory is used up; cut the log into shorter ones\n", program,
+               Printable(LogGiven()));
     return kExitBadInput;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());

@@ -27,6 +27,15 @@ TEST_F(BadFlight, MissingTimeStamp) {
   ExpectRefused({"imu.csv:6: column 't': the time stamp is missing", "every row needs one"});
 }
 
+// The sanitizers end a program that asks for too much memory.
+#if !defined(__SANITIZE_ADDRESS__) && !__has_feature(address_sanitizer)
+// A hole of 1 TB behind the rows takes no room on the disk.
+TEST_F(BadFlight, ALogThatDoesNotFitInMemory) {
+  std::filesystem::resize_file(root_ / "log/imu.csv", std::uintmax_t{1} << 40);
+  ExpectRefused({(root_ / "log").string() + ": memory is used up", "cut the log"});
+}
+#endif
+
 TEST_F(BadFlight, UnsortedTimeStamps) {
   auto lines = Lines("imu.csv");
   std::swap(lines[10], lines[11]);
