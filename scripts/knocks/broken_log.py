@@ -81,7 +81,7 @@ def causes(diagnosis):
     return {cause["id"] for cause in diagnosis.get("causes") or []}
 
 
-def knock_native(base, folder, draw, diagnose):
+def knock_native(base, folder, draw, diagnose, calibrated):
     """A mutation of one file; events of convert, inspect, calibrate and diagnose."""
     folder.mkdir(parents=True)
     files = sorted(base.log.iterdir())
@@ -100,8 +100,10 @@ def knock_native(base, folder, draw, diagnose):
     if draw.random() < 0.3:
         events.append(event(base, "inspect", label, folder, arguments_of("inspect", folder, out),
                             lambda: ""))
-    events.append(event(base, "calibrate", label, folder, arguments_of("calibrate", folder, out),
-                        lambda: wrong_calibration(base, read_result("calibrate", out))))
+    if draw.random() < calibrated:
+        events.append(event(base, "calibrate", label, folder,
+                            arguments_of("calibrate", folder, out),
+                            lambda: wrong_calibration(base, read_result("calibrate", out))))
     if diagnose:
         events.append(event(base, "diagnose", label, folder, arguments_of("diagnose", folder, out),
                             lambda: wrong_diagnosis(base, read_result("diagnose", out))))

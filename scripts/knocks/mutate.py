@@ -3,7 +3,7 @@
 
     scripts/knocks/mutate.py --logs=2000 --work=/tmp/mutate [--apps=build/apps] [--seed=1]
         [--first=0] [--numbers=N...] [--jobs=2] [--flight=short] [--foreign=FILE...]
-        [--diagnose=0.1] [--memory=6] [--cpu=120]
+        [--diagnose=0.1] [--calibrate=1] [--memory=6] [--cpu=120]
 
 Each log is a simulated flight with one mutation in one file; it goes through calibrate and, for a
 share, convert, inspect and diagnose. With --foreign, each log is one of these recordings with its
@@ -41,6 +41,7 @@ def parse_arguments():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--foreign", type=Path, nargs="*", default=[])
     parser.add_argument("--diagnose", type=float, default=0.1, help="share of logs")
+    parser.add_argument("--calibrate", type=float, default=1.0, help="share of logs")
     parser.add_argument("--memory", type=int, default=6, help="GB a run; 0 for no limit")
     parser.add_argument("--cpu", type=int, default=120, help="processor seconds a run")
     return parser.parse_args()
@@ -53,7 +54,8 @@ def work_on(base, arguments, number):
     try:
         if arguments.foreign:
             return knock_foreign(base, draw.choice(arguments.foreign), folder, draw)
-        return knock_native(base, folder, draw, draw.random() < arguments.diagnose)
+        return knock_native(base, folder, draw, draw.random() < arguments.diagnose,
+                            arguments.calibrate)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
