@@ -33,7 +33,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
                                            const RotorConstants& constants,
                                            const std::vector<double>& horizons, double spacing) {
   const RotorEkfRun run =
-      RunRotorEkf(model, DrivenBy(calibrated, data), Following(calibrated, noise));
+      RunOrDiverge(model, DrivenBy(calibrated, data), Following(calibrated, noise));
   const RotorData driven = DrivenBy(constants, data);
   std::vector<OpenLoopError> errors;
   double next = data.poses.front().t + kFirstStart;
@@ -59,7 +59,7 @@ std::vector<RotorForecast> ForecastOpenLoop(const RotorAeroModel& model, const R
                                             const std::vector<double>& horizons, double spacing) {
   RotorEkfOptions options = Following(calibrated, noise);
   options.forecast = {horizons, spacing, kFirstStart};
-  return RunRotorEkf(model, DrivenBy(calibrated, data), options).forecasts;
+  return RunOrDiverge(model, DrivenBy(calibrated, data), options).forecasts;
 }
 
 }  // namespace trueline

@@ -15,7 +15,8 @@ struct OpenLoopError {
 };
 
 // Predictions start every `spacing` seconds, after one second in which the filter converges. Their
-// initial states come from a filter that holds `calibrated`; the prediction uses `constants`.
+// initial states come from a filter that holds `calibrated`; the prediction uses `constants`. Empty
+// if that filter diverges.
 std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const RotorData& data,
                                            const RotorNoise& noise,
                                            const RotorConstants& calibrated,

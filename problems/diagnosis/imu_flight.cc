@@ -75,15 +75,17 @@ bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Fou
   return settled;
 }
 
-std::set<int> GatesSeen(const FlightLog& log) {
+// Gates of the fixes that are fitted. The log may hold others, in passes that are left out.
+std::set<int> GatesSeen(const FlightLog& log, const FlightPlan& plan) {
   std::set<int> gates;
-  for (const Fix& fix : log.fixes) {
-    if (fix.gate >= 0) gates.insert(fix.gate);
+  for (const std::size_t i : plan.fixes) {
+    if (log.fixes[i].gate >= 0) gates.insert(log.fixes[i].gate);
   }
   return gates;
 }
 
-bool AppliesTo(const FlightLog& log, const VgdOptions& options, const EffectInfo& info) {
+bool AppliesTo(const FlightLog& log, bool gates, const VgdOptions& options,
+               const EffectInfo& info) {
   const bool accelerometer = options.drive.thrust != ThrustSource::kLevelFlight;
   if (info.id == "false_gate") return false;  // not a linear effect; see FindFalseData
   if (info.enters == EntersAt::kAttitude && log.attitude.empty()) return false;
@@ -93,7 +95,7 @@ bool AppliesTo(const FlightLog& log, const VgdOptions& options, const EffectInfo
   if (info.id == "wind" && !options.drag_measurement.enabled) return false;
   const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
   if (needs_map && log.gates.empty()) return false;
-  return info.enters != EntersAt::kFix || !GatesSeen(log).empty();
+  return info.enters != EntersAt::kFix || gates;
 }
 
 }  // namespace
@@ -118,8 +120,10 @@ ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)
 CatalogueScope ImuDrivenFlight::Scope() const {
   const FlightLog& data = log_->data;
   CatalogueScope scope;
-  scope.applies = [this](const EffectInfo& info) { return AppliesTo(log_->data, options_, info); };
-  scope.gates = GatesSeen(data);
+  scope.gates = GatesSeen(data, plan_);
+  scope.applies = [this, gates = !scope.gates.empty()](const EffectInfo& info) {
+    return AppliesTo(log_->data, gates, options_, info);
+  };
   scope.duration = SecondsBetween(data.imu.front().t, data.imu.back().t);
   return scope;
 }

@@ -5,19 +5,38 @@
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/result/statistics.h"
+#include "problems/rotor/rotor_state.h"
 
 namespace trueline {
+namespace {
+
+// The share of a step of the constants, at most 1, that leaves mass and inertia a fifth of their
+// values. Half a flight may show inertia so badly that the whole step, which is linear, makes it
+// negative.
+double ShareWithinBody(const RotorConstants& from, const RotorConstants& step) {
+  constexpr double kLeastLeft = 0.2;
+  double share = 1.0;
+  for (const int i : {0, kInertiaConstants, kInertiaConstants + 1, kInertiaConstants + 2}) {
+    if (step[i] < 0.0) share = std::min(share, (1.0 - kLeastLeft) * from[i] / -step[i]);
+  }
+  return std::max(share, 0.0);
+}
+
+}  // namespace
 
 RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& found,
                                                     const std::vector<bool>& used) const {
   const RotorNormal normal = Normal().Only(used);
-  const Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
+  Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
   const RotorPrior& prior = setup_->prior;
   const std::vector<int> free = prior.Free();
-  PartFit part{batch_.mean, {}};
+  RotorConstants step = RotorConstants::Zero();
   for (std::size_t i = 0; i < free.size(); ++i) {
-    part.constants[free[i]] += z[static_cast<int>(i)] * prior.sigma[free[i]];
+    step[free[i]] = z[static_cast<int>(i)] * prior.sigma[free[i]];
   }
+  const double share = ShareWithinBody(batch_.mean, step);
+  z *= share;
+  PartFit part{batch_.mean + share * step, {}};
   const auto fit = Linearise({}, false);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Eigen::VectorXd steps = z(fit->found[k].columns);
@@ -28,7 +47,7 @@ RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& fo
 }
 
 // Open-loop position errors after half a second, by the cluster in which they start: means over
-// starts.
+// starts. None of a half where the filter diverges with the other half's fit.
 HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
                                                bool /*with_false_data*/) const {
   constexpr double kHorizon = 0.5;  // s

@@ -61,15 +61,20 @@ std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes) {
 
 std::string WhyNotNamed(const Cause& cause, bool gains) {
   if (Refuted(cause)) return "refuted by a witness: " + cause.witness.text;
-  if (!gains || Witnessed(cause)) return "";
-  if (cause.times_detectable < kLeastShown && !cause.confirmed.value_or(false)) {
+  if (!gains) return "";
+  const bool no_loss = !PredictsWorse(cause.gain, cause.open_loop);
+  const bool repeats = cause.confirmed.value_or(false);
+  if (Witnessed(cause)) {
+    // The sensor has the error, but it is not what the model lacks on this flight.
+    return no_loss || repeats ? "" : "its witness shows it, but held-out flight is predicted worse";
+  }
+  if (cause.times_detectable < kLeastShown && !repeats) {
     return fmt::format("of {:.2f} times the size that this flight shows with good chance",
                        cause.times_detectable);
   }
   if (Harmful(cause)) return "held-out flight is predicted worse with it";
   // An error that is the same on all flights repeats as well, but gains nothing.
-  const bool no_loss = !PredictsWorse(cause.gain, cause.open_loop);
-  if (no_loss && cause.confirmed.value_or(false)) return "";
+  if (no_loss && repeats) return "";
   const int independent = std::max(cause.gain.independent, cause.open_loop.independent);
   if (independent < kFewestIndependent) {
     return fmt::format("only {} independent arcs or replays are behind it, {} are needed",

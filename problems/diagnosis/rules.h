@@ -18,9 +18,10 @@ bool PredictsWorse(const Gain& arcs, const Gain& replays);
 bool ClearGain(const Gain& arcs, const Gain& replays);
 
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
-// Reasons are: its witness refutes it; it makes held-out flight worse; it is smaller than what the
-// flight shows with good chance; neither held-out flight nor a witness nor another flight shows it;
-// fewer than five independent arcs or replays are behind it.
+// Reasons are: its witness refutes it; it makes held-out flight worse, even if its witness shows it
+// or another flight does, but not if both do; it is smaller than what the flight shows with good
+// chance; neither held-out flight nor a witness nor another flight shows it; fewer than five
+// independent arcs or replays are behind it.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
 // Of the causes that their witnesses refute, the one of which its witness shows the smallest share;

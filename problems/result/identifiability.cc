@@ -33,6 +33,14 @@ std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::st
   return fmt::format("{} ({})", fmt::join(words, " with "), fmt::join(numbers, " : "));
 }
 
+// What is named in a combination that the data do not show is not identified: its sigma is small
+// because the priors of the others hold the combination.
+void DowngradeNamed(const Eigen::VectorXd& direction, std::vector<std::string>* status) {
+  for (int i = 0; i < direction.size(); ++i) {
+    if (std::abs(direction[i]) > kNamedShare && (*status)[i] == "identified") (*status)[i] = "weak";
+  }
+}
+
 }  // namespace
 
 std::string StatusByRatio(double ratio) {
@@ -53,7 +61,9 @@ Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
   for (int i = static_cast<int>(cov.rows()) - 1; i >= 0; --i) {
     const double information = 1.0 / std::max(eigen.eigenvalues()[i], 1e-300) - 1.0;
     if (information > kOpenInformation) break;  // eigenvalues fall from here on
-    result.combinations.push_back(Describe(eigen.eigenvectors().col(i), names, units, prior_sigma));
+    const Eigen::VectorXd direction = eigen.eigenvectors().col(i);
+    result.combinations.push_back(Describe(direction, names, units, prior_sigma));
+    DowngradeNamed(direction, &result.status);
   }
   return result;
 }

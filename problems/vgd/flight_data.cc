@@ -35,8 +35,12 @@ FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
   const auto covered = [this](const Fix& fix) { return track.Covers(fix.t, fix.t); };
   if (std::none_of(log.fixes.begin(), log.fixes.end(), covered)) {
     throw ErrorAt(log.directory + "/fixes.csv", 0,
-                  "no fix lies inside of the time span of imu.csv and attitude.csv; check their "
-                  "clocks");
+                  fmt::format("no fix lies inside of the {:.2f} s that imu.csv and attitude.csv "
+                              "cover; the fixes lie from {:.2f} to {:.2f} s after their start. "
+                              "Export the whole flight, or bring the clocks together",
+                              SecondsBetween(track.begin(), track.end()),
+                              SecondsBetween(track.begin(), log.fixes.front().t),
+                              SecondsBetween(track.begin(), log.fixes.back().t)));
   }
 }
 

@@ -68,6 +68,19 @@ TEST(RotorCalibration, NamesWhatNoFlightShows) {
   EXPECT_THAT(all, AllOf(HasSubstr("k_f"), HasSubstr("m with"), HasSubstr("r_BM_z")));
 }
 
+// Half a flight may show inertia so badly that its fit lets the filter diverge. A diagnosis then
+// has no held-out errors; it does not end.
+TEST(OpenLoop, AFilterThatDivergesPredictsNothing) {
+  const RotorSimulation sim(WuestVehicle());
+  const RotorData data = MakeRotorData(FlyFor(3.0), 4, {});
+  const RotorAeroModel model = EstimationModel(sim.vehicle);
+  RotorConstants constants = PriorFromVehicle(WuestVehicle()).mean;
+  EXPECT_FALSE(PredictOpenLoop(model, data, sim.noise, constants, constants, {0.5}, 0.1).empty());
+  constants.segment<3>(kInertiaConstants) *= 1e-9;
+  EXPECT_TRUE(PredictOpenLoop(model, data, sim.noise, constants, constants, {0.5}, 0.1).empty());
+  EXPECT_TRUE(ForecastOpenLoop(model, data, sim.noise, constants, {0.5}, 0.1).empty());
+}
+
 TEST(LearnNoise, FindsTheNoiseThatFlew) {
   const RotorSimulation sim(WuestVehicle());
   const RotorData data = MakeRotorData(FlyFor(6.0), 4, {});

@@ -72,6 +72,16 @@ TEST(Rules, AWitnessOrAnotherFlightStandsInForTheGain) {
   EXPECT_THAT(WhyNotNamed(CauseWith(kNone, kNone, "refutes"), false), HasSubstr("refuted"));
 }
 
+// On a Bebop mocap's attitude shows a small error of the filter. It gains nothing on held-out
+// flight and another flight does not have it.
+TEST(Rules, AWitnessAloneDoesNotOutweighALoss) {
+  EXPECT_THAT(Why(CauseWith(kSlightlyWorse, kNone, "confirms")), HasSubstr("its witness shows it"));
+  EXPECT_THAT(Why(CauseWith(kSlightlyWorse, kNone, "confirms", false)),
+              HasSubstr("predicted worse"));
+  EXPECT_EQ(Why(CauseWith(kSlightlyWorse, kNone, "confirms", true)), "");
+  EXPECT_EQ(WhyNotNamed(CauseWith(kSlightlyWorse, kNone, "confirms"), false), "");
+}
+
 TEST(Rules, FourArcsNameNothing) {
   const Gain four = GainOf(0.3, 0.2, 0.05, 0.15, 4), five = GainOf(0.3, 0.2, 0.05, 0.15, 5);
   EXPECT_THAT(Why(CauseWith(four, kNone)), HasSubstr("only 4 independent arcs"));

@@ -34,6 +34,18 @@ TEST(Identifiability, NamesAnExactlyOpenCombination) {
   EXPECT_THAT(result.combinations[0], HasSubstr("2.12 s"));
 }
 
+// Rotor inflow and drag along the thrust on a flight at one rotor speed: the data show a + 2 b to
+// 0.01 and nothing else. The prior of a leaves b 0.45 of its own prior's sigma.
+TEST(Identifiability, WhatOnlyThePriorOfAnotherShowsIsNotIdentified) {
+  const Eigen::Vector2d sum(1.0, 2.0);
+  const Eigen::Matrix2d cov = (1e4 * sum * sum.transpose() + Eigen::Matrix2d::Identity()).inverse();
+  ASSERT_LT(std::sqrt(cov(1, 1)), 0.5);
+  const Identifiability result =
+      AnalyseIdentifiability({"a", "b"}, {"m", "m"}, Eigen::Vector2d::Ones(), cov);
+  EXPECT_THAT(result.status, ElementsAre("weak", "weak"));
+  EXPECT_THAT(result.combinations, ElementsAre(HasSubstr("a with b")));
+}
+
 TEST(Identifiability, StatusesFollowTheShareOfThePriorLeft) {
   const Eigen::Vector3d left(0.49, 0.89, 0.95);
   const Identifiability result =

@@ -1,5 +1,5 @@
 """The measured flights in which effects are hidden: those of scripts/freeze and further ones of the
-same sources, in two halves."""
+same sources, in two halves. Others are diagnosed untouched only."""
 import gzip
 import hashlib
 import shutil
@@ -13,8 +13,19 @@ MORE = {f"nanodrone_{what}_{run}": (
         for what, runs in (("random1", (2, 3, 4)), ("random", (1, 2, 3, 4))) for run in runs}
 MORE |= {"neurobem_slow": ("neurobem", ["neurobem_benchmark/racetrack_slow_part.csv.gz"]),
          "neurobem_linear": ("neurobem", ["neurobem_benchmark/linear_20210203161037.csv.gz"])}
-ALL = {**FLIGHTS, **MORE}
-ROTOR_CONFIGS = {**ROTORS, **{name: "rotors_nanodrone" for name in MORE if "nanodrone" in name}}
+HIDDEN_IN = {**FLIGHTS, **MORE}
+# Diagnosed untouched only, so that the halves of the flights above stay as they are.
+UNTOUCHED = {f"nanodrone_{what}_{run}": (
+                 "idsia_nanodrone", [f"nanodrone_benchmark/raw/{what}_20251017_run{run}.csv.gz"])
+             for what, runs in (("chirp", (1, 2, 3, 4)), ("square", (1, 3, 4, 5))) for run in runs}
+UNTOUCHED |= {f"neurobem_{name}": ("neurobem", [f"neurobem_benchmark/{file}.csv.gz"]) for name, file in {
+    "circle": "circle_20210205140056", "circle_battery": "circle_battery_test_6",
+    "figure_eight_fast": "figure8_fast_20210223144107seg3_part",
+    "vertical": "vertical_20210205141934"}.items()}
+ALL = {**HIDDEN_IN, **UNTOUCHED}
+ROTOR_CONFIGS = {**ROTORS,
+                 **{name: "rotors_nanodrone" for name in MORE | UNTOUCHED if "nanodrone" in name},
+                 **{name: "rotors_neurobem" for name in UNTOUCHED if "neurobem" in name}}
 
 
 def order(name):
@@ -25,7 +36,7 @@ def halves():
     """{name: "tune" or "report"}: of each source the flights in order of the SHA-256 of their names,
     in turn."""
     sources = defaultdict(list)
-    for name in sorted(ALL, key=order):
+    for name in sorted(HIDDEN_IN, key=order):
         sources[ALL[name][0]].append(name)
     return {name: ("tune", "report")[i % 2] for names in sources.values() for i, name in enumerate(names)}
 
@@ -36,6 +47,13 @@ def usable(drive, half):
     if drive == "imu":
         return of_half
     return [name for name in of_half if name in ROTOR_CONFIGS and ALL[name][0] != "nanobench"]
+
+
+def second_flight(name, names):
+    """The next one of `names` by the same source, in turn; None where there is no other."""
+    same = sorted(other for other in names if ALL[other][0] == ALL[name][0])
+    following = same[(same.index(name) + 1) % len(same)]
+    return following if following != name else None
 
 
 def has_sampled_fixes(name):

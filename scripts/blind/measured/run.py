@@ -38,8 +38,8 @@ DRAW = ("seed", "half", "drive", "fits", "flights", "effects")
 FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
 
 
-def parse():
-    parser = argparse.ArgumentParser(description=__doc__,
+def parse(description=__doc__):
+    parser = argparse.ArgumentParser(description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, default=SOURCE / "build")
     parser.add_argument("--work", type=Path, required=True, help="folder of the runs")
@@ -71,7 +71,7 @@ def config_of(arguments, flight):
 
 
 def diagnose(arguments, flight, fit, log, folder):
-    """The diagnosis; None where there is none."""
+    """The diagnosis; None where there is none. `log`: a folder, or several with commas."""
     flags = [f"--fit_to={'fixes' if fit == 'alone' else fit}"]
     if arguments.drive == "rotors":
         flags = ["--drive=rotors", f"--config={config_of(arguments, flight)}"]
