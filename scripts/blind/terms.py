@@ -11,7 +11,8 @@ vehicle with a speed or turn rate or a product of two, or along north or east at
 The simulator computes these forces at every sample. A force counts if it is at least twice the size
 that the flight shows with good chance: six sigmas of the same term, as terms.csv states them; of a
 place, of the hump nearest to it. With --blades the simulator computes the rotors by blade elements, so
-that the air's effects are in every flight, in a form that no estimator has. The table goes to standard output and WORK/table.md.
+that the air's effects are in every flight, in a form that no estimator has; causes and terms that
+describe them are not false. The table goes to standard output and WORK/table.md.
 """
 import argparse
 import csv
@@ -35,6 +36,10 @@ RATES = ["roll rate", "pitch rate", "yaw rate"]
 SIGMAS = 6.0  # of a size that is shown with good chance, over all terms
 # What blades do to a rotor in moving air; no false cause with --blades.
 OF_AIR = {"linear_drag", "rotor_speed_drag", "rotor_inflow", "translational_lift", "air_moment"}
+# The same in terms: drag, thrust lost in a climb, hubs that brake turns, and blades that flap.
+TERMS_OF_AIR = {("force", "x_B", "forward speed"), ("force", "y_B", "sideways speed"),
+                ("force", "z_B", "sink rate"), ("moment", "x_B", "roll rate"), ("moment", "y_B", "pitch rate"),
+                ("moment", "x_B", "sideways speed"), ("moment", "y_B", "forward speed")}
 HUMP = re.compile(r"(force) along (\S+) with being within about ([\d.]+) m of \((-?[\d.]+), (-?[\d.]+)\)")
 
 
@@ -102,16 +107,22 @@ def run(arguments, draw, index):
             if done.returncode not in (0, 3):
                 print(f"{name}: {done.stderr.strip()}", file=sys.stderr)
                 return None
-    return judge(name, kind, effects, force, folder / "result", OF_AIR if arguments.blades else set())
+    return judge(name, kind, effects, force, folder / "result", arguments.blades)
 
 
-def judge(name, kind, effects, force, folder, true_of_all):
+def is_of_air(term):
+    return (term["enters"], term["along"], term["goes_with"]) in TERMS_OF_AIR
+
+
+def judge(name, kind, effects, force, folder, blades):
     result = yaml.safe_load((folder / "diagnosis.yaml").read_text())
-    terms = result.get("terms") or []
+    true_of_all = OF_AIR if blades else set()
+    terms = [t for t in result.get("terms") or [] if not (blades and is_of_air(t))]
     record = {"flight": name, "kind": ["nothing", "effect", "force", "force", "force"][kind], "effects": effects,
               "force": force, "verdict": result["verdict"], "causes": [c["id"] for c in result["causes"]],
               "false_causes": [c["id"] for c in result["causes"] if c["id"] not in true_of_all.union(effects)],
-              "terms": [t["text"] for t in terms]}
+              "terms": [t["text"] for t in terms],
+              "terms_of_air": [t["text"] for t in result.get("terms") or [] if t not in terms]}
     if force is None:
         return record
     said = [[f"{t['enters']} {'about' if t['enters'] == 'attitude' else 'along'} {t['along']} "
