@@ -27,13 +27,13 @@ CONFIG = {"vehicle": {"rotors": [
     for y, spin in ((1, 1), (1, -1), (-1, -1), (-1, 1))]}}
 
 
-def write_flight(folder, cancelled):
+def write_flight(folder, disturbed):
     """40 s at 400 Hz. Thrust is along -z of the body, so a rotor at +y rolls it to the left."""
     rng, t = np.random.default_rng(4), np.arange(0.0, 40.0, 0.0025)
     slow = signal.sosfiltfilt(signal.butter(2, 1.5, fs=400, output="sos"), rng.normal(size=len(t)))
-    fast = signal.sosfiltfilt(signal.butter(2, [2, 20], "band", fs=400, output="sos"), rng.normal(size=len(t)))
-    disturbance = 0.06 * slow / slow.std()
-    moment = 0.02 * fast / fast.std() - cancelled * disturbance
+    fast = signal.sosfiltfilt(signal.butter(2, [0.5, 20], "band", fs=400, output="sos"), rng.normal(size=len(t)))
+    disturbance = disturbed * slow / slow.std()  # N m
+    moment = 0.02 * fast / fast.std() - 0.8 * disturbance
     rate = np.cumsum((moment + disturbance) / INERTIA) * 0.0025
     half = moment / (4.0 * ARM * K_F)  # rad^2/s^2, of each rotor about hover
     speeds = np.sqrt(HOVER ** 2 + np.column_stack([-half, -half, half, half]))
@@ -52,20 +52,20 @@ def roll_inertia(folder, band):
 class InertiaByBand(unittest.TestCase):
     def test_high_bands_show_the_body(self):
         with tempfile.TemporaryDirectory() as folder:
-            write_flight(Path(folder), cancelled=0.8)
+            write_flight(Path(folder), disturbed=0.06)
             self.assertAlmostEqual(roll_inertia(Path(folder), [5, 15]) / INERTIA, 1.0, delta=0.05)
             low = roll_inertia(Path(folder), [0.3, 1.0]) / INERTIA
             self.assertFalse(0.0 < low < 2.0, low)
 
     def test_every_band_shows_the_body_of_an_undisturbed_flight(self):
         with tempfile.TemporaryDirectory() as folder:
-            write_flight(Path(folder), cancelled=1.0)
+            write_flight(Path(folder), disturbed=0.0)
             for band in ([1, 3], [3, 10], [5, 15]):
                 self.assertAlmostEqual(roll_inertia(Path(folder), band) / INERTIA, 1.0, delta=0.05)
 
     def test_prints_a_table(self):
         with tempfile.TemporaryDirectory() as folder:
-            write_flight(Path(folder), cancelled=0.8)
+            write_flight(Path(folder), disturbed=0.06)
             config = Path(folder) / "config.yaml"
             config.write_text(yaml.safe_dump(CONFIG))
             printed = subprocess.run([SOURCE / "scripts/inertia_by_band.py", f"--log={folder}", f"--config={config}"],
