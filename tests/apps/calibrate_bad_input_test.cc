@@ -8,7 +8,9 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-#if defined(__has_feature)
+#if defined(__SANITIZE_ADDRESS__)  // as g++ says it
+constexpr bool kSanitized = true;
+#elif defined(__has_feature)
 constexpr bool kSanitized = __has_feature(address_sanitizer);
 #else
 constexpr bool kSanitized = false;
