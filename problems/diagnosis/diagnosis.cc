@@ -88,9 +88,9 @@ class FlightDiagnosis {
     for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.unexplained_by = rounds.goes_with;
-    AddSignificantAside(rounds);
     ConfirmOnOthers(&diagnosis_.causes);
     DescribeTerms(&rounds);
+    AddSignificantAside(rounds);
     Describe(before, replays, rounds);
     const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
@@ -274,15 +274,15 @@ class FlightDiagnosis {
     return best.rounds;
   }
 
-  // A cause that is set aside and still significant beside the others is a misfit that nothing
-  // explains.
+  // A cause that is set aside and still significant beside the others and the terms is a misfit
+  // that nothing explains. Without any of these the verdict says so by itself.
   void AddSignificantAside(const Rounds& rounds) {
     std::vector<Candidate> aside;
     for (const Cause& cause : diagnosis_.set_aside) {
       if (cause.candidate.id() != "false_gate") aside.push_back(cause.candidate);
     }
     aside = Without(aside, rounds.found);
-    if (aside.empty() || diagnosis_.causes.empty()) return;
+    if (aside.empty() || (diagnosis_.causes.empty() && diagnosis_.open.described.empty())) return;
     const double alpha = options_.alpha / std::max(1, DistinctIds(AllCandidates()));
     const FlightEvidence evidence(*flight_, aside);
     for (const Tested& tested : evidence.tested()) {

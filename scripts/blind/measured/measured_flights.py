@@ -15,17 +15,12 @@ MORE |= {"neurobem_slow": ("neurobem", ["neurobem_benchmark/racetrack_slow_part.
          "neurobem_linear": ("neurobem", ["neurobem_benchmark/linear_20210203161037.csv.gz"])}
 HIDDEN_IN = {**FLIGHTS, **MORE}
 # Diagnosed untouched only, so that the halves of the flights above stay as they are.
-UNTOUCHED = {f"nanodrone_{what}_{run}": (
-                 "idsia_nanodrone", [f"nanodrone_benchmark/raw/{what}_20251017_run{run}.csv.gz"])
-             for what, runs in (("chirp", (1, 2, 3, 4)), ("square", (1, 3, 4, 5))) for run in runs}
-UNTOUCHED |= {f"neurobem_{name}": ("neurobem", [f"neurobem_benchmark/{file}.csv.gz"]) for name, file in {
-    "circle": "circle_20210205140056", "circle_battery": "circle_battery_test_6",
-    "figure_eight_fast": "figure8_fast_20210223144107seg3_part",
-    "vertical": "vertical_20210205141934"}.items()}
+UNTOUCHED = {f"nanodrone_chirp_{run}": (
+                 "idsia_nanodrone", [f"nanodrone_benchmark/raw/chirp_20251017_run{run}.csv.gz"])
+             for run in (1, 2, 3, 4)}
 ALL = {**HIDDEN_IN, **UNTOUCHED}
 ROTOR_CONFIGS = {**ROTORS,
-                 **{name: "rotors_nanodrone" for name in MORE | UNTOUCHED if "nanodrone" in name},
-                 **{name: "rotors_neurobem" for name in UNTOUCHED if "neurobem" in name}}
+                 **{name: "rotors_nanodrone" for name in MORE | UNTOUCHED if "nanodrone" in name}}
 
 
 def order(name):
