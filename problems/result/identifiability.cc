@@ -14,6 +14,7 @@ constexpr double kIdentified = 0.5;  // posterior over prior sigma
 constexpr double kWeak = 0.9;
 // The data do not show a direction along which the posterior sigma is above 90 % of the prior's.
 constexpr double kOpenInformation = 1.0 / (kWeak * kWeak) - 1.0;
+constexpr double kHeldSigmas = 3.0;  // of the own prior, without the priors of others
 constexpr double kNamedShare = 0.3;  // smallest component of a direction that is named
 
 // "psi_E_Ep with psi_I_B (+0.0371 rad : -0.0370 rad)", the largest component first.
@@ -33,11 +34,16 @@ std::string Describe(const Eigen::VectorXd& direction, const std::vector<std::st
   return fmt::format("{} ({})", fmt::join(words, " with "), fmt::join(numbers, " : "));
 }
 
-// What is named in a combination that the data do not show is not identified: its sigma is small
-// because the priors of the others hold the combination.
-void DowngradeNamed(const Eigen::VectorXd& direction, std::vector<std::string>* status) {
+// A parameter whose sigma is small only because the priors of others hold a combination is not
+// identified. Without these priors, this direction alone would leave it several sigmas of its own
+// prior.
+void DowngradeHeldByPriors(const Eigen::VectorXd& direction, double information,
+                           std::vector<std::string>* status) {
   for (int i = 0; i < direction.size(); ++i) {
-    if (std::abs(direction[i]) > kNamedShare && (*status)[i] == "identified") (*status)[i] = "weak";
+    const bool held = direction[i] * direction[i] > kHeldSigmas * kHeldSigmas * information;
+    if (std::abs(direction[i]) > kNamedShare && held && (*status)[i] == "identified") {
+      (*status)[i] = "weak";
+    }
   }
 }
 
@@ -63,7 +69,7 @@ Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
     if (information > kOpenInformation) break;  // eigenvalues fall from here on
     const Eigen::VectorXd direction = eigen.eigenvectors().col(i);
     result.combinations.push_back(Describe(direction, names, units, prior_sigma));
-    DowngradeNamed(direction, &result.status);
+    DowngradeHeldByPriors(direction, information, &result.status);
   }
   return result;
 }

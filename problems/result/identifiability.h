@@ -19,7 +19,8 @@ std::string StatusByRatio(double ratio);
 // units. The data's information is the posterior's less the prior's. Status by the ratio of
 // posterior to prior sigma: at most half is identified, at most 90 % is weak, else unobservable.
 // Eigenvectors of the data's information with less information than the prior's are named as
-// combinations. A parameter that is named in one is weak at best.
+// combinations. A parameter that is named in one is weak at best if, without the priors of the
+// others, that direction alone would leave it three sigmas of its own prior.
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,
                                        const std::vector<std::string>& units,
                                        const Eigen::VectorXd& prior_sigma,
