@@ -66,6 +66,9 @@ def main():
     parser.add_argument("--log", type=Path, required=True)
     parser.add_argument("--config", type=Path, required=True)
     arguments = parser.parse_args()
+    for file in (arguments.config, arguments.log / "imu.csv", arguments.log / "rotors.csv"):
+        if not file.exists():
+            parser.error(f"{file}: there is no such file; a native log with rotor speeds is needed")
     config = yaml.safe_load(arguments.config.read_text())
     step, rates, slopes, moments = flown(arguments.log, config)
     print("| band, Hz | axis | inertia, kg m^2 | damping, 1/s | explained |\n|---|---|---|---|---|")

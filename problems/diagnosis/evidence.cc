@@ -10,7 +10,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kHeldAlpha = 0.01;    // chance, over all terms, of naming a reading that is good
+constexpr double kHeldAlpha = 0.01;    // chance, over all terms, of holding one that is not there
 constexpr std::size_t kRelearned = 6;  // candidates, and terms, whose noise is learned again
 constexpr std::size_t kPairsRelearned = 3;
 
