@@ -1,7 +1,7 @@
 // The rotor-driven model of the estimators: that of Boehm et al. 2020, extended by further
-// constants for real flights (linear drag, rotor inflow, delay of the pose sensor, motors that
-// follow commands), by effects that a diagnosis has found, and by disturbances that make it a
-// stochastic model.
+// constants for real flights (linear drag, rotor inflow, moments of the air, delay of the pose
+// sensor, motors that follow commands), by effects that a diagnosis has found, and by disturbances
+// that make it a stochastic model.
 #pragma once
 
 #include <array>
@@ -29,10 +29,12 @@ class RotorAeroModel {
  public:
   using Base = RotorDrivenModel;
   enum Index : int {
-    kDrag = Base::kStates,  // K_x, K_y, K_z of f_B = diag(K) v_B [1/s]
-    kInflow = kDrag + 3,    // k of f_B,z = -k sum(omega) v_B,z [1]
-    kPoseDelay,             // a pose stamped t was measured at t - delay [s]
-    kMotors,                // lag [s], idle share [1] and voltage exponent [1] (motor_model.h)
+    kDrag = Base::kStates,          // K_x, K_y, K_z of f_B = diag(K) v_B [1/s]
+    kInflow = kDrag + 3,            // k of f_B,z = -k sum(omega) v_B,z [1]
+    kDamping = kInflow + 1,         // L_p, M_q, N_r of dw_B = diag(L_p, M_q, N_r) w_B [1/s]
+    kSpeedMoment = kDamping + 3,    // L_v, M_u of dw_x = L_v v_B,y, dw_y = M_u v_B,x [rad/m/s]
+    kPoseDelay = kSpeedMoment + 2,  // a pose stamped t was measured at t - delay [s]
+    kMotors,  // lag [s], idle share [1] and voltage exponent [1] (motor_model.h)
     kStates = kMotors + kMotorUnknowns
   };
   static constexpr int kMoving = Base::kMoving;
@@ -110,12 +112,13 @@ class RotorAeroModel {
     const T thrust = -per_mass * wrench.force[2];
     const Eigen::Vector3d shift = effects_.CentreShift(input.t);
     if (shift.isZero(0.0)) {
-      push.turn = Base::AngularAcceleration(x, moment);
+      push.turn = Base::AngularAcceleration(x, moment) + AirTurn(x, air);
       AddTerms(x, air.v_B, thrust, input.t, &push);
       return push;
     }
     const Vec3<T> c(T(shift.x()), T(shift.y()), T(shift.z())), w = Base::Vector(x, Base::kRate);
-    push.turn = Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force)));
+    push.turn =
+        Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force))) + AirTurn(x, air);
     push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
     AddTerms(x, air.v_B, thrust, input.t, &push);
     return push;
@@ -222,6 +225,16 @@ class RotorAeroModel {
                   (x[kDrag + 2] - T(air.speed_sum) * x[kInflow]) * v_B[2]);
     RotorEffects::AddTo(&force, effects_.forces, air);
     return force;
+  }
+
+  // Angular acceleration by the air: a hub that rises meets more inflow, which brakes the turn; one
+  // that moves sideways flaps its blades, and drag acts off the centre of mass.
+  template <class T>
+  static Vec3<T> AirTurn(const T* x, const RotorAirFlow<T>& air) {
+    const T* damping = x + kDamping;
+    const T* w = x + Base::kRate;
+    return Vec3<T>(damping[0] * w[0] + x[kSpeedMoment] * air.v_B[1],
+                   damping[1] * w[1] + x[kSpeedMoment + 1] * air.v_B[0], damping[2] * w[2]);
   }
 
   Base base_;

@@ -52,6 +52,13 @@ inline constexpr RotorConstantInfo kRotorConstants[] = {
     {"K_y", "1/s", RotorConstantGroup::kMotion, 0.1},
     {"K_z", "1/s", RotorConstantGroup::kMotion, 0.1},
     {"inflow", "1", RotorConstantGroup::kMotion, 1e-5},
+    // Derivatives of the angular acceleration by turn rate and speed, named as flight mechanics
+    // does (Etkin and Reid 1996, Dynamics of Flight, ch. 4).
+    {"L_p", "1/s", RotorConstantGroup::kMotion, 1.0},
+    {"M_q", "1/s", RotorConstantGroup::kMotion, 1.0},
+    {"N_r", "1/s", RotorConstantGroup::kMotion, 1.0},
+    {"L_v", "rad/m/s", RotorConstantGroup::kMotion, 0.5},
+    {"M_u", "rad/m/s", RotorConstantGroup::kMotion, 0.5},
     {"pose_delay", "s", RotorConstantGroup::kPose, 0.01},
     {"motor_lag", "s", RotorConstantGroup::kCommands, 0.01},
     {"motor_idle", "1", RotorConstantGroup::kCommands, 0.1},

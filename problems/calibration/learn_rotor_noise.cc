@@ -9,12 +9,42 @@
 namespace trueline {
 namespace {
 
-constexpr std::array<double RotorNoise::*, 6> kFigures = {
-    &RotorNoise::force_density, &RotorNoise::angular_density, &RotorNoise::accel,
-    &RotorNoise::gyro,          &RotorNoise::position,        &RotorNoise::attitude};
+constexpr std::array<double RotorNoise::*, 8> kFigures = {
+    &RotorNoise::force_density, &RotorNoise::angular_density,   &RotorNoise::accel,
+    &RotorNoise::gyro,          &RotorNoise::position,          &RotorNoise::attitude,
+    &RotorNoise::angular_drift, &RotorNoise::angular_drift_time};
 constexpr double kLastStep = 0.15;  // of the logarithm, the search's last step
 constexpr double kRange = 100.0;
 constexpr int kMostRuns = 150;
+constexpr double kFirstDrift = 3.0;  // rad/s^2, tried where there was none
+constexpr double kDriftGain = 5.0;   // of log likelihood, below which there is none
+
+// What the search tries for a figure; NaN: nothing.
+double NextTrial(const RotorNoise& at, double RotorNoise::*figure, double step) {
+  if (at.angular_drift > 0.0) return at.*figure * std::exp(step);
+  if (figure == &RotorNoise::angular_drift) return kFirstDrift;
+  if (figure == &RotorNoise::angular_drift_time) return std::numeric_limits<double>::quiet_NaN();
+  return at.*figure * std::exp(step);
+}
+
+// What the figure's factor of 100 counts from.
+double ReferenceOf(const RotorNoise& stated, double RotorNoise::*figure) {
+  return stated.*figure > 0.0 ? stated.*figure : kFirstDrift;
+}
+
+// Without a drift that the flight hardly shows.
+void DropNeedlessDrift(const RotorAeroModel& model, const RotorData& data, const RotorNoise& stated,
+                       RotorEkfOptions* best, RotorEkfRun* leader) {
+  if (best->noise.angular_drift == 0.0 || stated.angular_drift > 0.0) return;
+  RotorEkfOptions without = *best;
+  without.noise.angular_drift = 0.0;
+  without.rival = nullptr;
+  RotorEkfRun run = RunOrDiverge(model, data, without);
+  if (!(run.log_likelihood > leader->log_likelihood - kDriftGain)) return;
+  *best = without;
+  best->point = run.point;
+  *leader = std::move(run);
+}
 
 }  // namespace
 
@@ -27,18 +57,19 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
   const double first = leader.log_likelihood;
   best.point = std::isfinite(first) ? leader.point : options.prior.mean;
   learned.runs = 1;
-  std::array<double, 6> steps;
+  std::array<double, kFigures.size()> steps;
   steps.fill(first_step);
   bool open = true;
   while (open && learned.runs < kMostRuns) {
     open = false;
     for (std::size_t i = 0; i < kFigures.size(); ++i) {
       if (std::abs(steps[i]) < kLastStep) continue;
-      open = true;
       RotorEkfOptions trial = best;
-      double& figure = trial.noise.*kFigures[i];
-      figure *= std::exp(steps[i]);
-      const double ratio = figure / (stated.*kFigures[i]);
+      const double figure = NextTrial(best.noise, kFigures[i], steps[i]);
+      if (std::isnan(figure)) continue;
+      open = true;
+      trial.noise.*kFigures[i] = figure;
+      const double ratio = figure / ReferenceOf(stated, kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
       ++learned.runs;
       // Runs are linearised where the leading run was, and stop once they fall far behind it.
@@ -55,6 +86,7 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
       }
     }
   }
+  DropNeedlessDrift(model, data, stated, &best, &leader);
   learned.noise = best.noise;
   learned.point = *best.point;
   learned.gain = leader.log_likelihood - first;

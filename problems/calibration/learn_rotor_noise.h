@@ -13,8 +13,8 @@ struct LearnedNoise {
   int runs = 0;          // of the filter
 };
 
-// Coordinate search over the logarithms of the six values of RotorNoise, each kept within a factor
-// of 100 of `stated`. The constants stay unknown. `first_step` is of the logarithm; use a small one
+// Coordinate search over the logarithms of the values of RotorNoise, each kept within a factor of
+// 100 of `stated`; a drift that is not stated is tried, and kept if the likelihood asks for it. The constants stay unknown. `first_step` is of the logarithm; use a small one
 // from a start that is known to be good.
 LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
                              const RotorEkfOptions& options, const RotorNoise& stated,

@@ -43,8 +43,9 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
     for (const double horizon : horizons) {
       const RotorPose* pose = PoseNear(data, start.t + horizon);
       if (pose == nullptr) continue;
-      const RotorState end =
-          Integrated(model, driven, Joined(start.moving, constants), start.t, pose->t);
+      Eigen::Vector3d drift = start.node.drift;
+      const RotorState end = Integrated(model, driven, noise, Joined(start.node.motion, constants),
+                                        &drift, start.t, pose->t);
       Eigen::Vector3d p_E;
       RotorAeroModel::Position(end.data(), p_E.data());
       errors.push_back({start.t, horizon, (p_E - pose->p_E).norm()});

@@ -228,7 +228,7 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
       ConsideredCovariance(model, data, batch, result.batch,
                            ConsideredVariants(log, options, Part(streams, 0.0, fitted)));
   const double nodes = static_cast<double>(result.batch.nodes.size());
-  result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - 12.0 * nodes);
+  result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - kNodeErrors * nodes);
   result.origin = data.origin;
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
   DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);

@@ -85,7 +85,7 @@ void WriteTrajectory(const RotorCalibration& c, const std::filesystem::path& pat
       "[1],qz [1],wx [rad/s],wy [rad/s],wz [rad/s]";
   WriteCsv(path, header, [&](std::ostream& out) {
     for (std::size_t i = 0; i < c.batch.nodes.size(); ++i) {
-      const double* n = c.batch.nodes[i].data();
+      const double* n = c.batch.nodes[i].motion.data();
       fmt::print(out, "{:.6f},batch,fit,1,{:.6f},{:.8f},{:.6f}\n", Seconds(c, c.pose_times[i]),
                  fmt::join(n + 4, n + 10, ","), fmt::join(n, n + 4, ","),
                  fmt::join(n + 10, n + 13, ","));

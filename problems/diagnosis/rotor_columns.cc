@@ -215,7 +215,8 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
 std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch) {
   std::vector<TermMotion> motions;
   for (std::size_t k = 0; k < batch.nodes.size(); ++k) {
-    motions.push_back(MotionAt(setup, setup.data.poses[k].t, Joined(batch.nodes[k], batch.mean)));
+    motions.push_back(
+        MotionAt(setup, setup.data.poses[k].t, Joined(batch.nodes[k].motion, batch.mean)));
   }
   return motions;
 }

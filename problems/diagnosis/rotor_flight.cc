@@ -46,13 +46,14 @@ double LowestHeight(const RotorData& data) {
   return lowest;
 }
 
-// Drag, inflow and motor lag are left out where the base fit estimates them, the ground effect
+// Drag, inflow, moments of the air and motor lag are left out where the base fit estimates them, the ground effect
 // where the flight is not above p_z = 0.
 bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   constexpr double kOnTheFloor = 0.02;  // m
   const RotorPrior& prior = setup.prior;
   if (info.id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
   if (info.id == "rotor_inflow") return !InBase(prior, "inflow");
+  if (info.id == "air_moment") return !InBase(prior, "L_v") && !InBase(prior, "M_u");
   if (info.id == "motor_lag") return !setup.data.motors;
   return info.id != "ground_effect" || LowestHeight(setup.data) > kOnTheFloor;
 }

@@ -45,14 +45,15 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
     double from = data.poses[i].t;
     if (from < next) continue;
     next = from + kReplaySpacing;
-    RotorState x = Joined(batch_.nodes[i], batch_.mean);
+    RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
+    Eigen::Vector3d drift = batch_.nodes[i].drift;
     const Eigen::Vector3d p_E = PositionOf(x);
     for (const double horizon : kHorizons) {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
       const RotorPose& pose = data.poses[NearestPose(data, asked)];
       if (pose.t <= from) break;
-      x = Integrated(setup_->model, data, x, from, pose.t);
+      x = Integrated(setup_->model, data, options_.noise, x, &drift, from, pose.t);
       from = pose.t;
       const Eigen::Vector3d error_E = PositionOf(x) - p_E - (pose.p_E - data.poses[i].p_E);
       errors.push_back({static_cast<int>(i), horizon, data.origin + FromSeconds(pose.t), error_E,
@@ -69,7 +70,7 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   const RotorData& data = setup_->data;
   const double t = SecondsBetween(data.origin, replay.end) - 0.5 * replay.horizon;
   const std::size_t i = NearestPose(data, t);
-  const RotorState x = Joined(batch_.nodes[i], batch_.mean);
+  const RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
   const Eigen::Matrix3d R_E_B = AttitudeOf(x);
   const Eigen::Vector3d f_B = setup_->model.PushOn(x.data(), data.InputAt(t)).force;
   const Eigen::Vector3d p_E = PositionOf(x);

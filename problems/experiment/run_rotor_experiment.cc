@@ -129,7 +129,8 @@ struct PreparedRow {
   template <class Archive>
   void Fields(Archive& archive) {
     archive(breaks, pieces, noise.accel, noise.gyro, noise.position, noise.attitude,
-            noise.force_density, noise.angular_density);
+            noise.force_density, noise.angular_density, noise.angular_drift,
+            noise.angular_drift_time);
   }
 };
 

@@ -90,7 +90,8 @@ class Batch {
     std::vector<double> squares(at_.nodes.size());
     ParallelRuns(static_cast<int>(squares.size()), kSegmentsInARow,
                  [&](int i) { squares[i] = SquaresOf(i, constants); });
-    const double prior = BorderPrior(options_.prior, constants, 0).error.squaredNorm();
+    const double prior = BorderPrior(options_.prior, constants, 0).error.squaredNorm() +
+                         (at_.nodes.front().drift / options_.noise.DriftSigma()).squaredNorm();
     return 0.5 * std::accumulate(squares.begin(), squares.end(), prior);
   }
 
@@ -121,9 +122,7 @@ class Batch {
   bool Try(double part, double* cost) {
     at_.chart = start_.chart + part * chart_step_;
     for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
-      RotorError error = RotorError::Zero();
-      error.head<kNodeErrors>() = part * node_steps_[i];
-      at_.nodes[i] = Plus(Joined(start_.nodes[i], RotorConstants::Zero()), error).head<13>();
+      at_.nodes[i] = Plus(start_.nodes[i], RotorNodeError(part * node_steps_[i]));
     }
     const RotorConstants constants = FromChart(at_.chart);
     if (!constants.allFinite()) return false;
@@ -156,7 +155,7 @@ class Batch {
 
   // Of the rows of a node's pose and of the segment that it starts.
   double SquaresOf(int i, const RotorConstants& constants) const {
-    const RotorState x = Joined(at_.nodes[i], constants);
+    const RotorState x = Joined(at_.nodes[i].motion, constants);
     double pose[6];
     PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
     const double squares =
@@ -245,7 +244,7 @@ class Batch {
       result->iterations += solved.iterations;
       result->cost = solved.cost;
     } while (FreeFlat());
-    result->residuals = static_cast<int>(options_.prior.Free().size());
+    result->residuals = static_cast<int>(options_.prior.Free().size()) + 3;  // priors
     for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
     result->residuals += (data_.attitude ? 6 : 3) * static_cast<int>(at_.nodes.size());
     result->solve_time +=

@@ -26,6 +26,7 @@ using Disturbance = Eigen::Matrix<double, kNoise, 1>;
 class Filter {
  public:
   static constexpr int kErrors = Model::kErrors;
+  static constexpr int kMost = Unknowns::kMost;
   static constexpr int kMoving = Model::kMovingErrors;
 
   Filter(const Model& model, const RotorData& data, const RotorEkfOptions& options)
@@ -60,14 +61,16 @@ class Filter {
  private:
   // Initialises at the first pose with the prior.
   void Start() {
-    x_ = Joined(RoughNodes(data_, options_.prior.mean).front(), options_.prior.mean);
+    x_ = Joined(RoughNodes(data_, options_.prior.mean).front().motion, options_.prior.mean);
+    drift_.setZero();
     Eigen::VectorXd sigma(unknowns_.size());
     sigma.head<kMoving>() << Eigen::Vector3d::Constant(options_.sigma_attitude),
         Eigen::Vector3d::Constant(options_.sigma_position),
         Eigen::Vector3d::Constant(options_.sigma_velocity),
         Eigen::Vector3d::Constant(options_.sigma_rate);
+    sigma.segment<3>(kDriftError).setConstant(options_.noise.angular_drift);
     for (int k = 0; k < unknowns_.num_constants(); ++k) {
-      sigma[kMoving + k] = options_.prior.sigma[unknowns_.constant(k)];
+      sigma[kNodeErrors + k] = options_.prior.sigma[unknowns_.constant(k)];
     }
     cov_ = sigma.cwiseAbs2().asDiagonal();
     held_ = true;
@@ -101,6 +104,7 @@ class Filter {
       const RotorPose* pose = PoseNear(data_, t_ + horizon);
       if (pose == nullptr) continue;
       const RotorState x = x_;
+      const Eigen::Vector3d drift = drift_;
       const Unknowns::Covariance cov = cov_;
       const double begin = t_;
       while (t_ < pose->t - 1e-9) {
@@ -113,6 +117,7 @@ class Filter {
       run_.forecasts.push_back({begin, horizon, options_.noise.position * reading.innovation.norm(),
                                 1.0 - ChiSquareTail(squared, 3.0)});
       x_ = x;
+      drift_ = drift;
       cov_ = cov;
       t_ = begin;
     }
@@ -139,8 +144,8 @@ class Filter {
     double move = 0.0;
     for (int k = 0; k < unknowns_.num_constants(); ++k) {
       const int i = unknowns_.constant(k);
-      move =
-          std::max(move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(kMoving + k, kMoving + k)));
+      move = std::max(
+          move, std::abs(point_[i] - from[i]) / std::sqrt(cov_(kNodeErrors + k, kNodeErrors + k)));
     }
     return move < kSettled;
   }
@@ -190,14 +195,15 @@ class Filter {
 
   void UpdateWithImu(double t, const RotorImu& imu, Held* held) {
     const RotorState at = Point();
-    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t), columns_);
+    const RotorReading reading = ReadWithSlope(model_, at, data_.InputAt(t), drift_, columns_);
     Eigen::Matrix<double, 6, 1> innovation, sigma;
     sigma << Eigen::Vector3d::Constant(options_.noise.accel),
         Eigen::Vector3d::Constant(options_.noise.gyro);
     innovation << imu.accel, imu.gyro;
     innovation -= reading.y + reading.slope.middleCols<Model::kConstants>(kMoving) * Offset(at);
-    const Unknowns::Rows<6> H = unknowns_.Of(reading.slope);
     const Eigen::Matrix<double, 6, kNoise> D = DisturbanceFeedthrough(at), DW = D * held->cov;
+    Unknowns::Rows<6> H = unknowns_.Of(reading.slope);
+    H.middleCols<3>(kDriftError) = D.rightCols<3>();
     Unknowns::Rows<6> HP = Times<6>(H, cov_);
     Eigen::Matrix<double, 6, 6> S = DW * D.transpose();
     S += HP.lazyProduct(H.transpose());
@@ -205,24 +211,32 @@ class Filter {
     const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(S);
     const Eigen::Matrix<double, 6, 1> weighed = llt.solve(innovation);
     Judge(t, innovation.dot(weighed), llt.matrixLLT().diagonal().prod());
-    const RotorError step = unknowns_.Whole(Eigen::VectorXd(HP.transpose() * weighed));
+    const Eigen::VectorXd step = HP.transpose() * weighed;
     held->mean = DW.transpose() * weighed;
     const Eigen::Matrix<double, 6, kNoise> B = llt.matrixL().solve(DW);
     llt.matrixL().solveInPlace(HP);
     held->with_state = -B.transpose().lazyProduct(HP);
     held->cov -= B.transpose() * B;
-    const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kErrors, 6> PH = HP.transpose();
+    const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMost, 6> PH = HP.transpose();
     cov_ -= PH.lazyProduct(HP);
-    x_ = Plus(x_, step);
+    Move(step);
+  }
+
+  void Move(const Eigen::VectorXd& step) {
+    x_ = Plus(x_, unknowns_.Whole(step));
+    drift_ += step.segment<3>(kDriftError);
   }
 
   void Predict(double t, double dt, const Held& held) {
     RotorState at = Point();
     const RotorConstants constants = x_.tail<Model::kConstants>(), away = Offset(at);
     const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
+    Disturbance disturbance = held.mean;
+    disturbance.tail<3>() += drift_;
     const RotorStepMatrix slope =
-        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), held.mean, dt, &at, columns_);
-    const Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
+        StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), disturbance, dt, &at, columns_);
+    Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
+    F.middleCols<3>(kDriftError) = G.rightCols<3>();
     Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
     FP += G.lazyProduct(held.with_state);
     Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;
@@ -232,10 +246,11 @@ class Filter {
     cov_.topRows<kMoving>() = FP;
     cov_.leftCols<kMoving>() = FP.transpose();
     cov_.topLeftCorner<kMoving, kMoving>() = 0.5 * (moving + moving.transpose());
+    LetDriftDecay(dt);
     const double wander = options_.wander * options_.wander * dt;
     for (int k = 0; wander > 0.0 && k < unknowns_.num_constants(); ++k) {
       const double sigma = options_.prior.sigma[unknowns_.constant(k)];
-      cov_(kMoving + k, kMoving + k) += wander * sigma * sigma;
+      cov_(kNodeErrors + k, kNodeErrors + k) += wander * sigma * sigma;
     }
     MoveTo(at, slope.rightCols<Model::kConstants>() * away, constants);
     if (!x_.allFinite()) {
@@ -243,6 +258,14 @@ class Filter {
           "the filter diverged after {:.2f} s; widen priors or noise, or check frames and rotors",
           t));
     }
+  }
+
+  void LetDriftDecay(double dt) {
+    const double left = options_.noise.DriftLeft(dt);
+    drift_ *= left;
+    cov_.middleRows<3>(kDriftError) *= left;
+    cov_.middleCols<3>(kDriftError) *= left;
+    cov_.diagonal().segment<3>(kDriftError).array() += options_.noise.NewDrift(dt);
   }
 
   // Moves the state to the end of a step from Point(), plus the first-order effect of the
@@ -292,7 +315,7 @@ class Filter {
     const Eigen::MatrixXd K = llt.solve(HP).transpose();
     cov_ -= K * HP;
     cov_ = (0.5 * (cov_ + cov_.transpose())).eval();
-    x_ = Plus(x_, unknowns_.Whole(K * innovation));
+    Move(K * innovation);
   }
 
   // Adds one innovation's log density; `root_determinant` is that of the Cholesky factor of its
@@ -305,7 +328,7 @@ class Filter {
   RotorEstimate Estimate(double t) const {
     RotorEstimate estimate;
     estimate.t = t;
-    estimate.moving = x_.head<Model::kMoving>();
+    estimate.node = {x_.head<Model::kMoving>(), drift_};
     estimate.mean = x_.tail<Model::kConstants>();
     estimate.sigma =
         unknowns_.Whole(cov_.diagonal().cwiseMax(0.0).cwiseSqrt()).tail<Model::kConstants>();
@@ -318,6 +341,7 @@ class Filter {
   Unknowns unknowns_;
   SlopeColumns columns_;
   RotorState x_;
+  Eigen::Vector3d drift_;  // rad/s^2
   Unknowns::Covariance cov_;
   RotorConstants point_;  // linearisation point of held constants
   bool held_ = true;

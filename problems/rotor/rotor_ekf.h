@@ -3,13 +3,15 @@
 // state. Rotor speeds are its input, IMU and poses (or positions) its updates; constants may do
 // random walks (Wiener processes). Jacobians are automatic (rotor_data/rotor_slopes.h).
 //
-// It differs from the paper in two points. First, the accelerometer measures the disturbance that
-// also moves the vehicle: the disturbance held over an IMU period is a state for that period, so
-// reading and motion are correlated. Second, the first seconds are filtered several times.
-// Accelerations are proportional to 1 / m and 1 / I, so that at a guess of I of 0.4 times the truth
-// the readings' Jacobian by I is 6 times too large, and an extended filter becomes certain of a
-// wrong value. Each pass starts from the same prior and is linearised at the constants where the
-// last pass ended (Gauss-Newton over these seconds); after them the filter runs once, as usual.
+// It differs from the paper in three points. An unmodelled angular acceleration that lasts (the
+// drift of RotorNoise) is a state; where its sigma is zero it changes nothing. Second, the
+// accelerometer measures the disturbance that also moves the vehicle: the disturbance held over an
+// IMU period is a state for that period, so reading and motion are correlated. Third, the first
+// seconds are filtered several times. Accelerations are proportional to 1 / m and 1 / I, so that at
+// a guess of I of 0.4 times the truth the readings' Jacobian by I is 6 times too large, and an
+// extended filter becomes certain of a wrong value. Each pass starts from the same prior and is
+// linearised at the constants where the last pass ended (Gauss-Newton over these seconds); after
+// them the filter runs once, as usual.
 #pragma once
 
 #include <optional>
@@ -60,7 +62,7 @@ struct RotorEkfOptions {
 // Estimates at one time.
 struct RotorEstimate {
   double t;  // s
-  RotorNode moving;
+  RotorNode node;
   RotorConstants mean;
   RotorConstants sigma;  // zero for what is known
 };

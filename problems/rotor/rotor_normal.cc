@@ -16,7 +16,7 @@ using Vector = Eigen::VectorXd;
 
 struct PoseResidual {
   Vector error;        // in sigmas
-  Matrix d_node;       // rows x 12
+  Matrix d_node;       // rows x kNodeErrors
   Matrix d_constants;  // rows x free constants, SI
 };
 
@@ -25,14 +25,14 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
                           const std::vector<int>& free) {
   std::array<RotorJet, RotorAeroModel::kStates> x;
   std::array<RotorJet, 6> error;
-  SeedErrors(Joined(node, constants), x.data());
+  SeedErrors(Joined(node.motion, constants), x.data());
   PoseError(pose, attitude, noise, x.data(), error.data());
   const int rows = attitude ? 6 : 3;
-  PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, 12),
+  PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd::Zero(rows, kNodeErrors),
                  Eigen::MatrixXd(rows, free.size())};
   for (int i = 0; i < rows; ++i) {
     r.error[i] = error[i].a;
-    r.d_node.row(i) = error[i].v.head<12>().transpose();
+    r.d_node.row(i).head<kDriftError>() = error[i].v.head<kDriftError>().transpose();
     r.d_constants.row(i) = error[i].v.tail<RotorAeroModel::kConstants>()(free).transpose();
   }
   return r;
@@ -71,21 +71,32 @@ class RowsAtPoint {
         EvaluatePose(data_.poses[i], data_.attitude, options_.noise, nodes_[i], constants_, free_);
     const double root = std::sqrt(options_.PoseWeight(pose.error.norm()));
     const auto poses = pose.error.size();
-    const Matrix read =
-        PoseColumns(columns_, options_, data_.poses[i].t, Joined(nodes_[i], constants_), poses);
+    const Matrix read = PoseColumns(columns_, options_, data_.poses[i].t,
+                                    Joined(nodes_[i].motion, constants_), poses);
     const Matrix border = BorderOf(pose.d_constants, read, pose.error);
-    Rows rows(static_cast<int>(poses) + (segment == nullptr ? 0 : segment->segment().NumRows()),
-              static_cast<int>(border.cols()));
+    const int drift = i == 0 ? 3 : 0;
+    Rows rows(
+        static_cast<int>(poses) + drift + (segment == nullptr ? 0 : segment->segment().NumRows()),
+        static_cast<int>(border.cols()));
     rows.node().topRows(poses) = root * pose.d_node;
     rows.border().topRows(poses) = root * border;
     rows.cluster.assign(rows.cluster.size(), ClusterOf(i));
     rows.log_weights = -(data_.attitude ? 3.0 : 0.0) * std::log(options_.noise.attitude) -
                        3.0 * std::log(options_.noise.position);
+    if (drift > 0) AddFirstDrift(poses, &rows);
     if (segment != nullptr) AddSegment(*segment, *path, nodes_[i + 1], &rows);
     return rows;
   }
 
  private:
+  // The drift's prior, at the first node.
+  void AddFirstDrift(Eigen::Index row, Rows* rows) const {
+    const double sigma = options_.noise.DriftSigma();
+    rows->node().block<3, 3>(row, kDriftError).diagonal().setConstant(1.0 / sigma);
+    rows->border().col(rows->border().cols() - 1).segment<3>(row) = nodes_.front().drift / sigma;
+    rows->log_weights -= 3.0 * std::log(sigma);
+  }
+
   void AddSegment(const SegmentModel& segment, const SegmentPath& path, const RotorNode& next,
                   Rows* rows) const {
     SegmentResidual step = segment.Evaluate(path, next);

@@ -12,11 +12,33 @@ namespace {
 
 using Model = RotorAeroModel;
 constexpr int kMoving = Model::kMovingErrors;
-using Square = Eigen::Matrix<double, kMoving, kMoving>;
+using Weight = SegmentWeight;
 using Disturbance = Eigen::Matrix<double, 6, 1>;
 // Floor of the standard deviations at a segment's end: a covariance of a single step would be
-// singular without it. rad, m, m/s, rad/s.
+// singular without it. rad, m, m/s, rad/s, rad/s^2.
 constexpr double kFloor = 1e-6;
+
+Disturbance DriftOnly(const Eigen::Vector3d& drift) {
+  Disturbance held;
+  held << Eigen::Vector3d::Zero(), drift;
+  return held;
+}
+
+// d(node error after a step) / d(node error before): the drift acts as a disturbance held over it.
+Weight::StateByState NodeStep(const SegmentPath::Step& at, double dt) {
+  Weight::StateByState F = Weight::StateByState::Zero();
+  F.topLeftCorner<kMoving, kMoving>() = at.F.leftCols<kMoving>();
+  F.topRightCorner<kMoving, 3>() = DisturbanceInput(at.x, dt).rightCols<3>();
+  F.bottomRightCorner<3, 3>().diagonal().setConstant(at.drift_left);
+  return F;
+}
+
+// d(reading) / d(node error).
+Weight::ReadingByState NodeReading(const SegmentPath::Step& at) {
+  Weight::ReadingByState H;
+  H << at.reading.slope.leftCols<kMoving>(), DisturbanceFeedthrough(at.x).rightCols<3>();
+  return H;
+}
 
 }  // namespace
 
@@ -44,7 +66,7 @@ std::vector<RotorSegment> CutSegments(const RotorData& data) {
 
 Eigen::Matrix3d AttitudeErrorSlope(const RotorState& end, const RotorNode& next) {
   Vec4<double> turn =
-      HamiltonProduct(Conjugate(Vec4<double>(end.head<4>())), Vec4<double>(next.head<4>()));
+      HamiltonProduct(Conjugate(Vec4<double>(end.head<4>())), Vec4<double>(next.motion.head<4>()));
   if (turn[0] < 0.0) turn = -turn;
   return Skew<double>(turn.tail<3>()) - turn[0] * Eigen::Matrix3d::Identity();
 }
@@ -61,14 +83,19 @@ SegmentModel::SegmentModel(const RotorAeroModel& model, const RotorData& data,
 SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& constants) const {
   SegmentPath path;
   path.steps.resize(segment_.steps.size());
-  RotorState x = Joined(start, constants);
+  RotorState x = Joined(start.motion, constants);
+  path.drift = start.drift;
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
     const RotorSegment::Step& step = segment_.steps[k];
     SegmentPath::Step& at = path.steps[k];
     at.x = x;
-    if (step.imu >= 0) at.reading = ReadWithSlope(model_, x, data_.InputAt(step.t), columns_);
-    at.F = StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), Disturbance::Zero(),
+    if (step.imu >= 0) {
+      at.reading = ReadWithSlope(model_, x, data_.InputAt(step.t), path.drift, columns_);
+    }
+    at.F = StepWithSlope(model_, data_.InputAt(step.t + 0.5 * step.dt), DriftOnly(path.drift),
                          step.dt, &x, columns_);
+    at.drift_left = noise_.DriftLeft(step.dt);
+    path.drift *= at.drift_left;
   }
   x.head<4>().normalize();
   path.end = x;
@@ -76,7 +103,7 @@ SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& c
 }
 
 Eigen::VectorXd SegmentModel::Errors(const Eigen::VectorXd& readings, const RotorState& end,
-                                     const RotorNode& next) const {
+                                     const Eigen::Vector3d& drift, const RotorNode& next) const {
   Eigen::VectorXd errors(segment_.NumRows());
   int row = 0;
   for (const RotorSegment::Step& step : segment_.steps) {
@@ -86,28 +113,33 @@ Eigen::VectorXd SegmentModel::Errors(const Eigen::VectorXd& readings, const Roto
     row += 6;
   }
   errors.head(row) -= readings;
-  errors.tail<kMoving>() = Minus(end, Joined(next, RotorConstants::Zero())).head<kMoving>();
+  errors.segment<kMoving>(row) =
+      Minus(end, Joined(next.motion, RotorConstants::Zero())).head<kMoving>();
+  errors.tail<3>() = next.drift - drift;
   return errors;
 }
 
 SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& next,
                                        const RotorConstants& constants, bool derivatives) const {
   if (derivatives) return Evaluate(Follow(start, constants), next);
-  const Disturbance none = Disturbance::Zero();
   Eigen::VectorXd readings(6 * segment_.num_imu);
-  RotorState x = Joined(start, constants);
-  double* reading = readings.data();
+  RotorState x = Joined(start.motion, constants);
+  Disturbance held = DriftOnly(start.drift);
+  int row = 0;
   for (const RotorSegment::Step& step : segment_.steps) {
     if (step.imu >= 0) {
-      model_.Imu(x.data(), data_.InputAt(step.t), reading);
-      reading += 6;
+      auto reading = readings.segment<6>(row);
+      model_.Imu(x.data(), data_.InputAt(step.t), reading.data());
+      reading += DisturbanceFeedthrough(x) * held;
+      row += 6;
     }
-    RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), none.data(), step.dt,
+    RotorMidpointStep(model_, data_.InputAt(step.t + 0.5 * step.dt), held.data(), step.dt,
                       x.data());
+    held *= noise_.DriftLeft(step.dt);
   }
   x.head<4>().normalize();
   SegmentResidual residual;
-  residual.error = Errors(readings, x, next);
+  residual.error = Errors(readings, x, held.tail<3>(), next);
   return residual;
 }
 
@@ -115,11 +147,11 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
   const auto count = static_cast<Eigen::Index>(by_.size());
   const int rows = segment_.NumRows(), num_readings = 6 * segment_.num_imu;
   SegmentResidual residual;
-  residual.d_start.resize(rows, kMoving);
+  residual.d_start.resize(rows, kNodeErrors);
   residual.d_constants.resize(rows, count);
   Eigen::VectorXd readings(num_readings);
   // Of the state, by the start and by the constants.
-  Square moved = Square::Identity();
+  Weight::StateByState moved = Weight::StateByState::Identity();
   Eigen::Matrix<double, kMoving, Eigen::Dynamic> pushed = Eigen::MatrixXd::Zero(kMoving, count);
   int row = 0;
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
@@ -128,7 +160,7 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
       const auto H = at.reading.slope.leftCols<kMoving>();
       readings.segment<6>(row) = at.reading.y;
       residual.d_start.middleRows<6>(row).setZero();
-      AddProduct(-1.0, H, moved, residual.d_start.middleRows<6>(row));
+      AddProduct(-1.0, NodeReading(at), moved, residual.d_start.middleRows<6>(row));
       auto d_constants = residual.d_constants.middleRows<6>(row);
       for (Eigen::Index j = 0; j < count; ++j) {
         d_constants.col(j) = -at.reading.slope.col(kMoving + by_[j]);
@@ -137,19 +169,20 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
       row += 6;
     }
     const auto F = at.F.leftCols<kMoving>();
-    MultiplyLeft(F, moved);
+    MultiplyLeft(NodeStep(at, segment_.steps[k].dt), moved);
     MultiplyLeft(F, pushed);
     for (Eigen::Index j = 0; j < count; ++j) pushed.col(j) += at.F.col(kMoving + by_[j]);
   }
-  residual.error = Errors(readings, path.end, next);
+  residual.error = Errors(readings, path.end, path.drift, next);
 
   const Eigen::Matrix3d S = AttitudeErrorSlope(path.end, next);
-  residual.d_next = Eigen::MatrixXd::Zero(rows, kMoving);
-  residual.d_next.bottomRows<kMoving>().setIdentity();
+  residual.d_next = Eigen::MatrixXd::Zero(rows, kNodeErrors);
+  residual.d_next.bottomRows<kNodeErrors>().setIdentity();
   residual.d_next.block<3, 3>(num_readings, 0) = -S.transpose();
-  residual.d_start.bottomRows<kMoving>() = -moved;
+  residual.d_start.bottomRows<kNodeErrors>() = -moved;
   residual.d_start.middleRows<3>(num_readings) = S * moved.topRows<3>();
-  residual.d_constants.bottomRows<kMoving>() = -pushed;
+  residual.d_constants.bottomRows<3>().setZero();
+  residual.d_constants.middleRows<kMoving>(num_readings) = -pushed;
   residual.d_constants.middleRows<3>(num_readings) = S * pushed.topRows<3>();
   return residual;
 }
@@ -166,19 +199,22 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
     const RotorSegment::Step& step = segment_.steps[k];
     const Disturbance sigma = density / std::sqrt(step.dt);
     if (step.imu >= 0) {
-      weight_.Read(at.reading.slope.leftCols<kMoving>(),
-                   DisturbanceFeedthrough(at.x) * sigma.asDiagonal(), variance);
+      weight_.Read(NodeReading(at), DisturbanceFeedthrough(at.x) * sigma.asDiagonal(), variance);
     }
-    weight_.Step(at.F.leftCols<kMoving>(), DisturbanceInput(at.x, step.dt) * sigma.asDiagonal());
+    Weight::StateByReading G = Weight::StateByReading::Zero();
+    G.topRows<kMoving>() = DisturbanceInput(at.x, step.dt) * sigma.asDiagonal();
+    Weight::State drift = Weight::State::Zero();
+    drift.tail<3>().setConstant(noise_.NewDrift(step.dt));
+    weight_.Step(NodeStep(at, step.dt), G, drift);
   }
-  weight_.End(Eigen::Matrix<double, kMoving, 1>::Constant(kFloor * kFloor));
+  weight_.End(Weight::State::Constant(kFloor * kFloor));
 }
 
 void SegmentModel::Whiten(SegmentResidual* residual) const {
   weight_.Whiten(residual->error);
   if (residual->d_start.size() == 0) return;
   weight_.Whiten(residual->d_start);
-  weight_.WhitenEnd(residual->d_next.bottomRows<kMoving>());
+  weight_.WhitenEnd(residual->d_next.bottomRows<kNodeErrors>());
   weight_.Whiten(residual->d_constants);
 }
 

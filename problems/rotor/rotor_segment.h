@@ -22,7 +22,7 @@ struct RotorSegment {
   };
   std::vector<Step> steps;
   int num_imu = 0;
-  int NumRows() const { return 6 * num_imu + RotorAeroModel::kMovingErrors; }
+  int NumRows() const { return 6 * num_imu + kNodeErrors; }
 };
 
 // Segments that one thread works on in a row.
@@ -31,11 +31,11 @@ inline constexpr int kSegmentsInARow = 32;
 // One segment for each pair of consecutive poses.
 std::vector<RotorSegment> CutSegments(const RotorData& data);
 
-// Rows: (accelerometer, gyro) of each reading, then the 12 errors of the state at the end.
+// Rows: (accelerometer, gyro) of each reading, then the errors of the node at the end.
 struct SegmentResidual {
   Eigen::VectorXd error;        // measured less predicted (end: next node less prediction)
-  Eigen::MatrixXd d_start;      // rows x 12, by the error of the node at the start
-  Eigen::MatrixXd d_next;       // rows x 12
+  Eigen::MatrixXd d_start;      // rows x kNodeErrors, by the error of the node at the start
+  Eigen::MatrixXd d_next;       // rows x kNodeErrors
   Eigen::MatrixXd d_constants;  // rows x constants asked for (SI)
 };
 
@@ -43,11 +43,13 @@ struct SegmentResidual {
 struct SegmentPath {
   struct Step {
     RotorState x;          // at its start
+    double drift_left;     // share of the drift after it
     RotorReading reading;  // there, where an IMU sample was taken
     RotorStepMatrix F;     // over the step
   };
   std::vector<Step> steps;
   RotorState end;
+  Eigen::Vector3d drift;  // there, rad/s^2
 };
 
 // e = 2 vec(q_end^* q_next) = 2 v: de = S d_end - S' d_next with S = [v]x - w, (w, v) the rotation.
@@ -84,7 +86,7 @@ class SegmentModel {
  private:
   // Readings less their predictions, then the error of the end.
   Eigen::VectorXd Errors(const Eigen::VectorXd& readings, const RotorState& end,
-                         const RotorNode& next) const;
+                         const Eigen::Vector3d& drift, const RotorNode& next) const;
 
   const RotorAeroModel& model_;
   const RotorData& data_;

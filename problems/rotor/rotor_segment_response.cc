@@ -28,7 +28,7 @@ Eigen::MatrixXd SegmentModel::Respond(const SegmentPath& path, const RotorNode& 
     MultiplyLeft(at.F.leftCols<kErrorRows>(), moved);
     AddProduct(1.0, DisturbanceInput(at.x, step.dt), pushed.topRows<6>(), moved);
   }
-  rows.bottomRows<kErrorRows>() = -moved;
+  rows.middleRows<kErrorRows>(row) = -moved;
   rows.middleRows<3>(row) = AttitudeErrorSlope(path.end, next) * moved.topRows<3>();
   return rows;
 }

@@ -183,9 +183,10 @@ std::span<const int> SlopeColumns::Constants(const RotorInput& input) const {
 
 // The accelerometer at the arm r from the centre of mass reads f + dw x r + w x (w x r).
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
-                           const RotorInput& input, const SlopeColumns& columns) {
+                           const RotorInput& input, const Eigen::Vector3d& drift,
+                           const SlopeColumns& columns) {
   PushSlope push = SlopeOfPush(model, x, input, columns.States(input));
-  const Vector3d force = push.value.head<3>(), turn = push.value.tail<3>();
+  const Vector3d force = push.value.head<3>(), turn = push.value.tail<3>() + drift;
   const Vector3d w = x.segment<3>(Base::kRate);
   const Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
   RotorReading reading;

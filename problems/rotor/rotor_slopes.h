@@ -45,8 +45,9 @@ struct RotorReading {
   Eigen::Matrix<double, 6, 1> y;
   Eigen::Matrix<double, 6, RotorAeroModel::kErrors> slope;
 };
+// `drift`: an angular acceleration beside the model's, rad/s^2.
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
-                           const RotorInput& input,
+                           const RotorInput& input, const Eigen::Vector3d& drift,
                            const SlopeColumns& columns = SlopeColumns::All());
 
 // RotorMidpointStep of `x`; returns d(moving error after it) / d(error before).

@@ -36,9 +36,16 @@ void SeedErrors(const RotorState& x, RotorJet* out) {
   for (int column = 0; column < Model::kErrors; ++column) SeedError(x, column, column, out);
 }
 
-RotorState Joined(const RotorNode& moving, const RotorConstants& constants) {
+RotorNode Plus(const RotorNode& node, const RotorNodeError& error) {
+  RotorError moving = RotorError::Zero();
+  moving.head<kDriftError>() = error.head<kDriftError>();
+  return {Plus(Joined(node.motion, RotorConstants::Zero()), moving).head<Model::kMoving>(),
+          node.drift + error.tail<3>()};
+}
+
+RotorState Joined(const MovingState& motion, const RotorConstants& constants) {
   RotorState x;
-  x << moving, constants;
+  x << motion, constants;
   return x;
 }
 

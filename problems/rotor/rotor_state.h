@@ -16,8 +16,18 @@ using RotorState = Eigen::Matrix<double, RotorAeroModel::kStates, 1>;
 using RotorError = Eigen::Matrix<double, RotorAeroModel::kErrors, 1>;
 using RotorErrorMatrix = Eigen::Matrix<double, RotorAeroModel::kErrors, RotorAeroModel::kErrors>;
 using RotorConstants = Eigen::Matrix<double, RotorAeroModel::kConstants, 1>;
-using RotorNode = Eigen::Matrix<double, RotorAeroModel::kMoving, 1>;
-inline constexpr int kNodeErrors = RotorAeroModel::kMovingErrors;
+using MovingState = Eigen::Matrix<double, RotorAeroModel::kMoving, 1>;
+// What is estimated at one time: the moving state, and an angular acceleration that lasts
+// (RotorNoise::angular_drift). Its error is that of the moving state, then of the drift.
+struct RotorNode {
+  MovingState motion = MovingState::Zero();
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // rad/s^2, body axes
+
+  bool operator==(const RotorNode&) const = default;
+};
+inline constexpr int kDriftError = RotorAeroModel::kMovingErrors;
+inline constexpr int kNodeErrors = kDriftError + 3;
+using RotorNodeError = Eigen::Matrix<double, kNodeErrors, 1>;
 // The place of I_x, I_y, I_z among the constants.
 inline constexpr int kInertiaConstants = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
@@ -26,6 +36,7 @@ using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
 RotorState Plus(const RotorState& x, const RotorError& error);
 // The error e with Plus(a, e) = b (attitude: 2 vec(q_a^* q_b), signed for the shorter rotation).
 RotorError Minus(const RotorState& a, const RotorState& b);
+RotorNode Plus(const RotorNode& node, const RotorNodeError& error);
 
 // Seeds derivative `seed` of `out`, whose value is `x`, with error column `column`.
 template <class Jet>
@@ -60,6 +71,6 @@ inline MotorValues MotorsOf(const RotorConstants& constants) {
 }
 
 // Constants and moving part as one state.
-RotorState Joined(const RotorNode& moving, const RotorConstants& constants);
+RotorState Joined(const MovingState& motion, const RotorConstants& constants);
 
 }  // namespace trueline

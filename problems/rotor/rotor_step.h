@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "problems/rotor/rotor_data.h"
+#include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_state.h"
 
 namespace trueline {
@@ -31,16 +32,20 @@ void RotorMidpointStep(const RotorAeroModel& model, const RotorInput& input, con
   for (int i = 0; i < Model::kMoving; ++i) x[i] += slope[i] * T(dt);
 }
 
-// The state at `to` [s] of `x` at `from`, by the rotors alone: midpoint steps of 4 ms or less.
-inline RotorState Integrated(const RotorAeroModel& model, const RotorData& data, RotorState x,
+// The state at `to` [s] of `x` at `from`, by the rotors and by the drift at `from`, which decays:
+// midpoint steps of 4 ms or less. `drift` becomes what is left of it.
+inline RotorState Integrated(const RotorAeroModel& model, const RotorData& data,
+                             const RotorNoise& noise, RotorState x, Eigen::Vector3d* drift,
                              double from, double to) {
   constexpr double kStep = 0.004;  // s
-  const Eigen::Matrix<double, 6, 1> none = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> held = Eigen::Matrix<double, 6, 1>::Zero();
   const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / kStep - 1e-9)));
   const double dt = (to - from) / steps;
   for (int k = 0; k < steps; ++k) {
-    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), none.data(), dt, x.data());
+    held.tail<3>() = *drift;
+    RotorMidpointStep(model, data.InputAt(from + (k + 0.5) * dt), held.data(), dt, x.data());
     x.head<4>().normalize();
+    *drift *= noise.DriftLeft(dt);
   }
   return x;
 }

@@ -41,10 +41,10 @@ std::vector<RotorNode> RoughNodes(const RotorData& data, const RotorConstants& c
   std::vector<RotorNode> nodes;
   nodes.reserve(count);
   for (const RotorPose& pose : data.poses) {
-    RotorNode node = RotorNode::Zero();
-    node.head<4>() << pose.q_E_P.w(), pose.q_E_P.vec();
-    node.segment<3>(RotorDrivenModel::kPosition) = pose.p_E - pose.q_E_P * arm;
-    node.segment<3>(RotorDrivenModel::kRate) =
+    RotorNode node;
+    node.motion.head<4>() << pose.q_E_P.w(), pose.q_E_P.vec();
+    node.motion.segment<3>(RotorDrivenModel::kPosition) = pose.p_E - pose.q_E_P * arm;
+    node.motion.segment<3>(RotorDrivenModel::kRate) =
         MeanGyro(data, pose.t) - constant(RotorDrivenModel::kGyroBias);
     nodes.push_back(node);
   }
@@ -54,9 +54,9 @@ std::vector<RotorNode> RoughNodes(const RotorData& data, const RotorConstants& c
     const int b =
         std::max(std::min(PoseBefore(data, t + kHalfSlope), count - 1), std::min(a + 1, count - 1));
     const int from = a == b ? b - 1 : a;
-    nodes[i].segment<3>(RotorDrivenModel::kVelocity) =
-        (nodes[b].segment<3>(RotorDrivenModel::kPosition) -
-         nodes[from].segment<3>(RotorDrivenModel::kPosition)) /
+    nodes[i].motion.segment<3>(RotorDrivenModel::kVelocity) =
+        (nodes[b].motion.segment<3>(RotorDrivenModel::kPosition) -
+         nodes[from].motion.segment<3>(RotorDrivenModel::kPosition)) /
         (data.poses[b].t - data.poses[from].t);
   }
   return nodes;

@@ -23,10 +23,11 @@ void SegmentWeight::Read(const ReadingByState& H, const ReadingSquare& D, const 
   waiting_ = true;
 }
 
-void SegmentWeight::Step(const StateByState& F, const StateByReading& G) {
+void SegmentWeight::Step(const StateByState& F, const StateByReading& G, const State& variance) {
   const StateByState FP = F.lazyProduct(P_);
   P_ = FP.lazyProduct(F.transpose());
   P_ += G.lazyProduct(G.transpose());
+  P_.diagonal() += variance;
   if (waiting_) {
     Innovation& innovation = innovations_.back();
     const StateByReading GD = G.lazyProduct(D_.transpose());

@@ -7,13 +7,13 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "cost_functions/models/rotor_aero_model.h"
+#include "problems/rotor/rotor_state.h"
 
 namespace trueline {
 
 class SegmentWeight {
  public:
-  static constexpr int kState = RotorAeroModel::kMovingErrors;
+  static constexpr int kState = kNodeErrors;
   static constexpr int kReading = 6;
   using State = Eigen::Matrix<double, kState, 1>;
   using Reading = Eigen::Matrix<double, kReading, 1>;
@@ -28,8 +28,8 @@ class SegmentWeight {
   // A reading H e + D w + v of the state's errors e: w are the disturbances of the next Step, of
   // covariance one, v is noise of the given variances.
   void Read(const ReadingByState& H, const ReadingSquare& D, const Reading& variance);
-  // The errors become F e + G w.
-  void Step(const StateByState& F, const StateByReading& G);
+  // The errors become F e + G w and noise of the given variances.
+  void Step(const StateByState& F, const StateByReading& G, const State& variance);
   // The errors at the end are read with noise of the given variances.
   void End(const State& variance);
 

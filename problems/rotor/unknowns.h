@@ -1,5 +1,5 @@
-// The errors that a filter estimates: those of the moving state and of the unknown constants. Known
-// constants have no rows and columns in the covariance.
+// The errors that a filter estimates: those of the node (moving state and drift) and of the unknown
+// constants. Known constants have no rows and columns in the covariance.
 #pragma once
 
 #include <utility>
@@ -13,41 +13,45 @@ namespace trueline {
 class Unknowns {
  public:
   static constexpr int kMoving = RotorAeroModel::kMovingErrors;
-  static constexpr int kErrors = RotorAeroModel::kErrors;
-  using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kErrors, kErrors>;
+  static constexpr int kMost = kNodeErrors + RotorAeroModel::kConstants;
+  using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
   // Columns of the unknowns.
   template <int kRows>
-  using Rows = Eigen::Matrix<double, kRows, Eigen::Dynamic, 0, kRows, kErrors>;
+  using Rows = Eigen::Matrix<double, kRows, Eigen::Dynamic, 0, kRows, kMost>;
 
   explicit Unknowns(std::vector<int> free) : free_(std::move(free)) {}
 
-  int size() const { return kMoving + num_constants(); }
+  int size() const { return kNodeErrors + num_constants(); }
   int num_constants() const { return static_cast<int>(free_.size()); }
   // Index of the k-th unknown constant among all constants.
   int constant(int k) const { return free_[static_cast<std::size_t>(k)]; }
 
-  // The columns of the unknowns, out of kErrors.
+  // Columns by all errors of the state (RotorState), as columns by the unknowns; zero by the drift.
   template <class Derived>
   Rows<Derived::RowsAtCompileTime> Of(const Eigen::MatrixBase<Derived>& whole) const {
     Rows<Derived::RowsAtCompileTime> rows(whole.rows(), size());
     rows.template leftCols<kMoving>() = whole.template leftCols<kMoving>();
+    rows.template middleCols<3>(kDriftError).setZero();
     for (int k = 0; k < num_constants(); ++k) {
-      rows.col(kMoving + k) = whole.col(kMoving + constant(k));
+      rows.col(kNodeErrors + k) = whole.col(kMoving + constant(k));
     }
     return rows;
   }
-  // All errors; zero for known constants.
+  // All errors of the state, without the drift; zero for known constants.
   template <class Derived>
   RotorError Whole(const Eigen::MatrixBase<Derived>& error) const {
     RotorError whole = RotorError::Zero();
     whole.template head<kMoving>() = error.template head<kMoving>();
-    for (int k = 0; k < num_constants(); ++k) whole[kMoving + constant(k)] = error[kMoving + k];
+    for (int k = 0; k < num_constants(); ++k) {
+      whole[kMoving + constant(k)] = error[kNodeErrors + k];
+    }
     return whole;
   }
   RotorErrorMatrix WholeCovariance(const Covariance& cov) const {
     RotorErrorMatrix whole = RotorErrorMatrix::Zero();
-    for (int i = 0; i < size(); ++i) {
-      whole.col(i < kMoving ? i : kMoving + constant(i - kMoving)) = Whole(cov.col(i));
+    for (int i = 0; i < kMoving; ++i) whole.col(i) = Whole(cov.col(i));
+    for (int k = 0; k < num_constants(); ++k) {
+      whole.col(kMoving + constant(k)) = Whole(cov.col(kNodeErrors + k));
     }
     return whole;
   }

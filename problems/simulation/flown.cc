@@ -12,7 +12,7 @@ Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, st
   flown.log = SimulateRotorFlight(simulation, path, seed, &flown.truth);
   flown.data = MakeRotorData(flown.log, simulation.vehicle.model.num_rotors(), {});
   for (const RotorPose& pose : flown.data.poses) {
-    flown.nodes.push_back(flown.truth.states[std::lround(pose.t * simulation.imu_rate)]);
+    flown.nodes.push_back({flown.truth.states[std::lround(pose.t * simulation.imu_rate)]});
   }
   return flown;
 }

@@ -9,6 +9,7 @@
 #include "problems/simulation/flown_terms.h"
 #include "problems/simulation/logged_streams.h"
 #include "problems/simulation/navigator.h"
+#include "problems/simulation/slow_moments.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
 #include "problems/simulation/trajectory_tracker.h"
@@ -203,9 +204,11 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   }
   const double root_rate = std::sqrt(config.imu_rate);
   Random force(seed, "force"), twist(seed, "twist");
-  const auto air = [&](const BodyState& state) {
+  simulation::SlowMoments slow(config.slow_moments, seed);
+  const auto air = [&, sample = 0](const BodyState& state) mutable {
     const Vector3d gust_B = config.noise.force_density * root_rate * force.NormalVector3();
-    const Vector3d twist_B = config.noise.angular_density * root_rate * twist.NormalVector3();
+    const Vector3d twist_B = config.noise.angular_density * root_rate * twist.NormalVector3() +
+                             slow.At(sample++ / config.imu_rate);
     const Vector3d force_E = simulation::ForceOf(config.forces, state);
     return simulation::Disturbance{state.Attitude() * gust_B + force_E, twist_B};
   };
@@ -274,6 +277,8 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   config->drag = map.GetVector3("drag", config->drag);
   config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
   if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
+  config->slow_moments = map.Get<double>("slow_moments", config->slow_moments);
+  if (!(config->slow_moments >= 0.0)) map.Fail("slow_moments", "must be 0 rad/s^2 or more");
   config->speed_noise = map.Get<double>("speed_noise", config->speed_noise);
   if (!(config->speed_noise >= 0.0)) map.Fail("speed_noise", "must be 0 or more");
   config->speeds_late = map.Get<double>("speeds_late", config->speeds_late);

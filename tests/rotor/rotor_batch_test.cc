@@ -28,22 +28,23 @@ struct Case {
     options.prior = DrawnPrior(sim.vehicle, seed);
   }
   RotorNode TrueNode(int i) const {
-    return truth.states[std::lround(data.poses[i].t * sim.imu_rate)];
+    return {truth.states[std::lround(data.poses[i].t * sim.imu_rate)]};
   }
 };
 
 RotorNode Moved(const RotorNode& node, int error, double by) {
-  RotorError step = RotorError::Zero();
-  step[error] = by;
-  return Plus(Joined(node, RotorConstants::Zero()), step).head<13>();
+  return Plus(node, RotorNodeError(by * RotorNodeError::Unit(error)));
 }
 
 TEST(RotorSegment, DerivativesAgreeWithDifferences) {
   const Case c(3.0);
   const SegmentModel segment(c.model, c.data, c.sim.noise, CutSegments(c.data)[40]);
-  const RotorNode start = Moved(c.TrueNode(40), 1, 0.05), next = c.TrueNode(41);
+  RotorNode start = Moved(c.TrueNode(40), 1, 0.05);
+  start.drift << 3.0, -2.0, 1.0;
+  const RotorNode next = c.TrueNode(41);
   RotorConstants constants = c.truth.constants;
-  constants.segment<5>(FindRotorConstant("K_x")) << -0.3, -0.4, -0.2, 1e-5, 0.01;
+  constants.segment<10>(FindRotorConstant("K_x")) << -0.3, -0.4, -0.2, 1e-5, -6.0, -5.0, -1.0, -4.0,
+      3.0, 0.01;
   const SegmentResidual r = segment.Evaluate(start, next, constants, true);
   const double h = 1e-6;
   const auto difference = [&](const RotorNode& s, const RotorNode& n, const RotorConstants& k,
@@ -52,7 +53,7 @@ TEST(RotorSegment, DerivativesAgreeWithDifferences) {
     return (segment.Evaluate(s, n, k, false).error - segment.Evaluate(s0, n0, k0, false).error) /
            step;
   };
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < kNodeErrors; ++i) {
     const Eigen::VectorXd d_start = difference(Moved(start, i, h), next, constants,
                                                Moved(start, i, -h), next, constants, 2 * h);
     EXPECT_LT((d_start - r.d_start.col(i)).norm(), 1e-4 * (1.0 + d_start.norm())) << i;
@@ -135,7 +136,7 @@ TEST(RotorBatch, SlowErrorsAreAsLargeAsStated) {
     errors_freedom += static_cast<double>(c.options.prior.Free().size());
     rows += 2.0 * result.cost;
     // Degrees of freedom: the prior's rows balance the constants; each node takes 12.
-    rows_freedom += result.residuals - 12.0 * static_cast<double>(result.nodes.size());
+    rows_freedom += result.residuals - kNodeErrors * static_cast<double>(result.nodes.size());
   }
   ExpectChiSquare(errors, errors_freedom, "constants");
   EXPECT_NEAR(rows / rows_freedom, 1.0, 3.1 * std::sqrt(2.0 / rows_freedom));

@@ -118,7 +118,7 @@ TEST(RotorEkf, CovarianceAgreesWithTheBatchsBound) {
   batch.prior = c.options.prior;
   std::vector<RotorNode> nodes;
   for (const RotorPose& pose : c.data.poses) {
-    nodes.push_back(c.truth.states[std::lround(pose.t * c.sim.imu_rate)]);
+    nodes.push_back({c.truth.states[std::lround(pose.t * c.sim.imu_rate)]});
   }
   const Eigen::MatrixXd bound = RotorBound(c.model, c.data, batch, nodes, c.truth.constants);
   c.options.prior.mean = c.truth.constants;  // linearised near the truth

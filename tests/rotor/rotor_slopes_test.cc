@@ -27,12 +27,14 @@ RotorEffects AllEffects() {
       .effects;
 }
 
+const Eigen::Vector3d kNoDrift = Eigen::Vector3d::Zero();
+
 RotorState StateOf(std::uint64_t seed) {
   Random random(seed, "state");
   RotorConstants constants = PriorFromVehicle(WuestVehicle()).mean;
   for (double& c : constants) c *= 1.0 + 0.1 * random.Normal();
-  constants.tail<8>() << -0.3, -0.2, -0.1, 1e-4, 0.01, 0.03, 0.1, 1.0;
-  RotorNode node;
+  constants.tail<13>() << -0.3, -0.2, -0.1, 1e-4, -6.0, -5.0, -1.0, -4.0, 3.0, 0.01, 0.03, 0.1, 1.0;
+  MovingState node;
   const Eigen::Quaterniond q(Eigen::AngleAxisd(1.0, random.NormalVector3().normalized()));
   node << q.w(), q.x(), q.y(), q.z(), random.NormalVector3().head<2>(), -0.7,
       2.0 * random.NormalVector3(), 4.0 * random.NormalVector3();
@@ -59,7 +61,7 @@ TEST_P(RotorSlopesTest, ReadingsAndTheirSlopesAreThoseOfJets) {
     std::array<RotorJet, 6> y;
     SeedErrors(x, jets.data());
     model->Imu(jets.data(), Input(), y.data());
-    const RotorReading reading = ReadWithSlope(*model, x, Input());
+    const RotorReading reading = ReadWithSlope(*model, x, Input(), kNoDrift);
     for (int i = 0; i < 6; ++i) {
       EXPECT_NEAR(reading.y[i], y[i].a, 1e-9) << i;
       for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
@@ -98,7 +100,7 @@ TEST_P(RotorSlopesTest, SlopesAreThoseOfFiniteDifferences) {
   for (const RotorAeroModel* model : {&plain, &all}) {
     RotorState end = x;
     const RotorStepMatrix moved = StepWithSlope(*model, Input(), still, kStep, &end);
-    const RotorReading reading = ReadWithSlope(*model, x, Input());
+    const RotorReading reading = ReadWithSlope(*model, x, Input(), kNoDrift);
     for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
       const double h = j < 3 ? 1e-4 : 1e-4 * std::max(1e-2, std::abs(x[j + 1]));
       Eigen::Matrix<double, 6, 1> by_reading = still;
@@ -132,8 +134,9 @@ TEST_P(RotorSlopesTest, ColumnsOfSomeConstantsAreThoseOfAll) {
     const RotorStepMatrix step = StepWithSlope(*model, Input(), still, 0.004, &end);
     const RotorStepMatrix step_of_some =
         StepWithSlope(*model, Input(), still, 0.004, &end_of_some, SlopeColumns(some));
-    const RotorReading reading = ReadWithSlope(*model, x, Input());
-    const RotorReading reading_of_some = ReadWithSlope(*model, x, Input(), SlopeColumns(some));
+    const RotorReading reading = ReadWithSlope(*model, x, Input(), kNoDrift);
+    const RotorReading reading_of_some =
+        ReadWithSlope(*model, x, Input(), kNoDrift, SlopeColumns(some));
     EXPECT_EQ(end, end_of_some);
     EXPECT_EQ(reading.y, reading_of_some.y);
     std::vector<int> columns(RotorAeroModel::kMovingErrors);

@@ -24,37 +24,44 @@ Eigen::Matrix<double, kRows, kCols> Drawn(Random* random, double size) {
 // influence by all disturbances and noises are kept side by side.
 struct Steps {
   Weight weight;
-  Eigen::MatrixXd influence;  // rows x disturbances, then one column for each row's noise
+  // Rows x disturbances, then the noise of each step by state, then one column for each row's
+  // noise.
+  Eigen::MatrixXd influence;
 
   explicit Steps(const std::vector<bool>& with_reading, std::uint64_t seed) {
     Random random(seed, "steps");
     const auto steps = static_cast<Eigen::Index>(with_reading.size());
     const auto readings = std::count(with_reading.begin(), with_reading.end(), true);
     const Eigen::Index rows = 6 * readings + Weight::kState;
-    influence.setZero(rows, 6 * steps + rows);
+    influence.setZero(rows, (6 + Weight::kState) * steps + rows);
     Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(Weight::kState, influence.cols());
     Eigen::Index row = 0;
     for (Eigen::Index k = 0; k < steps; ++k) {
       if (with_reading[k]) {
-        const Weight::ReadingByState H = Drawn<6, 12>(&random, 1.0);
+        const Weight::ReadingByState H = Drawn<6, Weight::kState>(&random, 1.0);
         const Weight::ReadingSquare D = Drawn<6, 6>(&random, 1.0);
         const Weight::Reading sigma = Drawn<6, 1>(&random, 0.3);
         weight.Read(H, D, sigma.cwiseAbs2());
         influence.middleRows(row, 6) = H * moved;
         influence.block<6, 6>(row, 6 * k) += D;  // the disturbance that also moves the state
-        for (int i = 0; i < 6; ++i) influence(row + i, 6 * steps + row + i) = sigma[i];
+        for (int i = 0; i < 6; ++i)
+          influence(row + i, (6 + Weight::kState) * steps + row + i) = sigma[i];
         row += 6;
       }
-      const Weight::StateByState F = Weight::StateByState::Identity() + Drawn<12, 12>(&random, 0.2);
-      const Weight::StateByReading G = Drawn<12, 6>(&random, 0.5);
-      weight.Step(F, G);
+      const Weight::StateByState F =
+          Weight::StateByState::Identity() + Drawn<Weight::kState, Weight::kState>(&random, 0.2);
+      const Weight::StateByReading G = Drawn<Weight::kState, 6>(&random, 0.5);
+      const Weight::State own = Drawn<Weight::kState, 1>(&random, 0.2);
+      weight.Step(F, G, own.cwiseAbs2());
       moved = (F * moved).eval();
       moved.middleCols<6>(6 * k) += G;
+      moved.middleCols<Weight::kState>(6 * steps + Weight::kState * k).diagonal() += own;
     }
-    const Weight::State sigma = Drawn<12, 1>(&random, 0.1);
+    const Weight::State sigma = Drawn<Weight::kState, 1>(&random, 0.1);
     weight.End(sigma.cwiseAbs2());
     influence.bottomRows(Weight::kState) = moved;
-    for (int i = 0; i < Weight::kState; ++i) influence(row + i, 6 * steps + row + i) = sigma[i];
+    for (int i = 0; i < Weight::kState; ++i)
+      influence(row + i, (6 + Weight::kState) * steps + row + i) = sigma[i];
   }
 };
 
@@ -87,13 +94,13 @@ TEST_P(SegmentWeightTest, IsThatOfTheDenseCovariance) {
 
 TEST_P(SegmentWeightTest, RowsOfTheEndAloneStayThere) {
   const Steps steps(GetParam(), 4);
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(steps.influence.rows(), 12);
-  rows.bottomRows<12>().setIdentity();
-  Eigen::MatrixXd end = rows.bottomRows<12>();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(steps.influence.rows(), Weight::kState);
+  rows.bottomRows<Weight::kState>().setIdentity();
+  Eigen::MatrixXd end = rows.bottomRows<Weight::kState>();
   steps.weight.WhitenEnd(end);
   steps.weight.Whiten(rows);
-  EXPECT_EQ(rows.topRows(rows.rows() - 12).norm(), 0.0);
-  EXPECT_LT((rows.bottomRows<12>() - end).norm(), 1e-12 * end.norm());
+  EXPECT_EQ(rows.topRows(rows.rows() - Weight::kState).norm(), 0.0);
+  EXPECT_LT((rows.bottomRows<Weight::kState>() - end).norm(), 1e-12 * end.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Segments, SegmentWeightTest,
