@@ -17,8 +17,9 @@ namespace trueline {
 
 // The model's input at one time.
 struct RotorInput {
-  double t;                    // s, since the flight's first sample
-  std::vector<double> speeds;  // rad/s
+  double t;                                // s, since the flight's first sample
+  std::vector<double> speeds;              // rad/s
+  std::vector<double> accelerations = {};  // rad/s^2; empty: none
   // Set where speeds come from commands: the speeds' derivatives by the motors' unknowns for each
   // rotor, and the unknowns' values at which they were computed. Empty where speeds are measured.
   std::vector<MotorValues> slopes = {};
@@ -29,11 +30,12 @@ class RotorAeroModel {
  public:
   using Base = RotorDrivenModel;
   enum Index : int {
-    kDrag = Base::kStates,          // K_x, K_y, K_z of f_B = diag(K) v_B [1/s]
-    kInflow = kDrag + 3,            // k of f_B,z = -k sum(omega) v_B,z [1]
-    kDamping = kInflow + 1,         // L_p, M_q, N_r of dw_B = diag(L_p, M_q, N_r) w_B [1/s]
-    kSpeedMoment = kDamping + 3,    // L_v, M_u of dw_x = L_v v_B,y, dw_y = M_u v_B,x [rad/m/s]
-    kPoseDelay = kSpeedMoment + 2,  // a pose stamped t was measured at t - delay [s]
+    kDrag = Base::kStates,             // K_x, K_y, K_z of f_B = diag(K) v_B [1/s]
+    kInflow = kDrag + 3,               // k of f_B,z = -k sum(omega) v_B,z [1]
+    kDamping = kInflow + 1,            // L_p, M_q, N_r of dw_B = diag(L_p, M_q, N_r) w_B [1/s]
+    kSpeedMoment = kDamping + 3,       // L_v, M_u of dw_x = L_v v_B,y, dw_y = M_u v_B,x [rad/m/s]
+    kRotorInertia = kSpeedMoment + 2,  // J_r of each rotor about its axis [kg m^2]
+    kPoseDelay,                        // a pose stamped t was measured at t - delay [s]
     kMotors,  // lag [s], idle share [1] and voltage exponent [1] (motor_model.h)
     kStates = kMotors + kMotorUnknowns
   };
@@ -62,10 +64,15 @@ class RotorAeroModel {
   struct InputSums {
     Base::RotorSums<double> sums;
     std::array<Base::RotorSums<double>, kMotorUnknowns> slopes;
+    // Of a rotor with J_r = 1 kg m^2 each, all together: angular momentum about the axes [1/s],
+    // with its sign reversed, and its derivative [1/s^2].
+    Eigen::Vector3d momentum, reaction;
   };
   InputSums SumOver(const RotorInput& input) const {
     InputSums over{SumSquared(input.t, [&](int i) { return input.speeds[i] * input.speeds[i]; }),
-                   {}};
+                   {},
+                   SumAlongAxes(input.speeds),
+                   SumAlongAxes(input.accelerations)};
     if (input.slopes.empty()) return over;
     for (int j = 0; j < kMotorUnknowns; ++j) over.slopes[j] = SumSlopes(input, j);
     return over;
@@ -105,6 +112,7 @@ class RotorAeroModel {
     const RotorAirFlow<T> air{AirSpeed(x), SumOf(input)};
     Vec3<T> moment = wrench.moment;
     RotorEffects::AddTo(&moment, effects_.moments, air);
+    moment += RotorReaction(x, over);
     Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
                          per_mass * wrench.force[2]) +
                      AirForce(x, air),
@@ -227,6 +235,24 @@ class RotorAeroModel {
     return force;
   }
 
+  // Sum of spin times value times axis over the rotors.
+  Eigen::Vector3d SumAlongAxes(const std::vector<double>& values) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sum += base_.rotors()[i].spin * values[i] * (tilt_ * base_.rotors()[i].axis);
+    }
+    return sum;
+  }
+  // Moment on the body by rotors that speed up, and by the turn of their angular momentum, N m. A
+  // rotor of spin +1 turns about the opposite of its axis.
+  template <class T>
+  static Vec3<T> RotorReaction(const T* x, const InputSums& over) {
+    const Vec3<T> turned =
+        Cross(Base::Vector(x, Base::kRate), Vec3<T>(over.momentum.template cast<T>()));
+    const T& J = x[kRotorInertia];
+    return Vec3<T>(J * (T(over.reaction[0]) + turned[0]), J * (T(over.reaction[1]) + turned[1]),
+                   J * (T(over.reaction[2]) + turned[2]));
+  }
   // Angular acceleration by the air: a hub that rises meets more inflow, which brakes the turn; one
   // that moves sideways flaps its blades, and drag acts off the centre of mass.
   template <class T>

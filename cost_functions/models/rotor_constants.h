@@ -59,6 +59,7 @@ inline constexpr RotorConstantInfo kRotorConstants[] = {
     {"N_r", "1/s", RotorConstantGroup::kMotion, 1.0},
     {"L_v", "rad/m/s", RotorConstantGroup::kMotion, 0.5},
     {"M_u", "rad/m/s", RotorConstantGroup::kMotion, 0.5},
+    {"J_r", "kg m^2", RotorConstantGroup::kMotion, 1e-6},  // of one rotor, about its axis
     {"pose_delay", "s", RotorConstantGroup::kPose, 0.01},
     {"motor_lag", "s", RotorConstantGroup::kCommands, 0.01},
     {"motor_idle", "1", RotorConstantGroup::kCommands, 0.1},

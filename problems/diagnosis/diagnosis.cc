@@ -1,8 +1,12 @@
 #include "problems/diagnosis/diagnosis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
+#include <string>
 
+#include "problems/common/error.h"
 #include "problems/diagnosis/confirm.h"
 #include "problems/diagnosis/evidence.h"
 #include "problems/diagnosis/gain.h"
@@ -190,7 +194,7 @@ class FlightDiagnosis {
       return last == causes->rend() ? causes->end() : std::prev(last.base());
     };
     const auto unnamed = find();
-    if (unnamed == causes->end() || Refuted(*unnamed) || logs_.size() == 1) return unnamed;
+    if (unnamed == causes->end() || Refuted(*unnamed) || Others().empty()) return unnamed;
     ConfirmOnOthers(causes);
     return find();
   }
@@ -198,9 +202,7 @@ class FlightDiagnosis {
   void ConfirmOnOthers(std::vector<Cause>* causes) {
     if (causes->empty()) return;
     for (Cause& cause : *causes) cause.repeats.clear();
-    for (std::size_t i = 1; i < logs_.size(); ++i) {
-      AddRepeats(logs_.front(), Other(i), causes);
-    }
+    for (const Flight& other : Others()) AddRepeats(logs_.front(), other.get(), causes);
     Confirm(causes);
   }
 
@@ -210,8 +212,8 @@ class FlightDiagnosis {
     std::vector<Found> all = rounds->found;
     OpenCatalogue& open = diagnosis_.open;
     open = DescribeMisfit(flight_.get(), &all, options_.alpha);
-    for (std::size_t i = 1; i < logs_.size() && !open.described.empty(); ++i) {
-      AddTermRepeats(*Other(i), &open.described);
+    if (!open.described.empty()) {
+      for (const Flight& other : Others()) AddTermRepeats(*other, &open.described);
     }
     for (const DescribedTerm& t : open.described) {
       if (!TermRepeats(t)) diagnosis_.unexplained_by.push_back(t.term.Name());
@@ -240,9 +242,19 @@ class FlightDiagnosis {
     return ClearGain(arcs, replays);
   }
 
-  DiagnosedFlight* Other(std::size_t i) {
-    if (others_.size() < i) others_.push_back(make_(logs_[i]));
-    return others_[i - 1].get();
+  // The further flights, without those that can't be diagnosed.
+  const std::vector<Flight>& Others() {
+    for (; next_other_ < logs_.size(); ++next_other_) {
+      const FlightLog& log = logs_[next_other_];
+      try {
+        others_.push_back(make_(log));
+      } catch (const InputError& error) {
+        diagnosis_.warnings.push_back(fmt::format(
+            "further flight {}: it can't be diagnosed, so it confirms nothing: {}",
+            log.name.empty() ? std::to_string(next_other_ + 1) : log.name, error.what()));
+      }
+    }
+    return others_;
   }
 
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
@@ -369,6 +381,7 @@ class FlightDiagnosis {
   const SearchOptions& options_;
   Flight flight_;
   std::vector<Flight> others_;  // made when first needed
+  std::size_t next_other_ = 1;
   std::optional<Cause> false_data_;
   std::vector<Found> terms_;  // in the last Fit, after the causes
   Diagnosis diagnosis_;

@@ -125,6 +125,14 @@ RotorInput RotorData::InputAt(double t) const {
   for (std::size_t r = 0; r < input.speeds.size(); ++r) {
     input.speeds[r] = (1.0 - share) * speeds[before][r] + share * speeds[i][r];
   }
+  if (i != before) {
+    const double dt = speed_times[i] - speed_times[before];
+    const bool within = t >= speed_times.front() && t <= speed_times.back();
+    input.accelerations.resize(input.speeds.size());
+    for (std::size_t r = 0; r < input.speeds.size(); ++r) {
+      input.accelerations[r] = within ? (speeds[i][r] - speeds[before][r]) / dt : 0.0;
+    }
+  }
   if (slopes.empty()) return input;
   input.motors = motors_at;
   input.slopes.resize(input.speeds.size());

@@ -55,7 +55,8 @@ struct RotorData {
 
   // Recomputes the speeds from the commands at other values of the unknowns.
   void TurnMotors(const MotorValues& at);
-  // Rotor speeds at `t` (s from `origin`): linear between samples, constant outside.
+  // Rotor speeds at `t` (s from `origin`): linear between samples, constant outside. Accelerations
+  // are the slopes.
   RotorInput InputAt(double t) const;
 };
 

@@ -236,7 +236,7 @@ class Filter {
     const RotorStepMatrix slope =
         StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), disturbance, dt, &at, columns_);
     Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
-    F.middleCols<3>(kDriftError) = G.rightCols<3>();
+    F.middleCols<3>(kDriftError) = DriftInput(slope, dt);
     Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
     FP += G.lazyProduct(held.with_state);
     Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;

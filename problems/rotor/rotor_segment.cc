@@ -28,7 +28,7 @@ Disturbance DriftOnly(const Eigen::Vector3d& drift) {
 Weight::StateByState NodeStep(const SegmentPath::Step& at, double dt) {
   Weight::StateByState F = Weight::StateByState::Zero();
   F.topLeftCorner<kMoving, kMoving>() = at.F.leftCols<kMoving>();
-  F.topRightCorner<kMoving, 3>() = DisturbanceInput(at.x, dt).rightCols<3>();
+  F.topRightCorner<kMoving, 3>() = DriftInput(at.F, dt);
   F.bottomRightCorner<3, 3>().diagonal().setConstant(at.drift_left);
   return F;
 }

@@ -54,6 +54,16 @@ Airframe::Wrench Airframe::RotorWrench(const Flow& flow, const RotorArray& rotor
   return total;
 }
 
+// A rotor that turns clockwise seen from above has its angular momentum along its downward axis.
+Vector3d Airframe::MomentumOf(const RotorArray& speeds) const {
+  Vector3d momentum = Vector3d::Zero();
+  if (vehicle_.rotor_inertia == 0.0) return momentum;
+  for (int i = 0; i < speeds.size(); ++i) {
+    momentum -= vehicle_.rotor_inertia * vehicle_.rotors[i].spin * speeds[i] * axes_B_[i];
+  }
+  return momentum;
+}
+
 BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& command,
                         const Vector3d& gust_E, const Vector3d& twist_B) const {
   const Eigen::Matrix3d R_E_B = state.Attitude().toRotationMatrix();
@@ -86,7 +96,12 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   Apply(stages_.turn, flow, &turn_B);
   Vector3d moment_B = wrench.moment_B;
   Apply(stages_.moment, flow, &moment_B);
-  const Vector3d angular_momentum = vehicle_.inertia.cwiseProduct(state.w_B);
+  result.rate.rotors = (command - state.rotors) / motor_lag_;
+  // The body's and the rotors' own angular momentum turn together; the body takes up what changes
+  // the rotors'.
+  moment_B -= MomentumOf(result.rate.rotors);
+  const Vector3d angular_momentum =
+      vehicle_.inertia.cwiseProduct(state.w_B) + MomentumOf(state.rotors);
   result.rate.p_E = state.v_E;
   const Quaterniond spin(0.0, state.w_B.x(), state.w_B.y(), state.w_B.z());
   result.rate.q_E_B = 0.5 * (state.Attitude() * spin).coeffs();
@@ -95,7 +110,6 @@ BodyRate Airframe::Rate(double t, const BodyState& state, const RotorArray& comm
   // f_B refers to the centre of mass as built; a centre displaced by `com` rotates about itself.
   result.f_B -= result.rate.w_B.cross(load.com) + state.w_B.cross(state.w_B.cross(load.com));
   result.rate.v_E = R_E_B * result.f_B + Vector3d(0.0, 0.0, gravity_);
-  result.rate.rotors = (command - state.rotors) / motor_lag_;
   return result;
 }
 

@@ -49,6 +49,8 @@ class Airframe {
     Vector3d moment_B = Vector3d::Zero();  // N m, about the centre of mass
   };
   Wrench RotorWrench(const Flow& flow, const RotorArray& rotors, const Vector3d& com) const;
+  // Of the rotors about their axes, N m s; of their accelerations its rate.
+  Vector3d MomentumOf(const RotorArray& speeds) const;
   HubWrench HubWrenchOf(int rotor, const Flow& flow, double speed) const;
 
   VehicleConfig vehicle_;

@@ -53,6 +53,7 @@ struct VehicleConfig {
   Vector3d inertia = {0.91e-3, 1.24e-3, 2.05e-3};  // kg m^2, diagonal
   std::vector<Rotor> rotors;                       // filled with an X of four when left out
   double motor_lag = 0.03;                         // s, rotor speed follows its command
+  double rotor_inertia = 0.0;                      // kg m^2, of each rotor about its axis
   double max_rotor_speed = 1300.0;                 // rad/s
   Vector3d drag = {-0.50, -0.55, -0.10};           // 1/s: K_x, K_y, K_z of f_B = K v_B
   std::optional<BladeConfig> blades;               // left out: thrust k_f omega^2, k_m omega^2

@@ -40,6 +40,7 @@ simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
                               rotor.spin, rotor.k_f, rotor.k_m});
   }
   vehicle.motor_lag = config.motor_lag;
+  vehicle.rotor_inertia = config.rotor_inertia;
   vehicle.max_rotor_speed = config.limits.max_speed;
   vehicle.drag = config.drag;
   vehicle.blades = config.blades;
@@ -279,6 +280,8 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
   config->slow_moments = map.Get<double>("slow_moments", config->slow_moments);
   if (!(config->slow_moments >= 0.0)) map.Fail("slow_moments", "must be 0 rad/s^2 or more");
+  config->rotor_inertia = map.Get<double>("rotor_inertia", config->rotor_inertia);
+  if (!(config->rotor_inertia >= 0.0)) map.Fail("rotor_inertia", "must be 0 kg m^2 or more");
   config->speed_noise = map.Get<double>("speed_noise", config->speed_noise);
   if (!(config->speed_noise >= 0.0)) map.Fail("speed_noise", "must be 0 or more");
   config->speeds_late = map.Get<double>("speeds_late", config->speeds_late);

@@ -34,6 +34,7 @@ struct RotorSimulation {
   // Effects that the estimators do not model.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
+  double rotor_inertia = 0.0;                      // kg m^2, of each rotor about its axis
   double slow_moments = 0.0;  // rad/s^2, rms of each axis (simulation/slow_moments.h)
   double speed_noise = 0.0;   // share of each speed in rotors.csv, of one sample
   double speeds_late = 0.0;   // s, rotors.csv is stamped after its samples were taken
@@ -61,9 +62,9 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
                               std::uint64_t seed, RotorTruth* truth = nullptr);
 
 // Keys of an experiment's `simulation`: imu_rate, pose_rate, height, noise, drag, motor_lag,
-// slow_moments, speed_noise, speeds_late, gyro_cutoff, log_commands, motors, blades, log_rotors,
-// effects, forces; vehicle and limits are read elsewhere. Throws InputError naming file, line and
-// key.
+// rotor_inertia, slow_moments, speed_noise, speeds_late, gyro_cutoff, log_commands, motors, blades,
+// log_rotors, effects, forces; vehicle and limits are read elsewhere. Throws InputError naming
+// file, line and key.
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config);
 
 }  // namespace trueline

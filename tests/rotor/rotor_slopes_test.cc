@@ -33,7 +33,8 @@ RotorState StateOf(std::uint64_t seed) {
   Random random(seed, "state");
   RotorConstants constants = PriorFromVehicle(WuestVehicle()).mean;
   for (double& c : constants) c *= 1.0 + 0.1 * random.Normal();
-  constants.tail<13>() << -0.3, -0.2, -0.1, 1e-4, -6.0, -5.0, -1.0, -4.0, 3.0, 0.01, 0.03, 0.1, 1.0;
+  constants.tail<14>() << -0.3, -0.2, -0.1, 1e-4, -6.0, -5.0, -1.0, -4.0, 3.0, 2e-5, 0.01, 0.03,
+      0.1, 1.0;
   MovingState node;
   const Eigen::Quaterniond q(Eigen::AngleAxisd(1.0, random.NormalVector3().normalized()));
   node << q.w(), q.x(), q.y(), q.z(), random.NormalVector3().head<2>(), -0.7,
@@ -42,7 +43,7 @@ RotorState StateOf(std::uint64_t seed) {
 }
 
 RotorInput Input() {
-  RotorInput input{2.0, {1400, 1200, 1500, 1300}};
+  RotorInput input{2.0, {1400, 1200, 1500, 1300}, {900, -700, 400, 200}};
   input.slopes.assign(4, MotorValues(-900.0, 1500.0, 300.0));
   input.motors = MotorValues(0.025, 0.12, 0.9);
   return input;
