@@ -14,8 +14,9 @@ struct LearnedNoise {
 };
 
 // Coordinate search over the logarithms of the values of RotorNoise, each kept within a factor of
-// 100 of `stated`; a drift that is not stated is tried, and kept if the likelihood asks for it. The constants stay unknown. `first_step` is of the logarithm; use a small one
-// from a start that is known to be good.
+// 100 of `stated`; a drift that is not stated is tried, and kept if the likelihood asks for it. The
+// constants stay unknown. `first_step` is of the logarithm; use a small one from a start that is
+// known to be good.
 LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
                              const RotorEkfOptions& options, const RotorNoise& stated,
                              double first_step = 1.2);

@@ -1,6 +1,7 @@
 #include "problems/calibration/rotor_calibration.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,7 @@ namespace trueline {
 namespace {
 
 constexpr double kNotABody = 1e-3;     // share of the trace, of the smallest second moment
-constexpr double kHalvesDiffer = 4.0;  // sigmas
+constexpr double kHalvesDiffer = 3.0;  // sigmas
 constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
 constexpr double kWorse = 1.2;         // prediction error, over that of the nominal vehicle
 constexpr double kLeastInside = 0.5;   // of predictions, inside the 95 % region of the noise
@@ -35,6 +36,8 @@ double ThinnestShare(const RotorConstants& constants) {
   return (0.5 * inertia.sum() - inertia.maxCoeff()) / inertia.sum();
 }
 
+// The flight's halves show how far its constants scatter: where they differ by more than three of
+// their sigmas, the intervals are widened until it is two.
 void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
                    const RotorBatchOptions& batch, const RotorDataOptions& data, double fitted,
                    RotorCalibration* result) {
@@ -46,6 +49,11 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
   for (const int i : batch.prior.Free()) {
     const double sigma = std::sqrt(a.cov(i, i) + b.cov(i, i));
     const double difference = std::abs(a.mean[i] - b.mean[i]) / sigma;
+    if (difference > kHalvesDiffer) {
+      result->halves_disagree.push_back(
+          fmt::format("{} ({:.1f})", kRotorConstants[i].name, difference));
+      result->batch.Widen(i, 0.5 * difference);
+    }
     if (difference <= result->halves) continue;
     result->halves = difference;
     result->halves_parameter = kRotorConstants[i].name;
@@ -130,9 +138,9 @@ Verdict JudgeRotors(const RotorCalibration& c) {
                                         [](const auto& p) { return p.status == "identified"; });
   if (c.halves > kHalvesDiffer) {
     poor(fmt::format(
-        "the halves of the flight disagree on {} by {:.1f} of its sigmas: the model lacks "
-        "something, and the intervals are too narrow",
-        c.halves_parameter, c.halves));
+        "the halves of the flight disagree (by this many of their sigmas) on {}: the model lacks "
+        "something; the intervals of these constants are widened until the halves agree within two",
+        fmt::join(c.halves_disagree, ", ")));
   }
   if (c.chi_square > kPoorFit) {
     poor(
@@ -231,8 +239,8 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - kNodeErrors * nodes);
   result.origin = data.origin;
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
-  DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
   CompareHalves(model, log, batch, streams, fitted, &result);
+  DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
   if (options.hold_out > 0.0) {
     ScorePredictions(model, data, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
                      &result);

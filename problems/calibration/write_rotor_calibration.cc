@@ -47,6 +47,7 @@ YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& pro
   node["fit"]["solve_time"] = Rounded(c.batch.solve_time, 3);
   node["fit"]["halves_differ"] = Rounded(c.halves, 3);
   node["fit"]["halves_parameter"] = c.halves_parameter;
+  node["fit"]["halves_disagree"] = c.halves_disagree;
   node["provenance"] = provenance;
   return node;
 }

@@ -46,8 +46,8 @@ double LowestHeight(const RotorData& data) {
   return lowest;
 }
 
-// Drag, inflow, moments of the air and motor lag are left out where the base fit estimates them, the ground effect
-// where the flight is not above p_z = 0.
+// Drag, inflow, moments of the air and motor lag are left out where the base fit estimates them,
+// the ground effect where the flight is not above p_z = 0.
 bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   constexpr double kOnTheFloor = 0.02;  // m
   const RotorPrior& prior = setup.prior;
@@ -289,6 +289,7 @@ std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
   constexpr double kTimesStated = 3.0;
   constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
   constexpr double kTurn = 10.0;  // rad/s^2/sqrt(Hz)
+  constexpr double kDrift = 5.0;  // rad/s^2
   const RotorNoise& learned = options_.noise;
   std::vector<std::string> findings;
   const auto sensor = [&](double is, double said, const std::string& what) {
@@ -307,6 +308,10 @@ std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
   if (learned.angular_density > kTurn) {
     findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
                                    learned.angular_density));
+  }
+  if (learned.angular_drift > kDrift) {
+    findings.push_back(fmt::format("unmodelled moments that last, of {:.1f} rad/s^2 for {:.1f} s",
+                                   learned.angular_drift, learned.angular_drift_time));
   }
   return findings;
 }
