@@ -14,8 +14,9 @@ constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correla
 constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
 constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
-constexpr int kHalvings = 4;
-constexpr int kMostSteps = 6;          // of a refinement
+constexpr int kHalvings = 2;
+constexpr int kMostSteps = 4;          // of a refinement
+constexpr double kSmallGain = 0.05;    // of cost; a refinement that gains less ends
 constexpr double kCostIncrease = 0.5;  // of cost; a smaller rise comes from re-evaluated weights
 
 class RotorLinearisation : public Linearisation {
@@ -205,6 +206,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
       }
       Solve(*found);
     }
+    if (std::abs(cost - batch_.cost) < kSmallGain) return;
   }
 }
 
