@@ -140,6 +140,24 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
 }
 
 // The simulator lacks this effect: the test scales the tilt of the logged attitude itself.
+// A further flight that can't be diagnosed confirms nothing; the first one is diagnosed as if
+// alone.
+TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
+  const FlightLog first = FlyHiding({{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}}}, 22);
+  FlightLog empty = FlyHiding({}, 28);
+  empty.name = "second";
+  empty.fixes.clear();
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  const Diagnosis diagnosis = Diagnose({first, empty}, options);
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_EQ(diagnosis.causes[0].candidate.id(), "wind");
+  EXPECT_TRUE(diagnosis.causes[0].repeats.empty());
+  ASSERT_FALSE(diagnosis.warnings.empty());
+  EXPECT_THAT(diagnosis.warnings.back(),
+              testing::HasSubstr("second: it can't be diagnosed, so it confirms nothing"));
+}
+
 TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
   FlightLog log = FlyHiding({}, 29);
   for (AttitudeSample& sample : log.attitude) {
