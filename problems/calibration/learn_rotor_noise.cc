@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "problems/calibration/learn_rotor_delays.h"
 
@@ -19,11 +20,11 @@ constexpr int kMostRuns = 150;
 constexpr double kFirstDrift = 3.0;  // rad/s^2, tried where there was none
 constexpr double kDriftGain = 5.0;   // of log likelihood, below which there is none
 
-// What the search tries for a figure; NaN: nothing.
-double NextTrial(const RotorNoise& at, double RotorNoise::*figure, double step) {
-  if (at.angular_drift > 0.0) return at.*figure * std::exp(step);
-  if (figure == &RotorNoise::angular_drift) return kFirstDrift;
-  if (figure == &RotorNoise::angular_drift_time) return std::numeric_limits<double>::quiet_NaN();
+// What the search tries for a figure. Without a drift its time constant changes nothing.
+std::optional<double> NextTrial(const RotorNoise& at, double RotorNoise::*figure, double step) {
+  const bool drifts = at.angular_drift > 0.0;
+  if (!drifts && figure == &RotorNoise::angular_drift) return kFirstDrift;
+  if (!drifts && figure == &RotorNoise::angular_drift_time) return std::nullopt;
   return at.*figure * std::exp(step);
 }
 
@@ -65,11 +66,11 @@ LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
     for (std::size_t i = 0; i < kFigures.size(); ++i) {
       if (std::abs(steps[i]) < kLastStep) continue;
       RotorEkfOptions trial = best;
-      const double figure = NextTrial(best.noise, kFigures[i], steps[i]);
-      if (std::isnan(figure)) continue;
+      const std::optional<double> figure = NextTrial(best.noise, kFigures[i], steps[i]);
+      if (!figure) continue;
       open = true;
-      trial.noise.*kFigures[i] = figure;
-      const double ratio = figure / ReferenceOf(stated, kFigures[i]);
+      trial.noise.*kFigures[i] = *figure;
+      const double ratio = *figure / ReferenceOf(stated, kFigures[i]);
       const bool inside = ratio < kRange && ratio > 1.0 / kRange;
       ++learned.runs;
       // Runs are linearised where the leading run was, and stop once they fall far behind it.

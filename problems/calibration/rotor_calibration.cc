@@ -46,18 +46,20 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
       RunRotorBatch(model, MakeRotorData(log, rotors, Part(data, 0.0, 0.5 * fitted)), batch);
   const RotorBatchResult b = RunRotorBatch(
       model, MakeRotorData(log, rotors, Part(data, 0.5 * fitted, 0.5 * fitted)), batch);
+  RotorConstants factors = RotorConstants::Ones();
   for (const int i : batch.prior.Free()) {
     const double sigma = std::sqrt(a.cov(i, i) + b.cov(i, i));
     const double difference = std::abs(a.mean[i] - b.mean[i]) / sigma;
     if (difference > kHalvesDiffer) {
       result->halves_disagree.push_back(
           fmt::format("{} ({:.1f})", kRotorConstants[i].name, difference));
-      result->batch.Widen(i, 0.5 * difference);
+      factors[i] = 0.5 * difference;
     }
     if (difference <= result->halves) continue;
     result->halves = difference;
     result->halves_parameter = kRotorConstants[i].name;
   }
+  result->batch.Widen(factors);
 }
 
 // Speeds from commands are linearised in the motors' unknowns. Filter and noise learning use the

@@ -244,17 +244,19 @@ class FlightDiagnosis {
 
   // The further flights, without those that can't be diagnosed.
   const std::vector<Flight>& Others() {
-    for (; next_other_ < logs_.size(); ++next_other_) {
-      const FlightLog& log = logs_[next_other_];
+    if (others_) return *others_;
+    others_.emplace();
+    for (std::size_t i = 1; i < logs_.size(); ++i) {
+      const FlightLog& log = logs_[i];
       try {
-        others_.push_back(make_(log));
+        others_->push_back(make_(log));
       } catch (const InputError& error) {
-        diagnosis_.warnings.push_back(fmt::format(
-            "further flight {}: it can't be diagnosed, so it confirms nothing: {}",
-            log.name.empty() ? std::to_string(next_other_ + 1) : log.name, error.what()));
+        diagnosis_.warnings.push_back(
+            fmt::format("further flight {}: it can't be diagnosed, so it confirms nothing: {}",
+                        log.name.empty() ? std::to_string(i + 1) : log.name, error.what()));
       }
     }
-    return others_;
+    return *others_;
   }
 
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
@@ -380,8 +382,7 @@ class FlightDiagnosis {
   const MakeFlight& make_;
   const SearchOptions& options_;
   Flight flight_;
-  std::vector<Flight> others_;  // made when first needed
-  std::size_t next_other_ = 1;
+  std::optional<std::vector<Flight>> others_;  // made when first needed
   std::optional<Cause> false_data_;
   std::vector<Found> terms_;  // in the last Fit, after the causes
   Diagnosis diagnosis_;

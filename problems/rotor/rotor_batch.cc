@@ -347,8 +347,7 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
       : start != nullptr ? Batch(model, data, options).RunFrom(*start, start->nodes, start->mean)
                          : Batch(model, data, options).Run();
   if (!options.widen) return result;
-  result.widened = WideningFactors(model, data, options, result);
-  result.cov = result.widened.asDiagonal() * result.cov * result.widened.asDiagonal();
+  result.Widen(WideningFactors(model, data, options, result));
   return result;
 }
 

@@ -46,11 +46,10 @@ struct RotorBatchResult {
   int residuals = 0;
   double solve_time = 0.0;  // s
 
-  // Multiplies the sigma of a constant.
-  void Widen(int constant, double factor) {
-    widened[constant] *= factor;
-    cov.row(constant) *= factor;
-    cov.col(constant) *= factor;
+  // Multiplies each constant's sigma.
+  void Widen(const RotorConstants& factors) {
+    widened = widened.cwiseProduct(factors);
+    cov = factors.asDiagonal() * cov * factors.asDiagonal();
   }
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };

@@ -3,8 +3,8 @@
 // state. Rotor speeds are its input, IMU and poses (or positions) its updates; constants may do
 // random walks (Wiener processes). Jacobians are automatic (rotor_data/rotor_slopes.h).
 //
-// It differs from the paper in three points. An unmodelled angular acceleration that lasts (the
-// drift of RotorNoise) is a state; where its sigma is zero it changes nothing. Second, the
+// It differs from the paper in three points. First, an unmodelled angular acceleration that lasts
+// (the drift of RotorNoise) is a state; where its sigma is zero it changes nothing. Second, the
 // accelerometer measures the disturbance that also moves the vehicle: the disturbance held over an
 // IMU period is a state for that period, so reading and motion are correlated. Third, the first
 // seconds are filtered several times. Accelerations are proportional to 1 / m and 1 / I, so that at

@@ -139,7 +139,6 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   std::filesystem::remove_all(folder);
 }
 
-// The simulator lacks this effect: the test scales the tilt of the logged attitude itself.
 // A further flight that can't be diagnosed confirms nothing; the first one is diagnosed as if
 // alone.
 TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
@@ -158,6 +157,7 @@ TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
               testing::HasSubstr("second: it can't be diagnosed, so it confirms nothing"));
 }
 
+// The simulator lacks this effect: the test scales the tilt of the logged attitude itself.
 TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
   FlightLog log = FlyHiding({}, 29);
   for (AttitudeSample& sample : log.attitude) {

@@ -137,7 +137,7 @@ TEST(RotorBatch, SlowErrorsAreAsLargeAsStated) {
     errors += SquaredErrors(c, result);
     errors_freedom += static_cast<double>(c.options.prior.Free().size());
     rows += 2.0 * result.cost;
-    // Degrees of freedom: the prior's rows balance the constants; each node takes 12.
+    // Degrees of freedom: the prior's rows balance the constants; each node takes its errors.
     rows_freedom += result.residuals - kNodeErrors * static_cast<double>(result.nodes.size());
   }
   ExpectChiSquare(errors, errors_freedom, "constants");

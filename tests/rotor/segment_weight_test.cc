@@ -33,7 +33,8 @@ struct Steps {
     const auto steps = static_cast<Eigen::Index>(with_reading.size());
     const auto readings = std::count(with_reading.begin(), with_reading.end(), true);
     const Eigen::Index rows = 6 * readings + Weight::kState;
-    influence.setZero(rows, (6 + Weight::kState) * steps + rows);
+    const Eigen::Index noise = (6 + Weight::kState) * steps;  // where the rows' noise begins
+    influence.setZero(rows, noise + rows);
     Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(Weight::kState, influence.cols());
     Eigen::Index row = 0;
     for (Eigen::Index k = 0; k < steps; ++k) {
@@ -44,8 +45,7 @@ struct Steps {
         weight.Read(H, D, sigma.cwiseAbs2());
         influence.middleRows(row, 6) = H * moved;
         influence.block<6, 6>(row, 6 * k) += D;  // the disturbance that also moves the state
-        for (int i = 0; i < 6; ++i)
-          influence(row + i, (6 + Weight::kState) * steps + row + i) = sigma[i];
+        for (int i = 0; i < 6; ++i) influence(row + i, noise + row + i) = sigma[i];
         row += 6;
       }
       const Weight::StateByState F =
@@ -60,8 +60,7 @@ struct Steps {
     const Weight::State sigma = Drawn<Weight::kState, 1>(&random, 0.1);
     weight.End(sigma.cwiseAbs2());
     influence.bottomRows(Weight::kState) = moved;
-    for (int i = 0; i < Weight::kState; ++i)
-      influence(row + i, (6 + Weight::kState) * steps + row + i) = sigma[i];
+    for (int i = 0; i < Weight::kState; ++i) influence(row + i, noise + row + i) = sigma[i];
   }
 };
 
