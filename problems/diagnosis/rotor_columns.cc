@@ -4,34 +4,39 @@
 #include <functional>
 
 namespace trueline {
+
+LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options)
+    : log_(log), rotors_(rotors), options_(std::move(options)) {}
+
+std::shared_ptr<const RotorData> LaggedRotorData::With(double lag) const {
+  std::shared_ptr<const RotorData>& data = made_[lag];
+  if (!data) {
+    RotorDataOptions options = options_;
+    options.motor_lag = lag;
+    data = std::make_shared<const RotorData>(MakeRotorData(log_, rotors_, options));
+  }
+  return data;
+}
+
 RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
-                          const std::vector<Effect>& effects) {
+                          const LaggedRotorData& data, const std::vector<Effect>& effects) {
   std::vector<Effect> all = options.effects;
   all.insert(all.end(), effects.begin(), effects.end());
   const RotorExtension found = RotorExtensionOf(effects);
-  RotorDataOptions streams = options.data;
-  streams.motor_lag += found.motor_lag;
-  const RotorDrivenModel& vehicle = options.vehicle.model;
-  RotorSetup setup{RotorAeroModel(vehicle.rotors(), log.gravity, RotorEffectsOn(log, all)),
-                   MakeRotorData(log, vehicle.num_rotors(), streams), options.prior,
-                   streams.motor_lag};
+  const double lag = options.data.motor_lag + found.motor_lag;
+  RotorSetup setup{
+      RotorAeroModel(options.vehicle.model.rotors(), log.gravity, RotorEffectsOn(log, all)),
+      data.With(lag), options.prior, lag};
   setup.prior.mean += found.added;
   return setup;
 }
 
 RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
-                       const RotorSetup& setup, const std::vector<Effect>& effects) {
-  const RotorConstants before = setup.prior.mean;
-  const RotorExtension extension = RotorExtensionOf(effects);
-  if (options.data.motor_lag + extension.motor_lag != setup.motor_lag) {
-    RotorSetup moved = MakeRotorSetup(log, options, effects);
-    return {moved.model, moved.prior.mean - before,
-            std::make_shared<RotorData>(std::move(moved.data))};
-  }
-  std::vector<Effect> all = options.effects;
-  all.insert(all.end(), effects.begin(), effects.end());
-  return {RotorAeroModel(options.vehicle.model.rotors(), log.gravity, RotorEffectsOn(log, all)),
-          options.prior.mean + extension.added - before, nullptr};
+                       const LaggedRotorData& data, const RotorSetup& setup,
+                       const std::vector<Effect>& effects) {
+  RotorSetup moved = MakeRotorSetup(log, options, data, effects);
+  const bool other_data = moved.motor_lag != setup.motor_lag;
+  return {moved.model, moved.prior.mean - setup.prior.mean, other_data ? moved.data : nullptr};
 }
 
 namespace {
@@ -134,7 +139,7 @@ const std::vector<NamedTerms>& Library() {
 bool IsOfSensor(Changes on) { return on != Changes::kForce && on != Changes::kTurn; }
 
 TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
-  const RotorInput input = setup.data.InputAt(t);
+  const RotorInput input = setup.data->InputAt(t);
   TermMotion at;
   at.t = input.t;
   at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
@@ -142,7 +147,7 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
   at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
   at.thrust = -setup.model.PushOn(x.data(), input).force.z();
-  at.s = 2.0 * t / setup.data.poses.back().t - 1.0;
+  at.s = 2.0 * t / setup.data->poses.back().t - 1.0;
   return at;
 }
 
@@ -176,7 +181,7 @@ RotorTerms MakeRotorTerms(const RotorSetup& setup) {
     library.terms.push_back({named.name, terms, named.of_all_vehicles || IsOfSensor(named.on)});
     count += terms;
   }
-  const RotorData& data = setup.data;
+  const RotorData& data = *setup.data;
   Vector3d middle = Vector3d::Zero();
   for (const RotorPose& pose : data.poses) middle += pose.p_E;
   middle /= static_cast<double>(data.poses.size());
@@ -194,7 +199,7 @@ RotorTerms MakeRotorTerms(const RotorSetup& setup) {
 
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
                        const RotorTerms* library) {
-  RotorColumns columns = VariantColumns(setup.model, setup.data, std::move(variants));
+  RotorColumns columns = VariantColumns(setup.model, *setup.data, std::move(variants));
   if (library == nullptr) return columns;
   const RotorColumns& beside = library->columns;
   const auto push = [variants = columns.push, &beside](double t, const RotorState& x,
@@ -216,7 +221,7 @@ std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResul
   std::vector<TermMotion> motions;
   for (std::size_t k = 0; k < batch.nodes.size(); ++k) {
     motions.push_back(
-        MotionAt(setup, setup.data.poses[k].t, Joined(batch.nodes[k].motion, batch.mean)));
+        MotionAt(setup, setup.data->poses[k].t, Joined(batch.nodes[k].motion, batch.mean)));
   }
   return motions;
 }

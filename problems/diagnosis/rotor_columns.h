@@ -1,6 +1,8 @@
 // The forces that each candidate would add along a fitted flight, as columns for RotorNormal.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,19 +13,36 @@
 
 namespace trueline {
 
+// A flight's data by the motors' lag. Data of one lag are made once, since to smooth the rotors'
+// speeds takes as long as a solve.
+class LaggedRotorData {
+ public:
+  // `log` must outlive this object.
+  LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options);
+  // `lag` (s) comes instead of that of the options.
+  std::shared_ptr<const RotorData> With(double lag) const;
+
+ private:
+  const FlightLog& log_;
+  int rotors_;
+  RotorDataOptions options_;
+  mutable std::map<double, std::shared_ptr<const RotorData>> made_;
+};
+
 // Data, model and prior of a fit with given effects in the model.
 struct RotorSetup {
   RotorAeroModel model;
-  RotorData data;
+  std::shared_ptr<const RotorData> data;
   RotorPrior prior;
   double motor_lag;  // s, used
 };
 RotorSetup MakeRotorSetup(const FlightLog& log, const RotorCalibrationOptions& options,
-                          const std::vector<Effect>& effects);
+                          const LaggedRotorData& data, const std::vector<Effect>& effects);
 
 // The model with the given effects, as an alternative to that of the fit `setup`.
 RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& options,
-                       const RotorSetup& setup, const std::vector<Effect>& effects);
+                       const LaggedRotorData& data, const RotorSetup& setup,
+                       const std::vector<Effect>& effects);
 
 // A term that is no effect (see TermColumns).
 struct RotorTerm {

@@ -55,8 +55,8 @@ bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   if (info.id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
   if (info.id == "rotor_inflow") return !InBase(prior, "inflow");
   if (info.id == "air_moment") return !InBase(prior, "L_v") && !InBase(prior, "M_u");
-  if (info.id == "motor_lag") return !setup.data.motors;
-  return info.id != "ground_effect" || LowestHeight(setup.data) > kOnTheFloor;
+  if (info.id == "motor_lag") return !setup.data->motors;
+  return info.id != "ground_effect" || LowestHeight(*setup.data) > kOnTheFloor;
 }
 
 // The size of each parameter that one unit of a column stands for.
@@ -83,6 +83,8 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
       {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay, kLearnOn, stated_},
       &options_.data, &filter);
   bare_noise_ = options_.noise = filter.noise;
+  lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
+                                                    options_.data);
   Solve({});
 }
 
@@ -92,7 +94,8 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
       options_(other.options_),
       stated_(other.stated_),
       bare_noise_(noise),
-      learn_noise_(learn_noise) {
+      learn_noise_(learn_noise),
+      lagged_(other.lagged_) {
   options_.noise = noise;
   Solve({});
 }
@@ -107,7 +110,7 @@ std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::Reference() const {
 }
 
 CatalogueScope RotorDrivenFlight::Scope() const {
-  const RotorData& data = setup_->data;
+  const RotorData& data = *setup_->data;
   CatalogueScope scope;
   scope.applies = [this](const EffectInfo& info) { return AppliesTo(*setup_, info); };
   scope.rotors = setup_->model.num_rotors();
@@ -129,7 +132,7 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candid
   for (int i = 0; i < value.size(); ++i) {
     std::vector<Effect> effects = others;
     effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
-    variants.push_back(VariantOf(log_, options_, *setup_, effects));
+    variants.push_back(VariantOf(log_, options_, *lagged_, *setup_, effects));
   }
   return variants;
 }
@@ -148,29 +151,29 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
 
 void RotorDrivenFlight::Solve(const std::vector<Found>& found) {
   found_ = found;
-  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, EffectsOf(found)));
+  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
   if (started_) start_ = std::move(batch_);
   started_ = true;
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
-  batch_ = RunRotorBatch(setup_->model, setup_->data, options, start_ ? &*start_ : nullptr);
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start_ ? &*start_ : nullptr);
   normal_.reset();
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
   if (batch_.cov.size() > 0) return batch_;
-  return RunRotorBatch(setup_->model, setup_->data, BatchOptions(), start_ ? &*start_ : nullptr);
+  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), start_ ? &*start_ : nullptr);
 }
 
 const RotorNormal& RotorDrivenFlight::Normal() const {
   if (!normal_) {
-    normal_.emplace(setup_->model, setup_->data, BatchOptions(), batch_,
+    normal_.emplace(setup_->model, *setup_->data, BatchOptions(), batch_,
                     ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster);
   }
   return *normal_;
 }
 
-int RotorDrivenFlight::clusters() const { return ClusterCount(setup_->data, kRotorCluster); }
+int RotorDrivenFlight::clusters() const { return ClusterCount(*setup_->data, kRotorCluster); }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
@@ -239,7 +242,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   auto fit = candidates.empty() && !terms
                  ? std::make_unique<RotorLinearisation>(Normal())
                  : std::make_unique<RotorLinearisation>(RotorNormal(
-                       setup_->model, setup_->data, BatchOptions(), batch_,
+                       setup_->model, *setup_->data, BatchOptions(), batch_,
                        ColumnsOf(*setup_, std::move(variants), terms ? &library : nullptr),
                        kRotorCluster));
   int at = constants();
@@ -265,7 +268,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
   std::vector<RotorVariant> variants = VariantsOfFound();
   const int modelled = constants() + static_cast<int>(variants.size());
   auto fit = std::make_unique<RotorLinearisation>(
-      RotorNormal(setup_->model, setup_->data, BatchOptions(), batch_,
+      RotorNormal(setup_->model, *setup_->data, BatchOptions(), batch_,
                   ColumnsOf(*setup_, std::move(variants), &library), kRotorCluster));
   fit->nuisances = Range(0, modelled);
   for (std::size_t i = 0; i < terms.size(); ++i) {

@@ -84,6 +84,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   RotorCalibrationOptions options_;  // noise and delay as learned
   RotorNoise stated_, bare_noise_;   // before learning; learned without causes
   bool learn_noise_;                 // again, with causes in the model
+  std::shared_ptr<const LaggedRotorData> lagged_;
   std::vector<Found> found_;
   std::unique_ptr<RotorSetup> setup_;
   std::optional<RotorBatchResult> start_;  // what the last Solve started from

@@ -61,15 +61,15 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
     std::vector<bool> used;
     for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);
     PartFit part = FitOf(found, used);
-    const RotorSetup setup = MakeRotorSetup(log_, options_, part.effects);
+    const RotorSetup setup = MakeRotorSetup(log_, options_, *lagged_, part.effects);
     for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
       if (setup.prior.sigma[i] == 0.0) part.constants[i] = setup.prior.mean[i];
     }
-    const double start = setup.data.poses.front().t;
-    const double length = setup.data.poses.back().t - start;
+    const double start = setup.data->poses.front().t;
+    const double length = setup.data->poses.back().t - start;
     std::map<int, std::vector<double>> by_cluster;
     for (const OpenLoopError& e :
-         PredictOpenLoop(setup.model, setup.data, options_.noise, part.constants, part.constants,
+         PredictOpenLoop(setup.model, *setup.data, options_.noise, part.constants, part.constants,
                          {kHorizon}, kSpacing)) {
       const int cluster = std::min(count - 1, static_cast<int>((e.t - start) / length * count));
       if (HalfOf(cluster) == half) by_cluster[cluster].push_back(e.error);

@@ -37,7 +37,7 @@ std::size_t NearestPose(const RotorData& data, double t) {
 }  // namespace
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
-  RotorData data = setup_->data;
+  RotorData data = *setup_->data;
   if (data.motors) data.TurnMotors(MotorsOf(batch_.mean));
   std::vector<ReplayError> errors;
   double next = data.poses.front().t;
@@ -67,7 +67,7 @@ std::string RotorDrivenFlight::ReplaysAgainst() const { return "poses"; }
 
 ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const {
   constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
-  const RotorData& data = setup_->data;
+  const RotorData& data = *setup_->data;
   const double t = SecondsBetween(data.origin, replay.end) - 0.5 * replay.horizon;
   const std::size_t i = NearestPose(data, t);
   const RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);

@@ -15,7 +15,7 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
   const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) {
     out->setIdentity(12, 6);
   };
-  SegmentModel segment(setup.model, setup.data, noise, std::move(span), {});
+  SegmentModel segment(setup.model, *setup.data, noise, std::move(span), {});
   const SegmentPath path = segment.Follow(start, constants);
   segment.SetWeight(path);
   SegmentResidual residual = segment.Evaluate(path, next);
@@ -33,7 +33,7 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
 
 Residuals RotorDrivenFlight::WhitenedResiduals() const {
   constexpr double kBlock = 0.5;  // s; pose noise correlates neighbours within a block
-  const RotorData& data = setup_->data;
+  const RotorData& data = *setup_->data;
   Residuals residuals;
   std::vector<TimedResidual> timed;
   std::vector<RotorSegment> segments = CutSegments(data);

@@ -12,8 +12,8 @@ namespace trueline {
 // An alternative to the fit's model. The difference of their forces is one column.
 struct RotorVariant {
   RotorAeroModel model;
-  RotorConstants added;             // to the constants of the fit
-  std::shared_ptr<RotorData> data;  // null: the fit's data
+  RotorConstants added;                   // to the constants of the fit
+  std::shared_ptr<const RotorData> data;  // null: the fit's
 };
 
 // One column each; `model` and `data` are the fit's and must outlive the result.
