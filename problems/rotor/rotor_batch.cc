@@ -135,9 +135,9 @@ class Batch {
   bool IsSettled(double before, double after, double /*part*/) const {
     constexpr double kSettled = 1e-8;  // of the cost
     // Half the sum of squares: a fit that could still gain this much is off by 0.05 of its sigmas
-    // at most, a search's (without covariance) by 0.14.
-    const double negligible = options_.covariance ? 1e-3 : 1e-2;
-    return before - after <= std::max(kSettled * before, negligible);
+    // at most.
+    constexpr double kNegligible = 1e-3;
+    return before - after <= std::max(kSettled * before, kNegligible);
   }
 
  private:

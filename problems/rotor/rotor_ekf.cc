@@ -233,10 +233,10 @@ class Filter {
     const Eigen::Matrix<double, kMoving, kNoise> G = DisturbanceInput(at, dt);
     Disturbance disturbance = held.mean;
     disturbance.tail<3>() += drift_;
-    const RotorStepMatrix slope =
+    const RotorStepSlope slope =
         StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), disturbance, dt, &at, columns_);
-    Unknowns::Rows<kMoving> F = unknowns_.Of(slope);
-    F.middleCols<3>(kDriftError) = DriftInput(slope, dt);
+    Unknowns::Rows<kMoving> F = unknowns_.Of(slope.by_error);
+    F.middleCols<3>(kDriftError) = slope.by_turn;
     Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
     FP += G.lazyProduct(held.with_state);
     Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;
@@ -252,7 +252,7 @@ class Filter {
       const double sigma = options_.prior.sigma[unknowns_.constant(k)];
       cov_(kNodeErrors + k, kNodeErrors + k) += wander * sigma * sigma;
     }
-    MoveTo(at, slope.rightCols<Model::kConstants>() * away, constants);
+    MoveTo(at, slope.by_error.rightCols<Model::kConstants>() * away, constants);
     if (!x_.allFinite()) {
       throw InputError(fmt::format(
           "the filter diverged after {:.2f} s; widen priors or noise, or check frames and rotors",

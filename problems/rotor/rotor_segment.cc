@@ -11,7 +11,9 @@ namespace trueline {
 namespace {
 
 using Model = RotorAeroModel;
+using Base = RotorDrivenModel;
 constexpr int kMoving = Model::kMovingErrors;
+constexpr int kRateError = 9;  // its place in the error state
 using Weight = SegmentWeight;
 using Disturbance = Eigen::Matrix<double, 6, 1>;
 // Floor of the standard deviations at a segment's end: a covariance of a single step would be
@@ -24,11 +26,15 @@ Disturbance DriftOnly(const Eigen::Vector3d& drift) {
   return held;
 }
 
+Eigen::Vector3d ArmOf(const RotorState& x) {
+  return x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
+}
+
 // d(node error after a step) / d(node error before): the drift acts as a disturbance held over it.
-Weight::StateByState NodeStep(const SegmentPath::Step& at, double dt) {
+Weight::StateByState NodeStep(const SegmentPath::Step& at) {
   Weight::StateByState F = Weight::StateByState::Zero();
-  F.topLeftCorner<kMoving, kMoving>() = at.F.leftCols<kMoving>();
-  F.topRightCorner<kMoving, 3>() = DriftInput(at.F, dt);
+  F.topLeftCorner<kMoving, kMoving>() = at.F.by_error.leftCols<kMoving>();
+  F.topRightCorner<kMoving, 3>() = at.F.by_turn;
   F.bottomRightCorner<3, 3>().diagonal().setConstant(at.drift_left);
   return F;
 }
@@ -85,6 +91,7 @@ SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& c
   path.steps.resize(segment_.steps.size());
   RotorState x = Joined(start.motion, constants);
   path.drift = start.drift;
+  path.arm = ArmOf(x);
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
     const RotorSegment::Step& step = segment_.steps[k];
     SegmentPath::Step& at = path.steps[k];
@@ -140,6 +147,7 @@ SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& 
   x.head<4>().normalize();
   SegmentResidual residual;
   residual.error = Errors(readings, x, held.tail<3>(), next);
+  AddUnmodelledTurn(ArmOf(x), &residual);
   return residual;
 }
 
@@ -168,10 +176,10 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
       AddProduct(-1.0, H, pushed, d_constants);
       row += 6;
     }
-    const auto F = at.F.leftCols<kMoving>();
-    MultiplyLeft(NodeStep(at, segment_.steps[k].dt), moved);
+    const auto F = at.F.by_error.leftCols<kMoving>();
+    MultiplyLeft(NodeStep(at), moved);
     MultiplyLeft(F, pushed);
-    for (Eigen::Index j = 0; j < count; ++j) pushed.col(j) += at.F.col(kMoving + by_[j]);
+    for (Eigen::Index j = 0; j < count; ++j) pushed.col(j) += at.F.by_error.col(kMoving + by_[j]);
   }
   residual.error = Errors(readings, path.end, path.drift, next);
 
@@ -184,7 +192,41 @@ SegmentResidual SegmentModel::Evaluate(const SegmentPath& path, const RotorNode&
   residual.d_constants.bottomRows<3>().setZero();
   residual.d_constants.middleRows<kMoving>(num_readings) = -pushed;
   residual.d_constants.middleRows<3>(num_readings) = S * pushed.topRows<3>();
+  AddUnmodelledTurn(path.arm, &residual);
   return residual;
+}
+
+double SegmentModel::Length() const {
+  const RotorSegment::Step& last = segment_.steps.back();
+  return last.t + last.dt - segment_.steps.front().t;
+}
+
+void SegmentModel::CarryTurn(const Eigen::Vector3d& arm, Eigen::Ref<Eigen::MatrixXd> rows) const {
+  const int end = 6 * segment_.num_imu;
+  // d(accelerometer's error) / d(rate's error at the end).
+  const Eigen::Matrix3d share = Skew<double>(Eigen::Vector3d(arm - weight_arm_)) / Length();
+  const Eigen::MatrixXd carried = share * rows.middleRows<3>(end + kRateError);
+  for (int row = 0; row < end; row += 6) rows.middleRows<3>(row) += carried;
+}
+
+void SegmentModel::AddUnmodelledTurn(const Eigen::Vector3d& arm, SegmentResidual* residual) const {
+  const int num_readings = 6 * segment_.num_imu;
+  const Eigen::Vector3d turn = residual->error.segment<3>(num_readings + kRateError) / Length();
+  CarryTurn(arm, residual->error);
+  if (residual->d_start.size() == 0) return;
+  CarryTurn(arm, residual->d_start);
+  CarryTurn(arm, residual->d_next);
+  CarryTurn(arm, residual->d_constants);
+  const Eigen::Matrix3d by_arm = Skew<double>(turn);
+  for (std::size_t j = 0; j < by_.size(); ++j) {
+    const int state = Model::kMoving + by_[j];
+    const int of_imu = state - Base::kImuArm, of_centre = state - Base::kCentre;
+    auto column = residual->d_constants.col(static_cast<Eigen::Index>(j));
+    for (int row = 0; row < num_readings; row += 6) {
+      if (of_imu >= 0 && of_imu < 3) column.segment<3>(row) -= by_arm.col(of_imu);
+      if (of_centre >= 0 && of_centre < 3) column.segment<3>(row) += by_arm.col(of_centre);
+    }
+  }
 }
 
 void SegmentModel::SetWeight(const SegmentPath& path) {
@@ -194,6 +236,7 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
   variance << Eigen::Vector3d::Constant(noise_.accel * noise_.accel),
       Eigen::Vector3d::Constant(noise_.gyro * noise_.gyro);
   weight_ = SegmentWeight(segment_.num_imu);
+  weight_arm_ = path.arm;
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
     const SegmentPath::Step& at = path.steps[k];
     const RotorSegment::Step& step = segment_.steps[k];
@@ -205,7 +248,7 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
     G.topRows<kMoving>() = DisturbanceInput(at.x, step.dt) * sigma.asDiagonal();
     Weight::State drift = Weight::State::Zero();
     drift.tail<3>().setConstant(noise_.NewDrift(step.dt));
-    weight_.Step(NodeStep(at, step.dt), G, drift);
+    weight_.Step(NodeStep(at), G, drift);
   }
   weight_.End(Weight::State::Constant(kFloor * kFloor));
 }
@@ -214,7 +257,12 @@ void SegmentModel::Whiten(SegmentResidual* residual) const {
   weight_.Whiten(residual->error);
   if (residual->d_start.size() == 0) return;
   weight_.Whiten(residual->d_start);
-  weight_.WhitenEnd(residual->d_next.bottomRows<kNodeErrors>());
+  // Only the rate's columns reach the readings (AddUnmodelledTurn).
+  constexpr int kAfterRate = kRateError + 3;
+  auto end = residual->d_next.bottomRows<kNodeErrors>();
+  weight_.WhitenEnd(end.leftCols<kRateError>());
+  weight_.Whiten(residual->d_next.middleCols<3>(kRateError));
+  weight_.WhitenEnd(end.rightCols<kNodeErrors - kAfterRate>());
   weight_.Whiten(residual->d_constants);
 }
 

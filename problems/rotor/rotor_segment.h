@@ -45,11 +45,12 @@ struct SegmentPath {
     RotorState x;          // at its start
     double drift_left;     // share of the drift after it
     RotorReading reading;  // there, where an IMU sample was taken
-    RotorStepMatrix F;     // over the step
+    RotorStepSlope F;      // over the step
   };
   std::vector<Step> steps;
   RotorState end;
   Eigen::Vector3d drift;  // there, rad/s^2
+  Eigen::Vector3d arm;    // of the IMU from the centre of mass, m
 };
 
 // e = 2 vec(q_end^* q_next) = 2 v: de = S d_end - S' d_next with S = [v]x - w, (w, v) the rotation.
@@ -84,6 +85,16 @@ class SegmentModel {
   const RotorSegment& segment() const { return segment_; }
 
  private:
+  // The vehicle's actual turn moves the accelerometer through its arm, not the model's: adds to the
+  // predicted readings what the unmodelled angular acceleration, which is the rate's error at the
+  // end over the segment's length, makes of an arm other than that of the weights, and derivatives
+  // by the arm. The weights already contain the disturbances through their own arm. Rows move by a
+  // multiple of other rows, so the determinant of the covariance stays. Without this, an arm whose
+  // moment is modelled badly alternates between two values as weights are evaluated again.
+  void AddUnmodelledTurn(const Eigen::Vector3d& arm, SegmentResidual* residual) const;
+  // Its part of rows that are linear in the state: d(rows) of any kind.
+  void CarryTurn(const Eigen::Vector3d& arm, Eigen::Ref<Eigen::MatrixXd> rows) const;
+  double Length() const;  // s
   // Readings less their predictions, then the error of the end.
   Eigen::VectorXd Errors(const Eigen::VectorXd& readings, const RotorState& end,
                          const Eigen::Vector3d& drift, const RotorNode& next) const;
@@ -95,6 +106,7 @@ class SegmentModel {
   std::vector<int> by_;  // constants that derivatives are by
   SlopeColumns columns_;
   SegmentWeight weight_;
+  Eigen::Vector3d weight_arm_ = Eigen::Vector3d::Zero();  // m, where the weights were evaluated
 };
 
 }  // namespace trueline

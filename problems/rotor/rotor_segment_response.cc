@@ -25,11 +25,12 @@ Eigen::MatrixXd SegmentModel::Respond(const SegmentPath& path, const RotorNode& 
       row += 6;
     }
     push(step.t + 0.5 * step.dt, at.x, &pushed);
-    MultiplyLeft(at.F.leftCols<kErrorRows>(), moved);
+    MultiplyLeft(at.F.by_error.leftCols<kErrorRows>(), moved);
     AddProduct(1.0, DisturbanceInput(at.x, step.dt), pushed.topRows<6>(), moved);
   }
   rows.middleRows<kErrorRows>(row) = -moved;
   rows.middleRows<3>(row) = AttitudeErrorSlope(path.end, next) * moved.topRows<3>();
+  CarryTurn(path.arm, rows);
   return rows;
 }
 

@@ -126,7 +126,8 @@ Eigen::Matrix<double, kRows, Model::kMovingErrors> ByError(
 
 // d(attitude error) / d(quaternion).
 Eigen::Matrix<double, 3, 4> AttitudeSlope(const RotorState& x) {
-  const Vector4 back = Conjugate(Vector4(x.head<4>()));
+  // Between steps the quaternion's length is not exactly one.
+  const Vector4 back = Conjugate(Vector4(x.head<4>())) / x.head<4>().squaredNorm();
   Eigen::Matrix<double, 3, 4> slope;
   for (int k = 0; k < 4; ++k) {
     slope.col(k) = 2.0 * HamiltonProduct<double>(back, Vector4::Unit(k)).tail<3>();
@@ -205,9 +206,9 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
   return reading;
 }
 
-RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
-                              const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
-                              RotorState* x, const SlopeColumns& columns) {
+RotorStepSlope StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
+                             const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
+                             RotorState* x, const SlopeColumns& columns) {
   const RotorState start = *x;
   const Flow first = FlowAt(model, start, input, disturbance, columns);
   RotorState middle = start;
@@ -218,16 +219,21 @@ RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& inp
   const Eigen::Matrix<double, 3, 4> attitude = AttitudeSlope(*x);
   StateSlope by_state = StateSlope::Identity() + dt * second.by_state;
   AddProduct(0.5 * dt * dt, second.by_state, first.by_state, by_state);
-  RotorStepMatrix slope = RotorStepMatrix::Zero();
-  slope.leftCols<Model::kMovingErrors>() =
+  RotorStepSlope slope;
+  slope.by_error.setZero();
+  slope.by_error.leftCols<Model::kMovingErrors>() =
       OfError<Model::kMovingErrors>(attitude, ByError<kMovingStates>(start, by_state));
+  Eigen::Matrix<double, kMovingStates, 3> turned =
+      (0.5 * dt * dt) * second.by_state.middleCols<3>(Base::kRate);
+  turned.middleRows<3>(Base::kRate).diagonal().array() += dt;
+  slope.by_turn = OfError<3>(attitude, turned);
   for (const int state : columns.Constants(input)) {
     const int constant = state - Model::kMoving;
     Eigen::Matrix<double, kMovingStates, 1> moved = Eigen::Matrix<double, kMovingStates, 1>::Zero();
     moved.segment<6>(Base::kVelocity) = dt * second.by_constants.col(constant);
     AddProduct(0.5 * dt * dt, second.by_state.middleCols<6>(Base::kVelocity),
                first.by_constants.col(constant), moved);
-    slope.col(Model::kMovingErrors + constant) = OfError<1>(attitude, moved);
+    slope.by_error.col(Model::kMovingErrors + constant) = OfError<1>(attitude, moved);
   }
   return slope;
 }

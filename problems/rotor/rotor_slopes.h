@@ -50,9 +50,14 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
                            const RotorInput& input, const Eigen::Vector3d& drift,
                            const SlopeColumns& columns = SlopeColumns::All());
 
-// RotorMidpointStep of `x`; returns d(moving error after it) / d(error before).
-RotorStepMatrix StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
-                              const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
-                              RotorState* x, const SlopeColumns& columns = SlopeColumns::All());
+// d(moving error after a step) / d(error before it), and by an angular acceleration held over it.
+struct RotorStepSlope {
+  RotorStepMatrix by_error;
+  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 3> by_turn;
+};
+// RotorMidpointStep of `x`.
+RotorStepSlope StepWithSlope(const RotorAeroModel& model, const RotorInput& input,
+                             const Eigen::Matrix<double, 6, 1>& disturbance, double dt,
+                             RotorState* x, const SlopeColumns& columns = SlopeColumns::All());
 
 }  // namespace trueline

@@ -56,7 +56,8 @@ template <class Jet>
 Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensitivity(
     const Jet* x) {
   Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> sensitivity;
-  const Vec4<double> back = Conjugate(Vec4<double>(x[0].a, x[1].a, x[2].a, x[3].a));
+  const Vec4<double> q(x[0].a, x[1].a, x[2].a, x[3].a);
+  const Vec4<double> back = Conjugate(q) / q.squaredNorm();
   for (int j = 0; j < Jet::DIMENSION; ++j) {
     const Vec4<double> dq(x[0].v[j], x[1].v[j], x[2].v[j], x[3].v[j]);
     sensitivity.col(j).template head<3>() = 2.0 * HamiltonProduct(back, dq).template tail<3>();

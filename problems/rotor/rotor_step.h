@@ -65,16 +65,6 @@ inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(
   return G;
 }
 
-// d(moving error after the step) / d(angular acceleration held over it), from the step's own slope:
-// the mean of what moves the rate at its start and at its end.
-template <class Slope>
-Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 3> DriftInput(const Slope& step, double dt) {
-  constexpr int kRate = 9;  // its place in the error state
-  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 3> G = step.template middleCols<3>(kRate);
-  G.template middleRows<3>(kRate).diagonal().array() += 1.0;
-  return 0.5 * dt * G;
-}
-
 // d(IMU reading) / d(disturbance at that time), 6 x 6: the accelerometer measures the force, and
 // the angular acceleration through its lever arm.
 inline Eigen::Matrix<double, 6, 6> DisturbanceFeedthrough(const RotorState& x) {

@@ -85,7 +85,7 @@ TEST_P(RotorSlopesTest, AStepAndItsSlopeAreThoseOfJets) {
     RotorMidpointStep(*model, Input(), held.data(), kStep, jets.data());
     const RotorStepMatrix expected = MovingSensitivity(jets.data());
     RotorState end = x;
-    const RotorStepMatrix slope = StepWithSlope(*model, Input(), disturbance, kStep, &end);
+    const RotorStepMatrix slope = StepWithSlope(*model, Input(), disturbance, kStep, &end).by_error;
     for (int i = 0; i < RotorAeroModel::kStates; ++i) EXPECT_NEAR(end[i], jets[i].a, 1e-12) << i;
     // Column by column, because constants differ in size.
     for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
@@ -100,7 +100,7 @@ TEST_P(RotorSlopesTest, SlopesAreThoseOfFiniteDifferences) {
   const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
   for (const RotorAeroModel* model : {&plain, &all}) {
     RotorState end = x;
-    const RotorStepMatrix moved = StepWithSlope(*model, Input(), still, kStep, &end);
+    const RotorStepMatrix moved = StepWithSlope(*model, Input(), still, kStep, &end).by_error;
     const RotorReading reading = ReadWithSlope(*model, x, Input(), kNoDrift);
     for (int j = 0; j < RotorAeroModel::kErrors; ++j) {
       const double h = j < 3 ? 1e-4 : 1e-4 * std::max(1e-2, std::abs(x[j + 1]));
@@ -132,9 +132,9 @@ TEST_P(RotorSlopesTest, ColumnsOfSomeConstantsAreThoseOfAll) {
   const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
   for (const RotorAeroModel* model : {&plain, &all}) {
     RotorState end = x, end_of_some = x;
-    const RotorStepMatrix step = StepWithSlope(*model, Input(), still, 0.004, &end);
+    const RotorStepMatrix step = StepWithSlope(*model, Input(), still, 0.004, &end).by_error;
     const RotorStepMatrix step_of_some =
-        StepWithSlope(*model, Input(), still, 0.004, &end_of_some, SlopeColumns(some));
+        StepWithSlope(*model, Input(), still, 0.004, &end_of_some, SlopeColumns(some)).by_error;
     const RotorReading reading = ReadWithSlope(*model, x, Input(), kNoDrift);
     const RotorReading reading_of_some =
         ReadWithSlope(*model, x, Input(), kNoDrift, SlopeColumns(some));
