@@ -27,6 +27,21 @@ RotorConstants FromChart(const RotorConstants& chart) {
   return constants;
 }
 
+RotorConstants MovedInChart(const RotorConstants& chart, const RotorConstants& step) {
+  const int yaw = FindRotorConstant("k_m");
+  const RotorConstants from = FromChart(chart), by = ChartJacobian(chart) * step;
+  const Eigen::Array3d inertia = from.segment<3>(kInertiaConstants).array();
+  const Eigen::Array3d share = by.segment<3>(kInertiaConstants).array() / inertia;
+  RotorConstants moved = chart + step;
+  if (!(share < 1.0).all()) return moved;
+  RotorConstants to = FromChart(moved);
+  to.segment<3>(kInertiaConstants) = (inertia / (1.0 - share)).matrix();
+  if (!IsPhysicalInertia(to.segment<3>(kInertiaConstants))) return moved;
+  moved.segment<3>(kInertiaConstants) = ToChart(to).segment<3>(kInertiaConstants);
+  moved[yaw] = (from[yaw] * (1.0 - share[2]) + by[yaw]) / (1.0 - share[2]);
+  return moved;
+}
+
 ConstantsJacobian ChartJacobian(const RotorConstants& chart) {
   ConstantsJacobian jacobian = ConstantsJacobian::Identity();
   jacobian(kMass, kMass) = std::exp(chart[kMass]);

@@ -17,6 +17,10 @@ using ConstantsJacobian =
 // infinite.
 RotorConstants ToChart(const RotorConstants& constants);
 RotorConstants FromChart(const RotorConstants& chart);
+// The point that lies a step away, along a path on which angular acceleration changes evenly: it is
+// linear in the inverses of I_x, I_y, I_z and in k_m / I_z. In the chart's own coordinates where
+// that path leaves the physical bodies.
+RotorConstants MovedInChart(const RotorConstants& chart, const RotorConstants& step);
 // d constants / d chart.
 ConstantsJacobian ChartJacobian(const RotorConstants& chart);
 

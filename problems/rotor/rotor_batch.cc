@@ -120,7 +120,8 @@ class Batch {
   }
 
   bool Try(double part, double* cost) {
-    at_.chart = start_.chart + part * chart_step_;
+    const RotorConstants step = part * chart_step_;
+    at_.chart = flat_.empty() ? MovedInChart(start_.chart, step) : start_.chart + step;
     for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
       at_.nodes[i] = Plus(start_.nodes[i], RotorNodeError(part * node_steps_[i]));
     }
@@ -297,11 +298,11 @@ MotorValues Possible(const MotorValues& estimate) {
 
 // Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`
 // holds. This function relinearises until the linearisation point is the solution. It re-evaluates
-// the weights at each point too, unless `start` is given: that solution's weights are kept. Until
+// the weights at each point too, unless `start` is given: then those of `weights` are kept. Until
 // the point has converged a few iterations of each solve are enough.
 RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
-                                    const RotorBatchOptions& options,
-                                    const RotorBatchResult* start) {
+                                    const RotorBatchOptions& options, const RotorBatchResult* start,
+                                    const RotorBatchResult* weights) {
   constexpr int kMostTurns = 20;
   constexpr int kFew = 4;           // iterations
   constexpr double kSettled = 0.1;  // sigmas
@@ -317,7 +318,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     data->TurnMotors(Possible(MotorsOf(at)));
     const RotorBatchResult before = std::move(result);
     Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
-    result = start != nullptr ? batch.RunFrom(before, start->nodes, start->mean)
+    result = start != nullptr ? batch.RunFrom(before, weights->nodes, weights->mean)
                               : batch.RunFrom(before, before.nodes, at);
     result.iterations += before.iterations;
     result.solve_time += before.solve_time;
@@ -337,15 +338,18 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
 }  // namespace
 
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,
-                               const RotorBatchOptions& options, const RotorBatchResult* start) {
+                               const RotorBatchOptions& options, const RotorBatchResult* start,
+                               const RotorBatchResult* weights) {
+  if (weights == nullptr) weights = start;
   RotorData turned;
   const bool turns = MotorsOf(options.prior.sigma).maxCoeff() > 0.0;
   if (turns && flown.motors) turned = flown;
   const RotorData& data = turned.motors ? turned : flown;
   RotorBatchResult result =
-      turned.motors      ? SolveTurningMotors(model, &turned, options, start)
-      : start != nullptr ? Batch(model, data, options).RunFrom(*start, start->nodes, start->mean)
-                         : Batch(model, data, options).Run();
+      turned.motors ? SolveTurningMotors(model, &turned, options, start, weights)
+      : start != nullptr
+          ? Batch(model, data, options).RunFrom(*start, weights->nodes, weights->mean)
+          : Batch(model, data, options).Run();
   if (!options.widen) return result;
   result.Widen(WideningFactors(model, data, options, result));
   return result;

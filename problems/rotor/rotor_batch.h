@@ -54,13 +54,15 @@ struct RotorBatchResult {
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
-// `start`: a solution nearby to start from, or null. Where the motors' unknowns are free, rotor
-// speeds are recomputed from the commands as these unknowns change. Throws InputError for an
-// unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y, I_z, or one that
-// frees the motors' unknowns of a log without commands.
+// `start`: a solution nearby to start from, or null; weights are evaluated at `weights`, or at the
+// start if that is null. Costs with the same weights can be compared. Where the motors' unknowns
+// are free, rotor speeds are recomputed from the commands as these unknowns change. Throws
+// InputError for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
+// I_z, or one that frees the motors' unknowns of a log without commands.
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,
-                               const RotorBatchResult* start = nullptr);
+                               const RotorBatchResult* start = nullptr,
+                               const RotorBatchResult* weights = nullptr);
 
 // Bayesian Cramer-Rao bound (Van Trees) of the constants at given states, one for each pose: the
 // inverse of the information of data and prior, kConstants x kConstants.

@@ -115,6 +115,34 @@ TEST(ConstantsChart, EveryPointIsABody) {
   }
 }
 
+TEST(ConstantsChart, StepsChangeAngularAccelerationEvenly) {
+  const RotorConstants constants = Case(2.0).truth.constants, chart = ToChart(constants);
+  const int yaw = FindRotorConstant("k_m");
+  RotorConstants step = RotorConstants::Zero();
+  step.segment<3>(kInertiaConstants) << 0.3, -0.4, 0.2;
+  step[yaw] = -0.3 * constants[yaw];
+  const double h = 1e-6;
+  const RotorConstants slope = (FromChart(MovedInChart(chart, h * step)) - constants) / h;
+  const RotorConstants expected = ChartJacobian(chart) * step;
+  EXPECT_LT((slope - expected).norm(), 1e-4 * expected.norm());
+  // Accelerations by a moment about x, y, z, and by the rotors' yaw moment.
+  const auto accelerations = [&](double part) -> Eigen::Vector4d {
+    const RotorConstants at = FromChart(MovedInChart(chart, part * step));
+    const Eigen::Array3d inverse = at.segment<3>(kInertiaConstants).array().inverse();
+    return {inverse[0], inverse[1], inverse[2], at[yaw] * inverse[2]};
+  };
+  const Eigen::Vector4d middle = 0.5 * (accelerations(0.0) + accelerations(1.0));
+  EXPECT_LT((accelerations(0.5) - middle).norm(), 1e-9 * middle.norm());
+  EXPECT_GT((accelerations(1.0) - accelerations(0.0)).norm(), 0.1 * middle.norm());
+}
+
+TEST(ConstantsChart, AStepBeyondAllBodiesIsTakenInTheChart) {
+  const RotorConstants chart = ToChart(Case(2.0).truth.constants);
+  RotorConstants step = RotorConstants::Zero();
+  step.segment<3>(kInertiaConstants).setConstant(1.5);
+  EXPECT_EQ(MovedInChart(chart, step), RotorConstants(chart + step));
+}
+
 // Sum of the squared errors of the constants over their variances, by their whole covariance.
 double SquaredErrors(const Case& c, const RotorBatchResult& result) {
   const std::vector<int> free = c.options.prior.Free();
