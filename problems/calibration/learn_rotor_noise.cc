@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "problems/calibration/learn_rotor_delays.h"
+#include "problems/common/parallel.h"
 
 namespace trueline {
 namespace {
@@ -47,51 +49,98 @@ void DropNeedlessDrift(const RotorAeroModel& model, const RotorData& data, const
   *leader = std::move(run);
 }
 
+using Steps = std::array<double, kFigures.size()>;
+
+// Coordinate search: each figure in turn by its step, which is kept while it gains and else halved
+// and reversed. Most trials gain nothing, so another core runs the next one under that assumption.
+class NoiseSearch {
+ public:
+  NoiseSearch(const RotorAeroModel& model, const RotorData& data, const RotorEkfOptions& options,
+              const RotorNoise& stated, double first_step)
+      : model_(model), data_(data), stated_(stated), best_(options) {
+    steps_.fill(first_step);
+    leader_ = RunOrDiverge(model, data, options);
+    first_ = leader_.log_likelihood;
+    best_.point = std::isfinite(first_) ? leader_.point : options.prior.mean;
+  }
+
+  LearnedNoise Run() {
+    std::optional<Trial> trial = NextFrom(0, steps_);
+    while (trial && runs_ < kMostRuns) trial = Judge(std::move(*trial));
+    DropNeedlessDrift(model_, data_, stated_, &best_, &leader_);
+    return {best_.noise, *best_.point, leader_.log_likelihood - first_, runs_};
+  }
+
+ private:
+  struct Trial {
+    std::size_t figure;
+    double value;
+    std::optional<RotorEkfRun> run = std::nullopt;
+  };
+
+  // The first trial from this figure on, in a circle; none if all steps are small.
+  std::optional<Trial> NextFrom(std::size_t figure, const Steps& steps) const {
+    for (std::size_t k = 0; k < kFigures.size(); ++k) {
+      const std::size_t i = (figure + k) % kFigures.size();
+      if (std::abs(steps[i]) < kLastStep) continue;
+      const std::optional<double> value = NextTrial(best_.noise, kFigures[i], steps[i]);
+      if (value) return Trial{i, *value};
+    }
+    return std::nullopt;
+  }
+
+  // Takes the trial if it gains. Returns the next one.
+  std::optional<Trial> Judge(Trial trial) {
+    Steps without = steps_;
+    without[trial.figure] *= -0.5;
+    std::optional<Trial> next = NextFrom(trial.figure + 1, without);
+    if (!trial.run) RunBoth(&trial, next && FreeCores() > 1 ? &*next : nullptr);
+    ++runs_;
+    if (!(trial.run->log_likelihood > leader_.log_likelihood)) {
+      steps_ = without;
+      return next;
+    }
+    best_.noise.*kFigures[trial.figure] = trial.value;
+    best_.point = trial.run->point;
+    leader_ = std::move(*trial.run);
+    return NextFrom(trial.figure + 1, steps_);
+  }
+
+  void RunBoth(Trial* trial, Trial* next) const {
+    Trial* const trials[] = {trial, next};
+    ParallelFor(next == nullptr ? 1 : 2, 0, [&](int i) { trials[i]->run = RunOf(*trials[i]); });
+  }
+
+  // Linearised where the leading run was; stops once it falls far behind that.
+  RotorEkfRun RunOf(const Trial& trial) const {
+    const double ratio = trial.value / ReferenceOf(stated_, kFigures[trial.figure]);
+    if (!(ratio < kRange && ratio > 1.0 / kRange)) {
+      RotorEkfRun outside;
+      outside.log_likelihood = -std::numeric_limits<double>::infinity();
+      return outside;
+    }
+    RotorEkfOptions options = best_;
+    options.noise.*kFigures[trial.figure] = trial.value;
+    options.rival = leader_.likelihoods.empty() ? nullptr : &leader_.likelihoods;
+    return RunOrDiverge(model_, data_, options);
+  }
+
+  const RotorAeroModel& model_;
+  const RotorData& data_;
+  const RotorNoise& stated_;
+  RotorEkfOptions best_;
+  RotorEkfRun leader_;
+  double first_;
+  Steps steps_;
+  int runs_ = 1;
+};
+
 }  // namespace
 
 LearnedNoise LearnRotorNoise(const RotorAeroModel& model, const RotorData& data,
                              const RotorEkfOptions& options, const RotorNoise& stated,
                              double first_step) {
-  RotorEkfOptions best = options;
-  LearnedNoise learned;
-  RotorEkfRun leader = RunOrDiverge(model, data, options);
-  const double first = leader.log_likelihood;
-  best.point = std::isfinite(first) ? leader.point : options.prior.mean;
-  learned.runs = 1;
-  std::array<double, kFigures.size()> steps;
-  steps.fill(first_step);
-  bool open = true;
-  while (open && learned.runs < kMostRuns) {
-    open = false;
-    for (std::size_t i = 0; i < kFigures.size(); ++i) {
-      if (std::abs(steps[i]) < kLastStep) continue;
-      RotorEkfOptions trial = best;
-      const std::optional<double> figure = NextTrial(best.noise, kFigures[i], steps[i]);
-      if (!figure) continue;
-      open = true;
-      trial.noise.*kFigures[i] = *figure;
-      const double ratio = *figure / ReferenceOf(stated, kFigures[i]);
-      const bool inside = ratio < kRange && ratio > 1.0 / kRange;
-      ++learned.runs;
-      // Runs are linearised where the leading run was, and stop once they fall far behind it.
-      trial.rival = leader.likelihoods.empty() ? nullptr : &leader.likelihoods;
-      RotorEkfRun run;
-      if (inside) run = RunOrDiverge(model, data, trial);
-      if (inside && run.log_likelihood > leader.log_likelihood) {
-        trial.rival = nullptr;
-        best = trial;
-        best.point = run.point;
-        leader = std::move(run);
-      } else {
-        steps[i] *= -0.5;
-      }
-    }
-  }
-  DropNeedlessDrift(model, data, stated, &best, &leader);
-  learned.noise = best.noise;
-  learned.point = *best.point;
-  learned.gain = leader.log_likelihood - first;
-  return learned;
+  return NoiseSearch(model, data, options, stated, first_step).Run();
 }
 
 void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,

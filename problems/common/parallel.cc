@@ -19,6 +19,8 @@ int CoresFor(int threads) {
                      : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
+int FreeCores() { return is_worker ? 1 : CoresFor(0); }
+
 void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
   threads = CoresFor(threads);
   threads = std::min(threads, count);
@@ -52,7 +54,7 @@ void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
 }
 
 void ParallelRuns(int count, int run, const std::function<void(int)>& body) {
-  ParallelFor((count + run - 1) / run, is_worker ? 1 : 0, [&](int k) {
+  ParallelFor((count + run - 1) / run, FreeCores(), [&](int k) {
     for (int i = k * run; i < std::min(count, (k + 1) * run); ++i) body(i);
   });
 }

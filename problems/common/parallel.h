@@ -7,6 +7,9 @@ namespace trueline {
 // A number of threads as flags state it: all cores for 0 or less.
 int CoresFor(int threads);
 
+// The number of threads that ParallelRuns would use here.
+int FreeCores();
+
 // Calls body(0) ... body(count - 1) on `threads` threads (0: all cores). Results must be stored by
 // index, so that they do not depend on the number of threads. The first exception is rethrown.
 void ParallelFor(int count, int threads, const std::function<void(int)>& body);

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <fstream>
 #include <sstream>
 
@@ -12,6 +13,7 @@
 #include "problems/calibration/write_calibration.h"
 #include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/error.h"
+#include "problems/common/parallel.h"
 #include "problems/result/render.h"
 #include "problems/simulation/logged_streams.h"
 #include "problems/simulation/rotor_flight_config.h"
@@ -95,6 +97,25 @@ TEST(LearnNoise, FindsTheNoiseThatFlew) {
   EXPECT_NEAR(std::log(learned.noise.gyro / sim.noise.gyro), 0.0, 0.2);
   EXPECT_NEAR(std::log(learned.noise.force_density / sim.noise.force_density), 0.0, 0.7);
   EXPECT_NEAR(std::log(learned.noise.position / sim.noise.position), 0.0, 0.3);
+}
+
+// On one core no trial is run ahead of its turn.
+TEST(LearnNoise, IsTheSameOnOneCoreAndOnMany) {
+  const RotorSimulation sim(WuestVehicle());
+  const RotorData data = MakeRotorData(FlyFor(2.0), 4, {});
+  RotorEkfOptions options;
+  options.noise = sim.noise;
+  options.noise.gyro *= 4.0;
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  const RotorAeroModel model = EstimationModel(sim.vehicle);
+  const auto learn = [&] { return LearnRotorNoise(model, data, options, options.noise); };
+  const LearnedNoise many = learn();
+  std::array<LearnedNoise, 2> one;
+  ParallelFor(2, 2, [&](int i) { one[i] = learn(); });
+  EXPECT_LT(many.noise.gyro, 0.5 * options.noise.gyro);
+  EXPECT_TRUE(one[0].noise == many.noise);
+  EXPECT_EQ(one[0].runs, many.runs);
+  EXPECT_EQ(one[0].gain, many.gain);
 }
 
 TEST(LearnRotorDelay, FindsLateStamps) {
