@@ -30,6 +30,9 @@ struct Candidate {
   Eigen::VectorXd Neutral() const;
   Eigen::VectorXd Ordinary() const;  // sizes that every vehicle has
   std::string Label() const;         // id, with gate, rotor or time where there is one
+  bool operator==(const Candidate& other) const {
+    return info == other.info && fixed == other.fixed;
+  }
 };
 
 // A cause whose value is being refined.

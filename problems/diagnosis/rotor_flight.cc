@@ -14,10 +14,10 @@ constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correla
 constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
 constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
-constexpr int kHalvings = 2;
-constexpr int kMostSteps = 4;          // of a refinement
-constexpr double kSmallGain = 0.05;    // of cost; a refinement that gains less ends
-constexpr double kCostIncrease = 0.5;  // of cost; a smaller rise comes from re-evaluated weights
+constexpr int kHalvings = 3;
+constexpr int kMostSteps = 4;           // of a refinement
+constexpr double kSmallGain = 0.05;     // of cost; a refinement that gains less ends
+constexpr double kCostIncrease = 0.05;  // of cost; a smaller rise comes from the solver's tolerance
 
 class RotorLinearisation : public Linearisation {
  public:
@@ -59,8 +59,9 @@ bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   return info.id != "ground_effect" || LowestHeight(*setup.data) > kOnTheFloor;
 }
 
-// The size of each parameter that one unit of a column stands for.
-Eigen::VectorXd UnitsOf(const Candidate& candidate, double share) {
+// The size of each parameter that one unit of a column at this value stands for.
+Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
+  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
   Eigen::VectorXd units(candidate.size());
   for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
   return units;
@@ -85,7 +86,7 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
   bare_noise_ = options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
                                                     options_.data);
-  Solve({});
+  FirstSolve();
 }
 
 RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise,
@@ -97,7 +98,7 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
       learn_noise_(learn_noise),
       lagged_(other.lagged_) {
   options_.noise = noise;
-  Solve({});
+  FirstSolve();
 }
 
 std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::WithoutCauses() const {
@@ -126,8 +127,7 @@ RotorBatchOptions RotorDrivenFlight::BatchOptions() const {
 std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
                                                          const Eigen::VectorXd& value,
                                                          const std::vector<Effect>& others) const {
-  const bool at_neutral = value == candidate.Neutral();
-  const Eigen::VectorXd moves = UnitsOf(candidate, at_neutral ? 1.0 : kLocal);
+  const Eigen::VectorXd moves = UnitsAt(candidate, value);
   std::vector<RotorVariant> variants;
   for (int i = 0; i < value.size(); ++i) {
     std::vector<Effect> effects = others;
@@ -149,20 +149,32 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   return variants;
 }
 
-void RotorDrivenFlight::Solve(const std::vector<Found>& found) {
-  found_ = found;
-  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
-  if (started_) start_ = std::move(batch_);
-  started_ = true;
+void RotorDrivenFlight::FirstSolve() {
+  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, {}));
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start_ ? &*start_ : nullptr);
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options);
+  Reweigh({});
+}
+
+void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult& start) {
+  found_ = found;
+  fitted_noise_ = options_.noise;
+  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
+  RotorBatchOptions options = BatchOptions();
+  options.covariance = false;
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, &start, &weights_);
   normal_.reset();
+}
+
+void RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
+  weights_ = batch_;
+  Solve(found, weights_);
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
   if (batch_.cov.size() > 0) return batch_;
-  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), start_ ? &*start_ : nullptr);
+  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), &batch_, &weights_);
 }
 
 const RotorNormal& RotorDrivenFlight::Normal() const {
@@ -183,9 +195,10 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   bool settled = true;
   int at = constants();
   for (Found& f : *found) {
+    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
     for (int i = 0; i < f.value.size(); ++i, ++at) {
       const EffectParameterInfo& info = f.candidate.info->parameters[i];
-      f.value[i] += z[at] * kLocal * info.step;
+      f.value[i] += z[at] * units[i];
       if (!info.either_sign) f.value[i] = std::max(f.value[i], 1e-3 * info.step);
       settled = settled && std::abs(z[at]) < kSmall * std::sqrt(cov(at, at));
     }
@@ -193,33 +206,71 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   return settled;
 }
 
+std::optional<std::vector<Found>> RotorDrivenFlight::AtLastFit(
+    const std::vector<Found>& found) const {
+  if (!(options_.noise == fitted_noise_)) return std::nullopt;
+  std::vector<Found> last = found;
+  std::size_t known = 0;
+  for (Found& f : last) {
+    f.value = f.candidate.Neutral();
+    for (const Found& fitted : found_) {
+      if (fitted.candidate != f.candidate) continue;
+      f.value = fitted.value;
+      ++known;
+    }
+  }
+  if (known < found_.size()) return std::nullopt;
+  return last;
+}
+
+bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
+  const RotorBatchResult start = batch_;
+  Solve(*found, start);
+  // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
+  for (int k = 0; k < kHalvings && batch_.cost > start.cost + kCostIncrease; ++k) {
+    for (std::size_t f = 0; f < before.size(); ++f) {
+      (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
+    }
+    Solve(*found, start);
+  }
+  if (batch_.cost <= start.cost + kCostIncrease) return true;
+  *found = before;
+  Solve(before, start);
+  return false;
+}
+
 void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
-  Solve(*found);
+  const auto last = AtLastFit(*found);
+  if (last) {
+    Move(*last, found);
+  } else {
+    Reweigh(*found);
+  }
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
     const double cost = batch_.cost;
     const bool settled = Step(found);
-    Solve(*found);
-    if (settled) return;
-    // Constants that absorbed part of the effect (inertia for a missing moment) make steps too
-    // long.
-    for (int k = 0; k < kHalvings && batch_.cost > cost + kCostIncrease; ++k) {
-      for (std::size_t f = 0; f < before.size(); ++f) {
-        (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
-      }
-      Solve(*found);
-    }
-    if (std::abs(cost - batch_.cost) < kSmallGain) return;
+    if (!Move(before, found) || settled || cost - batch_.cost < kSmallGain) break;
   }
+  Reweigh(*found);
 }
 
 void RotorDrivenFlight::LearnNoiseAgain() {
+  std::vector<std::string> causes;
+  for (const Found& f : found_) {
+    const Candidate& c = f.candidate;
+    causes.push_back(c.term ? c.term->Name() : c.Label());
+  }
+  if (const auto known = learned_.find(causes); known != learned_.end()) {
+    options_.noise = known->second;
+    return;
+  }
   RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
   RotorDataOptions streams = options_.data;
   streams.motor_lag += RotorExtensionOf(EffectsOf(found_)).motor_lag;
   LearnFromFlight(setup_->model, log_, {true, false, false, kLearnOn, stated_, kNearStep}, &streams,
                   &filter);
-  options_.noise = filter.noise;
+  learned_[causes] = options_.noise = filter.noise;
 }
 
 void RotorDrivenFlight::Fit(std::vector<Found>* found) {
@@ -248,10 +299,10 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
   for (const Found& f : found_) {
-    fit->found.push_back({next(f.candidate.size()), UnitsOf(f.candidate, kLocal)});
+    fit->found.push_back({next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
   }
   for (const Candidate& c : candidates) {
-    fit->candidates.push_back({next(c.size()), UnitsOf(c, 1.0)});
+    fit->candidates.push_back({next(c.size()), UnitsAt(c, c.Neutral())});
   }
   for (const RotorTerm& term : library.terms) {
     fit->terms.push_back(

@@ -5,6 +5,7 @@
 // would add along the fitted flight become a column of the linearised fit.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -54,11 +55,21 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   void Describe(Diagnosis* diagnosis) const override;
 
  private:
+  void FirstSolve();
   // The same flight without causes; `noise` is known.
   RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
 
-  // Solves with the causes held at their values.
-  void Solve(const std::vector<Found>& found);
+  // Solves with the causes held at their values, from `start`, with weights evaluated at
+  // `weights_`.
+  void Solve(const std::vector<Found>& found, const RotorBatchResult& start);
+  // The same from the last solution, with weights evaluated there.
+  void Reweigh(const std::vector<Found>& found);
+  // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
+  // cost does not rise. False if it rises nearby too; the flight is then fitted at `before`.
+  bool Move(const std::vector<Found>& before, std::vector<Found>* found);
+  // `found` with the values of the last fit, without effect where new. None if that fit had another
+  // cause or other noise, so that costs can't be compared.
+  std::optional<std::vector<Found>> AtLastFit(const std::vector<Found>& found) const;
   void RefineValues(std::vector<Found>* found);
   // One Gauss-Newton step of the causes. True if it is small in sigmas.
   bool Step(std::vector<Found>* found) const;
@@ -84,13 +95,14 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   RotorCalibrationOptions options_;  // noise and delay as learned
   RotorNoise stated_, bare_noise_;   // before learning; learned without causes
   bool learn_noise_;                 // again, with causes in the model
+  std::map<std::vector<std::string>, RotorNoise> learned_;  // by the names of causes and terms
   std::shared_ptr<const LaggedRotorData> lagged_;
   std::vector<Found> found_;
   std::unique_ptr<RotorSetup> setup_;
-  std::optional<RotorBatchResult> start_;  // what the last Solve started from
   RotorBatchResult batch_;
+  RotorBatchResult weights_;  // the solution at which those of `batch_` were evaluated
+  RotorNoise fitted_noise_;   // of `batch_`
   mutable std::optional<RotorNormal> normal_;
-  bool started_ = false;
 };
 
 }  // namespace trueline

@@ -33,6 +33,7 @@ struct RotorNoise {
   double NewDrift(double dt) const {
     return -angular_drift * angular_drift * std::expm1(-2.0 * dt / angular_drift_time);
   }
+  bool operator==(const RotorNoise&) const = default;
 };
 
 void Serialize(YamlArchive* a, RotorNoise* noise);

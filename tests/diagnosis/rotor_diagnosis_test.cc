@@ -54,6 +54,22 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
   EXPECT_EQ(ids.size(), 12u);
 }
 
+// The search's first value of a cause may be far off. A value with which the flight fits worse than
+// without the cause is shortened.
+TEST(RotorFit, SlowAFirstValueFarOffEndsWhereANearOneDoes) {
+  const FlightLog log =
+      FlyRotorsHiding({{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.02}}}}, 8.0, 6);
+  const auto fitted = [&](double roll, double pitch) -> Eigen::VectorXd {
+    RotorDrivenFlight flight(log, RotorOptions().calibration);
+    std::vector<Found> found{{{&InfoOf("rotor_tilt"), {}}, Eigen::Vector2d(roll, pitch)}};
+    flight.Fit(&found);
+    return found[0].value;
+  };
+  const Eigen::VectorXd near = fitted(0.025, -0.025), far = fitted(-0.6, 0.5);
+  EXPECT_LT((near - Eigen::Vector2d(0.03, -0.02)).norm(), 0.01);
+  EXPECT_LT((far - near).norm(), 1e-3);
+}
+
 TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   const Hidden hidden{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.02}}, {0.0025, 0.0025}};
   const FlightLog log = FlyRotorsHiding({{hidden.id, hidden.values}}, 12.0, 6);
