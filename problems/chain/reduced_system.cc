@@ -1,6 +1,7 @@
 #include "problems/chain/reduced_system.h"
 
 #include <Eigen/Cholesky>
+#include <vector>
 
 namespace trueline {
 
@@ -34,9 +35,18 @@ Eigen::MatrixXd ReducedSystem::Covariance() const {
 
 Eigen::MatrixXd ReducedSystem::ClusterProducts(const Eigen::VectorXd& e,
                                                const Eigen::MatrixXd& v) const {
+  // Tests of one of many columns leave most rows zero.
+  std::vector<int> rows, columns;
+  for (int i = 0; i < static_cast<int>(e.size()); ++i) {
+    if (e[i] != 0.0) columns.push_back(i);
+    if ((v.row(i).array() != 0.0).any()) rows.push_back(i);
+  }
+  const Eigen::VectorXd right = e(columns);
+  const Eigen::MatrixXd left = v(rows, Eigen::all);
   Eigen::MatrixXd products(clusters(), v.cols());
   for (int c = 0; c < clusters(); ++c) {
-    products.row(c).noalias() = (grams_[c] * e).transpose() * v;
+    const Eigen::VectorXd part = grams_[c](rows, columns) * right;
+    products.row(c).noalias() = part.transpose() * left;
   }
   return products;
 }

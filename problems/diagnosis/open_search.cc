@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/parallel.h"
 #include "problems/diagnosis/score_test.h"
 #include "problems/result/distributions.h"
 #include "problems/vgd/term_series.h"
@@ -17,6 +18,9 @@ constexpr int kChunk = 128;     // columns at a time: the cost of a chunk grows 
 constexpr double kAlike = 6.0;  // of the gain
 constexpr std::size_t kTestedAgain = 6;
 constexpr std::size_t kRefined = 2;  // humps
+// Of a term's information, left beside the model's constants. Below it they imitate the term, and
+// its size says nothing: a moment with the pitch rate beside a constant for just that.
+constexpr double kLeastOwn = 0.01;
 
 // A size of no interest: 0.005 m/s^2, 0.05 rad/s^2, 0.5 mrad or 5 mm in the root mean square. A
 // term is reported from about five times that on.
@@ -29,10 +33,11 @@ double OrdinarySize(const TermForm& term, const std::vector<TermMotion>& flight)
 }
 
 struct TestedOpenTerm {
-  TermForm term;
+  TermForm term = {};
   double ordinary = 0.0;
   ScoreTest test = {};
   std::array<SizeWithSigma, 2> halves = {};
+  double own = 1.0;      // share of its information that the constants do not imitate
   double sharing = 1.0;  // clusters that share the information
   double p = 1.0;
 
@@ -92,6 +97,7 @@ void TestHalves(const Linearisation& fit, const std::vector<int>& nuisances, int
 void Test(const Linearisation& fit, const std::vector<int>& nuisances, int tested,
           TestedOpenTerm* t) {
   TestHalves(fit, nuisances, tested, t);
+  t->own = OwnShare(fit, nuisances, tested);
   t->test = TestColumns(fit, nuisances, {tested}, VectorXd::Constant(1, t->ordinary));
   t->Judge();
 }
@@ -147,11 +153,12 @@ class OpenSearch {
     for (std::size_t k = 0; k < beside_.size(); ++k) {
       nuisances.push_back(fit.terms[k].columns.front());
     }
-    std::vector<TestedOpenTerm> tested;
-    for (std::size_t i = 0; i < terms.size(); ++i) {
-      tested.push_back({terms[i], OrdinarySize(terms[i], motions_)});
-      Test(fit, nuisances, fit.terms[beside_.size() + i].columns.front(), &tested.back());
-    }
+    std::vector<TestedOpenTerm> tested(terms.size());
+    ParallelFor(static_cast<int>(terms.size()), FreeCores(), [&](int i) {
+      tested[i].term = terms[i];
+      tested[i].ordinary = OrdinarySize(terms[i], motions_);
+      Test(fit, nuisances, fit.terms[beside_.size() + i].columns.front(), &tested[i]);
+    });
     return tested;
   }
 
@@ -229,7 +236,9 @@ class OpenSearch {
   const TestedOpenTerm* Best(std::vector<TestedOpenTerm>* tested) const {
     std::vector<TestedOpenTerm*> order = ByGain(tested);
     Relearn(&order);
-    std::erase_if(order, [&](const TestedOpenTerm* t) { return t->p >= each_ || !t->Repeats(); });
+    std::erase_if(order, [&](const TestedOpenTerm* t) {
+      return t->p >= each_ || !t->Repeats() || t->own < kLeastOwn;
+    });
     if (order.empty()) return nullptr;
     std::sort(order.begin(), order.end(), HasMoreGain);
     const double least = order.front()->gain() - kAlike;
@@ -262,7 +271,7 @@ class OpenSearch {
 
   // Fits the flight with the last of `described` in the model, as `term` has it, until its size
   // stands. Terms that are then not significant, or whose halves disagree, are dropped. False if
-  // the new one is.
+  // the new one is. A term that takes the part of a named cause stays beside the model.
   bool Add(const TestedOpenTerm& term, std::vector<DescribedTerm>* described) {
     described->back().term = term.term;
     if (!flight_.CanModel(term.term)) {
@@ -270,9 +279,18 @@ class OpenSearch {
       return true;
     }
     described->back().in_model = true;
+    const std::vector<Found> before = found_;
     found_.push_back({Candidate::OfTerm(term.term, term.ordinary), term.test.value});
     const std::size_t added = found_.size() - 1;
     flight_.Fit(&found_);
+    if (const Candidate* cause = TakenOver(before)) {
+      described->back().in_model = false;
+      described->back().instead_of = cause->Label();
+      beside_.push_back(term.term);
+      found_ = before;
+      flight_.Fit(&found_);
+      return true;
+    }
     if (!StandsInModel(added, described)) {
       Drop(added, described);
       return false;
@@ -281,6 +299,22 @@ class OpenSearch {
       if (!StandsInModel(k, described)) Drop(k, described);
     }
     return true;
+  }
+
+  // The first cause of which less than half is left in the model.
+  const Candidate* TakenOver(const std::vector<Found>& before) const {
+    for (std::size_t k = 0; k < causes_; ++k) {
+      const Candidate& cause = found_[k].candidate;
+      double product = 0.0, square = 0.0;  // of its sizes in units of its parameters' steps
+      for (int i = 0; i < cause.size(); ++i) {
+        const double was = (before[k].value - cause.Neutral())[i] / cause.info->parameters[i].step;
+        const double is = (found_[k].value - cause.Neutral())[i] / cause.info->parameters[i].step;
+        product += was * is;
+        square += was * was;
+      }
+      if (product < 0.5 * square) return &cause;
+    }
+    return nullptr;
   }
 
   // Tests a term in the model, and stores its size.

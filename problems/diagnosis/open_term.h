@@ -40,8 +40,9 @@ struct DescribedTerm {
   int tried = 0;
   std::array<SizeWithSigma, 2> halves = {};  // by blocks of the flight in turn, A B A B
   std::vector<std::string> alike = {};       // names of terms that fit as well
-  std::vector<TermRepeat> repeats = {};      // by further flight
-  bool in_model = false;                     // of the fit: the drive can take it
+  std::string instead_of = {};  // a named cause of which little is left with the term in the model
+  std::vector<TermRepeat> repeats = {};  // by further flight
+  bool in_model = false;                 // of the fit: the drive can take it
 };
 
 // One of the terms tested singly, before any is taken.

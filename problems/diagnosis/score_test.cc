@@ -75,6 +75,10 @@ Matrix ClusterScores(const Linearisation& fit, const Projected& projected, const
 
 }  // namespace
 
+double OwnShare(const Linearisation& fit, const Indices& nuisances, int column) {
+  return Project(fit, nuisances, {column}).information(0, 0) / fit.M()(column, column);
+}
+
 LinearEstimate Estimate(const Linearisation& fit, const Indices& nuisances, const Indices& tested) {
   return EstimateOf(Project(fit, nuisances, tested));
 }

@@ -17,6 +17,10 @@ struct LinearEstimate {
 LinearEstimate Estimate(const Linearisation& fit, const std::vector<int>& nuisances,
                         const std::vector<int>& tested);
 
+// The share of a column's information that is left beside the nuisances, 0 to 1: how little of it
+// they imitate.
+double OwnShare(const Linearisation& fit, const std::vector<int>& nuisances, int column);
+
 // An estimate, and the evidence that it exceeds ordinary sizes. Effects below `ordinary` are not
 // reported, at any significance.
 struct ScoreTest {

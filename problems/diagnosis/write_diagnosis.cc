@@ -151,6 +151,7 @@ YAML::Node TermNode(const DescribedTerm& described) {
   for (const SizeWithSigma& half : described.halves) node["halves"].push_back(SizeNode(half));
   if (!PhysicsOf(term).empty()) node["physics"] = PhysicsOf(term);
   if (!described.alike.empty()) node["fits_alike"] = described.alike;
+  if (!described.instead_of.empty()) node["instead_of"] = described.instead_of;
   for (const TermRepeat& repeat : described.repeats) {
     YAML::Node other = SizeNode(repeat.size);
     other["log"] = repeat.log;

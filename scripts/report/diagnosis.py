@@ -86,6 +86,9 @@ def _terms(result):
         if alike:
             more = f" and {len(alike) - 3} more" if len(alike) > 3 else ""
             text += f" Fits alike: {'; '.join(alike[:3])}{more}."
+        if term.get("instead_of"):
+            text += (f" With it in the model little is left of {term['instead_of']}: they describe the "
+                     "same misfit, and the model keeps the named cause.")
         for flight in term.get("other_flights") or []:
             text += f" On {flight['log']}: {flight['outcome']}, {with_sigma(flight['value'], flight['sigma'])}."
         blocks.append(paragraph(text))

@@ -55,6 +55,14 @@ TEST(ScoreTest, FindsAColumnBesideNuisances) {
   EXPECT_NEAR(other.chi2, test.chi2, 1e-4 * test.chi2);
 }
 
+TEST(ScoreTest, NuisancesImitateAColumnMoreOrLess) {
+  const Drawn fit(0.0);
+  EXPECT_NEAR(OwnShare(fit, {}, 2), 1.0, 1e-12);
+  EXPECT_NEAR(OwnShare(fit, {0, 1}, 2), 1.0, 0.02);
+  EXPECT_LT(OwnShare(fit, {0, 1}, 3), 1e-7);
+  EXPECT_GT(OwnShare(fit, {0, 1}, 3), 0.0);
+}
+
 // What rounding leaves of a column is no evidence, whatever its size.
 TEST(ScoreTest, AColumnThatOthersExplainWhollyIsNotSignificant) {
   for (const double size : {0.0, -0.5, 30.0}) {
