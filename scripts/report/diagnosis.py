@@ -76,7 +76,7 @@ def _terms(result):
         return []
     blocks = ["<h3>What describes the misfit</h3>",
               paragraph(f"Of {result['terms'][0]['tried']} terms. Each half of the flight predicts the "
-                        "other one better with the size that it shows. model.yaml has none of them.")]
+                        "other one better with the size that it shows.")]
     for term in result["terms"]:
         halves = " and ".join(with_sigma(half["value"], half["sigma"]) for half in term["halves"])
         text = f"{term['text'][0].upper()}{term['text'][1:]} (p = {term['p_value']:.2g}; by halves {halves})."
@@ -91,6 +91,7 @@ def _terms(result):
                      "same misfit, and the model keeps the named cause.")
         for flight in term.get("other_flights") or []:
             text += f" On {flight['log']}: {flight['outcome']}, {with_sigma(flight['value'], flight['sigma'])}."
+        text += " model.yaml has it." if term["in_model"] else " model.yaml lacks it."
         blocks.append(paragraph(text))
     return blocks
 
