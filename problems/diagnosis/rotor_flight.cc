@@ -150,26 +150,23 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
 }
 
 void RotorDrivenFlight::FirstSolve() {
-  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, {}));
-  RotorBatchOptions options = BatchOptions();
-  options.covariance = false;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options);
+  Solve({}, nullptr);
   Reweigh({});
 }
 
-void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult& start) {
+void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start) {
   found_ = found;
   fitted_noise_ = options_.noise;
   setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, &start, &weights_);
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, start ? &weights_ : nullptr);
   normal_.reset();
 }
 
 void RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
   weights_ = batch_;
-  Solve(found, weights_);
+  Solve(found, &weights_);
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
@@ -225,17 +222,17 @@ std::optional<std::vector<Found>> RotorDrivenFlight::AtLastFit(
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const RotorBatchResult start = batch_;
-  Solve(*found, start);
+  Solve(*found, &start);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && batch_.cost > start.cost + kCostIncrease; ++k) {
     for (std::size_t f = 0; f < before.size(); ++f) {
       (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
     }
-    Solve(*found, start);
+    Solve(*found, &start);
   }
   if (batch_.cost <= start.cost + kCostIncrease) return true;
   *found = before;
-  Solve(before, start);
+  Solve(before, &start);
   return false;
 }
 

@@ -60,8 +60,8 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
 
   // Solves with the causes held at their values, from `start`, with weights evaluated at
-  // `weights_`.
-  void Solve(const std::vector<Found>& found, const RotorBatchResult& start);
+  // `weights_`; from the prior if `start` is null.
+  void Solve(const std::vector<Found>& found, const RotorBatchResult* start);
   // The same from the last solution, with weights evaluated there.
   void Reweigh(const std::vector<Found>& found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
