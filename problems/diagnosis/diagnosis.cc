@@ -207,7 +207,9 @@ class FlightDiagnosis {
   }
 
   // What the open catalogue says of the misfit that is left, and whether other flights show it.
-  // Terms that held-out flight shows stay in the fit.
+  // Terms that held-out flight shows stay in the fit. Terms that it contradicts, and that no other
+  // flight shows, are no description: they follow something else, as a controller that answers a
+  // gust does. The misfit stays unexplained.
   void DescribeTerms(Rounds* rounds) {
     std::vector<Found> all = rounds->found;
     OpenCatalogue& open = diagnosis_.open;
@@ -220,6 +222,10 @@ class FlightDiagnosis {
     }
     if (all.size() > rounds->found.size() && !TermsGain(rounds->found, all)) {
       for (DescribedTerm& t : open.described) t.in_model = false;
+      if (ClearLoss(diagnosis_.terms_gain, diagnosis_.terms_open_loop)) {
+        std::erase_if(open.described, [](const DescribedTerm& t) { return !TermRepeats(t); });
+        if (open.described.empty()) diagnosis_.terms_gain = diagnosis_.terms_open_loop = Gain();
+      }
       all = rounds->found;
       flight_->Fit(&all);
     }

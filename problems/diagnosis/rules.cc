@@ -33,6 +33,11 @@ bool PredictsWorse(const Gain& arcs, const Gain& replays) {
   return Ratio(arcs) * Ratio(replays) > 1.0;
 }
 
+bool ClearLoss(const Gain& arcs, const Gain& replays) {
+  const bool better = Better(arcs) || Better(replays);
+  return (Worse(arcs) || Worse(replays)) && !better && PredictsWorse(arcs, replays);
+}
+
 bool Harmful(const Cause& cause) {
   // A small loss is no evidence against a cause: laps repeat, so an unmodelled effect may favour
   // the worse model slightly on both halves, and positions do not show every sensor error.

@@ -17,6 +17,10 @@ bool PredictsWorse(const Gain& arcs, const Gain& replays);
 // True if held-out flight is predicted better by one measure, and not worse by both together.
 bool ClearGain(const Gain& arcs, const Gain& replays);
 
+// True if held-out flight is predicted worse by one measure with 95 %, better by none, and worse by
+// both together.
+bool ClearLoss(const Gain& arcs, const Gain& replays);
+
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
 // Reasons are: its witness refutes it; it makes held-out flight worse, even if its witness shows it
 // or another flight does, but not if both do; it is smaller than what the flight shows with good

@@ -4,6 +4,7 @@
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
+#include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
 namespace {
@@ -42,14 +43,26 @@ void UndoAccelerationError(const Effect& effect, const CorrectionContext& contex
   }
 }
 
-// The angle between the body's z axis and down, divided by 1 + s; heading and direction stay.
+// rad in E', level: the turn that takes down to the body's z axis.
+Vector3d TiltOf(const Quaterniond& q_Ep_I) {
+  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
+}
+
+void TurnBy(const Vector3d& angles_Ep, AttitudeSample* sample) {
+  const double angle = angles_Ep.norm();
+  if (angle == 0.0) return;
+  sample->q_Ep_I = Quaterniond(Eigen::AngleAxisd(angle, angles_Ep / angle)) * sample->q_Ep_I;
+}
+
+// The angle between the body's z axis and down, less s times the true one; heading and direction
+// stay. The true angle is the logged one over 1 + s, without the noise that the gyroscope shows.
 void UndoTiltScale(const Effect& effect, const CorrectionContext&, FlightLog* log) {
-  for (AttitudeSample& sample : log->attitude) {
-    const Vector3d down_I = sample.q_Ep_I * Vector3d::UnitZ();
-    const Quaterniond tilt = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), down_I);
-    const Eigen::AngleAxisd whole(tilt);
-    const Eigen::AngleAxisd part(whole.angle() / (1.0 + effect["s"]), whole.axis());
-    sample.q_Ep_I = Quaterniond(part) * tilt.conjugate() * sample.q_Ep_I;
+  const double s = effect["s"];
+  std::vector<AttitudeSample> divided = log->attitude;
+  for (AttitudeSample& sample : divided) TurnBy(-s / (1.0 + s) * TiltOf(sample.q_Ep_I), &sample);
+  const std::vector<AttitudeSample> truth = SmoothAttitude(log->imu, divided);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    TurnBy(-s * TiltOf(truth[i].q_Ep_I), &log->attitude[i]);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "cost_functions/models/complementary_filter.h"
 #include "problems/common/units.h"
 #include "problems/vgd/attitude_cursor.h"
+#include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
 namespace {
@@ -202,7 +203,8 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
     }
     const Interval &before = intervals_[static_cast<std::size_t>(k - 1)],
                    &after = intervals_[static_cast<std::size_t>(k + 1)];
-    A.block<2, 1>(2 * k, n - 2) = (here.tilt - before.tilt).head<2>();
+    // By the gyroscope: the logged tilt's own noise would be taken for a share of it.
+    A.block<2, 1>(2 * k, n - 2) = (here.tilt - before.tilt - ErrorChange(here)).head<2>();
     A.block<2, 1>(2 * k, n - 1) = -(rate(here, after) - rate(before, here));
   }
   Eigen::MatrixXd H = A.transpose() * A;
@@ -217,9 +219,32 @@ void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::
     scores += score * score.transpose();
   }
   const Eigen::VectorXd sigma = (inverse * scores * inverse).diagonal().cwiseSqrt();
-  const double share = x[n - 2], whole = 1.0 - share;  // of the logged tilt
-  fit_.tilt_scale = {share / whole, std::hypot(sigma[n - 2] / (whole * whole), kLeastScaleSigma)};
+  fit_.tilt_scale = {x[n - 2], std::hypot(sigma[n - 2], kLeastScaleSigma)};
   fit_.latency = {x[n - 1], std::hypot(sigma[n - 1], kLeastLatencySigma)};
+}
+
+// rad, the change of the attitude's error: its turn but for the gyroscope's bias.
+Vector3d AttitudeErrors::ErrorChange(const Interval& interval) const {
+  return interval.turn + interval.axes * fit_.gyro_bias;
+}
+
+// rad, the vehicle's tilt at the intervals' ends, its fast changes by the gyroscope.
+std::vector<Vector3d> AttitudeErrors::SmoothTilts() const {
+  std::vector<Vector3d> changes, tilts;
+  std::vector<double> seconds;
+  double squares = 0.0;
+  for (std::size_t k = 0; k < intervals_.size(); ++k) {
+    tilts.push_back(intervals_[k].tilt);
+    squares += 0.5 * tilts.back().squaredNorm();
+    if (k == 0) continue;
+    changes.push_back(ErrorChange(intervals_[k]));
+    seconds.push_back(intervals_[k].seconds);
+  }
+  const double rms = std::sqrt(squares / std::max<double>(1.0, static_cast<double>(tilts.size())));
+  const std::vector<Vector3d> fast =
+      FastPart(changes, seconds, MemoryOfGyro(changes, seconds, rms));
+  for (std::size_t k = 0; k < tilts.size(); ++k) tilts[k] -= fast[k];
+  return tilts;
 }
 
 void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
@@ -235,18 +260,19 @@ void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   Vector3d feedback = Vector3d::Zero(), pull = Vector3d::Zero();
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();
   Vector3d by_gain = Vector3d::Zero(), by_share = Vector3d::Zero();
-  for (const Interval& interval : intervals_) {
+  const std::vector<Vector3d> tilts = SmoothTilts();
+  for (std::size_t k = 0; k < intervals_.size(); ++k) {
+    const Interval& interval = intervals_[k];
     const double h = interval.seconds;
     Accumulate<Eigen::Matrix3d>(interval.axes, h, held ? hold_ : kForgetsBias, &by_bias);
     Accumulate<Vector3d>(interval.pull, h, kForgetsPull, &pull);
     if (held) {
-      const Vector3d change = interval.turn + interval.axes * fit_.gyro_bias;
-      Accumulate<Vector3d>(change, h, hold_, &feedback);
+      Accumulate<Vector3d>(ErrorChange(interval), h, hold_, &feedback);
       Follow(pull, h, hold_, &by_gain);  // what a hold leaves of an error is its low-pass
-      Follow(interval.tilt, h, hold_, &by_share);
+      Follow(tilts[k], h, hold_, &by_share);
     } else {
       by_gain = pull;
-      by_share = interval.tilt;
+      by_share = tilts[k];
     }
     // The angles of E' against E have the opposite sign of the attitude's error.
     Slopes slopes;

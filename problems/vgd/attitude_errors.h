@@ -96,6 +96,8 @@ class AttitudeErrors {
               const AttitudeErrorOptions& options);
   void Fit();
   void FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns);
+  Eigen::Vector3d ErrorChange(const Interval& interval) const;
+  std::vector<Eigen::Vector3d> SmoothTilts() const;
   void Integrate(const AttitudeErrorPriors& priors);
   std::size_t IntervalAt(TimeNs t) const;
   Eigen::Vector3d FeedbackAt(TimeNs t) const;  // rad in E'

@@ -42,6 +42,14 @@ TEST(Harmful, WhereOneMeasureIsWorseAndTheOtherNoBetter) {
   EXPECT_FALSE(Harmful(CauseWith(kNone, kNone)));
 }
 
+TEST(ClearLoss, NeedsOneMeasureThatIsWorseAndNoneThatIsBetter) {
+  EXPECT_TRUE(ClearLoss(kWorse, kNone));
+  EXPECT_TRUE(ClearLoss(kWorse, kEither));
+  EXPECT_FALSE(ClearLoss(kWorse, kBetter));
+  EXPECT_FALSE(ClearLoss(kSlightlyWorse, kEither));
+  EXPECT_FALSE(ClearLoss(kNone, kNone));
+}
+
 TEST(Rules, ACauseIsNamedByAGainOfItsOwn) {
   EXPECT_EQ(Why(CauseWith(kBetter, kEither)), "");
   EXPECT_EQ(Why(CauseWith(kEither, kBetter)), "");

@@ -9,6 +9,7 @@
 #include "problems/vgd/attitude_cursor.h"
 #include "problems/vgd/rough_path.h"
 #include "tests/simulation/short_flight.h"
+#include "tests/vgd/tilt_noise.h"
 
 namespace trueline {
 namespace {
@@ -78,6 +79,13 @@ TEST(AttitudeErrors, TheGyroscopeShowsTheAttitudesScaleAndLatency) {
   ExpectShown(scaled.tilt_scale, 0.12, 0.02);
   const AttitudeFilterFit late = ErrorsOf(Filtered({{"attitude_latency", {{"tau", 0.06}}}})).fit();
   ExpectShown(late.latency, 0.06, 0.005);
+}
+
+// Errors that come and go within a second are part of the logged tilt, but no share of it.
+TEST(AttitudeErrors, ADriftOfTheAttitudeIsNoScaleOfItsTilt) {
+  FlightLog log = Filtered();
+  AddTiltNoise(0.015, 1.0, &log.attitude);
+  ExpectShown(ErrorsOf(log).fit().tilt_scale, 0.0, 0.02);
 }
 
 TEST(AttitudeErrors, TheGyroscopeTakesOutTheFiltersFeedback) {
