@@ -73,11 +73,37 @@ std::vector<double> WrenchSigmas(const WrenchExperiment& experiment, const Wrenc
   return FromUnits(sigmas, experiment.numbers);
 }
 
-// Regression of the measured moment on the model's, through the origin.
-double ShareOf(const Wrenches& truth, const Wrenches& model, int first, int count) {
-  const auto t = truth.middleRows(first, count), m = model.middleRows(first, count);
-  const double square = m.squaredNorm();
-  return square > 0.0 ? t.cwiseProduct(m).sum() / square : 1.0;
+MomentRecord RecordOf(const WrenchFlight& flight, const Wrenches& measured,
+                      const Wrenches& modelled) {
+  MomentRecord record{Eigen::VectorXd(measured.cols()), measured.middleRows<2>(3),
+                      modelled.middleRows<2>(3)};
+  for (std::size_t i = 0; i < flight.rows.size(); ++i) record.t[i] = flight.rows[i].t;
+  return record;
+}
+
+// The part of the model's net moment that turns the vehicle.
+void FitMoments(const WrenchExperiment& experiment, const WrenchModel& model, double mass,
+                const std::vector<WrenchFlight>& flights, WrenchFit* fit) {
+  std::vector<MomentRecord> records;
+  std::array<Eigen::VectorXd, 3> measured, modelled;
+  const auto append = [](const Eigen::VectorXd& more, Eigen::VectorXd* all) {
+    Eigen::VectorXd both(all->size() + more.size());
+    both << *all, more;
+    *all = std::move(both);
+  };
+  std::vector<Wrenches> nets;
+  for (const WrenchFlight& flight : flights) {
+    const Wrenches truth = Measured(flight, mass, experiment.inertia);
+    nets.push_back(Modelled(model.air, flight, fit->numbers));
+    records.push_back(RecordOf(flight, truth, nets.back()));
+    for (int axis = 0; axis < 3; ++axis) append(truth.row(3 + axis).transpose(), &measured[axis]);
+  }
+  fit->washout = FitMomentWashout(records);
+  for (std::size_t i = 0; i < flights.size(); ++i) {
+    nets[i].middleRows<2>(3) = fit->washout.Of(records[i].modelled, records[i].t);
+    for (int axis = 0; axis < 3; ++axis) append(nets[i].row(3 + axis).transpose(), &modelled[axis]);
+  }
+  for (int axis = 0; axis < 3; ++axis) fit->share[axis] = ShareOf(measured[axis], modelled[axis]);
 }
 
 WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<WrenchFlight>& flights,
@@ -114,17 +140,7 @@ WrenchFit FitWrench(const WrenchExperiment& experiment, const std::vector<Wrench
   fit.rows = static_cast<int>(rows.size());
   fit.numbers = FromUnits(x, experiment.numbers);
   fit.sigmas = WrenchSigmas(experiment, model, rows, sections, x);
-  Eigen::Vector2d top = Eigen::Vector2d::Zero(), weight = top;
-  for (const WrenchFlight& flight : flights) {
-    const Wrenches truth = Measured(flight, mass, experiment.inertia);
-    const Wrenches net = Modelled(model.air, flight, fit.numbers);
-    for (const auto& [group, first, count] : {std::tuple{0, 3, 2}, std::tuple{1, 5, 1}}) {
-      const double square = net.middleRows(first, count).squaredNorm();
-      top[group] += ShareOf(truth, net, first, count) * square;
-      weight[group] += square;
-    }
-  }
-  fit.share = top.cwiseQuotient(weight);
+  FitMoments(experiment, model, mass, flights, &fit);
   return fit;
 }
 
@@ -161,8 +177,9 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
     if (mass == experiment.vehicle.mass) result->folds.push_back({fold.test, fold.train, fit});
     const Wrenches truth = Measured(test, mass, experiment.inertia);
     Wrenches ours = Modelled(ModelOf(experiment, mass).air, test, fit.numbers);
-    ours.middleRows<2>(3) *= fit.share[0];
-    ours.row(5) *= fit.share[1];
+    const MomentRecord record = RecordOf(test, truth, ours);
+    ours.middleRows<2>(3) = fit.washout.Of(record.modelled, record.t);
+    ours.bottomRows<3>() = fit.share.asDiagonal() * ours.bottomRows<3>().eval();
     const std::string reading = fmt::format("{} kg", mass);
     ScoreWrench(test.name, "rotor by rotor", reading, truth, ours, result);
     if (test.published) {

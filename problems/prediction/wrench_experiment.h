@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "cost_functions/wrench_residual.h"
+#include "problems/prediction/moment_washout.h"
 #include "problems/prediction/prediction_experiment.h"
 
 namespace trueline {
@@ -56,9 +57,11 @@ struct WrenchScore {
 
 struct WrenchFit {
   std::vector<double> numbers, sigmas;  // WrenchResidual::kCount
-  // Of the model's net moment about roll and pitch (first) and yaw: the share that turns the
-  // vehicle, by regression of the measured moment on it. The rest cancels disturbances.
-  Eigen::Vector2d share = Eigen::Vector2d::Ones();
+  // What turns the vehicle of the model's net moment: about roll and pitch its fast part, and of
+  // that, as of the moment about yaw, a share, by regression of the measured moment on it. The rest
+  // cancels disturbances. The stated inertia over the share is the inertia that the flight shows.
+  MomentWashout washout;
+  Eigen::Vector3d share = Eigen::Vector3d::Ones();
   int rows = 0;
 };
 

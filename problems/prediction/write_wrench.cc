@@ -36,8 +36,13 @@ YAML::Node FoldNode(const WrenchExperiment& experiment, const WrenchFold& fold) 
   node["rows"] = fold.fit.rows;
   node["numbers"] = NumbersNode(experiment.numbers, fold.fit.numbers, fold.fit.sigmas,
                                 WrenchNumberInfo, kWrenchDigits);
-  node["share_of_moment"]["level"] = Rounded(fold.fit.share[0], kWrenchDigits);
-  node["share_of_moment"]["heading"] = Rounded(fold.fit.share[1], kWrenchDigits);
+  constexpr const char* kAxes[] = {"roll", "pitch", "yaw"};
+  for (int axis = 0; axis < 3; ++axis) {
+    node["share_of_moment"][kAxes[axis]] = Rounded(fold.fit.share[axis], kWrenchDigits);
+  }
+  node["moment_washout"]["washout"] = Rounded(fold.fit.washout.washout, kWrenchDigits);
+  node["moment_washout"]["lag"] = Rounded(fold.fit.washout.lag, kWrenchDigits);
+  node["moment_washout"]["unit"] = "s";
   return node;
 }
 
@@ -68,9 +73,12 @@ std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& 
     table +=
         fmt::format("\nnumbers for {}, fitted to {}\n", fold.test, fmt::join(fold.train, ", "));
     table += NumbersTable(experiment.numbers, fold.fit.numbers, fold.fit.sigmas, WrenchNumberInfo);
-    table +=
-        fmt::format("  share of the net moment that turns the vehicle: {:.2f} (level), {:.2f}\n",
-                    fold.fit.share[0], fold.fit.share[1]);
+    table += fmt::format(
+        "  what turns the vehicle of the net moment: about roll and pitch what is faster than "
+        "{:.3f} "
+        "s, late by {:.3f} s;\n  of that {:.2f} (roll), {:.2f} (pitch); {:.2f} of yaw\n",
+        fold.fit.washout.washout, fold.fit.washout.lag, fold.fit.share[0], fold.fit.share[1],
+        fold.fit.share[2]);
   }
   return table;
 }

@@ -23,7 +23,7 @@ def coverage(rows):
 def flights(folder):
     """What the whole flight says; windows are frozen by the measured flights."""
     records = {}
-    for flight in sorted(folder.glob("flight_*")):
+    for flight in sorted(folder.glob("flight_*/")):
         record = calibration_record(flight / "result")
         records[flight.name] = {key: record[key] for key in ("verdict", "whole", "errors")}
     return records

@@ -24,10 +24,16 @@ def build(arguments):
     for index, fold in enumerate(summary["folds"]):
         page.add(f"numbers-{index}", f"Numbers for {fold['test']}", _numbers(fold), paragraph(
             f"Fitted to {', '.join(fold['train'])}, {fold['rows']} rows. One standard deviation by "
-            "the spread between sections of 5 s. Share of the model's net moment that turns the "
-            f"vehicle: {number(fold['share_of_moment']['level'])} (roll and pitch), "
-            f"{number(fold['share_of_moment']['heading'])} (yaw).", "note"))
+            "the spread between sections of 5 s. " + _moment(fold), "note"))
     return page
+
+
+def _moment(fold):
+    share, washout = fold["share_of_moment"], fold["moment_washout"]
+    return ("Of the model's moment about roll and pitch what is faster than "
+            f"{number(washout['washout'])} s turns the vehicle, late by {number(washout['lag'])} s: "
+            f"{number(share['roll'])} and {number(share['pitch'])} of it; of the moment about yaw "
+            f"{number(share['yaw'])}. The rest cancels moments that no log shows.")
 
 
 def _scores(scores):
