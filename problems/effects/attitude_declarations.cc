@@ -43,11 +43,6 @@ void UndoAccelerationError(const Effect& effect, const CorrectionContext& contex
   }
 }
 
-// rad in E', level: the turn that takes down to the body's z axis.
-Vector3d TiltOf(const Quaterniond& q_Ep_I) {
-  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
-}
-
 void TurnBy(const Vector3d& angles_Ep, AttitudeSample* sample) {
   const double angle = angles_Ep.norm();
   if (angle == 0.0) return;

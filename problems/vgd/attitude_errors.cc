@@ -35,10 +35,6 @@ Quaterniond Rotation(const Vector3d& v) {
   return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Quaterniond::Identity();
 }
 
-Vector3d TiltOf(const Quaterniond& q_Ep_I) {
-  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
-}
-
 // Root density of consecutive residuals (rows of x and y, each of `length` s) over runs of `count`.
 double Density(const Eigen::MatrixX2d& residuals, double length, Eigen::Index count) {
   double sum = 0.0;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "cost_functions/models/kinematic_model.h"
 #include "cost_functions/models/rotation.h"
 
 namespace trueline {
@@ -85,13 +86,16 @@ double ScatterOf(const std::vector<Vector3d>& changes, const std::vector<double>
 double RmsTilt(const std::vector<AttitudeSample>& attitude) {
   double sum = 0.0;
   for (const AttitudeSample& sample : attitude) {
-    const double lean = std::acos(std::clamp((sample.q_Ep_I * Vector3d::UnitZ()).z(), -1.0, 1.0));
-    sum += 0.5 * lean * lean;
+    sum += 0.5 * TiltOf(sample.q_Ep_I).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(attitude.size()));
 }
 
 }  // namespace
+
+Vector3d TiltOf(const Quaterniond& q_Ep_I) {
+  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
+}
 
 double MemoryOfGyro(const std::vector<Vector3d>& changes, const std::vector<double>& seconds,
                     double tilt_rms) {

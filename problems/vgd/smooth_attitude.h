@@ -5,11 +5,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "problems/log/flight_log.h"
 
 namespace trueline {
+
+// rad in E', level: the turn that takes down to the body's z axis.
+Eigen::Vector3d TiltOf(const Eigen::Quaterniond& q_Ep_I);
 
 // The part of an error that changes faster than `memory` s. changes[i] (rad, say) is the error's
 // change over seconds[i], before entry i + 1 of the result. It is filtered forwards and backwards,
