@@ -28,6 +28,9 @@ void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 // included.
 double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise);
 
+// `noise` with drifts of the attitude as ordinary flights have them.
+NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise);
+
 // Initial strengths: the options' process noise, and the detector's sigmas as stated.
 NoiseStrengths StartingNoise(const VgdOptions& options);
 

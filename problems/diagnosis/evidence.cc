@@ -111,9 +111,13 @@ void FlightEvidence::TestTerms(bool held, double merit) {
 }
 
 // The noise was learned without the candidates and contains what they explain. The most promising
-// candidates and terms are judged with noise learned again.
+// candidates and terms are judged with noise learned again, and those that the noise explains best.
 void FlightEvidence::RelearnBest() {
-  const auto best = GreatestMerits(tested_, kRelearned, [](const Tested& t) { return t.Merit(); });
+  auto best = GreatestMerits(tested_, kRelearned, [](const Tested& t) { return t.Merit(); });
+  for (std::size_t i = 0; i < tested_.size(); ++i) {
+    const bool chosen = std::count(best.begin(), best.end(), i) > 0;
+    if (tested_[i].candidate.info->drifts && !chosen) best.push_back(i);
+  }
   const auto best_terms =
       GreatestMerits(terms_, kRelearned, [](const TestedTerm& t) { return t.merit; });
   std::vector<std::vector<int>> sets;

@@ -109,10 +109,19 @@ ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, con
 
 std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const std::vector<std::vector<int>>& sets) const {
-  // Learned noise so large that it hides a real effect is far from the right candidate's noise.
-  const int sweeps = ExtraordinaryNoiseOf(fit_.noise).empty() ? 2 : 6;
+  // Learned noise so large that it hides a real effect is far from the right candidate's noise, and
+  // the search from there may end early.
+  const bool extraordinary = !ExtraordinaryNoiseOf(fit_.noise).empty();
+  const auto learn = [&](const LinearFlight& linear, NoiseStrengths* noise) {
+    double best = LearnNoise(linear, ordinary_errors_, extraordinary ? 6 : 2, noise);
+    if (!extraordinary) return best;
+    NoiseStrengths ordinary = WithOrdinaryDrift(*noise);
+    const double evidence = LearnNoise(linear, ordinary_errors_, 6, &ordinary);
+    if (evidence > best) *noise = ordinary;
+    return std::max(best, evidence);
+  };
   NoiseStrengths bare = fit_.noise;
-  const double evidence = LearnNoise(fit_.Linear(*flight_), ordinary_errors_, sweeps, &bare);
+  const double evidence = learn(fit_.Linear(*flight_), &bare);
   std::vector<Relearned> relearned(sets.size());
   ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
     const std::vector<int>& set = sets[k];
@@ -123,7 +132,7 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const Columns more = FreeColumns(own), all = fit_.columns.With(more);
     NoiseStrengths noise = fit_.noise;
     const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
-    relearned[k].gain = 2.0 * (LearnNoise(linear, ordinary_errors_, sweeps, &noise) - evidence);
+    relearned[k].gain = 2.0 * (learn(linear, &noise) - evidence);
     auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_, more, noise);
     const int modelled = kThetaSize + fit_.columns.count(), size = static_cast<int>(set.size());
     fit->nuisances = Range(0, modelled);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -81,6 +82,16 @@ double Evidence(const LinearFlight& linear, const Measurements& measured,
 }
 
 }  // namespace
+
+NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
+  for (const auto process : {&ProcessNoise::tilt, &ProcessNoise::heading, &ProcessNoise::memory}) {
+    const auto& all = Coordinates();
+    const auto own = std::find_if(all.begin(), all.end(),
+                                  [&](const Coordinate& c) { return c.process == process; });
+    noise.process.*process = own->usual;
+  }
+  return noise;
+}
 
 double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise) {
   const Measurements measured(linear);

@@ -134,14 +134,14 @@ class CauseSearch {
   }
 
   // An effect that is linearised far from its value may appear weaker than a term that only
-  // approximates it. Adds the best effects on trial and removes them if such a term remains
-  // significant after the fit.
+  // approximates it. Adds the best effects on trial. If such a term remains significant after the
+  // fit, they stay only if none of the causes approximates it.
   bool AddOnTrial(const Explanation& best) {
     const Rounds before = rounds_;
     const std::vector<Candidate> candidates_before = candidates_;
     Add(best);
     next_ = TestAll();
-    if (!BeyondEffects(next_->remaining)) return true;
+    if (!BeyondEffects(next_->remaining) || Approximations(*next_).empty()) return true;
     next_.reset();
     rounds_ = before;
     candidates_ = candidates_before;
@@ -149,18 +149,23 @@ class CauseSearch {
     return false;
   }
 
-  // Drops causes that the remaining terms explain away, wholly or by more than half: such an effect
-  // only approximates the terms.
-  void DropApproximations(const Outcome& outcome) {
+  // Causes that the remaining terms explain away, wholly or by more than half; the last one first.
+  std::vector<std::size_t> Approximations(const Outcome& outcome) const {
     std::vector<int> beside;
     for (const TestedTerm& t : outcome.remaining)
       beside = Concatenated(std::move(beside), t.columns);
-    const std::vector<Found> found = rounds_.found;
-    for (std::size_t i = found.size(); i-- > 0;) {
-      const ScoreTest test = TestFound(outcome.evidence->fit(), found, i, beside);
-      if (test.p() >= alpha_ || !RetainsHalf(found[i], test)) rounds_.Remove(i);
+    std::vector<std::size_t> approximations;
+    for (std::size_t i = rounds_.found.size(); i-- > 0;) {
+      const ScoreTest test = TestFound(outcome.evidence->fit(), rounds_.found, i, beside);
+      if (test.p() >= alpha_ || !RetainsHalf(rounds_.found[i], test)) approximations.push_back(i);
     }
-    if (rounds_.found.size() < found.size()) flight_->Fit(&rounds_.found);
+    return approximations;
+  }
+
+  void DropApproximations(const Outcome& outcome) {
+    const std::vector<std::size_t> approximations = Approximations(outcome);
+    for (const std::size_t i : approximations) rounds_.Remove(i);
+    if (!approximations.empty()) flight_->Fit(&rounds_.found);
   }
 
   const SearchOptions& options_;

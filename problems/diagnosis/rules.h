@@ -22,12 +22,14 @@ bool ClearGain(const Gain& arcs, const Gain& replays);
 bool ClearLoss(const Gain& arcs, const Gain& replays);
 
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
-// Reasons are: its witness refutes it; it makes held-out flight worse, even if its witness shows it
-// or another flight does, but not if both do; it is smaller than what the flight shows with good
-// chance; neither held-out flight nor a witness nor another flight shows it; fewer than five
-// independent arcs or replays are behind it.
+// Reasons are: its witness refutes it; it makes held-out flight worse, clearly so or beside another
+// flight that lacks it if its witness shows it, but not if witness and another flight do; it is
+// smaller than what the flight shows with good chance; neither held-out flight nor a witness nor
+// another flight shows it; fewer than five independent arcs or replays are behind it.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
+// True if its witness or a clear gain on held-out flight shows it.
+bool IsShown(const Cause& cause);
 // Of the causes that their witnesses refute, the one of which its witness shows the smallest share;
 // the end if there is none.
 std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes);

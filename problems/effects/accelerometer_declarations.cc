@@ -65,6 +65,7 @@ std::vector<EffectInfo> AccelerometerDeclarations() {
               "the bias of the accelerometer's thrust axis drifts, as it does while it warms up",
           .definition = "b_az(t) = b_az + d t",
           .separate_by = "repeat the first lap at the end",
+          .drifts = true,
           .drawn = {{"d", 0.0005, 0.008, true}},
           .correct_at = CorrectionStage::kImu,
           .correct = UndoAccelBiasDrift,

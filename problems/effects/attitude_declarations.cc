@@ -144,6 +144,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .physics = "the heading of the attitude filter drifts: a gyro bias about z",
           .definition = "psi of E' against E grows with d t",
           .separate_by = "repeat the first lap at the end",
+          .drifts = true,
           .drawn = {{"d", 0.001, 0.01, true}},
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoHeadingDrift,

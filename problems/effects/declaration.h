@@ -64,6 +64,9 @@ struct EffectInfo {
   std::vector<EffectIndexInfo> indices = {};
   Role role = Role::kCause;
   bool enters_squared = false;        // forces are linear in the square of the parameter
+  // The error grows with time, as that of a random walk may: noise that is learned without the
+  // effect explains it.
+  bool drifts = false;
   std::vector<DrawnSize> drawn = {};  // in the order in which they are drawn; none: never hidden
   // What estimators do: add a force that the IMU-driven model integrates, remove the effect from
   // the log, or extend the rotor-driven model. None: their robust loss copes with it.

@@ -18,11 +18,11 @@ for folder in ("freeze", "blind", "blind/measured"):
 import numpy as np
 import yaml
 
-from changes import CHANGES, acceleration
+from changes import CHANGES, acceleration, mocap_repeats_attitude
 from draw_hidden import NEEDS, draw_effect, times
 from judge_measured import combined, judge_trial, untouched_rows
 from measured_flights import ALL, HIDDEN_IN, halves
-from native import Log, nanoseconds, stamp
+from native import QUATERNION, Log, nanoseconds, resampled, stamp
 from sizes import drawn_effects
 
 QUICK = {"fix_latency": {"tau": 0.12}, "tilt_scale": {"s": 0.15},
@@ -87,6 +87,13 @@ class Made(unittest.TestCase):
             np.testing.assert_array_equal(again.streams[name].t, stream.t)
             for column, values in stream.columns.items():
                 np.testing.assert_allclose(again.streams[name].columns[column], values, atol=1e-9)
+
+    def test_mocap_may_repeat_the_attitude_at_stamps_of_its_own(self):
+        log = self.log()
+        self.assertFalse(mocap_repeats_attitude(log))
+        log.mocap.delay(0.0037)
+        log.mocap.set(QUATERNION, resampled(log.attitude, QUATERNION, log.mocap.t))
+        self.assertTrue(mocap_repeats_attitude(log))
 
     def test_acceleration_is_that_of_the_path(self):
         log = self.log()

@@ -44,19 +44,27 @@ def accel_bias(log, p):
 # Attitude
 
 def mocap_repeats_attitude(log):
-    """True where the mocap of the log has no attitude of its own but that of the AHRS."""
+    """True where the mocap of the log has no attitude of its own but that of the AHRS, maybe at stamps
+    between its samples."""
+    same = 5e-4  # rad
     if not log.has("mocap") or not log.has("attitude"):
         return False
-    _, here, there = np.intersect1d(log.mocap.t, log.attitude.t, return_indices=True)
-    if len(here) < 10:
+    inside = (log.mocap.t >= log.attitude.t[0]) & (log.mocap.t <= log.attitude.t[-1])
+    if np.count_nonzero(inside) < 10:
         return False
-    difference = np.abs(log.mocap.get(QUATERNION)[here] - log.attitude.get(QUATERNION)[there])
-    return np.mean(np.max(difference, axis=1) < 1e-9) > 0.5
+    copy = resampled(log.attitude, QUATERNION, log.mocap.t[inside])
+    apart = product(inverse(copy), log.mocap.get(QUATERNION)[inside])
+    return np.median(2 * np.linalg.norm(apart[:, 1:], axis=1)) < same
 
 
-def attitudes(log):
-    """The streams that state the AHRS's attitude."""
-    return [log.attitude, log.mocap] if mocap_repeats_attitude(log) else [log.attitude]
+def of_attitude(change):
+    """A change of the AHRS's attitude, which mocap repeats where it did so before."""
+    def changed(log, p):
+        copied = mocap_repeats_attitude(log)
+        change(log, p)
+        if copied:
+            log.mocap.set(QUATERNION, resampled(log.attitude, QUATERNION, log.mocap.t))
+    return changed
 
 
 def turn_earth(stream, phi, theta, psi):
@@ -69,34 +77,31 @@ def heading(stream):
     return np.arctan2(forward[:, 1], forward[:, 0])
 
 
+@of_attitude
 def heading_drift(log, p):
-    for stream in attitudes(log):
-        none = np.zeros(len(stream.t))
-        turn_earth(stream, none, none, p["d"] * stream.seconds(log.start()))
+    none = np.zeros(len(log.attitude.t))
+    turn_earth(log.attitude, none, none, p["d"] * log.attitude.seconds(log.start()))
 
 
+@of_attitude
 def heading_distortion(log, p):
-    for stream in attitudes(log):
-        none, psi = np.zeros(len(stream.t)), heading(stream)
-        turn_earth(stream, none, none, p["a_sin"] * np.sin(psi) + p["a_cos"] * np.cos(psi))
+    none, psi = np.zeros(len(log.attitude.t)), heading(log.attitude)
+    turn_earth(log.attitude, none, none, p["a_sin"] * np.sin(psi) + p["a_cos"] * np.cos(psi))
 
 
+@of_attitude
 def tilt_scale(log, p):
     """Turns further about the level axis about which the body already leans."""
-    for stream in attitudes(log):
-        q = stream.get(QUATERNION)
-        down = turn(q, np.tile([0.0, 0.0, 1.0], (len(q), 1)))
-        level = np.hypot(down[:, 0], down[:, 1])
-        axis = np.stack([-down[:, 1], down[:, 0], 0 * level], axis=1) / np.maximum(level, 1e-12)[:, None]
-        stream.set(QUATERNION, product(about(axis, p["s"] * np.arctan2(level, down[:, 2])), q))
+    q = log.attitude.get(QUATERNION)
+    down = turn(q, np.tile([0.0, 0.0, 1.0], (len(q), 1)))
+    level = np.hypot(down[:, 0], down[:, 1])
+    axis = np.stack([-down[:, 1], down[:, 0], 0 * level], axis=1) / np.maximum(level, 1e-12)[:, None]
+    log.attitude.set(QUATERNION, product(about(axis, p["s"] * np.arctan2(level, down[:, 2])), q))
 
 
+@of_attitude
 def attitude_latency(log, p):
-    both = attitudes(log)
-    for stream in both[1:]:
-        late = resampled(stream, QUATERNION, stream.t - round(p["tau"] * 1e9))
-        stream.set(QUATERNION, late)
-    both[0].delay(p["tau"])
+    log.attitude.delay(p["tau"])
 
 
 def acceleration(log, at):
@@ -113,16 +118,17 @@ def acceleration(log, at):
     return np.where(covered[:, None], value, 0.0)
 
 
+@of_attitude
 def ahrs_acceleration_error(log, p):
     """The tilt of E' goes to (a_y, -a_x) / g, low-passed with gain k."""
-    for stream in attitudes(log):
-        a, gravity = acceleration(log, stream.t), log.about.get("gravity", 9.81)
-        passed = 1 - np.exp(-p["k"] * np.diff(stream.t, prepend=stream.t[0]) * 1e-9)
-        tilt = np.zeros((len(stream.t), 2))
-        for i in range(1, len(stream.t)):
-            apparent = np.array([a[i, 1], -a[i, 0]]) / gravity
-            tilt[i] = tilt[i - 1] + passed[i] * (apparent - tilt[i - 1])
-        turn_earth(stream, tilt[:, 0], tilt[:, 1], np.zeros(len(tilt)))
+    t = log.attitude.t
+    a, gravity = acceleration(log, t), log.about.get("gravity", 9.81)
+    passed = 1 - np.exp(-p["k"] * np.diff(t, prepend=t[0]) * 1e-9)
+    tilt = np.zeros((len(t), 2))
+    for i in range(1, len(t)):
+        apparent = np.array([a[i, 1], -a[i, 0]]) / gravity
+        tilt[i] = tilt[i - 1] + passed[i] * (apparent - tilt[i - 1])
+    turn_earth(log.attitude, tilt[:, 0], tilt[:, 1], np.zeros(len(tilt)))
 
 
 # Fixes: a fix is the gate's place on the map less the measured vector to the gate.
