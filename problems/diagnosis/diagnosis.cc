@@ -265,20 +265,6 @@ class FlightDiagnosis {
     return *others_;
   }
 
-  // True if `next` names all that `best` names, and more that held-out flight or a witness shows.
-  static bool NamesMore(const Outcome& next, const Outcome& best) {
-    const auto named_in = [](const Outcome& outcome, const Cause& cause) {
-      return std::any_of(outcome.causes.begin(), outcome.causes.end(), [&](const Cause& c) {
-        return c.candidate.info == cause.candidate.info;
-      });
-    };
-    const bool keeps = std::all_of(best.causes.begin(), best.causes.end(),
-                                   [&](const Cause& c) { return named_in(next, c); });
-    return keeps && std::any_of(next.causes.begin(), next.causes.end(), [&](const Cause& c) {
-             return !named_in(best, c) && IsShown(c);
-           });
-  }
-
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
   // without such causes, at all gates and times: with two gates, moving one is equivalent to moving
   // the other. That result holds if a witness refuted the cause, if nothing is left unexplained, or
@@ -299,7 +285,7 @@ class FlightDiagnosis {
       Outcome next = SearchAmong(candidates, best.flight->WithoutCauses());
       aside = next.set_aside;
       const bool explained = aside.empty() && next.ExplainsAll();
-      if (!refuted && !explained && !(options_.measure_gain && NamesMore(next, best))) continue;
+      if (!refuted && !explained && !NamesMore(next.causes, best.causes)) continue;
       best = std::move(next);
       diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), aside.begin(), aside.end());
     }

@@ -50,8 +50,16 @@ bool Harmful(const Cause& cause) {
 
 bool Refuted(const Cause& cause) { return cause.witness.says == "refutes"; }
 
-bool IsShown(const Cause& cause) {
-  return Witnessed(cause) || ClearGain(cause.gain, cause.open_loop);
+bool NamesMore(const std::vector<Cause>& next, const std::vector<Cause>& best) {
+  const auto names = [](const std::vector<Cause>& causes, const Cause& cause) {
+    return std::any_of(causes.begin(), causes.end(),
+                       [&](const Cause& c) { return c.candidate.info == cause.candidate.info; });
+  };
+  const auto is_more = [&](const Cause& c) {
+    return !names(best, c) && (Witnessed(c) || ClearGain(c.gain, c.open_loop));
+  };
+  return std::all_of(best.begin(), best.end(), [&](const Cause& c) { return names(next, c); }) &&
+         std::any_of(next.begin(), next.end(), is_more);
 }
 
 std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes) {

@@ -28,8 +28,9 @@ bool ClearLoss(const Gain& arcs, const Gain& replays);
 // another flight shows it; fewer than five independent arcs or replays are behind it.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
-// True if its witness or a clear gain on held-out flight shows it.
-bool IsShown(const Cause& cause);
+// True if `next` names all causes that `best` names, and another one that its witness or a clear
+// gain on held-out flight shows.
+bool NamesMore(const std::vector<Cause>& next, const std::vector<Cause>& best);
 // Of the causes that their witnesses refute, the one of which its witness shows the smallest share;
 // the end if there is none.
 std::vector<Cause>::iterator MostRefuted(std::vector<Cause>* causes);

@@ -63,7 +63,7 @@ struct EffectInfo {
   std::string separate_by = {};  // manoeuvre that separates it from similar effects
   std::vector<EffectIndexInfo> indices = {};
   Role role = Role::kCause;
-  bool enters_squared = false;        // forces are linear in the square of the parameter
+  bool enters_squared = false;  // forces are linear in the square of the parameter
   // The error grows with time, as that of a random walk may: noise that is learned without the
   // effect explains it.
   bool drifts = false;

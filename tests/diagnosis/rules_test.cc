@@ -97,6 +97,23 @@ TEST(Rules, AWitnessAloneDoesNotOutweighALossAndAnotherFlight) {
   EXPECT_EQ(Why(CauseWith(kEither, kNone, "confirms", false)), "");
 }
 
+TEST(Rules, NamesMoreNeedsAllThatWasNamedAndOneThatIsShown) {
+  const EffectInfo drift{.id = "drift"}, scale{.id = "scale"};
+  const auto cause = [](const EffectInfo& info, const Gain& gain, const char* witness = "silent") {
+    Cause of = CauseWith(gain, kNone, witness);
+    of.candidate.info = &info;
+    return of;
+  };
+  const Cause better = cause(drift, kBetter), either = cause(scale, kEither);
+  EXPECT_TRUE(NamesMore({better}, {}));
+  EXPECT_TRUE(NamesMore({either, better}, {either}));
+  EXPECT_TRUE(NamesMore({better, cause(scale, kEither, "confirms")}, {better}));
+  EXPECT_FALSE(NamesMore({better, either}, {better}));
+  EXPECT_FALSE(NamesMore({better}, {either}));
+  EXPECT_FALSE(NamesMore({better}, {better}));
+  EXPECT_FALSE(NamesMore({}, {}));
+}
+
 TEST(Rules, FourArcsNameNothing) {
   const Gain four = GainOf(0.3, 0.2, 0.05, 0.15, 4), five = GainOf(0.3, 0.2, 0.05, 0.15, 5);
   EXPECT_THAT(Why(CauseWith(four, kNone)), HasSubstr("only 4 independent arcs"));

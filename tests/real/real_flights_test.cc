@@ -73,8 +73,8 @@ TEST(RealFlight, SlowRacerWithRealDetections) {
   EXPECT_LT(arcs.error.mean, 0.6);  // m
 }
 
-// The heading wanders by some degrees on this flight, and forces go with what no effect states. Both
-// could take the drift's place: noise learned without it, and terms of the open catalogue.
+// The heading wanders by some degrees on this flight, and forces go with what no effect states.
+// Both could take the drift's place: noise learned without it, and terms of the open catalogue.
 TEST(RealFlight, SlowNanoDroneShowsADriftOfItsHeading) {
   const auto file = DataFolder() / "idsia_nanodrone/random1_20251017_run1.csv";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is missing; set TRUELINE_DATA";
