@@ -89,7 +89,7 @@ class ChainElimination {
     C_.template selfadjointView<Eigen::Lower>().rankUpdate(e.border.transpose(), -1.0);
     D_ = gram.block<kNode, kNode>(kNode, kNode);
     D_.noalias() -= e.next.transpose() * e.next;
-    B_ = gram.block(kNode, 2 * kNode, kNode, width_);
+    B_ = gram.block(kNode, Eigen::Index{2} * kNode, kNode, width_);
     B_.noalias() -= e.next.transpose() * e.border;
   }
 

@@ -68,7 +68,7 @@ struct Cause {
   Witness witness = Witness();
   // The size in those that the flight shows with good chance, from its candidate's report.
   double times_detectable = std::numeric_limits<double>::infinity();
-  std::string because = "";  // why it is set aside; empty if it is named
+  std::string because = {};  // why it is set aside; empty if it is named
 
   Effect effect() const { return candidate.At(value); }
 };

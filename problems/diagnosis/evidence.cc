@@ -121,6 +121,7 @@ void FlightEvidence::RelearnBest() {
   const auto best_terms =
       GreatestMerits(terms_, kRelearned, [](const TestedTerm& t) { return t.merit; });
   std::vector<std::vector<int>> sets;
+  sets.reserve(best.size() + best_terms.size());
   for (const std::size_t i : best) sets.push_back(tested_[i].columns.columns);
   for (const std::size_t i : best_terms) sets.push_back(terms_[i].columns);
   const std::vector<Linearisation::Relearned> relearned = fit_->Relearn(sets);
@@ -185,6 +186,7 @@ void FlightEvidence::RelearnBest(std::vector<TestedPair>* pairs) const {
   const auto best =
       GreatestMerits(*pairs, kPairsRelearned, [](const TestedPair& pair) { return pair.merit; });
   std::vector<std::vector<int>> sets;
+  sets.reserve(best.size());
   for (const std::size_t i : best) sets.push_back((*pairs)[i].Columns());
   const std::vector<Linearisation::Relearned> relearned = fit_->Relearn(sets);
   for (std::size_t k = 0; k < relearned.size(); ++k) {

@@ -2,6 +2,7 @@
 from the program's own corrections. `p`: its parameters. What a vehicle with that effect would have
 logged, had it flown the same way, takes the place of what was logged.
 """
+import functools
 import random
 
 import numpy as np
@@ -59,6 +60,7 @@ def mocap_repeats_attitude(log):
 
 def of_attitude(change):
     """A change of the AHRS's attitude, which mocap repeats where it did so before."""
+    @functools.wraps(change)
     def changed(log, p):
         copied = mocap_repeats_attitude(log)
         change(log, p)
