@@ -183,7 +183,7 @@ class FlightDiagnosis {
   }
 
   // The next cause that may not be named, with the reason; other flights are asked before a cause
-  // is set aside for lack of a gain.
+  // is set aside for lack of a gain, and where one is to be named in spite of a loss.
   std::vector<Cause>::iterator FindUnnamed(bool measured, std::vector<Cause>* causes) {
     const auto find = [&] {
       for (Cause& cause : *causes) cause.because = WhyNotNamed(cause, measured);
@@ -194,7 +194,11 @@ class FlightDiagnosis {
       return last == causes->rend() ? causes->end() : std::prev(last.base());
     };
     const auto unnamed = find();
-    if (unnamed == causes->end() || Refuted(*unnamed) || Others().empty()) return unnamed;
+    const bool all_gain = std::none_of(causes->begin(), causes->end(), [](const Cause& c) {
+      return PredictsWorse(c.gain, c.open_loop);
+    });
+    if (unnamed == causes->end() ? all_gain : Refuted(*unnamed)) return unnamed;
+    if (Others().empty()) return unnamed;
     ConfirmOnOthers(causes);
     return find();
   }

@@ -82,13 +82,11 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
   const bool no_loss = !PredictsWorse(cause.gain, cause.open_loop);
   const bool repeats = cause.confirmed.value_or(false);
   if (Witnessed(cause)) {
-    // The sensor has the error, but it is not what the model lacks on this flight. A small loss is
-    // no evidence of that, unless another flight does not have the error.
+    // The sensor has the error, but it is not what the model lacks on this flight. A loss that may
+    // be chance is no evidence of that, unless another flight does not have the error.
     const bool contradicted = cause.confirmed.has_value() && !repeats;
-    const bool lost = ClearLoss(cause.gain, cause.open_loop) || contradicted;
-    return no_loss || repeats || !lost
-               ? ""
-               : "its witness shows it, but held-out flight is predicted worse";
+    const bool lost = ClearLoss(cause.gain, cause.open_loop) || (contradicted && !no_loss);
+    return lost ? "its witness shows it, but held-out flight is predicted worse" : "";
   }
   if (cause.times_detectable < kLeastShown && !repeats) {
     return fmt::format("of {:.2f} times the size that this flight shows with good chance",
