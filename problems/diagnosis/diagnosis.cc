@@ -86,6 +86,9 @@ class FlightDiagnosis {
     LeaveOutFalseData();
     if (false_data_) before = flight_->WhitenedResiduals();
     const auto false_data_report = flight_->ReportFalseData(false_data_, FalseDataAlpha(options_));
+    if (false_data_ && false_data_report) {
+      false_data_->times_detectable = TimesDetectable(*false_data_, {*false_data_report});
+    }
     const std::vector<ReplayError> replays = flight_->ReplayOpenLoop();
     diagnosis_.base_seconds = SecondsSince(start_);
     Rounds rounds = Search();

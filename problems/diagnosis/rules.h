@@ -24,8 +24,8 @@ bool ClearLoss(const Gain& arcs, const Gain& replays);
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
 // Reasons are: its witness refutes it; it makes held-out flight worse, if its witness shows it then
 // clearly so or beside another flight that lacks it; it is smaller than what the flight shows with
-// good chance; neither held-out flight nor a witness nor another flight shows it; fewer than five
-// independent arcs or replays are behind it.
+// good chance; fewer than five independent arcs or replays are behind it; neither held-out flight
+// nor a witness nor another flight shows it, and it is not both certain and large.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
 // True if `next` names all causes that `best` names, and another one that its witness or a clear

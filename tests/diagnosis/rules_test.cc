@@ -27,6 +27,7 @@ const Gain kBetter = GainOf(0.3, 0.2, 0.05, 0.15), kWorse = GainOf(0.2, 0.3, -0.
 Cause CauseWith(const Gain& arcs, const Gain& replays, const std::string& witness = "silent",
                 std::optional<bool> confirmed = {}) {
   Cause cause{{}, {}, {}, 1e-13, {}, arcs, replays, {}, confirmed};
+  cause.times_detectable = 1.1;
   cause.witness.says = witness;
   return cause;
 }
@@ -78,6 +79,29 @@ TEST(Rules, AWitnessOrAnotherFlightStandsInForTheGain) {
   EXPECT_THAT(Why(CauseWith(kSlightlyWorse, kNone, "silent", true)), HasSubstr("its gain may be"));
   EXPECT_THAT(Why(CauseWith(kBetter, kBetter, "refutes", true)), HasSubstr("refuted"));
   EXPECT_THAT(WhyNotNamed(CauseWith(kNone, kNone, "refutes"), false), HasSubstr("refuted"));
+}
+
+// A lever arm of 6 cm on a nano-drone (p 4e-10) moves its predicted positions by 1 %.
+TEST(Rules, ACauseThatIsCertainAndLargeNeedsNoGain) {
+  Cause cause = CauseWith(kEither, kEither);
+  cause.times_detectable = 1.5;
+  EXPECT_EQ(Why(cause), "");
+  cause.confirmed = false;
+  EXPECT_EQ(Why(cause), "");
+  cause.gain = kSlightlyWorse;
+  EXPECT_THAT(Why(cause), HasSubstr("its gain may be zero"));
+  cause.confirmed.reset();
+  EXPECT_EQ(Why(cause), "");
+  cause.gain = kWorse;
+  EXPECT_NE(Why(cause), "");
+  cause = CauseWith(kEither, GainOf(0.3, 0.3, -0.05, 0.05, 4));
+  cause.gain.independent = 4;
+  cause.times_detectable = 1.5;
+  EXPECT_THAT(Why(cause), HasSubstr("only 4 independent"));
+  cause = CauseWith(kEither, kEither);
+  cause.times_detectable = 1.5;
+  cause.p = 1e-4;
+  EXPECT_THAT(Why(cause), HasSubstr("its gain may be zero"));
 }
 
 // A lever arm that mocap shows moves the predictions of held-out flight by less than chance.
