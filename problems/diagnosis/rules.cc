@@ -16,10 +16,6 @@ constexpr int kFewestIndependent = 5;  // arcs or replays
 // Of the size that the test finds with 95 % power. Most false causes beside effects hidden in
 // measured flights were smaller; few true ones were, and a witness shows those.
 constexpr double kLeastShown = 1.0;
-// A cause of this chance and size needs no gain in positions, which show a sensor's error little.
-// On 56 diagnoses of untouched flights one more cause is named for it, which another fit shows.
-constexpr double kCertain = 1e-6, kLarge = 1.25;
-
 double Ratio(const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; }
 bool Worse(const Gain& g) { return g.arcs > 0 && g.high < 0.0; }
 bool Better(const Gain& g) { return g.arcs > 0 && g.low > 0.0; }
@@ -59,7 +55,7 @@ bool NamesMore(const std::vector<Cause>& next, const std::vector<Cause>& best) {
                        [&](const Cause& c) { return c.candidate.info == cause.candidate.info; });
   };
   const auto is_more = [&](const Cause& c) {
-    return !names(best, c) && (Witnessed(c) || ClearGain(c.gain, c.open_loop));
+    return !names(best, c) && ClearGain(c.gain, c.open_loop);
   };
   return std::all_of(best.begin(), best.end(), [&](const Cause& c) { return names(next, c); }) &&
          std::any_of(next.begin(), next.end(), is_more);
@@ -84,11 +80,11 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
   if (!gains) return "";
   const bool no_loss = !PredictsWorse(cause.gain, cause.open_loop);
   const bool repeats = cause.confirmed.value_or(false);
-  // A loss that may be chance is no evidence, unless another flight does not have the error.
-  const bool contradicted = cause.confirmed.has_value() && !repeats;
-  const bool lost = ClearLoss(cause.gain, cause.open_loop) || (contradicted && !no_loss);
   if (Witnessed(cause)) {
-    // The sensor has the error, but it is not what the model lacks on this flight.
+    // The sensor has the error, but it is not what the model lacks on this flight. A loss that may
+    // be chance is no evidence of that, unless another flight does not have the error.
+    const bool contradicted = cause.confirmed.has_value() && !repeats;
+    const bool lost = ClearLoss(cause.gain, cause.open_loop) || (contradicted && !no_loss);
     return lost ? "its witness shows it, but held-out flight is predicted worse" : "";
   }
   if (cause.times_detectable < kLeastShown && !repeats) {
@@ -104,7 +100,6 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
                        independent, kFewestIndependent);
   }
   if (ClearGain(cause.gain, cause.open_loop)) return "";
-  if (cause.p < kCertain && cause.times_detectable > kLarge && !lost) return "";
   return "neither held-out flight nor a witness nor another flight shows it: its gain may be zero "
          "or less";
 }

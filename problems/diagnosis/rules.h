@@ -24,12 +24,12 @@ bool ClearLoss(const Gain& arcs, const Gain& replays);
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
 // Reasons are: its witness refutes it; it makes held-out flight worse, if its witness shows it then
 // clearly so or beside another flight that lacks it; it is smaller than what the flight shows with
-// good chance; fewer than five independent arcs or replays are behind it; neither held-out flight
-// nor a witness nor another flight shows it, and it is not both certain and large.
+// good chance; neither held-out flight nor a witness nor another flight shows it; fewer than five
+// independent arcs or replays are behind it.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
-// True if `next` names all causes that `best` names, and another one that its witness or a clear
-// gain on held-out flight shows.
+// True if `next` names all causes that `best` names, and another one that held-out flight clearly
+// shows.
 bool NamesMore(const std::vector<Cause>& next, const std::vector<Cause>& best);
 // Of the causes that their witnesses refute, the one of which its witness shows the smallest share;
 // the end if there is none.
