@@ -16,6 +16,7 @@ constexpr int kFewestIndependent = 5;  // arcs or replays
 // Of the size that the test finds with 95 % power. Most false causes beside effects hidden in
 // measured flights were smaller; few true ones were, and a witness shows those.
 constexpr double kLeastShown = 1.0;
+
 double Ratio(const Gain& g) { return g.arcs > 0 ? g.after / g.before : 1.0; }
 bool Worse(const Gain& g) { return g.arcs > 0 && g.high < 0.0; }
 bool Better(const Gain& g) { return g.arcs > 0 && g.low > 0.0; }
