@@ -111,7 +111,8 @@ void FlightEvidence::TestTerms(bool held, double merit) {
 }
 
 // The noise was learned without the candidates and contains what they explain, of a drift nearly
-// all. The most promising candidates and terms, and all drifts, are judged with noise learned again.
+// all. The most promising candidates and terms, and all drifts, are judged with noise learned
+// again.
 void FlightEvidence::RelearnBest() {
   auto best = GreatestMerits(tested_, kRelearned, [](const Tested& t) { return t.Merit(); });
   for (std::size_t i = 0; i < tested_.size(); ++i) {
