@@ -25,11 +25,10 @@ void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 // The strengths of the greatest marginal likelihood (empirical Bayes): a coordinate search over
 // their logarithms from `fit`'s values, with weak priors around ordinary values. The first
 // kThetaSize + `nuisances` border unknowns are integrated out. Returns the log evidence, priors
-// included.
-double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise);
-
-// `noise` with drifts of the attitude as ordinary flights have them.
-NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise);
+// included. `again_from_ordinary_drift`: the search is repeated from its end with the attitude's
+// drift that ordinary flights have, and the better end counts.
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
+                  bool again_from_ordinary_drift = false);
 
 // Initial strengths: the options' process noise, and the detector's sigmas as stated.
 NoiseStrengths StartingNoise(const VgdOptions& options);

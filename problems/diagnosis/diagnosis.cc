@@ -197,11 +197,11 @@ class FlightDiagnosis {
       return last == causes->rend() ? causes->end() : std::prev(last.base());
     };
     const auto unnamed = find();
-    const bool all_gain = std::none_of(causes->begin(), causes->end(), [](const Cause& c) {
+    const bool a_loss = std::any_of(causes->begin(), causes->end(), [](const Cause& c) {
       return PredictsWorse(c.gain, c.open_loop);
     });
-    if (unnamed == causes->end() ? all_gain : Refuted(*unnamed)) return unnamed;
-    if (Others().empty()) return unnamed;
+    const bool ask = unnamed == causes->end() ? a_loss : !Refuted(*unnamed);
+    if (!ask || Others().empty()) return unnamed;
     ConfirmOnOthers(causes);
     return find();
   }

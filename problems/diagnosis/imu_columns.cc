@@ -113,12 +113,7 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
   // the search from there may end early.
   const bool extraordinary = !ExtraordinaryNoiseOf(fit_.noise).empty();
   const auto learn = [&](const LinearFlight& linear, NoiseStrengths* noise) {
-    double best = LearnNoise(linear, ordinary_errors_, extraordinary ? 6 : 2, noise);
-    if (!extraordinary) return best;
-    NoiseStrengths ordinary = WithOrdinaryDrift(*noise);
-    const double evidence = LearnNoise(linear, ordinary_errors_, 6, &ordinary);
-    if (evidence > best) *noise = ordinary;
-    return std::max(best, evidence);
+    return LearnNoise(linear, ordinary_errors_, extraordinary ? 6 : 2, noise, extraordinary);
   };
   NoiseStrengths bare = fit_.noise;
   const double evidence = learn(fit_.Linear(*flight_), &bare);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
@@ -14,6 +15,7 @@ struct Coordinate {
   double usual, spread;
   double least = 0.0;  // floor: no model is more exact
   double most = 1e9;   // beyond it is an effect's business, not chance's
+  bool drift = false;  // of the attitude
 
   double& In(NoiseStrengths* noise) const {
     return member != nullptr ? noise->*member : noise->process.*process;
@@ -27,9 +29,9 @@ const std::vector<Coordinate>& Coordinates() {
       {.process = &ProcessNoise::gust, .usual = 0.08, .spread = 1.2},
       {.process = &ProcessNoise::gust_memory, .usual = 0.8, .spread = 0.4, .most = 1.6},
       {.process = &ProcessNoise::acceleration, .usual = 0.03, .spread = 1.2},
-      {.process = &ProcessNoise::tilt, .usual = 0.5 * kDegree, .spread = 1.2},
-      {.process = &ProcessNoise::heading, .usual = 0.3 * kDegree, .spread = 1.2},
-      {.process = &ProcessNoise::memory, .usual = 5.0, .spread = 1.2}};
+      {.process = &ProcessNoise::tilt, .usual = 0.5 * kDegree, .spread = 1.2, .drift = true},
+      {.process = &ProcessNoise::heading, .usual = 0.3 * kDegree, .spread = 1.2, .drift = true},
+      {.process = &ProcessNoise::memory, .usual = 5.0, .spread = 1.2, .drift = true}};
   return coordinates;
 }
 
@@ -81,23 +83,10 @@ double Evidence(const LinearFlight& linear, const Measurements& measured,
   return reduced.LogEvidence(kThetaSize + nuisances) + LogPrior(noise);
 }
 
-}  // namespace
+using EvidenceOf = std::function<double(const NoiseStrengths&)>;
 
-NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
-  for (const auto process : {&ProcessNoise::tilt, &ProcessNoise::heading, &ProcessNoise::memory}) {
-    const auto& all = Coordinates();
-    const auto own = std::find_if(all.begin(), all.end(),
-                                  [&](const Coordinate& c) { return c.process == process; });
-    noise.process.*process = own->usual;
-  }
-  return noise;
-}
-
-double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise) {
-  const Measurements measured(linear);
-  const auto evidence = [&](const NoiseStrengths& at) {
-    return Evidence(linear, measured, at, nuisances);
-  };
+// The coordinate search from `noise`, which becomes its end. Returns the evidence there.
+double Maximise(const EvidenceOf& evidence, int sweeps, NoiseStrengths* noise) {
   const auto& coordinates = Coordinates();
   std::vector<double> step(coordinates.size(), std::log(sweeps > 2 ? 2.0 : 1.3));
   double best = evidence(*noise);
@@ -121,6 +110,29 @@ double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseSt
     }
   }
   return best;
+}
+
+NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
+  for (const Coordinate& c : Coordinates()) {
+    if (c.drift) c.In(&noise) = c.usual;
+  }
+  return noise;
+}
+
+}  // namespace
+
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
+                  bool again_from_ordinary_drift) {
+  const Measurements measured(linear);
+  const auto evidence = [&](const NoiseStrengths& at) {
+    return Evidence(linear, measured, at, nuisances);
+  };
+  const double first = Maximise(evidence, sweeps, noise);
+  if (!again_from_ordinary_drift) return first;
+  NoiseStrengths ordinary = WithOrdinaryDrift(*noise);
+  const double second = Maximise(evidence, sweeps, &ordinary);
+  if (second > first) *noise = ordinary;
+  return std::max(first, second);
 }
 
 }  // namespace trueline

@@ -27,7 +27,6 @@ const Gain kBetter = GainOf(0.3, 0.2, 0.05, 0.15), kWorse = GainOf(0.2, 0.3, -0.
 Cause CauseWith(const Gain& arcs, const Gain& replays, const std::string& witness = "silent",
                 std::optional<bool> confirmed = {}) {
   Cause cause{{}, {}, {}, 1e-13, {}, arcs, replays, {}, confirmed};
-  cause.times_detectable = 1.1;
   cause.witness.says = witness;
   return cause;
 }
