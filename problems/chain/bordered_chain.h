@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -34,11 +35,9 @@ struct NodeRows {
   auto node() { return values.template leftCols<kNode>(); }
   auto next() { return values.template middleCols<kNode>(kNode); }
   auto border() { return values.rightCols(values.cols() - 2L * kNode); }
-  // values' * values.
-  Eigen::MatrixXd Gram() const {
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(values.cols(), values.cols());
-    gram.template selfadjointView<Eigen::Upper>().rankUpdate(values.transpose());
-    return gram.template selfadjointView<Eigen::Upper>();
+  // The rows of the Gram matrix values' values that belong to the two nodes.
+  Eigen::MatrixXd NodesGram() const {
+    return values.template leftCols<2 * kNode>().transpose() * values;
   }
 
   // Appends the rows of `more`.
@@ -66,14 +65,12 @@ class ChainElimination {
  public:
   // `border`: columns of the border, residual included.
   explicit ChainElimination(int border)
-      : width_(border),
-        B_(Eigen::MatrixXd::Zero(kNode, border)),
-        C_(Eigen::MatrixXd::Zero(border, border)) {}
+      : width_(border), B_(Eigen::MatrixXd::Zero(kNode, border)) {}
 
-  // gram: values' * values of all rows of a node. The factors are stored in `out` if it is not
-  // null.
+  // gram: of all rows of a node values' values, of which the rows that belong to the two nodes
+  // suffice (NodesGram). The factors are stored in `out`.
   void Add(const Eigen::MatrixXd& gram, EliminatedNode<kNode>* out) {
-    EliminatedNode<kNode>& e = out != nullptr ? *out : scratch_;
+    EliminatedNode<kNode>& e = *out;
     D_ += gram.topLeftCorner<kNode, kNode>();
     B_ += gram.topRightCorner(kNode, width_);
     const Eigen::LLT<Block> llt(D_);
@@ -85,16 +82,12 @@ class ChainElimination {
     e.border = B_;
     L.solveInPlace(e.border);
     log_det_ += 2.0 * e.L.diagonal().array().log().sum();
-    C_ += gram.bottomRightCorner(width_, width_);
-    C_.template selfadjointView<Eigen::Lower>().rankUpdate(e.border.transpose(), -1.0);
     D_ = gram.block<kNode, kNode>(kNode, kNode);
     D_.noalias() -= e.next.transpose() * e.next;
     B_ = gram.block(kNode, Eigen::Index{2} * kNode, kNode, width_);
     B_.noalias() -= e.next.transpose() * e.border;
   }
 
-  // Gram matrix, residual last.
-  Eigen::MatrixXd border() const { return C_.template selfadjointView<Eigen::Lower>(); }
   double log_det() const { return log_det_; }
   bool regular() const { return regular_; }  // false: a node is not determined by its rows
 
@@ -103,10 +96,9 @@ class ChainElimination {
 
   int width_;
   Block D_ = Block::Zero();
-  Eigen::MatrixXd B_, C_;  // C_: lower triangle
+  Eigen::MatrixXd B_;
   double log_det_ = 0.0;
   bool regular_ = true;
-  EliminatedNode<kNode> scratch_;
 };
 
 template <int kNode>
@@ -120,15 +112,13 @@ class BorderedChain {
         width_(static_cast<int>(nodes_.front().values.cols()) - 2 * kNode),
         elimination_(width_) {
     eliminated_.resize(nodes_.size());
-    constexpr int kAtOnce = 64;  // nodes whose Gram matrices are stored
     const int count = static_cast<int>(nodes_.size());
     std::vector<Eigen::MatrixXd> grams(std::min(count, kAtOnce));
     for (int first = 0; first < count; first += kAtOnce) {
       const int some = std::min(kAtOnce, count - first);
-      ParallelRuns(some, InARow(), [&](int i) { grams[i] = nodes_[first + i].Gram(); });
+      ParallelRuns(some, InARow(), [&](int i) { grams[i] = nodes_[first + i].NodesGram(); });
       for (int i = 0; i < some; ++i) {
         elimination_.Add(grams[i], &eliminated_[first + i]);
-        gradients_.emplace_back(grams[i].rightCols(1));
         log_weights_ += nodes_[first + i].log_weights;
       }
     }
@@ -165,7 +155,8 @@ class BorderedChain {
   double SlopeTo(const std::vector<Eigen::MatrixXd>& nodes, const Eigen::VectorXd& values) const {
     double slope = 0.0;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const Eigen::VectorXd& gradient = gradients_[i];
+      const auto& rows = nodes_[i].values;
+      const Eigen::VectorXd gradient = rows.transpose() * rows.rightCols(1);
       slope += gradient.head<kNode>().dot(nodes[i].col(0));
       if (i + 1 < nodes.size()) {
         slope += gradient.segment<kNode>(kNode).dot(nodes[i + 1].col(0));
@@ -177,7 +168,13 @@ class BorderedChain {
 
   // The chain on its border as one cluster, or by the rows' clusters.
   ReducedSystem Reduced(ReducedSystem::Prior prior) const {
-    return {{elimination_.border()}, std::move(prior), elimination_.log_det(), log_weights_};
+    const int runs = (static_cast<int>(nodes_.size()) + kAtOnce - 1) / kAtOnce;
+    std::vector<Eigen::MatrixXd> grams(runs);
+    ParallelRuns(runs, 1, [&](int run) { grams[run] = BorderGram(run * kAtOnce); });
+    return {{std::accumulate(grams.begin() + 1, grams.end(), grams.front())},
+            std::move(prior),
+            elimination_.log_det(),
+            log_weights_};
   }
   ReducedSystem Reduced(ReducedSystem::Prior prior, int clusters) const {
     // The nodes' unknowns by the border.
@@ -202,6 +199,20 @@ class BorderedChain {
   }
 
  private:
+  static constexpr int kAtOnce = 64;  // nodes
+
+  // The Gram matrix of the border after the elimination of the kAtOnce nodes from `first`.
+  Eigen::MatrixXd BorderGram(int first) const {
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(width_, width_);
+    auto lower = gram.template selfadjointView<Eigen::Lower>();
+    const int end = std::min(first + kAtOnce, static_cast<int>(nodes_.size()));
+    for (int i = first; i < end; ++i) {
+      lower.rankUpdate(nodes_[i].values.rightCols(width_).transpose());
+      lower.rankUpdate(eliminated_[i].border.transpose(), -1.0);
+    }
+    return lower;
+  }
+
   // Rows of one node that belong to one cluster.
   struct Piece {
     std::size_t node;
@@ -244,7 +255,6 @@ class BorderedChain {
 
   std::vector<Rows> nodes_;
   std::vector<EliminatedNode<kNode>> eliminated_;
-  std::vector<Eigen::VectorXd> gradients_;  // of the rows of each node, by their columns
   int width_;
   ChainElimination<kNode> elimination_;
   double log_weights_ = 0.0;

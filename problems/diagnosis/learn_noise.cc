@@ -69,17 +69,21 @@ double Evidence(const LinearFlight& linear, const Measurements& measured,
                        measured.force_rows * std::log(noise.force_sigma);
   const double fix = 1.0 / (noise.fix_scale * noise.fix_scale);
   const double force = 1.0 / (noise.force_sigma * noise.force_sigma);
-  Eigen::MatrixXd gram;
+  const int width = linear.width();
+  EliminatedNode<kNodeSize> node;
+  Eigen::MatrixXd gram, border = Eigen::MatrixXd::Zero(width, width);
+  auto lower = border.selfadjointView<Eigen::Lower>();
   for (int s = 0; s < static_cast<int>(measured.fixes.size()); ++s) {
     gram = fix * measured.fixes[s] + force * measured.forces[s];
     for (const SegmentRows& stack : {LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
       gram.noalias() += stack.values.transpose() * stack.values;
       log_weights += stack.log_weights;
     }
-    elimination.Add(gram, nullptr);
+    elimination.Add(gram, &node);
+    border += gram.bottomRightCorner(width, width);
+    lower.rankUpdate(node.border.transpose(), -1.0);
   }
-  const ReducedSystem reduced({elimination.border()}, BorderPrior(linear), elimination.log_det(),
-                              log_weights);
+  const ReducedSystem reduced({Eigen::MatrixXd(lower)}, BorderPrior(linear), elimination.log_det(), log_weights);
   return reduced.LogEvidence(kThetaSize + nuisances) + LogPrior(noise);
 }
 

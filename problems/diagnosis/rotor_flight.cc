@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 #include "problems/calibration/learn_rotor_noise.h"
 
@@ -18,6 +19,7 @@ constexpr int kHalvings = 3;
 constexpr int kMostSteps = 4;           // of a refinement
 constexpr double kSmallGain = 0.05;     // of cost; a refinement that gains less ends
 constexpr double kCostIncrease = 0.05;  // of cost; a smaller rise comes from the solver's tolerance
+constexpr double kRough = 0.01;         // of cost; that tolerance while causes are refined
 
 class RotorLinearisation : public Linearisation {
  public:
@@ -67,6 +69,25 @@ Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value
   return units;
 }
 
+// The step of least cost 1/2 z'Mz + b'z whose entries are not below `lowest`: those that would be
+// are held there, and the others are the best beside them.
+Eigen::VectorXd StepAbove(const Eigen::VectorXd& lowest, const Eigen::MatrixXd& M,
+                          const Eigen::VectorXd& b) {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(b.size());
+  std::vector<int> open = Range(0, static_cast<int>(b.size()));
+  const auto too_low = [&](int i) {
+    const bool low = z[i] < lowest[i];
+    if (low) z[i] = lowest[i];
+    return low;
+  };
+  do {
+    z(open).setZero();
+    const Eigen::VectorXd gradient = b + M * z;
+    z(open) = -Eigen::MatrixXd(M(open, open)).ldlt().solve(Eigen::VectorXd(gradient(open)));
+  } while (std::erase_if(open, too_low) > 0 && !open.empty());
+  return z;
+}
+
 }  // namespace
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options) {
@@ -86,7 +107,8 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
   bare_noise_ = options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
                                                     options_.data);
-  FirstSolve();
+  Solve({}, nullptr);
+  Reweigh({});
 }
 
 RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise,
@@ -98,7 +120,9 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
       learn_noise_(learn_noise),
       lagged_(other.lagged_) {
   options_.noise = noise;
-  FirstSolve();
+  weights_ = other.batch_;
+  Solve({}, &weights_);
+  Reweigh({});
 }
 
 std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::WithoutCauses() const {
@@ -149,17 +173,14 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   return variants;
 }
 
-void RotorDrivenFlight::FirstSolve() {
-  Solve({}, nullptr);
-  Reweigh({});
-}
-
-void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start) {
+void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start,
+                              double negligible) {
   found_ = found;
   fitted_noise_ = options_.noise;
   setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
+  options.negligible = negligible;
   batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, start ? &weights_ : nullptr);
   normal_.reset();
 }
@@ -186,18 +207,27 @@ int RotorDrivenFlight::clusters() const { return ClusterCount(*setup_->data, kRo
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
-  const Eigen::LLT<Eigen::MatrixXd> llt(Normal().M());
-  const Eigen::VectorXd z = llt.solve(-Normal().b());
-  const Eigen::MatrixXd cov = llt.solve(Eigen::MatrixXd::Identity(z.size(), z.size()));
-  bool settled = true;
+  const RotorNormal normal(setup_->model, *setup_->data, BatchOptions(), batch_,
+                           ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster,
+                           &weights_);
+  Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
   int at = constants();
-  for (Found& f : *found) {
+  for (const Found& f : *found) {
     const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
     for (int i = 0; i < f.value.size(); ++i, ++at) {
       const EffectParameterInfo& info = f.candidate.info->parameters[i];
+      if (!info.either_sign) lowest[at] = (1e-3 * info.step - f.value[i]) / units[i];
+    }
+  }
+  const Eigen::VectorXd z = StepAbove(lowest, normal.M(), normal.b());
+  const Eigen::VectorXd sigma = normal.Covariance().diagonal().cwiseSqrt();
+  bool settled = true;
+  at = constants();
+  for (Found& f : *found) {
+    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
+    for (int i = 0; i < f.value.size(); ++i, ++at) {
       f.value[i] += z[at] * units[i];
-      if (!info.either_sign) f.value[i] = std::max(f.value[i], 1e-3 * info.step);
-      settled = settled && std::abs(z[at]) < kSmall * std::sqrt(cov(at, at));
+      settled = settled && std::abs(z[at]) < kSmall * sigma[at];
     }
   }
   return settled;
@@ -222,17 +252,17 @@ std::optional<std::vector<Found>> RotorDrivenFlight::AtLastFit(
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const RotorBatchResult start = batch_;
-  Solve(*found, &start);
+  Solve(*found, &start, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && batch_.cost > start.cost + kCostIncrease; ++k) {
     for (std::size_t f = 0; f < before.size(); ++f) {
       (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
     }
-    Solve(*found, &start);
+    Solve(*found, &start, kRough);
   }
   if (batch_.cost <= start.cost + kCostIncrease) return true;
   *found = before;
-  Solve(before, &start);
+  Solve(before, &start, kRough);
   return false;
 }
 

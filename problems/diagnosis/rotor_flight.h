@@ -55,13 +55,13 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   void Describe(Diagnosis* diagnosis) const override;
 
  private:
-  void FirstSolve();
-  // The same flight without causes; `noise` is known.
+  // The same flight without causes, solved from the solution of `other`; `noise` is known.
   RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
 
   // Solves with the causes held at their values, from `start`, with weights evaluated at
-  // `weights_`; from the prior if `start` is null.
-  void Solve(const std::vector<Found>& found, const RotorBatchResult* start);
+  // `weights_`; from the prior if `start` is null. `negligible`: as RotorBatchOptions'.
+  void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
+             double negligible = RotorBatchOptions().negligible);
   // The same from the last solution, with weights evaluated there.
   void Reweigh(const std::vector<Found>& found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
@@ -71,7 +71,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // cause or other noise, so that costs can't be compared.
   std::optional<std::vector<Found>> AtLastFit(const std::vector<Found>& found) const;
   void RefineValues(std::vector<Found>* found);
-  // One Gauss-Newton step of the causes. True if it is small in sigmas.
+  // One Gauss-Newton step of the causes with the weights of `batch_`. True if it is small in sigmas.
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
   RotorBatchOptions BatchOptions() const;

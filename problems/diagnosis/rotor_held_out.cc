@@ -62,9 +62,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
     for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);
     PartFit part = FitOf(found, used);
     const RotorSetup setup = MakeRotorSetup(log_, options_, *lagged_, part.effects);
-    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      if (setup.prior.sigma[i] == 0.0) part.constants[i] = setup.prior.mean[i];
-    }
+    part.constants = setup.prior.WithKnown(part.constants);
     const double start = setup.data->poses.front().t;
     const double length = setup.data->poses.back().t - start;
     std::map<int, std::vector<double>> by_cluster;

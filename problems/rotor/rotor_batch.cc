@@ -50,7 +50,7 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
 class Batch {
  public:
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
-      : data_(data), options_(options) {
+      : data_(data), options_(options), negligible_(options.negligible) {
     CheckPrior(options.prior, data);
     segments_ = MakeSegments(model, data, options);
     at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
@@ -60,6 +60,7 @@ class Batch {
     RotorBatchResult result;
     for (int k = 0; k <= options_.reweights; ++k) {
       SetWeights(FromChart(at_.chart));
+      negligible_ = k < options_.reweights ? kRough : options_.negligible;
       Solve(&result);
     }
     return Finished(std::move(result));
@@ -70,8 +71,8 @@ class Batch {
   RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
                            const RotorConstants& constants) {
     at_.nodes = nodes;
-    SetWeights(FromChart(ToChart(WithKnown(constants))));
-    at_ = {ToChart(WithKnown(start.mean)), start.nodes};
+    SetWeights(FromChart(ToChart(options_.prior.WithKnown(constants))));
+    at_ = {ToChart(options_.prior.WithKnown(start.mean)), start.nodes};
     RotorBatchResult result;
     Solve(&result);
     return Finished(std::move(result));
@@ -135,13 +136,12 @@ class Batch {
 
   bool IsSettled(double before, double after, double /*part*/) const {
     constexpr double kSettled = 1e-8;  // of the cost
-    // Half the sum of squares: a fit that could still gain this much is off by 0.05 of its sigmas
-    // at most.
-    constexpr double kNegligible = 1e-3;
-    return before - after <= std::max(kSettled * before, kNegligible);
+    return before - after <= std::max(kSettled * before, negligible_);
   }
 
  private:
+  static constexpr double kRough = 0.5;  // of the cost, before weights are evaluated again
+
   struct Point {
     RotorConstants chart;
     std::vector<RotorNode> nodes;
@@ -177,13 +177,6 @@ class Batch {
     result.cov = Covariance(&result.log_evidence);
     result.log_evidence -= result.cost;
     return result;
-  }
-
-  RotorConstants WithKnown(RotorConstants constants) const {
-    for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      if (options_.prior.sigma[i] == 0.0) constants[i] = options_.prior.mean[i];
-    }
-    return constants;
   }
 
   // The step in the free constants' chart. A second moment near zero moves no reading, so the step
@@ -262,7 +255,7 @@ class Batch {
     if (weighed && weighed->constants == constants && weighed->nodes == at_.nodes) {
       return std::move(weighed->chain);
     }
-    return LinearChain(data_, options_, segments_, at_.nodes, constants);
+    return LinearChain(data_, options_, segments_, at_.nodes, constants, {}, INFINITY);
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
@@ -284,6 +277,7 @@ class Batch {
   RotorConstants gradient_;  // of the cost by the chart, nodes at their best
   std::set<int> flat_;       // held second moments of the chart
   bool freed_ = false;
+  double negligible_;  // of the cost
   std::vector<Eigen::MatrixXd> node_steps_;
 };
 

@@ -18,6 +18,8 @@ struct RotorBatchOptions {
   double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
   int reweights = 1;         // times that weights are re-evaluated at the solution
   int max_iterations = 60;
+  double negligible = 1e-3;  // of the cost; a solve that could still gain less ends. The estimate is
+                             // then off by 0.05 of its sigmas at most
   bool covariance = true;  // else `cov` and `log_evidence` are not computed
   bool widen =
       false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)

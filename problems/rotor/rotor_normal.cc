@@ -153,8 +153,9 @@ BorderedChain<kNodeErrors> Chain(const RowsAtPoint& at, const std::vector<RotorN
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants) {
-  return Chain(RowsAtPoint(data, options, nodes, constants, {}, INFINITY), nodes,
+                                       const RotorConstants& constants,
+                                       const RotorColumns& columns, double cluster) {
+  return Chain(RowsAtPoint(data, options, nodes, constants, columns, cluster), nodes,
                [&](int i, const RowsAtPoint& rows) {
                  const SegmentPath path = segments[i].Follow(nodes[i], constants);
                  return rows.Of(i, &segments[i], &path);
@@ -211,18 +212,31 @@ namespace {
 
 ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
-                        const RotorColumns& columns, double cluster) {
+                        const RotorColumns& columns, double cluster,
+                        const RotorBatchResult* weights) {
   std::vector<SegmentModel> segments = MakeSegments(model, data, options);
-  return WeighedChain(data, options, &segments, batch.nodes, batch.mean, columns, cluster)
-      .Reduced(BorderPrior(options.prior, batch.mean, columns.count), ClusterCount(data, cluster));
+  if (weights != nullptr) {
+    const RotorConstants constants = options.prior.WithKnown(weights->mean);
+    ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
+      segments[i].SetWeight(segments[i].Follow(weights->nodes[i], constants));
+    });
+  }
+  const BorderedChain<kNodeErrors> chain =
+      weights != nullptr
+          ? LinearChain(data, options, segments, batch.nodes, batch.mean, columns, cluster)
+          : WeighedChain(data, options, &segments, batch.nodes, batch.mean, columns, cluster);
+  return chain.Reduced(BorderPrior(options.prior, batch.mean, columns.count),
+                       ClusterCount(data, cluster));
 }
 
 }  // namespace
 
 RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
                          const RotorBatchOptions& options, const RotorBatchResult& batch,
-                         const RotorColumns& columns, double cluster)
-    : RotorNormal(Linearise(model, data, options, batch, columns, cluster), options.prior) {}
+                         const RotorColumns& columns, double cluster,
+                         const RotorBatchResult* weights)
+    : RotorNormal(Linearise(model, data, options, batch, columns, cluster, weights),
+                  options.prior) {}
 
 RotorNormal::RotorNormal(ReducedSystem system, const RotorPrior& prior)
     : ReducedSystem(std::move(system)),

@@ -29,13 +29,14 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
                                        const RotorBatchOptions& options);
 
 // The flight's chain linearised at the given nodes and constants, with the weights that `segments`
-// hold. Border: the free constants in units of their prior sigma, the residual.
+// hold. Border: the free constants in units of their prior sigma, the columns' sizes, the residual.
+// Clusters of `cluster` seconds.
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants);
-// The same with weights evaluated at this point, which `segments` then hold. Border: the free
-// constants, the columns' sizes, the residual. Clusters of `cluster` seconds.
+                                       const RotorConstants& constants,
+                                       const RotorColumns& columns, double cluster);
+// The same with weights evaluated at this point, which `segments` then hold.
 BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchOptions& options,
                                         std::vector<SegmentModel>* segments,
                                         const std::vector<RotorNode>& nodes,
@@ -52,9 +53,11 @@ Eigen::MatrixXd InUnits(const RotorPrior& prior, const Eigen::MatrixXd& scaled);
 // The normal equations of the free constants and of candidate effects.
 class RotorNormal : public ReducedSystem {
  public:
-  // `cluster`: length of a cluster, s.
+  // `cluster`: length of a cluster, s. Weights are evaluated at `weights`, or at `batch` if that is
+  // null.
   RotorNormal(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options,
-              const RotorBatchResult& batch, const RotorColumns& columns, double cluster);
+              const RotorBatchResult& batch, const RotorColumns& columns, double cluster,
+              const RotorBatchResult* weights = nullptr);
 
   int constants() const { return constants_; }
   RotorNormal Only(const std::vector<bool>& used) const;

@@ -21,6 +21,10 @@ std::vector<int> RotorPrior::Free() const {
   return free;
 }
 
+RotorConstants RotorPrior::WithKnown(const RotorConstants& constants) const {
+  return (sigma.array() == 0.0).select(mean, constants);
+}
+
 RotorPrior PriorFromVehicle(const RotorVehicle& vehicle) {
   RotorPrior prior;
   const int moving = RotorAeroModel::kMoving;

@@ -13,6 +13,8 @@ struct RotorPrior {
   RotorConstants sigma = RotorConstants::Zero();  // zero: known, not estimated
 
   std::vector<int> Free() const;
+  // `constants` with the known ones at their values.
+  RotorConstants WithKnown(const RotorConstants& constants) const;
 };
 
 // Means at the vehicle's nominal values, and sigmas for a new payload (kRotorConstants): the 18

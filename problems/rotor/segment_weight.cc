@@ -3,10 +3,38 @@
 #include <glog/logging.h>
 
 #include <Eigen/Cholesky>
-
-#include "problems/chain/small_product.h"
+#include <algorithm>
 
 namespace trueline {
+namespace {
+
+// Columns that are whitened together: the inner loops run over them, since their number, unlike
+// that of the state's errors, fills a processor's registers.
+constexpr int kTogether = 8;
+template <int kRows>
+using Together = Eigen::Matrix<double, kRows, kTogether, Eigen::RowMajor>;
+
+// *sum += factor a b; of a lower triangular `a` only the triangle is read.
+template <bool kLower = false, class A, class B, class Sum>
+void AddRows(double factor, const A& a, const B& b, Sum* sum) {
+  for (int i = 0; i < A::RowsAtCompileTime; ++i) {
+    Eigen::Matrix<double, 1, kTogether> row = sum->row(i);
+    const int end = kLower ? i + 1 : static_cast<int>(A::ColsAtCompileTime);
+    for (int k = 0; k < end; ++k) row += (factor * a(i, k)) * b.row(k);
+    sum->row(i) = row;
+  }
+}
+
+// The first `count` columns of `rows`, padded with zeros.
+template <int kRows>
+Together<kRows> Load(const Eigen::Ref<Eigen::MatrixXd>& rows, Eigen::Index row, Eigen::Index column,
+                     Eigen::Index count) {
+  Together<kRows> loaded = Together<kRows>::Zero();
+  loaded.leftCols(count) = rows.block(row, column, kRows, count);
+  return loaded;
+}
+
+}  // namespace
 
 void SegmentWeight::Read(const ReadingByState& H, const ReadingSquare& D, const Reading& variance) {
   const ReadingByState HP = H.lazyProduct(P_);
@@ -52,26 +80,33 @@ void SegmentWeight::End(const State& variance) {
 }
 
 void SegmentWeight::Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
-  for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-    State z = State::Zero(), next;
+  for (Eigen::Index j = 0; j < rows.cols(); j += kTogether) {
+    const Eigen::Index count = std::min<Eigen::Index>(kTogether, rows.cols() - j);
+    Together<kState> z = Together<kState>::Zero();
     Eigen::Index row = 0;
     for (const Innovation& at : innovations_) {
-      auto y = rows.col(j).segment<kReading>(row);
-      Reading w = Reading::Zero();
-      AddProduct(1.0, at.W, y, w);
-      AddProduct(-1.0, at.U, z, w);
-      next.setZero();
-      AddProduct(1.0, at.F, z, next);
-      AddProduct(1.0, at.K, w, next);
-      y = w;
+      Together<kReading> w = Together<kReading>::Zero();
+      AddRows<true>(1.0, at.W, Load<kReading>(rows, row, j, count), &w);
+      AddRows(-1.0, at.U, z, &w);
+      Together<kState> next = Together<kState>::Zero();
+      AddRows(1.0, at.F, z, &next);
+      AddRows(1.0, at.K, w, &next);
+      rows.block(row, j, kReading, count) = w.leftCols(count);
       z = next;
       row += kReading;
     }
-    rows.col(j).tail<kState>() -= z;
+    rows.block(row, j, kState, count) -= z.leftCols(count);
   }
   WhitenEnd(rows.bottomRows<kState>());
 }
 
-void SegmentWeight::WhitenEnd(Eigen::Ref<Eigen::MatrixXd> rows) const { MultiplyLeft(end_, rows); }
+void SegmentWeight::WhitenEnd(Eigen::Ref<Eigen::MatrixXd> rows) const {
+  for (Eigen::Index j = 0; j < rows.cols(); j += kTogether) {
+    const Eigen::Index count = std::min<Eigen::Index>(kTogether, rows.cols() - j);
+    Together<kState> whitened = Together<kState>::Zero();
+    AddRows<true>(1.0, end_, Load<kState>(rows, 0, j, count), &whitened);
+    rows.middleCols(j, count) = whitened.leftCols(count);
+  }
+}
 
 }  // namespace trueline

@@ -17,7 +17,8 @@ VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table s
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
             "unexplained": "A residual is left that is real and that nothing explains which would hold "
                            "on flight that took no part in the search."}
-
+NAMED_BESIDE = ("The causes below are named. Beside them a residual is left that is real and that nothing "
+                "explains which would hold on flight that took no part in the search.")
 
 WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
            "silent": "no other stream can tell"}
@@ -44,7 +45,9 @@ def build(arguments):
 
 def _verdict(result):
     residual = result["residual"]
-    blocks = [paragraph(VERDICTS[result["verdict"]]),
+    unexplained = result["verdict"] == "unexplained"
+    blocks = [paragraph(NAMED_BESIDE if unexplained and result.get("causes")
+                        else VERDICTS[result["verdict"]]),
               tiles([(result["verdict"], "verdict"),
                      (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
                      (number(residual["rms_after"]), "after"),
