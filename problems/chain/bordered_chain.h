@@ -127,6 +127,7 @@ class BorderedChain {
   std::size_t size() const { return nodes_.size(); }
   int border() const { return width_ - 1; }  // the residual not counted
   bool regular() const { return elimination_.regular(); }
+  double log_weights() const { return log_weights_; }  // of all rows (NodeRows)
 
   // The nodes' unknowns that minimise the cost at the given border values (border() + 1 rows; the
   // last one multiplies the residual): a matrix for each node, a column for each of `values`.

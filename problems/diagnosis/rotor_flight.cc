@@ -16,10 +16,11 @@ constexpr double kLocal = 0.1;         // share of a parameter's step, for slope
 constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
 constexpr int kHalvings = 3;
-constexpr int kMostSteps = 4;           // of a refinement
-constexpr double kSmallGain = 0.05;     // of cost; a refinement that gains less ends
-constexpr double kCostIncrease = 0.05;  // of cost; a smaller rise comes from the solver's tolerance
-constexpr double kRough = 0.01;         // of cost; that tolerance while causes are refined
+constexpr int kMostSteps = 4;  // of a refinement
+// Of log likelihood:
+constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
+constexpr double kIncrease = 0.05;   // of its negative; a smaller one is the solver's tolerance
+constexpr double kRough = 0.01;      // that tolerance while causes are refined
 
 class RotorLinearisation : public Linearisation {
  public:
@@ -252,15 +253,16 @@ std::optional<std::vector<Found>> RotorDrivenFlight::AtLastFit(
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const RotorBatchResult start = batch_;
+  const double most = start.NegativeLogLikelihood() + kIncrease;
   Solve(*found, &start, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
-  for (int k = 0; k < kHalvings && batch_.cost > start.cost + kCostIncrease; ++k) {
+  for (int k = 0; k < kHalvings && batch_.NegativeLogLikelihood() > most; ++k) {
     for (std::size_t f = 0; f < before.size(); ++f) {
       (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
     }
     Solve(*found, &start, kRough);
   }
-  if (batch_.cost <= start.cost + kCostIncrease) return true;
+  if (batch_.NegativeLogLikelihood() <= most) return true;
   *found = before;
   Solve(before, &start, kRough);
   return false;
@@ -275,9 +277,10 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   }
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
-    const double cost = batch_.cost;
+    const double before_step = batch_.NegativeLogLikelihood();
     const bool settled = Step(found);
-    if (!Move(before, found) || settled || cost - batch_.cost < kSmallGain) break;
+    if (!Move(before, found) || settled) break;
+    if (before_step - batch_.NegativeLogLikelihood() < kSmallGain) break;
   }
   Reweigh(*found);
 }

@@ -65,13 +65,14 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same from the last solution, with weights evaluated there.
   void Reweigh(const std::vector<Found>& found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
-  // cost does not rise. False if it rises nearby too; the flight is then fitted at `before`.
+  // likelihood does not fall. False if it falls nearby too; the flight is then fitted at `before`.
   bool Move(const std::vector<Found>& before, std::vector<Found>* found);
   // `found` with the values of the last fit, without effect where new. None if that fit had another
   // cause or other noise, so that costs can't be compared.
   std::optional<std::vector<Found>> AtLastFit(const std::vector<Found>& found) const;
   void RefineValues(std::vector<Found>* found);
-  // One Gauss-Newton step of the causes with the weights of `batch_`. True if it is small in sigmas.
+  // One Gauss-Newton step of the causes with the weights of `batch_`. True if it is small in
+  // sigmas.
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
   RotorBatchOptions BatchOptions() const;

@@ -229,6 +229,7 @@ class Batch {
     weighed_ =
         Weighed{constants, at_.nodes,
                 WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
+    log_weights_ = weighed_->chain.log_weights();
   }
 
   void Solve(RotorBatchResult* result) {
@@ -240,6 +241,7 @@ class Batch {
       result->converged = solved.converged;
       result->iterations += solved.iterations;
       result->cost = solved.cost;
+      result->log_weights = log_weights_;
     } while (FreeFlat());
     result->residuals = static_cast<int>(options_.prior.Free().size()) + 3;  // priors
     for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
@@ -278,6 +280,7 @@ class Batch {
   std::set<int> flat_;       // held second moments of the chart
   bool freed_ = false;
   double negligible_;  // of the cost
+  double log_weights_ = 0.0;
   std::vector<Eigen::MatrixXd> node_steps_;
 };
 

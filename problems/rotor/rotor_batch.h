@@ -18,8 +18,8 @@ struct RotorBatchOptions {
   double robust_pose = 0.0;  // sigmas, scale of Huber's loss on each pose; 0: least squares
   int reweights = 1;         // times that weights are re-evaluated at the solution
   int max_iterations = 60;
-  double negligible = 1e-3;  // of the cost; a solve that could still gain less ends. The estimate is
-                             // then off by 0.05 of its sigmas at most
+  double negligible = 1e-3;  // of the cost; a solve that could still gain less ends. The estimate
+                             // is then off by 0.05 of its sigmas at most
   bool covariance = true;  // else `cov` and `log_evidence` are not computed
   bool widen =
       false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
@@ -43,6 +43,7 @@ struct RotorBatchResult {
   bool converged = false;
   int iterations = 0;
   double cost = 0.0;          // half the sum of squared whitened residuals
+  double log_weights = 0.0;   // log determinant of what whitens them
   double log_evidence = 0.0;  // Laplace's approximation, up to a constant that depends on the data
                               // only
   int residuals = 0;
@@ -53,11 +54,14 @@ struct RotorBatchResult {
     widened = widened.cwiseProduct(factors);
     cov = factors.asDiagonal() * cov * factors.asDiagonal();
   }
+  // The negative log likelihood up to a constant. It compares fits of models that differ: their
+  // weights, evaluated at the same states, differ too, and with them the costs.
+  double NegativeLogLikelihood() const { return cost - log_weights; }
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
 // `start`: a solution nearby to start from, or null; weights are evaluated at `weights`, or at the
-// start if that is null. Costs with the same weights can be compared. Where the motors' unknowns
+// start if that is null. Where the motors' unknowns
 // are free, rotor speeds are recomputed from the commands as these unknowns change. Throws
 // InputError for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
 // I_z, or one that frees the motors' unknowns of a log without commands.
