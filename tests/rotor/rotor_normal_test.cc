@@ -35,6 +35,24 @@ TEST(RotorNormal, ItsInverseIsTheBatchsCovariance) {
   EXPECT_LT(step.cwiseQuotient(cov.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff(), 0.1);
 }
 
+// The largest step to the least cost, in sigmas.
+double LargestStep(const RotorNormal& normal) {
+  const Eigen::MatrixXd cov = normal.M().inverse();
+  return (cov * normal.b()).cwiseQuotient(cov.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
+}
+
+TEST(RotorNormal, AFitIsTheLeastCostWithItsOwnWeights) {
+  const Solved s;
+  RotorBatchResult elsewhere = s.batch;  // other inertia: disturbances move the body otherwise
+  elsewhere.mean.segment<3>(kInertiaConstants) *= 4.0;
+  const RotorBatchResult fit = RunRotorBatch(s.model, s.data, s.options, &s.batch, &elsewhere);
+  const RotorNormal own(s.model, s.data, s.options, fit, {}, 1.0, &elsewhere);
+  const RotorNormal anew(s.model, s.data, s.options, fit, {}, 1.0);
+  EXPECT_LT(LargestStep(own), 0.05);
+  EXPECT_GT(LargestStep(anew), 2.0 * LargestStep(own));
+  EXPECT_NE(fit.log_weights, s.batch.log_weights);
+}
+
 TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
   const Solved s;
   const RotorEffects effects =
