@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "problems/calibration/learn_rotor_noise.h"
+#include "problems/chain/bounded_step.h"
 
 namespace trueline {
 namespace {
@@ -68,25 +68,6 @@ Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value
   Eigen::VectorXd units(candidate.size());
   for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
   return units;
-}
-
-// The step of least cost 1/2 z'Mz + b'z whose entries are not below `lowest`: those that would be
-// are held there, and the others are the best beside them.
-Eigen::VectorXd StepAbove(const Eigen::VectorXd& lowest, const Eigen::MatrixXd& M,
-                          const Eigen::VectorXd& b) {
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(b.size());
-  std::vector<int> open = Range(0, static_cast<int>(b.size()));
-  const auto too_low = [&](int i) {
-    const bool low = z[i] < lowest[i];
-    if (low) z[i] = lowest[i];
-    return low;
-  };
-  do {
-    z(open).setZero();
-    const Eigen::VectorXd gradient = b + M * z;
-    z(open) = -Eigen::MatrixXd(M(open, open)).ldlt().solve(Eigen::VectorXd(gradient(open)));
-  } while (std::erase_if(open, too_low) > 0 && !open.empty());
-  return z;
 }
 
 }  // namespace
@@ -220,7 +201,8 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
       if (!info.either_sign) lowest[at] = (1e-3 * info.step - f.value[i]) / units[i];
     }
   }
-  const Eigen::VectorXd z = StepAbove(lowest, normal.M(), normal.b());
+  const Eigen::VectorXd highest = Eigen::VectorXd::Constant(normal.border(), INFINITY);
+  const Eigen::VectorXd z = BoundedStep(normal.M(), normal.b(), lowest, highest);
   const Eigen::VectorXd sigma = normal.Covariance().diagonal().cwiseSqrt();
   bool settled = true;
   at = constants();

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "problems/chain/bounded_step.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
@@ -184,23 +185,12 @@ class Batch {
   Eigen::VectorXd LimitedStep(const Eigen::MatrixXd& M, const Eigen::VectorXd& b) const {
     constexpr double kMost = 2.0;  // e-folds
     const std::vector<int> free = options_.prior.Free();
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(b.size());
-    std::vector<int> open;
+    Eigen::VectorXd most(b.size());
     for (int i = 0; i < static_cast<int>(free.size()); ++i) {
-      if (flat_.count(free[i]) == 0) open.push_back(i);
+      const bool flat = flat_.count(free[i]) > 0;
+      most[i] = flat ? 0.0 : IsSecondMoment(free[i]) ? kMost : INFINITY;
     }
-    bool limited = true;
-    while (limited && !open.empty()) {
-      step(open).setZero();
-      const Eigen::VectorXd gradient = b + M * step;
-      step(open) = -Eigen::MatrixXd(M(open, open)).ldlt().solve(Eigen::VectorXd(gradient(open)));
-      limited = std::erase_if(open, [&](int i) {
-                  if (!IsSecondMoment(free[i]) || std::abs(step[i]) <= kMost) return false;
-                  step[i] = std::copysign(kMost, step[i]);
-                  return true;
-                }) > 0;
-    }
-    return step;
+    return BoundedStep(M, b, -most, most);
   }
 
   // Holds second moments that are zero (a flat body): the step in the logarithm of a moment
