@@ -83,7 +83,8 @@ double Evidence(const LinearFlight& linear, const Measurements& measured,
     border += gram.bottomRightCorner(width, width);
     lower.rankUpdate(node.border.transpose(), -1.0);
   }
-  const ReducedSystem reduced({Eigen::MatrixXd(lower)}, BorderPrior(linear), elimination.log_det(), log_weights);
+  const ReducedSystem reduced({Eigen::MatrixXd(lower)}, BorderPrior(linear), elimination.log_det(),
+                              log_weights);
   return reduced.LogEvidence(kThetaSize + nuisances) + LogPrior(noise);
 }
 

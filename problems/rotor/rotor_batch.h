@@ -20,7 +20,7 @@ struct RotorBatchOptions {
   int max_iterations = 60;
   double negligible = 1e-3;  // of the cost; a solve that could still gain less ends. The estimate
                              // is then off by 0.05 of its sigmas at most
-  bool covariance = true;  // else `cov` and `log_evidence` are not computed
+  bool covariance = true;    // else `cov` and `log_evidence` are not computed
   bool widen =
       false;  // intervals if residuals scatter more than the noise predicts (rotor_normal.h)
 

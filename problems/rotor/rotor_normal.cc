@@ -153,8 +153,8 @@ BorderedChain<kNodeErrors> Chain(const RowsAtPoint& at, const std::vector<RotorN
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants,
-                                       const RotorColumns& columns, double cluster) {
+                                       const RotorConstants& constants, const RotorColumns& columns,
+                                       double cluster) {
   return Chain(RowsAtPoint(data, options, nodes, constants, columns, cluster), nodes,
                [&](int i, const RowsAtPoint& rows) {
                  const SegmentPath path = segments[i].Follow(nodes[i], constants);

@@ -34,8 +34,8 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
 BorderedChain<kNodeErrors> LinearChain(const RotorData& data, const RotorBatchOptions& options,
                                        const std::vector<SegmentModel>& segments,
                                        const std::vector<RotorNode>& nodes,
-                                       const RotorConstants& constants,
-                                       const RotorColumns& columns, double cluster);
+                                       const RotorConstants& constants, const RotorColumns& columns,
+                                       double cluster);
 // The same with weights evaluated at this point, which `segments` then hold.
 BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchOptions& options,
                                         std::vector<SegmentModel>* segments,
