@@ -14,6 +14,7 @@
 #include "problems/inspection/inspection.h"
 #include "problems/inspection/write_inspection.h"
 #include "problems/log/native_log.h"
+#include "problems/log/read_rotor.h"
 #include "problems/result/render.h"
 #include "problems/result/yaml_text.h"
 #include "problems/rotor/rotor_vehicle.h"
@@ -97,7 +98,7 @@ void TakeVehicle(FlightLog* log) {
   if (FLAGS_vehicle.empty()) return;
   const YamlMap map = YamlMap::FromFile(FLAGS_vehicle);
   Vehicle vehicle;
-  for (const RotorSpec& rotor : ReadRotors(map.Child("vehicle").Children("rotors"))) {
+  for (const Rotor& rotor : ReadRotors(map.Child("vehicle").Children("rotors"))) {
     vehicle.rotors.push_back({rotor.position, rotor.axis, rotor.spin, rotor.k_f, rotor.k_m});
   }
   if (vehicle.rotors.empty()) map.Fail("vehicle", "states no rotors");

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "cost_functions/models/force_effects.h"
-#include "cost_functions/models/integrator.h"
+#include "cost_functions/models/motion_state.h"
 
 namespace trueline {
 

@@ -29,6 +29,8 @@ struct ProcessNoise {
     return gust * std::sqrt(1.0 - beta * beta);
   }
   Eigen::Vector3d DriftSigma() const { return {tilt, tilt, heading}; }
+  // Sigma of the drift where a chain starts, rad. The floor keeps its weight finite.
+  Eigen::Vector3d StartSigma() const { return DriftSigma().cwiseMax(1e-5); }
 };
 
 // Covariance of (p_E, v_E, drift) after `seconds`, starting from zero: dp = v, dv = M drift +

@@ -46,7 +46,7 @@ class RotorAeroModel {
   static constexpr int kMovingErrors = kMoving - 1;
   static constexpr int kErrors = kStates - 1;
 
-  RotorAeroModel(std::vector<RotorSpec> rotors, double gravity, const RotorEffects& effects = {})
+  RotorAeroModel(std::vector<Rotor> rotors, double gravity, const RotorEffects& effects = {})
       : base_(std::move(rotors), gravity), effects_(effects), tilt_(effects.Tilt()) {}
 
   const Base& base() const { return base_; }
@@ -54,7 +54,7 @@ class RotorAeroModel {
   const RotorEffects& effects() const { return effects_; }
 
   template <class T>
-  struct Push {
+  struct BodyAcceleration {
     Vec3<T> force;  // m/s^2, specific force at the point p_E_M, in body axes
     Vec3<T> turn;   // rad/s^2, angular acceleration
   };
@@ -102,34 +102,35 @@ class RotorAeroModel {
   // Force and moment of rotors and air. p_E_M stays at the centre of mass as built: if the centre
   // has since moved by c, that point has the centre's specific force less dw x c + w x (w x c).
   template <class T>
-  Push<T> PushOn(const T* x, const RotorInput& input) const {
-    return PushOn(x, input, SumOver(input));
+  BodyAcceleration<T> BodyAccelerationOf(const T* x, const RotorInput& input) const {
+    return BodyAccelerationOf(x, input, SumOver(input));
   }
   template <class T>
-  Push<T> PushOn(const T* x, const RotorInput& input, const InputSums& over) const {
+  BodyAcceleration<T> BodyAccelerationOf(const T* x, const RotorInput& input,
+                                         const InputSums& over) const {
     const auto wrench = Base::WrenchOf(x, SumsOf(x, input, over));
     const T per_mass = T(1.0) / (x[Base::kMass] + T(effects_.AddedMass(input.t)));
     const RotorAirFlow<T> air{AirSpeed(x), SumOf(input)};
     Vec3<T> moment = wrench.moment;
     RotorEffects::AddTo(&moment, effects_.moments, air);
     moment += RotorReaction(x, over);
-    Push<T> push{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
-                         per_mass * wrench.force[2]) +
-                     AirForce(x, air),
-                 {}};
+    BodyAcceleration<T> acceleration{Vec3<T>(per_mass * wrench.force[0], per_mass * wrench.force[1],
+                                             per_mass * wrench.force[2]) +
+                                         AirForce(x, air),
+                                     {}};
     const T thrust = -per_mass * wrench.force[2];
     const Eigen::Vector3d shift = effects_.CentreShift(input.t);
     if (shift.isZero(0.0)) {
-      push.turn = Base::AngularAcceleration(x, moment) + AirTurn(x, air);
-      AddTerms(x, air.v_B, thrust, input.t, &push);
-      return push;
+      acceleration.turn = Base::AngularAcceleration(x, moment) + AirTurn(x, air);
+      AddTerms(x, air.v_B, thrust, input.t, &acceleration);
+      return acceleration;
     }
     const Vec3<T> c(T(shift.x()), T(shift.y()), T(shift.z())), w = Base::Vector(x, Base::kRate);
-    push.turn =
+    acceleration.turn =
         Base::AngularAcceleration(x, Vec3<T>(moment - Cross(c, wrench.force))) + AirTurn(x, air);
-    push.force -= Cross(push.turn, c) + Cross(w, Cross(w, c));
-    AddTerms(x, air.v_B, thrust, input.t, &push);
-    return push;
+    acceleration.force -= Cross(acceleration.turn, c) + Cross(w, Cross(w, c));
+    AddTerms(x, air.v_B, thrust, input.t, &acceleration);
+    return acceleration;
   }
   // The state as terms see it; `thrust` in m/s^2.
   template <class T>
@@ -149,16 +150,16 @@ class RotorAeroModel {
   // angular acceleration [rad/s^2]; 6 numbers.
   template <class T>
   void Derivative(const T* x, const RotorInput& input, const T* disturbance, T* dx) const {
-    const Push<T> push = PushOn(x, input);
-    base_.Move(x, Vec3<T>(push.force + Part(disturbance, 0)),
-               Vec3<T>(push.turn + Part(disturbance, 3)), dx);
+    const BodyAcceleration<T> acceleration = BodyAccelerationOf(x, input);
+    base_.Move(x, Vec3<T>(acceleration.force + Part(disturbance, 0)),
+               Vec3<T>(acceleration.turn + Part(disturbance, 3)), dx);
   }
 
   // Accelerometer [m/s^2] then gyro [rad/s]: 6 numbers.
   template <class T>
   void Imu(const T* x, const RotorInput& input, T* y) const {
-    const Push<T> push = PushOn(x, input);
-    Base::Read(x, push.force, push.turn, y);
+    const BodyAcceleration<T> acceleration = BodyAccelerationOf(x, input);
+    Base::Read(x, acceleration.force, acceleration.turn, y);
   }
 
   // Position of P in E [m] as stamped.
@@ -191,7 +192,7 @@ class RotorAeroModel {
   Base::RotorSums<double> SumSquared(double t, const Squared& squared) const {
     Eigen::Vector3d force = Eigen::Vector3d::Zero(), lever = force, reaction = force;
     for (int i = 0; i < num_rotors(); ++i) {
-      const RotorSpec& rotor = base_.rotors()[i];
+      const Rotor& rotor = base_.rotors()[i];
       const double u = squared(i);
       const Eigen::Vector3d axis = tilt_ * rotor.axis;
       const Eigen::Vector3d thrust = rotor.k_f * u * effects_.ThrustFactor(i, t) * axis;
@@ -202,11 +203,12 @@ class RotorAeroModel {
     return {force, lever, reaction};
   }
   template <class T>
-  void AddTerms(const T* x, const Vec3<T>& v_B, const T& thrust, double t, Push<T>* push) const {
+  void AddTerms(const T* x, const Vec3<T>& v_B, const T& thrust, double t,
+                BodyAcceleration<T>* acceleration) const {
     if (effects_.terms.empty()) return;
     const TermState<T> state = TermStateOf(x, v_B, thrust, t);
-    push->force += SumInBody(effects_.terms, TermOn::kForce, state);
-    push->turn += SumInBody(effects_.terms, TermOn::kTurn, state);
+    acceleration->force += SumInBody(effects_.terms, TermOn::kForce, state);
+    acceleration->turn += SumInBody(effects_.terms, TermOn::kTurn, state);
   }
   template <class T>
   void AddMotors(const T* x, const RotorInput& input, const InputSums& over, const T& ground,

@@ -7,19 +7,9 @@
 #include <vector>
 
 #include "cost_functions/models/rigid_body.h"
+#include "cost_functions/models/rotor.h"
 
 namespace trueline {
-
-// One rotor: thrust k_f u along `axis`, reaction moment spin k_m u along `axis`, u the squared
-// speed. A rotor that turns clockwise seen from above (spin +1) turns the body anticlockwise: a
-// moment along its upward axis.
-struct RotorSpec {
-  Eigen::Vector3d position;              // m, in B
-  Eigen::Vector3d axis{0.0, 0.0, -1.0};  // unit vector of thrust, in B
-  int spin = 1;
-  double k_f = 0.0;  // N s^2
-  double k_m = 0.0;  // N m s^2
-};
 
 class RotorDrivenModel {
  public:
@@ -43,11 +33,11 @@ class RotorDrivenModel {
     kStates = 34
   };
 
-  explicit RotorDrivenModel(std::vector<RotorSpec> rotors, double gravity = 9.81)
+  explicit RotorDrivenModel(std::vector<Rotor> rotors, double gravity = 9.81)
       : rotors_(std::move(rotors)), gravity_(gravity) {}
 
   int num_rotors() const { return static_cast<int>(rotors_.size()); }
-  const std::vector<RotorSpec>& rotors() const { return rotors_; }
+  const std::vector<Rotor>& rotors() const { return rotors_; }
   double gravity() const { return gravity_; }
 
   template <class T>
@@ -82,7 +72,7 @@ class RotorDrivenModel {
   RotorSums<T> SumsOf(const T* u) const {
     Vec3<T> force(T(0.0), T(0.0), T(0.0)), lever = force, reaction = force;
     for (int i = 0; i < num_rotors(); ++i) {
-      const RotorSpec& rotor = rotors_[i];
+      const Rotor& rotor = rotors_[i];
       const T thrust = T(rotor.k_f) * u[i];
       AddScaled(rotor.axis, thrust, &force);
       for (int a = 0; a < 3; ++a) {  // position x axis, in T so that it is exact where T is
@@ -191,7 +181,7 @@ class RotorDrivenModel {
     *sum = *sum + scale * factor;
   }
 
-  std::vector<RotorSpec> rotors_;
+  std::vector<Rotor> rotors_;
   double gravity_;
 };
 

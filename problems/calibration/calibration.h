@@ -65,7 +65,7 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// A prior of the model that the flight contradicts is not believed: a warning states both.
+// A prior of the model that the flight contradicts is not used: a warning states both.
 //
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights

@@ -25,11 +25,11 @@ const std::map<std::string, std::vector<std::string>>& Considerable() {
   return effects;
 }
 
-bool Estimated(const RotorPrior& prior, const ConsideredEffect& considered) {
-  const auto free = [&](const char* name) { return prior.sigma[FindRotorConstant(name)] > 0.0; };
-  if (considered.id == "linear_drag") return free(considered.parameter.c_str());
-  if (considered.id == "rotor_inflow") return free("inflow");
-  return considered.id == "motor_lag" && free("motor_lag");
+bool IsEstimated(const RotorPrior& prior, const ConsideredEffect& considered) {
+  for (const auto& parameter : FindDeclared(considered.id, DriveKind::kRotors)->parameters) {
+    if (parameter.name == considered.parameter) return prior.Estimates(parameter.constant);
+  }
+  return false;
 }
 
 std::vector<Effect> AtOneSigma(const ConsideredEffect& considered, int rotors) {
@@ -81,13 +81,13 @@ YAML::Node ToYaml(const std::vector<ConsideredEffect>& considered) {
 std::vector<RotorVariant> ConsideredVariants(const FlightLog& log,
                                              const RotorCalibrationOptions& options,
                                              const RotorDataOptions& streams) {
-  const std::vector<RotorSpec>& rotors = options.vehicle.model.rotors();
+  const std::vector<Rotor>& rotors = options.vehicle.model.rotors();
   const int count = static_cast<int>(rotors.size());
   std::vector<RotorVariant> variants;
   for (const ConsideredEffect& considered : options.considered) {
     const bool in_model = std::any_of(options.effects.begin(), options.effects.end(),
                                       [&](const Effect& e) { return e.id == considered.id; });
-    if (in_model || Estimated(options.prior, considered)) continue;
+    if (in_model || IsEstimated(options.prior, considered)) continue;
     for (const Effect& effect : AtOneSigma(considered, count)) {
       std::vector<Effect> all = options.effects;
       all.push_back(effect);

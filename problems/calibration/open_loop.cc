@@ -13,7 +13,7 @@ constexpr double kFirstStart = 1.0;  // s after the first pose
 // `data` with the speeds of motors that have these constants.
 RotorData DrivenBy(const RotorConstants& constants, const RotorData& data) {
   RotorData driven = data;
-  if (driven.motors) driven.TurnMotors(MotorsOf(constants));
+  if (driven.motors) driven.SimulateMotors(MotorsOf(constants));
   return driven;
 }
 

@@ -64,9 +64,9 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
 
 // Speeds from commands are linearised in the motors' unknowns. Filter and noise learning use the
 // linearisation at a first batch's estimate instead of the prior's mean.
-void TurnMotors(const RotorAeroModel& model, const FlightLog& log,
-                const RotorCalibrationOptions& options, double fitted, RotorDataOptions* streams,
-                RotorEkfOptions* filter) {
+void RelineariseMotors(const RotorAeroModel& model, const FlightLog& log,
+                       const RotorCalibrationOptions& options, double fitted,
+                       RotorDataOptions* streams, RotorEkfOptions* filter) {
   constexpr double kNear = 0.4;  // of the noise's logarithm
   if (MotorsOf(options.prior.sigma).maxCoeff() == 0.0) return;
   const RotorData data = MakeRotorData(log, model.num_rotors(), Part(*streams, 0.0, fitted));
@@ -224,7 +224,7 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
                   {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay,
                    std::min(fitted, RotorLearning().seconds), options.noise},
                   &streams, &filter);
-  if (options.data.motors) TurnMotors(model, log, options, fitted, &streams, &filter);
+  if (options.data.motors) RelineariseMotors(model, log, options, fitted, &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
   result.speed_sigma = data.speed_sigma;
   result.rotor_delay = streams.rotor_delay;

@@ -130,7 +130,7 @@ YAML::Node ToYaml(const RotorCalibrationOptions& given) {
   Serialize(&archive, &options);
   YAML::Node node = archive.node();
   for (const Effect& effect : options.effects) node["effects"].push_back(ToYaml(effect));
-  for (const RotorSpec& rotor : options.vehicle.model.rotors()) {
+  for (const Rotor& rotor : options.vehicle.model.rotors()) {
     YAML::Node entry;
     for (const double value : rotor.position) entry["position"].push_back(value);
     for (const double value : rotor.axis) entry["axis"].push_back(value);

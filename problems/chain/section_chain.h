@@ -20,6 +20,7 @@ class SectionChain {
   // shared unknowns, the border, the residual.
   static constexpr int kNextSharedAt = 0, kNextAt = kShared, kNodeAt = kNextAt + kNode,
                        kSharedAt = kNodeAt + kNode, kBorderAt = kSharedAt + kShared;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   // The first `local` of the `border` unknowns belong to one section each: their columns are used
   // again by the next one.
@@ -45,8 +46,10 @@ class SectionChain {
   }
 
   // Adds rows (count x width()) of the current node, or of the link between sections: fastest all
-  // of a node at once.
-  void AddRows(const double* rows, int count) { AddProducts<1>(rows, count, 0, width_, width_); }
+  // of a node at once. `factor`: on their squares.
+  void AddRows(const double* rows, int count, double factor = 1.0) {
+    AddProducts(factor, rows, count, 0, width_, width_);
+  }
 
   // Each eliminates what no later row depends on, and returns its block: the node; the section with
   // its local border after its last node and its link to the next section; at the end of the chain
@@ -73,6 +76,13 @@ class SectionChain {
   // Log determinant of the Hessian, damping included. Unknowns on which no row depends do not
   // count, nor do directions that the rows leave open.
   double log_det() const { return log_det_; }
+
+  // The Gram matrix of the border and the residual after the elimination so far.
+  Eigen::MatrixXd BorderGram() const {
+    const Eigen::Map<const Columns> front(front_.data(), width_, width_);
+    const int size = width_ - kBorderAt;
+    return Eigen::MatrixXd(front.bottomRightCorner(size, size)).selfadjointView<Eigen::Upper>();
+  }
 
   // Finds the step that minimises the damped cost. Returns the decrease of half the sum of squares
   // that the rows predict for it. A block's unknowns are in the order of the columns.
@@ -103,8 +113,6 @@ class SectionChain {
     return 0.5 * (decrease_ + damped);
   }
   const double* step(int block) const { return step_.data() + blocks_[block].unknown; }
-
-  using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   // Covariance of `count` linear functions of the unknowns, without damping: G' H^-1 G. Before each
   // block add(block, &G) adds the functions' derivatives by that block's unknowns
@@ -195,31 +203,31 @@ class SectionChain {
     return factors_.data() + (block.row + k) * width_;
   }
 
-  // Adds kSign times the products of the rows to the front's upper triangle, except for its rows
-  // [skip, end); kSign > 0: to the columns' squares, too.
-  template <int kSign>
-  void AddProducts(const double* rows, int count, int begin, int skip, int end) {
+  // Adds `factor` times the products of the rows to the front's upper triangle, except for its rows
+  // [skip, end); factor > 0: to the columns' squares, too.
+  void AddProducts(double factor, const double* rows, int count, int begin, int skip, int end) {
     int i = 0;
-    for (; i + 4 <= count; i += 4) AddFew<kSign, 4>(rows + Offset(i), begin, skip, end);
-    if (count - i == 3) AddFew<kSign, 3>(rows + Offset(i), begin, skip, end);
-    if (count - i == 2) AddFew<kSign, 2>(rows + Offset(i), begin, skip, end);
-    if (count - i == 1) AddFew<kSign, 1>(rows + Offset(i), begin, skip, end);
+    for (; i + 4 <= count; i += 4) AddFew<4>(factor, rows + Offset(i), begin, skip, end);
+    if (count - i == 3) AddFew<3>(factor, rows + Offset(i), begin, skip, end);
+    if (count - i == 2) AddFew<2>(factor, rows + Offset(i), begin, skip, end);
+    if (count - i == 1) AddFew<1>(factor, rows + Offset(i), begin, skip, end);
   }
   std::ptrdiff_t Offset(int rows) const { return static_cast<std::ptrdiff_t>(rows) * width_; }
 
-  template <int kSign, int kRows>
-  void AddFew(const double* rows, int begin, int skip, int end) {
+  template <int kRows>
+  void AddFew(double factor, const double* rows, int begin, int skip, int end) {
     const int width = width_;
     for (int i = begin; i < width; ++i) {
       if (i == skip) i = end;
       if (i >= width) return;
       double a[kRows], squares = 0.0;
       for (int r = 0; r < kRows; ++r) {
-        a[r] = kSign * rows[r * width + i];
-        squares += a[r] * a[r];
+        const double value = rows[r * width + i];
+        a[r] = factor * value;
+        squares += a[r] * value;
       }
       if (squares == 0.0) continue;
-      if (kSign > 0) squares_[i] += squares;
+      if (factor > 0.0) squares_[i] += squares;
       AddScaled<kRows>(a, rows + i, width, width - i, &Front(i, i));
     }
   }
@@ -269,7 +277,7 @@ class SectionChain {
       for (int j = pivot; j < width_; ++j) y[j] *= scale;
       decrease_ += y[width_ - 1] * y[width_ - 1];
     }
-    AddProducts<-1>(Y, count, begin, first, first + count);
+    AddProducts(-1.0, Y, count, begin, first, first + count);
   }
 
   double Damping(std::size_t unknown, double squares) {

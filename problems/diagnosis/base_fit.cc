@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kHuber = 2.5;  // sigmas, on the norm of a fix's or a force sample's residuals
+constexpr double kHuber = kForceHuber;  // of fixes and force samples alike
 
 // Calls visit(first row, rows, sigma) for every fix and force sample.
 template <class Visit>

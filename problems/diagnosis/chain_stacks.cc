@@ -66,29 +66,21 @@ bool StartsStretch(const FlightPlan& plan, int segment) {
 
 namespace {
 
-ContinuityResidual::Weights LinkWeights(const BaseFlight& flight, int s,
-                                        const NoiseStrengths& noise) {
-  const auto& span = flight.plan().segments[s];
-  return StepWeights(noise.process, flight.scaling().DriftUnit(),
-                     SecondsBetween(span.begin, span.end), flight.gravity());
-}
-
-// Whitened error of the step to the next segment: (p, v, drift, gust).
+// The step's error, not whitened: (p, v, drift, gust) of the next node less the prediction.
 NodeVector LinkError(const BaseFlight& flight, const FlightRows& rows, const FlightUnknowns& x,
                      int s, const ContinuityResidual::Weights& w) {
   const NodeVector &here = x.nodes[s], &there = x.nodes[s + 1];
-  Eigen::Matrix<double, 9, 1> path;
-  path << rows.r.segment<6>(flight.LinkRow(s)),
-      w.drift_unit.cwiseProduct(there.head<3>() - w.alpha * here.head<3>());
   NodeVector error;
-  error << w.sqrt_information * path, w.gust_weight * (there.tail<2>() - w.beta * here.tail<2>());
+  error << rows.r.segment<6>(flight.LinkRow(s)),
+      w.drift_unit.cwiseProduct(there.head<3>() - w.alpha * here.head<3>()),
+      there.tail<2>() - w.beta * here.tail<2>();
   return error;
 }
 
 // One over the sigmas of the prior on a stretch's first unknowns.
 NodeVector StartWeights(const BaseFlight& flight, const NoiseStrengths& noise) {
   NodeVector w;
-  w << flight.scaling().DriftUnit().cwiseQuotient(noise.process.DriftSigma().cwiseMax(1e-5)),
+  w << flight.scaling().DriftUnit().cwiseQuotient(noise.process.StartSigma()),
       Eigen::Vector3d::Constant(1.0 / kOpenPosition),
       Eigen::Vector3d::Constant(1.0 / kOpenVelocity),
       Eigen::Vector2d::Constant(1.0 / noise.process.gust);
@@ -103,19 +95,37 @@ NodeVector StartError(const NodeVector& node, const NodeVector& weights) {
 
 }  // namespace
 
+ContinuityResidual::Weights LinkWeights(const BaseFlight& flight, int s,
+                                        const NoiseStrengths& noise) {
+  const auto& span = flight.plan().segments[s];
+  return StepWeights(noise.process, flight.scaling().DriftUnit(),
+                     SecondsBetween(span.begin, span.end), flight.gravity());
+}
+
+SegmentRows PathRows(const LinearFlight& linear, int s) {
+  if (!linear.flight.plan().segments[s].linked) return SegmentRows(0, linear.width());
+  SegmentRows link(kNodeSize, linear.width());
+  for (int i = 0; i < 6; ++i) CopyRow(linear, linear.flight.LinkRow(s) + i, 1.0, i, &link);
+  return link;
+}
+
+void EnterProcesses(const LinearFlight& linear, int s, const ContinuityResidual::Weights& w,
+                    SegmentRows* link) {
+  link->node().block<3, 3>(6, 0) = (-w.alpha * w.drift_unit).asDiagonal();
+  link->next().block<3, 3>(6, 0) = w.drift_unit.asDiagonal();
+  link->node().block<2, 2>(9, kGustAt).diagonal().setConstant(-w.beta);
+  link->next().block<2, 2>(9, kGustAt).diagonal().setOnes();
+  link->values.rightCols<1>() = LinkError(linear.flight, linear.rows, linear.x, s, w);
+}
+
 SegmentRows LinkStack(const LinearFlight& linear, int s, const NoiseStrengths& noise) {
-  const auto& span = linear.flight.plan().segments[s];
-  if (!span.linked) return SegmentRows(0, linear.width());
-  SegmentRows stack(kNodeSize, linear.width());
-  stack.cluster.assign(stack.cluster.size(), span.cluster);
+  SegmentRows stack = PathRows(linear, s);
+  if (stack.count() == 0) return stack;
+  stack.cluster.assign(stack.cluster.size(), linear.flight.plan().segments[s].cluster);
   const ContinuityResidual::Weights w = LinkWeights(linear.flight, s, noise);
-  for (int i = 0; i < 6; ++i) CopyRow(linear, linear.flight.LinkRow(s) + i, 1.0, i, &stack);
-  stack.node().block<3, 3>(6, 0) = (-w.alpha * w.drift_unit).asDiagonal();
-  stack.next().block<3, 3>(6, 0) = w.drift_unit.asDiagonal();
-  stack.values.topRows<9>() = (w.sqrt_information * stack.values.topRows<9>()).eval();
-  stack.node().block<2, 2>(9, kGustAt).diagonal().setConstant(-w.beta * w.gust_weight);
-  stack.next().block<2, 2>(9, kGustAt).diagonal().setConstant(w.gust_weight);
-  stack.values.rightCols<1>() = LinkError(linear.flight, linear.rows, linear.x, s, w);
+  EnterProcesses(linear, s, w, &stack);
+  stack.values.topRows<kGustAt>() = (w.sqrt_information * stack.values.topRows<kGustAt>()).eval();
+  stack.values.bottomRows<2>() *= w.gust_weight;
   stack.log_weights = LogDeterminant(w, true);
   return stack;
 }
@@ -138,7 +148,10 @@ double ProcessCost(const BaseFlight& flight, const FlightRows& rows, const Fligh
   for (int s = 0; s < static_cast<int>(x.nodes.size()); ++s) {
     if (StartsStretch(flight.plan(), s)) sum += StartError(x.nodes[s], start).squaredNorm();
     if (!flight.plan().segments[s].linked) continue;
-    sum += LinkError(flight, rows, x, s, LinkWeights(flight, s, noise)).squaredNorm();
+    const ContinuityResidual::Weights w = LinkWeights(flight, s, noise);
+    const NodeVector error = LinkError(flight, rows, x, s, w);
+    sum += (w.sqrt_information * error.head<kGustAt>()).squaredNorm() +
+           (w.gust_weight * error.tail<2>()).squaredNorm();
   }
   return 0.5 * sum;
 }

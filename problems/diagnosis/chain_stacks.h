@@ -1,6 +1,7 @@
 // Whitened rows of one segment of a flight's chain (bordered_chain.h).
 #pragma once
 
+#include "cost_functions/continuity_residual.h"
 #include "problems/chain/bordered_chain.h"
 #include "problems/diagnosis/base_flight.h"
 
@@ -48,6 +49,13 @@ SegmentRows ForceStack(const LinearFlight& linear, int segment, double sigma);
 // The process rows from a segment to the next, if one follows: (p, v, drift) with the covariance
 // that the processes accumulate, and the gust.
 SegmentRows LinkStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
+// Its parts: the weights of the step; the rows before whitening as far as no noise changes them,
+// none where no segment follows; what the processes' memory changes in them.
+ContinuityResidual::Weights LinkWeights(const BaseFlight& flight, int segment,
+                                        const NoiseStrengths& noise);
+SegmentRows PathRows(const LinearFlight& linear, int segment);
+void EnterProcesses(const LinearFlight& linear, int segment,
+                    const ContinuityResidual::Weights& weights, SegmentRows* link);
 // The prior on a stretch's first unknowns.
 SegmentRows StartStack(const LinearFlight& linear, int segment, const NoiseStrengths& noise);
 // Half the squares of all process rows and start priors.

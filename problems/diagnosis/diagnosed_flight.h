@@ -30,13 +30,20 @@ struct Residuals {
   double whiteness_p = 1.0;  // WhitenessOf
 };
 
+// Distances between a corrected stream and mocap, by second.
+struct StreamErrors {
+  std::string unit;
+  std::map<int, double> by_second;
+};
+
 // Errors (m) by place, each predicted with constants and causes fitted to the other half of the
 // flight.
 struct HeldOutErrors {
-  std::map<int, double> arcs;                // by cluster
-  std::map<int, double> replays;             // of a second, by the segment where they start
-  std::string metric = "final_point_error";  // of `arcs`
-  double replay_share = 1.0;                 // of the replays that do not overlap
+  std::map<int, double> arcs;                   // by cluster
+  std::map<int, double> replays;                // of a second, by the segment where they start
+  std::string metric = "final_point_error";     // of `arcs`
+  double replay_share = 1.0;                    // of the replays that do not overlap
+  std::map<std::string, StreamErrors> streams;  // by witness (Witness::stream)
 };
 
 class DiagnosedFlight {

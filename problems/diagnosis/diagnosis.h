@@ -31,10 +31,11 @@ struct SearchOptions {
 // Improvement on held-out arcs (or replays): parameters and causes are fitted without them.
 struct Gain {
   int arcs = 0;
-  double before = 0.0, after = 0.0;  // m, mean error
-  // m, 95 % of before - after, paired bootstrap; not finite if there are too few arcs.
+  double before = 0.0, after = 0.0;  // mean error
+  // 95 % of before - after, paired bootstrap; not finite if there are too few arcs.
   double low = -kNoInterval, high = kNoInterval;
   std::string metric = "final_point_error";
+  std::string unit = "m";
   int independent = 0;  // of the arcs: replays may overlap
 
   static constexpr double kNoInterval = std::numeric_limits<double>::infinity();
@@ -66,6 +67,8 @@ struct Cause {
   std::vector<Repeat> repeats;    // by further flight
   std::optional<bool> confirmed;  // by most further flights; empty if there are none
   Witness witness = Witness();
+  // Of the distance between the witness's stream and mocap once the cause is corrected, likewise.
+  Gain agreement = Gain();
   // The size in those that the flight shows with good chance, from its candidate's report.
   double times_detectable = std::numeric_limits<double>::infinity();
   std::string because = {};  // why it is set aside; empty if it is named

@@ -33,10 +33,11 @@ std::string DetectableText(const CandidateReport& c) {
 
 std::string GainText(const Gain& gain, const std::string& what) {
   if (gain.arcs == 0) return "";
-  const std::string means = fmt::format("    {} {}: {:.3f} m before, {:.3f} m after", what,
-                                        gain.arcs, gain.before, gain.after);
+  const std::string means = fmt::format("    {} {}: {:.3g} {} before, {:.3g} {} after", what,
+                                        gain.arcs, gain.before, gain.unit, gain.after, gain.unit);
   if (!std::isfinite(gain.low)) return means + " (too few for an interval)\n";
-  return means + fmt::format(" (95 % of the gain: {:.3f} to {:.3f} m)\n", gain.low, gain.high);
+  return means +
+         fmt::format(" (95 % of the gain: {:.2g} to {:.2g} {})\n", gain.low, gain.high, gain.unit);
 }
 
 std::string GainTexts(const Gain& arcs, const Gain& replays) {
@@ -66,6 +67,8 @@ std::string CauseText(const Cause& cause) {
     text += "\n";
   }
   text += GainTexts(cause.gain, cause.open_loop);
+  text +=
+      GainText(cause.agreement, "distance from " + cause.agreement.metric + ", held-out seconds");
   if (!cause.confused_with.empty()) {
     text += fmt::format("    fits equally well: {}; to separate them: {}\n",
                         fmt::join(cause.confused_with, ", "), cause.candidate.info->separate_by);

@@ -29,6 +29,17 @@ void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arc
   replays->independent = static_cast<int>(after.replay_share * replays->arcs);
 }
 
+// Of what the cause's witness compares; none if that is no stream against mocap.
+Gain AgreementGain(const HeldOutErrors& before, const HeldOutErrors& after,
+                   const Witness& witness) {
+  const auto was = before.streams.find(witness.stream), is = after.streams.find(witness.stream);
+  if (was == before.streams.end() || is == after.streams.end()) return {};
+  Gain gain = GainBetween(was->second.by_second, is->second.by_second);
+  gain.metric = witness.stream;
+  gain.unit = is->second.unit;
+  return gain;
+}
+
 }  // namespace
 
 int HalfOf(int cluster) { return (cluster / kBlockClusters) % 2; }
@@ -78,7 +89,9 @@ void HeldOutGains::Measure(const DiagnosedFlight& flight, const std::vector<Foun
     if (causes->size() > 1) {
       before = i < false_data ? flight.ErrorsHeldOut(found, true) : Without(i - false_data, found);
     }
-    SetGains(before, all, &(*causes)[i].gain, &(*causes)[i].open_loop);
+    Cause& cause = (*causes)[i];
+    SetGains(before, all, &cause.gain, &cause.open_loop);
+    cause.agreement = AgreementGain(before, all, cause.witness);
   }
 }
 

@@ -26,9 +26,9 @@ class HeldOutGains {
  public:
   explicit HeldOutGains(const DiagnosedFlight& flight);
 
-  // Stores the gain of each cause against the model with the other causes, and that of all
-  // together (arcs, replays). `causes` are those of `found`, after false data if there are any;
-  // `flight` is fitted with `found`.
+  // Stores the gains of each cause against the model with the other causes, and those of all
+  // together (arcs, replays). Witnesses must have been asked. `causes` are those of `found`, after
+  // false data if there are any; `flight` is fitted with `found`.
   void Measure(const DiagnosedFlight& flight, const std::vector<Found>& found,
                std::vector<Cause>* causes, Gain* arcs, Gain* replays) const;
 

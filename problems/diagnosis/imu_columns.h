@@ -26,7 +26,8 @@ Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candid
                             const Eigen::VectorXd& here, BaseFlight* flight);
 
 // Columns without a prior, at zero. A column that overflows on this flight (a term in the cube of a
-// place 14 km away) is zero: it carries no information, and would spoil the other columns.
+// place 14 km away) is zero: it carries no information, and its products with other columns would
+// overflow.
 Columns FreeColumns(const Eigen::MatrixXd& d_rows);
 
 class ImuLinearisation : public Linearisation {

@@ -112,6 +112,7 @@ ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)
       options_(OpenPriors(log_->options.vgd)),
       data_(log_->data, options_.drive, options_.passes, options_.drag_measurement),
       plan_(FlightPlan::For(data_, options_)) {
+  if (!log_->data.mocap.empty()) mocap_ = std::make_unique<MocapComparison>(log_->data);
   std::vector<Found> none;
   Fit(&none);
   bare_process_ = fit_.noise.process;
@@ -310,7 +311,9 @@ std::vector<std::string> ImuDrivenFlight::Constants() const {
 bool ImuDrivenFlight::ConstantsArePhysical(const Found& found) const {
   if (found.candidate.info->enters != EntersAt::kForce) return true;
   const ThetaVector value = Parameters(), sigma = Sigmas();
-  return value[0] <= 3.0 * sigma[0] && value[1] <= 3.0 * sigma[1];  // K_x, K_y
+  constexpr int kAxes[] = {InTheta("K_x"), InTheta("K_y")};
+  return std::all_of(std::begin(kAxes), std::end(kAxes),
+                     [&](int i) { return value[i] <= 3.0 * sigma[i]; });
 }
 
 std::vector<std::string> ImuDrivenFlight::ExtraordinaryNoise() const {

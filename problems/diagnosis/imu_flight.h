@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "problems/diagnosis/agreement.h"
 #include "problems/diagnosis/diagnosed_flight.h"
 #include "problems/diagnosis/imu_columns.h"
 #include "problems/diagnosis/prepare_log.h"
@@ -70,6 +71,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
   void AddArcs(const FlightLog& corrected, const PartFit& fit, int half,
                std::map<int, double>* errors) const;
+  void AddAgreement(const PartFit& fit, int half, HeldOutErrors* errors) const;
   HeldOutErrors ErrorsOfHalf(const FlightLog& log, const PartFit& fit, int half) const;
   std::vector<ReplayError> ReplayPart(const FlightLog& log, const FlightLog& corrected,
                                       const PartFit& fit, const std::vector<int>& segments) const;
@@ -85,7 +87,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   std::shared_ptr<BaseFlight> flight_;
   BaseFit fit_;
   bool started_ = false;
-  ProcessNoise bare_process_;  // learned by the first fit, which has no causes
+  std::unique_ptr<const MocapComparison> mocap_;  // none without mocap
+  ProcessNoise bare_process_;                     // learned by the first fit, which has no causes
   // Of candidates at their neutral value, for the last Fit.
   mutable std::map<std::pair<std::string, std::map<std::string, double>>, Eigen::MatrixXd> columns_;
 };

@@ -71,12 +71,25 @@ void ImuDrivenFlight::AddArcs(const FlightLog& corrected, const PartFit& fit, in
   }
 }
 
+// Only the streams count whose comparison with mocap does not use what the fit used.
+void ImuDrivenFlight::AddAgreement(const PartFit& fit, int half, HeldOutErrors* errors) const {
+  const FlightLog corrected = CorrectLog(log_->data, fit.effects, mocap_->path());
+  const bool fitted_to_mocap = IsFittedToMocap(log_->data);
+  const auto counts = [&](double t) {
+    return HalfOf(plan_.ClusterAt(corrected.imu.front().t + FromSeconds(t))) == half;
+  };
+  for (const StreamComparison& c : IndependentComparisons(*mocap_, fitted_to_mocap)) {
+    errors->streams[c.stream] = {c.unit, DistancesFromMocap((*mocap_.*c.rows)(corrected), counts)};
+  }
+}
+
 HeldOutErrors ImuDrivenFlight::ErrorsOfHalf(const FlightLog& log, const PartFit& fit,
                                             int half) const {
   HeldOutErrors errors;
   const FlightLog corrected = CorrectLog(log, fit.effects, path_);
   if (!corrected.fixes.empty()) AddArcs(corrected, fit, half, &errors.arcs);
-  if (log.mocap.empty()) return errors;
+  if (!mocap_) return errors;
+  AddAgreement(fit, half, &errors);
   const auto& first = plan_.segments.front();
   errors.replay_share =
       std::min(1.0, kReplayEvery * SecondsBetween(first.begin, first.end) / kReplaySeconds);
@@ -101,6 +114,9 @@ HeldOutErrors ImuDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   });
   errors[0].arcs.merge(errors[1].arcs);
   errors[0].replays.merge(errors[1].replays);
+  for (auto& [stream, of] : errors[0].streams) {
+    of.by_second.merge(errors[1].streams[stream].by_second);
+  }
   return errors[0];
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/noisy_flight.h"
 
 namespace trueline {
 namespace {
@@ -14,7 +15,7 @@ struct Coordinate {
   double ProcessNoise::*process = nullptr;
   double usual, spread;
   double least = 0.0;  // floor: no model is more exact
-  double most = 1e9;   // beyond it is an effect's business, not chance's
+  double most = 1e9;   // more is an effect, not noise
   bool drift = false;  // of the attitude
 
   double& In(NoiseStrengths* noise) const {
@@ -42,50 +43,6 @@ double LogPrior(NoiseStrengths noise) {
     sum -= 0.5 * z * z;
   }
   return sum;
-}
-
-// Normal matrices of the measurements by segment; strengths only scale them.
-struct Measurements {
-  std::vector<Eigen::MatrixXd> fixes, forces;
-  double log_fix_weights = 0.0;
-  int fix_rows = 0, force_rows = 0;
-
-  explicit Measurements(const LinearFlight& linear) {
-    for (int s = 0; s < static_cast<int>(linear.flight.plan().segments.size()); ++s) {
-      const SegmentRows fix = FixStack(linear, s, 1.0), force = ForceStack(linear, s, 1.0);
-      fixes.push_back(fix.values.transpose() * fix.values);
-      forces.push_back(force.values.transpose() * force.values);
-      log_fix_weights += fix.log_weights;
-      fix_rows += fix.count();
-      force_rows += force.count();
-    }
-  }
-};
-
-double Evidence(const LinearFlight& linear, const Measurements& measured,
-                const NoiseStrengths& noise, int nuisances) {
-  ChainElimination<kNodeSize> elimination(linear.width());
-  double log_weights = measured.log_fix_weights - measured.fix_rows * std::log(noise.fix_scale) -
-                       measured.force_rows * std::log(noise.force_sigma);
-  const double fix = 1.0 / (noise.fix_scale * noise.fix_scale);
-  const double force = 1.0 / (noise.force_sigma * noise.force_sigma);
-  const int width = linear.width();
-  EliminatedNode<kNodeSize> node;
-  Eigen::MatrixXd gram, border = Eigen::MatrixXd::Zero(width, width);
-  auto lower = border.selfadjointView<Eigen::Lower>();
-  for (int s = 0; s < static_cast<int>(measured.fixes.size()); ++s) {
-    gram = fix * measured.fixes[s] + force * measured.forces[s];
-    for (const SegmentRows& stack : {LinkStack(linear, s, noise), StartStack(linear, s, noise)}) {
-      gram.noalias() += stack.values.transpose() * stack.values;
-      log_weights += stack.log_weights;
-    }
-    elimination.Add(gram, &node);
-    border += gram.bottomRightCorner(width, width);
-    lower.rankUpdate(node.border.transpose(), -1.0);
-  }
-  const ReducedSystem reduced({Eigen::MatrixXd(lower)}, BorderPrior(linear), elimination.log_det(),
-                              log_weights);
-  return reduced.LogEvidence(kThetaSize + nuisances) + LogPrior(noise);
 }
 
 using EvidenceOf = std::function<double(const NoiseStrengths&)>;
@@ -128,9 +85,9 @@ NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
 
 double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
                   bool again_from_ordinary_drift) {
-  const Measurements measured(linear);
+  NoisyFlight flight(linear);
   const auto evidence = [&](const NoiseStrengths& at) {
-    return Evidence(linear, measured, at, nuisances);
+    return flight.Reduced(at).LogEvidence(kThetaSize + nuisances) + LogPrior(at);
   };
   const double first = Maximise(evidence, sweeps, noise);
   if (!again_from_ordinary_drift) return first;

@@ -200,8 +200,8 @@ class OpenSearch {
     return order;
   }
 
-  // Adds the humps that the best terms tell about. The grid only tells about where they are, and a
-  // slope may fit better than a hump beside its place.
+  // Adds the humps that the best terms point to. The grid gives their places roughly, and a slope
+  // may fit better than a hump that is not quite at its place.
   void AddRefined(std::vector<TestedOpenTerm>* tested) const {
     std::vector<TermForm> starts;
     for (const TestedOpenTerm* t : ByGain(tested)) {
@@ -291,12 +291,12 @@ class OpenSearch {
       flight_.Fit(&found_);
       return true;
     }
-    if (!StandsInModel(added, described)) {
+    if (!IsShownInModel(added, described)) {
       Drop(added, described);
       return false;
     }
     for (std::size_t k = added; k-- > causes_;) {
-      if (!StandsInModel(k, described)) Drop(k, described);
+      if (!IsShownInModel(k, described)) Drop(k, described);
     }
     return true;
   }
@@ -318,7 +318,7 @@ class OpenSearch {
   }
 
   // Tests a term in the model, and stores its size.
-  bool StandsInModel(std::size_t k, std::vector<DescribedTerm>* described) const {
+  bool IsShownInModel(std::size_t k, std::vector<DescribedTerm>* described) const {
     const auto fit = flight_.Linearise({}, false);
     std::vector<int> nuisances = fit->nuisances;
     for (std::size_t other = 0; other < found_.size(); ++other) {
@@ -350,7 +350,7 @@ class OpenSearch {
     described->erase(InModel(k, described));
     found_.erase(found_.begin() + static_cast<long>(k));
     flight_.Fit(&found_);
-    for (std::size_t left = causes_; left < found_.size(); ++left) StandsInModel(left, described);
+    for (std::size_t left = causes_; left < found_.size(); ++left) IsShownInModel(left, described);
   }
 
   DiagnosedFlight& flight_;

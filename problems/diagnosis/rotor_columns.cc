@@ -54,10 +54,10 @@ struct TermInputs : TermMotion {
 using Term = std::function<Vector3d(const TermInputs&)>;
 
 // What a term of the library changes: the vehicle's specific force or angular acceleration, or a
-// sensor's reading directly. In the order of the rows of SegmentModel::PushFunction and
+// sensor's reading directly. In the order of the rows of SegmentModel::AccelerationsByColumn and
 // RotorColumns::ReadFunction.
 enum class Changes { kForce, kTurn, kAccelerometer, kGyro, kPosition, kAttitude };
-constexpr int kPushRows = 12, kReadRows = 6;
+constexpr int kAccelerationRows = 12, kReadRows = 6;
 
 struct NamedTerms {
   std::string name;
@@ -146,7 +146,7 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
   at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
-  at.thrust = -setup.model.PushOn(x.data(), input).force.z();
+  at.thrust = -setup.model.BodyAccelerationOf(x.data(), input).force.z();
   at.s = 2.0 * t / setup.data->poses.back().t - 1.0;
   return at;
 }
@@ -160,9 +160,10 @@ TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double 
   return at;
 }
 
-// One column for each term: force rows (PushFunction) above pose-reading rows (ReadFunction).
+// One column for each term: force rows (AccelerationsByColumn) above pose-reading rows
+// (ReadFunction).
 Eigen::MatrixXd ValuesOf(const TermInputs& at, int count) {
-  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kPushRows + kReadRows, count);
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kAccelerationRows + kReadRows, count);
   int column = 0;
   for (const NamedTerms& named : Library()) {
     const int row = 3 * static_cast<int>(named.on);
@@ -188,8 +189,9 @@ RotorTerms MakeRotorTerms(const RotorSetup& setup) {
   const auto terms_at = [&setup, middle, count](double t, const RotorState& x) {
     return ValuesOf(TermInputsAt(setup, middle, t, x), count);
   };
-  library.columns.push = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* push) {
-    *push = terms_at(t, x).topRows<kPushRows>();
+  library.columns.accelerations = [terms_at](double t, const RotorState& x,
+                                             Eigen::MatrixXd* accelerations) {
+    *accelerations = terms_at(t, x).topRows<kAccelerationRows>();
   };
   library.columns.read = [terms_at](double t, const RotorState& x, Eigen::MatrixXd* read) {
     *read = terms_at(t, x).bottomRows<kReadRows>();
@@ -202,11 +204,11 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
   RotorColumns columns = VariantColumns(setup.model, *setup.data, std::move(variants));
   if (library == nullptr) return columns;
   const RotorColumns& beside = library->columns;
-  const auto push = [variants = columns.push, &beside](double t, const RotorState& x,
-                                                       Eigen::MatrixXd* out) {
+  const auto accelerations = [variants = columns.accelerations, &beside](
+                                 double t, const RotorState& x, Eigen::MatrixXd* out) {
     variants(t, x, out);
     Eigen::MatrixXd described;
-    beside.push(t, x, &described);
+    beside.accelerations(t, x, &described);
     out->rightCols(beside.count) = described;
   };
   const auto read = [&beside](double t, const RotorState& x, Eigen::MatrixXd* out) {
@@ -214,7 +216,7 @@ RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> varian
     beside.read(t, x, &described);
     out->rightCols(beside.count) = described;
   };
-  return {columns.count + beside.count, push, read};
+  return {columns.count + beside.count, accelerations, read};
 }
 
 std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch) {
@@ -233,12 +235,13 @@ RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& 
   }
   const int count = static_cast<int>(terms.size());
   all.columns.count = count;
-  all.columns.push = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* push) {
+  all.columns.accelerations = [&setup, terms, count](double t, const RotorState& x,
+                                                     Eigen::MatrixXd* accelerations) {
     const TermMotion at = MotionAt(setup, t, x);
-    push->setZero(kPushRows, count);
+    accelerations->setZero(kAccelerationRows, count);
     for (int i = 0; i < count; ++i) {
-      if (terms[i].on == TermOn::kForce) push->col(i).head<3>() = terms[i].At(at);
-      if (terms[i].on == TermOn::kTurn) push->col(i).segment<3>(3) = terms[i].At(at);
+      if (terms[i].on == TermOn::kForce) accelerations->col(i).head<3>() = terms[i].At(at);
+      if (terms[i].on == TermOn::kTurn) accelerations->col(i).segment<3>(3) = terms[i].At(at);
     }
   };
   all.columns.read = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* read) {

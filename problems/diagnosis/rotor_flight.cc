@@ -39,10 +39,6 @@ class RotorLinearisation : public Linearisation {
   RotorNormal normal_;
 };
 
-bool InBase(const RotorPrior& prior, const std::string& constant) {
-  return prior.sigma[FindRotorConstant(constant)] > 0.0;
-}
-
 // Lowest height of the flight above the floor (p_z = 0), m.
 double LowestHeight(const RotorData& data) {
   double lowest = -data.poses.front().p_E.z();
@@ -50,14 +46,13 @@ double LowestHeight(const RotorData& data) {
   return lowest;
 }
 
-// Drag, inflow, moments of the air and motor lag are left out where the base fit estimates them,
-// the ground effect where the flight is not above p_z = 0.
+// Effects are left out that the base fit estimates as constants, the motors' lag where it computes
+// speeds from commands, the ground effect where the flight is not above p_z = 0.
 bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   constexpr double kOnTheFloor = 0.02;  // m
-  const RotorPrior& prior = setup.prior;
-  if (info.id == "linear_drag") return !InBase(prior, "K_x") && !InBase(prior, "K_z");
-  if (info.id == "rotor_inflow") return !InBase(prior, "inflow");
-  if (info.id == "air_moment") return !InBase(prior, "L_v") && !InBase(prior, "M_u");
+  for (const EffectParameterInfo& parameter : info.parameters) {
+    if (setup.prior.Estimates(parameter.constant)) return false;
+  }
   if (info.id == "motor_lag") return !setup.data->motors;
   return info.id != "ground_effect" || LowestHeight(*setup.data) > kOnTheFloor;
 }

@@ -16,7 +16,8 @@ namespace {
 double ShareWithinBody(const RotorConstants& from, const RotorConstants& step) {
   constexpr double kLeastLeft = 0.2;
   double share = 1.0;
-  for (const int i : {0, kInertiaConstants, kInertiaConstants + 1, kInertiaConstants + 2}) {
+  for (const int i :
+       {kMassConstant, kInertiaConstants, kInertiaConstants + 1, kInertiaConstants + 2}) {
     if (step[i] < 0.0) share = std::min(share, (1.0 - kLeastLeft) * from[i] / -step[i]);
   }
   return std::max(share, 0.0);

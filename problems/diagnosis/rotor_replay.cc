@@ -38,7 +38,7 @@ std::size_t NearestPose(const RotorData& data, double t) {
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
   RotorData data = *setup_->data;
-  if (data.motors) data.TurnMotors(MotorsOf(batch_.mean));
+  if (data.motors) data.SimulateMotors(MotorsOf(batch_.mean));
   std::vector<ReplayError> errors;
   double next = data.poses.front().t;
   for (std::size_t i = 0; i < data.poses.size(); ++i) {
@@ -72,7 +72,7 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   const std::size_t i = NearestPose(data, t);
   const RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
   const Eigen::Matrix3d R_E_B = AttitudeOf(x);
-  const Eigen::Vector3d f_B = setup_->model.PushOn(x.data(), data.InputAt(t)).force;
+  const Eigen::Vector3d f_B = setup_->model.BodyAccelerationOf(x.data(), data.InputAt(t)).force;
   const Eigen::Vector3d p_E = PositionOf(x);
   ReplaySituation at{};
   at.time = data.since_start + t;

@@ -12,7 +12,7 @@ namespace {
 Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNoise& noise,
                                           const RotorNode& start, const RotorNode& next,
                                           const RotorConstants& constants, RotorSegment span) {
-  const auto push = [](double, const RotorState&, Eigen::MatrixXd* out) {
+  const auto accelerations = [](double, const RotorState&, Eigen::MatrixXd* out) {
     out->setIdentity(12, 6);
   };
   SegmentModel segment(setup.model, *setup.data, noise, std::move(span), {});
@@ -20,7 +20,7 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
   segment.SetWeight(path);
   SegmentResidual residual = segment.Evaluate(path, next);
   segment.Whiten(&residual);
-  Eigen::MatrixXd response = segment.Respond(path, next, 6, push);
+  Eigen::MatrixXd response = segment.Respond(path, next, 6, accelerations);
   segment.Whiten(&response);
   Eigen::Matrix<double, 6, 1> sigmas;
   for (int j = 0; j < 6; ++j) {

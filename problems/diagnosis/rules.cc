@@ -23,6 +23,13 @@ bool Better(const Gain& g) { return g.arcs > 0 && g.low > 0.0; }
 
 bool Witnessed(const Cause& cause) { return cause.witness.says == "confirms"; }
 
+// True if, on held-out flight, the witness's stream agrees better with mocap once the cause is
+// corrected, by more than positions lose.
+bool AgreesBetter(const Cause& cause) {
+  const double all = Ratio(cause.gain) * Ratio(cause.open_loop) * Ratio(cause.agreement);
+  return Better(cause.agreement) && all <= 1.0;
+}
+
 }  // namespace
 
 bool ClearGain(const Gain& arcs, const Gain& replays) {
@@ -41,8 +48,8 @@ bool ClearLoss(const Gain& arcs, const Gain& replays) {
 bool Harmful(const Cause& cause) {
   // A small loss is no evidence against a cause: laps repeat, so an unmodelled effect may favour
   // the worse model slightly on both halves, and positions do not show every sensor error.
-  constexpr double kBeyondDoubt = 1e-12;  // p-value of a cause that is certain
-  const double limit = cause.p < kBeyondDoubt ? 1.25 : 1.1;
+  constexpr double kCertain = 1e-12;  // p-value of a cause that is certain
+  const double limit = cause.p < kCertain ? 1.25 : 1.1;
   const Gain &arcs = cause.gain, &replays = cause.open_loop;
   const bool clear = Worse(arcs) || Worse(replays) || !(Better(arcs) || Better(replays));
   return clear && Ratio(arcs) * Ratio(replays) > limit;
@@ -83,9 +90,12 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
   const bool repeats = cause.confirmed.value_or(false);
   if (Witnessed(cause)) {
     // The sensor has the error, but it is not what the model lacks on this flight. A loss that may
-    // be chance is no evidence of that, unless another flight does not have the error.
+    // be chance is no evidence of that, unless another flight does not have the error. Nor is one
+    // where the corrected sensor agrees better with mocap: positions hide an error that another
+    // one cancels.
     const bool contradicted = cause.confirmed.has_value() && !repeats;
-    const bool lost = ClearLoss(cause.gain, cause.open_loop) || (contradicted && !no_loss);
+    const bool clear = ClearLoss(cause.gain, cause.open_loop) && !AgreesBetter(cause);
+    const bool lost = clear || (contradicted && !no_loss);
     return lost ? "its witness shows it, but held-out flight is predicted worse" : "";
   }
   if (cause.times_detectable < kLeastShown && !repeats) {

@@ -9,11 +9,10 @@
 #include <functional>
 #include <set>
 
-#include "problems/diagnosis/mocap_rows.h"
+#include "problems/diagnosis/agreement.h"
 #include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
-#include "problems/vgd/fix_loss.h"
 
 namespace trueline {
 namespace {
@@ -33,25 +32,6 @@ using CorrectedRows = std::function<MocapRows(const VectorXd& sizes)>;
 struct SizeEstimate {
   VectorXd value, sigma;
 };
-
-// Huber weights, for each of x, y, z in its own scale. Rows of zeros (no data) get none.
-VectorXd RobustWeights(const VectorXd& residual) {
-  constexpr double kEdge = 4.0;  // scales: least squares, but for outliers
-  VectorXd weight = VectorXd::Zero(residual.size());
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> sizes;
-    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
-      if (residual[row] != 0.0) sizes.push_back(std::abs(residual[row]));
-    }
-    if (sizes.empty()) continue;
-    const double scale = std::max(1e-9, 1.4826 * UpperMedian(std::move(sizes)));
-    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
-      const double u = std::abs(residual[row]) / scale;
-      if (u > 0.0) weight[row] = RobustWeight(FixLoss::kHuber, kEdge, u) / (scale * scale);
-    }
-  }
-  return weight;
-}
 
 // Scores summed over blocks of `length` s.
 MatrixXd BlockScores(const MatrixXd& scores, const std::vector<double>& t, double length) {
@@ -128,10 +108,10 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
       const VectorXd moved = sizes + unknowns[k].step * VectorXd::Unit(count, k);
       columns.col(offsets + k) = (slopes_at(moved).r - here) / unknowns[k].step;
     }
-    if (i == 0) weight = RobustWeights(rows.r);
+    if (i == 0) weight = RobustWeightsByAxis(rows.r);
     for (int robust = 0; robust < 3; ++robust) {
       const Linear linear(columns, weight);
-      weight = RobustWeights(rows.r + linear.columns * linear.Solve(rows.r));
+      weight = RobustWeightsByAxis(rows.r + linear.columns * linear.Solve(rows.r));
     }
     const Linear linear(columns, weight);
     const VectorXd solution = linear.Solve(rows.r);
@@ -148,35 +128,6 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
   }
 }
 
-// The comparison that shows an effect.
-struct Comparison {
-  std::string stream;  // in words
-  // Effects that look alike at one frequency of turns: if one is asked for, all are free.
-  std::vector<std::string> alike;
-  MocapRows (MocapComparison::*rows)(const FlightLog&) const;
-  // False if the fit used the same: mocap's positions, turned by the logged attitude.
-  bool independent = true;
-};
-
-std::optional<Comparison> ComparisonFor(const EffectInfo& info, const MocapComparison& mocap,
-                                        bool fitted_to_mocap) {
-  if (info.correct == nullptr) return std::nullopt;
-  const bool acceleration = info.enters == EntersAt::kAccelerometer ||
-                            (info.enters == EntersAt::kAttitude && !mocap.HasOwnAttitude());
-  if (acceleration) {
-    return Comparison{"mocap acceleration",
-                      {},
-                      &MocapComparison::Acceleration,
-                      mocap.HasOwnAttitude() || !fitted_to_mocap};
-  }
-  if (info.enters == EntersAt::kAttitude) {
-    return Comparison{"mocap attitude",
-                      {"ahrs_acceleration_error", "attitude_latency"},
-                      &MocapComparison::Attitude};
-  }
-  return Comparison{"mocap position", {"fix_latency", "fix_scale"}, &MocapComparison::Fixes};
-}
-
 void ShiftImu(double delay, FlightLog* log) {
   for (ImuSample& s : log->imu) s.t -= FromSeconds(delay);
 }
@@ -185,7 +136,7 @@ void ShiftImu(double delay, FlightLog* log) {
 // beside those that accelerations show.
 class StreamFit {
  public:
-  StreamFit(const FlightLog& log, const MocapComparison& mocap, Comparison comparison)
+  StreamFit(const FlightLog& log, const MocapComparison& mocap, StreamComparison comparison)
       : log_(log), mocap_(mocap), comparison_(std::move(comparison)) {}
 
   void Add(const Candidate& candidate) {
@@ -231,7 +182,7 @@ class StreamFit {
 
   const FlightLog& log_;
   const MocapComparison& mocap_;
-  Comparison comparison_;
+  StreamComparison comparison_;
   std::vector<Candidate> candidates_;
   std::vector<Unknown> unknowns_;
 };
@@ -241,7 +192,8 @@ SizeEstimate ImuDelay(const FlightLog& log, const MocapComparison& mocap) {
   constexpr double kUnknown = 0.01;  // s
   std::optional<SizeEstimate> delay;
   if (mocap.HasOwnAttitude()) {
-    delay = StreamFit(log, mocap, {"mocap acceleration", {}, &MocapComparison::Acceleration}).Run();
+    delay =
+        StreamFit(log, mocap, {"mocap acceleration", "", {}, &MocapComparison::Acceleration}).Run();
   }
   return delay ? *delay : SizeEstimate{VectorXd::Zero(1), VectorXd::Constant(1, kUnknown)};
 }
@@ -289,7 +241,7 @@ Witness WitnessOf(const Cause& cause, const std::string& stream, const SizeEstim
   return witness;
 }
 
-void AskOne(const FlightLog& log, const MocapComparison& mocap, const Comparison& comparison,
+void AskOne(const FlightLog& log, const MocapComparison& mocap, const StreamComparison& comparison,
             const std::vector<Cause*>& causes) {
   StreamFit comparing(log, mocap, comparison);
   for (const Cause* cause : causes) comparing.Add(cause->candidate);
@@ -325,9 +277,8 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
   }
   if (causes->empty()) return;
   const MocapComparison mocap(log);
-  const bool fitted_to_mocap =
-      std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& f) { return f.gate < 0; });
-  std::map<std::string, std::pair<Comparison, std::vector<Cause*>>> asked;  // by stream
+  const bool fitted_to_mocap = IsFittedToMocap(log);
+  std::map<std::string, std::pair<StreamComparison, std::vector<Cause*>>> asked;  // by stream
   for (Cause& cause : *causes) {
     if (cause.candidate.id() == "false_gate") {
       const auto share = FalseShare(recorded, cause.candidate);
@@ -380,9 +331,9 @@ std::optional<SizeEstimate> ShownByGyroOf(const FlightLog& log, const Cause& cau
   return best ? std::optional(best->size) : std::nullopt;
 }
 
-// The gyroscope knows how the vehicle turned. Where mocap's attitude is silent it tells of the
-// logged attitude's scale and latency; mocap's acceleration is compared through the thrust, which
-// errs more.
+// The gyroscope measures how the vehicle turned: where mocap's attitude does not determine the
+// scale and the latency of the logged attitude, the gyroscope does. mocap's acceleration is
+// compared through the thrust, which has the larger errors.
 void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
   for (Cause& cause : *causes) {
     if (cause.candidate.info->by_gyro == nullptr) continue;

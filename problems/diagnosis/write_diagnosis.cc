@@ -125,6 +125,11 @@ YAML::Node CauseNode(const Cause& cause) {
   node["confused_with"].SetStyle(YAML::EmitterStyle::Flow);
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
   AddGains(cause.gain, cause.open_loop, &node);
+  if (cause.agreement.arcs > 0) {
+    node["gain_agreement"] =
+        GainNode(cause.agreement, "distance_from_" + cause.agreement.metric, "seconds");
+    node["gain_agreement"]["unit"] = cause.agreement.unit;
+  }
   return node;
 }
 

@@ -27,6 +27,9 @@ struct EffectParameterInfo {
   double ordinary;          // size that every vehicle has, too small to be called a cause
   bool either_sign = true;  // both signs are physical
   double neutral = 0.0;
+  // The constant of the rotor-driven model that states the same. Where a fit estimates it, the
+  // effect is in the model already.
+  std::string constant = {};
 };
 
 // A parameter that is not estimated: one hypothesis for each of its values (gate, rotor, t_step).

@@ -21,9 +21,9 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
       {
           .id = "linear_drag",
           .enters = kForce,
-          .parameters = {{"K_x", "1/s", 0.1, 3.0, 0.02},
-                         {"K_y", "1/s", 0.1, 3.0, 0.02},
-                         {"K_z", "1/s", 0.1, 3.0, 0.02}},
+          .parameters = {{"K_x", "1/s", 0.1, 3.0, 0.02, true, 0.0, "K_x"},
+                         {"K_y", "1/s", 0.1, 3.0, 0.02, true, 0.0, "K_y"},
+                         {"K_z", "1/s", 0.1, 3.0, 0.02, true, 0.0, "K_z"}},
           .physics = "the air brakes body and rotors in proportion to speed",
           .definition = "f_B += diag(K) v_B",
           .separate_by = kSpeedsOfRotors,
@@ -64,7 +64,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
       {
           .id = "rotor_inflow",
           .enters = kThrust,
-          .parameters = {{"k", "1", 1e-5, 1e-3, 4e-6}},
+          .parameters = {{"k", "1", 1e-5, 1e-3, 4e-6, true, 0.0, "inflow"}},
           .physics = "inflow from above unloads the rotors: thrust falls in a climb",
           .definition = "f_B,z += -k sum(omega_i) v_B,z",
           .separate_by = kSpeedsOfRotors,
@@ -90,7 +90,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
       {
           .id = "motor_lag",
           .enters = kThrust,
-          .parameters = {{"tau", "s", 0.01, 0.3, 0.002, false}},
+          .parameters = {{"tau", "s", 0.01, 0.3, 0.002, false, 0.0, "motor_lag"}},
           .physics =
               "rotors.csv holds commands, or late readings, that the rotors follow with a lag",
           .definition = "the rotor speed follows its command as a first-order lag of tau",
@@ -118,7 +118,8 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
       {
           .id = "air_moment",
           .enters = kForce,
-          .parameters = {{"roll", "N s", 1e-5, 0.1, 1e-6}, {"pitch", "N s", 1e-5, 0.1, 1e-6}},
+          .parameters = {{"roll", "N s", 1e-5, 0.1, 1e-6, true, 0.0, "L_v"},
+                         {"pitch", "N s", 1e-5, 0.1, 1e-6, true, 0.0, "M_u"}},
           .physics = "air speed gives a moment: drag acts above or below the centre of mass, and "
                      "blades that flap lift the side that meets the wind",
           .definition = "M_x += -roll v_B,y, M_y += pitch v_B,x about the centre of mass",

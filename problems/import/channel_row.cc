@@ -17,7 +17,7 @@ ChannelRow::ChannelRow(const Recording& recording, const std::vector<std::size_t
   }
 }
 
-bool ChannelRow::Take(std::size_t channel, const Record& record) {
+bool ChannelRow::AddRecord(std::size_t channel, const Record& record) {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     if (channels_[i] != channel) continue;
     const auto start = static_cast<std::ptrdiff_t>(starts_[i]);

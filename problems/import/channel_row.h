@@ -13,7 +13,7 @@ class ChannelRow : public ForeignRow {
   ChannelRow(const Recording& recording, const std::vector<std::size_t>& channels);
 
   // Keeps a record of any channel. True if it makes a row.
-  bool Take(std::size_t channel, const Record& record);
+  bool AddRecord(std::size_t channel, const Record& record);
 
   int IndexOf(const std::string& column, const std::string& where) const override;
   std::string_view Text(int index) const override { return At(index).Bytes(); }

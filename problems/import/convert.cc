@@ -42,7 +42,7 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
   const std::vector<std::size_t> undecoded =
       recording->Visit(wanted, [&](std::size_t channel, const Record& record) {
         for (std::size_t i = 0; i < streams.size(); ++i) {
-          if (rows[i].Take(channel, record)) streams[i]->AddRow(rows[i]);
+          if (rows[i].AddRecord(channel, record)) streams[i]->AddRow(rows[i]);
         }
       });
   const std::vector<std::string>& damage = recording->warnings();

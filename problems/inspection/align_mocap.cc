@@ -14,7 +14,7 @@ namespace {
 constexpr double kBendWidth = 0.2;  // s, half the width of a second difference
 constexpr std::size_t kMostPairs = 4000;
 constexpr LagSearch kWithin = {0.5, 0.01};  // s
-constexpr double kLeastAgreement = 0.6;     // correlation, below which the match is not believed
+constexpr double kLeastAgreement = 0.6;     // correlation, below which there is no match
 constexpr double kOrdinaryLag = 0.004;      // s
 constexpr double kCertain = 4.0;            // sigmas
 

@@ -214,7 +214,7 @@ void CheckMeanForce(Examination* e) {
 
 void CheckAccelerometer(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
-    const auto witness = WitnessOf(*e, stream);
+    const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
     auto bends = InEarthOfAttitude(*e, *witness);
     if (!bends) continue;

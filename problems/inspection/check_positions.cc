@@ -116,7 +116,7 @@ bool IsOffScale(const VectorMatch& match) {
 
 // Against the accelerometer, over bends twice as wide.
 std::optional<VectorMatch> MatchWider(const Examination& e, const std::string& stream) {
-  const auto witness = WitnessOf(e, stream, 2.0);
+  const auto witness = PositionWitnessOf(e, stream, 2.0);
   if (!witness) return std::nullopt;
   const RunningIntegral<3> force = ForceIntegral(e.fixed, witness->attitude);
   return MatchVectors(AccelerationPairs(force, witness->bends), {0.0, 0.02});
@@ -192,7 +192,7 @@ std::array<Spread, 3> SpreadOfAxes(const std::vector<VectorPair>& pairs) {
 }
 
 // One column in another unit, or from another zero: its differences from mocap are far larger than
-// its sigma says, those of another axis are not. A clock or a turn would spoil more than one axis.
+// its sigma says, those of another axis are not. A clock or a turn would affect more than one axis.
 void CheckSpread(Examination* e) {
   const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
   if (pairs.size() < 30) return;
@@ -239,7 +239,7 @@ void CheckPositions(Examination* e) {
       Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});
       continue;
     }
-    const auto witness = WitnessOf(*e, stream);
+    const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
     const RunningIntegral<3> force = ForceIntegral(e->fixed, witness->attitude);
     const bool copy = e->IsCopy(stream);

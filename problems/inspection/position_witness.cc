@@ -34,8 +34,8 @@ double HalfWidth(double noise) {
 
 }  // namespace
 
-std::optional<PositionWitness> WitnessOf(const Examination& e, const std::string& stream,
-                                         double wider) {
+std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std::string& stream,
+                                                 double wider) {
   PositionWitness witness{stream, stream == "fixes" ? "attitude" : stream, {}, {}, 0.0};
   if (stream == "fixes" && e.fixed.attitude.size() < 30 && e.fixed.mocap.size() > 30) {
     witness.of_attitude = "mocap";

@@ -19,7 +19,7 @@ struct PositionWitness {
 
 // Of the repaired log. Empty where the stream has too few positions or no attitude fits.
 // `wider`: factor of the bends' width.
-std::optional<PositionWitness> WitnessOf(const Examination& e, const std::string& stream,
-                                         double wider = 1.0);
+std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std::string& stream,
+                                                 double wider = 1.0);
 
 }  // namespace trueline

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "cost_functions/models/rotor.h"
 #include "problems/common/time.h"
 #include "problems/log/field.h"
 
@@ -90,14 +91,6 @@ struct Gate {
   int id;
   Eigen::Vector3d position;  // m, in E
   double yaw;                // rad, flight direction through the gate
-};
-
-struct Rotor {
-  Eigen::Vector3d position;  // m, in B
-  Eigen::Vector3d axis;      // unit vector of thrust, in B
-  int spin;                  // +1 clockwise seen from above
-  double k_f;                // N s^2
-  double k_m;                // N m s^2
 };
 
 struct Vehicle {

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "problems/common/error.h"
+#include "problems/log/read_rotor.h"
 
 namespace trueline {
 namespace {
@@ -19,22 +20,6 @@ void RequireFrame(const YamlMap& map, const std::string& key, const std::string&
 double Positive(const YamlMap& map, const std::string& key, double value) {
   if (!(value > 0.0)) map.Fail(key, fmt::format("found {}; must be positive", value));
   return value;
-}
-
-Rotor ReadRotor(const YamlMap& map) {
-  Rotor rotor;
-  rotor.position = map.GetVector3("position");
-  rotor.axis = map.GetVector3("axis");
-  if (!(rotor.axis.norm() > 0.0)) map.Fail("axis", "has no direction; give the axis of thrust");
-  rotor.axis.normalize();
-  rotor.spin = map.Get<int>("spin");
-  if (rotor.spin != 1 && rotor.spin != -1) {
-    map.Fail("spin", fmt::format("found {}; use 1 (clockwise from above) or -1", rotor.spin));
-  }
-  rotor.k_f = Positive(map, "k_f", map.Get<double>("k_f"));
-  rotor.k_m = map.Get<double>("k_m");
-  map.Finish();
-  return rotor;
 }
 
 std::map<std::string, std::string> ReadSource(const YamlMap& map) {
@@ -90,7 +75,7 @@ Vehicle ReadVehicle(const YamlMap& map) {
   Vehicle vehicle;
   vehicle.mass = map.GetOptional<double>("mass");
   if (vehicle.mass) Positive(map, "mass", *vehicle.mass);
-  for (const YamlMap& rotor : map.Children("rotors")) vehicle.rotors.push_back(ReadRotor(rotor));
+  vehicle.rotors = ReadRotors(map.Children("rotors"));
   map.Finish();
   return vehicle;
 }

@@ -80,8 +80,8 @@ Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& st
   return result;
 }
 
-Eigen::MatrixXd Marginalise(const Eigen::MatrixXd& information, const std::vector<int>& kept,
-                            const std::vector<int>& dropped) {
+Eigen::MatrixXd SchurComplement(const Eigen::MatrixXd& information, const std::vector<int>& kept,
+                                const std::vector<int>& dropped) {
   Eigen::MatrixXd own = Block(information, kept, kept);
   if (dropped.empty()) return own;
   const Eigen::MatrixXd cross = Block(information, kept, dropped);
@@ -110,7 +110,7 @@ GramianScores ScoreStates(const Eigen::MatrixXd& gramian, const std::vector<int>
                           const std::vector<int>& asked, const std::vector<double>& scale) {
   const Eigen::Map<const Eigen::VectorXd> d(scale.data(), static_cast<Eigen::Index>(scale.size()));
   const Eigen::MatrixXd scaled = d.asDiagonal() * gramian * d.asDiagonal();
-  return ScoreGramian(Marginalise(scaled, interest, Others(asked, interest)));
+  return ScoreGramian(SchurComplement(scaled, interest, Others(asked, interest)));
 }
 
 std::vector<int> Others(const std::vector<int>& asked, const std::vector<int>& interest) {

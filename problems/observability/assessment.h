@@ -28,8 +28,8 @@ Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& row
 
 // Information on `kept` when `dropped` are unknown too: the Schur complement, with a pseudo-inverse
 // where the dropped block is singular.
-Eigen::MatrixXd Marginalise(const Eigen::MatrixXd& information, const std::vector<int>& kept,
-                            const std::vector<int>& dropped);
+Eigen::MatrixXd SchurComplement(const Eigen::MatrixXd& information, const std::vector<int>& kept,
+                                const std::vector<int>& dropped);
 
 // Scores of a Gramian of the states of interest, columns scaled.
 struct GramianScores {

@@ -91,7 +91,7 @@ SoftMinimum LogSoftMinimum(const Eigen::MatrixXd& gramian, const DesignTarget& t
   const Eigen::Map<const Eigen::VectorXd> scale(target.scale.data(), gramian.rows());
   const Eigen::MatrixXd scaled = scale.asDiagonal() * gramian * scale.asDiagonal();
   const std::vector<int> others = Others(target.asked, target.interest);
-  const Eigen::MatrixXd left = Marginalise(scaled, target.interest, others);
+  const Eigen::MatrixXd left = SchurComplement(scaled, target.interest, others);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(left);
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-300);
   const Eigen::ArrayXd ratio = (values[0] / values.array()).pow(kPower);

@@ -41,7 +41,7 @@ Eigen::MatrixXd WindowedInformation(const System& system, const NominalFlight& f
     part.start = flight.start + k * length;
     part.end = part.start + length;
     const Eigen::MatrixXd information =
-        Marginalise(VariationalGramian(system, part, weights, step), constants, moving);
+        SchurComplement(VariationalGramian(system, part, weights, step), constants, moving);
     for (std::size_t i = 0; i < constants.size(); ++i) {
       for (std::size_t j = 0; j < constants.size(); ++j) {
         total(constants[i], constants[j]) += information(i, j);

@@ -16,7 +16,6 @@
 #include "problems/common/parallel.h"
 #include "problems/rotor/constants_chart.h"
 #include "problems/rotor/fixed_point.h"
-#include "problems/rotor/pose_prediction.h"
 #include "problems/rotor/rotor_normal.h"
 #include "problems/rotor/rough_nodes.h"
 
@@ -40,7 +39,8 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   if (free != 0 && free != 3) {
     throw InputError("I_x, I_y and I_z are either all known (sigma 0) or all unknown");
   }
-  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertiaConstants)) || !(prior.mean[0] > 0.0)) {
+  if (!IsPhysicalInertia(prior.mean.segment<3>(kInertiaConstants)) ||
+      !(prior.mean[kMassConstant] > 0.0)) {
     throw InputError(
         "the prior's mass or inertia is not that of a body: moments must be positive and each "
         "below the sum of the other two");
@@ -162,9 +162,9 @@ class Batch {
   double SquaresOf(int i, const RotorConstants& constants) const {
     const RotorState x = Joined(at_.nodes[i].motion, constants);
     double pose[6];
-    PoseError(data_.poses[i], data_.attitude, options_.noise, x.data(), pose);
-    const double squares =
-        options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, data_.attitude ? 6 : 3).norm());
+    const int rows = data_.attitude ? 6 : 3;
+    ErrorOf(data_.poses[i], options_.noise)(x.data(), rows, pose);
+    const double squares = options_.PoseCost(Eigen::Map<Eigen::VectorXd>(pose, rows).norm());
     if (i == static_cast<int>(segments_.size())) return squares;
     SegmentResidual step = segments_[i].Evaluate(at_.nodes[i], at_.nodes[i + 1], constants, false);
     segments_[i].Whiten(&step);
@@ -180,8 +180,8 @@ class Batch {
     return result;
   }
 
-  // The step in the free constants' chart. A second moment near zero moves no reading, so the step
-  // in its logarithm has no end: it is limited, and the others are the best beside it.
+  // The step in the free constants' chart. A second moment near zero moves no reading, so its
+  // logarithm is not determined: its step is limited, and the others are the best beside it.
   Eigen::VectorXd LimitedStep(const Eigen::MatrixXd& M, const Eigen::VectorXd& b) const {
     constexpr double kMost = 2.0;  // e-folds
     const std::vector<int> free = options_.prior.Free();
@@ -193,8 +193,7 @@ class Batch {
     return BoundedStep(M, b, -most, most);
   }
 
-  // Holds second moments that are zero (a flat body): the step in the logarithm of a moment
-  // that moves no reading leads nowhere.
+  // Holds second moments that are zero (a flat body): no reading determines their logarithm.
   void HoldFlat() {
     if (!(options_.prior.sigma[kInertiaConstants] > 0.0)) return;
     const double trace = FromChart(at_.chart).segment<3>(kInertiaConstants).sum();
@@ -302,7 +301,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   FixedPoint fixed_point;
   bool settled = false;
   for (int turn = 0; turn < kMostTurns; ++turn) {
-    data->TurnMotors(Possible(MotorsOf(at)));
+    data->SimulateMotors(Possible(MotorsOf(at)));
     const RotorBatchResult before = std::move(result);
     Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
     result = start != nullptr ? batch.RunFrom(before, weights->nodes, weights->mean)
@@ -316,7 +315,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     if (settled && result.converged) break;
     if (settled) continue;
     const RotorConstants next = fixed_point.Next(at, result.mean, sigma);
-    const bool exists = next[0] > 0.0 && next.segment<3>(kInertiaConstants).sum() > 0.0;
+    const bool exists = next[kMassConstant] > 0.0 && next.segment<3>(kInertiaConstants).sum() > 0.0;
     at = exists ? next : result.mean;  // the mixed value may have no mass or inertia
   }
   return result;

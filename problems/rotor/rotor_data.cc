@@ -142,7 +142,11 @@ RotorInput RotorData::InputAt(double t) const {
   return input;
 }
 
-void RotorData::TurnMotors(const MotorValues& at) {
+PoseError ErrorOf(const RotorPose& pose, const RotorNoise& noise) {
+  return {pose.p_E, pose.q_E_P, noise.position, noise.attitude};
+}
+
+void RotorData::SimulateMotors(const MotorValues& at) {
   motors_at = at;
   speeds = motors->commands;  // only to give `speeds` the same shape
   slopes.assign(speeds.size(), std::vector<MotorValues>(speeds.front().size()));
@@ -215,7 +219,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     data.motors = CommandsOf(log, *options.motors);
     MotorValues at = options.motors_at;
     at[kLag] += options.motor_lag;
-    data.TurnMotors(at);
+    data.SimulateMotors(at);
     return data;
   }
   if (options.smooth_rotors) Smooth(&data);

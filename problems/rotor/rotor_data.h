@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "cost_functions/models/rotor_aero_model.h"
+#include "cost_functions/pose_residual.h"
 #include "problems/log/flight_log.h"
+#include "problems/rotor/rotor_noise.h"
 
 namespace trueline {
 
@@ -23,6 +25,7 @@ struct RotorPose {
   Eigen::Vector3d p_E;  // m, of P
   Eigen::Quaterniond q_E_P;
 };
+PoseError ErrorOf(const RotorPose& pose, const RotorNoise& noise);
 
 struct RotorImu {
   double t;               // s
@@ -54,7 +57,7 @@ struct RotorData {
   std::vector<std::vector<MotorValues>> slopes;
 
   // Recomputes the speeds from the commands at other values of the unknowns.
-  void TurnMotors(const MotorValues& at);
+  void SimulateMotors(const MotorValues& at);
   // Rotor speeds at `t` (s from `origin`): linear between samples, constant outside. Accelerations
   // are the slopes.
   RotorInput InputAt(double t) const;

@@ -7,7 +7,6 @@
 
 #include "problems/common/error.h"
 #include "problems/result/distributions.h"
-#include "problems/rotor/pose_prediction.h"
 #include "problems/rotor/rotor_slopes.h"
 #include "problems/rotor/rotor_step.h"
 #include "problems/rotor/rough_nodes.h"
@@ -290,7 +289,7 @@ class Filter {
     std::array<RotorJet, 6> error;
     const RotorState at = Point();
     SeedErrors(at, x.data());
-    PoseError(pose, rows == 6, options_.noise, x.data(), error.data());
+    ErrorOf(pose, options_.noise)(x.data(), rows, error.data());
     Eigen::Matrix<double, Eigen::Dynamic, kErrors, 0, 6> whole(rows, kErrors);
     Eigen::VectorXd innovation(rows);
     for (int i = 0; i < rows; ++i) {

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "problems/common/parallel.h"
-#include "problems/rotor/pose_prediction.h"
 
 namespace trueline {
 namespace {
@@ -26,8 +25,8 @@ PoseResidual EvaluatePose(const RotorPose& pose, bool attitude, const RotorNoise
   std::array<RotorJet, RotorAeroModel::kStates> x;
   std::array<RotorJet, 6> error;
   SeedErrors(Joined(node.motion, constants), x.data());
-  PoseError(pose, attitude, noise, x.data(), error.data());
   const int rows = attitude ? 6 : 3;
+  ErrorOf(pose, noise)(x.data(), rows, error.data());
   PoseResidual r{Eigen::VectorXd(rows), Eigen::MatrixXd::Zero(rows, kNodeErrors),
                  Eigen::MatrixXd(rows, free.size())};
   for (int i = 0; i < rows; ++i) {
@@ -103,7 +102,7 @@ class RowsAtPoint {
     segment.Whiten(&step);
     Matrix response(step.error.size(), 0);
     if (columns_.count > 0) {
-      response = segment.Respond(path, next, columns_.count, columns_.push);
+      response = segment.Respond(path, next, columns_.count, columns_.accelerations);
       segment.Whiten(&response);
     }
     const auto steps = step.error.size();

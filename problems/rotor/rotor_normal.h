@@ -20,7 +20,7 @@ struct RotorColumns {
   using ReadFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* read)>;
 
   int count = 0;
-  SegmentModel::PushFunction push;
+  SegmentModel::AccelerationsByColumn accelerations;
   ReadFunction read = nullptr;  // null where no column changes pose readings directly
 };
 

@@ -21,6 +21,10 @@ std::vector<int> RotorPrior::Free() const {
   return free;
 }
 
+bool RotorPrior::Estimates(const std::string& name) const {
+  return !name.empty() && sigma[FindRotorConstant(name)] > 0.0;
+}
+
 RotorConstants RotorPrior::WithKnown(const RotorConstants& constants) const {
   return (sigma.array() == 0.0).select(mean, constants);
 }

@@ -13,6 +13,8 @@ struct RotorPrior {
   RotorConstants sigma = RotorConstants::Zero();  // zero: known, not estimated
 
   std::vector<int> Free() const;
+  // True if the constant of this name is unknown; false for an empty name.
+  bool Estimates(const std::string& name) const;
   // `constants` with the known ones at their values.
   RotorConstants WithKnown(const RotorConstants& constants) const;
 };

@@ -71,10 +71,11 @@ class SegmentModel {
   // Small forces that a model lacks, at a time and state, for each unit of size: specific force
   // [m/s^2] and angular acceleration [rad/s^2] in the first 6 rows, direct errors of accelerometer
   // [m/s^2] and gyro [rad/s] in the next 6; 12 x columns.
-  using PushFunction = std::function<void(double t, const RotorState& x, Eigen::MatrixXd* push)>;
+  using AccelerationsByColumn =
+      std::function<void(double t, const RotorState& x, Eigen::MatrixXd* accelerations)>;
   // d(error of Evaluate) / d(size of each column): rows x columns, not whitened.
   Eigen::MatrixXd Respond(const SegmentPath& path, const RotorNode& next, int columns,
-                          const PushFunction& push) const;
+                          const AccelerationsByColumn& accelerations) const;
   // Evaluates the covariance of the rows along this path, for Whiten.
   void SetWeight(const SegmentPath& path);
   // Multiplies by L^-1 of the covariance L L'.

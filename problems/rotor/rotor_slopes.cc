@@ -23,7 +23,7 @@ using StateSlope = Eigen::Matrix<double, kMovingStates, kMovingStates>;
 
 // Force [m/s^2] and angular acceleration [rad/s^2], and their derivatives by the state. Columns of
 // constants that are not asked for are zero.
-struct PushSlope {
+struct BodyAccelerationSlope {
   Eigen::Matrix<double, 6, 1> value;
   Eigen::Matrix<double, 6, Model::kStates> by;
 };
@@ -53,19 +53,21 @@ Eigen::Matrix<double, 6, 4> ByAttitude(const RotorState& x,
   return by_velocity * (RotationOf(back).inverse() * turned);
 }
 
-PushSlope SlopeOfPush(const RotorAeroModel& model, const RotorState& x, const RotorInput& input,
-                      std::span<const int> states) {
+BodyAccelerationSlope SlopeOfBodyAcceleration(const RotorAeroModel& model, const RotorState& x,
+                                              const RotorInput& input,
+                                              std::span<const int> states) {
   const Model::InputSums over = model.SumOver(input);
-  PushSlope slope;
+  BodyAccelerationSlope slope;
   slope.by.setZero();
   std::array<Jet, Model::kStates> at;
   for (int i = 0; i < Model::kStates; ++i) at[i] = Jet(x[i]);
   while (!states.empty()) {
     const auto some = states.first(std::min<std::size_t>(Jet::DIMENSION, states.size()));
     for (std::size_t j = 0; j < some.size(); ++j) at[some[j]].v[static_cast<int>(j)] = 1.0;
-    const Model::Push<Jet> push = model.PushOn(at.data(), input, over);
+    const Model::BodyAcceleration<Jet> acceleration =
+        model.BodyAccelerationOf(at.data(), input, over);
     for (int i = 0; i < 6; ++i) {
-      const Jet& y = i < 3 ? push.force[i] : push.turn[i - 3];
+      const Jet& y = i < 3 ? acceleration.force[i] : acceleration.turn[i - 3];
       slope.value[i] = y.a;
       for (std::size_t j = 0; j < some.size(); ++j) slope.by(i, some[j]) = y.v[static_cast<int>(j)];
     }
@@ -93,9 +95,10 @@ struct Flow {
 
 Flow FlowAt(const RotorAeroModel& model, const RotorState& x, const RotorInput& input,
             const Eigen::Matrix<double, 6, 1>& disturbance, const SlopeColumns& columns) {
-  const PushSlope push = SlopeOfPush(model, x, input, columns.States(input));
-  const Vector3d force = push.value.head<3>() + disturbance.head<3>();
-  const Vector3d turn = push.value.tail<3>() + disturbance.tail<3>();
+  const BodyAccelerationSlope acceleration =
+      SlopeOfBodyAcceleration(model, x, input, columns.States(input));
+  const Vector3d force = acceleration.value.head<3>() + disturbance.head<3>();
+  const Vector3d turn = acceleration.value.tail<3>() + disturbance.tail<3>();
   const Vector4 q = x.head<4>();
   const Vector3d w = x.segment<3>(Base::kRate);
   const Matrix3d R = RotationOf(q);
@@ -106,11 +109,13 @@ Flow FlowAt(const RotorAeroModel& model, const RotorState& x, const RotorInput& 
   for (int k = 0; k < 4; ++k) by.col(k).head<4>() = 0.5 * TimesPure<double>(Vector4::Unit(k), w);
   by.block<4, 3>(0, Base::kRate) = QuaternionSlope(x);
   by.block<3, 3>(Base::kPosition, Base::kVelocity).setIdentity();
-  by.middleRows<3>(Base::kVelocity) = R.lazyProduct(push.by.topLeftCorner<3, kMovingStates>());
+  by.middleRows<3>(Base::kVelocity) =
+      R.lazyProduct(acceleration.by.topLeftCorner<3, kMovingStates>());
   by.block<3, 4>(Base::kVelocity, 0) += RotationSlope(q, force);
-  by.middleRows<3>(Base::kRate) = push.by.bottomLeftCorner<3, kMovingStates>();
-  flow.by_constants.topRows<3>() = R.lazyProduct(push.by.topRightCorner<3, Model::kConstants>());
-  flow.by_constants.bottomRows<3>() = push.by.bottomRightCorner<3, Model::kConstants>();
+  by.middleRows<3>(Base::kRate) = acceleration.by.bottomLeftCorner<3, kMovingStates>();
+  flow.by_constants.topRows<3>() =
+      R.lazyProduct(acceleration.by.topRightCorner<3, Model::kConstants>());
+  flow.by_constants.bottomRows<3>() = acceleration.by.bottomRightCorner<3, Model::kConstants>();
   return flow;
 }
 
@@ -120,7 +125,7 @@ Eigen::Matrix<double, kRows, Model::kMovingErrors> ByError(
     const RotorState& x, const Eigen::Matrix<double, kRows, kMovingStates>& by) {
   Eigen::Matrix<double, kRows, Model::kMovingErrors> slope;
   slope.template leftCols<3>() = by.template leftCols<4>().lazyProduct(QuaternionSlope(x));
-  slope.template rightCols<9>() = by.template rightCols<9>();
+  slope.template rightCols<kMovingStates - 4>() = by.template rightCols<kMovingStates - 4>();
   return slope;
 }
 
@@ -142,7 +147,7 @@ Eigen::Matrix<double, Model::kMovingErrors, kCols> OfError(
     const Eigen::Matrix<double, kMovingStates, kCols>& of) {
   Eigen::Matrix<double, Model::kMovingErrors, kCols> slope;
   slope.template topRows<3>() = attitude.lazyProduct(of.template topRows<4>());
-  slope.template bottomRows<9>() = of.template bottomRows<9>();
+  slope.template bottomRows<kMovingStates - 4>() = of.template bottomRows<kMovingStates - 4>();
   return slope;
 }
 
@@ -186,23 +191,25 @@ std::span<const int> SlopeColumns::Constants(const RotorInput& input) const {
 RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
                            const RotorInput& input, const Eigen::Vector3d& drift,
                            const SlopeColumns& columns) {
-  PushSlope push = SlopeOfPush(model, x, input, columns.States(input));
-  const Vector3d force = push.value.head<3>(), turn = push.value.tail<3>() + drift;
+  BodyAccelerationSlope acceleration =
+      SlopeOfBodyAcceleration(model, x, input, columns.States(input));
+  const Vector3d force = acceleration.value.head<3>(), turn = acceleration.value.tail<3>() + drift;
   const Vector3d w = x.segment<3>(Base::kRate);
   const Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
   RotorReading reading;
   Base::Read(x.data(), force, turn, reading.y.data());
-  auto by = push.by.topRows<3>();
-  by -= Skew<double>(arm).lazyProduct(push.by.bottomRows<3>());
+  auto by = acceleration.by.topRows<3>();
+  by -= Skew<double>(arm).lazyProduct(acceleration.by.bottomRows<3>());
   by.middleCols<3>(Base::kRate) -= Skew<double>(w.cross(arm)) + Skew<double>(w) * Skew<double>(arm);
   const Matrix3d by_arm = Skew<double>(turn) + Skew<double>(w) * Skew<double>(w);
   by.middleCols<3>(Base::kImuArm) += by_arm;
   by.middleCols<3>(Base::kCentre) -= by_arm;
-  push.by.bottomRows<3>().setZero();
-  push.by.block<3, 3>(3, Base::kRate).setIdentity();
-  push.by.middleCols<6>(Base::kAccelBias).setIdentity();
-  reading.slope.leftCols<Model::kMovingErrors>() = ByError<6>(x, push.by.leftCols<kMovingStates>());
-  reading.slope.rightCols<Model::kConstants>() = push.by.rightCols<Model::kConstants>();
+  acceleration.by.bottomRows<3>().setZero();
+  acceleration.by.block<3, 3>(3, Base::kRate).setIdentity();
+  acceleration.by.middleCols<6>(Base::kAccelBias).setIdentity();
+  reading.slope.leftCols<Model::kMovingErrors>() =
+      ByError<6>(x, acceleration.by.leftCols<kMovingStates>());
+  reading.slope.rightCols<Model::kConstants>() = acceleration.by.rightCols<Model::kConstants>();
   return reading;
 }
 

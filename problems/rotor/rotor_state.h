@@ -29,6 +29,7 @@ inline constexpr int kDriftError = RotorAeroModel::kMovingErrors;
 inline constexpr int kNodeErrors = kDriftError + 3;
 using RotorNodeError = Eigen::Matrix<double, kNodeErrors, 1>;
 // The place of I_x, I_y, I_z among the constants.
+inline constexpr int kMassConstant = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
 inline constexpr int kInertiaConstants = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
 
@@ -51,20 +52,6 @@ void SeedError(const RotorState& x, int column, int seed, Jet* out) {
 }
 // `x` with derivatives by the error state.
 void SeedErrors(const RotorState& x, RotorJet* out);
-// d(error state of the moving part) / d(seeds) of Jets whose value is `x`: kMovingErrors x seeds.
-template <class Jet>
-Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensitivity(
-    const Jet* x) {
-  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> sensitivity;
-  const Vec4<double> q(x[0].a, x[1].a, x[2].a, x[3].a);
-  const Vec4<double> back = Conjugate(q) / q.squaredNorm();
-  for (int j = 0; j < Jet::DIMENSION; ++j) {
-    const Vec4<double> dq(x[0].v[j], x[1].v[j], x[2].v[j], x[3].v[j]);
-    sensitivity.col(j).template head<3>() = 2.0 * HamiltonProduct(back, dq).template tail<3>();
-  }
-  for (int i = 4; i < RotorAeroModel::kMoving; ++i) sensitivity.row(i - 1) = x[i].v.transpose();
-  return sensitivity;
-}
 
 // The motors' unknowns among the constants.
 inline MotorValues MotorsOf(const RotorConstants& constants) {

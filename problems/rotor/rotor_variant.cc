@@ -7,22 +7,23 @@ namespace trueline {
 RotorColumns VariantColumns(const RotorAeroModel& model, const RotorData& data,
                             std::vector<RotorVariant> variants) {
   const int count = static_cast<int>(variants.size());
-  const auto push = [&model, &data, variants = std::move(variants)](double t, const RotorState& x,
-                                                                    Eigen::MatrixXd* out) {
+  const auto accelerations = [&model, &data, variants = std::move(variants)](
+                                 double t, const RotorState& x, Eigen::MatrixXd* out) {
     const RotorInput input = data.InputAt(t);
-    const auto base = model.PushOn(x.data(), input);
+    const auto base = model.BodyAccelerationOf(x.data(), input);
     for (std::size_t i = 0; i < variants.size(); ++i) {
       const RotorVariant& variant = variants[i];
       RotorState moved = x;
       moved.tail<RotorAeroModel::kConstants>() += variant.added;
-      const auto moved_push = variant.data != nullptr
-                                  ? variant.model.PushOn(moved.data(), variant.data->InputAt(t))
-                                  : variant.model.PushOn(moved.data(), input);
-      out->col(static_cast<Eigen::Index>(i)).head<6>() << moved_push.force - base.force,
-          moved_push.turn - base.turn;
+      const auto there =
+          variant.data != nullptr
+              ? variant.model.BodyAccelerationOf(moved.data(), variant.data->InputAt(t))
+              : variant.model.BodyAccelerationOf(moved.data(), input);
+      out->col(static_cast<Eigen::Index>(i)).head<6>() << there.force - base.force,
+          there.turn - base.turn;
     }
   };
-  return {count, push};
+  return {count, accelerations};
 }
 
 Eigen::MatrixXd ConsideredCovariance(const RotorAeroModel& model, const RotorData& data,

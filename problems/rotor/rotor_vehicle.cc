@@ -4,6 +4,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/yaml_archive.h"
+#include "problems/log/read_rotor.h"
 
 namespace trueline {
 namespace {
@@ -21,25 +22,6 @@ std::vector<double> LevelState() {
 }
 
 }  // namespace
-
-std::vector<RotorSpec> ReadRotors(const std::vector<YamlMap>& rotors) {
-  std::vector<RotorSpec> specs;
-  for (const YamlMap& map : rotors) {
-    RotorSpec rotor;
-    rotor.position = map.GetVector3("position");
-    rotor.axis = map.GetVector3("axis", rotor.axis);
-    rotor.spin = map.Get<int>("spin");
-    rotor.k_f = map.Get<double>("k_f");
-    rotor.k_m = map.Get<double>("k_m");
-    if (std::abs(rotor.axis.norm() - 1.0) > 1e-3) map.Fail("axis", "must have length 1");
-    if (std::abs(rotor.spin) != 1) map.Fail("spin", "must be 1 or -1 (clockwise from above is 1)");
-    if (!(rotor.k_f > 0.0)) map.Fail("k_f", "must be positive, in N s^2");
-    if (!(rotor.k_m > 0.0)) map.Fail("k_m", "must be positive, in N m s^2; spin gives the sign");
-    map.Finish();
-    specs.push_back(rotor);
-  }
-  return specs;
-}
 
 RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity) {
   RotorVehicle vehicle{Driven(ReadRotors(map.Children("rotors")), gravity), LevelState()};
@@ -64,11 +46,10 @@ RotorVehicle VehicleFromLog(const FlightLog& log, std::string* warning) {
     throw ErrorAt(log.directory + "/log.yaml", 0,
                   "'vehicle' needs mass and rotors where rotor speeds are used");
   }
-  std::vector<RotorSpec> rotors;
+  const std::vector<Rotor>& rotors = log.vehicle->rotors;
   double distance = 0.0;
-  for (const Rotor& rotor : log.vehicle->rotors) {
-    rotors.push_back({rotor.position, rotor.axis, rotor.spin, rotor.k_f, rotor.k_m});
-    distance += rotor.position.head<2>().norm() / static_cast<double>(log.vehicle->rotors.size());
+  for (const Rotor& rotor : rotors) {
+    distance += rotor.position.head<2>().norm() / static_cast<double>(rotors.size());
   }
   RotorVehicle vehicle{Driven(rotors, log.gravity), LevelState()};
   const double mass = *log.vehicle->mass;

@@ -19,7 +19,6 @@ struct RotorVehicle {
 // Keys: mass, inertia [x, y, z], r_BM, r_BP, r_BI, rotors (as in a native log's vehicle). Throws
 // InputError for an unphysical mass, inertia or rotor, naming the key.
 RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity);
-std::vector<RotorSpec> ReadRotors(const std::vector<YamlMap>& rotors);
 
 // A vehicle from the log's own section. A log does not state inertia and lever arms: inertia is
 // guessed from mass and rotor positions (radius of gyration 0.4 of the mean rotor distance), lever

@@ -113,7 +113,7 @@ Learned LearnWalk(const VectorXd& t, const VectorXd& speeds, double noise) {
 }
 
 // Variance of a sample of the greatest likelihood over all columns.
-double LearnNoise(const VectorXd& t, const MatrixXd& columns) {
+double LearnSampleVariance(const VectorXd& t, const MatrixXd& columns) {
   const auto cost = [&](double logarithm) {
     double sum = 0.0;
     for (const auto& column : columns.colwise()) {
@@ -169,7 +169,7 @@ SmoothedSpeeds SmoothSpeeds(const std::vector<double>& times,
   const Eigen::Index learn_on = std::min(t.size(), kLearnOn);
   const MatrixXd moving = Moving(components.topRows(learn_on));
   if (moving.cols() == 0) return result;
-  const double noise = LearnNoise(t.head(learn_on), moving);
+  const double noise = LearnSampleVariance(t.head(learn_on), moving);
   if (std::sqrt(noise) < kExact * measured.cwiseAbs().mean()) return result;
   for (auto component : components.colwise()) {
     const Walk walk = LearnWalk(t.head(learn_on), component.head(learn_on), noise).walk;

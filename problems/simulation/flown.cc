@@ -30,7 +30,8 @@ RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::
     for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
       drawn.mean[i] = truth[i] + prior.sigma[i] * random.Normal();
     }
-  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) || !(drawn.mean[0] > 0.0));
+  } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) ||
+           !(drawn.mean[kMassConstant] > 0.0));
   return drawn;
 }
 

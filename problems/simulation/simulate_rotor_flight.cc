@@ -35,7 +35,7 @@ simulation::VehicleConfig MakeVehicle(const RotorSimulation& config) {
   simulation::VehicleConfig vehicle;
   vehicle.mass = config.vehicle.parameters[Model::kMass];
   vehicle.inertia = Parameter(config, Model::kInertia);
-  for (const RotorSpec& rotor : config.vehicle.model.rotors()) {
+  for (const Rotor& rotor : config.vehicle.model.rotors()) {
     vehicle.rotors.push_back({rotor.position - Parameter(config, Model::kCentre), rotor.axis,
                               rotor.spin, rotor.k_f, rotor.k_m});
   }
@@ -200,7 +200,7 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   log.name = "rotor_flight";
   log.gravity = config.vehicle.model.gravity();
   log.vehicle = Vehicle{config.vehicle.parameters[Model::kMass], {}};
-  for (const RotorSpec& r : config.vehicle.model.rotors()) {
+  for (const Rotor& r : config.vehicle.model.rotors()) {
     log.vehicle->rotors.push_back({r.position, r.axis, r.spin, r.k_f, r.k_m});
   }
   const double root_rate = std::sqrt(config.imu_rate);

@@ -1,6 +1,7 @@
 // YAML -> course, vehicle, autopilot, air.
 #include <fmt/format.h>
 
+#include "problems/log/read_rotor.h"
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/course.h"
 
@@ -65,19 +66,6 @@ std::vector<Rotor> DefaultRotors(double mass, double gravity) {
           {{-kForward, kRight, 0.0}, up, 1, k_f, k_m}};
 }
 
-Rotor ReadRotor(const YamlMap& map) {
-  Rotor rotor;
-  rotor.position = map.GetVector3("position");
-  rotor.axis = map.GetVector3("axis", {0.0, 0.0, -1.0}).normalized();
-  rotor.spin = map.Get<int>("spin");
-  if (rotor.spin != 1 && rotor.spin != -1) map.Fail("spin", "must be 1 or -1");
-  rotor.k_f = map.Get<double>("k_f");
-  rotor.k_m = map.Get<double>("k_m");
-  if (rotor.k_f <= 0.0) map.Fail("k_f", "must be above 0 (N s^2)");
-  map.Finish();
-  return rotor;
-}
-
 }  // namespace
 
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
@@ -89,7 +77,7 @@ VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   a.Positive("motor_lag", &vehicle.motor_lag);
   a.Positive("max_rotor_speed", &vehicle.max_rotor_speed);
   a.Finite("drag", &vehicle.drag);
-  for (const YamlMap& rotor : map.Children("rotors")) vehicle.rotors.push_back(ReadRotor(rotor));
+  vehicle.rotors = ReadRotors(map.Children("rotors"));
   if (vehicle.rotors.empty()) vehicle.rotors = DefaultRotors(vehicle.mass, gravity);
   if (vehicle.rotors.size() < 4 || vehicle.rotors.size() > 8) {
     map.Fail("rotors", fmt::format("needs 4 to 8 rotors, found {}", vehicle.rotors.size()));

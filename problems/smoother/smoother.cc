@@ -50,7 +50,7 @@ WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const
   cov.topLeftCorner<kThetaSize, kThetaSize>() =
       CovarianceOf(past).topLeftCorner<kThetaSize, kThetaSize>();
   const Eigen::Vector3d drift =
-      vgd.process.DriftSigma().cwiseMax(1e-5).cwiseQuotient(ParameterScaling(vgd).DriftUnit());
+      vgd.process.StartSigma().cwiseQuotient(ParameterScaling(vgd).DriftUnit());
   cov.diagonal().segment<kDriftSize>(kThetaSize) = drift.cwiseAbs2();
   cov.diagonal().segment<kStateSize>(kThetaSize + kDriftSize).setConstant(kOpen * kOpen);
   const double gust_variance = vgd.process.gust * vgd.process.gust;
@@ -60,9 +60,9 @@ WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const
 }
 
 // The smoother's state between two windows: the window's start and the marginalised past.
-class Lag {
+class FixedLag {
  public:
-  Lag(const FlightData& flight, const VgdOptions& vgd, const SmootherOptions& options)
+  FixedLag(const FlightData& flight, const VgdOptions& vgd, const SmootherOptions& options)
       : flight_(flight), vgd_(vgd), options_(options), start_(PriorMeans(vgd)) {
     if (flight.continuous) options_.false_pass.probability = 0.0;  // no gates, no false ones
   }
@@ -165,7 +165,7 @@ EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
         "the smoother needs process noise: set a strength under 'process' in the configuration");
   }
   EstimatorRun run{"smoother", vgd.gamma, {}, flight.warnings};
-  Lag lag(flight, vgd, options);
+  FixedLag lag(flight, vgd, options);
   for (int tau = 1; tau <= static_cast<int>(flight.passes.size()); ++tau) {
     run.windows.push_back(lag.Advance(tau, processes[tau - 1]));
     const bool last = tau == static_cast<int>(flight.passes.size());

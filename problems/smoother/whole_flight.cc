@@ -58,7 +58,7 @@ std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
 }
 
 // For K_x and K_y: whether the flight shows them. An estimate whose interval, once errors of the
-// velocity and gusts widen it, is as wide as the prior's is attenuated and not believed.
+// velocity and gusts widen it, is as wide as the prior's is attenuated and not used.
 std::array<bool, 2> ShownDrag(const FlightProblemOptions& options,
                               const FlightProblem::Means& means, const Eigen::VectorXd& prior) {
   Eigen::MatrixXd cov = means.cov;

@@ -26,7 +26,7 @@ constexpr double kLeastTime = 5.0;            // s of log, below which nothing i
 // s before the log in which manoeuvres like the log's own may have filled the filter's integral.
 constexpr double kFilledBefore = 30.0;
 
-// A filter forgets: s in which an error without hold falls to 1/e.
+// Memory of a filter: s in which an error without hold decays to 1/e.
 constexpr double kForgetsBias = 10.0;
 constexpr double kForgetsPull = 30.0;
 
@@ -51,7 +51,7 @@ void Follow(const State& input, double seconds, double memory, State* state) {
   *state += -std::expm1(-seconds / memory) * (input - *state);
 }
 
-// A state that sums its input and forgets.
+// A state that sums its input and decays.
 template <class State>
 void Accumulate(const State& increment, double seconds, double memory, State* state) {
   *state = std::exp(-seconds / memory) * *state + increment;

@@ -33,7 +33,7 @@ struct AttitudeErrorPriors {
 struct AttitudeErrorOptions {
   double longest_hold = 60.0;  // s; 0: the logged attitude is taken as it is
   AttitudeErrorPriors priors;
-  bool uses_accelerometer = true;  // false: its tilt is not to be believed
+  bool uses_accelerometer = true;  // false: its tilt has no known relation to the acceleration
   double latency = 0.0;            // s, of the attitude
   double max_gap = 0.25;           // s
 };

@@ -1,4 +1,4 @@
-// The robust losses for fixes.
+// The robust losses for fixes and for samples of the accelerometer.
 #pragma once
 
 #include "problems/vgd/vgd_options.h"
@@ -8,6 +8,8 @@ class LossFunction;
 }
 
 namespace trueline {
+
+inline constexpr double kForceHuber = 2.5;  // sigmas, on the norm of a sample's x and y
 
 // Each residual block needs its own instance and owns it; null for kNone. `scale` in sigmas.
 ceres::LossFunction* MakeLoss(FixLoss loss, double scale);

@@ -12,21 +12,21 @@ namespace {
 
 constexpr double kTiltFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of options.process.tilt
 constexpr double kGustFactors[] = {0.25, 1.0, 2.0, 4.0, 8.0};         // of options.process.gust
-const double kPriorSpread = std::log(3.0);  // of the candidates' logarithms
+const double kPriorSpread = std::log(3.0);  // of the hypotheses' logarithms
 constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
 // One term of the evidence: three passes and the arcs between them (two at the flight's start). The
 // next term begins with the last pass of this one, so every arc counts once.
 constexpr int kPasses = 3, kStride = 2;
-// A candidate whose log evidence is lower than the best by more than this is rejected.
+// A hypothesis whose log evidence is lower than the best by more than this is rejected.
 constexpr double kOut = 10.0;
 
 // Hypothesis that one of the passes is false: its prior probability, and the sigmas of its offset.
 const double kLogFalse = std::log(0.1);
 constexpr double kFalseOffset = 2.0;      // m
 constexpr double kFalseOffsetRate = 0.2;  // m/s
-// If a candidate's log evidence is lower than the best by more than this, a false pass is tested as
-// the explanation.
-constexpr double kDoubt = 5.0;
+// If a hypothesis's log evidence is lower than the best by more than this, a false pass is tested
+// as the explanation.
+constexpr double kInconsistent = 5.0;
 
 double LogSum(double a, double b) {
   return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
@@ -43,10 +43,10 @@ ProcessLearner::ProcessLearner(const VgdOptions& options) : options_(options) {
   for (const double tilt : kTiltFactors) {
     for (const double gust : kGustFactors) {
       if (!options.UsesGusts() && gust != 1.0) continue;
-      Candidate candidate{options.process, LogPrior(tilt) + LogPrior(gust)};
-      candidate.process.tilt *= tilt;
-      candidate.process.gust *= gust;
-      candidates_.push_back(candidate);
+      Hypothesis hypothesis{options.process, LogPrior(tilt) + LogPrior(gust)};
+      hypothesis.process.tilt *= tilt;
+      hypothesis.process.gust *= gust;
+      hypotheses_.push_back(hypothesis);
     }
   }
 }
@@ -62,15 +62,16 @@ ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const Window
   return {cost, problem.LogEvidence()};
 }
 
-std::vector<ProcessLearner::Candidate*> ProcessLearner::Contenders() {
+std::vector<ProcessLearner::Hypothesis*> ProcessLearner::Contenders() {
   double best = -std::numeric_limits<double>::infinity();
-  for (const Candidate& candidate : candidates_) best = std::max(best, candidate.log_probability);
-  std::vector<Candidate*> contenders;
-  for (Candidate& candidate : candidates_) {
-    if (candidate.log_probability > best - kOut) {
-      contenders.push_back(&candidate);
+  for (const Hypothesis& hypothesis : hypotheses_)
+    best = std::max(best, hypothesis.log_probability);
+  std::vector<Hypothesis*> contenders;
+  for (Hypothesis& hypothesis : hypotheses_) {
+    if (hypothesis.log_probability > best - kOut) {
+      contenders.push_back(&hypothesis);
     } else {
-      candidate.log_probability = -std::numeric_limits<double>::infinity();
+      hypothesis.log_probability = -std::numeric_limits<double>::infinity();
     }
   }
   return contenders;
@@ -81,11 +82,11 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
   while (first > 0 && tau - first < kPasses && flight.HasArc(first)) --first;
   if (tau % kStride != 0 || tau - first < 2) return;
   WindowData data = CutWindow(flight, options_, first, tau, false);
-  const std::vector<Candidate*> contenders = Contenders();
+  const std::vector<Hypothesis*> contenders = Contenders();
   std::vector<double> evidence;
   double least_cost = std::numeric_limits<double>::infinity();
-  for (const Candidate* candidate : contenders) {
-    const Fit fit = Solve(flight, data, candidate->process);
+  for (const Hypothesis* hypothesis : contenders) {
+    const Fit fit = Solve(flight, data, hypothesis->process);
     least_cost = std::min(least_cost, fit.cost);
     evidence.push_back(fit.log_evidence);
   }
@@ -97,7 +98,7 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
   // The choice of the false pass hardly affects the drift.
   if (!flight.continuous) data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
   for (std::size_t i = 0; i < contenders.size(); ++i) {
-    if (evidence[i] < best - kDoubt && !data.offsets.empty()) {
+    if (evidence[i] < best - kInconsistent && !data.offsets.empty()) {
       const double if_false = Solve(flight, data, contenders[i]->process).log_evidence + kLogFalse;
       evidence[i] = LogSum(evidence[i], if_false);
     }
@@ -106,9 +107,10 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
 }
 
 const ProcessNoise& ProcessLearner::Process() const {
-  const auto best = std::max_element(
-      candidates_.begin(), candidates_.end(),
-      [](const Candidate& a, const Candidate& b) { return a.log_probability < b.log_probability; });
+  const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
+                                     [](const Hypothesis& a, const Hypothesis& b) {
+                                       return a.log_probability < b.log_probability;
+                                     });
   return best->process;
 }
 

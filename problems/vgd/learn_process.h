@@ -8,7 +8,7 @@
 
 namespace trueline {
 
-// Empirical Bayes over a grid of candidates for the stationary sigmas of tilt and gust. The log
+// Empirical Bayes over a grid of hypotheses for the stationary sigmas of tilt and gust. The log
 // evidence (marginal likelihood, by Laplace's approximation) of every arc between two passes is
 // summed as the flight goes on, so a prediction uses past flight only. A fixed sigma would be too
 // wide for some vehicles and too narrow for others, and so would the stated uncertainty. The
@@ -16,17 +16,17 @@ namespace trueline {
 // attributed to drift.
 class ProcessLearner {
  public:
-  // Without evidence the candidates' prior is centred on options.process.
+  // Without evidence the hypotheses' prior is centred on options.process.
   explicit ProcessLearner(const VgdOptions& options);
 
   // Adds the evidence of the passes up to `tau` (from 1); call it for each pass in turn.
   void Learn(const FlightData& flight, int tau);
 
-  // The most probable candidate.
+  // The most probable hypothesis.
   const ProcessNoise& Process() const;
 
  private:
-  struct Candidate {
+  struct Hypothesis {
     ProcessNoise process;
     double log_probability;  // up to a constant
   };
@@ -35,10 +35,10 @@ class ProcessLearner {
     double log_evidence;
   };
   Fit Solve(const FlightData& flight, const WindowData& data, const ProcessNoise& process);
-  std::vector<Candidate*> Contenders();
+  std::vector<Hypothesis*> Contenders();
 
   VgdOptions options_;
-  std::vector<Candidate> candidates_;
+  std::vector<Hypothesis> hypotheses_;
 };
 
 // For each pass tau the process (index tau - 1) of the window that ends there, learned from the

@@ -12,6 +12,7 @@
 #include "cost_functions/drag_residual.h"
 #include "problems/common/ceres_problem.h"
 #include "problems/common/parallel.h"
+#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 
 namespace trueline {
@@ -110,7 +111,7 @@ void SegmentChain::AddForce(std::size_t s, const ForceSample& force, double sigm
   AddReading(s,
              new DragResidual(segments_[s]->ForceAt(force.t), {force.accel_xy, sigma},
                               ForceGusts(s, force.t)),
-             new ceres::HuberLoss(2.5));
+             new ceres::HuberLoss(kForceHuber));
 }
 
 void SegmentChain::AddStep(std::size_t s, double gravity) {
@@ -138,7 +139,7 @@ void SegmentChain::AddThetaStep(std::size_t section, ceres::CostFunction* cost) 
 }
 
 void SegmentChain::AddStart(std::size_t s) {
-  const Eigen::Vector3d drift = options_.process.DriftSigma().cwiseMax(1e-5);
+  const Eigen::Vector3d drift = options_.process.StartSigma();
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(kGustAt);
   weight.head<kDriftSize>() = scaling_.DriftUnit().cwiseQuotient(drift);
   log_weights_ -= drift.array().log().sum();

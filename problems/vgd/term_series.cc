@@ -33,7 +33,7 @@ TermSeries MeansOf(const FlightLog& log, const Samples& samples, const Value& va
   return series;
 }
 
-void Lag(double lag, TermSeries* series) {
+void LowPass(double lag, TermSeries* series) {
   if (!(lag > 0.0)) return;
   const double share = -std::expm1(-series->step / lag);
   double y = series->values.front();
@@ -56,7 +56,7 @@ TermSeries SeriesOf(const FlightLog& log, TermQuantity quantity, double lag) {
     const int axis = static_cast<int>(quantity) - static_cast<int>(TermQuantity::kRateX);
     series = MeansOf(log, log.imu, [axis](const ImuSample& s) { return s.gyro[axis]; });
   }
-  Lag(lag, &series);
+  LowPass(lag, &series);
   return series;
 }
 

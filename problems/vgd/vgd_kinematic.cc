@@ -4,10 +4,10 @@
 
 #include "problems/common/random.h"
 #include "problems/result/identifiability.h"
-#include "problems/vgd/fix_loss.h"
 #include "problems/vgd/gyro_scatter.h"
 #include "problems/vgd/kinematic_window.h"
 #include "problems/vgd/rough_path.h"
+#include "problems/vgd/window_estimate.h"
 
 namespace trueline {
 namespace {
@@ -32,16 +32,6 @@ void StoreParameters(const KinematicWindow& window, bool bounded, double bound_s
     const bool at_bound = bounded && std::abs(value[i]) > prior[i] * (bound_sigmas - 1e-6);
     estimate->parameters.push_back({names[i], value[i], prior[i] * std::sqrt(cov(i, i)), units[i],
                                     at_bound ? "at_bound" : shown.status[i]});
-  }
-}
-
-void StoreMisfits(const KinematicWindow& window, std::span<const Fix> fixes, const VgdOptions& vgd,
-                  WindowEstimate* estimate) {
-  for (const Fix& fix : fixes) {
-    const Eigen::Vector3d error = window.PositionAt(fix.t) - fix.p_E;
-    const double norm = error.norm() / (vgd.whiten ? fix.sigma : 1.0);
-    estimate->misfits.push_back(
-        {fix.t, fix.gate, error, fix.sigma, RobustWeight(vgd.loss, vgd.loss_scale, norm)});
   }
 }
 
@@ -107,7 +97,8 @@ WindowEstimate SolveKinematicWindow(const FlightData& flight, const ImuInputs& i
   const Eigen::MatrixXd cov = window.Covariance();
   const bool bounded = vgd.ranges != RangeUse::kStart;
   StoreParameters(window, bounded, options.bound_sigmas, cov, &estimate);
-  StoreMisfits(window, fixes, vgd, &estimate);
+  const auto position_at = [&](TimeNs t) { return window.PositionAt(t); };
+  StoreMisfits(fixes, vgd, position_at, &estimate);
   StoreTrajectory(window, to, &estimate);
   if (has_arc) {
     ArcPrediction arc = flight.ArcAfter(tau);

@@ -8,17 +8,6 @@
 namespace trueline {
 namespace {
 
-void StoreMisfits(const WindowProblem& problem, const WindowData& data, const VgdOptions& options,
-                  WindowEstimate* estimate) {
-  for (const Fix& fix : data.fixes) {
-    const Eigen::Vector3d error = problem.PositionAt(fix.t) - fix.p_E;
-    const double sigma = options.whiten ? fix.sigma : 1.0;
-    estimate->misfits.push_back(
-        {fix.t, fix.gate, error, fix.sigma,
-         RobustWeight(options.loss, options.loss_scale, (error / sigma).norm())});
-  }
-}
-
 void StoreTrajectory(const WindowProblem& problem, TimeNs pass_begin, TimeNs pass_end,
                      WindowEstimate* estimate) {
   for (const auto& segment : problem.segments()) {
@@ -124,7 +113,8 @@ WindowEstimate DescribeWindow(const FlightData& flight, const VgdOptions& option
   estimate.cost = summary.final_cost;
   const WindowProblem::Uncertainty uncertainty = problem->FindUncertainty();
   StoreParameters(options, problem, uncertainty, data.force_sigma, &estimate);
-  StoreMisfits(*problem, data, options, &estimate);
+  const auto position_at = [&](TimeNs t) { return problem->PositionAt(t); };
+  StoreMisfits(data.fixes, options, position_at, &estimate);
   StoreTrajectory(*problem, data.passes.back().begin, data.passes.back().end, &estimate);
   if (flight.HasArc(tau)) StoreArc(flight, tau, *problem, uncertainty.cov, &estimate);
   if (const auto delay = problem->FixLatency()) {

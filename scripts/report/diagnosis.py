@@ -134,19 +134,24 @@ def _gains(node):
     """Gain of a cause, or of all of them, on held-out flight."""
     blocks = []
     for key, what, count in (("gain", "Final-point error", "arcs"),
-                             ("gain_open_loop", "Open-loop error over 1 s", "replays")):
+                             ("gain_open_loop", "Open-loop error over 1 s", "replays"),
+                             ("gain_agreement", "", "seconds")):
         if key not in node:
             continue
         gain = node[key]
         held_out = f"{what} on {gain[count]} held-out {count}"
-        if gain["metric"] not in ("final_point_error", "open_loop_error_1s"):
+        unit = gain.get("unit", "m")
+        if key == "gain_agreement":
+            stream = gain["metric"].removeprefix("distance_from_")
+            held_out = f"Distance of the corrected stream from {stream} over {gain[count]} s of held-out flight"
+        elif gain["metric"] not in ("final_point_error", "open_loop_error_1s"):
             held_out = f"Open-loop error over 0.5 s on {gain[count]} s of held-out flight"
         interval = "too few for an interval"
         if "interval95" in gain:
             low, high = gain["interval95"]
-            interval = f"95 % of the gain: {number(low)} to {number(high)} m"
-        blocks.append(paragraph(f"{held_out}: {number(gain['before'])} m before, "
-                                f"{number(gain['after'])} m after ({interval})."))
+            interval = f"95 % of the gain: {number(low)} to {number(high)} {unit}"
+        blocks.append(paragraph(f"{held_out}: {number(gain['before'])} {unit} before, "
+                                f"{number(gain['after'])} {unit} after ({interval})."))
     return blocks
 
 

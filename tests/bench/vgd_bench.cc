@@ -2,11 +2,11 @@
 // hippodrome with its following arc). Run: build/tests/vgd_bench; divide by BarePass.
 #include <benchmark/benchmark.h>
 
-#include "cost_functions/models/integrator.h"
 #include "problems/simulation/config.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
+#include "tests/models/midpoint_step.h"
 
 namespace trueline {
 namespace {

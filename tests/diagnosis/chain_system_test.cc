@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/noisy_flight.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -70,6 +71,23 @@ Eigen::MatrixXd DenseRows(const LinearFlight& linear, const NoiseStrengths& nois
         root * (theta ? linear.x.theta[i] : linear.columns.value[i - kThetaSize]);
   }
   return dense;
+}
+
+TEST_F(ShortChain, UnderOtherNoiseIsTheSameSystem) {
+  const LinearFlight linear = fit_.Linear(*flight_);
+  NoisyFlight noisy(linear);
+  NoiseStrengths strong = fit_.noise;
+  strong.fix_scale = 1.7;
+  strong.force_sigma *= 0.6;
+  strong.process.gust *= 3.0;
+  strong.process.memory *= 0.5;
+  for (const NoiseStrengths& noise : {fit_.noise, strong, fit_.noise}) {
+    const ReducedSystem expected = ChainSystem(linear, noise).reduced(),
+                        actual = noisy.Reduced(noise);
+    EXPECT_LT((actual.M() - expected.M()).norm(), 1e-7 * expected.M().norm());
+    EXPECT_LT((actual.b() - expected.b()).norm(), 1e-7 * expected.b().norm());
+    EXPECT_NEAR(actual.LogEvidence(kThetaSize), expected.LogEvidence(kThetaSize), 1e-4);
+  }
 }
 
 TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {

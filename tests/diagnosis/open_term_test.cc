@@ -213,7 +213,7 @@ TEST(DiagnoseOpenTerms, SlowATermJoinsTheModelOfTheNextFlight) {
 }
 
 // Large, because the flight passes the place five times only.
-TEST(DiagnoseOpenTerms, SlowAPushAtAPlaceIsDescribedWhereItIs) {
+TEST(DiagnoseOpenTerms, SlowAForceAtAPlaceIsDescribedWhereItIs) {
   simulation::UnnamedForce push = WithMotion(kEast, {}, 2.5);
   push.place = {12.0, 31.0};
   push.radius = 6.0;

@@ -97,6 +97,26 @@ TEST(Rules, AWitnessOutweighsALossThatMayBeChance) {
   EXPECT_EQ(WhyNotNamed(CauseWith(kWorse, kNone, "confirms"), false), "");
 }
 
+// A lever arm of 45 mm that fit and mocap both show, on a flight whose other errors cancel it in
+// positions.
+TEST(Rules, AWitnessOutweighsAClearLossWhereItsStreamAgreesBetter) {
+  const Gain slight = GainOf(0.092, 0.097, -0.0085, -0.0025);
+  Cause cause = CauseWith(kEither, slight, "confirms");
+  EXPECT_THAT(Why(cause), HasSubstr("its witness shows it"));
+  cause.agreement = kBetter;
+  EXPECT_EQ(Why(cause), "");
+  cause.agreement = GainOf(0.2, 0.196, 0.001, 0.007);  // by less than positions lose
+  EXPECT_THAT(Why(cause), HasSubstr("its witness shows it"));
+  cause.agreement = kEither;
+  EXPECT_THAT(Why(cause), HasSubstr("its witness shows it"));
+  cause.agreement = kBetter;
+  cause.confirmed = false;
+  EXPECT_THAT(Why(cause), HasSubstr("predicted worse"));
+  cause = CauseWith(kEither, slight);  // without a witness
+  cause.agreement = kBetter;
+  EXPECT_THAT(Why(cause), HasSubstr("its gain may be zero"));
+}
+
 // On a Bebop mocap's attitude shows a small error of the filter. It gains nothing on held-out
 // flight and another flight does not have it.
 TEST(Rules, AWitnessAloneDoesNotOutweighALossAndAnotherFlight) {

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "problems/diagnosis/agreement.h"
+#include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "tests/simulation/short_flight.h"
 
@@ -85,6 +87,32 @@ TEST(Witness, RefutesWhatIsNotThere) {
     EXPECT_THAT(witness.text, HasSubstr("the fit says")) << stated.id;
   }
   EXPECT_EQ(Ask(log, {"tilt_scale", {{"s", 0.14}}}).says, "refutes");
+}
+
+// On the seconds that are asked for, and whatever constant offsets the stream has.
+TEST(Agreement, IsBetterWithTheStreamCorrected) {
+  std::uint64_t seed = 71;
+  for (const Stated& hidden : SensorEffects()) {
+    const FlightLog log = FlyFor(40.0, {hidden}, seed++);
+    const MocapComparison mocap(log);
+    const Cause cause = CauseOf(hidden);
+    const auto comparison = ComparisonFor(*cause.candidate.info, mocap, false);
+    ASSERT_TRUE(comparison) << hidden.id;
+    const auto distances = [&](const FlightLog& corrected) {
+      return DistancesFromMocap((mocap.*comparison->rows)(corrected),
+                                [](double t) { return t >= 20.0; });
+    };
+    const FlightLog corrected = CorrectLog(log, {cause.effect()}, mocap.path());
+    const Gain gain = GainBetween(distances(log), distances(corrected));
+    EXPECT_GT(gain.arcs, 10) << hidden.id;
+    EXPECT_LE(gain.arcs, 20) << hidden.id;
+    EXPECT_GT(gain.low, 0.0) << hidden.id << ": " << gain.before << " to " << gain.after;
+    FlightLog biased = corrected;
+    for (ImuSample& s : biased.imu) s.accel += Eigen::Vector3d(0.3, -0.2, 0.1);
+    EXPECT_NEAR(GainBetween(distances(biased), distances(corrected)).before, gain.after,
+                0.02 * gain.after)
+        << hidden.id;
+  }
 }
 
 // Of a true effect the fit may state a wrong size: three times the true one.

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "cost_functions/models/complementary_filter.h"
-#include "cost_functions/models/integrator.h"
 #include "cost_functions/models/motion_block.h"
+#include "tests/models/midpoint_step.h"
 
 namespace trueline {
 namespace {

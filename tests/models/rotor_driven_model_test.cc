@@ -57,7 +57,7 @@ PaperRates PaperModel(const PaperVehicle& p, const PaperState& s, const double* 
 const Matrix3d kFlip = Vector3d(1, -1, -1).asDiagonal();  // z-up <-> NED, FLU <-> FRD
 
 RotorDrivenModel ConvertedModel(const PaperVehicle& p) {
-  std::vector<RotorSpec> rotors;
+  std::vector<Rotor> rotors;
   rotors.reserve(4);
   for (int i = 0; i < 4; ++i) {
     rotors.push_back({kFlip * p.t[i], {0, 0, -1}, p.sign[i] > 0 ? 1 : -1, p.k_f, p.k_m});

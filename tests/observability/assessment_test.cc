@@ -19,7 +19,7 @@ TEST(Assessment, BoundOfConstantVelocityIsTheOneInClosedForm) {
   const Assessment a = Assess(ConstantVelocityGramian(T), {0, 1}, std::vector<StateInfo>(2));
   EXPECT_NEAR(a.sigma[0], std::sqrt(4.0 / T), 1e-12);
   EXPECT_NEAR(a.sigma[1], std::sqrt(12.0 / (T * T * T)), 1e-12);
-  EXPECT_NEAR(Marginalise(ConstantVelocityGramian(T), {1}, {0})(0, 0), T * T * T / 12, 1e-12);
+  EXPECT_NEAR(SchurComplement(ConstantVelocityGramian(T), {1}, {0})(0, 0), T * T * T / 12, 1e-12);
 }
 
 TEST(Assessment, LostSumOfTwoStatesIsNamedAndTheOthersKeepTheirBound) {

@@ -120,7 +120,7 @@ TEST(BeyondTableOne, ConstantInputsLoseASecondCombinationWithFreeRotorConstants)
 }
 
 TEST(BeyondTableOne, TiltedRotorsShowTheHeightOfTheCentre) {
-  std::vector<RotorSpec> rotors = TestQuadrotor().rotors();
+  std::vector<Rotor> rotors = TestQuadrotor().rotors();
   const double lean[4][2] = {{3, 4}, {-3, 4}, {-3, -4}, {3, -4}};
   for (int i = 0; i < 4; ++i) {
     rotors[i].axis = Eigen::Vector3d(0.04 * lean[i][0], 0.04 * lean[i][1], 0.0);
@@ -133,7 +133,7 @@ TEST(BeyondTableOne, TiltedRotorsShowTheHeightOfTheCentre) {
 }
 
 TEST(BeyondTableOne, HexarotorIsLikeAQuadrotor) {
-  std::vector<RotorSpec> rotors;
+  std::vector<Rotor> rotors;
   for (int i = 0; i < 6; ++i) {
     const double angle = M_PI / 3.0 * i;
     rotors.push_back({{0.15 * std::cos(angle), 0.15 * std::sin(angle), 0.0},
@@ -171,7 +171,7 @@ TEST(Motions, VerticalFlightAddsNothingToHoverButBiasFromMassWithoutPose) {
 }
 
 TEST(Motions, TrimOfAVehicleThatCannotHoverIsRefused) {
-  std::vector<RotorSpec> rotors = TestQuadrotor().rotors();
+  std::vector<Rotor> rotors = TestQuadrotor().rotors();
   rotors.pop_back();
   EXPECT_THROW(Ask(kImu, Motion::kHover, {}, RotorDrivenModel(rotors)), InputError);
 }

@@ -9,7 +9,7 @@ namespace trueline {
 
 inline RotorDrivenModel TestQuadrotor() {
   const double k_f = 3.8108e-7, k_m = 3.6203e-9;
-  std::vector<RotorSpec> rotors;
+  std::vector<Rotor> rotors;
   rotors.reserve(4);
   const double signs[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
   for (int i = 0; i < 4; ++i) {

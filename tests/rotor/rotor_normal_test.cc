@@ -59,9 +59,10 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
                         {"rotor_speed_drag", {{"k", 2e-9}}}})
           .effects;
   const RotorAeroModel moved(s.sim.vehicle.model.rotors(), 9.81, effects);
-  const auto push = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
+  const auto accelerations = [&](double t, const RotorState& x, Eigen::MatrixXd* out) {
     const RotorInput input = s.data.InputAt(t);
-    const auto a = s.model.PushOn(x.data(), input), b = moved.PushOn(x.data(), input);
+    const auto a = s.model.BodyAccelerationOf(x.data(), input),
+               b = moved.BodyAccelerationOf(x.data(), input);
     out->topRows<6>() << b.force - a.force, b.turn - a.turn;
   };
   const std::vector<RotorSegment> segments = CutSegments(s.data);
@@ -71,7 +72,8 @@ TEST(RotorNormal, ColumnsAreTheSlopesOfASegment) {
     const RotorNode &start = s.batch.nodes[i], &next = s.batch.nodes[i + 1];
     const Eigen::VectorXd difference = other.Evaluate(start, next, s.batch.mean, false).error -
                                        base.Evaluate(start, next, s.batch.mean, false).error;
-    const Eigen::VectorXd slope = base.Respond(base.Follow(start, s.batch.mean), next, 1, push);
+    const Eigen::VectorXd slope =
+        base.Respond(base.Follow(start, s.batch.mean), next, 1, accelerations);
     EXPECT_LT((difference - slope).norm(), 0.02 * difference.norm());
   }
 }
@@ -86,14 +88,15 @@ TEST(RotorNormal, ReadingsOfPosesAreColumns) {
     pose.p_E.z() += kShift * part(pose.t);
   }
   s.batch = RunRotorBatch(s.model, s.data, s.options);
-  RotorColumns columns{2, [](double, const RotorState&, Eigen::MatrixXd* push) { push->setZero(); },
-                       [&](double t, const RotorState& x, Eigen::MatrixXd* read) {
-                         const Eigen::Quaterniond q(x[0], x[1], x[2], x[3]);
-                         const Eigen::Vector3d down =
-                             q.normalized().inverse() * Eigen::Vector3d::UnitZ();
-                         read->col(0).tail<3>() = part(t) * down;
-                         (*read)(2, 1) = part(t);
-                       }};
+  RotorColumns columns{
+      2,
+      [](double, const RotorState&, Eigen::MatrixXd* accelerations) { accelerations->setZero(); },
+      [&](double t, const RotorState& x, Eigen::MatrixXd* read) {
+        const Eigen::Quaterniond q(x[0], x[1], x[2], x[3]);
+        const Eigen::Vector3d down = q.normalized().inverse() * Eigen::Vector3d::UnitZ();
+        read->col(0).tail<3>() = part(t) * down;
+        (*read)(2, 1) = part(t);
+      }};
   const RotorNormal normal(s.model, s.data, s.options, s.batch, columns, 1.0);
   const Eigen::VectorXd step = -normal.M().llt().solve(normal.b());
   const Eigen::VectorXd sigma = normal.M().inverse().diagonal().cwiseSqrt();

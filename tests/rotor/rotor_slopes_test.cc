@@ -13,6 +13,21 @@
 namespace trueline {
 namespace {
 
+// d(error state of the moving part) / d(seeds) of Jets whose value is `x`: kMovingErrors x seeds.
+template <class Jet>
+Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensitivity(
+    const Jet* x) {
+  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> sensitivity;
+  const Vec4<double> q(x[0].a, x[1].a, x[2].a, x[3].a);
+  const Vec4<double> back = Conjugate(q) / q.squaredNorm();
+  for (int j = 0; j < Jet::DIMENSION; ++j) {
+    const Vec4<double> dq(x[0].v[j], x[1].v[j], x[2].v[j], x[3].v[j]);
+    sensitivity.col(j).template head<3>() = 2.0 * HamiltonProduct(back, dq).template tail<3>();
+  }
+  for (int i = 4; i < RotorAeroModel::kMoving; ++i) sensitivity.row(i - 1) = x[i].v.transpose();
+  return sensitivity;
+}
+
 // Every effect at once, in the middle of a hard turn near the floor.
 RotorEffects AllEffects() {
   return RotorExtensionOf({{"thrust_sag", {{"d", 0.02}}},

@@ -86,7 +86,7 @@ TEST(Flatness, HoverNeedsTheSpeedsOfTheWeight) {
 }
 
 TEST(Flatness, TiltedRotorsAreRefused) {
-  std::vector<RotorSpec> rotors = TestQuadrotor().rotors();
+  std::vector<Rotor> rotors = TestQuadrotor().rotors();
   rotors[2].axis = Eigen::Vector3d(0.1, 0.0, -1.0).normalized();
   EXPECT_THROW(MakeFlatVehicle(RotorDrivenModel(rotors), TestNominal()), InputError);
 }

@@ -25,7 +25,7 @@ class BlackboxSession {
   // False if the header makes no sense; the file is after it then.
   bool ReadHeader() {
     bool good = true;
-    for (std::string_view line; NextLine(&line);) good &= header_.Take(line);
+    for (std::string_view line; NextLine(&line);) good &= header_.AddLine(line);
     if (!good || !header_.Finish() || header_.Number("Data version", 0, 2) != 2) return false;
     time_field_ = header_.IndexOf('I', "time");
     iteration_field_ = header_.IndexOf('I', "loopIteration");

@@ -19,7 +19,7 @@ bool ParseSmall(std::string_view text, int* number) {
 
 }  // namespace
 
-bool BlackboxHeader::Take(std::string_view line) {
+bool BlackboxHeader::AddLine(std::string_view line) {
   const std::size_t colon = line.find(':');
   if (colon == std::string_view::npos) return false;
   const std::string_view name = line.substr(0, colon);

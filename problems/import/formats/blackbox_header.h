@@ -23,8 +23,8 @@ struct BlackboxHeader {
   std::map<std::string, std::string, std::less<>> settings;
   std::map<char, std::vector<BlackboxField>> frames;  // by letter; P has I's names
 
-  // Takes one line without "H " and its end. False if it makes no sense.
-  bool Take(std::string_view line);
+  // Adds one line without "H " and its end. False if it makes no sense.
+  bool AddLine(std::string_view line);
   // Whether every field of a frame has its encoding and I and P frames are there; call it last.
   bool Finish();
 

@@ -7,6 +7,8 @@ from judge import Tally, as_told, named, within
 
 SCALES = {"fix_scale", "tilt_scale", "accel_scale_z"}
 INDICES = ("gate", "rotor")
+# Measures of a cause's gain on held-out flight: what each counts.
+GAINS = {"gain": "arcs", "gain_open_loop": "replays", "gain_agreement": "seconds"}
 OF_FIXES = {"fix_scale", "camera_misalignment", "gate_moved", "false_gate"}
 
 
@@ -82,11 +84,10 @@ def cause_record(cause, diagnosis):
               "times": round(times(as_effect(cause), diagnosis), 3),
               "parameters": {name: [p["value"], p.get("sigma")] for name, p in cause["parameters"].items()},
               "confused_with": cause["confused_with"]}
-    for key in ("gain", "gain_open_loop"):
+    for key, count in GAINS.items():
         if key in cause:
             gain = cause[key]
-            record[key] = [gain["before"], gain["after"], *gain["interval95"],
-                           gain.get("arcs", gain.get("replays"))]
+            record[key] = [gain["before"], gain["after"], *gain["interval95"], gain[count]]
     if "witness" in cause:
         record["witness"] = cause["witness"]
     return record
@@ -94,7 +95,7 @@ def cause_record(cause, diagnosis):
 
 def gains_positive(cause):
     return [cause[key]["before"] > cause[key]["after"]
-            for key in ("gain", "gain_open_loop") if key in cause]
+            for key in GAINS if key in cause]
 
 
 def judge_trial(hidden, untouched, changed, gates):

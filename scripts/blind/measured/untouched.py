@@ -18,7 +18,7 @@ sys.dont_write_bytecode = True
 import yaml
 
 import run
-from judge_measured import OF_FIXES, cause_record
+from judge_measured import GAINS, OF_FIXES, cause_record
 from measured_flights import (ALL, HIDDEN_IN, ROTOR_CONFIGS, convert, halves, has_sampled_fixes,
                               second_flight)
 from program import read_yaml, refuse_other_program
@@ -40,7 +40,7 @@ def candidates(arguments):
 
 def gained(cause):
     """Whether one measure of held-out flight is clearly positive; None where none was taken."""
-    intervals = [cause[key]["interval95"] for key in ("gain", "gain_open_loop") if key in cause]
+    intervals = [cause[key]["interval95"] for key in GAINS if key in cause]
     return any(low > 0 for low, _ in intervals) if intervals else None
 
 
@@ -92,7 +92,7 @@ def shown(value, sigma):
 def gain_text(cause):
     return "; ".join(f"{before:.3g} -> {after:.3g} ({low:.2g} to {high:.2g})"
                      for before, after, low, high, _ in
-                     (cause[key] for key in ("gain", "gain_open_loop") if key in cause)) or "-"
+                     (cause[key] for key in GAINS if key in cause)) or "-"
 
 
 def cause_row(record, cause):
@@ -106,7 +106,7 @@ def cause_row(record, cause):
 
 def table(records):
     lines = ["| flight, fit | verdict | cause | 1 - confidence | witness | gain on held-out flight "
-             "(95 %): final point; open loop, m | on second flight | in model | against it |",
+             "(95 %): final point, m; open loop, m; witness's stream | on second flight | in model | against it |",
              "|---" * 9 + "|"]
     for record in records:
         causes = record.get("causes") or []

@@ -1,15 +1,10 @@
-// Numerical integration of the IMU-driven model at the IMU's own rate.
+// A plain integrator, the reference for MotionBlock.
 #pragma once
 
 #include "cost_functions/models/imu_driven_model.h"
+#include "cost_functions/models/motion_state.h"
 
 namespace trueline {
-
-template <typename T>
-struct MotionState {
-  Vector3<T> p = Vector3<T>::Zero();  // m
-  Vector3<T> v = Vector3<T>::Zero();  // m/s
-};
 
 // One explicit midpoint step over `dt` seconds, in E. `drive` is taken at the middle of the step,
 // which makes the step second-order also for irregular steps.

@@ -1,0 +1,111 @@
+#include "problems/diagnosis/agreement.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/result/statistics.h"
+#include "problems/vgd/fix_loss.h"
+
+namespace trueline {
+
+using Eigen::VectorXd;
+
+namespace {
+
+StreamComparison AgainstAcceleration(const MocapComparison& mocap, bool fitted_to_mocap) {
+  return {"mocap acceleration",
+          "m/s^2",
+          {},
+          &MocapComparison::Acceleration,
+          mocap.HasOwnAttitude() || !fitted_to_mocap};
+}
+
+StreamComparison AgainstAttitude() {
+  return {"mocap attitude",
+          "rad",
+          {"ahrs_acceleration_error", "attitude_latency"},
+          &MocapComparison::Attitude};
+}
+
+StreamComparison AgainstPosition() {
+  return {"mocap position", "sigma", {"fix_latency", "fix_scale"}, &MocapComparison::Fixes};
+}
+
+}  // namespace
+
+bool IsFittedToMocap(const FlightLog& data) {
+  return std::any_of(data.fixes.begin(), data.fixes.end(), [](const Fix& f) { return f.gate < 0; });
+}
+
+std::optional<StreamComparison> ComparisonFor(const EffectInfo& info, const MocapComparison& mocap,
+                                              bool fitted_to_mocap) {
+  if (info.correct == nullptr) return std::nullopt;
+  const bool attitude = info.enters == EntersAt::kAttitude;
+  if (info.enters == EntersAt::kAccelerometer || (attitude && !mocap.HasOwnAttitude())) {
+    return AgainstAcceleration(mocap, fitted_to_mocap);
+  }
+  return attitude ? AgainstAttitude() : AgainstPosition();
+}
+
+std::vector<StreamComparison> IndependentComparisons(const MocapComparison& mocap,
+                                                     bool fitted_to_mocap) {
+  std::vector<StreamComparison> all{AgainstPosition()};
+  if (mocap.HasOwnAttitude()) all.push_back(AgainstAttitude());
+  const StreamComparison acceleration = AgainstAcceleration(mocap, fitted_to_mocap);
+  if (acceleration.independent) all.push_back(acceleration);
+  return all;
+}
+
+VectorXd RobustWeightsByAxis(const VectorXd& residual) {
+  constexpr double kEdge = 4.0;  // scales: least squares, but for outliers
+  VectorXd weight = VectorXd::Zero(residual.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> sizes;
+    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
+      if (residual[row] != 0.0) sizes.push_back(std::abs(residual[row]));
+    }
+    if (sizes.empty()) continue;
+    const double scale = std::max(1e-9, 1.4826 * UpperMedian(std::move(sizes)));
+    for (Eigen::Index row = axis; row < residual.size(); row += 3) {
+      const double u = std::abs(residual[row]) / scale;
+      if (u > 0.0) weight[row] = RobustWeight(FixLoss::kHuber, kEdge, u) / (scale * scale);
+    }
+  }
+  return weight;
+}
+
+std::map<int, double> DistancesFromMocap(const MocapRows& rows,
+                                         const std::function<bool(double t)>& counts) {
+  constexpr int kReweighted = 3;
+  std::vector<Eigen::Index> chosen;  // samples
+  for (std::size_t i = 0; i < rows.t.size(); ++i) {
+    const auto sample = static_cast<Eigen::Index>(i);
+    if (counts(rows.t[i]) && !rows.r.segment<3>(3 * sample).isZero(0.0)) chosen.push_back(sample);
+  }
+  VectorXd r(3 * static_cast<Eigen::Index>(chosen.size()));
+  Eigen::MatrixXd offsets(r.size(), rows.nuisances.cols());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const auto to = static_cast<Eigen::Index>(3 * i);
+    r.segment<3>(to) = rows.r.segment<3>(3 * chosen[i]);
+    offsets.middleRows<3>(to) = rows.nuisances.middleRows<3>(3 * chosen[i]);
+  }
+  if (r.size() <= offsets.cols()) return {};
+  VectorXd left = r;
+  for (int i = 0; i < kReweighted; ++i) {
+    const VectorXd root = RobustWeightsByAxis(left).cwiseSqrt();
+    const Eigen::MatrixXd weighted = root.asDiagonal() * offsets;
+    left = r - offsets * weighted.completeOrthogonalDecomposition().solve(root.cwiseProduct(r));
+  }
+  std::map<int, std::pair<double, int>> sums;  // by second: distances and their number
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    auto& [sum, count] = sums[static_cast<int>(std::floor(rows.t[chosen[i]]))];
+    sum += left.segment<3>(static_cast<Eigen::Index>(3 * i)).norm();
+    ++count;
+  }
+  std::map<int, double> distances;
+  for (const auto& [second, of] : sums) distances[second] = of.first / of.second;
+  return distances;
+}
+
+}  // namespace trueline
