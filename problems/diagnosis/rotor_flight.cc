@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/chain/bounded_step.h"
@@ -162,9 +163,23 @@ void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchR
   normal_.reset();
 }
 
-void RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
-  weights_ = batch_;
+bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
+  const RotorBatchResult solved = batch_, weights = std::exchange(weights_, batch_);
   Solve(found, &weights_);
+  if (std::isfinite(batch_.cost) &&
+      HasWeightsAt(setup_->model, *setup_->data, BatchOptions(), batch_)) {
+    return true;
+  }
+  batch_ = solved;
+  weights_ = weights;
+  return false;
+}
+
+void RotorDrivenFlight::ReweighOrShorten(std::vector<Found>* found) {
+  constexpr int kMost = 20;  // halvings: a millionth has no effect
+  for (int k = 0; k < kMost && !Reweigh(*found); ++k) {
+    for (Found& f : *found) f.value = 0.5 * (f.value + f.candidate.Neutral());
+  }
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
@@ -250,7 +265,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   if (last) {
     Move(*last, found);
   } else {
-    Reweigh(*found);
+    ReweighOrShorten(found);
   }
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
@@ -259,7 +274,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
     if (!Move(before, found) || settled) break;
     if (before_step - batch_.NegativeLogLikelihood() < kSmallGain) break;
   }
-  Reweigh(*found);
+  ReweighOrShorten(found);
 }
 
 void RotorDrivenFlight::LearnNoiseAgain() {

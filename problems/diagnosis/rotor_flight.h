@@ -62,8 +62,11 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // `weights_`; from the prior if `start` is null. `negligible`: as RotorBatchOptions'.
   void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
              double negligible = RotorBatchOptions().negligible);
-  // The same from the last solution, with weights evaluated there.
-  void Reweigh(const std::vector<Found>& found);
+  // The same from the last solution, with weights evaluated there. False if the model runs away
+  // from the flight, there or at the new solution: solution and weights are then those before.
+  bool Reweigh(const std::vector<Found>& found);
+  // The same; values at which the model runs away are halved until it does not.
+  void ReweighOrShorten(std::vector<Found>* found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
   // likelihood does not fall. False if it falls nearby too; the flight is then fitted at `before`.
   bool Move(const std::vector<Found>& before, std::vector<Found>* found);

@@ -89,6 +89,12 @@ void ScoreTest::Judge(const Vector& whole_value, int clusters) {
   const int size = static_cast<int>(whole_value.size());
   chi2 = whole_value.dot(cov_model.ldlt().solve(whole_value));
   chi2_cluster = whole_value.dot(cov_cluster.ldlt().solve(whole_value));
+  // A column that overflows on this flight shows nothing.
+  if (!std::isfinite(chi2) || !std::isfinite(chi2_cluster)) {
+    chi2 = chi2_cluster = gain = 0.0;
+    p_model = p_cluster = 1.0;
+    return;
+  }
   p_model = ChiSquareTail(chi2, size);
   p_cluster = FTail(chi2_cluster / size, size, std::max(1, clusters - size));
 }

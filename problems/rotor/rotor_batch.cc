@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -47,6 +48,12 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   }
 }
 
+InputError RunsAway() {
+  return InputError(
+      "the rotor-driven model runs away from the flight within a few samples; check mass, inertia "
+      "and rotors of the configuration, and the log by trueline-inspect");
+}
+
 // One solve, as a problem for MinimiseDamped: nodes, and the constants in their chart.
 class Batch {
  public:
@@ -60,7 +67,9 @@ class Batch {
   RotorBatchResult Run() {
     RotorBatchResult result;
     for (int k = 0; k <= options_.reweights; ++k) {
-      SetWeights(FromChart(at_.chart));
+      if (!SetWeights(FromChart(at_.chart))) {
+        throw RunsAway();
+      }
       negligible_ = k < options_.reweights ? kRough : options_.negligible;
       Solve(&result);
     }
@@ -68,21 +77,24 @@ class Batch {
   }
 
   // Solves from `start`, a solution nearby, with weights evaluated at the given states and
-  // constants.
+  // constants. Where the model runs away from the flight, so that there are no weights, the cost is
+  // infinite and the rest that of `start`.
   RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
                            const RotorConstants& constants) {
     at_.nodes = nodes;
-    SetWeights(FromChart(ToChart(options_.prior.WithKnown(constants))));
+    RotorBatchResult none = start;
+    none.cost = std::numeric_limits<double>::infinity();
+    if (!SetWeights(FromChart(ToChart(options_.prior.WithKnown(constants))))) return none;
     at_ = {ToChart(options_.prior.WithKnown(start.mean)), start.nodes};
     RotorBatchResult result;
     Solve(&result);
-    return Finished(std::move(result));
+    return std::isfinite(result.cost) ? Finished(std::move(result)) : none;
   }
 
   // Evaluates weights and information at the given states.
   Eigen::MatrixXd BoundAt(const std::vector<RotorNode>& nodes, const RotorConstants& constants) {
     at_ = {ToChart(constants), nodes};
-    SetWeights(FromChart(at_.chart));
+    CHECK(SetWeights(FromChart(at_.chart)));
     return Covariance(nullptr);
   }
 
@@ -214,11 +226,14 @@ class Batch {
            }) > 0;
   }
 
-  void SetWeights(const RotorConstants& constants) {
+  // False if the model runs away from the flight.
+  bool SetWeights(const RotorConstants& constants) {
     weighed_ =
         Weighed{constants, at_.nodes,
                 WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
     log_weights_ = weighed_->chain.log_weights();
+    return std::all_of(segments_.begin(), segments_.end(),
+                       [](const SegmentModel& segment) { return segment.HasWeight(); });
   }
 
   void Solve(RotorBatchResult* result) {
@@ -306,6 +321,8 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
     result = start != nullptr ? batch.RunFrom(before, weights->nodes, weights->mean)
                               : batch.RunFrom(before, before.nodes, at);
+    if (!std::isfinite(result.cost) && start == nullptr) throw RunsAway();
+    if (!std::isfinite(result.cost)) return result;
     result.iterations += before.iterations;
     result.solve_time += before.solve_time;
     RotorConstants sigma = result.Sigma();
@@ -336,7 +353,7 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
       : start != nullptr
           ? Batch(model, data, options).RunFrom(*start, weights->nodes, weights->mean)
           : Batch(model, data, options).Run();
-  if (!options.widen) return result;
+  if (!options.widen || !std::isfinite(result.cost)) return result;
   result.Widen(WideningFactors(model, data, options, result));
   return result;
 }

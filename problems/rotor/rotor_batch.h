@@ -61,9 +61,10 @@ struct RotorBatchResult {
 };
 
 // `start`: a solution nearby to start from, or null; weights are evaluated at `weights`, or at the
-// start if that is null. Where the motors' unknowns
-// are free, rotor speeds are recomputed from the commands as these unknowns change. Throws
-// InputError for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
+// start if that is null. Where the motors' unknowns are free, rotor speeds are recomputed from the
+// commands as these unknowns change. A model that runs away from the flight between two poses has
+// no weights: from a start its cost is then infinite. Throws InputError for such a model without a
+// start, for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
 // I_z, or one that frees the motors' unknowns of a log without commands.
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,

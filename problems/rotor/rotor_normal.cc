@@ -185,6 +185,16 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
   return segments;
 }
 
+bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
+                  const RotorBatchOptions& options, const RotorBatchResult& batch) {
+  std::vector<SegmentModel> segments = MakeSegments(model, data, options);
+  ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
+    segments[i].SetWeight(segments[i].Follow(batch.nodes[i], batch.mean));
+  });
+  return std::all_of(segments.begin(), segments.end(),
+                     [](const SegmentModel& segment) { return segment.HasWeight(); });
+}
+
 int ClusterCount(const RotorData& data, double cluster) {
   return std::max(1, static_cast<int>((data.poses.back().t - data.poses.front().t) / cluster));
 }

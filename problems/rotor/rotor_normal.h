@@ -42,6 +42,9 @@ BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchO
                                         const std::vector<RotorNode>& nodes,
                                         const RotorConstants& constants,
                                         const RotorColumns& columns, double cluster);
+// False if the model runs away from the flight at this solution (SegmentWeight::IsRegular).
+bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
+                  const RotorBatchOptions& options, const RotorBatchResult& batch);
 // Number of clusters of about `cluster` seconds.
 int ClusterCount(const RotorData& data, double cluster);
 // Priors of that border: of the free constants; the columns have none.

@@ -1,9 +1,8 @@
 #include "problems/rotor/segment_weight.h"
 
-#include <glog/logging.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace trueline {
 namespace {
@@ -42,7 +41,7 @@ void SegmentWeight::Read(const ReadingByState& H, const ReadingSquare& D, const 
   cov += D.lazyProduct(D.transpose());
   cov.diagonal() += variance;
   const Eigen::LLT<ReadingSquare> llt(cov);
-  CHECK(llt.info() == Eigen::Success);
+  regular_ = regular_ && llt.info() == Eigen::Success;
   log_determinant_ += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
   Innovation& innovation = innovations_.emplace_back();
   innovation.W = llt.matrixL().solve(ReadingSquare::Identity());
@@ -74,10 +73,12 @@ void SegmentWeight::Step(const StateByState& F, const StateByReading& G, const S
 void SegmentWeight::End(const State& variance) {
   P_.diagonal() += variance;
   const Eigen::LLT<StateByState> llt(P_);
-  CHECK(llt.info() == Eigen::Success);
+  regular_ = regular_ && llt.info() == Eigen::Success;
   end_ = llt.matrixL().solve(StateByState::Identity());
   log_determinant_ += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
 }
+
+bool SegmentWeight::IsRegular() const { return regular_ && std::isfinite(log_determinant_); }
 
 void SegmentWeight::Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const {
   for (Eigen::Index j = 0; j < rows.cols(); j += kTogether) {

@@ -33,6 +33,9 @@ class SegmentWeight {
   // The errors at the end are read with noise of the given variances.
   void End(const State& variance);
 
+  // False if rounding left no covariance: the errors grow beyond all measure, as those of a model
+  // that runs away from the flight do. Nothing can then be whitened.
+  bool IsRegular() const;
   // Multiplies each column of `rows` by L^-1, with L L' the covariance of the rows.
   void Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
   // The same for columns that are zero but for the errors at the end, of which it takes the rows.
@@ -53,6 +56,7 @@ class SegmentWeight {
   std::vector<Innovation> innovations_;
   StateByState end_;  // inverse of L of the end's innovation
   double log_determinant_ = 0.0;
+  bool regular_ = true;
 
   // While it is built: covariance of z's error, and D of the reading that waits for its step.
   StateByState P_ = StateByState::Zero();

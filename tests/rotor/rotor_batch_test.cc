@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "problems/common/error.h"
 #include "problems/rotor/constants_chart.h"
@@ -72,6 +74,21 @@ TEST(RotorSegment, DerivativesAgreeWithDifferences) {
     const Eigen::VectorXd d = difference(start, next, up, start, next, down, 2 * step);
     EXPECT_LT((d - r.d_constants.col(i)).norm(), 1e-4 * (1.0 + d.norm())) << i;
   }
+}
+
+// Drag that drives the vehicle on, by a factor of e^50 between two poses: a diagnosis may try such
+// a model (found on a nano-drone's flight with late poses, where it ended the program).
+TEST(RotorBatch, AModelThatRunsAwayHasAnInfiniteCost) {
+  const Case c(3.0);
+  const RotorBatchResult fit = RunRotorBatch(c.model, c.data, c.options);
+  ASSERT_TRUE(std::isfinite(fit.cost));
+  RotorBatchOptions away = c.options;
+  away.prior.mean.segment<3>(FindRotorConstant("K_x")).setConstant(50.0 / 0.01);
+  const RotorBatchResult none = RunRotorBatch(c.model, c.data, away, &fit);
+  EXPECT_EQ(none.cost, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(none.mean, fit.mean);
+  EXPECT_EQ(none.nodes, fit.nodes);
+  EXPECT_THROW(RunRotorBatch(c.model, c.data, away), InputError);
 }
 
 // At the truth the whitened rows are white: the mean of their squares is 1, for disturbances and
