@@ -26,6 +26,9 @@ std::vector<double> LevelState() {
 RotorVehicle ReadRotorVehicle(const YamlMap& map, double gravity) {
   RotorVehicle vehicle{Driven(ReadRotors(map.Children("rotors")), gravity), LevelState()};
   if (vehicle.model.num_rotors() == 0) map.Fail("rotors", "names no rotor; list each one");
+  for (const Rotor& rotor : vehicle.model.rotors()) {
+    if (rotor.k_m == 0.0) map.Fail("rotors", "k_m must be positive, in N m s^2");
+  }
   const Eigen::Vector3d inertia = map.GetVector3("inertia");
   if (!IsPhysicalInertia(inertia)) {
     map.Fail("inertia",
