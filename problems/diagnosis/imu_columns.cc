@@ -115,10 +115,15 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
   const auto learn = [&](const LinearFlight& linear, NoiseStrengths* noise) {
     return LearnNoise(linear, ordinary_errors_, extraordinary ? 6 : 2, noise, extraordinary);
   };
-  NoiseStrengths bare = fit_.noise;
-  const double evidence = learn(fit_.Linear(*flight_), &bare);
+  double bare_evidence = 0.0;
   std::vector<Relearned> relearned(sets.size());
-  ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
+  ParallelFor(static_cast<int>(sets.size()) + 1, 0, [&](int task) {
+    if (task == 0) {
+      NoiseStrengths bare = fit_.noise;
+      bare_evidence = learn(fit_.Linear(*flight_), &bare);
+      return;
+    }
+    const int k = task - 1;
     const std::vector<int>& set = sets[k];
     Eigen::MatrixXd own(columns_.d_rows.rows(), set.size());
     for (std::size_t i = 0; i < set.size(); ++i) {
@@ -127,13 +132,14 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const Columns more = FreeColumns(own), all = fit_.columns.With(more);
     NoiseStrengths noise = fit_.noise;
     const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
-    relearned[k].gain = 2.0 * (learn(linear, &noise) - evidence);
+    relearned[k].gain = 2.0 * learn(linear, &noise);
     auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_, more, noise);
     const int modelled = kThetaSize + fit_.columns.count(), size = static_cast<int>(set.size());
     fit->nuisances = Range(0, modelled);
     fit->candidates = {{Range(modelled, size), Eigen::VectorXd::Ones(size)}};
     relearned[k].fit = std::move(fit);
   });
+  for (Relearned& of : relearned) of.gain -= 2.0 * bare_evidence;
   return relearned;
 }
 

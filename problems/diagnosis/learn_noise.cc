@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
+#include <optional>
 #include <vector>
 
+#include "problems/common/parallel.h"
 #include "problems/diagnosis/base_fit.h"
 #include "problems/diagnosis/noisy_flight.h"
 
@@ -45,30 +47,71 @@ double LogPrior(NoiseStrengths noise) {
   return sum;
 }
 
-using EvidenceOf = std::function<double(const NoiseStrengths&)>;
+class Evidence {
+ public:
+  Evidence(const LinearFlight& linear, int nuisances)
+      : flights_(std::min(2, FreeCores()), NoisyFlight(linear)), border_(kThetaSize + nuisances) {}
+
+  double At(const NoiseStrengths& noise) { return At(noise, 0); }
+
+  // The first of at most two trials whose evidence exceeds `best`, which then becomes it. None if
+  // neither does. Where two cores are free, both trials are evaluated at once.
+  std::optional<NoiseStrengths> FirstBetter(const std::vector<NoiseStrengths>& trials,
+                                            double* best) {
+    const int at_once = static_cast<int>(flights_.size()), count = static_cast<int>(trials.size());
+    for (int from = 0; from < count; from += at_once) {
+      const int to = std::min(count, from + at_once);
+      std::array<double, 2> values;
+      ParallelFor(to - from, at_once, [&](int i) { values[i] = At(trials[from + i], i); });
+      for (int i = from; i < to; ++i) {
+        if (values[i - from] <= *best) continue;
+        *best = values[i - from];
+        return trials[i];
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  double At(const NoiseStrengths& noise, int core) {
+    return flights_[core].Reduced(noise).LogEvidence(border_) + LogPrior(noise);
+  }
+
+  std::vector<NoisyFlight> flights_;  // one for each core
+  int border_;
+};
+
+// `noise` with the coordinate changed by a factor each way: what lies within its bounds.
+std::vector<NoiseStrengths> Neighbours(const Coordinate& coordinate, NoiseStrengths noise,
+                                       double log_factor) {
+  std::vector<NoiseStrengths> neighbours;
+  const double here = coordinate.In(&noise);
+  for (const double direction : {1.0, -1.0}) {
+    const double there = here * std::exp(direction * log_factor);
+    if (there < coordinate.least || there > coordinate.most) continue;
+    coordinate.In(&noise) = there;
+    neighbours.push_back(noise);
+  }
+  return neighbours;
+}
 
 // The coordinate search from `noise`, which becomes its end. Returns the evidence there.
-double Maximise(const EvidenceOf& evidence, int sweeps, NoiseStrengths* noise) {
+double Maximise(Evidence* evidence, int sweeps, NoiseStrengths* noise) {
   const auto& coordinates = Coordinates();
-  std::vector<double> step(coordinates.size(), std::log(sweeps > 2 ? 2.0 : 1.3));
-  double best = evidence(*noise);
+  // Of logarithms, first in the direction of the last success.
+  std::vector<double> steps(coordinates.size(), std::log(sweeps > 2 ? 2.0 : 1.3));
+  double best = evidence->At(*noise);
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (std::size_t i = 0; i < coordinates.size(); ++i) {
-      bool moved = false;
-      for (const double direction : {1.0, -1.0}) {  // first the direction of the last success
-        NoiseStrengths trial = *noise;
-        coordinates[i].In(&trial) *= std::exp(direction * step[i]);
-        const double value_there = coordinates[i].In(&trial);
-        if (value_there < coordinates[i].least || value_there > coordinates[i].most) continue;
-        const double value = evidence(trial);
-        if (value <= best) continue;
-        best = value;
-        *noise = trial;
-        moved = true;
-        step[i] *= direction;
-        break;
+      const Coordinate& c = coordinates[i];
+      auto better = evidence->FirstBetter(Neighbours(c, *noise, steps[i]), &best);
+      if (!better) {
+        steps[i] *= 0.5;
+        continue;
       }
-      step[i] *= moved ? 1.2 : 0.5;
+      const bool forward = (c.In(&*better) > c.In(noise)) == (steps[i] > 0.0);
+      steps[i] *= forward ? 1.2 : -1.2;
+      *noise = *better;
     }
   }
   return best;
@@ -85,14 +128,11 @@ NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
 
 double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
                   bool again_from_ordinary_drift) {
-  NoisyFlight flight(linear);
-  const auto evidence = [&](const NoiseStrengths& at) {
-    return flight.Reduced(at).LogEvidence(kThetaSize + nuisances) + LogPrior(at);
-  };
-  const double first = Maximise(evidence, sweeps, noise);
+  Evidence evidence(linear, nuisances);
+  const double first = Maximise(&evidence, sweeps, noise);
   if (!again_from_ordinary_drift) return first;
   NoiseStrengths ordinary = WithOrdinaryDrift(*noise);
-  const double second = Maximise(evidence, sweeps, &ordinary);
+  const double second = Maximise(&evidence, sweeps, &ordinary);
   if (second > first) *noise = ordinary;
   return std::max(first, second);
 }

@@ -66,6 +66,24 @@ Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value
   return units;
 }
 
+// `found` with values halfway to those of `to`, which has the same causes.
+std::vector<Found> Halfway(std::vector<Found> found, const std::vector<Found>& to) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    found[i].value = 0.5 * (found[i].value + to[i].value);
+  }
+  return found;
+}
+
+bool SameValues(const std::vector<Found>& a, const std::vector<Found>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Found& x, const Found& y) { return x.value == y.value; });
+}
+
+std::vector<Found> WithoutEffect(std::vector<Found> found) {
+  for (Found& f : found) f.value = f.candidate.Neutral();
+  return found;
+}
+
 }  // namespace
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options) {
@@ -85,8 +103,7 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
   bare_noise_ = options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
                                                     options_.data);
-  Solve({}, nullptr);
-  Reweigh({});
+  SolveFromPrior({});
 }
 
 RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise,
@@ -100,7 +117,7 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
   options_.noise = noise;
   weights_ = other.batch_;
   Solve({}, &weights_);
-  Reweigh({});
+  if (!std::isfinite(batch_.cost) || !Reweigh({})) SolveFromPrior({});
 }
 
 std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::WithoutCauses() const {
@@ -175,11 +192,22 @@ bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
   return false;
 }
 
-void RotorDrivenFlight::ReweighOrShorten(std::vector<Found>* found) {
-  constexpr int kMost = 20;  // halvings: a millionth has no effect
-  for (int k = 0; k < kMost && !Reweigh(*found); ++k) {
-    for (Found& f : *found) f.value = 0.5 * (f.value + f.candidate.Neutral());
+void RotorDrivenFlight::ReweighOrShorten(const Regular& regular, std::vector<Found>* found) {
+  constexpr int kMost = 20;  // halvings: of a step, a millionth has no effect
+  for (int k = 0; k < kMost; ++k) {
+    if (Reweigh(*found)) return;
+    *found = Halfway(*found, regular.found);
+    batch_ = regular.batch;
+    weights_ = regular.weights;
   }
+  *found = regular.found;
+  SolveFromPrior(*found);
+}
+
+void RotorDrivenFlight::SolveFromPrior(const std::vector<Found>& found) {
+  Solve(found, nullptr);
+  weights_ = batch_;
+  if (!Reweigh(found)) throw RunsAway();
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
@@ -226,20 +254,18 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   return settled;
 }
 
-std::optional<std::vector<Found>> RotorDrivenFlight::AtLastFit(
-    const std::vector<Found>& found) const {
-  if (!(options_.noise == fitted_noise_)) return std::nullopt;
-  std::vector<Found> last = found;
+std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
+                                                bool* comparable) const {
+  std::vector<Found> last = WithoutEffect(found);
   std::size_t known = 0;
   for (Found& f : last) {
-    f.value = f.candidate.Neutral();
     for (const Found& fitted : found_) {
       if (fitted.candidate != f.candidate) continue;
       f.value = fitted.value;
       ++known;
     }
   }
-  if (known < found_.size()) return std::nullopt;
+  *comparable = known == found_.size() && options_.noise == fitted_noise_;
   return last;
 }
 
@@ -249,9 +275,7 @@ bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found
   Solve(*found, &start, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && batch_.NegativeLogLikelihood() > most; ++k) {
-    for (std::size_t f = 0; f < before.size(); ++f) {
-      (*found)[f].value = 0.5 * ((*found)[f].value + before[f].value);
-    }
+    *found = Halfway(*found, before);
     Solve(*found, &start, kRough);
   }
   if (batch_.NegativeLogLikelihood() <= most) return true;
@@ -261,12 +285,11 @@ bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found
 }
 
 void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
-  const auto last = AtLastFit(*found);
-  if (last) {
-    Move(*last, found);
-  } else {
-    ReweighOrShorten(found);
-  }
+  bool comparable = false;
+  std::vector<Found> last = AtLastFit(*found, &comparable);
+  if (!comparable) ReweighOrShorten(RegularAt(WithoutEffect(last)), &last);
+  const Regular regular = RegularAt(last);
+  if (comparable || !SameValues(last, *found)) Move(last, found);
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
     const double before_step = batch_.NegativeLogLikelihood();
@@ -274,7 +297,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
     if (!Move(before, found) || settled) break;
     if (before_step - batch_.NegativeLogLikelihood() < kSmallGain) break;
   }
-  ReweighOrShorten(found);
+  ReweighOrShorten(regular, found);
 }
 
 void RotorDrivenFlight::LearnNoiseAgain() {

@@ -62,17 +62,28 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // `weights_`; from the prior if `start` is null. `negligible`: as RotorBatchOptions'.
   void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
              double negligible = RotorBatchOptions().negligible);
+  // The same from the prior, weights evaluated at its solution. Throws InputError if the model runs
+  // away from the flight.
+  void SolveFromPrior(const std::vector<Found>& found);
   // The same from the last solution, with weights evaluated there. False if the model runs away
   // from the flight, there or at the new solution: solution and weights are then those before.
   bool Reweigh(const std::vector<Found>& found);
-  // The same; values at which the model runs away are halved until it does not.
-  void ReweighOrShorten(std::vector<Found>* found);
+  // A fit that weights exist at.
+  struct Regular {
+    std::vector<Found> found;
+    RotorBatchResult batch, weights;
+  };
+  // The last fit for causes of the values `found`.
+  Regular RegularAt(const std::vector<Found>& found) const { return {found, batch_, weights_}; }
+  // Reweighs. Where the model runs away, the values are moved halfway towards those of `regular`,
+  // from whose solution they are then solved, until it does not.
+  void ReweighOrShorten(const Regular& regular, std::vector<Found>* found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
   // likelihood does not fall. False if it falls nearby too; the flight is then fitted at `before`.
   bool Move(const std::vector<Found>& before, std::vector<Found>* found);
-  // `found` with the values of the last fit, without effect where new. None if that fit had another
-  // cause or other noise, so that costs can't be compared.
-  std::optional<std::vector<Found>> AtLastFit(const std::vector<Found>& found) const;
+  // `found` with the values of the last fit, without effect where new. `comparable`: false if that
+  // fit had another cause or other noise, so that costs can't be compared.
+  std::vector<Found> AtLastFit(const std::vector<Found>& found, bool* comparable) const;
   void RefineValues(std::vector<Found>* found);
   // One Gauss-Newton step of the causes with the weights of `batch_`. True if it is small in
   // sigmas.

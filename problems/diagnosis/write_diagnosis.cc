@@ -126,8 +126,9 @@ YAML::Node CauseNode(const Cause& cause) {
   if (!cause.confused_with.empty()) node["separate_by"] = cause.candidate.info->separate_by;
   AddGains(cause.gain, cause.open_loop, &node);
   if (cause.agreement.arcs > 0) {
-    node["gain_agreement"] =
-        GainNode(cause.agreement, "distance_from_" + cause.agreement.metric, "seconds");
+    std::string metric = "distance_from_" + cause.agreement.metric;
+    std::replace(metric.begin(), metric.end(), ' ', '_');
+    node["gain_agreement"] = GainNode(cause.agreement, metric, "seconds");
     node["gain_agreement"]["unit"] = cause.agreement.unit;
   }
   return node;

@@ -48,12 +48,6 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
   }
 }
 
-InputError RunsAway() {
-  return InputError(
-      "the rotor-driven model runs away from the flight within a few samples; check mass, inertia "
-      "and rotors of the configuration, and the log by trueline-inspect");
-}
-
 // One solve, as a problem for MinimiseDamped: nodes, and the constants in their chart.
 class Batch {
  public:
@@ -232,8 +226,7 @@ class Batch {
         Weighed{constants, at_.nodes,
                 WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
     log_weights_ = weighed_->chain.log_weights();
-    return std::all_of(segments_.begin(), segments_.end(),
-                       [](const SegmentModel& segment) { return segment.HasWeight(); });
+    return HaveWeights(segments_);
   }
 
   void Solve(RotorBatchResult* result) {
@@ -339,6 +332,12 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
 }
 
 }  // namespace
+
+InputError RunsAway() {
+  return InputError(
+      "the rotor-driven model runs away from the flight within a few samples; check mass, inertia "
+      "and rotors of the configuration, and the log by trueline-inspect");
+}
 
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,
                                const RotorBatchOptions& options, const RotorBatchResult* start,

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_noise.h"
 #include "problems/rotor/rotor_prior.h"
@@ -70,6 +71,9 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& dat
                                const RotorBatchOptions& options,
                                const RotorBatchResult* start = nullptr,
                                const RotorBatchResult* weights = nullptr);
+
+// Says that a model has no weights at the best fit.
+InputError RunsAway();
 
 // Bayesian Cramer-Rao bound (Van Trees) of the constants at given states, one for each pose: the
 // inverse of the information of data and prior, kConstants x kConstants.

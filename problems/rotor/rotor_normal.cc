@@ -185,14 +185,29 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
   return segments;
 }
 
-bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
-                  const RotorBatchOptions& options, const RotorBatchResult& batch) {
+namespace {
+
+std::vector<SegmentModel> SegmentsWeighedAt(const RotorAeroModel& model, const RotorData& data,
+                                            const RotorBatchOptions& options,
+                                            const RotorBatchResult& batch) {
   std::vector<SegmentModel> segments = MakeSegments(model, data, options);
+  const RotorConstants constants = options.prior.WithKnown(batch.mean);
   ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
-    segments[i].SetWeight(segments[i].Follow(batch.nodes[i], batch.mean));
+    segments[i].SetWeight(segments[i].Follow(batch.nodes[i], constants));
   });
+  return segments;
+}
+
+}  // namespace
+
+bool HaveWeights(const std::vector<SegmentModel>& segments) {
   return std::all_of(segments.begin(), segments.end(),
                      [](const SegmentModel& segment) { return segment.HasWeight(); });
+}
+
+bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
+                  const RotorBatchOptions& options, const RotorBatchResult& batch) {
+  return HaveWeights(SegmentsWeighedAt(model, data, options, batch));
 }
 
 int ClusterCount(const RotorData& data, double cluster) {
@@ -223,13 +238,9 @@ ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
                         const RotorColumns& columns, double cluster,
                         const RotorBatchResult* weights) {
-  std::vector<SegmentModel> segments = MakeSegments(model, data, options);
-  if (weights != nullptr) {
-    const RotorConstants constants = options.prior.WithKnown(weights->mean);
-    ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
-      segments[i].SetWeight(segments[i].Follow(weights->nodes[i], constants));
-    });
-  }
+  std::vector<SegmentModel> segments = weights != nullptr
+                                           ? SegmentsWeighedAt(model, data, options, *weights)
+                                           : MakeSegments(model, data, options);
   const BorderedChain<kNodeErrors> chain =
       weights != nullptr
           ? LinearChain(data, options, segments, batch.nodes, batch.mean, columns, cluster)

@@ -142,7 +142,7 @@ def _gains(node):
         held_out = f"{what} on {gain[count]} held-out {count}"
         unit = gain.get("unit", "m")
         if key == "gain_agreement":
-            stream = gain["metric"].removeprefix("distance_from_")
+            stream = gain["metric"].removeprefix("distance_from_").replace("_", " ")
             held_out = f"Distance of the corrected stream from {stream} over {gain[count]} s of held-out flight"
         elif gain["metric"] not in ("final_point_error", "open_loop_error_1s"):
             held_out = f"Open-loop error over 0.5 s on {gain[count]} s of held-out flight"

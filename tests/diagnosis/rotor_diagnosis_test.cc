@@ -70,6 +70,24 @@ TEST(RotorFit, SlowAFirstValueFarOffEndsWhereANearOneDoes) {
   EXPECT_LT((far - near).norm(), 1e-3);
 }
 
+// With such a size the vehicle turns away within milliseconds, so that no weights exist. The cause
+// of the fit before is gone, so that this size is not compared with an earlier one.
+TEST(RotorFit, ASizeAtWhichTheModelRunsAwayIsShortened) {
+  const FlightLog log = FlyRotorsHiding({}, 4.0, 6);
+  RotorDrivenFlight flight(log, RotorOptions().calibration);
+  std::vector<Found> tilt{{{&InfoOf("rotor_tilt"), {}}, Eigen::Vector2d(0.01, 0.01)}};
+  flight.Fit(&tilt);
+  const TermForm turns_on = ParseTerm("moment_x", "p");
+  std::vector<Found> away{{Candidate::OfTerm(turns_on, 1.0), Eigen::VectorXd::Constant(1, 1e5)}};
+  flight.Fit(&away);
+  EXPECT_LT(std::abs(away[0].value[0]), 3.0);  // 1/s
+  Diagnosis diagnosis;
+  flight.Describe(&diagnosis);
+  for (const auto& constant : diagnosis.parameters) {
+    EXPECT_TRUE(std::isfinite(constant.sigma)) << constant.name;
+  }
+}
+
 TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   const Hidden hidden{"rotor_tilt", {{"roll", 0.03}, {"pitch", -0.02}}, {0.0025, 0.0025}};
   const FlightLog log = FlyRotorsHiding({{hidden.id, hidden.values}}, 12.0, 6);
