@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "cost_functions/models/rigid_body.h"
@@ -36,8 +37,7 @@ struct RotorEffects {
   using AirTerm = ForScalars<RotorAirFlow, Vec3, double, Jet, FullJet>;
 
   double thrust_sag = 0.0;           // d, 1/s
-  int weak_rotor = -1;               // index, -1 for none
-  double weak_factor = 1.0;          // 1
+  std::map<int, double> weak = {};   // rotor's index and factor
   double ground = 0.0;               // k, m
   double payload = 0.0;              // kg
   double payload_time = 0.0;         // s
@@ -61,7 +61,8 @@ struct RotorEffects {
 
   // The factor on a rotor's thrust, without the ground effect.
   double ThrustFactor(int rotor, double t) const {
-    return (1.0 - thrust_sag * t) * (rotor == weak_rotor ? weak_factor : 1.0);
+    const auto entry = weak.find(rotor);
+    return (1.0 - thrust_sag * t) * (entry != weak.end() ? entry->second : 1.0);
   }
   // Rotation from rotor axes as built to the actual ones.
   Eigen::Matrix3d Tilt() const {

@@ -97,13 +97,9 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
     if (!IsVehicle(i)) continue;
     const YamlMap entry = parameters.Child(kTheta[i].name);
     ParameterPrior& prior = options->priors[i];
-    const double value = entry.Get<double>("value");
-    if (!std::isfinite(value)) entry.Fail("value", "must be a finite number");
-    prior.mean = std::clamp(value, prior.lower + 1e-9, prior.upper - 1e-9);
+    prior.mean = std::clamp(entry.Get<double>("value"), prior.lower + 1e-9, prior.upper - 1e-9);
     prior.sigma = entry.Get<double>("sigma");
-    if (!(prior.sigma > 0.0) || !std::isfinite(prior.sigma)) {
-      entry.Fail("sigma", "must be a finite number above zero");
-    }
+    if (!(prior.sigma > 0.0)) entry.Fail("sigma", "must be a finite number above zero");
     if (entry.Get<std::string>("unit") != kTheta[i].unit) {
       entry.Fail("unit", fmt::format("must be {}", kTheta[i].unit));
     }

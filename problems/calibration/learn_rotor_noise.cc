@@ -35,7 +35,7 @@ double ReferenceOf(const RotorNoise& stated, double RotorNoise::*figure) {
   return stated.*figure > 0.0 ? stated.*figure : kFirstDrift;
 }
 
-// Without a drift that the flight hardly shows.
+// Drops the drift if the flight hardly shows it.
 void DropNeedlessDrift(const RotorAeroModel& model, const RotorData& data, const RotorNoise& stated,
                        RotorEkfOptions* best, RotorEkfRun* leader) {
   if (best->noise.angular_drift == 0.0 || stated.angular_drift > 0.0) return;

@@ -46,9 +46,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
       Eigen::Vector3d drift = start.node.drift;
       const RotorState end = Integrated(model, driven, noise, Joined(start.node.motion, constants),
                                         &drift, start.t, pose->t);
-      Eigen::Vector3d p_E;
-      RotorAeroModel::Position(end.data(), p_E.data());
-      errors.push_back({start.t, horizon, (p_E - pose->p_E).norm()});
+      errors.push_back({start.t, horizon, (PositionOf(end) - pose->p_E).norm()});
     }
   }
   return errors;

@@ -8,12 +8,16 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
+#include "problems/common/error.h"
+#include "problems/effects/declaration.h"
+#include "problems/effects/rotor_extension.h"
 #include "problems/result/identifiability.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
 
+constexpr double kShortestPart = 1.0;  // s, of a flight that is fitted or held out
 constexpr double kNotABody = 1e-3;     // share of the trace, of the smallest second moment
 constexpr double kHalvesDiffer = 3.0;  // sigmas
 constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
@@ -32,7 +36,7 @@ double Duration(const RotorData& data) { return data.poses.back().t - data.poses
 
 // The smallest second moment of mass that the inertia implies, as a share of the inertia's trace.
 double ThinnestShare(const RotorConstants& constants) {
-  const Eigen::Vector3d inertia = constants.segment<3>(FindRotorConstant("I_x"));
+  const Eigen::Vector3d inertia = constants.segment<3>(kInertiaConstants);
   return (0.5 * inertia.sum() - inertia.maxCoeff()) / inertia.sum();
 }
 
@@ -73,7 +77,7 @@ void RelineariseMotors(const RotorAeroModel& model, const FlightLog& log,
   const RotorBatchResult batch =
       RunRotorBatch(model, data, {filter->noise, options.prior, options.robust_pose});
   const MotorValues at = MotorsOf(batch.mean);
-  if (!(at[kLag] > 0.0)) return;  // the verdict reports it
+  if (!(at[kLag] > 0.0)) return;  // JudgeRotors says so
   streams->motors_at = at;
   LearnFromFlight(model, log,
                   {options.learn_noise, false, false, std::min(fitted, RotorLearning().seconds),
@@ -95,6 +99,9 @@ void ScorePredictions(const RotorAeroModel& model, const RotorData& fitted,
   constexpr double kSpacing = 0.1;  // s
   result->open_loop = ForecastOpenLoop(model, held_out, result->noise, result->batch.mean,
                                        options.horizons, kSpacing);
+  for (RotorForecast& forecast : result->open_loop) {
+    forecast.t += SecondsBetween(result->origin, held_out.origin);
+  }
   const std::vector<OpenLoopError> before =
       PredictOpenLoop(model, held_out, result->noise, result->batch.mean, options.prior.mean,
                       options.horizons, kSpacing);
@@ -130,6 +137,29 @@ void ScorePredictions(const RotorAeroModel& model, const RotorData& fitted,
   }
 }
 
+std::vector<std::string> FaultsOfPredictions(const std::vector<HorizonScore>& predictions) {
+  std::vector<std::string> faults;
+  const auto worse = std::find_if(
+      predictions.begin(), predictions.end(),
+      [](const HorizonScore& s) { return s.count > 0 && s.after > kWorse * s.before; });
+  if (worse != predictions.end()) {
+    faults.push_back(
+        fmt::format("the fit predicts held-out flight worse than the nominal vehicle does over "
+                    "{} s ({:.3f} m against {:.3f} m)",
+                    worse->horizon, worse->after, worse->before));
+  }
+  if (predictions.empty()) return faults;
+  const HorizonScore& first = predictions.front();
+  if (first.count >= kEnoughStarts && first.inside_noise < kLeastInside) {
+    faults.push_back(fmt::format(
+        "the model lacks something: noise explains {:.0f} % of the errors over {} s on "
+        "held-out flight where it should explain 95 %, so the intervals are too narrow; "
+        "trueline-diagnose looks for what is missing",
+        100.0 * first.inside_noise, first.horizon));
+  }
+  return faults;
+}
+
 Verdict JudgeRotors(const RotorCalibration& c) {
   Verdict verdict{"usable", {}};
   const auto poor = [&](const std::string& reason) {
@@ -152,23 +182,11 @@ Verdict JudgeRotors(const RotorCalibration& c) {
   }
   for (const ParameterEstimate& p : c.parameters) {
     if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
+    if (p.name == "motor_lag" && !(p.value > 0.0)) {
+      poor("motor_lag is not above 0 s: the commands come later than what they do; check clocks");
+    }
   }
-  for (const HorizonScore& score : c.predictions) {
-    if (score.count == 0 || score.after <= kWorse * score.before) continue;
-    poor(
-        fmt::format("the fit predicts held-out flight worse than the nominal vehicle does over "
-                    "{} s ({:.3f} m against {:.3f} m)",
-                    score.horizon, score.after, score.before));
-    break;
-  }
-  if (!c.predictions.empty() && c.predictions.front().count >= kEnoughStarts &&
-      c.predictions.front().inside_noise < kLeastInside) {
-    poor(fmt::format(
-        "the model lacks something: noise explains {:.0f} % of the errors over {} s on "
-        "held-out flight where it should explain 95 %, so the intervals are too narrow; "
-        "trueline-diagnose looks for what is missing",
-        100.0 * c.predictions.front().inside_noise, c.predictions.front().horizon));
-  }
+  for (const std::string& fault : FaultsOfPredictions(c.predictions)) poor(fault);
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
     verdict.reasons.emplace_back(
@@ -211,6 +229,24 @@ RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog&
                         RotorEffectsOn(log, options.effects));
 }
 
+std::vector<Effect> EffectsBesideConstants(const std::vector<Effect>& effects,
+                                           const RotorPrior& prior) {
+  std::vector<Effect> beside;
+  for (Effect effect : effects) {
+    const bool of_constants = !RotorExtensionOf({effect}).added.isZero(0.0);
+    bool stated = of_constants;
+    for (const EffectParameterInfo& info : InfoOf(effect).parameters) {
+      if (!of_constants || !prior.Estimates(info.constant)) {
+        stated = stated && effect[info.name] == info.neutral;
+        continue;
+      }
+      effect.values[info.name] = info.neutral;
+    }
+    if (!stated) beside.push_back(effect);
+  }
+  return beside;
+}
+
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
   const RotorAeroModel model = ModelFor(options, log);
   const int rotors = model.num_rotors();
@@ -218,6 +254,14 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.warnings = options.warnings;
   const double whole = Duration(MakeRotorData(log, rotors, options.data));
   const double fitted = (1.0 - options.hold_out) * whole;
+  const double shortest =
+      std::min(0.5 * fitted, options.hold_out > 0.0 ? options.hold_out * whole : INFINITY);
+  if (shortest < kShortestPart) {
+    throw ErrorAt(log.directory, 0,
+                  fmt::format("is too short: of {:.1f} s each half of the fitted part and the "
+                              "held-out part need {} s; fly longer or set hold_out: 0",
+                              whole, kShortestPart));
+  }
   RotorDataOptions streams = options.data;
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
   LearnFromFlight(model, log,
@@ -243,6 +287,7 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
   CompareHalves(model, log, batch, streams, fitted, &result);
   DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
+  result.effects = EffectsBesideConstants(options.effects, options.prior);
   if (options.hold_out > 0.0) {
     ScorePredictions(model, data, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
                      &result);

@@ -65,8 +65,9 @@ struct RotorCalibration {
   double speed_sigma = 0.0;                    // rad/s, learned noise of a sample of rotors.csv
   std::vector<ParameterEstimate> parameters;   // the batch's
   std::vector<std::string> unobservable;
+  std::vector<Effect> effects;  // of the model, beyond `parameters`
   std::vector<HorizonScore> predictions;
-  std::vector<RotorForecast> open_loop;  // with the calibrated constants
+  std::vector<RotorForecast> open_loop;  // with the calibrated constants; times as `pose_times`
   std::vector<double> pose_times;        // s, of the batch's nodes
   TimeNs origin = 0;                     // that times count from
   double chi_square = 0.0;               // whitened squares by degree of freedom
@@ -80,7 +81,11 @@ struct RotorCalibration {
 // The model of the vehicle with its effects.
 RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog& log);
 
-// Throws InputError for logs that lack a required stream.
+// What of the effects the constants that `prior` frees do not state.
+std::vector<Effect> EffectsBesideConstants(const std::vector<Effect>& effects,
+                                           const RotorPrior& prior);
+
+// Throws InputError for logs that lack a required stream or are too short.
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);
 
 // The parameters with their status, and the combinations that are unobservable on the flight.

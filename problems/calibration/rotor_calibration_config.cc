@@ -54,6 +54,7 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
+    if (!(prior->sigma[i] >= 0.0)) entry.Fail("sigma", "must be zero (known) or above");
   }
   options->effects = ReadEffects(model, DriveKind::kRotors);
   const RotorExtension extension = RotorExtensionOf(options->effects);

@@ -104,11 +104,12 @@ void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog&
   WriteCsv(directory / "predictions.csv", "t [s],horizon [s],error [m],rank [1]",
            [&](std::ostream& out) {
              for (const RotorForecast& e : calibration.open_loop) {
-               fmt::print(out, "{:.6f},{},{:.6g},{:.6g}\n", e.t, e.horizon, e.error, e.rank);
+               fmt::print(out, "{:.6f},{},{:.6g},{:.6g}\n", Seconds(calibration, e.t), e.horizon,
+                          e.error, e.rank);
              }
            });
   WriteFileAtomically(directory / "model.yaml",
-                      TextOf(ModelNode(calibration.parameters, {}, provenance)));
+                      TextOf(ModelNode(calibration.parameters, calibration.effects, provenance)));
   WriteFileAtomically(directory / "calibration.yaml",
                       TextOf(RotorCalibrationNode(calibration, provenance)));
 }

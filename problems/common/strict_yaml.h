@@ -5,11 +5,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace trueline {
@@ -71,7 +73,11 @@ class YamlMap {
   template <class T>
   T Convert(const YAML::Node& value, const std::string& key) const {
     try {
-      return value.as<T>();
+      const T converted = value.as<T>();
+      if constexpr (std::is_same_v<T, double>) {
+        if (!std::isfinite(converted)) Fail(key, "must be a finite number");
+      }
+      return converted;
     } catch (const YAML::Exception&) {
       FailConversion(value, key);
     }

@@ -174,12 +174,6 @@ void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) cons
   AddGust(plan_, s, row, Eigen::Matrix<double, 6, 2>(-d0), Eigen::Matrix<double, 6, 2>(-d1), rows);
 }
 
-Eigen::Matrix<double, 6, 1> BaseFlight::StateAtForce(std::size_t i) const {
-  const int s = force_segment_[i];
-  const TimeNs t = Clamp(forces_[plan_.forces[i]].t, plan_.segments[s]);
-  return segments_[s]->StateAt(t)->value;
-}
-
 Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {
   const int s = fix_segment_[i];
   return segments_[s]->StateAt(Clamp(log_.fixes[plan_.fixes[i]].t, plan_.segments[s]))->value;

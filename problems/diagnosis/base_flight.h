@@ -4,7 +4,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "cost_functions/chain_node.h"
@@ -31,7 +30,7 @@ struct FlightPlan {
   std::vector<TimeNs> cluster_starts;
   int clusters = 0;
 
-  // Throws InputError if the flight has fewer than `min_clusters` passes.
+  // Throws InputError if the flight has fewer than four clusters.
   static FlightPlan For(const FlightData& flight, const VgdOptions& options);
 
   int SegmentOf(TimeNs t) const;  // the nearest segment if t is outside
@@ -85,8 +84,7 @@ class BaseFlight {
   }
   // First row of a link.
   int LinkRow(int segment) const { return measurement_rows() + 6 * segment; }
-  // The fitted state (p, v) at the time of force sample i, after Evaluate.
-  Eigen::Matrix<double, 6, 1> StateAtForce(std::size_t i) const;
+  // The fitted state (p, v) at the time of fix i of the plan, after Evaluate.
   Eigen::Matrix<double, 6, 1> StateAtFix(std::size_t i) const;
 
  private:

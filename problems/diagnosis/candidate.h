@@ -24,6 +24,7 @@ struct Candidate {
 
   const std::string& id() const { return info->id; }
   int size() const { return static_cast<int>(info->parameters.size()); }
+  bool IsFalseGate() const { return id() == "false_gate"; }  // no linear effect; see false_gate.h
   bool IsStep() const { return fixed.count("t_step") > 0; }
   // The effect with these values of the estimated parameters.
   Effect At(const Eigen::VectorXd& parameters) const;

@@ -1,7 +1,6 @@
 #include "problems/diagnosis/confirm.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace trueline {
 namespace {
@@ -67,16 +66,20 @@ Repeat RepeatOf(const Cause& cause, const Eigen::VectorXd& value, const ScoreTes
 void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cause>* causes) {
   std::vector<Found> found;
   std::vector<Cause*> tested;
+  const bool false_gate = std::any_of(causes->begin(), causes->end(), [](const Cause& cause) {
+    return cause.candidate.IsFalseGate();
+  });
+  if (false_gate) flight->Fit(&found);  // FindFalseData needs a fit without causes
   for (Cause& cause : *causes) {
     cause.repeats.push_back({"", "can't be tested", {}, {}, 1.0});
-    if (cause.candidate.id() == "false_gate") {
+    if (cause.candidate.IsFalseGate()) {
       cause.repeats.back() = RepeatOfFalseData(cause, *flight);
     } else if (Testable(cause.candidate, first, *flight)) {
       found.push_back({cause.candidate, cause.value});
       tested.push_back(&cause);
     }
   }
-  if (!found.empty()) flight->Fit(&found);
+  flight->Fit(&found);
   const auto fit = flight->Linearise({}, false);
   for (std::size_t k = 0; k < found.size(); ++k) {
     tested[k]->repeats.back() = RepeatOf(*tested[k], found[k].value, TestFound(*fit, found, k));

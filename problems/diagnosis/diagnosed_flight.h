@@ -3,7 +3,6 @@
 // files are the same for all drives.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>

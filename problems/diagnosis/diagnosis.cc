@@ -207,7 +207,7 @@ class FlightDiagnosis {
   }
 
   void ConfirmOnOthers(std::vector<Cause>* causes) {
-    if (causes->empty()) return;
+    if (causes->empty() && !others_) return;
     for (Cause& cause : *causes) cause.repeats.clear();
     for (const Flight& other : Others()) AddRepeats(logs_.front(), other.get(), causes);
     Confirm(causes);
@@ -283,15 +283,18 @@ class FlightDiagnosis {
     diagnosis_.candidates = best.rounds.candidates;
     diagnosis_.set_aside = best.set_aside;
     std::vector<Cause> aside = best.set_aside;
-    for (int i = 1; i < kSearches && !aside.empty(); ++i) {
+    for (int i = 1; i < kSearches; ++i) {
+      std::size_t fewer = 0;  // none if a false gate alone is set aside, which is no candidate
       for (const Cause& cause : aside) {
-        std::erase_if(candidates,
-                      [&](const Candidate& c) { return c.info == cause.candidate.info; });
+        fewer += std::erase_if(candidates,
+                               [&](const Candidate& c) { return c.info == cause.candidate.info; });
       }
+      if (fewer == 0) break;
       const bool refuted = std::any_of(aside.begin(), aside.end(), Refuted);
       Outcome next = SearchAmong(candidates, best.flight->WithoutCauses());
       aside = next.set_aside;
       const bool explained = aside.empty() && next.ExplainsAll();
+      std::erase_if(aside, [](const Cause& c) { return c.candidate.IsFalseGate(); });
       if (!refuted && !explained && !NamesMore(next.causes, best.causes)) continue;
       best = std::move(next);
       diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), aside.begin(), aside.end());
@@ -308,7 +311,7 @@ class FlightDiagnosis {
   void AddSignificantAside(const Rounds& rounds) {
     std::vector<Candidate> aside;
     for (const Cause& cause : diagnosis_.set_aside) {
-      if (cause.candidate.id() != "false_gate") aside.push_back(cause.candidate);
+      if (!cause.candidate.IsFalseGate()) aside.push_back(cause.candidate);
     }
     aside = Without(aside, rounds.found);
     if (aside.empty() || (diagnosis_.causes.empty() && diagnosis_.open.described.empty())) return;
@@ -346,6 +349,10 @@ class FlightDiagnosis {
       Diagnosis refitted;
       flight_->Describe(&refitted);
       diagnosis_.parameters = refitted.parameters;
+      const std::size_t first = diagnosis_.in_model.size() - in_model.found.size();
+      for (std::size_t k = 0; k < in_model.found.size(); ++k) {
+        diagnosis_.in_model[first + k] = model[k].effect();
+      }
     }
     AddTermsToModel(model, in_model.found.size());
     const std::vector<Effect> known = flight_->KnownEffects();
@@ -375,7 +382,6 @@ class FlightDiagnosis {
   void Describe(const Residuals& before, const std::vector<ReplayError>& replays,
                 const Rounds& rounds) {
     flight_->Describe(&diagnosis_);
-    diagnosis_.clusters = flight_->clusters();
     for (const std::string& what : flight_->ExtraordinaryNoise()) {
       diagnosis_.unexplained_by.push_back(what);
     }

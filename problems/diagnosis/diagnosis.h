@@ -118,7 +118,6 @@ struct Diagnosis {
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;
   double base_seconds = 0.0, seconds = 0.0;
-  int clusters = 0;
   // What only one drive reports.
   std::string drive;        // key `drive` of the file; empty: none
   std::string residual_of;  // what `rms` is of, in words

@@ -1,7 +1,6 @@
 #include "problems/diagnosis/evidence.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 

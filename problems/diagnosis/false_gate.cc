@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/result/distributions.h"

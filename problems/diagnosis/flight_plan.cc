@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/common/error.h"
 #include "problems/diagnosis/base_flight.h"

@@ -1,8 +1,5 @@
 #include "problems/diagnosis/gain.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "problems/common/random.h"
 #include "problems/result/statistics.h"
 

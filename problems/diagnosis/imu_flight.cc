@@ -1,6 +1,5 @@
 #include "problems/diagnosis/imu_flight.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

@@ -1,7 +1,6 @@
 // A flight under diagnosis with the model that the IMU drives (Li et al. 2019, eq. 15).
 #pragma once
 
-#include <array>
 #include <map>
 #include <memory>
 #include <utility>

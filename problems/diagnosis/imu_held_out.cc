@@ -1,5 +1,4 @@
 // Errors of the IMU-driven model on the half of a flight that it was not fitted to.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

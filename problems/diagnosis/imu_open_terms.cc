@@ -1,6 +1,6 @@
 #include "problems/diagnosis/imu_open_terms.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "cost_functions/models/rotation.h"
 #include "problems/common/parallel.h"

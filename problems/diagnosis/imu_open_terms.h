@@ -1,5 +1,5 @@
-// The open catalogue (open_term.h) on the IMU drive: forces and attitude errors along a fitted
-// flight as columns of its rows.
+// The open catalogue (open_term.h) on the IMU drive: forces, attitude errors and errors of fixes
+// along a fitted flight as columns of its rows.
 #pragma once
 
 #include <array>

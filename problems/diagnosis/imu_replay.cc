@@ -134,7 +134,7 @@ std::vector<ReplayError> ImuDrivenFlight::ReplayOpenLoop() const {
   const Replays replays{
       log_->recorded,  plan_, fit_.x.nodes, Parameters(), BoundForces(all_, log_->recorded),
       flight_->track()};
-  const std::vector<double> horizons = Horizons(log_->recorded, PassOptions());
+  const std::vector<double> horizons = Horizons(log_->recorded, options_.passes);
   for (int s = 0; s < static_cast<int>(plan_.segments.size()); ++s) {
     ReplayFrom(replays, s, horizons, &errors);
   }

@@ -1,5 +1,4 @@
 // What a diagnosis of the IMU-driven model reports: residuals, parameters and noise.
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "problems/diagnosis/imu_flight.h"
@@ -55,6 +54,8 @@ void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
     diagnosis->parameters.push_back({kTheta[i].name, kTheta[i].unit, value[i], sigma[i]});
   }
   diagnosis->residual_of = "residual of fixes";
+  diagnosis->warnings.insert(diagnosis->warnings.end(), data_.warnings.begin(),
+                             data_.warnings.end());
   if (log_->continuous) diagnosis->fixes = log_->continuous->Text();
   diagnosis->noise = NoiseNode(fit_.noise);
 }

@@ -1,7 +1,5 @@
 #include "problems/diagnosis/imu_terms.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <functional>
 
@@ -14,7 +12,6 @@ using Eigen::Vector3d;
 struct SegmentMotion : TermMotion {
   double gravity = 0.0;  // m/s^2
   double turn = 0.0;     // rad/s, of the heading
-  double heading = 0.0;  // rad
 
   Vector3d SpecificForce() const { return -(thrust + gravity) * R_E_B.col(2); }  // m/s^2, in E
 };
@@ -59,13 +56,13 @@ std::vector<ForceTerm> ForceTerms() {
          return Vector3d(a.v_B.squaredNorm() * Vector3d(a.v_B.x(), a.v_B.y(), 0.0));
        })}},
       {"heading",
-       {[=](const SegmentMotion& a) { return x(std::cos(2 * a.heading)); },
-        [=](const SegmentMotion& a) { return x(std::sin(2 * a.heading)); },
-        [=](const SegmentMotion& a) { return y(std::cos(2 * a.heading)); },
-        [=](const SegmentMotion& a) { return y(std::sin(2 * a.heading)); }}},
+       {[=](const SegmentMotion& a) { return x(std::cos(2 * a.Heading())); },
+        [=](const SegmentMotion& a) { return x(std::sin(2 * a.Heading())); },
+        [=](const SegmentMotion& a) { return y(std::cos(2 * a.Heading())); },
+        [=](const SegmentMotion& a) { return y(std::sin(2 * a.Heading())); }}},
       {"an error of heading with two periods a turn",
-       {[=](const SegmentMotion& a) { return Turned(a, std::sin(2 * a.heading)); },
-        [=](const SegmentMotion& a) { return Turned(a, std::cos(2 * a.heading)); }}},
+       {[=](const SegmentMotion& a) { return Turned(a, std::sin(2 * a.Heading())); },
+        [=](const SegmentMotion& a) { return Turned(a, std::cos(2 * a.Heading())); }}},
       {"place, north to south",
        {[=](const SegmentMotion& a) { return x(a.p_E.x()); },
         [=](const SegmentMotion& a) { return y(a.p_E.x()); }}},
@@ -91,9 +88,8 @@ std::vector<SegmentMotion> MotionsOf(const BaseFlight& flight, const FlightUnkno
     at.p_E = x.nodes[i].segment<3>(kStateAt);
     at.gravity = flight.gravity();
     at.thrust = -drive.a_z - at.gravity;
-    at.heading = at.Heading();
     at.turn = i == 0 ? 0.0
-                     : std::remainder(at.heading - motions.back().heading, 2 * M_PI) /
+                     : std::remainder(at.Heading() - motions.back().Heading(), 2 * M_PI) /
                            SecondsBetween(segments[i].begin, segments[i].end);
     at.s = 2.0 * SecondsBetween(segments.front().begin, middle) / duration - 1.0;
     motions.push_back(at);

@@ -64,7 +64,7 @@ class Evidence {
       std::array<double, 2> values;
       ParallelFor(to - from, at_once, [&](int i) { values[i] = At(trials[from + i], i); });
       for (int i = from; i < to; ++i) {
-        if (values[i - from] <= *best) continue;
+        if (!(values[i - from] > *best)) continue;
         *best = values[i - from];
         return trials[i];
       }

@@ -26,6 +26,14 @@ std::vector<int> Linearisation::Modelled() const {
   return all;
 }
 
+std::vector<int> Linearisation::Beside(std::size_t which) const {
+  std::vector<int> beside = nuisances;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    if (k != which) beside = Concatenated(std::move(beside), found[k].columns);
+  }
+  return beside;
+}
+
 std::vector<int> Range(int first, int count) {
   std::vector<int> range(count);
   std::iota(range.begin(), range.end(), first);

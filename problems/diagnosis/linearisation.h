@@ -64,6 +64,8 @@ class Linearisation {
 
   // Nuisances, and the columns of all causes in the model.
   std::vector<int> Modelled() const;
+  // The same without those of cause `which`.
+  std::vector<int> Beside(std::size_t which) const;
 };
 
 // Indices `first`, `first` + 1, ... and lists one after another.

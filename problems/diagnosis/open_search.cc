@@ -128,7 +128,6 @@ class OpenSearch {
   }
 
  private:
-  // Terms that the drive cannot take stay columns beside the others.
   std::vector<TestedOpenTerm> TestAll() const {
     std::vector<TestedOpenTerm> tested;
     for (std::size_t begin = 0; begin < terms_.size(); begin += kChunk) {
@@ -269,9 +268,9 @@ class OpenSearch {
     return described;
   }
 
-  // Fits the flight with the last of `described` in the model, as `term` has it, until its size
-  // stands. Terms that are then not significant, or whose halves disagree, are dropped. False if
-  // the new one is. A term that takes the part of a named cause stays beside the model.
+  // Fits the flight with the last of `described` in the model. Terms in the model that are then not
+  // significant, or whose halves disagree, are dropped; false if the new one is. A term beside
+  // which less than half of a named cause is left stays a column beside the model.
   bool Add(const TestedOpenTerm& term, std::vector<DescribedTerm>* described) {
     described->back().term = term.term;
     if (!flight_.CanModel(term.term)) {
@@ -320,12 +319,8 @@ class OpenSearch {
   // Tests a term in the model, and stores its size.
   bool IsShownInModel(std::size_t k, std::vector<DescribedTerm>* described) const {
     const auto fit = flight_.Linearise({}, false);
-    std::vector<int> nuisances = fit->nuisances;
-    for (std::size_t other = 0; other < found_.size(); ++other) {
-      if (other != k) nuisances = Concatenated(std::move(nuisances), fit->found[other].columns);
-    }
     TestedOpenTerm t{*found_[k].candidate.term};
-    TestHalves(*fit, nuisances, fit->found[k].columns.front(), &t);
+    TestHalves(*fit, fit->Beside(k), fit->found[k].columns.front(), &t);
     t.test = TestFound(*fit, found_, k);
     t.Judge();
     for (SizeWithSigma& half : t.halves) {
@@ -358,7 +353,7 @@ class OpenSearch {
   std::size_t causes_;
   std::vector<TermMotion> motions_;
   std::vector<TermForm> terms_;
-  std::vector<TermForm> beside_;
+  std::vector<TermForm> beside_;  // columns beside the model, which can't have them
   double each_ = 0.0;
 };
 

@@ -11,8 +11,8 @@ namespace trueline {
 // term is described if it is significant at `alpha` over all terms, by the noise and by the scatter
 // between clusters, and if each half of the flight predicts the other half better with the size
 // that it shows. Of terms that fit alike, the shortest formula is taken. Each is fitted like a
-// cause, and added to `found`, before the next one is searched; a term that does not stand this is
-// dropped.
+// cause, and added to `found`, before the next one is searched; a term that is then no longer
+// significant is dropped.
 OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha);
 
 // Adds what another flight, fitted with the causes, says of the same terms.

@@ -5,15 +5,21 @@
 
 namespace trueline {
 
-LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options)
-    : log_(log), rotors_(rotors), options_(std::move(options)) {}
+LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options,
+                                 bool delay_learned)
+    : log_(log), rotors_(rotors), options_(std::move(options)), delay_learned_(delay_learned) {}
+
+RotorDataOptions LaggedRotorData::OptionsWith(double lag) const {
+  RotorDataOptions options = options_;
+  if (delay_learned_) options.rotor_delay -= lag - options_.motor_lag;
+  options.motor_lag = lag;
+  return options;
+}
 
 std::shared_ptr<const RotorData> LaggedRotorData::With(double lag) const {
   std::shared_ptr<const RotorData>& data = made_[lag];
   if (!data) {
-    RotorDataOptions options = options_;
-    options.motor_lag = lag;
-    data = std::make_shared<const RotorData>(MakeRotorData(log_, rotors_, options));
+    data = std::make_shared<const RotorData>(MakeRotorData(log_, rotors_, OptionsWith(lag)));
   }
   return data;
 }
@@ -42,12 +48,9 @@ RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& opti
 namespace {
 
 using Eigen::Vector3d;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 // Place counts from the middle of the flight.
 struct TermInputs : TermMotion {
-  double heading = 0.0;  // rad
-
   Vector3d Down() const { return R_E_B.row(2).transpose(); }  // in body axes
 };
 
@@ -127,10 +130,10 @@ const std::vector<NamedTerms>& Library() {
         [](S a) { return Vector3d(0, 0, a.w_B.z()); }}},
       {"heading, as the attitude is read",
        kAttitude,
-       {[](S a) -> Vector3d { return std::sin(a.heading) * a.Down(); },
-        [](S a) -> Vector3d { return std::cos(a.heading) * a.Down(); },
-        [](S a) -> Vector3d { return std::sin(2.0 * a.heading) * a.Down(); },
-        [](S a) -> Vector3d { return std::cos(2.0 * a.heading) * a.Down(); }}},
+       {[](S a) -> Vector3d { return std::sin(a.Heading()) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(a.Heading()) * a.Down(); },
+        [](S a) -> Vector3d { return std::sin(2.0 * a.Heading()) * a.Down(); },
+        [](S a) -> Vector3d { return std::cos(2.0 * a.Heading()) * a.Down(); }}},
       {"a constant moment", kTurn, Along({2}, [](S) { return 1.0; })},
   };
   return library;
@@ -142,10 +145,10 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   const RotorInput input = setup.data->InputAt(t);
   TermMotion at;
   at.t = input.t;
-  at.R_E_B = Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+  at.R_E_B = AttitudeOf(x);
   at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
-  at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
+  at.p_E = PositionOf(x);
   at.thrust = -setup.model.BodyAccelerationOf(x.data(), input).force.z();
   at.s = 2.0 * t / setup.data->poses.back().t - 1.0;
   return at;
@@ -153,10 +156,9 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
 
 TermInputs TermInputsAt(const RotorSetup& setup, const Vector3d& middle, double t,
                         const RotorState& x) {
-  TermInputs at{MotionAt(setup, t, x), 0.0};
+  TermInputs at{MotionAt(setup, t, x)};
   at.p_E -= middle;
   at.thrust -= setup.model.base().gravity();  // above hover
-  at.heading = at.Heading();
   return at;
 }
 
@@ -200,23 +202,22 @@ RotorTerms MakeRotorTerms(const RotorSetup& setup) {
 }
 
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
-                       const RotorTerms* library) {
+                       const RotorColumns* beside) {
   RotorColumns columns = VariantColumns(setup.model, *setup.data, std::move(variants));
-  if (library == nullptr) return columns;
-  const RotorColumns& beside = library->columns;
-  const auto accelerations = [variants = columns.accelerations, &beside](
+  if (beside == nullptr) return columns;
+  const auto accelerations = [variants = columns.accelerations, beside](
                                  double t, const RotorState& x, Eigen::MatrixXd* out) {
     variants(t, x, out);
     Eigen::MatrixXd described;
-    beside.accelerations(t, x, &described);
-    out->rightCols(beside.count) = described;
+    beside->accelerations(t, x, &described);
+    out->rightCols(beside->count) = described;
   };
-  const auto read = [&beside](double t, const RotorState& x, Eigen::MatrixXd* out) {
+  const auto read = [beside](double t, const RotorState& x, Eigen::MatrixXd* out) {
     Eigen::MatrixXd described;
-    beside.read(t, x, &described);
-    out->rightCols(beside.count) = described;
+    beside->read(t, x, &described);
+    out->rightCols(beside->count) = described;
   };
-  return {columns.count + beside.count, accelerations, read};
+  return {columns.count + beside->count, accelerations, read};
 }
 
 std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch) {
@@ -228,15 +229,12 @@ std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResul
   return motions;
 }
 
-RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms) {
-  RotorTerms all;
-  for (const TermForm& term : terms) {
-    all.terms.push_back({term.Name(), 1, term.on == TermOn::kAttitude || term.on == TermOn::kFix});
-  }
+RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms) {
   const int count = static_cast<int>(terms.size());
-  all.columns.count = count;
-  all.columns.accelerations = [&setup, terms, count](double t, const RotorState& x,
-                                                     Eigen::MatrixXd* accelerations) {
+  RotorColumns columns;
+  columns.count = count;
+  columns.accelerations = [&setup, terms, count](double t, const RotorState& x,
+                                                 Eigen::MatrixXd* accelerations) {
     const TermMotion at = MotionAt(setup, t, x);
     accelerations->setZero(kAccelerationRows, count);
     for (int i = 0; i < count; ++i) {
@@ -244,7 +242,7 @@ RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& 
       if (terms[i].on == TermOn::kTurn) accelerations->col(i).segment<3>(3) = terms[i].At(at);
     }
   };
-  all.columns.read = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* read) {
+  columns.read = [&setup, terms, count](double t, const RotorState& x, Eigen::MatrixXd* read) {
     const TermMotion at = MotionAt(setup, t, x);
     read->setZero(kReadRows, count);
     for (int i = 0; i < count; ++i) {
@@ -252,7 +250,7 @@ RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& 
       if (terms[i].on == TermOn::kFix) read->col(i).head<3>() = at.R_E_B * terms[i].At(at);
     }
   };
-  return all;
+  return columns;
 }
 
 }  // namespace trueline

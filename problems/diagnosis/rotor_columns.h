@@ -17,15 +17,18 @@ namespace trueline {
 // speeds takes as long as a solve.
 class LaggedRotorData {
  public:
-  // `log` must outlive this object.
-  LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options);
+  // `log` must outlive this object. A learned delay of the speeds contains the motors' lag, since
+  // both act alike on slow changes: lag that is added is subtracted from such a delay.
+  LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options, bool delay_learned);
   // `lag` (s) comes instead of that of the options.
   std::shared_ptr<const RotorData> With(double lag) const;
+  RotorDataOptions OptionsWith(double lag) const;
 
  private:
   const FlightLog& log_;
   int rotors_;
   RotorDataOptions options_;
+  bool delay_learned_;
   mutable std::map<double, std::shared_ptr<const RotorData>> made_;
 };
 
@@ -58,12 +61,12 @@ struct RotorTerms {
 RotorTerms MakeRotorTerms(const RotorSetup& setup);
 
 // Of the open catalogue, a column each; `setup` must outlive them.
-RotorTerms OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
+RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
 // At each pose.
 std::vector<TermMotion> MotionsOf(const RotorSetup& setup, const RotorBatchResult& batch);
 
-// Columns of all variants, then of the terms (may be null), side by side.
+// Columns of all variants, then those of `beside` (may be null; else it must outlive them).
 RotorColumns ColumnsOf(const RotorSetup& setup, std::vector<RotorVariant> variants,
-                       const RotorTerms* terms);
+                       const RotorColumns* beside);
 
 }  // namespace trueline

@@ -102,7 +102,7 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
       &options_.data, &filter);
   bare_noise_ = options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
-                                                    options_.data);
+                                                    options_.data, options.learn_rotor_delay);
   SolveFromPrior({});
 }
 
@@ -311,8 +311,7 @@ void RotorDrivenFlight::LearnNoiseAgain() {
     return;
   }
   RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
-  RotorDataOptions streams = options_.data;
-  streams.motor_lag += RotorExtensionOf(EffectsOf(found_)).motor_lag;
+  RotorDataOptions streams = lagged_->OptionsWith(setup_->motor_lag);
   LearnFromFlight(setup_->model, log_, {true, false, false, kLearnOn, stated_, kNearStep}, &streams,
                   &filter);
   learned_[causes] = options_.noise = filter.noise;
@@ -339,7 +338,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
                  ? std::make_unique<RotorLinearisation>(Normal())
                  : std::make_unique<RotorLinearisation>(RotorNormal(
                        setup_->model, *setup_->data, BatchOptions(), batch_,
-                       ColumnsOf(*setup_, std::move(variants), terms ? &library : nullptr),
+                       ColumnsOf(*setup_, std::move(variants), terms ? &library.columns : nullptr),
                        kRotorCluster));
   int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
@@ -360,12 +359,12 @@ std::vector<TermMotion> RotorDrivenFlight::Motions() const { return MotionsOf(*s
 
 std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
     const std::vector<TermForm>& terms) const {
-  const RotorTerms library = OpenRotorTerms(*setup_, terms);
+  const RotorColumns columns = OpenRotorTerms(*setup_, terms);
   std::vector<RotorVariant> variants = VariantsOfFound();
   const int modelled = constants() + static_cast<int>(variants.size());
   auto fit = std::make_unique<RotorLinearisation>(
       RotorNormal(setup_->model, *setup_->data, BatchOptions(), batch_,
-                  ColumnsOf(*setup_, std::move(variants), &library), kRotorCluster));
+                  ColumnsOf(*setup_, std::move(variants), &columns), kRotorCluster));
   fit->nuisances = Range(0, modelled);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
@@ -379,11 +378,8 @@ std::vector<std::string> RotorDrivenFlight::Constants() const {
   return names;
 }
 
-// Terms alone: of other effects some are part of the constants, which model.yaml states.
 std::vector<Effect> RotorDrivenFlight::KnownEffects() const {
-  std::vector<Effect> terms = options_.effects;
-  std::erase_if(terms, [](const Effect& effect) { return effect.term == nullptr; });
-  return terms;
+  return EffectsBesideConstants(options_.effects, setup_->prior);
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {

@@ -13,16 +13,6 @@ namespace {
 constexpr double kHorizons[] = {0.25, 0.5, 1.0, 2.0};  // s
 constexpr double kReplaySpacing = 0.1;                 // s, between starts
 
-Eigen::Vector3d PositionOf(const RotorState& x) {
-  Eigen::Vector3d p_E;
-  RotorAeroModel::Position(x.data(), p_E.data());
-  return p_E;
-}
-
-Eigen::Matrix3d AttitudeOf(const RotorState& x) {
-  return Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
-}
-
 // The pose nearest to t.
 std::size_t NearestPose(const RotorData& data, double t) {
   const auto& poses = data.poses;
@@ -37,6 +27,7 @@ std::size_t NearestPose(const RotorData& data, double t) {
 }  // namespace
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
+  constexpr double kGap = 0.05;  // s, between the horizon and the nearest pose
   RotorData data = *setup_->data;
   if (data.motors) data.SimulateMotors(MotorsOf(batch_.mean));
   std::vector<ReplayError> errors;
@@ -52,7 +43,7 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
       const RotorPose& pose = data.poses[NearestPose(data, asked)];
-      if (pose.t <= from) break;
+      if (pose.t <= from || std::abs(pose.t - asked) > kGap) break;
       x = Integrated(setup_->model, data, options_.noise, x, &drift, from, pose.t);
       from = pose.t;
       const Eigen::Vector3d error_E = PositionOf(x) - p_E - (pose.p_E - data.poses[i].p_E);

@@ -135,10 +135,7 @@ std::vector<std::string> ConfusedConstants(const Linearisation& fit,
   constexpr double kOpened = 0.01;  // of a prior's precision
   constexpr double kChance = 0.05;  // above: the size without priors is not significant
   constexpr double kCorrelated = 0.7;
-  std::vector<int> nuisances = fit.nuisances;
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    if (k != which) nuisances = Concatenated(std::move(nuisances), fit.found[k].columns);
-  }
+  const std::vector<int> nuisances = fit.Beside(which);
   const EffectColumns& own = fit.found[which];
   const std::vector<int> all = Concatenated(nuisances, own.columns);
   Eigen::MatrixXd M = fit.M()(all, all);

@@ -135,10 +135,7 @@ ScoreTest TestColumns(const Linearisation& fit, const Indices& nuisances, const 
 
 ScoreTest TestFound(const Linearisation& fit, const std::vector<Found>& found, std::size_t which,
                     const Indices& beside) {
-  Indices nuisances = Concatenated(fit.nuisances, beside);
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    if (k != which) nuisances = Concatenated(std::move(nuisances), fit.found[k].columns);
-  }
+  const Indices nuisances = Concatenated(fit.Beside(which), beside);
   const EffectColumns& own = fit.found[which];
   const Candidate& candidate = found[which].candidate;
   ScoreTest test =

@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <set>
+#include <map>
+#include <optional>
 
 #include "problems/diagnosis/agreement.h"
 #include "problems/result/distributions.h"
@@ -280,7 +281,7 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
   const bool fitted_to_mocap = IsFittedToMocap(log);
   std::map<std::string, std::pair<StreamComparison, std::vector<Cause*>>> asked;  // by stream
   for (Cause& cause : *causes) {
-    if (cause.candidate.id() == "false_gate") {
+    if (cause.candidate.IsFalseGate()) {
       const auto share = FalseShare(recorded, cause.candidate);
       cause.witness = share ? WitnessOf(cause, "mocap position", *share)
                             : Silent("too few fixes are under mocap");

@@ -78,6 +78,7 @@ void UndoHeadingDistortion(const Effect& effect, const CorrectionContext&, Fligh
 // A tilt of E' that is fixed in the body and changes slowly over the flight, as a filter's integral
 // winds up in turns: angles = first * P1(s) + second * P2(s), s from -1 to 1 over the log.
 void UndoBodyTiltDrift(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
+  if (log->attitude.empty()) return;
   const double duration = std::max(1e-3, context.Since(log->attitude.back().t));
   for (AttitudeSample& sample : log->attitude) {
     const double s = 2.0 * context.Since(sample.t) / duration - 1.0;

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr char kSpeedsAndGates[] = "pass gates of several headings at several speeds";
 
-// Attitude at the sample nearest to t; accurate enough to rotate small, slowly varying vectors.
+// Attitude at the first sample from t on; accurate enough to rotate small, slowly varying vectors.
 const Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t) {
   const auto after =
       std::lower_bound(log.attitude.begin(), log.attitude.end(), t,

@@ -48,7 +48,6 @@ Effect ReadTerm(const YamlMap& entry) {
     entry.Fail(error.key, error.text);
   }
   effect.values["size"] = entry.Get<double>("size");
-  if (!std::isfinite(effect["size"])) entry.Fail("size", "must be a finite number");
   const auto unit = entry.Get<std::string>("unit");
   if (unit != effect.term->Unit()) {
     entry.Fail("unit", fmt::format("is '{}'; of {} with {} it is '{}'", unit, effect.term->Where(),
@@ -79,7 +78,6 @@ std::vector<Effect> ReadEffects(const YamlMap& model, DriveKind drive) {
     for (const std::string& key : entry.Keys()) {
       if (key == "id") continue;
       effect.values[key] = entry.Get<double>(key);
-      if (!std::isfinite(effect.values[key])) entry.Fail(key, "must be a finite number");
     }
     CheckParameters(entry, effect);
     effects.push_back(effect);

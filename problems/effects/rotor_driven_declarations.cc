@@ -1,4 +1,6 @@
 // The declarations of the effects that the rotor-driven model sees (Boehm et al. 2020).
+#include <cmath>
+
 #include "problems/effects/declaration.h"
 #include "problems/effects/rotor_extension.h"
 
@@ -42,7 +44,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .definition = "k_f(t) = k_f (1 - d t)",
           .separate_by = kRepeatAtTheEnd,
           .drawn = {{"d", 0.0015, 0.015}},
-          .extend = [](const Effect& e, RotorExtension* all) { all->effects.thrust_sag = e["d"]; },
+          .extend = [](const Effect& e, RotorExtension* all) { all->effects.thrust_sag += e["d"]; },
       },
       {
           .id = "rotor_loss",
@@ -57,8 +59,8 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .drawn = {{"rotor", 0.0, 3.0}, {"factor", 0.75, 0.95}},
           .extend =
               [](const Effect& e, RotorExtension* all) {
-                all->effects.weak_rotor = static_cast<int>(e["rotor"]);
-                all->effects.weak_factor = e["factor"];
+                auto& weak = all->effects.weak;
+                weak.try_emplace(static_cast<int>(e["rotor"]), 1.0).first->second *= e["factor"];
               },
       },
       {
@@ -96,7 +98,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .definition = "the rotor speed follows its command as a first-order lag of tau",
           .separate_by = "change thrust and roll quickly and often",
           .drawn = {{"tau", 0.015, 0.08}},
-          .extend = [](const Effect& e, RotorExtension* all) { all->motor_lag = e["tau"]; },
+          .extend = [](const Effect& e, RotorExtension* all) { all->motor_lag += e["tau"]; },
       },
       {
           .id = "translational_lift",
@@ -144,10 +146,12 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .physics = "near the floor the rotors' downwash is blocked: thrust grows",
           .definition = "thrust is multiplied by 1 / (1 - (k / h)^2), h the height above the floor",
           .separate_by = "hover low and high",
-          .role = Role::kCause,
           .enters_squared = true,
           .drawn = {{"k", 0.2, 0.45}},
-          .extend = [](const Effect& e, RotorExtension* all) { all->effects.ground = e["k"]; },
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                all->effects.ground = std::hypot(all->effects.ground, e["k"]);
+              },
       },
       {
           .id = "payload_step",
@@ -190,8 +194,8 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .drawn = {{"roll", 0.02, 0.1, true}, {"pitch", 0.02, 0.1, true}},
           .extend =
               [](const Effect& e, RotorExtension* all) {
-                all->effects.tilt_roll = e["roll"];
-                all->effects.tilt_pitch = e["pitch"];
+                all->effects.tilt_roll += e["roll"];
+                all->effects.tilt_pitch += e["pitch"];
               },
       },
   };

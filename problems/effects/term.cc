@@ -144,7 +144,7 @@ constexpr std::array<const char*, 6> kAxes = {"x_B", "y_B", "z_B", "north", "eas
                               symbol, fmt::join(known, ", "))};
 }
 
-// Divides at `mark` outside of brackets.
+// Divides at any of `marks` outside of brackets.
 std::vector<std::string> Split(const std::string& text, const std::string& marks) {
   std::vector<std::string> parts(1);
   int depth = 0;
@@ -300,7 +300,7 @@ std::string TermForm::Text(double size, double sigma) const {
                                    "an attitude that is logged wrong about",
                                    "fixes that are off along"};
   const std::string words = WordsOf(with);
-  const bool place = with.size() == 1 && with[0].of == TermQuantity::kPlace;
+  const bool place = with.size() == 1 && with[0].of == TermQuantity::kPlace && !with[0].size;
   return fmt::format(
       "{} {} of {:.3g} +- {:.2g} {}{}", kWhat[static_cast<int>(on)], Along(), size, sigma, Unit(),
       place ? " while" + words.substr(5) : (UnitOf(with) == "1" ? " times " : " of ") + words);

@@ -5,14 +5,13 @@
 namespace trueline {
 namespace {
 
-constexpr int kMass = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
 constexpr double kThinnest = 1e-6;  // share of the trace that each second moment has at least
 
 }  // namespace
 
 RotorConstants ToChart(const RotorConstants& constants) {
   RotorConstants chart = constants;
-  chart[kMass] = std::log(constants[kMass]);
+  chart[kMassConstant] = std::log(constants[kMassConstant]);
   const Eigen::Vector3d inertia = constants.segment<3>(kInertiaConstants);
   const Eigen::Vector3d moments = (0.5 * inertia.sum() - inertia.array()).matrix();
   chart.segment<3>(kInertiaConstants) = moments.cwiseMax(kThinnest * inertia.sum()).array().log();
@@ -21,7 +20,7 @@ RotorConstants ToChart(const RotorConstants& constants) {
 
 RotorConstants FromChart(const RotorConstants& chart) {
   RotorConstants constants = chart;
-  constants[kMass] = std::exp(chart[kMass]);
+  constants[kMassConstant] = std::exp(chart[kMassConstant]);
   constants.segment<3>(kInertiaConstants) =
       InertiaFromLogSecondMoments(Vec3<double>(chart.segment<3>(kInertiaConstants)));
   return constants;
@@ -44,7 +43,7 @@ RotorConstants MovedInChart(const RotorConstants& chart, const RotorConstants& s
 
 ConstantsJacobian ChartJacobian(const RotorConstants& chart) {
   ConstantsJacobian jacobian = ConstantsJacobian::Identity();
-  jacobian(kMass, kMass) = std::exp(chart[kMass]);
+  jacobian(kMassConstant, kMassConstant) = std::exp(chart[kMassConstant]);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       jacobian(kInertiaConstants + i, kInertiaConstants + j) =

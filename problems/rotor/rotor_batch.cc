@@ -281,15 +281,6 @@ class Batch {
   std::vector<Eigen::MatrixXd> node_steps_;
 };
 
-// The estimate clamped to values that motors can have.
-MotorValues Possible(const MotorValues& estimate) {
-  constexpr double kShortestLag = 1e-3;  // s
-  MotorValues at = estimate;
-  at[kLag] = std::max(at[kLag], kShortestLag);
-  at[kIdle] = std::min(at[kIdle], 0.95);
-  return at;
-}
-
 // Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`
 // holds. This function relinearises until the linearisation point is the solution. It re-evaluates
 // the weights at each point too, unless `start` is given: then those of `weights` are kept. Until
@@ -309,7 +300,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
   FixedPoint fixed_point;
   bool settled = false;
   for (int turn = 0; turn < kMostTurns; ++turn) {
-    data->SimulateMotors(Possible(MotorsOf(at)));
+    data->SimulateMotors(MotorsOf(at));
     const RotorBatchResult before = std::move(result);
     Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
     result = start != nullptr ? batch.RunFrom(before, weights->nodes, weights->mean)

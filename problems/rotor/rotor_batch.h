@@ -38,9 +38,8 @@ struct RotorBatchOptions {
 
 struct RotorBatchResult {
   RotorConstants mean;
-  Eigen::MatrixXd cov;                              // kConstants x kConstants, zero where known
-  RotorConstants widened = RotorConstants::Ones();  // factor on each sigma in cov, 1 or above
-  std::vector<RotorNode> nodes;                     // at each pose
+  Eigen::MatrixXd cov;           // kConstants x kConstants, zero where known
+  std::vector<RotorNode> nodes;  // at each pose
   bool converged = false;
   int iterations = 0;
   double cost = 0.0;          // half the sum of squared whitened residuals
@@ -52,7 +51,6 @@ struct RotorBatchResult {
 
   // Multiplies each constant's sigma.
   void Widen(const RotorConstants& factors) {
-    widened = widened.cwiseProduct(factors);
     cov = factors.asDiagonal() * cov * factors.asDiagonal();
   }
   // The negative log likelihood up to a constant. It compares fits of models that differ: their

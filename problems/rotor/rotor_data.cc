@@ -47,14 +47,30 @@ double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
   return a.value + (b.value - a.value) * SecondsBetween(a.t, t) / SecondsBetween(a.t, b.t);
 }
 
-MotorCommands CommandsOf(const FlightLog& log, const MotorCurve& curve) {
+MotorCommands CommandsOf(const FlightLog& log, const MotorCurve& curve, TimeNs from) {
   MotorCommands motors{curve, {}, {}};
   for (const ChannelsSample& s : log.motors) {
+    if (s.t < from) continue;
     motors.commands.push_back(s.values);
     motors.voltages.push_back(log.battery.empty() ? curve.nominal_voltage
                                                   : VoltageAt(log.battery, s.t));
+    if (!(motors.voltages.back() > 0.0)) {
+      throw ErrorAt(log.directory + "/battery.csv", 0,
+                    fmt::format("holds {} V at {:.3f} s, where a motor turns; cut the log to where "
+                                "the battery is measured",
+                                motors.voltages.back(), SecondsBetween(log.imu.front().t, s.t)));
+    }
   }
   return motors;
+}
+
+// The estimate clamped to values that motors can have.
+MotorValues Possible(const MotorValues& estimate) {
+  constexpr double kShortestLag = 1e-3;  // s
+  MotorValues at = estimate;
+  at[kLag] = std::max(at[kLag], kShortestLag);
+  at[kIdle] = std::min(at[kIdle], 0.95);
+  return at;
 }
 
 void CheckSource(const FlightLog& log, const RotorDataOptions& options) {
@@ -97,6 +113,51 @@ void CheckStreams(const FlightLog& log, int rotors, const std::vector<PoseSample
         log.directory, 0,
         fmt::format("has no {}; choose the other of pose and mocap by fit_to", pose_file));
   }
+}
+
+struct Span {
+  TimeNs begin, end;
+};
+
+// The time that all streams cover, cut as the options say.
+Span SpanOf(const FlightLog& log, const std::vector<PoseSample>& poses,
+            const std::vector<ChannelsSample>& drive, const RotorDataOptions& options) {
+  Span span{std::max({log.imu.front().t, poses.front().t, drive.front().t}),
+            std::min({log.imu.back().t, poses.back().t, drive.back().t})};
+  span.begin += FromSeconds(options.start);
+  span.end -= FromSeconds(options.end);
+  if (options.duration > 0.0) {
+    span.end = std::min(span.end, span.begin + FromSeconds(options.duration));
+  }
+  if (SecondsBetween(span.begin, span.end) < kShortest) {
+    throw ErrorAt(log.directory, 0,
+                  fmt::format("imu, rotors and poses overlap by {:.2f} s; {} s are needed",
+                              SecondsBetween(span.begin, span.end), kShortest));
+  }
+  return span;
+}
+
+void AddImuAndPoses(const FlightLog& log, const std::vector<PoseSample>& poses, const Span& span,
+                    const RotorDataOptions& options, RotorData* data) {
+  const auto within = [&](TimeNs t) { return t >= span.begin && t <= span.end; };
+  for (const ImuSample& s : log.imu) {
+    if (within(s.t)) data->imu.push_back({SecondsBetween(span.begin, s.t), s.accel, s.gyro});
+  }
+  double next = 0.0;
+  for (const PoseSample& s : poses) {
+    const double t = SecondsBetween(span.begin, s.t);
+    if (!within(s.t) || t < next) continue;
+    data->poses.push_back({t, s.p_E, s.q_E.normalized()});
+    next = t + 0.8 / options.pose_rate;
+  }
+  if (data->imu.size() < 2 || data->poses.size() < 2) {
+    throw ErrorAt(
+        log.directory, 0,
+        fmt::format("has {} IMU samples and {} poses in {:.2f} s of the flight; a stream "
+                    "has a gap there, choose another part by start and end",
+                    data->imu.size(), data->poses.size(), SecondsBetween(span.begin, span.end)));
+  }
+  if (options.gyro_delay != 0.0) TakeGyroLater(log, options.gyro_delay, data);
 }
 
 }  // namespace
@@ -147,17 +208,17 @@ PoseError ErrorOf(const RotorPose& pose, const RotorNoise& noise) {
 }
 
 void RotorData::SimulateMotors(const MotorValues& at) {
-  motors_at = at;
+  motors_at = Possible(at);
+  const double lag = motors_at[kLag] + added_lag;
   speeds = motors->commands;  // only to give `speeds` the same shape
   slopes.assign(speeds.size(), std::vector<MotorValues>(speeds.front().size()));
   for (std::size_t r = 0; r < speeds.front().size(); ++r) {
     const auto steady = [&](std::size_t i) {
-      return SteadySpeed(motors->curve, at, motors->commands[i][r], motors->voltages[i]);
+      return SteadySpeed(motors->curve, motors_at, motors->commands[i][r], motors->voltages[i]);
     };
     MotorSpeed speed = steady(0);
     for (std::size_t i = 0; i < speeds.size(); ++i) {
-      if (i > 0)
-        speed = AfterLag(speed, steady(i - 1), at[kLag], speed_times[i] - speed_times[i - 1]);
+      if (i > 0) speed = AfterLag(speed, steady(i - 1), lag, speed_times[i] - speed_times[i - 1]);
       speeds[i][r] = speed.value;
       slopes[i][r] = speed.slope;
     }
@@ -185,41 +246,23 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   CheckStreams(log, rotors, poses, mocap ? "mocap.csv" : "pose.csv", options);
   const bool commands = options.rotors == RotorSource::kMotors;
   const std::vector<ChannelsSample>& drive = commands ? log.motors : log.rotors;
-  TimeNs begin = std::max({log.imu.front().t, poses.front().t, drive.front().t});
-  TimeNs end = std::min({log.imu.back().t, poses.back().t, drive.back().t});
-  begin += FromSeconds(options.start);
-  end -= FromSeconds(options.end);
-  if (options.duration > 0.0) end = std::min(end, begin + FromSeconds(options.duration));
-  if (SecondsBetween(begin, end) < kShortest) {
-    throw ErrorAt(log.directory, 0,
-                  fmt::format("imu, rotors and poses overlap by {:.2f} s; {} s are needed",
-                              SecondsBetween(begin, end), kShortest));
-  }
+  const Span span = SpanOf(log, poses, drive, options);
   RotorData data;
-  data.origin = begin;
-  data.since_start = SecondsBetween(log.imu.front().t, begin);
+  data.origin = span.begin;
+  data.since_start = SecondsBetween(log.imu.front().t, span.begin);
   data.attitude = options.attitude;
-  const auto within = [&](TimeNs t) { return t >= begin && t <= end; };
-  for (const ImuSample& s : log.imu) {
-    if (within(s.t)) data.imu.push_back({SecondsBetween(begin, s.t), s.accel, s.gyro});
-  }
-  if (options.gyro_delay != 0.0) TakeGyroLater(log, options.gyro_delay, &data);
-  double next = 0.0;
-  for (const PoseSample& s : poses) {
-    const double t = SecondsBetween(begin, s.t);
-    if (!within(s.t) || t < next) continue;
-    data.poses.push_back({t, s.p_E, s.q_E.normalized()});
-    next = t + 0.8 / options.pose_rate;
-  }
+  AddImuAndPoses(log, poses, span, options, &data);
+  // Before the flight the motors may idle, where speeds have another noise.
+  const TimeNs from = span.begin - FromSeconds(kShortest);
   for (const ChannelsSample& s : drive) {
-    data.speed_times.push_back(SecondsBetween(begin, s.t) + options.rotor_delay);
+    if (s.t < from) continue;
+    data.speed_times.push_back(SecondsBetween(span.begin, s.t) + options.rotor_delay);
     data.speeds.push_back(s.values);
   }
   if (commands) {
-    data.motors = CommandsOf(log, *options.motors);
-    MotorValues at = options.motors_at;
-    at[kLag] += options.motor_lag;
-    data.SimulateMotors(at);
+    data.motors = CommandsOf(log, *options.motors, from);
+    data.added_lag = options.motor_lag;
+    data.SimulateMotors(options.motors_at);
     return data;
   }
   if (options.smooth_rotors) Smooth(&data);

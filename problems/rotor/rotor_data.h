@@ -54,9 +54,11 @@ struct RotorData {
   // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
   MotorValues motors_at = MotorValues::Zero();
+  double added_lag = 0.0;  // s, of the motors beyond the unknown motor_lag
   std::vector<std::vector<MotorValues>> slopes;
 
-  // Recomputes the speeds from the commands at other values of the unknowns.
+  // Recomputes the speeds from the commands at other values of the unknowns, or at the nearest that
+  // motors can have.
   void SimulateMotors(const MotorValues& at);
   // Rotor speeds at `t` (s from `origin`): linear between samples, constant outside. Accelerations
   // are the slopes.
@@ -87,7 +89,7 @@ struct RotorDataOptions {
 void TakeGyroLater(const FlightLog& log, double delay, RotorData* data);
 
 // Cuts the log to the time that all streams cover. Throws InputError naming a stream that is
-// missing or too short, or for a motor lag that is not positive.
+// missing, too short or not positive (battery), or for a motor lag that is not positive.
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options);
 
 }  // namespace trueline

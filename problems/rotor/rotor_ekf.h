@@ -1,7 +1,8 @@
 // The filter of Wuest et al. 2019 ("Online estimation of geometric and inertia parameters for
-// multirotor aerial vehicles"), on the rotor-driven model in NED. It has 31 states, 30 in the error
-// state. Rotor speeds are its input, IMU and poses (or positions) its updates; constants may do
-// random walks (Wiener processes). Jacobians are automatic (rotor_data/rotor_slopes.h).
+// multirotor aerial vehicles"), on the rotor-driven model in NED. With the paper's 18 constants
+// free the state has 31 numbers and the error state 30, beside the drift. Rotor speeds are the
+// input, IMU and poses (or positions) the updates. Constants may do random walks (Wiener
+// processes). Jacobians: rotor_slopes.h.
 //
 // It differs from the paper in three points. First, an unmodelled angular acceleration that lasts
 // (the drift of RotorNoise) is a state; where its sigma is zero it changes nothing. Second, the

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "problems/common/parallel.h"
 
@@ -265,13 +264,6 @@ RotorNormal::RotorNormal(ReducedSystem system, const RotorPrior& prior)
 
 RotorNormal RotorNormal::Only(const std::vector<bool>& used) const {
   return {ReducedSystem::Only(used), prior_};
-}
-
-RotorNormal RotorNormal::Select(const std::vector<int>& columns) const {
-  std::vector<int> kept(constants());
-  std::iota(kept.begin(), kept.end(), 0);
-  for (const int column : columns) kept.push_back(constants() + column);
-  return {ReducedSystem::Select(kept), prior_};
 }
 
 Matrix RotorNormal::NoiseCovariance() const {

@@ -67,8 +67,6 @@ class RotorNormal : public ReducedSystem {
 
   int constants() const { return constants_; }
   RotorNormal Only(const std::vector<bool>& used) const;
-  // The same system with the constants and the given columns only (counted from 0), in that order.
-  RotorNormal Select(const std::vector<int>& columns) const;
 
   // Covariance of the constants (kConstants x kConstants, SI) from noise and prior, all columns
   // held at zero. For a flight linearised at the truth this is the Bayesian Cramer-Rao bound (Van

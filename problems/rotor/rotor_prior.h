@@ -19,9 +19,9 @@ struct RotorPrior {
   RotorConstants WithKnown(const RotorConstants& constants) const;
 };
 
-// Means at the vehicle's nominal values, and sigmas for a new payload (kRotorConstants): the 18
-// constants of Wuest et al. 2019 are free; r_BI_z, k_f and k_m are known; drag, inflow and delay
-// are zero.
+// Means at the vehicle's nominal values, and sigmas for a new payload (kRotorConstants). The 18
+// constants of Wuest et al. 2019 are free. All others are known: r_BI_z, k_f and k_m at the
+// vehicle's values, those beyond Boehm et al. 2020 at zero.
 RotorPrior PriorFromVehicle(const RotorVehicle& vehicle);
 
 // `map` holds NAME: sigma, or NAME: {mean: ..., sigma: ...}; sigma 0 makes a constant known. Throws

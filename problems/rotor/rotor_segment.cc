@@ -26,10 +26,6 @@ Disturbance DriftOnly(const Eigen::Vector3d& drift) {
   return held;
 }
 
-Eigen::Vector3d ArmOf(const RotorState& x) {
-  return x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
-}
-
 // d(node error after a step) / d(node error before): the drift acts as a disturbance held over it.
 Weight::StateByState NodeStep(const SegmentPath::Step& at) {
   Weight::StateByState F = Weight::StateByState::Zero();
@@ -91,7 +87,7 @@ SegmentPath SegmentModel::Follow(const RotorNode& start, const RotorConstants& c
   path.steps.resize(segment_.steps.size());
   RotorState x = Joined(start.motion, constants);
   path.drift = start.drift;
-  path.arm = ArmOf(x);
+  path.arm = ImuArmOf(x);
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
     const RotorSegment::Step& step = segment_.steps[k];
     SegmentPath::Step& at = path.steps[k];
@@ -147,7 +143,7 @@ SegmentResidual SegmentModel::Evaluate(const RotorNode& start, const RotorNode& 
   x.head<4>().normalize();
   SegmentResidual residual;
   residual.error = Errors(readings, x, held.tail<3>(), next);
-  AddUnmodelledTurn(ArmOf(x), &residual);
+  AddUnmodelledTurn(ImuArmOf(x), &residual);
   return residual;
 }
 

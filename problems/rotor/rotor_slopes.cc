@@ -195,7 +195,7 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
       SlopeOfBodyAcceleration(model, x, input, columns.States(input));
   const Vector3d force = acceleration.value.head<3>(), turn = acceleration.value.tail<3>() + drift;
   const Vector3d w = x.segment<3>(Base::kRate);
-  const Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
+  const Vector3d arm = ImuArmOf(x);
   RotorReading reading;
   Base::Read(x.data(), force, turn, reading.y.data());
   auto by = acceleration.by.topRows<3>();

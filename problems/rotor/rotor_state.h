@@ -28,7 +28,7 @@ struct RotorNode {
 inline constexpr int kDriftError = RotorAeroModel::kMovingErrors;
 inline constexpr int kNodeErrors = kDriftError + 3;
 using RotorNodeError = Eigen::Matrix<double, kNodeErrors, 1>;
-// The place of I_x, I_y, I_z among the constants.
+// The places of the mass and of I_x, I_y, I_z among the constants.
 inline constexpr int kMassConstant = RotorDrivenModel::kMass - RotorDrivenModel::kMoving;
 inline constexpr int kInertiaConstants = RotorDrivenModel::kInertia - RotorDrivenModel::kMoving;
 using RotorJet = ceres::Jet<double, RotorAeroModel::kErrors>;
@@ -56,6 +56,17 @@ void SeedErrors(const RotorState& x, RotorJet* out);
 // The motors' unknowns among the constants.
 inline MotorValues MotorsOf(const RotorConstants& constants) {
   return constants.segment<kMotorUnknowns>(RotorAeroModel::kMotors - RotorAeroModel::kMoving);
+}
+
+inline Eigen::Vector3d PositionOf(const RotorState& x) {  // m, in E
+  return x.segment<3>(RotorDrivenModel::kPosition);
+}
+inline Eigen::Matrix3d AttitudeOf(const RotorState& x) {  // R_E_B
+  return Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+}
+// The IMU's place from the centre of mass, m.
+inline Eigen::Vector3d ImuArmOf(const RotorState& x) {
+  return x.segment<3>(RotorDrivenModel::kImuArm) - x.segment<3>(RotorDrivenModel::kCentre);
 }
 
 // Constants and moving part as one state.

@@ -53,8 +53,7 @@ inline RotorState Integrated(const RotorAeroModel& model, const RotorData& data,
 // d(moving error after the step) / d(disturbance held over it): 12 x 6.
 inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(const RotorState& x,
                                                                                 double dt) {
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();
+  const Eigen::Matrix3d R = AttitudeOf(x);
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> G;
   G.setZero();
@@ -68,8 +67,7 @@ inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(
 // d(IMU reading) / d(disturbance at that time), 6 x 6: the accelerometer measures the force, and
 // the angular acceleration through its lever arm.
 inline Eigen::Matrix<double, 6, 6> DisturbanceFeedthrough(const RotorState& x) {
-  using Base = RotorDrivenModel;
-  const Eigen::Vector3d arm = x.segment<3>(Base::kImuArm) - x.segment<3>(Base::kCentre);
+  const Eigen::Vector3d arm = ImuArmOf(x);
   Eigen::Matrix<double, 6, 6> D;
   D.setZero();
   D.block<3, 3>(0, 0).setIdentity();

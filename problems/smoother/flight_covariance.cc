@@ -45,7 +45,7 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
   const std::size_t step = 1 + chain_.size() / kSampled;
   chain_.VisitCovariances([&](std::size_t s, const Eigen::MatrixXd& F) {
     if (s % step != 0 || chain_.segment(s).force_count() == 0) return;
-    chain_.AddDoubt(s, F, static_cast<int>(step), &means.doubt);
+    chain_.AddDragErrors(s, F, static_cast<int>(step), &means.drag_errors);
   });
   return means;
 }

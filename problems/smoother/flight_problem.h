@@ -18,7 +18,7 @@
 
 #include "problems/smoother/smoother.h"
 #include "problems/vgd/correlated_fixes.h"
-#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment_chain.h"
 
@@ -65,7 +65,7 @@ class FlightProblem {
   struct Means {
     Eigen::VectorXd value;
     Eigen::MatrixXd cov;
-    DragDoubt doubt;
+    DragErrors drag_errors;
     double force_sigma = 0.0;  // m/s^2, the largest of the flights'
   };
   Means MeanUnknowns();

@@ -77,9 +77,9 @@ Hypothesis SolveUnder(const WindowQuestion& question, const std::set<int>& false
 Hypothesis MostProbable(const WindowQuestion& question, const std::set<int>& last) {
   Hypothesis best = SolveUnder(question, last, false);
   if (question.options.probability <= 0.0) return best;
-  const std::set<int> doubted = Flipped(last, question.tau - 1);
-  if (IsPossible(question, doubted, false)) {
-    const Hypothesis other = SolveUnder(question, doubted, false);
+  const std::set<int> flipped = Flipped(last, question.tau - 1);
+  if (IsPossible(question, flipped, false)) {
+    const Hypothesis other = SolveUnder(question, flipped, false);
     const bool agrees = best.log_probability > other.log_probability + kClear;
     if (agrees && last.empty() && question.past) return best;
   }

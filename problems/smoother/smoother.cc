@@ -45,7 +45,7 @@ WindowPrior KeepParameters(const WindowPrior& past, const VgdOptions& vgd, const
   prior.mean = Eigen::VectorXd::Zero(size);
   prior.mean.head<WindowPrior::kSize>() << past.mean.head<kThetaSize>(), Eigen::Vector3d::Zero(),
       start.p, start.v;
-  prior.doubt = past.doubt;
+  prior.drag_errors = past.drag_errors;
   Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(size, size);
   cov.topLeftCorner<kThetaSize, kThetaSize>() =
       CovarianceOf(past).topLeftCorner<kThetaSize, kThetaSize>();

@@ -62,8 +62,8 @@ std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
 std::array<bool, 2> ShownDrag(const FlightProblemOptions& options,
                               const FlightProblem::Means& means, const Eigen::VectorXd& prior) {
   Eigen::MatrixXd cov = means.cov;
-  WidenDrag(means.doubt, options.vgd, means.force_sigma, prior, &cov);
-  std::array<bool, 2> shown = means.doubt.ShowsDrag();
+  WidenDrag(means.drag_errors, options.vgd, means.force_sigma, prior, &cov);
+  std::array<bool, 2> shown = means.drag_errors.ShowsDrag();
   for (const int i : {0, 1}) {
     const int k = kDragInTheta + i;
     if (StatusByRatio(std::sqrt(cov(k, k))) == "unobservable") shown[i] = false;
@@ -71,7 +71,8 @@ std::array<bool, 2> ShownDrag(const FlightProblemOptions& options,
   return shown;
 }
 
-std::vector<std::string> DragNotes(const DragDoubt& doubt, const std::array<bool, 2>& shown) {
+std::vector<std::string> DragNotes(const DragErrors& drag_errors,
+                                   const std::array<bool, 2>& shown) {
   std::vector<std::string> notes;
   for (const int i : {0, 1}) {
     if (shown[i]) continue;
@@ -79,7 +80,8 @@ std::vector<std::string> DragNotes(const DragDoubt& doubt, const std::array<bool
         "{} is not read from the accelerometer: the vehicle's speed along {}_B seems to vary by "
         "{:.3f} m/s, of which its error and gusts explain {:.3f} m/s; fly with changes of speed "
         "along that axis",
-        kTheta[kDragInTheta + i].name, "xy"[i], doubt.Spread()[i], doubt.Uncommanded()[i]));
+        kTheta[kDragInTheta + i].name, "xy"[i], drag_errors.Spread()[i],
+        drag_errors.Uncommanded()[i]));
   }
   return notes;
 }
@@ -98,7 +100,7 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
                      FlightProblem::Means means, WholeFlight* result) {
   const Names all = NamesOf(problem, options.detector);
   const std::vector<int> asked = Asked(problem, all);
-  WidenDrag(means.doubt, options.vgd, means.force_sigma, all.sigma, &means.cov);
+  WidenDrag(means.drag_errors, options.vgd, means.force_sigma, all.sigma, &means.cov);
   WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
@@ -156,7 +158,7 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
     without->StartFrom(*problem);
     summary = without->Solve();
     problem = std::move(without);
-    result.notes = DragNotes(means.doubt, problem_options.drag_shows);
+    result.notes = DragNotes(means.drag_errors, problem_options.drag_shows);
     means = problem->MeanUnknowns();
   }
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;

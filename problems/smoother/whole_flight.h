@@ -13,7 +13,7 @@ struct WholeFlightOptions {
   // Learns the strength of the AHRS drift and of unmodelled accelerations by maximum marginal
   // likelihood, starting at `process`.
   bool learn_strengths = true;
-  // Does not fit drag along an axis whose velocity hardly changes (DragDoubt::ShowsDrag).
+  // Does not fit drag along an axis whose velocity hardly changes (DragErrors::ShowsDrag).
   bool withhold_drag = true;
   double learn_time = 120.0;  // s, from each flight's start, for learning strengths
   // Unknowns beyond the model's, by the sigma of their prior; zero: not estimated.

@@ -314,15 +314,15 @@ SegmentChain::Columns SegmentChain::Rows(std::size_t s) {
   return Eigen::Map<const Columns>(rows_.data(), count, normal_->width());
 }
 
-void SegmentChain::AddDoubt(std::size_t s, const Eigen::MatrixXd& F, int segments,
-                            DragDoubt* doubt) const {
+void SegmentChain::AddDragErrors(std::size_t s, const Eigen::MatrixXd& F, int segments,
+                                 DragErrors* drag_errors) const {
   constexpr int kVelocityAt = kStateAt + 3;
   const Eigen::Matrix<double, 3, 2> axes = segments_[s]->BodyAxesAtStart();
   const Eigen::Matrix2d cov = axes.transpose() * F.block<3, 3>(kVelocityAt, kVelocityAt) * axes;
   const double by_gusts =
       options_.UsesGusts() ? options_.process.gust * options_.process.gust_memory : 0.0;
-  doubt->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), cov.diagonal(), by_gusts,
-             segments * segments_[s]->force_count());
+  drag_errors->Add(axes.transpose() * x_.nodes[s].segment<3>(kVelocityAt), cov.diagonal(), by_gusts,
+                   segments * segments_[s]->force_count());
 }
 
 std::pair<double, double> SegmentChain::ScaledBounds(int parameter) const {

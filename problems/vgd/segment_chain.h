@@ -17,7 +17,7 @@
 #include "cost_functions/fix_residual.h"
 #include "problems/chain/section_chain.h"
 #include "problems/chain/trust_region.h"
-#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/drag_errors.h"
 #include "problems/vgd/force_samples.h"
 #include "problems/vgd/segment.h"
 
@@ -127,7 +127,8 @@ class SegmentChain : private ceres::EvaluationCallback {
     });
   }
   // Adds a segment's velocity and its uncertainty (F as above), as if `segments` were like it.
-  void AddDoubt(std::size_t s, const Eigen::MatrixXd& F, int segments, DragDoubt* doubt) const;
+  void AddDragErrors(std::size_t s, const Eigen::MatrixXd& F, int segments,
+                     DragErrors* drag_errors) const;
   // Whitened rows of all residuals of segment s, in Normal's columns.
   Columns Rows(std::size_t s);
 

@@ -76,8 +76,9 @@ WindowPrior WindowProblem::Marginalise(TimeNs t) {
   at << chain_.theta(), chain_.node(kept).head(node);
   prior.mean = at - prior.sqrt_information.completeOrthogonalDecomposition().solve(
                         R.block(border, border + size, size, 1));
-  prior.doubt = past_doubt_;
-  prior.doubt.Add(own_doubt_, static_cast<double>(kept) / static_cast<double>(chain_.size()));
+  prior.drag_errors = past_drag_errors_;
+  prior.drag_errors.Add(own_drag_errors_,
+                        static_cast<double>(kept) / static_cast<double>(chain_.size()));
   return prior;
 }
 
@@ -88,7 +89,7 @@ WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
   const std::size_t last = chain_.size() - 1, stride = 1 + last / kMost;
   const StateNode& end = *chain_.segment(last).end_node();
   Uncertainty result;
-  own_doubt_ = DragDoubt();
+  own_drag_errors_ = DragErrors();
   chain_.VisitCovariances([&](std::size_t s, const Eigen::MatrixXd& F) {
     if (s == last) {
       Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kParameters + 6, F.cols());
@@ -112,11 +113,11 @@ WindowProblem::Uncertainty WindowProblem::FindUncertainty() {
       result.cov = J * F * J.transpose();
     }
     if (HasForces() && s % stride == 0 && chain_.segment(s).force_count() > 0) {
-      chain_.AddDoubt(s, F, static_cast<int>(stride), &own_doubt_);
+      chain_.AddDragErrors(s, F, static_cast<int>(stride), &own_drag_errors_);
     }
   });
-  result.doubt = past_doubt_;
-  result.doubt.Add(own_doubt_);
+  result.drag_errors = past_drag_errors_;
+  result.drag_errors.Add(own_drag_errors_);
   return result;
 }
 

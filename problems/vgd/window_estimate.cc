@@ -66,8 +66,8 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
   const bool without_prior = options.ranges != RangeUse::kPrior;
   Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
   Eigen::MatrixXd shown = UnderReference(cov, PriorWeights(options, count), prior, reference);
-  WidenDrag(uncertainty.doubt, options, force_sigma, prior, &cov);
-  WidenDrag(uncertainty.doubt, options, force_sigma, reference, &shown);
+  WidenDrag(uncertainty.drag_errors, options, force_sigma, prior, &cov);
+  WidenDrag(uncertainty.drag_errors, options, force_sigma, reference, &shown);
   const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {

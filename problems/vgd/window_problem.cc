@@ -129,7 +129,7 @@ void WindowProblem::HoldOpenDirections() {
 }
 
 void WindowProblem::AddPast(const WindowPrior& past) {
-  past_doubt_ = past.doubt;
+  past_drag_errors_ = past.drag_errors;
   chain_.AddLogWeights(past.sqrt_information.householderQr().logAbsDeterminant());
   const PastError error{past.mean, past.sqrt_information};
   using Calm = ceres::AutoDiffCostFunction<PastError, WindowPrior::kSize, kThetaSize, kGustAt>;

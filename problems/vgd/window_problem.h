@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problems/vgd/correlated_fixes.h"
-#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/drag_errors.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
 
@@ -39,7 +39,7 @@ struct WindowPrior {
   static constexpr int kSize = kThetaSize + kGustAt;  // without a gust
   Eigen::VectorXd mean;
   Eigen::MatrixXd sqrt_information;  // square
-  DragDoubt doubt;                   // on the drag, from the marginalised past
+  DragErrors drag_errors;            // on the drag, from the marginalised past
 };
 
 // The unknowns, residuals and integration of a window. Segments end at knots, where process noise
@@ -81,7 +81,7 @@ class WindowProblem {
   // measures drag.
   struct Uncertainty {
     Eigen::Matrix<double, kParameters + 6, kParameters + 6> cov;
-    DragDoubt doubt;
+    DragErrors drag_errors;
   };
   Uncertainty FindUncertainty();
 
@@ -133,11 +133,11 @@ class WindowProblem {
 
   VgdOptions options_;
   SegmentChain chain_;
-  std::vector<Offset> offsets_;                // ascending in time
-  std::optional<CorrelatedFixes> correlated_;  // their delay is the first of the border
-  double delay_variance_ = 1.0;                // of its unit, set by FindUncertainty
-  bool open_ = false;                          // motion's parameters have no prior
-  DragDoubt past_doubt_, own_doubt_;           // own: set by FindUncertainty
+  std::vector<Offset> offsets_;                    // ascending in time
+  std::optional<CorrelatedFixes> correlated_;      // their delay is the first of the border
+  double delay_variance_ = 1.0;                    // of its unit, set by FindUncertainty
+  bool open_ = false;                              // motion's parameters have no prior
+  DragErrors past_drag_errors_, own_drag_errors_;  // own: set by FindUncertainty
 };
 
 }  // namespace trueline

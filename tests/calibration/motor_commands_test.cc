@@ -125,7 +125,7 @@ TEST(MotorCommands, WhatIsMissingIsNamed) {
   RotorCalibrationOptions measured(WuestVehicle());
   measured.prior.sigma[FindRotorConstant("motor_lag")] = 0.02;
   measured.learn_noise = false;
-  EXPECT_THAT(ErrorOf(SimulateRotorFlight(sim, RandomPath(3.0, 4), 3), measured),
+  EXPECT_THAT(ErrorOf(SimulateRotorFlight(sim, RandomPath(6.0, 4), 3), measured),
               HasSubstr("motor commands only"));
 }
 

@@ -156,7 +156,7 @@ TEST(VgdOptions, RefuseWhatIsWrongByFileLineAndKey) {
   EXPECT_THAT(ErrorOfConfig("min_fixes: 0\n"), HasSubstr("must be 1 or more"));
   EXPECT_THAT(ErrorOfConfig("max_iterations: -3\n"), HasSubstr("must be 1 or more"));
   EXPECT_THAT(ErrorOfConfig("tolerance: 0\n"), HasSubstr("must be above zero"));
-  EXPECT_THAT(ErrorOfConfig("knot_interval_s: .nan\n"), HasSubstr("must be above zero"));
+  EXPECT_THAT(ErrorOfConfig("knot_interval_s: .nan\n"), HasSubstr("must be a finite number"));
   EXPECT_THAT(ErrorOfConfig("process: {tilt_deg: -1}\n"), HasSubstr("must be zero or above"));
   EXPECT_THAT(ErrorOfConfig("drive: {filter_k_p_per_s: -1}\n"), HasSubstr("must be zero or above"));
   EXPECT_THAT(ErrorOfConfig("priors:\n  K_x: {lower: -0.1}\n"),

@@ -175,6 +175,29 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   std::filesystem::remove_all(out);
 }
 
+// Constants that are estimated state the effects that are parts of them; model.yaml holds the rest.
+TEST(RotorCalibration, KeepsTheEffectsThatItsConstantsDoNotState) {
+  RotorPrior prior = PriorFromVehicle(WuestVehicle());
+  for (const char* name : {"K_x", "K_y"}) prior.sigma[FindRotorConstant(name)] = 0.1;
+  const std::vector<Effect> kept =
+      EffectsBesideConstants({{"linear_drag", {{"K_x", -0.3}, {"K_y", -0.2}, {"K_z", -0.1}}},
+                              {"rotor_speed_drag", {{"k", 1e-4}}}},
+                             prior);
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0]["K_x"], 0.0);
+  EXPECT_EQ(kept[0]["K_z"], -0.1);
+  EXPECT_EQ(kept[1]["k"], 1e-4);
+  prior.sigma[FindRotorConstant("K_z")] = 0.1;
+  EXPECT_EQ(EffectsBesideConstants({{"linear_drag", {{"K_x", -0.3}}}}, prior).size(), 0u);
+}
+
+TEST(RotorCalibration, ForecastsCountFromTheSameTimeAsTheFit) {
+  const FlightLog log = FlyFor(8.0);
+  const RotorCalibration c = CalibrateRotors(log, Nominal());
+  ASSERT_FALSE(c.open_loop.empty());
+  EXPECT_GT(c.open_loop.front().t, c.pose_times.back() - 0.1);
+}
+
 TEST(RotorOptions, ShippedConfigurationsAreRead) {
   const FlightLog log = FlyFor(2.0);
   const RotorCalibrationOptions options =
@@ -205,13 +228,24 @@ std::string ErrorOf(const std::string& text) {
   return "no error";
 }
 
+std::string MessageOf(const FlightLog& log) {
+  try {
+    CalibrateRotors(log, Nominal());
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
 TEST(RotorOptions, WrongOnesAreRefusedByName) {
   EXPECT_THAT(ErrorOf("prior:\n  mass: 0.1"),
               AllOf(HasSubstr("rotors.yaml:2"), HasSubstr("mass"), HasSubstr("r_BM_x")));
   EXPECT_THAT(ErrorOf("hold_out: 0.9"), HasSubstr("at most 0.8"));
   EXPECT_THAT(ErrorOf("noise: {sigma_gyro: 0}"), HasSubstr("above zero"));
   EXPECT_THAT(ErrorOf("speed: 3"), HasSubstr("speed"));
+  EXPECT_THAT(ErrorOf("prior: {m: .nan}"), HasSubstr("finite"));
   FlightLog log = FlyFor(2.0);
+  EXPECT_THAT(MessageOf(log), AllOf(HasSubstr("too short"), HasSubstr("hold_out: 0")));
   log.rotors.clear();
   EXPECT_THROW(CalibrateRotors(log, Nominal()), InputError);
 }

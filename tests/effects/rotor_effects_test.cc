@@ -63,6 +63,18 @@ TEST_P(RotorEffectsTest, ModelPredictsWhatTheSimulatorFlies) {
   EXPECT_GT(without.accel, 0.01);
 }
 
+TEST(RotorExtension, EffectsOfOneKindAddUp) {
+  const RotorEffects effects = RotorExtensionOf({{"rotor_loss", {{"rotor", 0}, {"factor", 0.8}}},
+                                                 {"rotor_loss", {{"rotor", 2}, {"factor", 0.9}}},
+                                                 {"rotor_tilt", {{"roll", 0.03}}},
+                                                 {"rotor_tilt", {{"roll", 0.01}}}})
+                                   .effects;
+  EXPECT_EQ(effects.ThrustFactor(0, 0.0), 0.8);
+  EXPECT_EQ(effects.ThrustFactor(1, 0.0), 1.0);
+  EXPECT_EQ(effects.ThrustFactor(2, 0.0), 0.9);
+  EXPECT_DOUBLE_EQ(effects.tilt_roll, 0.04);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, RotorEffectsTest,
     testing::Values(Effect{"linear_drag", {{"K_x", -0.4}, {"K_y", -0.3}, {"K_z", -0.2}}},

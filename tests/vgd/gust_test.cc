@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "problems/calibration/calibration.h"
-#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/drag_errors.h"
 #include "problems/vgd/window_data.h"
 #include "tests/common/bands.h"
 #include "tests/vgd/flights.h"
@@ -119,48 +119,51 @@ TEST(Gust, SlowAreNotTakenForDragOrCertainty) {
 
 // A velocity that varies by less than its uncertainty gives no information on drag; with ten times
 // its uncertainty it gives all.
-TEST(DragDoubt, FollowsHowWellTheVelocityIsKnown) {
-  DragDoubt doubt;
+TEST(DragErrors, FollowsHowWellTheVelocityIsKnown) {
+  DragErrors drag_errors;
   for (int i = 0; i < 100; ++i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
-    doubt.Add({1.0 + 0.5 * sign, 0.02 * sign}, {0.05 * 0.05, 0.04 * 0.04}, 0.0, 10);
+    drag_errors.Add({1.0 + 0.5 * sign, 0.02 * sign}, {0.05 * 0.05, 0.04 * 0.04}, 0.0, 10);
   }
-  EXPECT_NEAR(doubt.Spread().x(), 0.5, 1e-9);
-  EXPECT_NEAR(doubt.Uncertainty().y(), 0.04, 1e-9);
+  EXPECT_NEAR(drag_errors.Spread().x(), 0.5, 1e-9);
+  EXPECT_NEAR(drag_errors.Uncertainty().y(), 0.04, 1e-9);
   const double force_sigma = 0.2;
   // Sigma from the accelerometer alone: sigma / (spread sqrt(samples)).
-  const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
-  const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
+  const Eigen::Vector2d alone =
+      force_sigma * drag_errors.Spread().cwiseInverse() / std::sqrt(1000.0);
+  const Eigen::Vector2d sigma = drag_errors.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
   EXPECT_NEAR(sigma.x(), 0.5 * 0.01, 1e-6);
   EXPECT_NEAR(sigma.y(), 0.5, 1e-6);
   // If most of the information comes from the motion, the added sigma is smaller.
-  EXPECT_NEAR(doubt.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.02, 1e-6);
-  DragDoubt twice = doubt;
-  twice.Add(doubt);
+  EXPECT_NEAR(drag_errors.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.02,
+              1e-6);
+  DragErrors twice = drag_errors;
+  twice.Add(drag_errors);
   EXPECT_NEAR(twice.Sigma({-0.5, -0.5}, 0.04 * alone.cwiseAbs2(), force_sigma).y(), 0.04, 1e-6);
 }
 
 // A velocity that gusts may have made tells no drag, however well it is known.
-TEST(DragDoubt, TakesVelocityByGustsForNoCommand) {
+TEST(DragErrors, VelocityOfGustsIsUncommanded) {
   const double force_sigma = 0.2;
-  DragDoubt doubt;
-  for (const double v : {-0.1, 0.1}) doubt.Add({v, 5.0 * v}, {1e-6, 1e-6}, 0.1, 500);
-  EXPECT_TRUE(doubt.ShowsDrag()[0] && doubt.ShowsDrag()[1]);
-  EXPECT_NEAR(doubt.Uncommanded().x(), std::hypot(1e-3, 0.1), 1e-9);
-  const Eigen::Vector2d alone = force_sigma * doubt.Spread().cwiseInverse() / std::sqrt(1000.0);
-  const Eigen::Vector2d sigma = doubt.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
+  DragErrors drag_errors;
+  for (const double v : {-0.1, 0.1}) drag_errors.Add({v, 5.0 * v}, {1e-6, 1e-6}, 0.1, 500);
+  EXPECT_TRUE(drag_errors.ShowsDrag()[0] && drag_errors.ShowsDrag()[1]);
+  EXPECT_NEAR(drag_errors.Uncommanded().x(), std::hypot(1e-3, 0.1), 1e-9);
+  const Eigen::Vector2d alone =
+      force_sigma * drag_errors.Spread().cwiseInverse() / std::sqrt(1000.0);
+  const Eigen::Vector2d sigma = drag_errors.Sigma({-0.5, -0.5}, alone.cwiseAbs2(), force_sigma);
   EXPECT_NEAR(sigma.x(), 0.5, 1e-3);
   EXPECT_NEAR(sigma.y(), 0.5 / 25.0, 1e-3);
 }
 
-TEST(DragDoubt, WidensWhatHangsOnDragAndNothingBeyondItsPrior) {
+TEST(DragErrors, WidensWhatIsCorrelatedWithDragAndNothingBeyondItsPrior) {
   VgdOptions options;
   Eigen::MatrixXd cov = 0.04 * Eigen::MatrixXd::Identity(11, 11);
   cov(1, 6) = cov(6, 1) = 0.02;
-  DragDoubt doubt;
-  doubt.Add({0.0, 0.1}, {0.0, 0.01}, 0.0, 1000);
-  doubt.Add({0.0, -0.1}, {0.0, 0.01}, 0.0, 1000);
-  WidenDrag(doubt, options, 0.2, Eigen::VectorXd::Ones(11), &cov);
+  DragErrors drag_errors;
+  drag_errors.Add({0.0, 0.1}, {0.0, 0.01}, 0.0, 1000);
+  drag_errors.Add({0.0, -0.1}, {0.0, 0.01}, 0.0, 1000);
+  WidenDrag(drag_errors, options, 0.2, Eigen::VectorXd::Ones(11), &cov);
   EXPECT_NEAR(cov(0, 0), 0.04, 1e-12);
   EXPECT_NEAR(cov(1, 1), 0.29, 1e-9);  // 0.04 and all of a drag of 0.5
   EXPECT_NEAR(cov(6, 6), 0.04 + 0.25 * 0.25, 1e-9);

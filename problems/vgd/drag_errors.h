@@ -14,7 +14,7 @@
 
 namespace trueline {
 
-class DragDoubt {
+class DragErrors {
  public:
   // Adds a stretch with `samples` accelerometer samples: velocity in body axes x, y (m/s), its
   // posterior variance, and the size of the velocity that gusts make (m/s).
@@ -22,7 +22,7 @@ class DragDoubt {
            int samples);
 
   // Adds another flight's statistics, or a share of them.
-  void Add(const DragDoubt& other, double share = 1.0);
+  void Add(const DragErrors& other, double share = 1.0);
 
   // The sigma (1/s) to add to that of K_x, K_y in quadrature. drag: their usual sizes (1/s).
   // variance: their posterior variances ((1/s)^2). force_sigma: of an accelerometer sample (m/s^2).
@@ -52,7 +52,7 @@ void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
 
 // Adds the drag uncertainty to the covariance of all parameters, in units of `unit` (prior sigmas),
 // in the order of theta. No parameter's sigma rises above its unit.
-void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
+void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov);
 
 }  // namespace trueline

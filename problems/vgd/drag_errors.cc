@@ -1,12 +1,12 @@
-#include "problems/vgd/drag_doubt.h"
+#include "problems/vgd/drag_errors.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace trueline {
 
-void DragDoubt::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, double by_gusts,
-                    int samples) {
+void DragErrors::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance, double by_gusts,
+                     int samples) {
   samples_ += samples;
   sum_ += samples * v_B;
   squares_ += samples * v_B.cwiseAbs2();
@@ -14,7 +14,7 @@ void DragDoubt::Add(const Eigen::Vector2d& v_B, const Eigen::Vector2d& variance,
   gusts_ += samples * by_gusts * by_gusts;
 }
 
-void DragDoubt::Add(const DragDoubt& other, double share) {
+void DragErrors::Add(const DragErrors& other, double share) {
   samples_ += share * other.samples_;
   sum_ += share * other.sum_;
   squares_ += share * other.squares_;
@@ -22,29 +22,29 @@ void DragDoubt::Add(const DragDoubt& other, double share) {
   gusts_ += share * other.gusts_;
 }
 
-Eigen::Vector2d DragDoubt::Spread() const {
+Eigen::Vector2d DragErrors::Spread() const {
   if (samples_ == 0.0) return Eigen::Vector2d::Zero();
   return (squares_ / samples_ - (sum_ / samples_).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
 }
 
-Eigen::Vector2d DragDoubt::Uncertainty() const {
+Eigen::Vector2d DragErrors::Uncertainty() const {
   if (samples_ == 0.0) return Eigen::Vector2d::Zero();
   return (variance_ / samples_).cwiseSqrt();
 }
 
-Eigen::Vector2d DragDoubt::Uncommanded() const {
+Eigen::Vector2d DragErrors::Uncommanded() const {
   if (samples_ == 0.0) return Eigen::Vector2d::Zero();
   return ((variance_.array() + gusts_) / samples_).sqrt();
 }
 
-std::array<bool, 2> DragDoubt::ShowsDrag() const {
+std::array<bool, 2> DragErrors::ShowsDrag() const {
   constexpr double kClearly = 2.0;  // at least three quarters of the variance is motion
   const Eigen::Vector2d spread = Spread(), uncertainty = Uncertainty();
   return {spread[0] > kClearly * uncertainty[0], spread[1] > kClearly * uncertainty[1]};
 }
 
-Eigen::Vector2d DragDoubt::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
-                                 double force_sigma) const {
+Eigen::Vector2d DragErrors::Sigma(const Eigen::Vector2d& drag, const Eigen::Vector2d& variance,
+                                  double force_sigma) const {
   const Eigen::Vector2d spread = Spread(), uncommanded = Uncommanded();
   Eigen::Vector2d sigma = Eigen::Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
@@ -66,7 +66,7 @@ void Widen(int unknown, double variance, Eigen::MatrixXd* cov) {
   *cov += added * along * along.transpose();
 }
 
-void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_sigma,
+void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov) {
   if (!options.drag_measurement.enabled) return;
   Eigen::Vector2d drag, variance;
@@ -75,7 +75,7 @@ void WidenDrag(const DragDoubt& doubt, const VgdOptions& options, double force_s
     drag[i] = options.priors[k].mean;
     variance[i] = unit[k] * unit[k] * (*cov)(k, k);
   }
-  const Eigen::Vector2d sigma = doubt.Sigma(drag, variance, force_sigma);
+  const Eigen::Vector2d sigma = drag_errors.Sigma(drag, variance, force_sigma);
   for (int i = 0; i < 2; ++i) {
     const int k = kDragInTheta + i;
     Widen(k, std::min((*cov)(k, k) + std::pow(sigma[i] / unit[k], 2), 1.0), cov);
