@@ -101,6 +101,7 @@ int RunRotors(const std::filesystem::path& jobs_folder) {
 int RunMultiStep() {
   trueline::MultiStepExperiment experiment = trueline::ReadMultiStepExperiment(FLAGS_config);
   if (FLAGS_data.empty()) throw trueline::InputError("--data: the folder of the runs is needed");
+  experiment.inputs = {FLAGS_data, FLAGS_test, FLAGS_short};
   if (FLAGS_short) trueline::ShortenMultiStepExperiment(&experiment);
   trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");
   const trueline::MultiStepResult result = trueline::RunMultiStepExperiment(
@@ -113,6 +114,10 @@ int RunMultiStep() {
 int RunWrench() {
   trueline::WrenchExperiment experiment = trueline::ReadWrenchExperiment(FLAGS_config);
   if (FLAGS_data.empty()) throw trueline::InputError("--data: the folder of the flights is needed");
+  if (!FLAGS_test.empty()) {
+    throw trueline::InputError("--test: this experiment names its test flights under 'folds'");
+  }
+  experiment.inputs = {FLAGS_data, "", FLAGS_short};
   if (FLAGS_short) experiment.stride *= 20;
   trueline::ResultFolder out(FLAGS_out, "trueline-benchmark");
   const trueline::WrenchResult result =

@@ -93,6 +93,9 @@ int RunImu() {
 }
 
 int RunRotors() {
+  if (trueline::SplitList(FLAGS_log).size() > 1) {
+    throw trueline::InputError("--log: --drive=rotors takes one flight");
+  }
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
   const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
   const trueline::RotorCalibrationOptions options =
@@ -110,7 +113,7 @@ int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
-  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+  if (trueline::SplitList(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();

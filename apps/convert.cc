@@ -64,10 +64,18 @@ constexpr char kProposed[] = "proposed_map.yaml";
 // `proposed`: the map's text, written beside the log; empty where the user has the map.
 int Convert(const ImportMap& map, const std::string& proposed) {
   std::vector<std::string> files = NativeLogFiles();
-  files.emplace_back(kProposed);
+  if (FLAGS_map.empty()) files.emplace_back(kProposed);  // else it may be the user's edited one
+  for (const std::string& input : SplitList(FLAGS_in)) {
+    std::error_code unknown;
+    const auto folder = std::filesystem::weakly_canonical(FLAGS_out, unknown);
+    if (std::filesystem::weakly_canonical(input, unknown).parent_path() == folder) {
+      throw InputError(input + " lies in --out and might be replaced; give another --out");
+    }
+  }
   ResultFolder out(FLAGS_out, files);
   ConvertOptions options;
   options.seed = FLAGS_seed;
+  if (FLAGS_fix_sigma < 0.0) throw InputError("--fix_sigma must be positive");
   if (FLAGS_fix_sigma > 0.0) options.fix_sigma = FLAGS_fix_sigma;
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
@@ -89,12 +97,21 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   return kExitDone;
 }
 
+// Writes the map to be edited; one that is there may be edited already and stays.
+void Propose(const std::string& proposed) {
+  const std::filesystem::path file = std::filesystem::path(FLAGS_out) / kProposed;
+  if (!std::filesystem::exists(file)) return WriteFileAtomically(file, proposed);
+  if (FirstBytes(file, 1 << 20) == proposed) return;
+  Warn(file.string() + " differs from the map proposed now and is kept; remove it for a new one",
+       FLAGS_quiet);
+}
+
 // Where no usable log can be made, an earlier one stays; the map to be edited comes beside it.
 int ConvertOrPropose(const ImportMap& map, const std::string& proposed) {
   try {
     return Convert(map, proposed);
   } catch (const NoUsableLog&) {
-    WriteFileAtomically(std::filesystem::path(FLAGS_out) / kProposed, proposed);
+    Propose(proposed);
     throw;
   }
 }
@@ -110,7 +127,7 @@ int WithoutMap() {
   for (const std::string& warning : recording->warnings()) Warn(warning, FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
   if (FLAGS_out.empty()) return kExitDone;
-  WriteFileAtomically(std::filesystem::path(FLAGS_out) / kProposed, proposed);
+  Propose(proposed);
   throw NoUsableLog(
       fmt::format("{}: {}. If it can be read otherwise, edit {}/proposed_map.yaml and give that by "
                   "--map",

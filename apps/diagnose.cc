@@ -97,7 +97,7 @@ int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
-  if (FLAGS_log.empty() || FLAGS_out.empty()) {
+  if (trueline::SplitList(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-diagnose --help");
   }
   if (FLAGS_fit_to != "fixes" && FLAGS_fit_to != "mocap") {

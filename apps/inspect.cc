@@ -134,10 +134,20 @@ int InspectLog(ResultFolder* out) {
   return kExitDone;
 }
 
+void CheckMapIsNoResult() {
+  if (FLAGS_map.empty()) return;
+  std::error_code unknown;
+  const auto written =
+      std::filesystem::weakly_canonical(std::filesystem::path(FLAGS_out) / kCorrectedMap, unknown);
+  if (std::filesystem::weakly_canonical(FLAGS_map, unknown) != written) return;
+  throw InputError(FLAGS_map + " lies in --out and would be replaced; give another --out");
+}
+
 int Run() {
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
     throw InputError("--log and --out are needed; see trueline-inspect --help");
   }
+  CheckMapIsNoResult();
   ResultFolder out(FLAGS_out, "trueline-inspect");
   try {
     return InspectLog(&out);

@@ -30,6 +30,8 @@ DEFINE_bool(quiet, false, "Print nothing");
 namespace trueline {
 namespace {
 
+constexpr double kLongestFlight = 1e5;  // s
+
 constexpr char kUsage[] = R"(flies a drone round a course of gates and writes its log.
 
   trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
@@ -109,7 +111,9 @@ int Run() {
   const YamlMap map = YamlMap::FromFile(FLAGS_config);
   if (IsRotorFlight(map)) return RunRotorFlight(map);
   SimulationConfig config = ReadSimulationConfig(map);
-  if (FLAGS_duration < 0.0) throw InputError("--duration must be above 0 s");
+  if (!(FLAGS_duration >= 0.0 && FLAGS_duration <= kLongestFlight)) {
+    throw InputError("--duration must lie between 0 and 100000 s");
+  }
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);

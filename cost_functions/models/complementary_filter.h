@@ -51,7 +51,7 @@ class ComplementaryFilter {
 
  private:
   static Eigen::Quaternion<T> SmallRotation(const Vector3<T>& angle) {
-    const Vector3<T> half = angle * T(0.5);  // third-order accurate once normalised
+    const Vector3<T> half = angle * T(0.5);  // second-order accurate once normalised
     return Eigen::Quaternion<T>(T(1) - half.squaredNorm() * T(0.5), half[0], half[1], half[2]);
   }
 

@@ -126,7 +126,7 @@ using Drive = DriveOf<double>;
 // accelerometer's z axis read 0.2 m/s^2 of drag, which the axis of the body would put into b_az.
 enum class ThrustAxis {
   kBody,  // z_B, as eq. 15 takes it
-  kImu,   // z_I, as eq. 8 has it: thrust and a share of the drag
+  kImu,   // z_I, the accelerometer's own axis: thrust and a share of the drag
 };
 
 // The model with its constant rotations precomputed.

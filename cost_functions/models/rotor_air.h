@@ -6,9 +6,10 @@
 //   thrust      rho A (C_T u^2 - C_Tz u v_z + C_Th |h|^2 + C_Tr u (e v'))  along the axis; e: unit
 //               vector from the centre to the hub (rotors ahead fly in other air than those behind)
 //   drag        rho A (C_H u + C_Hz v_z) (-h)                    at the hub (Faessler et al. 2018)
-//   hub moment  rho A R (C_M u + C_Mz v_z) (v' x axis)           blades that flap back, uneven
-//   inflow reaction    spin (rho A R C_Q u^2 + J_r domega/dt)           about the axis body -rho
-//   S_D |v| v / 2                               at the centre of mass
+//   hub moment  rho A R (C_M u + C_Mz v_z) (v' x axis)           blades that flap back,
+//                                                                uneven inflow
+//   reaction    spin (rho A R C_Q u^2 + J_r domega/dt)           about the axis
+//   body        -rho S_D |v| v / 2                               at the centre of mass
 // v' follows the vehicle's velocity with the lag of the wake.
 //
 // Axes: body forward-left-up, the axis of all rotors is +z. That is the convention of the public

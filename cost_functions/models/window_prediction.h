@@ -1,6 +1,6 @@
-// A second of flight predicted from one state and the rotor speeds that follow: the rotor-by-rotor
-// model (rotor_air.h), the processes of a stabilised attitude (stabilised_process.h), and the
-// errors of the state that is given.
+// Half a second of flight predicted from one state and the rotor speeds that follow: the
+// rotor-by-rotor model (rotor_air.h), the processes of a stabilised attitude
+// (stabilised_process.h), and the errors of the state that is given.
 #pragma once
 
 #include <array>
@@ -110,7 +110,9 @@ inline Eigen::Vector3d WindowPrediction::AttitudeAngles(const Eigen::Vector4d& q
   const Eigen::Vector3d up = RotateByUnit(Conjugate(q), Eigen::Vector3d(0.0, 0.0, 1.0));
   const double across = std::hypot(up.x(), up.y());
   const double scale = across > 1e-9 ? std::atan2(across, up.z()) / across : 1.0;
-  return {scale * up.y(), -scale * up.x(), 2.0 * std::atan2(q[3], q[0])};
+  constexpr double kHeldHeading = 1.0;  // rad: a vehicle flown at another one is not held near zero
+  const double heading = std::remainder(2.0 * std::atan2(q[3], q[0]), 2.0 * M_PI);
+  return {scale * up.y(), -scale * up.x(), std::abs(heading) < kHeldHeading ? heading : 0.0};
 }
 
 inline Eigen::Vector3d WindowPrediction::TiltedSpeeds(const PredictionWindow& window) {

@@ -49,7 +49,7 @@ DampedResult MinimiseDamped(Problem* problem, int max_iterations) {
     }
     if (!lower) {
       problem->Return();
-      result.converged = true;
+      result.converged = std::isfinite(slope);
       return result;
     }
     const double before = result.cost;

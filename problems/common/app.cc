@@ -71,6 +71,10 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
   } catch (const InputError& error) {
     fmt::print(stderr, "{}: error: {}\n", program, Printable(WithFinalNames(error.what())));
     return kExitBadInput;
+  } catch (const std::filesystem::filesystem_error& error) {
+    fmt::print(stderr, "{}: error: {}: {}; check the path and its permissions\n", program,
+               Printable(error.path1().string()), error.code().message());
+    return kExitBadInput;
   } catch (const std::system_error& error) {  // fmt's, when standard output is full
     fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
     return kExitBadInput;

@@ -87,6 +87,20 @@ void RenameOrCopy(const fs::path& from, const fs::path& to) {
   }
 }
 
+// A native log replaces an earlier one, and no other files of the same names.
+void RefuseForeignFiles(const fs::path& out, const std::vector<std::string>& owned) {
+  constexpr char kLog[] = "log.yaml";
+  std::error_code unknown;
+  const bool makes_log = std::find(owned.begin(), owned.end(), kLog) != owned.end();
+  if (!makes_log || fs::exists(out / kLog, unknown)) return;
+  for (const std::string& name : owned) {
+    if (!name.ends_with(".csv") || !fs::exists(out / name, unknown)) continue;
+    throw ErrorAt((out / name).string(), 0,
+                  "is there without a log.yaml, so it is of no native log and would be replaced; "
+                  "give another --out");
+  }
+}
+
 }  // namespace
 
 ResultFolder::ResultFolder(const fs::path& out, const std::string& program)
@@ -101,6 +115,7 @@ ResultFolder::ResultFolder(const fs::path& out, const std::string& program)
 
 ResultFolder::ResultFolder(const fs::path& out, const std::vector<std::string>& owned)
     : out_(out), owned_(owned) {
+  RefuseForeignFiles(out_, owned_);
   Open();
   NameStage(stage_, out_);
 }

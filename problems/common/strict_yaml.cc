@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/common/error.h"
 
@@ -54,6 +55,9 @@ YAML::Node YamlMap::Required(const std::string& key) const {
 Eigen::Vector3d YamlMap::GetVector3(const std::string& key) const {
   const auto values = Get<std::vector<double>>(key);
   if (values.size() != 3) Fail(key, fmt::format("needs 3 numbers, found {}", values.size()));
+  for (const double value : values) {
+    if (!std::isfinite(value)) Fail(key, "must be finite numbers");
+  }
   return {values[0], values[1], values[2]};
 }
 
@@ -95,7 +99,12 @@ std::vector<YamlMap> YamlMap::Children(const std::string& key) const {
 std::vector<std::string> YamlMap::Keys() const {
   std::vector<std::string> keys;
   if (node_.IsMap()) {
-    for (const auto& item : node_) keys.push_back(item.first.as<std::string>());
+    for (const auto& item : node_) {
+      if (!item.first.IsScalar()) {
+        throw ErrorAt(file_, item.first.Mark().line + 1, "a key must be a text");
+      }
+      keys.push_back(item.first.as<std::string>());
+    }
   }
   return keys;
 }
@@ -106,7 +115,9 @@ YAML::Node YamlMap::RawNode(const std::string& key) const {
 }
 
 void YamlMap::Finish() const {
+  std::set<std::string> seen;
   for (const std::string& key : Keys()) {
+    if (!seen.insert(key).second) Fail(key, "occurs twice; keep one");
     if (asked_.count(key) > 0) continue;
     Fail(key, fmt::format("unknown key; known here: {}", fmt::join(asked_, ", ")));
   }

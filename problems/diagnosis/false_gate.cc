@@ -102,6 +102,12 @@ int DisplacedBy(const Eigen::Vector3d& d, const BaseFlight& flight, const BaseFi
   return count;
 }
 
+std::vector<Fix> FittedFixes(const BaseFlight& flight) {
+  std::vector<Fix> fixes;
+  for (const std::size_t i : flight.plan().fixes) fixes.push_back(flight.log().fixes[i]);
+  return fixes;
+}
+
 int CountOfGates(const std::vector<Fix>& fixes) {
   return static_cast<int>(
       std::count_if(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; }));
@@ -143,11 +149,11 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   }
   found.offset /= weights;
   // Far from the gate noise exceeds the offset: the share counts only fixes that resolve it.
-  int count = Visible(flight.log().fixes, found.offset.norm());
+  int count = Visible(FittedFixes(flight), found.offset.norm());
   if (const int displaced = DisplacedBy(-found.offset, flight, fit); displaced >= kFewest) {
     found.fraction = displaced / static_cast<double>(count);
   } else {
-    count = CountOfGates(flight.log().fixes);
+    count = CountOfGates(FittedFixes(flight));
     found.fraction = m / static_cast<double>(count);
   }
   found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
@@ -158,11 +164,11 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
   constexpr double kOffset = 1.0;  // m
   constexpr double kPower = 0.95;
   const std::vector<Outlier> outliers = OutliersOf(flight, fit);
-  const int visible = Visible(flight.log().fixes, kOffset),
+  const int visible = Visible(FittedFixes(flight), kOffset),
             others = static_cast<int>(outliers.size());
   if (visible == 0) return 1.0;
   double sigma = 0.0;
-  for (const Fix& fix : flight.log().fixes)
+  for (const Fix& fix : FittedFixes(flight))
     sigma = std::max(sigma, std::min(fix.sigma, kOffset / kApart));
   int least = kFewest;
   while (least < visible &&
@@ -205,7 +211,8 @@ std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutFalseData(double alpha)
 std::optional<CandidateReport> ImuDrivenFlight::ReportFalseData(const std::optional<Cause>& found,
                                                                 double alpha) const {
   const auto& fixes = log_->recorded.fixes;
-  if (std::none_of(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; })) {
+  if (log_->continuous ||
+      std::none_of(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; })) {
     return std::nullopt;
   }
   const double p = found ? found->p : 1.0;

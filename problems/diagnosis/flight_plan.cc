@@ -30,8 +30,13 @@ std::vector<Stretch> FindStretches(const FlightData& flight) {
     }
   }
   for (Stretch& s : stretches) {
-    s.begin = std::max(s.begin - margin, flight.track.begin() + margin);
-    s.end = std::min(s.end + margin, flight.track.end() - margin);
+    TimeNs begin = std::max(s.begin - margin, flight.track.begin() + margin);
+    TimeNs end = std::min(s.end + margin, flight.track.end() - margin);
+    for (const TimeSpan& gap : flight.track.gaps()) {
+      if (gap.end <= s.begin) begin = std::max(begin, gap.end);
+      if (gap.begin >= s.end) end = std::min(end, gap.begin);
+    }
+    s = {begin, end};
   }
   std::erase_if(stretches, [&](const Stretch& s) {
     return SecondsBetween(s.begin, s.end) < 1.0 || !flight.track.Covers(s.begin, s.end);

@@ -61,7 +61,7 @@ ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, Time
     v_E += share * (x.nodes[segment + 1].segment<3>(kStateAt + 3) - v_E);
   }
   at.v_B = at.R_E_B.transpose() * v_E;
-  at.p_E = node.segment<3>(kStateAt) + since * node.segment<3>(kStateAt + 3);
+  at.p_E = node.segment<3>(kStateAt) + 0.5 * since * (node.segment<3>(kStateAt + 3) + v_E);
   at.w_B =
       R_I_B_.transpose() * Vector3d(rates_[0].At(at.t), rates_[1].At(at.t), rates_[2].At(at.t));
   at.thrust = -drive.a_z;

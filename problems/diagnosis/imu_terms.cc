@@ -3,6 +3,8 @@
 #include <cmath>
 #include <functional>
 
+#include "problems/diagnosis/chain_stacks.h"
+
 namespace trueline {
 namespace {
 
@@ -88,9 +90,11 @@ std::vector<SegmentMotion> MotionsOf(const BaseFlight& flight, const FlightUnkno
     at.p_E = x.nodes[i].segment<3>(kStateAt);
     at.gravity = flight.gravity();
     at.thrust = -drive.a_z - at.gravity;
-    at.turn = i == 0 ? 0.0
-                     : std::remainder(at.Heading() - motions.back().Heading(), 2 * M_PI) /
-                           SecondsBetween(segments[i].begin, segments[i].end);
+    if (!StartsStretch(flight.plan(), static_cast<int>(i))) {
+      const TimeNs before = (segments[i - 1].begin + segments[i - 1].end) / 2;
+      at.turn = std::remainder(at.Heading() - motions.back().Heading(), 2 * M_PI) /
+                SecondsBetween(before, middle);
+    }
     at.s = 2.0 * SecondsBetween(segments.front().begin, middle) / duration - 1.0;
     motions.push_back(at);
   }

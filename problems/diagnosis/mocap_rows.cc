@@ -76,8 +76,9 @@ MocapComparison::MocapComparison(const FlightLog& log) : log_(log) {
   for (std::size_t i = 0; i < mocap.size(); ++i) {
     low = std::min(low, mocap[i].p_E.z());
     high = std::max(high, mocap[i].p_E.z());
-    if (i > 0 && SecondsBetween(mocap[i - 1].t, mocap[i].t) > kLongestGap)
-      breaks_.push_back(mocap[i].t);
+    if (i > 0 && SecondsBetween(mocap[i - 1].t, mocap[i].t) > kLongestGap) {
+      gaps_.push_back({mocap[i - 1].t, mocap[i].t});
+    }
   }
   has_height_ = high - low > 1e-6;
   const TimeNs margin = FromSeconds(kMovedBy);
@@ -104,8 +105,8 @@ MocapComparison::MocapComparison(const FlightLog& log) : log_(log) {
 
 bool MocapComparison::Covers(TimeNs from, TimeNs to) const {
   if (from < log_.mocap.front().t || to > log_.mocap.back().t) return false;
-  const auto gap = std::lower_bound(breaks_.begin(), breaks_.end(), from);
-  return gap == breaks_.end() || *gap > to + FromSeconds(kLongestGap);
+  return std::none_of(gaps_.begin(), gaps_.end(),
+                      [&](const Gap& gap) { return gap.from < to && gap.to > from; });
 }
 
 std::optional<PoseSample> MocapComparison::PoseAt(TimeNs t) const {

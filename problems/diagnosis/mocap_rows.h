@@ -57,8 +57,11 @@ class MocapComparison {
   void RemoveHeight(MocapRows* rows) const;
 
   const FlightLog& log_;
-  std::vector<TimeNs> breaks_;  // first sample after each gap
-  double reach_ = 0.0;          // s, half the kernel's width
+  struct Gap {
+    TimeNs from, to;  // the samples around it
+  };
+  std::vector<Gap> gaps_;
+  double reach_ = 0.0;  // s, half the kernel's width
   bool has_height_ = true, own_attitude_ = false;
   Eigen::Quaterniond q_E_Ep_ = Eigen::Quaterniond::Identity();  // of the logged attitude, roughly
   std::vector<std::size_t> attitude_, fixes_;                   // samples compared

@@ -63,6 +63,7 @@ std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
   if (data.attitude.empty() || drive.attitude == AttitudeSource::kComplementaryFilter) {
     data.attitude = RunComplementaryFilter(data.imu, drive.filter);
     drive.attitude = AttitudeSource::kLogged;
+    drive.attitude_latency = 0.0;
   }
   // A diagnosis names errors of the logged attitude, so the gyroscope may not replace them.
   drive.longest_hold = 0.0;

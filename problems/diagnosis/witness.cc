@@ -117,15 +117,19 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
     const Linear linear(columns, weight);
     const VectorXd solution = linear.Solve(rows.r);
     bool settled = true;
+    VectorXd moves(count);
     for (Eigen::Index k = 0; k < count; ++k) {
       const double move = solution[offsets + k] * linear.unit[offsets + k];
       settled = settled && std::abs(move) < kSmall * unknowns[k].step;
+      moves[k] = move;
       sizes[k] = std::clamp(sizes[k] + move, -unknowns[k].limit, unknowns[k].limit);
     }
     if (!settled && i < kIterations) continue;
     const auto sigmas = linear.Sigmas(rows.r + linear.columns * solution, rows.t);
     if (!sigmas || !sizes.allFinite() || !sigmas->allFinite()) return std::nullopt;
-    return SizeEstimate{sizes, sigmas->tail(count)};
+    // A search that has not settled is as uncertain as its last move.
+    const VectorXd own = sigmas->tail(count);
+    return SizeEstimate{sizes, (own.cwiseAbs2() + moves.cwiseAbs2()).cwiseSqrt()};
   }
 }
 
@@ -318,7 +322,8 @@ std::optional<GyroEstimate> GyroEstimateNear(const FlightLog& log, const Candida
     if (!std::isfinite(rest.sigma)) return std::nullopt;
     size[0] = std::clamp(size[0] + rest.value, -most, most);
     if (std::abs(rest.value) > kSettled * rest.sigma && i < kIterations) continue;
-    return GyroEstimate{{size, VectorXd::Constant(1, rest.sigma)}, errors.fit().misfit};
+    const double sigma = std::hypot(rest.sigma, rest.value);
+    return GyroEstimate{{size, VectorXd::Constant(1, sigma)}, errors.fit().misfit};
   }
 }
 

@@ -118,6 +118,31 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
               },
       },
       {
+          .id = "body_drag",
+          .enters = kForce,
+          .parameters = {{"c_x", "1/m", 0.01, 1.0, 0.01, false},
+                         {"c_y", "1/m", 0.01, 1.0, 0.01, false},
+                         {"c_z", "1/m", 0.01, 1.0, 0.01, false}},
+          .physics = "frame and body brake in proportion to the square of air speed",
+          .definition = "f_B += -c norm(v_B) v_B by axis",
+          .separate_by = kFlyAndHover,
+          .drawn = {{"c_x", 0.2, 0.9}, {"c_y", 0.2, 0.9}, {"c_z", 0.2, 0.9}},
+          .extend =
+              [](const Effect& e, RotorExtension* all) {
+                const double c[] = {e["c_x"], e["c_y"], e["c_z"]};
+                for (int axis = 0; axis < 3; ++axis) {
+                  all->effects.AddForce(c[axis], [axis]<class T>(double size,
+                                                                 const RotorAirFlow<T>& air) {
+                    constexpr double kStill = 1e-12;  // (m/s)^2: a slope exists at rest
+                    using std::sqrt;
+                    Vec3<T> drag(T(0.0), T(0.0), T(0.0));
+                    drag[axis] = T(-size) * sqrt(air.v_B.squaredNorm() + T(kStill)) * air.v_B[axis];
+                    return drag;
+                  });
+                }
+              },
+      },
+      {
           .id = "air_moment",
           .enters = kForce,
           .parameters = {{"roll", "N s", 1e-5, 0.1, 1e-6, true, 0.0, "L_v"},

@@ -32,6 +32,7 @@ bool IteratedArcUpdate(const ImuInputs& imu, AttitudeForm form, TimeNs t0, const
     if (change.maxCoeff() < kSettled) break;
     shift = next;
   }
+  filter->StopRecording();
   return filter->Update(fix.p_E, fix.sigma);
 }
 

@@ -27,6 +27,7 @@ class Ekf {
   void SetState(const NavState& x) { x_ = x; }
   // Starts to accumulate the product of all transitions.
   void RecordTransitions();
+  void StopRecording() { recording_ = false; }
   const Matrix15d& recorded_transitions() const { return recorded_; }
 
   const NavState& state() const { return x_; }

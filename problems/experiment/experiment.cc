@@ -194,7 +194,17 @@ void RequireUniqueNames(const YamlMap& map, const Experiment& experiment) {
 std::vector<fs::path> FilesOf(const FlightSource& source) {
   if (source.kind != FlightKind::kNativeLog) {
     std::vector<fs::path> files{source.file};
-    files.insert(files.end(), source.inputs.begin(), source.inputs.end());
+    for (const std::string& input : source.inputs) {
+      if (!fs::is_directory(input)) {
+        files.push_back(input);
+        continue;
+      }
+      const auto first = static_cast<long>(files.size());
+      for (const auto& entry : fs::recursive_directory_iterator(input)) {
+        if (entry.is_regular_file()) files.push_back(entry.path());
+      }
+      std::sort(files.begin() + first, files.end());
+    }
     return files;
   }
   std::vector<fs::path> files;
@@ -226,6 +236,7 @@ Experiment ReadExperiment(const std::filesystem::path& file) {
   experiment.sweep = ReadSweep(map.ChildOrEmpty("sweep"));
   const YamlMap starts = map.ChildOrEmpty("starts");
   experiment.starts = starts.Get<int>("count", 0);
+  if (experiment.starts < 0) starts.Fail("count", "must be 0 or more");
   starts.Finish();
   experiment.forecast = ReadForecast(map);
   ReadConvergence(map.ChildOrEmpty("convergence"), &experiment);

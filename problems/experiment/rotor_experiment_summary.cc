@@ -1,6 +1,7 @@
 #include "problems/experiment/rotor_experiment_summary.h"
 
 #include <cmath>
+#include <limits>
 
 #include "problems/result/statistics.h"
 
@@ -77,7 +78,14 @@ KindSummary Summarise(const std::string& name, const Trials& trials, const std::
   KindSummary summary;
   summary.name = name;
   summary.flights = static_cast<int>(trials.size());
-  if (trials.empty()) return summary;
+  if (trials.empty()) {
+    for (double* none : {&summary.path_error, &summary.filter_nees, &summary.batch_nees,
+                         &summary.filter_nees_median, &summary.batch_nees_median,
+                         &summary.batch_over_bound, &summary.filter_over_bound}) {
+      *none = std::numeric_limits<double>::quiet_NaN();
+    }
+    return summary;
+  }
   for (const int i : free) {
     summary.constants.push_back(ScoreOf(trials, kRotorConstants[i].name, {i}));
   }

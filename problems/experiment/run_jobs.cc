@@ -1,7 +1,10 @@
 #include "problems/experiment/run_jobs.h"
 
+#include <dlfcn.h>
+
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -13,9 +16,21 @@
 #include "problems/common/sha256.h"
 
 namespace trueline {
+namespace {
+
+// The library that holds this function; the executable if it is linked into that.
+std::string LibraryFile() {
+  Dl_info info = {};
+  const bool known = ::dladdr(reinterpret_cast<void*>(&KeyOf), &info) != 0;
+  const bool exists = known && info.dli_fname != nullptr && std::filesystem::exists(info.dli_fname);
+  return exists ? info.dli_fname : "/proc/self/exe";
+}
+
+}  // namespace
 
 std::string KeyOf(const std::string& description) {
-  static const std::string program = Version() + Sha256OfFile("/proc/self/exe");
+  static const std::string program =
+      Version() + Sha256OfFile("/proc/self/exe") + Sha256OfFile(LibraryFile());
   return Sha256OfText(program + "\n" + description).substr(0, 24);
 }
 

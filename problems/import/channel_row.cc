@@ -52,6 +52,11 @@ TimeNs ChannelRow::Time(int index, int exponent) const {
 }
 
 void ChannelRow::Fail(int index, const std::string& message) const {
+  if (index < 0) {  // no field's fault
+    throw InputError(fmt::format("{}: {} at {} s: {}", recording_.file(),
+                                 recording_.channels()[channels_.front()].Label(), TimeText(time_),
+                                 message));
+  }
   std::size_t i = channels_.size() - 1;
   while (starts_[i] > static_cast<std::size_t>(index)) --i;
   const Channel& channel = recording_.channels()[channels_[i]];

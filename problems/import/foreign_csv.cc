@@ -42,7 +42,7 @@ bool ForeignCsv::Next() {
   SplitFields(line, delimiter_, &fields_);
   missing_ = -1;
   if (width_ == 0) width_ = fields_.size();
-  if (fields_.size() < width_ && lines_.AtEnd()) {
+  if (IsCutOff() && lines_.AtEnd()) {
     warnings_->push_back(lines_.CutOff());
     return false;
   }
@@ -55,9 +55,29 @@ bool ForeignCsv::Next() {
   return true;
 }
 
+// A writer that was killed leaves a last line with too few fields, or with half of its last number.
+bool ForeignCsv::IsCutOff() {
+  double last = 0.0;
+  const bool is_number = !fields_.empty() && ParseNumber(fields_.back(), &last);
+  if (fields_.size() != width_) return fields_.size() < width_;
+  if (!lines_.terminated() && last_is_number_ && !is_number) return true;
+  last_is_number_ = is_number;
+  return false;
+}
+
 int ForeignCsv::IndexOf(const std::string& column, const std::string& where) const {
   const auto named = std::find(names_.begin(), names_.end(), column);
   if (named != names_.end()) {
+    // A separator at the end of lines makes an empty field more.
+    const auto used = [](const auto& fields) {
+      return fields.size() - (!fields.empty() && fields.back().empty() ? 1 : 0);
+    };
+    if (names_.size() != width_ && used(names_) != used(fields_)) {
+      throw InputError(fmt::format(
+          "{}: the header of {} names {} columns where the rows have {}, so it is not known which "
+          "name is whose; give '{}' by its number from 1",
+          where, file(), names_.size(), width_, column));
+    }
     if (std::find(named + 1, names_.end(), column) == names_.end()) {
       const auto index = static_cast<std::size_t>(named - names_.begin());
       if (index < width_) return static_cast<int>(index);
@@ -87,9 +107,14 @@ double ForeignCsv::Number(int index) const {
 TimeNs ForeignCsv::Time(int index, int exponent) const {
   TimeNs time = 0;
   if (ParseTime(Text(index), exponent, &time)) return time;
-  Fail(index, Text(index).empty()
-                  ? "the time stamp is missing; every row needs one"
-                  : fmt::format("'{}' is no time stamp; repair or remove the line", Text(index)));
+  if (Text(index).empty()) Fail(index, "the time stamp is missing; every row needs one");
+  double number = 0.0;
+  const bool too_large = ParseNumber(Text(index), &number) && std::isfinite(number);
+  Fail(index,
+       too_large ? fmt::format("'{}' is too large for a time in this unit; state the column's unit "
+                               "in the map, as time: {{unit: ns}}",
+                               Text(index))
+                 : fmt::format("'{}' is no time stamp; repair or remove the line", Text(index)));
 }
 
 void ForeignCsv::Fail(int index, const std::string& message) const {

@@ -44,14 +44,16 @@ class ForeignCsv : public ForeignRow {
 
  private:
   std::string ColumnName(int index) const;
+  bool IsCutOff();
 
   LineReader lines_;
   char delimiter_;
   std::vector<std::string>* warnings_;
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;
-  std::size_t width_ = 0;     // fields of the first row
-  mutable int missing_ = -1;  // column of the row's last missing value
+  std::size_t width_ = 0;        // fields of the first row
+  bool last_is_number_ = false;  // the last field of the row before
+  mutable int missing_ = -1;     // column of the row's last missing value
 };
 
 }  // namespace trueline

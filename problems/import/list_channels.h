@@ -10,7 +10,7 @@ namespace trueline {
 // A channel's fields with their units, elements of a list together: "q[0..3], x [m]".
 std::string FieldList(const Channel& channel);
 
-// Format, warnings, and for each channel with records: their number, rate (Hz), span (s), fields.
+// Format, and for each channel with records: their number, rate (Hz), span (s), fields.
 std::string ListChannels(const Recording& recording);
 
 }  // namespace trueline

@@ -37,6 +37,9 @@ AcceptRule::AcceptRule(const YamlMap& map) : columns(ReadColumns(map, "columns",
 
 RowFilter::RowFilter(const YamlMap& map) {
   if (map.Has("new_where")) new_where_ = ReadColumns(map, "new_where", 0);
+  for (const SourceColumn& column : new_where_) {
+    if (column.is_constant()) map.Fail("new_where", "a constant never changes; remove it");
+  }
   for (const YamlMap& rule : map.Children("accept")) rules_.emplace_back(rule);
 }
 

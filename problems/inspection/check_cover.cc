@@ -60,7 +60,9 @@ void CheckCover(Examination* e) {
   CheckStreamCover(e->log.attitude, "attitude", e);
   CheckStreamCover(e->log.fixes, "fixes", e);
   CheckStreamCover(e->log.mocap, "mocap", e);
+  CheckStreamCover(e->log.pose, "pose", e);
   CheckStreamCover(e->log.rotors, "rotors", e);
+  CheckStreamCover(e->log.motors, "motors", e);
   CheckAttitudeIsThere(e);
 }
 

@@ -177,8 +177,11 @@ void AddDrift(Examination* e, const std::string& stream, const VectorMatch& matc
   finding.text =
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than the gyroscope's", stream,
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower");
-  finding.remedy = fmt::format("multiply its stamps by {:.6f} (time: scale), then inspect again",
-                               1.0 / (1.0 + match.drift));
+  const double scale = 1.0 / (1.0 + match.drift);
+  finding.remedy = fmt::format(
+      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset), then inspect "
+      "again",
+      scale, ToSeconds(e->log.imu.front().t) * (1.0 - scale));
   e->Add(finding);
 }
 

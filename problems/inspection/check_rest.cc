@@ -90,7 +90,10 @@ void CheckRest(Examination* e) {
     finding.text =
         fmt::format("at rest ({:.1f} s) the gyroscope reads ({:.4f}, {:.4f}, {:.4f}) rad/s",
                     rest.seconds, rest.rate.x(), rest.rate.y(), rest.rate.z());
-    finding.remedy = "subtract it (gyro: offset in the map), or let the vehicle rest at the start";
+    finding.remedy =
+        "subtract it (gyro: offset in the map, in the file's own axes: for body: FLU with the "
+        "signs "
+        "of y and z changed), or let the vehicle rest at the start";
     e->Add(finding);
   }
 }

@@ -41,7 +41,7 @@ void CorrectVector(YAML::Node stream, const char* field, const SourceAxes& outer
   } else if (!IsOneMatrix(turn)) {
     node[body ? "body" : "earth"] = AxesNode(turn * (body ? axes.body : axes.earth));
   }
-  if (scale == 1.0) return;
+  if (scale == 1.0 || node["geodetic"]) return;
   Multiply(node, "scale", scale, true);
   Multiply(node, "offset", scale, false);
 }

@@ -9,6 +9,8 @@
 namespace trueline {
 namespace {
 
+constexpr char kByteOrderMark[] = "\xEF\xBB\xBF";
+
 struct HeaderColumn {
   std::string text;  // as in the file
   std::string unit;
@@ -18,6 +20,7 @@ struct HeaderColumn {
 std::map<std::string, HeaderColumn> HeaderOf(const std::filesystem::path& path) {
   std::string line;
   std::getline(std::ifstream(path) >> std::ws, line);
+  if (line.starts_with(kByteOrderMark)) line.erase(0, std::size(kByteOrderMark) - 1);
   if (line.ends_with('\r')) line.pop_back();
   std::vector<std::string_view> fields;
   SplitFields(line, ',', &fields);
@@ -66,8 +69,8 @@ class SourceWriter {
     return found == header_.end() ? HeaderColumn{name, ""} : found->second;
   }
   static void SetUnit(const Field& field, const HeaderColumn& column, YAML::Node* node) {
-    if (std::string(field.unit) == "1") return;
-    (*node)["unit"] = column.unit.empty() ? field.unit : column.unit;
+    const std::string unit = column.unit.empty() ? field.unit : column.unit;
+    if (unit != "1") (*node)["unit"] = unit;
   }
   void Single(const Field& field) {
     YAML::Node node = *field.key == '\0' ? stream_ : YAML::Node();

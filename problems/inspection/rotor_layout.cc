@@ -74,8 +74,13 @@ RunningIntegral<kMostRotors> SquaresOf(const FlightLog& log,
   *scale = std::max(1e-12, sum / static_cast<double>(channels.size()));
   const LogClock clock(log);
   RunningIntegral<kMostRotors> squares(GridStep(log), 0.15);
+  // Stamps far from the flight's would make a grid without end.
+  constexpr double kAround = 2.0;  // s
+  const double end = clock(log.imu.back().t);
   for (const ChannelsSample& sample : channels) {
-    squares.Add(clock(sample.t), squares_of(sample) / *scale);
+    const double t = clock(sample.t);
+    if (t < -kAround || t > end + kAround) continue;
+    squares.Add(t, squares_of(sample) / *scale);
   }
   return std::move(squares).Again();
 }

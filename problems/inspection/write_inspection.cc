@@ -130,11 +130,17 @@ std::string InspectionYaml(const Inspection& inspection, const std::string& log,
 }
 
 std::string InspectionTable(const Inspection& inspection) {
-  if (inspection.findings.empty()) return "No fault was found.\n";
   std::string text;
+  if (inspection.findings.empty()) {
+    text = inspection.notes.empty() ? "No fault was found.\n"
+                                    : "No fault was found in what could be checked.\n";
+  }
   for (const Finding& f : inspection.findings) {
     text += fmt::format("{:<7} {:<21} {}\n        {}\n", NameOf(f.level), f.id, f.text,
                         f.remedy + (f.repaired ? " [in corrected_map.yaml]" : ""));
+  }
+  for (const std::string& note : inspection.notes) {
+    text += fmt::format("{:<7} {}\n", "unseen", note);
   }
   return text;
 }

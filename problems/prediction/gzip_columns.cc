@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include "problems/common/error.h"
 #include "problems/log/csv_text.h"
@@ -102,6 +103,11 @@ std::vector<std::filesystem::path> ColumnFiles(const std::filesystem::path& fold
   }
   if (files.empty()) throw InputError(folder.string() + ": holds no .csv or .csv.gz file");
   std::sort(files.begin(), files.end());
+  std::set<std::string> names;
+  for (const std::filesystem::path& file : files) {
+    if (names.insert(NameOfColumnFile(file)).second) continue;
+    throw InputError(file.string() + ": is there twice, packed and plain; remove one");
+  }
   return files;
 }
 

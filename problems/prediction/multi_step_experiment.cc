@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/process_yaml.h"
@@ -77,11 +78,25 @@ void RefuseTrained(const std::vector<PredictionRun>& training,
                    const std::vector<PredictionRun>& tested) {
   for (const PredictionRun& run : tested) {
     for (const PredictionRun& known : training) {
-      if (run.states.cols() == known.states.cols() && run.states == known.states) {
-        throw InputError("--test: " + run.name + " equals " + known.name +
+      for (Eigen::Index row = 0; row < known.states.cols(); ++row) {
+        if (known.states.col(row) != run.states.col(0)) continue;
+        throw InputError("--test: " + run.name + " starts as a part of " + known.name +
                          " of --data; test on flights that the fit has not seen");
       }
     }
+  }
+}
+
+// The concatenated average pairs a window with the one that starts kSteps later.
+void WarnOfFewWindows(const std::vector<PredictionRun>& runs, bool quiet) {
+  for (const std::string& trajectory : Trajectories(runs)) {
+    int windows = 0;
+    for (const PredictionRun* run : Select(runs, trajectory, true)) windows += run->num_windows();
+    if (windows >= PredictionWindow::kSteps) continue;
+    Warn(fmt::format("the runs of {} hold {} windows; the concatenated average needs {} and is not "
+                     "shown (.nan)",
+                     trajectory, windows, PredictionWindow::kSteps),
+         quiet);
   }
 }
 
@@ -124,11 +139,13 @@ MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
   std::vector<PredictionRun> tested;
   if (!test.empty()) {
     tested = ReadPredictionRuns(test);
+    WarnOfFewWindows(tested, quiet);
     RefuseTrained(runs, tested);
   } else if (trajectories.size() < 2) {
     throw InputError(training.string() +
                      ": holds one trajectory only; give another folder by --test, or add runs");
   }
+  if (test.empty()) WarnOfFewWindows(runs, quiet);
   MultiStepResult result;
   result.trained_on = trajectories;
   const auto progress = [&](const std::string& what) {

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "problems/common/app.h"
+#include "problems/common/sha256.h"
 #include "problems/common/yaml_archive.h"
+#include "problems/prediction/gzip_columns.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -29,6 +33,16 @@ YAML::Node HeadNode(const PredictionExperiment& experiment) {
   node["provenance"]["version"] = Version();
   node["provenance"]["source"] = experiment.file;
   node["provenance"]["config"] = experiment.config;
+  const PredictionInputs& inputs = experiment.inputs;
+  if (inputs.shortened) node["provenance"]["short"] = true;
+  for (const auto& [name, folder] :
+       {std::pair{"data", &inputs.data}, std::pair{"test", &inputs.test}}) {
+    if (folder->empty()) continue;
+    node["provenance"][name]["folder"] = folder->string();
+    for (const std::filesystem::path& file : ColumnFiles(*folder)) {
+      node["provenance"][name]["sha256"][file.filename().string()] = Sha256OfFile(file);
+    }
+  }
   return node;
 }
 

@@ -20,9 +20,16 @@ namespace trueline {
 // `kind` of an experiment's file; empty if it states none.
 std::string ExperimentKind(const std::filesystem::path& file);
 
+// What an experiment was run on, for provenance.
+struct PredictionInputs {
+  std::filesystem::path data, test;  // folders; `test` may be empty
+  bool shortened = false;            // a trial, with fewer windows or rows
+};
+
 struct PredictionExperiment {
   std::string file, kind, name, about;
   YAML::Node config;  // for provenance
+  PredictionInputs inputs;
 };
 
 // Reads kind, name and about; `map` is that of `file`. Another kind than `kind` is an error.

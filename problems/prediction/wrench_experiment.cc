@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "problems/common/error.h"
@@ -214,11 +215,19 @@ WrenchExperiment ReadWrenchExperiment(const std::filesystem::path& file) {
   a.NotNegative("other_mass", &experiment.other_mass);
   experiment.force_sigma = map.GetVector3("force_sigma", experiment.force_sigma);
   experiment.moment_sigma = map.GetVector3("moment_sigma", experiment.moment_sigma);
+  if (experiment.force_sigma.minCoeff() <= 0.0) map.Fail("force_sigma", "must be positive, in N");
+  if (experiment.moment_sigma.minCoeff() <= 0.0) {
+    map.Fail("moment_sigma", "must be positive, in N m");
+  }
   a.Count("stride", &experiment.stride);
   for (const YamlMap& fold : map.Children("folds")) {
     experiment.folds.push_back(
         {fold.Get<std::string>("test"), fold.Get<std::vector<std::string>>("train")});
-    if (experiment.folds.back().train.empty()) fold.Fail("train", "names no flight");
+    const WrenchExperiment::Fold& added = experiment.folds.back();
+    if (added.train.empty()) fold.Fail("train", "names no flight");
+    if (std::count(added.train.begin(), added.train.end(), added.test) > 0) {
+      fold.Fail("train", "holds the flight to test on");
+    }
     fold.Finish();
   }
   if (experiment.folds.empty()) map.Fail("folds", "names no flight to test on");

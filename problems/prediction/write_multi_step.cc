@@ -49,7 +49,7 @@ std::string HorizonsCsv(const MultiStepResult& result) {
     for (const auto& [average, errors] : {std::pair{"concatenated", &row.score.concatenated},
                                           std::pair{"within", &row.score.within}}) {
       for (int k = 0; k < PredictionWindow::kSteps; ++k) {
-        text += fmt::format("{},\"{}\",{},{},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.trajectory,
+        text += fmt::format("\"{}\",\"{}\",{},{},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.trajectory,
                             row.predictor, average, k + 1, errors->mean[0][k], errors->mean[1][k],
                             errors->mean[2][k], errors->mean[3][k]);
       }
@@ -89,11 +89,11 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
 
 std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result) {
   std::string table =
-      fmt::format("{:<12}{:<26}{:>9}{:>9}{:>9}{:>9}   {:>9}{:>9}{:>9}{:>9}\n", "sums over h", "",
-                  "p [m]", "v [m/s]", "R [rad]", "w [rad/s]", "p", "v", "R", "w within");
+      fmt::format("{:<12}{:<26}{:>10}{:>10}{:>10}{:>10}   {:>9}{:>9}{:>9}{:>9}\n", "sums over h",
+                  "", "p [m]", "v [m/s]", "R [rad]", "w [rad/s]", "p", "v", "R", "w within");
   for (const MultiStepRow& row : result.rows) {
     table += fmt::format("{:<12}{:<26}", row.trajectory, row.predictor);
-    for (int a = 0; a < 4; ++a) table += fmt::format("{:>9.3f}", row.score.concatenated.Sum(a));
+    for (int a = 0; a < 4; ++a) table += fmt::format("{:>10.3f}", row.score.concatenated.Sum(a));
     table += "   ";
     for (int a = 0; a < 4; ++a) table += fmt::format("{:>9.3f}", row.score.within.Sum(a));
     table += "\n";

@@ -18,7 +18,7 @@ std::string StatusByRatio(double ratio);
 // cov: covariance of the parameters in units of their prior sigma; prior_sigma converts to physical
 // units. The data's information is the posterior's less the prior's. Status by the ratio of
 // posterior to prior sigma: at most half is identified, at most 90 % is weak, else unobservable.
-// Eigenvectors of the data's information with less information than the prior's are named as
+// Eigenvectors along which the posterior's sigma is above 90 % of the prior's are named as
 // combinations. A parameter that is named in one is weak at best if, without the priors of the
 // others, that direction alone would leave it three sigmas of its own prior.
 Identifiability AnalyseIdentifiability(const std::vector<std::string>& names,

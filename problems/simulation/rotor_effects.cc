@@ -58,6 +58,14 @@ std::vector<EffectDefinition> MakeRotorDrivenEffects() {
            f_B->z() -= k * flow.v_B.head<2>().squaredNorm();
          });
        }},
+      {"body_drag",
+       {{"c_x", "1/m"}, {"c_y", "1/m"}, {"c_z", "1/m"}},
+       [](Values p, double, Stages* stages) {
+         stages->force.push_back(
+             [c = p.Vector("c_x", "c_y", "c_z")](const Flow& flow, Vector3d* f_B) {
+               *f_B -= flow.v_B.norm() * c.cwiseProduct(flow.v_B);
+             });
+       }},
       // Air from ahead raises the nose, air from the right raises the right side.
       {"air_moment",
        {{"roll", "N s"}, {"pitch", "N s"}},

@@ -40,11 +40,11 @@ void FlightProblem::BuildSections() {
     const FlightData& flight = *flights_[f].flight;
     const int count = std::min(static_cast<int>(flight.passes.size()), flights_[f].passes);
     for (int k = 0; k < count; ++k) {
-      const WindowData data = CutWindow(flight, options_.vgd, k, k + 1, k + 1 < count);
+      const WindowData data = DataOf(flight, k, k + 1 < count);
       const bool continues = k > 0 && flight.HasArc(k);
       const std::size_t first = chain_.size();
       chain_.AddTheta();
-      const auto knots = KnotsOf(flight, data, k);
+      const auto knots = KnotsOf(flight, data);
       for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
         auto segment = MakeSegment(flight.track, data, knots[i], knots[i + 1], scaling(),
                                    options_.vgd.max_block);
@@ -57,16 +57,20 @@ void FlightProblem::BuildSections() {
   }
 }
 
-// Those at fixes include the fixes of the arc after pass `k`.
-std::vector<TimeNs> FlightProblem::KnotsOf(const FlightData& flight, const WindowData& data,
-                                           int k) const {
+// Of pass `k`, with the arc after it if `arc`. Fixes that are correlated count on the arc, too.
+WindowData FlightProblem::DataOf(const FlightData& flight, int k, bool arc) const {
+  WindowData data = CutWindow(flight, options_.vgd, k, k + 1, arc);
+  if (HasCorrelatedFixes(flight) && data.end > flight.passes[k].end) {
+    const std::size_t first = flight.passes[k].first;
+    data.fixes = std::span(flight.log.fixes).subspan(first, flight.passes[k + 1].first - first + 1);
+  }
+  return data;
+}
+
+std::vector<TimeNs> FlightProblem::KnotsOf(const FlightData& flight, const WindowData& data) const {
   const double interval = options_.vgd.knot_interval;
   if (!HasCorrelatedFixes(flight)) return EvenKnots(data.begin, data.end, interval);
-  const std::size_t first = flight.passes[k].first;
-  const std::size_t last =
-      data.end > flight.passes[k].end ? flight.passes[k + 1].first : flight.passes[k].last;
-  return KnotsAtFixes(std::span(flight.log.fixes).subspan(first, last - first + 1), data.begin,
-                      data.end, data.noise, interval);
+  return KnotsAtFixes(data.fixes, data.begin, data.end, data.noise, interval);
 }
 
 void FlightProblem::AddOffsets() {

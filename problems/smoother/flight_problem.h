@@ -88,7 +88,8 @@ class FlightProblem {
   bool HasCorrelatedFixes(const FlightData& flight) const {
     return flight.continuous && flight.continuous->noise.IsCorrelated();
   }
-  std::vector<TimeNs> KnotsOf(const FlightData& flight, const WindowData& data, int k) const;
+  WindowData DataOf(const FlightData& flight, int k, bool arc) const;
+  std::vector<TimeNs> KnotsOf(const FlightData& flight, const WindowData& data) const;
   // One after the last section that continues from `section` without a break.
   std::size_t EndOfRun(std::size_t section) const;
   void AddCorrelatedFixes();

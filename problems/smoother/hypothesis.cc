@@ -10,7 +10,7 @@ namespace {
 // If the newest pass fits a marginalised past with log odds above this, no alternative is tested.
 constexpr double kClear = 3.0;
 
-// The longest run of passes that are consistent with one path, for the start of the search.
+// The passes that are not false (all, if every one is), for the start of the search.
 std::vector<Pass> TrustedPasses(const WindowQuestion& question, const std::set<int>& false_passes) {
   const auto& all = question.flight.passes;
   std::vector<Pass> passes;

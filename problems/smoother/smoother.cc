@@ -176,7 +176,7 @@ EstimatorRun RunSmoother(const FlightData& flight, const VgdOptions& vgd,
     run.warnings.push_back(fmt::format(
         "pass {} (at {:.2f} s) looks false: its fixes fit neither the passes around it nor the "
         "model, and do not count",
-        k + 1, SecondsBetween(flight.track.begin(), flight.passes[k].begin)));
+        k + 1, SecondsBetween(flight.track.log_start(), flight.passes[k].begin)));
   }
   return run;
 }

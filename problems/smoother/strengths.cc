@@ -98,19 +98,30 @@ class Evidence {
     for (FlightShare& share : shares) {
       made->push_back(std::make_unique<FlightData>(share.flight->log, vgd.drive, vgd.passes,
                                                    vgd.drag_measurement));
-      const TimeNs first = share.flight->passes.front().begin;
-      share.flight = made->back().get();
-      if (share.flight->passes.empty() || share.flight->passes.front().begin != first) {
+      if (!HaveTheSameArcs(*share.flight, *made->back(), share.passes)) {
         throw InputError(fmt::format(
-            "{}: the first pass lies too near the log's beginning for a latency of the attitude to "
-            "be sought; set attitude_latency_sigma_s to 0, or cut the pass off",
+            "{}: a pass or arc lies too near the log's ends, or a gap of the attitude, for a "
+            "latency of the attitude to be sought; set attitude_latency_sigma_s to 0, or cut the "
+            "log there",
             share.flight->log.directory));
       }
+      share.flight = made->back().get();
     }
     return shares;
   }
 
  private:
+  // Of the first `passes`. If all are asked for, `b` may lack some at the end.
+  static bool HaveTheSameArcs(const FlightData& a, const FlightData& b, int passes) {
+    const int in_a = static_cast<int>(a.passes.size()), in_b = static_cast<int>(b.passes.size());
+    if (passes <= in_a && in_b < passes) return false;
+    const int count = std::min({passes, in_a, in_b});
+    for (int k = 0; k < count; ++k) {
+      if (a.passes[k].begin != b.passes[k].begin) return false;
+      if (k + 1 < count && a.HasArc(k + 1) != b.HasArc(k + 1)) return false;
+    }
+    return true;
+  }
   static int PassesWithin(const FlightData& flight, double seconds) {
     int count = 0;
     const TimeNs end = flight.track.end() - FromSeconds(kMargin);

@@ -10,8 +10,8 @@
 namespace trueline {
 
 struct WholeFlightOptions {
-  // Learns the strength of the AHRS drift and of unmodelled accelerations by maximum marginal
-  // likelihood, starting at `process`.
+  // Learns the strengths of the AHRS drift, of unmodelled accelerations and of gusts by maximum
+  // marginal likelihood, starting at `process`.
   bool learn_strengths = true;
   // Does not fit drag along an axis whose velocity hardly changes (DragErrors::ShowsDrag).
   bool withhold_drag = true;

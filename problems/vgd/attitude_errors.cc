@@ -35,14 +35,16 @@ Quaterniond Rotation(const Vector3d& v) {
   return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Quaterniond::Identity();
 }
 
-// Root density of consecutive residuals (rows of x and y, each of `length` s) over runs of `count`.
-double Density(const Eigen::MatrixX2d& residuals, double length, Eigen::Index count) {
+// Root density of consecutive residuals (rows of x and y, over these seconds) over runs of `count`.
+double Density(const Eigen::MatrixX2d& residuals, const Eigen::VectorXd& seconds,
+               Eigen::Index count) {
   double sum = 0.0;
   const Eigen::Index runs = residuals.rows() / count;
   for (Eigen::Index k = 0; k < runs; ++k) {
     sum += residuals.middleRows(k * count, count).colwise().sum().squaredNorm();
   }
-  return runs > 0 ? std::sqrt(sum / (2.0 * static_cast<double>(runs * count) * length)) : 0.0;
+  const double all = seconds.head(runs * count).sum();
+  return all > 0.0 ? std::sqrt(sum / (2.0 * all)) : 0.0;
 }
 
 // A state that follows its input through a first-order low-pass.
@@ -79,8 +81,7 @@ AttitudeErrors::AttitudeErrors(const FlightLog& log, const std::vector<AttitudeS
                                const AttitudeErrorOptions& options) {
   if (attitude.size() < 2 || log.imu.size() < 2) return;
   Divide(log, attitude, options);
-  const double seconds = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
-  if (seconds >= kLeastTime) {
+  if (CoveredSeconds().sum() >= kLeastTime) {
     Fit();
     const double ratio = kTolerated / std::max(fit_.scatter, 1e-9);
     hold_ = std::min(2.0 * ratio * ratio, options.longest_hold);
@@ -142,6 +143,15 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
   }
 }
 
+// s of each interval in which the attitude is known.
+Eigen::VectorXd AttitudeErrors::CoveredSeconds() const {
+  Eigen::VectorXd seconds(static_cast<Eigen::Index>(intervals_.size()));
+  for (Eigen::Index k = 0; k < seconds.size(); ++k) {
+    seconds[k] = intervals_[static_cast<std::size_t>(k)].seconds;
+  }
+  return seconds;
+}
+
 // The change of the error is the turn plus R_Ep_I times the gyroscope's bias: the turn is -b, what
 // the accelerometer's tilt feeds back, and its integral.
 void AttitudeErrors::Fit() {
@@ -166,12 +176,12 @@ void AttitudeErrors::Fit() {
   fit_.gyro_bias = x.head<3>();
   fit_.k_p = x[3];
   fit_.k_i = x[4];
-  fit_.pull = wound_up / (static_cast<double>(count) * ToSeconds(kLength));
+  const Eigen::VectorXd seconds = CoveredSeconds();
+  fit_.pull = wound_up / seconds.sum();
   const Eigen::VectorXd rest = y - A * x;
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> rows(
       rest.data(), count, 2);
-  const double length = ToSeconds(kLength);
-  fit_.scatter = std::max(Density(rows, length, 10), Density(rows, length, 40));
+  fit_.scatter = std::max(Density(rows, seconds, 10), Density(rows, seconds, 40));
   FitNamedErrors(A, y);
 }
 
@@ -245,7 +255,7 @@ std::vector<Vector3d> AttitudeErrors::SmoothTilts() const {
 
 void AttitudeErrors::Integrate(const AttitudeErrorPriors& priors) {
   const bool held = hold_ > 0.0;
-  const double duration = static_cast<double>(intervals_.size()) * ToSeconds(kLength);
+  const double duration = std::max(ToSeconds(kLength), CoveredSeconds().sum());
   double bias_sigma = priors.gyro_bias;
   if (bias_sigma > 0.0) bias_sigma += held ? 2.0 * fit_.scatter / std::sqrt(duration) : bias_sigma;
   // The fit sees the integral as a bias of the gyroscope, and what filled it before the log as

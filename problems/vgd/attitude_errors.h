@@ -95,6 +95,7 @@ class AttitudeErrors {
 
   void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
               const AttitudeErrorOptions& options);
+  Eigen::VectorXd CoveredSeconds() const;
   void Fit();
   void FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns);
   Eigen::Vector3d ErrorChange(const Interval& interval) const;

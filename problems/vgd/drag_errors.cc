@@ -76,11 +76,14 @@ void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double 
     variance[i] = unit[k] * unit[k] * (*cov)(k, k);
   }
   const Eigen::Vector2d sigma = drag_errors.Sigma(drag, variance, force_sigma);
+  // A fit without priors may be wider than `unit` already.
+  const Eigen::VectorXd most = cov->diagonal().cwiseMax(1.0);
   for (int i = 0; i < 2; ++i) {
     const int k = kDragInTheta + i;
-    Widen(k, std::min((*cov)(k, k) + std::pow(sigma[i] / unit[k], 2), 1.0), cov);
+    Widen(k, std::min((*cov)(k, k) + std::pow(sigma[i] / unit[k], 2), most[k]), cov);
   }
-  const Eigen::VectorXd shrink = cov->diagonal().cwiseMax(1.0).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd shrink =
+      cov->diagonal().cwiseQuotient(most).cwiseMax(1.0).cwiseSqrt().cwiseInverse();
   *cov = (shrink.asDiagonal() * *cov * shrink.asDiagonal()).eval();
 }
 

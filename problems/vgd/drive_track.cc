@@ -60,14 +60,14 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   const std::vector<AttitudeSample> filtered =
       own_filter ? RunComplementaryFilter(log.imu, options.filter) : std::vector<AttitudeSample>();
   const std::vector<AttitudeSample>& samples = own_filter ? filtered : log.attitude;
+  const double latency = own_filter ? 0.0 : options.attitude_latency;
   AttitudeCursor attitude(samples);
 
   DriveTrack track;
   track.attitude_errors_ = std::make_shared<AttitudeErrors>(
       log, samples,
       AttitudeErrorOptions{options.longest_hold, options.attitude_errors,
-                           options.thrust != ThrustSource::kLevelFlight, options.attitude_latency,
-                           options.max_gap});
+                           options.thrust != ThrustSource::kLevelFlight, latency, options.max_gap});
   track.gravity_ = log.gravity;
   if (options.thrust != ThrustSource::kAccelerometer) track.axis_ = ThrustAxis::kBody;
   track.log_start_ = log.imu.front().t;
@@ -75,8 +75,7 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   BindTerms(log, &track.force_effects_);
   track.steps_.reserve(log.imu.size());
   const double median = MedianStep(log.imu);
-  const StreamNeeds needs{log, options, FromSeconds(options.attitude_latency),
-                          *track.attitude_errors_};
+  const StreamNeeds needs{log, options, FromSeconds(latency), *track.attitude_errors_};
   for (std::size_t i = 0; i + 1 < log.imu.size(); ++i) {
     const TimeNs from = log.imu[i].t, to = log.imu[i + 1].t;
     const double dt = SecondsBetween(from, to);
@@ -93,7 +92,10 @@ DriveTrack DriveTrack::FromLog(const FlightLog& log, const DriveOptions& options
   }
   if (track.steps_.empty()) {
     throw ErrorAt(log.directory, 0,
-                  "imu.csv and attitude.csv do not overlap in time; check their clocks");
+                  fmt::format("imu.csv and attitude.csv do not overlap in time, or attitude.csv is "
+                              "slower than one sample in {} s (drive: max_gap_s); check their "
+                              "clocks and rates",
+                              options.max_gap));
   }
   return track;
 }

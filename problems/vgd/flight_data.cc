@@ -29,7 +29,7 @@ FlightData::FlightData(const FlightLog& flight_log, const DriveOptions& drive,
       warnings.push_back(fmt::format(
           "pass at {:.2f} s is left out: imu.csv or attitude.csv has a gap there or does not "
           "reach it",
-          SecondsBetween(track.begin(), pass.begin)));
+          SecondsBetween(track.log_start(), pass.begin)));
     }
   }
   const auto covered = [this](const Fix& fix) { return track.Covers(fix.t, fix.t); };
@@ -64,7 +64,7 @@ std::string FlightData::NoArcReason(int tau) const {
   return fmt::format(
       "the arc after pass {} (at {:.2f} s) is not predicted: it lasts over {} s, or the IMU has "
       "a gap in it",
-      tau, SecondsBetween(track.begin(), passes[tau - 1].end), pass_options.max_arc);
+      tau, SecondsBetween(track.log_start(), passes[tau - 1].end), pass_options.max_arc);
 }
 
 ArcPrediction FlightData::ArcAfter(int tau) const {

@@ -19,7 +19,7 @@ struct Pass {
 
 struct PassOptions {
   double pass_gap = 0.7;  // s
-  int min_fixes = 3;      // shorter runs join no window: a position, a speed and a check
+  int min_fixes = 3;      // shorter runs make no pass: a position, a speed and a check
   double max_arc = 6.0;   // s; nothing is integrated over longer breaks, windows end there
   ContinuousFixOptions continuous;  // of a flight without gates
 };

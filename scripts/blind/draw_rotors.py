@@ -56,19 +56,13 @@ def draw_flight(config, seed, hidden):
 
 
 def hide_outside(rng, config):
-    """Something that no entry of the catalogue describes, large enough to be detected: effects
-    of the square of speed need room to reach a high speed."""
+    """Something that no entry of the catalogue describes, large enough to be detected."""
     simulation = config["simulation"]
-    kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale",
-                       "quadratic_drag"])
+    kind = rng.choice(["strong_gusts", "heading_twice_round", "accelerometer_scale"])
     if kind == "strong_gusts":
         simulation["noise"]["force_density"] = 0.8
     elif kind == "accelerometer_scale":
         simulation["effects"] = [{"id": "accel_scale_z", "s": 0.2}]
-    elif kind == "quadratic_drag":
-        config["limits"]["travel"] = 2.0
-        simulation["height"] = 2.2
-        simulation["effects"] = [{"id": "quadratic_drag", "c": 2.0}]
     return {"id": f"outside:{kind}"}
 
 

@@ -30,9 +30,16 @@ def times_detectable(effect, diagnosis):
     return best
 
 
-def named(diagnosis):
-    """Ids of each cause with its confusion set."""
-    return [[cause["id"], *cause["confused_with"]] for cause in diagnosis["causes"]]
+def named(diagnosis, effects=()):
+    """Ids of each cause with its confusion set. Of a cause at another rotor than any of `effects`
+    the id says so."""
+    return [[id_at_place(cause, effects), *cause["confused_with"]] for cause in diagnosis["causes"]]
+
+
+def id_at_place(cause, effects):
+    rotors = [effect["rotor"] for effect in effects if effect["id"] == cause["id"] and "rotor" in effect]
+    elsewhere = rotors and cause["parameters"]["rotor"]["value"] not in rotors
+    return f"{cause['id']} elsewhere" if elsewhere else cause["id"]
 
 
 def as_told(effect, cause):
@@ -88,7 +95,7 @@ def tally_gains(diagnosis, tally):
 
 
 def tally_names(effects, diagnosis, tally):
-    causes = named(diagnosis)
+    causes = named(diagnosis, effects)
     if not effects:
         tally[FALSE].add(bool(causes))
     elif effects[0]["id"].startswith("outside"):
@@ -110,7 +117,7 @@ def tally_single(wanted, causes, tally):
 def tally_within(effects, diagnosis, tally):
     for effect in effects:
         for cause in diagnosis["causes"]:
-            if cause["id"] == effect["id"]:
+            if id_at_place(cause, [effect]) == effect["id"]:
                 tally[WITHIN].add(*within(effect, cause))
 
 

@@ -2,6 +2,7 @@
 import hashlib
 import os
 import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -31,8 +32,12 @@ def run_once(arguments, command, folder):
         folder.mkdir(parents=True, exist_ok=True)
         ran = subprocess.run([str(word) for word in command], env=environment(arguments),
                              capture_output=True, text=True, check=False)
+        if -ran.returncode in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            raise KeyboardInterrupt(f"{command[0]} was stopped")  # no outcome of the program
         errors = ran.stderr.strip().split("\n")[-1]
-        outcome.write_text(yaml.safe_dump({"exit": ran.returncode, "errors": errors}))
+        part = outcome.with_suffix(".part")
+        part.write_text(yaml.safe_dump({"exit": ran.returncode, "errors": errors}))
+        part.rename(outcome)
     return read_yaml(outcome)["exit"]
 
 
@@ -53,7 +58,7 @@ def processor_seconds(arguments, command):
 def fingerprint(arguments):
     """Of what decides the results: executables and shipped configurations."""
     digest = hashlib.sha256()
-    files = sorted((arguments.build / "apps").glob("trueline*")) + sorted(SOURCE.glob("config/*/*"))
+    files = sorted((arguments.build / "apps").glob("*trueline*")) + sorted(SOURCE.glob("config/*/*"))
     for file in files:
         if file.is_file():
             digest.update(file.name.encode() + file.read_bytes())

@@ -32,7 +32,7 @@ def build(arguments):
     trained = summary.get("folds") or {}
     page.add("scores", "Mean absolute errors", paragraph(
         "Each trajectory is predicted by a fit to the others." if trained else
-        f"Fitted to {', '.join(summary['fit']['trained_on'])}; predicted is what is listed.", "note"),
+        f"Fitted to {', '.join(map(str, summary['fit']['trained_on']))}; predicted is what is listed.", "note"),
         *_scores(summary["scores"]))
     if summary.get("published"):
         page.add("published", "Published, on the benchmark's test trajectory", _published(summary),

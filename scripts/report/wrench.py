@@ -23,7 +23,7 @@ def build(arguments):
         "out the best gain on fz and the mean of every error.", "note"))
     for index, fold in enumerate(summary["folds"]):
         page.add(f"numbers-{index}", f"Numbers for {fold['test']}", _numbers(fold), paragraph(
-            f"Fitted to {', '.join(fold['train'])}, {fold['rows']} rows. One standard deviation by "
+            f"Fitted to {', '.join(map(str, fold['train']))}, {fold['rows']} rows. One standard deviation by "
             "the spread between sections of 5 s. " + _moment(fold), "note"))
     return page
 

@@ -131,6 +131,14 @@ TEST_F(ResultFolders, ALogLosesTheStreamsThatTheNewOneLacks) {
   EXPECT_THAT(NamesIn(out_), ElementsAre("imu.csv"));
 }
 
+TEST_F(ResultFolders, ALogReplacesNoFilesOfAnotherSource) {
+  WriteFileAtomically(out_ / "imu.csv", "raw");
+  const std::vector<std::string> owned = {"log.yaml", "imu.csv"};
+  EXPECT_THAT(ErrorOf([&] { ResultFolder(out_, owned); }), HasSubstr("of no native log"));
+  WriteFileAtomically(out_ / "log.yaml", "");
+  ResultFolder(out_, owned).Commit(true);
+}
+
 TEST_F(ResultFolders, SaysWhatIsInTheWay) {
   WriteFileAtomically(folder_ / "file", "x");
   EXPECT_THAT(ErrorOf([&] { ResultFolder(folder_ / "file", "trueline-a"); }),

@@ -28,6 +28,17 @@ TEST(StrictYaml, NamesFileLineAndKeyOfAnUnknownKey) {
   EXPECT_THAT(error, HasSubstr("known here: speed"));
 }
 
+TEST(StrictYaml, RefusesKeysThatOccurTwiceAndNumbersThatAreNone) {
+  const YamlMap twice = Parse("speed: 1\nspeed: 2\n");
+  twice.Get<double>("speed");
+  EXPECT_THAT(ErrorOf([&] { twice.Finish(); }), HasSubstr("occurs twice"));
+  const YamlMap list = Parse("? [a, b]\n: 1\n");
+  EXPECT_THAT(ErrorOf([&] { list.Finish(); }), HasSubstr("a key must be a text"));
+  const YamlMap numbers = Parse("{speed: .nan, place: [0, .inf, 0]}");
+  EXPECT_THAT(ErrorOf([&] { numbers.Get<double>("speed"); }), HasSubstr("finite"));
+  EXPECT_THAT(ErrorOf([&] { numbers.GetVector3("place"); }), HasSubstr("finite"));
+}
+
 TEST(StrictYaml, NamesMissingKeysAndWrongKinds) {
   const YamlMap map = Parse("imu:\n  rate: fast\n");
   EXPECT_THAT(ErrorOf([&] { map.Get<double>("speed"); }), HasSubstr("'speed' is missing"));

@@ -51,7 +51,7 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
     ids.insert(c.id);
     EXPECT_GT(c.detectable.minCoeff(), 0.0) << c.label;
   }
-  EXPECT_EQ(ids.size(), 12u);
+  EXPECT_EQ(ids.size(), 13u);
 }
 
 // The search's first value of a cause may be far off. A value with which the flight fits worse than
@@ -119,6 +119,17 @@ void ExpectEachNamed(const std::vector<Hidden>& all) {
     squares.push_back(ExpectOnlyCause(Diagnose({log}, RotorOptions(false)), hidden));
   }
   ExpectAsLargeAsStated(squares);
+}
+
+TEST(DiagnoseRotors, SlowNamesDragOfTheBody) {
+  const FlightLog log =
+      FlyRotorsHiding({{"body_drag", {{"c_x", 0.6}, {"c_y", 0.5}, {"c_z", 0.4}}}}, 15.0, 12);
+  const Diagnosis diagnosis = Diagnose({log}, RotorOptions(false));
+  ASSERT_FALSE(diagnosis.causes.empty());
+  const Cause& cause = diagnosis.causes.front();
+  EXPECT_EQ(cause.candidate.id(), "body_drag");
+  const Eigen::Vector3d truth(0.6, 0.5, 0.4);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(cause.value[i], truth[i], 3.0 * cause.sigma[i]) << i;
 }
 
 TEST(DiagnoseRotors, SlowNamesForcesAndThrust) {

@@ -83,6 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Effect{"rotor_inflow", {{"k", 1e-4}}},
                     Effect{"rotor_speed_drag", {{"k", 1e-4}}}, Effect{"motor_lag", {{"tau", 0.03}}},
                     Effect{"translational_lift", {{"k", 0.3}}},
+                    Effect{"body_drag", {{"c_x", 0.3}, {"c_y", 0.2}, {"c_z", 0.1}}},
                     Effect{"air_moment", {{"roll", 3e-4}, {"pitch", 5e-4}}},
                     Effect{"ground_effect", {{"k", 0.2}}},
                     Effect{"payload_step", {{"t_step", 2.0}, {"mass", 0.02}}},

@@ -67,6 +67,30 @@ TEST_F(ConvertApp, WritesALogAndPrintsItsStreams) {
   EXPECT_TRUE(std::filesystem::exists(out_ + "/log.yaml"));
 }
 
+TEST_F(ConvertApp, KeepsTheMapThatAUserEdited) {
+  std::filesystem::create_directories(out_);
+  std::filesystem::rename(map_, out_ + "/proposed_map.yaml");
+  map_ = out_ + "/proposed_map.yaml";
+  const std::string edited = TextOf(map_);
+  EXPECT_EQ(Run(Usual()).exit_code, 0);
+  EXPECT_EQ(TextOf(map_), edited);
+}
+
+TEST_F(ConvertApp, RefusesAnInputInItsOwnFolder) {
+  const std::string in = std::filesystem::path(csv_).parent_path();
+  const Outcome refused = Run(fmt::format("--map='{}' --in='{}' --out='{}'", map_, csv_, in));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("lies in --out"));
+  EXPECT_TRUE(std::filesystem::exists(csv_));
+}
+
+TEST_F(ConvertApp, RefusesNamesThatFitNoColumns) {
+  files_.Write("log.csv", "t,a,x\n1,0.0,0,1\n2,0.1,0,2\n");
+  const Outcome refused = Run(Usual());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("names 3 columns where the rows have 4"));
+}
+
 TEST_F(ConvertApp, IsQuietWhereAsked) {
   const Outcome done = Run(Usual() + " --quiet");
   EXPECT_EQ(done.exit_code, 0);

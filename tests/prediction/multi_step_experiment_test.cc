@@ -72,7 +72,7 @@ TEST(MultiStepExperiment, TestsOnAnotherFolderAndNeverOnTheTrained) {
   const auto error = [&](const std::filesystem::path& test) {
     return ErrorOf([&] { RunMultiStepExperiment(experiment, folder / "train", test, 2, true); });
   };
-  EXPECT_THAT(error(folder / "test"), HasSubstr("melon_2 equals one_1 of --data"));
+  EXPECT_THAT(error(folder / "test"), HasSubstr("melon_2 starts as a part of one_1 of --data"));
   EXPECT_THAT(error({}), HasSubstr("holds one trajectory only"));
 }
 

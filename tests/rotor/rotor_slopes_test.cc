@@ -34,6 +34,7 @@ RotorEffects AllEffects() {
                            {"rotor_loss", {{"rotor", 1}, {"factor", 0.8}}},
                            {"rotor_speed_drag", {{"k", 2e-4}}},
                            {"translational_lift", {{"k", 0.3}}},
+                           {"body_drag", {{"c_x", 0.3}, {"c_y", 0.2}, {"c_z", 0.4}}},
                            {"air_moment", {{"roll", 3e-4}, {"pitch", -5e-4}}},
                            {"ground_effect", {{"k", 0.4}}},
                            {"payload_step", {{"t_step", 1.0}, {"mass", 0.05}}},

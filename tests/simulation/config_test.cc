@@ -106,6 +106,7 @@ TEST(Config, EveryEffectOfTheTableIsKnown) {
                          "rotor_speed_drag",
                          "motor_lag",
                          "translational_lift",
+                         "body_drag",
                          "air_moment",
                          "ground_effect",
                          "payload_step",

@@ -91,6 +91,14 @@ TEST_F(RotorEffects, TranslationalLift) {
   });
 }
 
+TEST_F(RotorEffects, BodyDrag) {
+  FlyEffect("body_drag", {{"c_x", 0.04}, {"c_y", 0.03}, {"c_z", 0.02}});
+  ExpectForce([&](const TruthSample& s) -> Vector3d {
+    return PlainForce(s) -
+           Velocity(s).norm() * Vector3d(0.04, 0.03, 0.02).cwiseProduct(Velocity(s));
+  });
+}
+
 // The angular acceleration less that of rotors and gyroscopic terms is the moment of the air.
 TEST_F(RotorEffects, AirMoment) {
   FlyEffect("air_moment", {{"roll", 3e-4}, {"pitch", 5e-4}});

@@ -87,7 +87,7 @@ def cause_record(cause, diagnosis):
     for key, count in GAINS.items():
         if key in cause:
             gain = cause[key]
-            record[key] = [gain["before"], gain["after"], *gain["interval95"], gain[count]]
+            record[key] = [gain["before"], gain["after"], *gain.get("interval95", [None, None]), gain[count]]
     if "witness" in cause:
         record["witness"] = cause["witness"]
     return record

@@ -40,7 +40,7 @@ def candidates(arguments):
 
 def gained(cause):
     """Whether one measure of held-out flight is clearly positive; None where none was taken."""
-    intervals = [cause[key]["interval95"] for key in GAINS if key in cause]
+    intervals = [cause[key]["interval95"] for key in GAINS if "interval95" in cause.get(key, {})]
     return any(low > 0 for low, _ in intervals) if intervals else None
 
 
@@ -90,7 +90,8 @@ def shown(value, sigma):
 
 
 def gain_text(cause):
-    return "; ".join(f"{before:.3g} -> {after:.3g} ({low:.2g} to {high:.2g})"
+    return "; ".join(f"{before:.3g} -> {after:.3g} " +
+                     ("(too few)" if low is None else f"({low:.2g} to {high:.2g})")
                      for before, after, low, high, _ in
                      (cause[key] for key in GAINS if key in cause)) or "-"
 
