@@ -46,7 +46,7 @@ std::vector<OpenLoopError> PredictOpenLoop(const RotorAeroModel& model, const Ro
       Eigen::Vector3d drift = start.node.drift;
       const RotorState end = Integrated(model, driven, noise, Joined(start.node.motion, constants),
                                         &drift, start.t, pose->t);
-      errors.push_back({start.t, horizon, (PositionOf(end) - pose->p_E).norm()});
+      errors.push_back({start.t, horizon, (SensedPosition(end) - pose->p_E).norm()});
     }
   }
   return errors;

@@ -148,7 +148,7 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   at.R_E_B = AttitudeOf(x);
   at.v_B = at.R_E_B.transpose() * x.segment<3>(RotorDrivenModel::kVelocity);
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
-  at.p_E = PositionOf(x);
+  at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
   at.thrust = -setup.model.BodyAccelerationOf(x.data(), input).force.z();
   at.s = 2.0 * t / setup.data->poses.back().t - 1.0;
   return at;

@@ -38,7 +38,7 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
     next = from + kReplaySpacing;
     RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
     Eigen::Vector3d drift = batch_.nodes[i].drift;
-    const Eigen::Vector3d p_E = PositionOf(x);
+    const Eigen::Vector3d p_E = SensedPosition(x);
     for (const double horizon : kHorizons) {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
@@ -46,7 +46,7 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
       if (pose.t <= from || std::abs(pose.t - asked) > kGap) break;
       x = Integrated(setup_->model, data, options_.noise, x, &drift, from, pose.t);
       from = pose.t;
-      const Eigen::Vector3d error_E = PositionOf(x) - p_E - (pose.p_E - data.poses[i].p_E);
+      const Eigen::Vector3d error_E = SensedPosition(x) - p_E - (pose.p_E - data.poses[i].p_E);
       errors.push_back({static_cast<int>(i), horizon, data.origin + FromSeconds(pose.t), error_E,
                         AttitudeOf(x).transpose() * error_E});
     }
@@ -64,7 +64,7 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   const RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
   const Eigen::Matrix3d R_E_B = AttitudeOf(x);
   const Eigen::Vector3d f_B = setup_->model.BodyAccelerationOf(x.data(), data.InputAt(t)).force;
-  const Eigen::Vector3d p_E = PositionOf(x);
+  const Eigen::Vector3d p_E = SensedPosition(x);
   ReplaySituation at{};
   at.time = data.since_start + t;
   at.speed = x.segment<3>(RotorDrivenModel::kVelocity).norm();

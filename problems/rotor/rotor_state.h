@@ -58,8 +58,11 @@ inline MotorValues MotorsOf(const RotorConstants& constants) {
   return constants.segment<kMotorUnknowns>(RotorAeroModel::kMotors - RotorAeroModel::kMoving);
 }
 
-inline Eigen::Vector3d PositionOf(const RotorState& x) {  // m, in E
-  return x.segment<3>(RotorDrivenModel::kPosition);
+// The pose sensor's place, m, in E.
+inline Eigen::Vector3d SensedPosition(const RotorState& x) {
+  Eigen::Vector3d p_E;
+  RotorAeroModel::Position(x.data(), p_E.data());
+  return p_E;
 }
 inline Eigen::Matrix3d AttitudeOf(const RotorState& x) {  // R_E_B
   return Eigen::Quaterniond(x[0], x[1], x[2], x[3]).normalized().toRotationMatrix();

@@ -70,6 +70,23 @@ TEST(RotorCalibration, NamesWhatNoFlightShows) {
   EXPECT_THAT(all, AllOf(HasSubstr("k_f"), HasSubstr("m with"), HasSubstr("r_BM_z")));
 }
 
+// What is predicted is the place of the pose sensor, not that of the centre of mass.
+TEST(OpenLoop, StartsAtThePoseSensor) {
+  RotorSimulation sim(WuestVehicle());
+  sim.noise = {0.4, 0.03, 0.003, 0.005, 0.05, 0.3};
+  const FlightLog log = SimulateRotorFlight(sim, RandomPath(9.0, 4), 3);
+  RotorCalibrationOptions options(WuestVehicle());
+  const RotorConstants truth = options.prior.mean;
+  const auto errors = PredictOpenLoop(ModelFor(options, log), MakeRotorData(log, 4, options.data),
+                                      sim.noise, truth, truth, {0.04}, 0.2);
+  ASSERT_GT(errors.size(), 5u);
+  const Eigen::Vector3d arm = truth.segment<3>(FindRotorConstant("r_BP_x"));
+  double sum = 0.0;
+  for (const OpenLoopError& e : errors) sum += e.error;
+  EXPECT_GT(arm.norm(), 0.03);
+  EXPECT_LT(sum / static_cast<double>(errors.size()), 0.3 * arm.norm());
+}
+
 // Half a flight may show inertia so badly that its fit lets the filter diverge. A diagnosis then
 // has no held-out errors; it does not end.
 TEST(OpenLoop, AFilterThatDivergesPredictsNothing) {
