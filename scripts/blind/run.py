@@ -19,8 +19,9 @@ from pathlib import Path
 
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
 from judge import table
+from program import refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -92,6 +93,8 @@ def main():
     draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
     for folder in ("logs", "sealed", "results"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    refuse_other_draw(arguments.work, {"seed": arguments.seed, "drive": arguments.drive})
     with ThreadPoolExecutor(arguments.jobs) as pool:
         flights = plan(draw, arguments.flights, arguments.seed)
         list(pool.map(lambda flight: one(arguments, draw, flight), flights))

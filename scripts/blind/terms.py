@@ -35,7 +35,7 @@ SPEEDS = ["forward speed", "sideways speed", "sink rate"]
 RATES = ["roll rate", "pitch rate", "yaw rate"]
 SIGMAS = 6.0  # of a size that is shown with good chance, over all terms
 # What blades do to a rotor in moving air; no false cause with --blades.
-OF_AIR = {"linear_drag", "rotor_speed_drag", "rotor_inflow", "translational_lift", "air_moment"}
+OF_AIR = {"body_drag", "linear_drag", "rotor_speed_drag", "rotor_inflow", "translational_lift", "air_moment"}
 # The same in terms: drag, thrust lost in a climb, hubs that brake turns, and blades that flap.
 TERMS_OF_AIR = {("force", "x_B", "forward speed"), ("force", "y_B", "sideways speed"),
                 ("force", "z_B", "sink rate"), ("moment", "x_B", "roll rate"), ("moment", "y_B", "pitch rate"),

@@ -65,6 +65,15 @@ def fingerprint(arguments):
     return digest.hexdigest()
 
 
+def refuse_other_draw(work, stated):
+    """Flights of another draw in the same folder would pass for this one's. `stated`: what decides it."""
+    file = work / "draw.yaml"
+    if not file.exists():
+        file.write_text(yaml.safe_dump(stated))
+    if read_yaml(file) != stated:
+        sys.exit(f"{work} holds results of {read_yaml(file)}; give another --work")
+
+
 def refuse_other_program(arguments):
     """Results of another program in the same folder would pass for this one's."""
     if not os.access(app(arguments, "diagnose"), os.X_OK):

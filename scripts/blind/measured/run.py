@@ -31,7 +31,7 @@ from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
 from measured_flights import ROTOR_CONFIGS, convert, has_sampled_fixes, usable
 from native import Log
-from program import SOURCE, app, read_yaml, refuse_other_program, run_once
+from program import SOURCE, app, read_yaml, refuse_other_draw, refuse_other_program, run_once
 from sizes import drawn_effects
 
 DRAW = ("seed", "half", "drive", "fits", "flights", "effects")
@@ -87,15 +87,6 @@ def written(log, folder, fit):
         log.streams.pop("mocap", None)
     log.write(folder)
     return folder
-
-
-def refuse_other_draw(arguments):
-    """Trials of another draw in the same folder would pass for this one's."""
-    stated, file = {name: getattr(arguments, name) for name in DRAW}, arguments.work / "draw.yaml"
-    if not file.exists():
-        file.write_text(yaml.safe_dump(stated))
-    if read_yaml(file) != stated:
-        sys.exit(f"measured: {arguments.work} holds trials of {read_yaml(file)}; give another --work")
 
 
 def diagnose_untouched(arguments, flight, fit):
@@ -164,7 +155,7 @@ def main():
     for folder in ("sealed", "results", "logs"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
-    refuse_other_draw(arguments)
+    refuse_other_draw(arguments.work, {name: getattr(arguments, name) for name in DRAW})
     flights = chosen(usable(arguments.drive, arguments.half), arguments.flights)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         list(pool.map(lambda name: convert(arguments, name), flights))
