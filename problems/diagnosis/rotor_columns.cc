@@ -5,21 +5,15 @@
 
 namespace trueline {
 
-LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options,
-                                 bool delay_learned)
-    : log_(log), rotors_(rotors), options_(std::move(options)), delay_learned_(delay_learned) {}
-
-RotorDataOptions LaggedRotorData::OptionsWith(double lag) const {
-  RotorDataOptions options = options_;
-  if (delay_learned_) options.rotor_delay -= lag - options_.motor_lag;
-  options.motor_lag = lag;
-  return options;
-}
+LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options)
+    : log_(log), rotors_(rotors), options_(std::move(options)) {}
 
 std::shared_ptr<const RotorData> LaggedRotorData::With(double lag) const {
   std::shared_ptr<const RotorData>& data = made_[lag];
   if (!data) {
-    data = std::make_shared<const RotorData>(MakeRotorData(log_, rotors_, OptionsWith(lag)));
+    RotorDataOptions options = options_;
+    options.motor_lag = lag;
+    data = std::make_shared<const RotorData>(MakeRotorData(log_, rotors_, options));
   }
   return data;
 }

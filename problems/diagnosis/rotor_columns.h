@@ -17,18 +17,15 @@ namespace trueline {
 // speeds takes as long as a solve.
 class LaggedRotorData {
  public:
-  // `log` must outlive this object. A learned delay of the speeds contains the motors' lag, since
-  // both act alike on slow changes: lag that is added is subtracted from such a delay.
-  LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options, bool delay_learned);
+  // `log` must outlive this object.
+  LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options);
   // `lag` (s) comes instead of that of the options.
   std::shared_ptr<const RotorData> With(double lag) const;
-  RotorDataOptions OptionsWith(double lag) const;
 
  private:
   const FlightLog& log_;
   int rotors_;
   RotorDataOptions options_;
-  bool delay_learned_;
   mutable std::map<double, std::shared_ptr<const RotorData>> made_;
 };
 

@@ -102,7 +102,7 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
       &options_.data, &filter);
   bare_noise_ = options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
-                                                    options_.data, options.learn_rotor_delay);
+                                                    options_.data);
   SolveFromPrior({});
 }
 
@@ -311,7 +311,8 @@ void RotorDrivenFlight::LearnNoiseAgain() {
     return;
   }
   RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
-  RotorDataOptions streams = lagged_->OptionsWith(setup_->motor_lag);
+  RotorDataOptions streams = options_.data;
+  streams.motor_lag = setup_->motor_lag;
   LearnFromFlight(setup_->model, log_, {true, false, false, kLearnOn, stated_, kNearStep}, &streams,
                   &filter);
   learned_[causes] = options_.noise = filter.noise;

@@ -65,7 +65,7 @@ void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   diagnosis->drive = "rotors";
   diagnosis->residual_of = "disturbances between poses";
   diagnosis->noise = ToYaml(options_.noise);
-  diagnosis->rotor_delay = lagged_->OptionsWith(setup_->motor_lag).rotor_delay;
+  diagnosis->rotor_delay = options_.data.rotor_delay;
   diagnosis->gyro_delay = options_.data.gyro_delay;
 }
 
