@@ -51,7 +51,8 @@ class DragErrors {
 void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
 
 // Adds the drag uncertainty to the covariance of all parameters, in units of `unit` (prior sigmas),
-// in the order of theta. No parameter's sigma rises above its unit.
+// in the order of theta. No parameter's sigma rises above its unit, or above what it was where the
+// fit has no priors.
 void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov);
 
