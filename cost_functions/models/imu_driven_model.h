@@ -34,6 +34,7 @@ struct ParameterPrior {
 struct ParameterInfo {
   const char* name;
   const char* unit;
+  const char* meaning;  // in words, for a reader
   ParameterGroup group;
   ParameterPrior prior;  // in `unit`, angles in deg
 };
@@ -47,22 +48,35 @@ inline constexpr ParameterPrior kAnglePrior{0.0, 1.73, -6.0, 6.0};
 inline constexpr ParameterPrior kUnitPrior{0.0, 1.0, -std::numeric_limits<double>::infinity(),
                                            std::numeric_limits<double>::infinity()};
 inline constexpr ParameterInfo kTheta[] = {
-    {"K_x", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
-    {"K_y", "1/s", ParameterGroup::kDrag, {-0.5, 0.29, -2.0, 0.0}},
-    {"b_az", "m/s^2", ParameterGroup::kBias, {0.0, 0.58, -2.0, 2.0}},
-    {"phi_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
-    {"theta_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
-    {"psi_E_Ep", "rad", ParameterGroup::kAhrsError, kAnglePrior},
-    {"phi_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
-    {"theta_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
-    {"psi_I_B", "rad", ParameterGroup::kMisalignment, kAnglePrior},
-    {"b_ax", "m/s^2", ParameterGroup::kBias, {}},
-    {"b_ay", "m/s^2", ParameterGroup::kBias, {}},
-    {"filter_gyro_x", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},  // gyroscope's biases
-    {"filter_gyro_y", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},
-    {"filter_gyro_z", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},
-    {"filter_gain", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},   // tilt by acceleration
-    {"filter_share", "1", ParameterGroup::kAttitudeFilter, kUnitPrior},  // share of the tilt
+    {"K_x",
+     "1/s",
+     "linear drag along body x, by mass",
+     ParameterGroup::kDrag,
+     {-0.5, 0.29, -2.0, 0.0}},
+    {"K_y",
+     "1/s",
+     "linear drag along body y, by mass",
+     ParameterGroup::kDrag,
+     {-0.5, 0.29, -2.0, 0.0}},
+    {"b_az", "m/s^2", "accelerometer bias along z", ParameterGroup::kBias, {0.0, 0.58, -2.0, 2.0}},
+    {"phi_E_Ep", "rad", "roll error of the AHRS", ParameterGroup::kAhrsError, kAnglePrior},
+    {"theta_E_Ep", "rad", "pitch error of the AHRS", ParameterGroup::kAhrsError, kAnglePrior},
+    {"psi_E_Ep", "rad", "heading error of the AHRS", ParameterGroup::kAhrsError, kAnglePrior},
+    {"phi_I_B", "rad", "roll of the IMU in the body", ParameterGroup::kMisalignment, kAnglePrior},
+    {"theta_I_B", "rad", "pitch of the IMU in the body", ParameterGroup::kMisalignment,
+     kAnglePrior},
+    {"psi_I_B", "rad", "heading of the IMU in the body", ParameterGroup::kMisalignment,
+     kAnglePrior},
+    {"b_ax", "m/s^2", "accelerometer bias along x", ParameterGroup::kBias, {}},
+    {"b_ay", "m/s^2", "accelerometer bias along y", ParameterGroup::kBias, {}},
+    {"filter_gyro_x", "1", "gyroscope bias in the AHRS, x", ParameterGroup::kAttitudeFilter,
+     kUnitPrior},
+    {"filter_gyro_y", "1", "gyroscope bias in the AHRS, y", ParameterGroup::kAttitudeFilter,
+     kUnitPrior},
+    {"filter_gyro_z", "1", "gyroscope bias in the AHRS, z", ParameterGroup::kAttitudeFilter,
+     kUnitPrior},
+    {"filter_gain", "1", "tilt by acceleration", ParameterGroup::kAttitudeFilter, kUnitPrior},
+    {"filter_share", "1", "share of the tilt", ParameterGroup::kAttitudeFilter, kUnitPrior},
 };
 
 // The place of a parameter in theta.

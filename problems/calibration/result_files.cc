@@ -3,11 +3,27 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <string_view>
+
+#include "cost_functions/models/imu_driven_model.h"
+#include "cost_functions/models/rotor_constants.h"
 #include "problems/common/atomic_file.h"
 #include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
+namespace {
+
+// What a parameter of either drive is, in words. Empty for a name that neither table has.
+std::string MeaningOf(std::string_view name) {
+  for (const ParameterInfo& info : kTheta) {
+    if (info.name == name) return info.meaning;
+  }
+  const int constant = FindRotorConstant(name);
+  return constant < 0 ? "" : kRotorConstants[constant].meaning;
+}
+
+}  // namespace
 
 std::string CsvField(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -40,10 +56,12 @@ YAML::Node VerdictNode(const Verdict& verdict, const std::vector<std::string>& w
 YAML::Node ParameterNode(const std::vector<ParameterEstimate>& parameters) {
   YAML::Node node(YAML::NodeType::Map);
   for (const ParameterEstimate& p : parameters) {
-    node[p.name] = FlowMap({{"value", Rounded(p.value, 6)},
-                            {"sigma", Rounded(p.sigma, 3)},
-                            {"unit", p.unit},
-                            {"status", p.status}});
+    YAML::Node entry = FlowMap({{"value", Rounded(p.value, 6)},
+                                {"sigma", Rounded(p.sigma, 3)},
+                                {"unit", p.unit},
+                                {"status", p.status}});
+    if (const std::string meaning = MeaningOf(p.name); !meaning.empty()) entry["meaning"] = meaning;
+    node[p.name] = entry;
   }
   return node;
 }

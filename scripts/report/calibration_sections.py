@@ -13,31 +13,6 @@ VERDICTS = {
     "poor": "Poor: use it with care, for the reasons below.",
     "unusable": "Unusable: this flight does not calibrate the model.",
 }
-MEANINGS = {  # Li et al. 2019, eq. 16
-    "K_x": "linear drag along body x, by mass", "K_y": "linear drag along body y, by mass",
-    "b_ax": "accelerometer bias along x", "b_ay": "accelerometer bias along y",
-    "b_az": "accelerometer bias along z",
-    "phi_E_Ep": "roll error of the AHRS", "theta_E_Ep": "pitch error of the AHRS",
-    "psi_E_Ep": "heading error of the AHRS",
-    "phi_I_B": "roll of the IMU in the body", "theta_I_B": "pitch of the IMU in the body",
-    "psi_I_B": "heading of the IMU in the body",
-    # Driven by rotor speeds (Wuest et al. 2019)
-    "m": "mass", "k_f": "scale of thrust", "k_m": "scale of the rotors' reaction moment",
-    "motor_lag": "lag of the rotors behind their commands",
-    "motor_idle": "share of full speed at a command just above zero",
-    "motor_voltage": "exponent of the battery's voltage in the rotors' speed",
-    "inflow": "thrust lost in a climb", "pose_delay": "age of a pose at its stamp",
-    "L_p": "damping of roll", "M_q": "damping of pitch", "N_r": "damping of yaw",
-    "L_v": "roll acceleration by air speed along y", "M_u": "pitch acceleration by air speed along x",
-    "J_r": "inertia of a rotor about its axis",
-    "K_z": "linear drag along body z, by mass",
-    **{f"I_{a}": f"moment of inertia about body {a}" for a in "xyz"},
-    **{f"r_BM_{a}": f"centre of mass along {a}" for a in "xyz"},
-    **{f"r_BP_{a}": f"pose sensor along {a}" for a in "xyz"},
-    **{f"r_BI_{a}": f"IMU along {a}" for a in "xyz"},
-    **{f"b_a_{a}": f"accelerometer bias along {a}" for a in "xyz"},
-    **{f"b_w_{a}": f"gyro bias along {a}" for a in "xyz"},
-}
 
 
 def headline(result):
@@ -72,7 +47,7 @@ def parameter_table(parameters, truth=None):
         unit, status = str(entry.get("unit", "")), str(entry.get("status", ""))
         known = status != "unobservable"
         interval = f"{number(value - 1.96 * sigma)} to {number(value + 1.96 * sigma)}"
-        rows.append([f"<code>{escape(name)}</code>", escape(MEANINGS.get(name, "")),
+        rows.append([f"<code>{escape(name)}</code>", escape(str(entry.get("meaning", ""))),
                      escape(with_sigma(value, sigma if known else math.nan)),
                      escape(interval if known and math.isfinite(sigma) else "–"), escape(unit),
                      escape(_in_degrees(value, sigma if known else math.nan, unit)),
