@@ -30,8 +30,6 @@ DEFINE_bool(quiet, false, "Print nothing");
 namespace trueline {
 namespace {
 
-constexpr double kLongestFlight = 1e5;  // s
-
 constexpr char kUsage[] = R"(flies a drone round a course of gates and writes its log.
 
   trueline-simulate --config=config/simulate/hippodrome.yaml --out=/tmp/flight
@@ -112,7 +110,7 @@ int Run() {
   if (IsRotorFlight(map)) return RunRotorFlight(map);
   SimulationConfig config = ReadSimulationConfig(map);
   if (!(FLAGS_duration >= 0.0 && FLAGS_duration <= kLongestFlight)) {
-    throw InputError("--duration must lie between 0 and 100000 s");
+    throw InputError(fmt::format("--duration must lie between 0 and {} s", kLongestFlight));
   }
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));

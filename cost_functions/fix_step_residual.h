@@ -6,6 +6,7 @@
 
 #include "cost_functions/chain_node.h"
 #include "cost_functions/fix_residual.h"
+#include "cost_functions/models/cubic_path.h"
 
 namespace trueline {
 
@@ -20,21 +21,15 @@ struct FixDelay {
   }
 };
 
-// The cubic through position and velocity at both ends of a step, at u = 0 and u = 1: a fix of
-// delay tau shows the place at u = 1 - tau / seconds. It keeps the curvature that p - tau v would
-// lose: 1/2 a tau^2 is 5 cm at 7 m/s^2 and 0.12 s.
-template <class T>
-T StepPath(const T& p0, const T& v0, const T& p1, const T& v1, double seconds, const T& u) {
-  const T chord = p1 - p0, s0 = v0 * seconds, s1 = v1 * seconds;
-  return p0 + u * (s0 + u * (3.0 * chord - 2.0 * s0 - s1 + u * (s0 + s1 - 2.0 * chord)));
-}
-
 // The change from one fix to the next, both at the start of a segment; or the second alone.
 //
 //   prediction: p(t_1 - tau) - p(t_0 - tau), or p(t_1 - tau), with the delay tau
 //   error:      the same less the fixes', in m
 //   weighting:  divided by the sigma of the (change of the) fix's error
 //   unknowns:   both nodes' drift and state, the delay
+//
+// The path is the cubic between the nodes. It keeps the curvature that p - tau v would lose:
+// 1/2 a tau^2 is 5 cm at 7 m/s^2 and 0.12 s.
 struct FixStepError {
   Eigen::Vector3d fix_E;  // m, the second, less the first where that counts
   double sigma;           // m
@@ -48,7 +43,7 @@ struct FixStepError {
     const T *a = node + kStateAt, *b = next + kStateAt;
     for (int i = 0; i < 3; ++i) {
       const auto at = [&](const T& u) {
-        return StepPath(a[i], a[3 + i], b[i], b[3 + i], seconds, u);
+        return CubicPath(a[i], a[3 + i], b[i], b[3 + i], seconds, u);
       };
       T moved = at(1.0 - late);
       if (less_first) moved -= at(-late);

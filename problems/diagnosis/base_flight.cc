@@ -94,19 +94,21 @@ FlightRows BaseFlight::Evaluate(const FlightUnknowns& x, bool derivatives) {
 
 namespace {
 
-// The gust at the next segment's start, or this segment's if no segment follows.
-Eigen::Vector2d NextGust(const FlightPlan& plan, const FlightUnknowns& x, int s) {
-  return x.nodes[plan.segments[s].linked ? s + 1 : s].tail<kGustSize>();
+// The gusts at a segment's start and at the next segment's, or its own again if none follows.
+GustPair GustsOf(const FlightPlan& plan, const FlightUnknowns& x, int s) {
+  GustPair gusts;
+  gusts << x.nodes[s].tail<kGustSize>(),
+      x.nodes[plan.segments[s].linked ? s + 1 : s].tail<kGustSize>();
+  return gusts;
 }
 
-// Adds d_gust0 and d_gust1 (rows x 2) to the gusts' columns of the rows.
+// Adds a derivative to the segment's gusts (rows x 4) to the gusts' columns of the rows.
 template <class Derivative>
-void AddGust(const FlightPlan& plan, int s, int row, const Derivative& d0, const Derivative& d1,
-             FlightRows* rows) {
-  const int count = static_cast<int>(d0.rows());
-  rows->d_node.block(row, kGustAt, count, kGustSize) += d0;
+void AddGusts(const FlightPlan& plan, int s, int row, const Derivative& d, FlightRows* rows) {
+  const int count = static_cast<int>(d.rows());
+  rows->d_node.block(row, kGustAt, count, kGustSize) += d.template leftCols<kGustSize>();
   auto& target = plan.segments[s].linked ? rows->d_next : rows->d_node;
-  target.block(row, kGustAt, count, kGustSize) += d1;
+  target.block(row, kGustAt, count, kGustSize) += d.template rightCols<kGustSize>();
 }
 
 }  // namespace
@@ -117,38 +119,31 @@ void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows
   const auto& span = plan_.segments[s];
   const TimeNs t = Clamp(fix.t, span);
   const StateNode& node = *segments_[s]->StateAt(t);
-  const GustGain gain =
-      GustGainAt(SecondsBetween(span.begin, t), SecondsBetween(span.begin, span.end));
+  const Eigen::Matrix<double, 3, 4> by_gusts = segments_[s]->StateGustsAt(t).topRows<3>();
   // A fix shifted out of the segment is extrapolated along the velocity.
   const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
-  Eigen::Vector3d p = node.value.head<3>() + beyond;
-  p.head<2>() += gain.p0 * x.nodes[s].tail<kGustSize>() + gain.p1 * NextGust(plan_, x, s);
+  const Eigen::Vector3d p = node.value.head<3>() + beyond + by_gusts * GustsOf(plan_, x, s);
   rows->r.segment<3>(row) = p - fix.p_E;
   if (rows->d_node.size() == 0) return;
   rows->d_node.block<3, kDriftSize>(row, 0) = node.d_drift().topRows<3>();
   rows->d_node.block<3, kStateSize>(row, kStateAt) = node.d_state.topRows<3>();
   rows->d_theta.middleRows<3>(row) = node.d_theta.topRows<3>();
-  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
-  AddGust(plan_, s, row, Eigen::Matrix2d(I * gain.p0), Eigen::Matrix2d(I * gain.p1), rows);
+  AddGusts(plan_, s, row, by_gusts, rows);
 }
 
 void BaseFlight::ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
   const ForceSample& sample = forces_[plan_.forces[i]];
   const int s = force_segment_[i];
   const int row = static_cast<int>(3 * plan_.fixes.size() + 2 * i);
-  const auto& span = plan_.segments[s];
-  const TimeNs t = Clamp(sample.t, span);
+  const TimeNs t = Clamp(sample.t, plan_.segments[s]);
   const ForceNode& node = *segments_[s]->ForceAt(t);
-  const Eigen::Matrix<double, 2, 2> R_I_E =
-      track_.steps()[track_.StepAt(t)].drive.R_Ep_I.transpose().topLeftCorner<2, 2>();
-  const double u = SecondsBetween(span.begin, t) / SecondsBetween(span.begin, span.end);
-  const Eigen::Vector2d gust = (1.0 - u) * x.nodes[s].tail<kGustSize>() + u * NextGust(plan_, x, s);
-  rows->r.segment<2>(row) = node.value + R_I_E * gust - sample.accel_xy;
+  const Eigen::Matrix<double, 2, 4> by_gusts = segments_[s]->ForceGustsAt(t);
+  rows->r.segment<2>(row) = node.value + by_gusts * GustsOf(plan_, x, s) - sample.accel_xy;
   if (rows->d_node.size() == 0) return;
   rows->d_node.block<2, kDriftSize>(row, 0) = node.d_drift();
   rows->d_node.block<2, kStateSize>(row, kStateAt) = node.d_state;
   rows->d_theta.middleRows<2>(row) = node.d_theta;
-  AddGust(plan_, s, row, Eigen::Matrix2d(R_I_E * (1.0 - u)), Eigen::Matrix2d(R_I_E * u), rows);
+  AddGusts(plan_, s, row, by_gusts, rows);
 }
 
 void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) const {
@@ -156,22 +151,15 @@ void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) cons
   if (!span.linked) return;
   const int row = LinkRow(s);
   const StateNode& end = *segments_[s]->end_node();
-  const double h = SecondsBetween(span.begin, span.end);
-  const GustGain gain = GustGainAt(h, h);
-  Eigen::Matrix<double, 6, 2> d0 = Eigen::Matrix<double, 6, 2>::Zero(), d1 = d0;
-  d0.topRows<2>().diagonal().setConstant(gain.p0);
-  d0.middleRows<2>(3).diagonal().setConstant(gain.v0);
-  d1.topRows<2>().diagonal().setConstant(gain.p1);
-  d1.middleRows<2>(3).diagonal().setConstant(gain.v1);
-  const Eigen::Matrix<double, 6, 1> predicted =
-      end.value + d0 * x.nodes[s].tail<kGustSize>() + d1 * NextGust(plan_, x, s);
+  const Eigen::Matrix<double, 6, 4> by_gusts = segments_[s]->StateGustsAt(span.end);
+  const Eigen::Matrix<double, 6, 1> predicted = end.value + by_gusts * GustsOf(plan_, x, s);
   rows->r.segment<6>(row) = x.nodes[s + 1].segment<kStateSize>(kStateAt) - predicted;
   if (rows->d_node.size() == 0) return;
   rows->d_node.block<6, kDriftSize>(row, 0) = -end.d_drift();
   rows->d_node.block<6, kStateSize>(row, kStateAt) = -end.d_state;
   rows->d_next.block<6, kStateSize>(row, kStateAt).setIdentity();
   rows->d_theta.middleRows<6>(row) = -end.d_theta;
-  AddGust(plan_, s, row, Eigen::Matrix<double, 6, 2>(-d0), Eigen::Matrix<double, 6, 2>(-d1), rows);
+  AddGusts(plan_, s, row, -by_gusts, rows);
 }
 
 Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {

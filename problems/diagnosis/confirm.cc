@@ -79,10 +79,13 @@ void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cau
       tested.push_back(&cause);
     }
   }
-  flight->Fit(&found);
-  const auto fit = flight->Linearise({}, false);
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    tested[k]->repeats.back() = RepeatOf(*tested[k], found[k].value, TestFound(*fit, found, k));
+  // Without causes to test the flight may already be fitted so.
+  if (!found.empty() || !false_gate) flight->Fit(&found);
+  if (!found.empty()) {
+    const auto fit = flight->Linearise({}, false);
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      tested[k]->repeats.back() = RepeatOf(*tested[k], found[k].value, TestFound(*fit, found, k));
+    }
   }
   for (Cause& cause : *causes) cause.repeats.back().log = flight->log().directory;
 }

@@ -82,13 +82,22 @@ bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
   return bystanders >= kBystanderShare * all;
 }
 
-// Fixes of gates at which an offset of d (m) would be a clear outlier.
-template <class Fixes>
-int Visible(const Fixes& fixes, double d) {
+// True for a fix of a gate at which an offset of d (m) would be a clear outlier.
+bool IsVisible(const Fix& fix, double d) {
   constexpr double kSurely = 1.5;  // margin beyond kApart, sigmas
-  return static_cast<int>(std::count_if(fixes.begin(), fixes.end(), [d](const auto& fix) {
-    return fix.gate >= 0 && d > (kApart + kSurely) * fix.sigma;
-  }));
+  return fix.gate >= 0 && d > (kApart + kSurely) * fix.sigma;
+}
+
+// The number of fitted fixes that `counts` chooses.
+template <class Counts>
+int CountFitted(const BaseFlight& flight, Counts&& counts) {
+  const std::vector<std::size_t>& fitted = flight.plan().fixes;
+  return static_cast<int>(std::count_if(
+      fitted.begin(), fitted.end(), [&](std::size_t i) { return counts(flight.log().fixes[i]); }));
+}
+
+int CountVisible(const BaseFlight& flight, double d) {
+  return CountFitted(flight, [d](const Fix& fix) { return IsVisible(fix, d); });
 }
 
 // The number of these fixes whose displacement is about d (m, E), rather than zero or another.
@@ -97,20 +106,9 @@ int DisplacedBy(const Eigen::Vector3d& d, const BaseFlight& flight, const BaseFi
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {
     const Fix& fix = flight.log().fixes[flight.plan().fixes[i]];
     const Eigen::Vector3d at = -fit.rows.r.segment<3>(3 * static_cast<Eigen::Index>(i));
-    count += Visible(std::vector<Fix>{fix}, d.norm()) > 0 && (at - d).norm() < 0.5 * d.norm();
+    count += IsVisible(fix, d.norm()) && (at - d).norm() < 0.5 * d.norm();
   }
   return count;
-}
-
-std::vector<Fix> FittedFixes(const BaseFlight& flight) {
-  std::vector<Fix> fixes;
-  for (const std::size_t i : flight.plan().fixes) fixes.push_back(flight.log().fixes[i]);
-  return fixes;
-}
-
-int CountOfGates(const std::vector<Fix>& fixes) {
-  return static_cast<int>(
-      std::count_if(fixes.begin(), fixes.end(), [](const Fix& f) { return f.gate >= 0; }));
 }
 
 int OnlyGate(const std::vector<Outlier>& agreeing) {
@@ -149,11 +147,11 @@ std::optional<FalseGate> FindFalseGate(const BaseFlight& flight, const BaseFit& 
   }
   found.offset /= weights;
   // Far from the gate noise exceeds the offset: the share counts only fixes that resolve it.
-  int count = Visible(FittedFixes(flight), found.offset.norm());
+  int count = CountVisible(flight, found.offset.norm());
   if (const int displaced = DisplacedBy(-found.offset, flight, fit); displaced >= kFewest) {
     found.fraction = displaced / static_cast<double>(count);
   } else {
-    count = CountOfGates(FittedFixes(flight));
+    count = CountFitted(flight, [](const Fix& fix) { return fix.gate >= 0; });
     found.fraction = m / static_cast<double>(count);
   }
   found.sigma = std::sqrt(found.fraction * (1.0 - found.fraction) / static_cast<double>(count));
@@ -164,12 +162,12 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
   constexpr double kOffset = 1.0;  // m
   constexpr double kPower = 0.95;
   const std::vector<Outlier> outliers = OutliersOf(flight, fit);
-  const int visible = Visible(FittedFixes(flight), kOffset),
-            others = static_cast<int>(outliers.size());
+  const int visible = CountVisible(flight, kOffset), others = static_cast<int>(outliers.size());
   if (visible == 0) return 1.0;
   double sigma = 0.0;
-  for (const Fix& fix : FittedFixes(flight))
-    sigma = std::max(sigma, std::min(fix.sigma, kOffset / kApart));
+  for (const std::size_t i : flight.plan().fixes) {
+    sigma = std::max(sigma, std::min(flight.log().fixes[i].sigma, kOffset / kApart));
+  }
   int least = kFewest;
   while (least < visible &&
          (least < kShare * (others + least) ||

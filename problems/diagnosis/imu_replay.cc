@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cost_functions/models/cubic_path.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/trajectory/mocap_path.h"
@@ -42,10 +43,8 @@ Vector3d FittedAt(const FlightPlan& plan, const std::vector<NodeVector>& nodes, 
   const Vector3d p0 = nodes[s].segment<3>(kStateAt), v0 = nodes[s].segment<3>(kStateAt + 3);
   if (!span.linked) return p0 + v0 * SecondsBetween(span.begin, t);
   const Vector3d p1 = nodes[s + 1].segment<3>(kStateAt), v1 = nodes[s + 1].segment<3>(kStateAt + 3);
-  const double h = SecondsBetween(span.begin, span.end), u = SecondsBetween(span.begin, t) / h;
-  const double u2 = u * u, u3 = u2 * u;
-  return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * h * v0 + (3 * u2 - 2 * u3) * p1 +
-         (u3 - u2) * h * v1;
+  const double h = SecondsBetween(span.begin, span.end);
+  return CubicPath(p0, v0, p1, v1, h, SecondsBetween(span.begin, t) / h);
 }
 
 // True if the segments from `segment` to the one that holds `end` have no break between them.

@@ -37,7 +37,8 @@ class Runner {
     now_ = flight.passes.front().begin;
   }
 
-  // Updates with the fixes of pass `tau` (from 1) and predicts the arc that follows.
+  // Updates with the fixes since the last step up to the end of pass `tau` (from 1) and predicts
+  // the arc that follows.
   WindowEstimate Step(int tau) {
     const auto clock = Clock::now();
     const Pass& pass = flight_.passes[tau - 1];
@@ -47,7 +48,9 @@ class Runner {
     estimate.begin = flight_.passes[first_tau_ - 1].begin;
     estimate.end = pass.end;
     estimate.iterations = 1;
-    for (std::size_t i = pass.first; i <= pass.last; ++i) TakeFix(flight_.log.fixes[i], &estimate);
+    for (std::size_t i = StartAfterArc(tau); i <= pass.last; ++i) {
+      TakeFix(flight_.log.fixes[i], &estimate);
+    }
     StoreBiases(&estimate);
     if (flight_.HasArc(tau)) PredictArc(tau, &estimate);
     estimate.converged = filter_.state().motion.p.allFinite() && filter_.cov().allFinite();
@@ -77,8 +80,22 @@ class Runner {
     P->diagonal().segment<3>(12).array() += noise.gyro_walk * noise.gyro_walk * seconds;
   }
 
+  // Index of the first fix since the last step. The arc's prediction used no fix of the arc itself;
+  // now that it is judged the filter returns to the arc's start and takes them, as the windows of
+  // other estimators do.
+  std::size_t StartAfterArc(int tau) {
+    const std::size_t first = flight_.passes[tau - 1].first;
+    if (!arc_start_) return first;
+    const std::size_t withheld = flight_.passes[tau - 2].last + 1;
+    if (withheld < first) {
+      filter_ = *arc_start_;
+      now_ = arc_start_time_;
+    }
+    return withheld;
+  }
+
   void TakeFix(const Fix& fix, WindowEstimate* estimate) {
-    // If the arc was predicted the filter is already at its end; otherwise propagate to the fix.
+    // Without fixes of the arc the filter is already at its end; otherwise propagate to the fix.
     const bool after_arc = options_.iterated && arc_start_ && fix.t > arc_start_time_;
     bool taken = false;
     if (after_arc) {
@@ -99,10 +116,8 @@ class Runner {
   void PredictArc(int tau, WindowEstimate* estimate) {
     constexpr TimeNs kSpacing = kNsPerSecond / 30;  // of the points that are kept
     ArcPrediction arc = flight_.ArcAfter(tau);
-    if (options_.iterated) {
-      arc_start_ = filter_;
-      arc_start_time_ = now_;
-    }
+    arc_start_ = filter_;
+    arc_start_time_ = now_;
     while (now_ < arc.end) {
       const TimeNs next = std::min(now_ + kSpacing, arc.end);
       PredictOver(imu_, now_, next, &filter_);
@@ -135,7 +150,7 @@ class Runner {
   Eigen::VectorXd start_sigma_;  // of the biases
   TimeNs now_ = 0;
   int first_tau_ = 1;
-  std::optional<Ekf> arc_start_;  // the filter at the start of the last arc, for iteration
+  std::optional<Ekf> arc_start_;  // the filter at the start of the arc that was last predicted
   TimeNs arc_start_time_ = 0;
 };
 

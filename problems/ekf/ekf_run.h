@@ -9,9 +9,10 @@
 namespace trueline {
 
 // Runs causally over the log's passes. The estimate at the end of pass tau is "window" tau, whose
-// arc is predicted with the IMU alone. The filter has no windows: `gamma` is only stored in the
-// result. If an arc has a gap or is too long, position, velocity and attitude are initialised again
-// at the next pass; the biases are kept.
+// arc is predicted with the IMU alone. Fixes within the arc (withheld, of a flight without gates)
+// are used after that, from the arc's start on. The filter has no windows: `gamma` is only stored
+// in the result. If an arc has a gap or is too long, position, velocity and attitude are
+// initialised again at the next pass; the biases are kept.
 EstimatorRun RunEkf(const FlightData& flight, const EkfOptions& options, int gamma);
 
 // The initial state at pass `pass`: a line through its fixes, the AHRS's attitude, zero biases.

@@ -14,15 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Names become fields of CSV files.
-std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback) {
-  auto name = map.Get<std::string>(key, fallback);
-  if (name.empty() || name.find_first_of(",\"\n\r") != std::string::npos) {
-    map.Fail(key, "needs a name without commas, quotes and line breaks");
-  }
-  return name;
-}
-
 YAML::Node ReadOptions(const YamlMap& map) {
   map.ChildOrEmpty("options");  // must be a mapping
   return map.RawNode("options");
@@ -132,7 +123,7 @@ std::vector<SweepPoint> ReadPoints(const YamlMap& map) {
 Sweep ReadSweep(const YamlMap& map) {
   Sweep sweep;
   if (map.Keys().empty()) return sweep;
-  sweep.name = ReadName(map, "name", "");
+  sweep.name = ReadName(map, "name");
   sweep.unit = map.Get<std::string>("unit", "1");
   if (map.Has("points") == map.Has("keys")) {
     map.Fail("points", "give either 'keys' and 'values', or 'points'");

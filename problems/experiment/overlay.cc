@@ -77,6 +77,13 @@ std::string ExpandVariables(const std::string& text, const YamlMap& map, const s
   return result;
 }
 
+std::string CheckedName(const std::string& name, const YamlMap& map, const std::string& key) {
+  if (name.empty() || name.find_first_of(",\"\n\r") != std::string::npos) {
+    map.Fail(key, "needs a name without commas, quotes and line breaks");
+  }
+  return name;
+}
+
 }  // namespace
 
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key,
@@ -94,6 +101,14 @@ std::filesystem::path ReadPath(const YamlMap& map, const std::string& key,
 
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key) {
   return ReadPath(map, key, map.Get<std::string>(key));
+}
+
+std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback) {
+  return CheckedName(map.Get<std::string>(key, fallback), map, key);
+}
+
+std::string ReadName(const YamlMap& map, const std::string& key) {
+  return CheckedName(map.Get<std::string>(key), map, key);
 }
 
 std::string YamlText(const YAML::Node& node) {

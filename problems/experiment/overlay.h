@@ -1,4 +1,4 @@
-// Merging of YAML: an experiment changes keys of the files that it names. Paths in YAML.
+// Merging of YAML: an experiment changes keys of the files that it names. Paths and names in YAML.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -37,6 +37,12 @@ std::vector<Setting> ReadSettings(const YamlMap& map);
 // variable is not set or the path does not exist.
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text);
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key);
+
+// The value of `key`, or `fallback` without it: a name that becomes a field of CSV files. Throws
+// InputError at `key` of `map` where it is empty or would break a row, or is missing without a
+// fallback.
+std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback);
+std::string ReadName(const YamlMap& map, const std::string& key);
 
 // Deterministic text of a node, for checksums and provenance.
 std::string YamlText(const YAML::Node& node);

@@ -13,10 +13,7 @@ namespace {
 
 FlightKindSource ReadKind(const YamlMap& map) {
   FlightKindSource source;
-  source.name = map.Get<std::string>("name");
-  if (source.name.empty() || source.name.find_first_of(",\"\n\r") != std::string::npos) {
-    map.Fail("name", "needs a name without commas, quotes and line breaks");
-  }
+  source.name = ReadName(map, "name");
   source.kind = map.GetChoice("kind", {"random", "lissajous", "evolved", "file"}, "random");
   if (source.kind == "file") {
     source.file = ReadPath(map, "file").string();

@@ -177,6 +177,8 @@ struct Range {
 
 }  // namespace simulation
 
+inline constexpr double kLongestFlight = 1e5;  // s, of a log
+
 struct SimulationConfig {
   std::string name = "simulated";
   double duration = 100.0;  // s, of the log

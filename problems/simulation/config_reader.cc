@@ -36,7 +36,8 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   YamlArchive a(map);
   a.Value("name", &config.name);
   a.Positive("duration", &config.duration);
-  a.Require(config.duration <= 1e5, "duration", "must be at most 100000 s");
+  a.Require(config.duration <= kLongestFlight, "duration",
+            fmt::format("must be at most {} s", kLongestFlight));
   a.NotNegative("warm_up", &config.warm_up);
   a.Positive("gravity", &config.gravity);
   config.course = ReadCourse(map.Child("course"));

@@ -49,13 +49,13 @@ EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorX
   };
   Eigen::VectorXd z = start.cwiseQuotient(reach);
   Parabola parabola;
-  for (int k = 0; k < max_steps; ++k) {
+  for (int k = 0; k < max_steps && !maximum.converged; ++k) {
     parabola = FitParabola(value, z);
     Eigen::VectorXd step = parabola.curvature.ldlt().solve(parabola.gradient);
     const double size = step.cwiseProduct(reach).cwiseAbs().maxCoeff();
     step *= std::min(1.0, longest / std::max(size, 1e-300));
     z += step;
-    if (step.cwiseAbs().maxCoeff() < kSettled) break;
+    maximum.converged = step.cwiseAbs().maxCoeff() < kSettled;
   }
   maximum.at = z.cwiseProduct(reach);
   maximum.cov = reach.asDiagonal() * parabola.curvature.inverse() * reach.asDiagonal();

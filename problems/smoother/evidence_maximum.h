@@ -10,6 +10,7 @@ struct EvidenceMaximum {
   Eigen::VectorXd at;
   Eigen::MatrixXd cov;  // inverse of minus the curvature there (Laplace)
   int evaluations = 0;
+  bool converged = false;  // else `max_steps` ended the search while steps were still large
 };
 
 // Newton steps on a parabola through points `reach` apart along each axis (choose about one sigma).

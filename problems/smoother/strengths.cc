@@ -155,6 +155,7 @@ Strengths LearnStrengths(const std::vector<FlightShare>& flights,
   const EvidenceMaximum maximum =
       MaximiseEvidence([&](const Eigen::VectorXd& z) { return evidence(z); }, start, reach,
                        std::log(4.0), kMaxSteps);
+  result.converged = maximum.converged;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double z = maximum.at[i], half = 1.96 * std::sqrt(maximum.cov(i, i));
     result.learned.push_back({unknowns[i].name, unknowns[i].Value(z), unknowns[i].Value(z - half),

@@ -13,6 +13,8 @@ struct Strengths {
   // The flights with the learned attitude latency; empty if it is not learned.
   std::vector<std::unique_ptr<FlightData>> flights;
   std::vector<FlightShare> shares;
+  // False if the search ended before it settled: the values are the last ones tried.
+  bool converged = true;
 };
 
 // Maximises the marginal likelihood (Laplace's approximation over all states and parameters) over

@@ -142,6 +142,12 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   FlightProblemOptions problem_options{vgd, walks, options.detector};
   const Strengths strengths = LearnStrengths(flights, problem_options, options);
   result.strengths = strengths.learned;
+  if (!strengths.converged) {
+    result.notes.emplace_back(
+        "the search for the strengths did not converge: the fit uses the last ones tried, and "
+        "their "
+        "intervals may be wrong; start nearer to them (process), or set learn_strengths: false");
+  }
   problem_options.vgd = strengths.vgd;
   const std::vector<FlightShare>& shares = strengths.flights.empty() ? flights : strengths.shares;
 
@@ -158,7 +164,8 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
     without->StartFrom(*problem);
     summary = without->Solve();
     problem = std::move(without);
-    result.notes = DragNotes(means.drag_errors, problem_options.drag_shows);
+    const auto notes = DragNotes(means.drag_errors, problem_options.drag_shows);
+    result.notes.insert(result.notes.end(), notes.begin(), notes.end());
     means = problem->MeanUnknowns();
   }
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;

@@ -36,7 +36,9 @@ struct WholeFlight {
   // Means over the flights; AHRS errors include their drift.
   std::vector<ParameterEstimate> parameters;
   std::vector<std::string> unobservable;
-  std::vector<std::string> notes;  // parameters left out, and flights that would show them
+  // Parameters left out and flights that would show them; a search for strengths that did not
+  // converge.
+  std::vector<std::string> notes;
   std::vector<LearnedStrength> strengths;
   std::vector<TrajectoryPoint> trajectory;  // smoothed, at fixes, knots and force samples
   int iterations = 0;

@@ -2,7 +2,7 @@
 
 #include <ceres/loss_function.h>
 
-#include <algorithm>
+#include <memory>
 
 #include "cost_functions/norm_loss.h"
 
@@ -23,17 +23,11 @@ ceres::LossFunction* MakeLoss(FixLoss loss, double scale) {
 }
 
 double RobustWeight(FixLoss loss, double scale, double norm) {
-  switch (loss) {
-    case FixLoss::kHuber:
-      return norm > scale ? scale / norm : 1.0;
-    case FixLoss::kCauchy:
-      return 1.0 / (1.0 + norm * norm / (scale * scale));
-    case FixLoss::kNorm:
-      return 1.0 / std::max(norm, 1e-3);
-    case FixLoss::kNone:
-      break;
-  }
-  return 1.0;
+  const std::unique_ptr<const ceres::LossFunction> function(MakeLoss(loss, scale));
+  if (!function) return 1.0;
+  double rho[3];
+  function->Evaluate(norm * norm, rho);
+  return rho[1];
 }
 
 }  // namespace trueline

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/line_fit.h"
 
 namespace trueline {
@@ -53,24 +54,10 @@ std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions&
   return passes;
 }
 
-std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
-                                       double max_gap) {
-  const auto after = std::lower_bound(
-      mocap.begin(), mocap.end(), t, [](const PoseSample& s, TimeNs value) { return s.t < value; });
-  if (after == mocap.end()) return std::nullopt;
-  if (after->t == t) return after->p_E;
-  if (after == mocap.begin()) return std::nullopt;
-  const auto before = after - 1;
-  const double span = SecondsBetween(before->t, after->t);
-  if (span > max_gap) return std::nullopt;
-  const double s = SecondsBetween(before->t, t) / span;
-  return before->p_E + s * (after->p_E - before->p_E);
-}
-
 std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
                                     const TruthOptions& options) {
   if (!log.mocap.empty()) {
-    const auto p_E = MocapAt(log.mocap, next.begin, options.max_mocap_gap);
+    const auto p_E = PositionAt(log.mocap, next.begin, options.max_mocap_gap);
     return p_E ? std::optional<ArcTruth>({*p_E, true}) : std::nullopt;
   }
   const std::size_t last = std::min(next.last, next.first + options.fixes - 1);

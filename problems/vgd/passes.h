@@ -49,8 +49,4 @@ struct TruthOptions {
 std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
                                     const TruthOptions& options);
 
-// Mocap position at t, interpolated; empty outside of the stream or during an outage.
-std::optional<Eigen::Vector3d> MocapAt(const std::vector<PoseSample>& mocap, TimeNs t,
-                                       double max_gap);
-
 }  // namespace trueline

@@ -2,19 +2,9 @@
 
 #include <algorithm>
 
+#include "cost_functions/models/cubic_path.h"
+
 namespace trueline {
-namespace {
-
-// Cubic Hermite curve from a at t = 0 to b at t = h.
-LineFit Hermite(const LineFit& a, const LineFit& b, double h, double t) {
-  const double s = t / h;
-  const double b1 = s * s * (3.0 - 2.0 * s), b2 = s * (1.0 - s) * (1.0 - s), b3 = s * s * (s - 1.0);
-  const double d1 = 6.0 * s * (1.0 - s), d2 = (1.0 - s) * (1.0 - 3.0 * s), d3 = s * (3.0 * s - 2.0);
-  const Eigen::Vector3d chord = b.p - a.p;
-  return {a.p + b1 * chord + h * (b2 * a.v + b3 * b.v), d1 / h * chord + d2 * a.v + d3 * b.v};
-}
-
-}  // namespace
 
 RoughPath::RoughPath(const std::vector<Fix>& fixes, std::span<const Pass> passes)
     : fixes_(fixes), passes_(passes) {}
@@ -35,8 +25,9 @@ LineFit RoughPath::At(TimeNs t) const {
     if (t > passes_[i].end && i + 1 < passes_.size() && t < passes_[i + 1].begin) {
       const LineFit a = NearFixes(passes_[i], passes_[i].end);
       const LineFit b = NearFixes(passes_[i + 1], passes_[i + 1].begin);
-      return Hermite(a, b, SecondsBetween(passes_[i].end, passes_[i + 1].begin),
-                     SecondsBetween(passes_[i].end, t));
+      const double h = SecondsBetween(passes_[i].end, passes_[i + 1].begin);
+      const double u = SecondsBetween(passes_[i].end, t) / h;
+      return {CubicPath(a.p, a.v, b.p, b.v, h, u), CubicPathVelocity(a.p, a.v, b.p, b.v, h, u)};
     }
   }
   return NearFixes(passes_.back(), t);

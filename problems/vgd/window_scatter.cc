@@ -20,11 +20,17 @@ double VarianceOfScatter(double sigma, double prior_sigma) {
   return sigma * sigma * (1.0 - by_prior);
 }
 
-// Indices of the window and of those before it that share no pass with each other.
-std::vector<std::size_t> Apart(std::size_t window, std::size_t gamma) {
-  std::vector<std::size_t> indices;
-  // The first windows of a flight hold fewer passes.
-  for (std::size_t after = window + 1; after >= gamma; after -= gamma) indices.push_back(after - 1);
+// Indices of the window and of those before it that share no pass with each other. A window reaches
+// further back than gamma passes where these hold too few fixes, so its own count tells where the
+// next may end. Windows of fewer passes, at the flight's start, are left out.
+std::vector<std::size_t> Apart(const std::vector<WindowEstimate>& windows, std::size_t window,
+                               int gamma) {
+  std::vector<std::size_t> indices{window};
+  for (std::size_t i = window; i-- > 0;) {
+    const WindowEstimate& after = windows[indices.back()];
+    const bool is_before = windows[i].tau <= after.tau - after.gamma;
+    if (is_before && windows[i].gamma >= gamma) indices.push_back(i);
+  }
   return indices;
 }
 
@@ -60,7 +66,7 @@ void WidenByScatter(const VgdOptions& options, EstimatorRun* run) {
   Estimates stated;
   for (const WindowEstimate& estimate : run->windows) stated.push_back(estimate.parameters);
   for (std::size_t window = 0; window < run->windows.size(); ++window) {
-    const std::vector<std::size_t> windows = Apart(window, static_cast<std::size_t>(options.gamma));
+    const std::vector<std::size_t> windows = Apart(run->windows, window, options.gamma);
     if (windows.size() < 2) continue;
     std::vector<ParameterEstimate>& parameters = run->windows[window].parameters;
     for (std::size_t p = 0; p < parameters.size(); ++p) {

@@ -13,8 +13,9 @@
 
 namespace trueline {
 
-// Widens the parameters of every window by it and those before it, gamma passes apart. The AHRS's
-// error is left as it is, since it changes over a flight. No sigma rises above the prior's.
+// Widens the parameters of every window by it and those before it that share no pass with each
+// other. The AHRS's error is left as it is, since it changes over a flight. No sigma rises above
+// the prior's.
 void WidenByScatter(const VgdOptions& options, EstimatorRun* run);
 
 }  // namespace trueline

@@ -90,6 +90,31 @@ TEST_F(ShortChain, UnderOtherNoiseIsTheSameSystem) {
   }
 }
 
+// A gust acts from its node's segment and, linearly, from the one before.
+TEST_F(ShortChain, RowsFollowTheGusts) {
+  constexpr double kGust = 0.5;  // m/s^2
+  const FlightRows slopes = flight_->Evaluate(fit_.x, true);
+  const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
+  const int last = static_cast<int>(plan_.segments.size()) - 1;
+  for (const int s : {last / 2, last}) {
+    for (int column = kGustAt; column < kNodeSize; ++column) {
+      FlightUnknowns moved = fit_.x;
+      moved.nodes[s][column] += kGust;
+      Eigen::VectorXd expected = Eigen::VectorXd::Zero(flight_->rows());
+      const auto add = [&](int segment, const FlightRows::RowMatrix& slope) {
+        std::vector<int> rows = flight_->RowsOfSegment(segment);
+        for (int i = 0; i < 6; ++i) rows.push_back(flight_->LinkRow(segment) + i);
+        for (const int row : rows) expected[row] += kGust * slope(row, column);
+      };
+      add(s, slopes.d_node);
+      if (plan_.segments[s - 1].linked) add(s - 1, slopes.d_next);
+      const Eigen::VectorXd change = flight_->Evaluate(moved, false).r - here;
+      EXPECT_GT(change.norm(), 0.01);
+      EXPECT_LT((change - expected).norm(), 1e-9);
+    }
+  }
+}
+
 TEST_F(ShortChain, SolvesAsOneDenseProblemDoes) {
   const LinearFlight linear = fit_.Linear(*flight_);
   const ChainSystem system(linear, fit_.noise);

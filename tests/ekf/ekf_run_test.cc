@@ -9,6 +9,7 @@
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/gyro_scatter.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
@@ -83,6 +84,32 @@ TEST(EkfRunTest, IsCausal) {
     EXPECT_EQ(part.windows[4].parameters[i].value, all.windows[4].parameters[i].value);
   }
   EXPECT_EQ(part.windows[3].arc->p_E, all.windows[3].arc->p_E);
+}
+
+// Like the windows of other estimators: an arc's prediction uses no fix of the arc, later ones do.
+TEST(EkfRunTest, UsesWithheldFixesOnceTheirArcIsJudged) {
+  SimulationConfig config = testing_simulation::ReadShipped("gnss");
+  config.duration = 40.0;
+  const FlightLog log = Simulate(config, 4);
+  const FlightData flight = DataOf(log);
+  ASSERT_TRUE(flight.continuous);
+  ASSERT_GE(flight.passes.size(), 4U);
+  ASSERT_GT(flight.passes[2].first, flight.passes[1].last + 1);
+  FlightLog shifted_log = log;
+  for (Fix& fix : shifted_log.fixes) {
+    if (fix.t > flight.passes[1].end && fix.t < flight.passes[2].begin) fix.p_E.x() += 0.3;
+  }
+  const FlightData shifted_flight = DataOf(shifted_log);
+  for (const bool iterated : {false, true}) {
+    EkfOptions options;
+    options.iterated = iterated;
+    const EstimatorRun run = RunEkf(flight, options, 1);
+    const EstimatorRun shifted = RunEkf(shifted_flight, options, 1);
+    ASSERT_TRUE(run.windows[2].arc && shifted.windows[2].arc);
+    EXPECT_EQ(run.windows[1].arc->p_E, shifted.windows[1].arc->p_E);
+    EXPECT_GT((run.windows[2].arc->p_E - shifted.windows[2].arc->p_E).norm(), 1e-3);
+    EXPECT_EQ(run.windows[2].misfits.size(), flight.passes[2].last - flight.passes[1].last);
+  }
 }
 
 TEST(EkfRunTest, StartsAnewAfterAnImuGapAndKeepsTheBiases) {

@@ -78,6 +78,15 @@ TEST(Experiment, MissingPartsAndDoubleLabelsAreRefused) {
   EXPECT_THAT(ErrorOf(Hippodrome() + kVgd + "bound: nobody\n"), HasSubstr("label"));
 }
 
+TEST(Experiment, NamesBecomeFieldsOfCsvFiles) {
+  EXPECT_THAT(ErrorOf(Hippodrome() + "estimators:\n  - {name: vgd, label: 'a,b'}\n"),
+              AllOf(HasSubstr("experiment.yaml:5"), HasSubstr("without commas")));
+  EXPECT_THAT(ErrorOf(Hippodrome() + kVgd + "sweep: {name: '', keys: [simulation.duration]}\n"),
+              AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("without commas")));
+  EXPECT_THAT(ErrorOf(Hippodrome() + kVgd + "sweep: {keys: [simulation.duration]}\n"),
+              AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("name"), HasSubstr("is missing")));
+}
+
 TEST(Experiment, SweepOverridesFlightAndEstimator) {
   const std::vector<Job> jobs = Jobs(
       Hippodrome(", detector.sigma_factor: 0.3") +

@@ -69,6 +69,7 @@ TEST(Config, UnknownKeysAndBadValuesAreRefused) {
               AllOf(HasSubstr("flight.yaml:6"), HasSubstr("imu.rat")));
   EXPECT_THAT(ErrorOf(kCourse + "duration: -1\n"),
               HasSubstr("must be above zero and finite, found -1"));
+  EXPECT_THAT(ErrorOf(kCourse + "duration: 1e6\n"), HasSubstr("must be at most 100000 s"));
   EXPECT_THAT(ErrorOf(kCourse + "ahrs: {kind: magic}\n"), HasSubstr("complementary_filter"));
   EXPECT_THAT(ErrorOf(kCourse + "randomise: {K_w: [0, 1]}\n"), HasSubstr("K_x"));
 }

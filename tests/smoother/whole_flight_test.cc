@@ -192,6 +192,18 @@ TEST(WholeFlight, SlowLearnsHowStronglyTheAhrsDrifts) {
   EXPECT_LT(learned[0].upper, learned[1].lower);
 }
 
+// Eight steps of at most a factor of four do not lead from such a start to the strength flown.
+TEST(WholeFlight, NotesThatTheSearchForStrengthsDidNotConverge) {
+  VgdOptions options;
+  options.drag_measurement.enabled = false;
+  options.process.acceleration = 1e6;  // m/s^2/sqrt(Hz)
+  const testing_vgd::Flight flight(Drifting(20.0), 1, options);
+  const WholeFlight whole =
+      RunWholeFlight({{&flight.data, {}}}, options, SmootherOptions(), WholeFlightOptions());
+  ASSERT_FALSE(whole.notes.empty());
+  EXPECT_NE(whole.notes.front().find("did not converge"), std::string::npos) << whole.notes.front();
+}
+
 TEST(EvidenceMaximum, FindsTheTopOfANormalDensity) {
   Eigen::Matrix2d information;
   information << 4.0, 1.5, 1.5, 2.0;
@@ -201,6 +213,7 @@ TEST(EvidenceMaximum, FindsTheTopOfANormalDensity) {
   };
   const EvidenceMaximum maximum =
       MaximiseEvidence(log_p, Eigen::Vector2d::Zero(), Eigen::Vector2d(0.5, 0.7), 1.0, 10);
+  EXPECT_TRUE(maximum.converged);
   EXPECT_LT((maximum.at - top).norm(), 1e-9);
   EXPECT_LT((maximum.cov - information.inverse()).norm(), 1e-9);
 }
@@ -212,7 +225,16 @@ TEST(EvidenceMaximum, ClimbsFromATail) {
   };
   const EvidenceMaximum maximum = MaximiseEvidence(log_p, Eigen::VectorXd::Constant(1, 3.0),
                                                    Eigen::VectorXd::Constant(1, 0.3), 1.0, 20);
+  EXPECT_TRUE(maximum.converged);
   EXPECT_NEAR(maximum.at[0], 0.0, 0.05);
+}
+
+TEST(EvidenceMaximum, SaysThatItDidNotArrive) {
+  const auto log_p = [](const Eigen::VectorXd& z) { return -0.5 * z.squaredNorm(); };
+  const EvidenceMaximum maximum = MaximiseEvidence(log_p, Eigen::VectorXd::Constant(1, 9.0),
+                                                   Eigen::VectorXd::Constant(1, 0.5), 1.0, 3);
+  EXPECT_FALSE(maximum.converged);
+  EXPECT_NEAR(maximum.at[0], 6.0, 1e-9);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Effects of the fit's options: losses, solvers, the stopping rule of eq. 36, bounds, gaps.
 #include <gmock/gmock.h>
 
+#include "problems/vgd/fix_loss.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -45,6 +46,14 @@ TEST(Losses, RobustOnesWithstandOutliers) {
       EXPECT_LT(m.error.norm() > 20.0 * m.sigma ? m.weight : 0.0, 0.2);
     }
   }
+}
+
+TEST(Losses, WeightsAreTheSlopesOfTheLosses) {
+  EXPECT_NEAR(RobustWeight(FixLoss::kHuber, 2.0, 1.9), 1.0, 1e-12);
+  EXPECT_NEAR(RobustWeight(FixLoss::kHuber, 2.0, 4.0), 0.5, 1e-12);
+  EXPECT_NEAR(RobustWeight(FixLoss::kCauchy, 2.0, 2.0), 0.5, 1e-12);
+  EXPECT_NEAR(RobustWeight(FixLoss::kNorm, 2.0, 4.0), 0.25, 1e-6);
+  EXPECT_EQ(RobustWeight(FixLoss::kNone, 2.0, 4.0), 1.0);
 }
 
 TEST(Losses, ThePapersCostIsTheSumOfNormsInMetres) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "cost_functions/models/imu_driven_model.h"
 
 namespace trueline {
@@ -10,11 +12,14 @@ namespace {
 
 constexpr double kSigma = 0.02;
 
-// A run whose windows err in turn by `errors` sigmas in every parameter; gamma is 1.
-EstimatorRun RunWith(const std::vector<double>& errors) {
-  EstimatorRun run{"vgd", 1, {}, {}};
+// A run whose windows err in turn by `errors` sigmas in every parameter, and hold `passes` passes;
+// fewer at the flight's start.
+EstimatorRun RunWith(const std::vector<double>& errors, int passes) {
+  EstimatorRun run{"vgd", passes, {}, {}};
   for (const double error : errors) {
     WindowEstimate window;
+    window.tau = static_cast<int>(run.windows.size()) + 1;
+    window.gamma = std::min(window.tau, passes);
     for (int p = 0; p < kStatedSize; ++p) {
       window.parameters.push_back({kTheta[p].name, error * kSigma, kSigma, "", "identified"});
     }
@@ -30,8 +35,8 @@ double SigmaOfDrag(const EstimatorRun& run) {
 class WindowScatter : public testing::Test {
  protected:
   WindowScatter() { options_.gamma = 1; }
-  EstimatorRun Widened(const std::vector<double>& errors) {
-    EstimatorRun run = RunWith(errors);
+  EstimatorRun Widened(const std::vector<double>& errors, int passes = 1) {
+    EstimatorRun run = RunWith(errors, passes);
     WidenByScatter(options_, &run);
     return run;
   }
@@ -68,7 +73,15 @@ TEST_F(WindowScatter, NeverStatesMoreThanThePrior) {
 
 TEST_F(WindowScatter, CountsWindowsThatShareNoPass) {
   options_.gamma = 2;  // of four windows the last and the second, which agree
-  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({50, 0, -50, 0})), kSigma);
+  EXPECT_DOUBLE_EQ(SigmaOfDrag(Widened({50, 0, -50, 0}, 2)), kSigma);
+}
+
+// Where passes hold too few fixes, windows reach further back than gamma passes. Neighbours then
+// agree because they share a pass.
+TEST_F(WindowScatter, CountsLongWindowsBySharedPasses) {
+  const double sigma = SigmaOfDrag(Widened({0, 3, 0, -3, 0, 3, 0, -3}, 2));
+  // Four windows, 3 sigmas to both sides: (2 + 4 * 9) / (2 + 3) = 7.6 times the variance.
+  EXPECT_NEAR(sigma / kSigma, 2.76, 0.05);
 }
 
 }  // namespace
