@@ -112,6 +112,11 @@ void NumberSource::Bind(const ForeignRow& row) {
   for (SourceColumn& column : columns_) column.Bind(row);
 }
 
+std::optional<double> NumberSource::Constant() const {
+  if (columns_.size() != 1 || !columns_.front().is_constant()) return std::nullopt;
+  return scale_.front() * *columns_.front().constant() + offset_.front();
+}
+
 std::vector<double> NumberSource::Values(const ForeignRow& row) const {
   std::vector<double> values(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {

@@ -23,6 +23,7 @@ class SourceColumn {
   void Bind(const ForeignRow& row);
   double Value(const ForeignRow& row) const;  // not a number where it is missing
   bool is_constant() const { return constant_.has_value(); }
+  const std::optional<double>& constant() const { return constant_; }
   int index() const { return index_; }
 
  private:
@@ -56,6 +57,8 @@ class NumberSource {
 
   void Bind(const ForeignRow& row);
   std::vector<double> Values(const ForeignRow& row) const;
+  std::optional<double> Constant() const;  // a single constant's value, in SI
+  int index() const { return columns_.front().index(); }
 
  private:
   std::vector<SourceColumn> columns_;

@@ -48,8 +48,9 @@ class StampReader {
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  RowConverter(const ForeignRow& row, const std::vector<FieldSource>& sources, LocalFrame* frame)
-      : row_(row), source_(sources.begin()), frame_(frame) {}
+  // `skip_missing`: a value that can't be is missing; otherwise it is an error.
+  RowConverter(const ForeignRow& row, const StreamMap& map, LocalFrame* frame)
+      : row_(row), source_(map.fields.begin()), frame_(frame), skip_missing_(map.skip_missing) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
     const std::vector<double> numbers = Numbers();
@@ -68,8 +69,9 @@ class RowConverter {
     missing_ |= !value;
     if (value) q = *value;
   }
-  void operator()(const Field&, double& value) {
+  void operator()(const Field& field, double& value) {
     value = Numbers()[0];
+    if (field.is_sigma && value < kLeastSigma) RefuseSigma(value);
     ++source_;
   }
   void operator()(const Field& field, int& id) {
@@ -91,9 +93,20 @@ class RowConverter {
     return values;
   }
 
+  void RefuseSigma(double value) {
+    missing_ = true;
+    if (skip_missing_) return;
+    row_.Fail(source_->numbers.index(),
+              fmt::format("found {}; a standard deviation must be positive, {} m or more: correct "
+                          "it, give 'sigma: {{constant: ...}}', or set 'skip_missing: true' in the "
+                          "map",
+                          value, kLeastSigma));
+  }
+
   const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
   LocalFrame* frame_;
+  bool skip_missing_;
   bool missing_ = false;
 };
 
@@ -146,7 +159,7 @@ class SampleImport : public StreamImport {
     if (!bound_) Bind(row);
     if (!map_.filter.Accepts(row)) return;
     Sample sample{};
-    RowConverter converter(row, map_.fields, frame_.get());
+    RowConverter converter(row, map_, frame_.get());
     Sample::Describe(converter, sample, stream_);
     if (converter.missing()) {
       if (!map_.skip_missing) row.FailMissing(stream_.name);
