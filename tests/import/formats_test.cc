@@ -373,6 +373,7 @@ TEST(Formats, AreKnownByTheContent) {
     return OpenRecording(files.Write("any.name", text))->format().key;
   };
   EXPECT_EQ(format("# t x y z\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 1\n"), "tum");
+  EXPECT_EQ(format("1.5 1 2 3 0.6 0 0 0.8\n"), "tum");
   EXPECT_EQ(format("t,x\n1,2\n"), "csv");
   EXPECT_EQ(format("#ROSBAG V2.0\n"), "ros1");
   EXPECT_EQ(format("\x89MCAP0\r\n"), "mcap");
@@ -384,6 +385,37 @@ TEST(Formats, AreKnownByTheContent) {
   EXPECT_THAT(refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
   EXPECT_THAT(refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
   EXPECT_THAT(refusal(""), HasSubstr("has no format that is read here"));
+}
+
+// Eight or twelve numbers a line may be anything.
+TEST(Formats, TrajectoriesMustBePlausible) {
+  const ImportFiles files;
+  const auto recording = [&](const std::string& text) {
+    return OpenRecording(files.Write("any.txt", text));
+  };
+  for (const auto& [text, why] :
+       {std::pair{"# a comment\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 2\n",
+                  "line 3 has a quaternion of norm 2, not 1"},
+        {"1.5 1 2 3 0 0 0 1\n1.4 1 2 3 0 0 0 1\n",
+         "line 2 has a time that does not come after the one before"},
+        {"1 0 0 5 0 1 0 5 0 0 1 5\n1 0 0 5 0 1 0 5 0 0 2 5\n",
+         "line 2 has columns 1 to 3, 5 to 7 and 9 to 11 that are no rotation"},
+        {"1 0 0 5 0 1 0 5 0 0 -1 5\n", "line 1 has columns"}}) {
+    const auto log = recording(text);
+    EXPECT_STREQ(log->format().key, "csv") << text;
+    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr(why))) << text;
+    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("hold is not known"))) << text;
+  }
+  EXPECT_THAT(ErrorOf([&] { recording("1 0 0 5 0 0 -1 5 0 1 0 5\n"); }), HasSubstr("KITTI poses"));
+  EXPECT_THAT(recording("1 2 3\n2 3 4\n")->warnings(), testing::IsEmpty());
+}
+
+// One damaged row in a long trajectory does not make it another format.
+TEST(Formats, ATrajectoryMayHaveADamagedRow) {
+  const ImportFiles files;
+  std::string text;
+  for (int i = 0; i < 40; ++i) text += fmt::format("{} 1 2 3 0 0 0 {}\n", i, i == 20 ? 9 : 1);
+  EXPECT_STREQ(OpenRecording(files.Write("any.txt", text))->format().key, "tum");
 }
 
 }  // namespace
