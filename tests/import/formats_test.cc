@@ -365,6 +365,81 @@ TEST(Blackbox, Predictors) {
   EXPECT_THAT(values, ElementsAre(10, 16, -2, 14, 1500, 1070));
 }
 
+std::string BlackboxVarint(std::uint32_t value) {
+  std::string bytes;
+  for (; value > 127; value >>= 7) bytes += static_cast<char>((value & 127) | 128);
+  return bytes + static_cast<char>(value);
+}
+
+constexpr char kBlackboxHeader[] =
+    "H Product:Blackbox flight data recorder by Nicholas Sherlock\n"
+    "H Data version:2\n"
+    "H I interval:4\n"
+    "H P interval:1\n"
+    "H Field I name:loopIteration,time\n"
+    "H Field I signed:0,0\n"
+    "H Field I predictor:0,0\n"
+    "H Field I encoding:1,1\n"
+    "H Field P predictor:6,2\n"
+    "H Field P encoding:9,0\n"
+    "H Field G name:time,GPS_numSat\n"
+    "H Field G signed:0,0\n"
+    "H Field G predictor:10,0\n"
+    "H Field G encoding:1,1\n";
+
+std::string BlackboxIntra(std::uint32_t iteration, std::uint32_t time) {
+  return "I" + BlackboxVarint(iteration) + BlackboxVarint(time);
+}
+
+const std::string kBlackboxEnd(
+    "E\xFF"
+    "End of log\0",
+    13);
+
+std::vector<TimeNs> TimesOf(const std::vector<Row>& rows) {
+  std::vector<TimeNs> times;
+  for (const Row& row : rows) times.push_back(row.time);
+  return times;
+}
+
+constexpr std::uint32_t kBeforeWrap = 0xFFFFFFFFU - 2499;  // us
+constexpr TimeNs kBeforeWrapNs = 1000LL * kBeforeWrap;
+constexpr TimeNs kMs = 1'000'000;
+
+// The clock of the log counts us in 32 bits: after 71 minutes it starts again at zero.
+TEST(Blackbox, TimesGoOnWhereTheClockWraps) {
+  const ImportFiles files;
+  const std::string inter = std::string("P\0", 2);  // as far from the last as that from its last
+  const std::string first_inter = "P" + BlackboxVarint(2000);  // after an I frame: 1000 us later
+  const std::string gps = "G" + BlackboxVarint(100) + BlackboxVarint(9);
+  const auto log = OpenRecording(
+      files.Write("log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) + first_inter + inter +
+                                 gps + inter + gps + BlackboxIntra(4, kBeforeWrap + 4000) +
+                                 first_inter + kBlackboxEnd));
+  EXPECT_THAT(
+      TimesOf(RowsOf(log.get(), "main")),
+      ElementsAre(kBeforeWrapNs, kBeforeWrapNs + kMs, kBeforeWrapNs + 2 * kMs,
+                  kBeforeWrapNs + 3 * kMs, kBeforeWrapNs + 4 * kMs, kBeforeWrapNs + 5 * kMs));
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "gps")),
+              ElementsAre(kBeforeWrapNs + 2 * kMs + kMs / 10, kBeforeWrapNs + 3 * kMs + kMs / 10));
+  EXPECT_EQ(ChannelOf(*log, "main").last, kBeforeWrapNs + 5 * kMs);
+  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+}
+
+// The clock wrapped in a pause of minutes. The first frame after it may be damage and is left out.
+TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
+  const ImportFiles files;
+  const std::uint32_t pause = 300'000'000;
+  const auto log = OpenRecording(files.Write(
+      "log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) +
+                     BlackboxIntra(300'000, kBeforeWrap + pause) +
+                     BlackboxIntra(300'004, kBeforeWrap + pause + 4000) +
+                     BlackboxIntra(300'008, kBeforeWrap + pause + 8000) + kBlackboxEnd));
+  const TimeNs after = kBeforeWrapNs + 1000LL * pause;
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")),
+              ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
+}
+
 // --- Recognition
 
 TEST(Formats, AreKnownByTheContent) {
