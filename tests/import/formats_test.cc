@@ -1,5 +1,6 @@
 // Readers of binary formats on files of a few bytes, written here from the specifications.
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 
 #include <cstring>
 
@@ -438,6 +439,75 @@ TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
   const TimeNs after = kBeforeWrapNs + 1000LL * pause;
   EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")),
               ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
+}
+
+// --- ROS 2 bags
+
+// A recorder that was killed: one message is in the bag, two are in the write-ahead log beside it.
+class KilledRecorder : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(files_ / "recorder");
+    std::filesystem::create_directories(files_ / "copy");
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open((files_ / "recorder/bag.db3").c_str(), &database), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(database,
+                           "PRAGMA journal_mode=WAL;"
+                           "PRAGMA wal_autocheckpoint=0;"
+                           "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, "
+                           "serialization_format);"
+                           "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, "
+                           "data);"
+                           "INSERT INTO topics VALUES(1, '/x', 'std_msgs/msg/Int8', 'cdr');"
+                           "INSERT INTO messages VALUES(1, 1, 10, x'0001000005');"
+                           "PRAGMA wal_checkpoint(TRUNCATE);"
+                           "INSERT INTO messages VALUES(2, 1, 20, x'0001000006');"
+                           "INSERT INTO messages VALUES(3, 1, 30, x'0001000007');",
+                           nullptr, nullptr, nullptr),
+              SQLITE_OK);
+    for (const char* name : {"bag.db3", "bag.db3-wal"}) {
+      std::filesystem::copy(files_ / "recorder" / name, files_ / "copy" / name);
+    }
+    ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
+  }
+
+  std::filesystem::path Bag() const { return files_ / "copy/bag.db3"; }
+  std::map<std::string, std::string> Files() const {  // their bytes by name
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(files_ / "copy")) {
+      std::ifstream in(entry.path(), std::ios::binary);
+      files[entry.path().filename().string()] = {std::istreambuf_iterator<char>(in), {}};
+    }
+    return files;
+  }
+
+  ImportFiles files_;
+};
+
+TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
+  const auto before = Files();
+  ASSERT_EQ(before.size(), 2U);
+  for (const std::filesystem::path& path : {Bag(), Bag().parent_path()}) {
+    const auto log = OpenRecording(path);
+    EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10, 20, 30));
+    EXPECT_THAT(log->warnings(), testing::IsEmpty());
+  }
+  EXPECT_EQ(Files(), before);  // the user's files stay, and none appears beside them
+}
+
+TEST_F(KilledRecorder, AWriteAheadLogThatCantBeReadIsSaid) {
+  files_.Write("copy/bag.db3-wal", std::string(4096, 'x'));
+  const auto log = OpenRecording(Bag());
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+  EXPECT_THAT(log->warnings(),
+              ElementsAre(testing::AllOf(HasSubstr("bag.db3-wal, the write-ahead log of bag.db3"),
+                                         HasSubstr("wal_checkpoint"))));
+}
+
+TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
+  std::filesystem::remove(files_ / "copy/bag.db3-wal");
+  const auto log = OpenRecording(Bag());
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
 }
 
 // --- Recognition
