@@ -458,11 +458,11 @@ class KilledRecorder : public testing::Test {
                            "serialization_format);"
                            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, "
                            "data);"
-                           "INSERT INTO topics VALUES(1, '/x', 'std_msgs/msg/Int8', 'cdr');"
-                           "INSERT INTO messages VALUES(1, 1, 10, x'0001000005');"
+                           "INSERT INTO topics VALUES(1, '/x', 'std_msgs/msg/Float32', 'cdr');"
+                           "INSERT INTO messages VALUES(1, 1, 10, x'000100000000803F');"
                            "PRAGMA wal_checkpoint(TRUNCATE);"
-                           "INSERT INTO messages VALUES(2, 1, 20, x'0001000006');"
-                           "INSERT INTO messages VALUES(3, 1, 30, x'0001000007');",
+                           "INSERT INTO messages VALUES(2, 1, 20, x'0001000000000040');"
+                           "INSERT INTO messages VALUES(3, 1, 30, x'0001000000004040');",
                            nullptr, nullptr, nullptr),
               SQLITE_OK);
     for (const char* name : {"bag.db3", "bag.db3-wal"}) {
