@@ -146,6 +146,72 @@ TEST(ULog, LeavesOutMalformedDefinitions) {
   EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
 }
 
+// A log before PX4 1.14 of an IMU and of the outputs given, one message a ms each.
+std::string ULogOfOutputs(std::int32_t dshot_config, const std::vector<float>& outputs) {
+  const std::string name = "int32_t DSHOT_CONFIG";
+  const auto subscribe = [](std::uint16_t id, const std::string& topic) {
+    return ULogRecord('A', Bytes().Add(std::uint8_t{0}).Add(id).Text(topic).str());
+  };
+  std::string log =
+      std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
+      ULogRecord('B', std::string(40, '\0')) +
+      ULogRecord('F',
+                 "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] "
+                 "accelerometer_m_s2;") +
+      ULogRecord('F', "actuator_outputs:uint64_t timestamp;uint32_t noutputs;float[4] output;") +
+      ULogRecord(
+          'P',
+          Bytes().Add(static_cast<std::uint8_t>(name.size())).Text(name).Add(dshot_config).str()) +
+      subscribe(0, "sensor_combined") + subscribe(1, "actuator_outputs");
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::uint64_t time = 1000 * (i + 1);
+    Bytes imu, output;
+    imu.Add(std::uint16_t{0}).Add(time);
+    for (int k = 0; k < 6; ++k) imu.Add(0.5F);
+    output.Add(std::uint16_t{1}).Add(time).Add(std::uint32_t{4});
+    for (int k = 0; k < 4; ++k) output.Add(outputs[i]);
+    log += ULogRecord('D', imu.str()) + ULogRecord('D', output.str());
+  }
+  return log;
+}
+
+FlightLog ConvertPx4(const ImportFiles& files, const std::string& log) {
+  const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml";
+  return ConvertLog(ReadImportMap(map), {files.Write("flight.ulg", log)}, {});
+}
+
+std::vector<double> FirstMotor(const FlightLog& log) {
+  std::vector<double> commands;
+  for (const ChannelsSample& sample : log.motors) commands.push_back(sample.values.at(0));
+  return commands;
+}
+
+// Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
+TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
+  const ImportFiles files;
+  const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
+  EXPECT_THAT(FirstMotor(log),
+              ElementsAre(0.0, DoubleEq(110.0 / 1999.0), DoubleEq(0.5), DoubleEq(1.0)));
+  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+}
+
+TEST(ULog, OutputsArePwmOtherwise) {
+  const ImportFiles files;
+  const FlightLog log = ConvertPx4(files, ULogOfOutputs(0, {900.0F, 1250.0F, 2000.0F}));
+  EXPECT_THAT(FirstMotor(log), ElementsAre(DoubleEq(-0.1), DoubleEq(0.25), DoubleEq(1.0)));
+  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+}
+
+TEST(ULog, OutputsThatMayBeNoPwmAreSaid) {
+  const ImportFiles files;
+  // A log that starts in flight, or PWM beside DShot.
+  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(600, {1000.0F, 1200.0F})).warnings,
+              testing::Contains(
+                  testing::AllOf(HasSubstr("the first output is 1000"), HasSubstr("1 / 1999"))));
+  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(0, {1000.0F, 150.0F, 4000.0F})).warnings,
+              testing::Contains(HasSubstr("2 of 3 messages hold values that are no PWM pulses")));
+}
+
 // --- ROS messages
 
 constexpr char kMixed[] =
