@@ -75,8 +75,10 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   ResultFolder out(FLAGS_out, files);
   ConvertOptions options;
   options.seed = FLAGS_seed;
-  if (FLAGS_fix_sigma < 0.0) throw InputError("--fix_sigma must be positive");
-  if (FLAGS_fix_sigma > 0.0) options.fix_sigma = FLAGS_fix_sigma;
+  if (FLAGS_fix_sigma != 0.0) options.fix_sigma = FLAGS_fix_sigma;
+  if (options.fix_sigma && !(*options.fix_sigma >= kLeastSigma)) {
+    throw InputError(fmt::format("--fix_sigma must be positive, {} m or more", kLeastSigma));
+  }
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});

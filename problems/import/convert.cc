@@ -11,6 +11,7 @@
 #include "problems/import/channel_row.h"
 #include "problems/import/cut.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/text_tables.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/import/stream_import.h"
 
@@ -72,9 +73,12 @@ Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& 
     recordings[i] = OpenRecording(files[i]);
     const LogFormat& found = recordings[i]->format();
     if (std::find(formats.begin(), formats.end(), found.key) != formats.end()) continue;
-    throw ErrorAt(files[i], 0,
-                  fmt::format("is of format {} ({}), where {} is for {}; give another map, or none",
-                              found.key, found.name, map.file, fmt::join(formats, ", ")));
+    const std::string why = found.key == std::string(kCsvFormat) ? WhyNoTrajectory(files[i]) : "";
+    throw ErrorAt(
+        files[i], 0,
+        fmt::format("is of format {} ({}), where {} is for {}; give another map, or none{}{}",
+                    found.key, found.name, map.file, fmt::join(formats, ", "),
+                    why.empty() ? "" : ". As a trajectory: ", why));
   }
   return recordings;
 }

@@ -117,7 +117,9 @@ struct StreamMap {
 
   TimeSource time;
   Unsorted unsorted = Unsorted::kRefuse;
-  bool skip_missing = false;  // skip rows with a missing value instead of an error
+  // Skip rows with a value that is missing or can't be, as a quaternion whose norm is not 1,
+  // instead of an error.
+  bool skip_missing = false;
   RowFilter filter;
   std::vector<FieldSource> fields;  // in the order of the stream's declaration
 };

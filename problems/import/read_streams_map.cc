@@ -61,6 +61,14 @@ StreamMap ReadSettings(const YamlMap& map, const std::vector<InputMap>& inputs) 
   return stream;
 }
 
+// A native log with such a sigma can't be read back.
+void RequireSigma(const YamlMap& map, const NumberSource& numbers) {
+  const std::optional<double> constant = numbers.Constant();
+  if (!constant || *constant >= kLeastSigma) return;
+  map.Fail("constant", fmt::format("found {}; a standard deviation must be positive, {} m or more",
+                                   *constant, kLeastSigma));
+}
+
 // Archive that reads the source of each field from the stream's part of a map.
 class SourceReader {
  public:
@@ -90,9 +98,11 @@ class SourceReader {
     sources_->push_back({field.key, {}, SourceAttitude(map_, axes_)});
   }
   void operator()(const Field& field, double) const {
-    const bool of_stream = *field.key == '\0';
-    Add(field, of_stream ? NumberSource::Single(map_, field.unit)
-                         : NumberSource::Single(map_.Child(field.key), field.unit));
+    if (*field.key == '\0') return Add(field, NumberSource::Single(map_, field.unit));
+    const YamlMap map = map_.Child(field.key);
+    const NumberSource numbers = NumberSource::Single(map, field.unit);
+    if (field.is_sigma) RequireSigma(map, numbers);
+    Add(field, numbers);
   }
   void operator()(const Field& field, int) const {
     Add(field, map_.Has(field.key) ? NumberSource::Single(map_.Child(field.key), field.unit)

@@ -112,6 +112,11 @@ void NumberSource::Bind(const ForeignRow& row) {
   for (SourceColumn& column : columns_) column.Bind(row);
 }
 
+std::optional<double> NumberSource::Constant() const {
+  if (columns_.size() != 1 || !columns_.front().is_constant()) return std::nullopt;
+  return scale_.front() * *columns_.front().constant() + offset_.front();
+}
+
 std::vector<double> NumberSource::Values(const ForeignRow& row) const {
   std::vector<double> values(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -150,22 +155,29 @@ void SourceAttitude::Bind(const ForeignRow& row) {
   for (std::size_t i = 0; i < (is_quaternion_ ? 4U : 3U); ++i) columns_[i].Bind(row);
 }
 
-std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row) const {
-  const auto source = is_quaternion_ ? FromQuaternion(row) : FromEuler(row);
+std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row,
+                                                        std::optional<double>* bad_norm) const {
+  const auto source = is_quaternion_ ? FromQuaternion(row, bad_norm) : FromEuler(row);
   if (!source) return std::nullopt;
   return (to_earth_ * (inverse_ ? source->conjugate() : *source) * from_body_).normalized();
 }
 
-std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(const ForeignRow& row) const {
+void SourceAttitude::FailNorm(const ForeignRow& row, double norm) const {
+  row.Fail(columns_[0].index(), fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
+                                            "columns and 'scale' in the map",
+                                            norm));
+}
+
+std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(
+    const ForeignRow& row, std::optional<double>* bad_norm) const {
   constexpr double kTolerance = 0.03;  // of a norm of columns rounded to few digits
   const Eigen::Quaterniond q(scale_ * columns_[0].Value(row), scale_ * columns_[1].Value(row),
                              scale_ * columns_[2].Value(row), scale_ * columns_[3].Value(row));
   const double norm = q.norm();
   if (!std::isfinite(norm) || norm == 0.0) return std::nullopt;
   if (std::abs(norm - 1.0) > kTolerance) {
-    row.Fail(columns_[0].index(), fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
-                                              "columns and 'scale' in the map",
-                                              norm));
+    *bad_norm = norm;
+    return std::nullopt;
   }
   return q.normalized();
 }

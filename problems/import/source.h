@@ -23,6 +23,7 @@ class SourceColumn {
   void Bind(const ForeignRow& row);
   double Value(const ForeignRow& row) const;  // not a number where it is missing
   bool is_constant() const { return constant_.has_value(); }
+  const std::optional<double>& constant() const { return constant_; }
   int index() const { return index_; }
 
  private:
@@ -56,6 +57,8 @@ class NumberSource {
 
   void Bind(const ForeignRow& row);
   std::vector<double> Values(const ForeignRow& row) const;
+  std::optional<double> Constant() const;  // a single constant's value, in SI
+  int index() const { return columns_.front().index(); }
 
  private:
   std::vector<SourceColumn> columns_;
@@ -76,12 +79,16 @@ class SourceAttitude {
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
   void Bind(const ForeignRow& row);
-  // No value if a column is missing or the quaternion is zero. Throws InputError for a quaternion
-  // whose norm is not 1.
-  std::optional<Eigen::Quaterniond> Value(const ForeignRow& row) const;
+  // No value if a column is missing, the quaternion is zero, or its norm is not 1; `bad_norm` is
+  // set to that norm.
+  std::optional<Eigen::Quaterniond> Value(const ForeignRow& row,
+                                          std::optional<double>* bad_norm) const;
+  // The error for a row with such a norm.
+  [[noreturn]] void FailNorm(const ForeignRow& row, double norm) const;
 
  private:
-  std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignRow& row) const;
+  std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignRow& row,
+                                                   std::optional<double>* bad_norm) const;
   std::optional<Eigen::Quaterniond> FromEuler(const ForeignRow& row) const;
 
   bool is_quaternion_ = false;

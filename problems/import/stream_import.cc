@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/error.h"
 #include "problems/import/local_frame.h"
 #include "problems/log/csv_text.h"
 
@@ -48,8 +49,9 @@ class StampReader {
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  RowConverter(const ForeignRow& row, const std::vector<FieldSource>& sources, LocalFrame* frame)
-      : row_(row), source_(sources.begin()), frame_(frame) {}
+  // `skip_missing`: a value that can't be is missing; otherwise it is an error.
+  RowConverter(const ForeignRow& row, const StreamMap& map, LocalFrame* frame)
+      : row_(row), source_(map.fields.begin()), frame_(frame), skip_missing_(map.skip_missing) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
     const std::vector<double> numbers = Numbers();
@@ -57,19 +59,19 @@ class RowConverter {
     if (source_->geodetic) missing_ |= !LocalFrame::IsPlace(numbers[0], numbers[1]);
     if (source_->geodetic && !missing_) vector = frame_->ToNed(numbers[0], numbers[1], numbers[2]);
     if (source_->attitude) {
-      const auto q_E_B = source_->attitude->Value(row_);
-      missing_ |= !q_E_B;
+      const auto q_E_B = Attitude();
       if (q_E_B) vector = q_E_B->conjugate() * vector;
     }
     ++source_;
   }
   void operator()(const Field&, Eigen::Quaterniond& q) {
-    const auto value = (source_++)->attitude->Value(row_);
-    missing_ |= !value;
+    const auto value = Attitude();
     if (value) q = *value;
+    ++source_;
   }
-  void operator()(const Field&, double& value) {
+  void operator()(const Field& field, double& value) {
     value = Numbers()[0];
+    if (field.is_sigma && value < kLeastSigma) RefuseSigma(value);
     ++source_;
   }
   void operator()(const Field& field, int& id) {
@@ -82,23 +84,55 @@ class RowConverter {
     ++source_;
   }
 
-  bool missing() const { return missing_; }  // a value is missing
+  bool missing() const { return missing_; }  // a value is missing, or can't be
+  // Why a quaternion can't be, with its place; empty if its norm is 1.
+  const std::string& bad_quaternion() const { return bad_quaternion_; }
 
  private:
+  std::optional<Eigen::Quaterniond> Attitude() {
+    std::optional<double> bad_norm;
+    const auto value = source_->attitude->Value(row_, &bad_norm);
+    missing_ |= !value;
+    if (bad_norm) RefuseQuaternion(*bad_norm);
+    return value;
+  }
+
+  void RefuseQuaternion(double norm) {
+    try {
+      source_->attitude->FailNorm(row_, norm);
+    } catch (const InputError& error) {
+      if (!skip_missing_) throw;
+      bad_quaternion_ = error.what();
+    }
+  }
+
   std::vector<double> Numbers() {
     std::vector<double> values = source_->numbers.Values(row_);
     for (const double value : values) missing_ |= !std::isfinite(value);
     return values;
   }
 
+  void RefuseSigma(double value) {
+    missing_ = true;
+    if (skip_missing_) return;
+    row_.Fail(source_->numbers.index(),
+              fmt::format("found {}; a standard deviation must be positive, {} m or more: correct "
+                          "it, give 'sigma: {{constant: ...}}', or set 'skip_missing: true' in the "
+                          "map",
+                          value, kLeastSigma));
+  }
+
   const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
   LocalFrame* frame_;
+  bool skip_missing_;
   bool missing_ = false;
+  std::string bad_quaternion_;
 };
 
 std::string LeftOut(const std::string& stream, std::size_t unsorted, const char* unsorted_reason,
-                    std::size_t missing, std::size_t out_of_range, std::size_t off_median) {
+                    std::size_t missing, std::size_t bad_quaternions, std::size_t out_of_range,
+                    std::size_t off_median) {
   std::string text;
   const auto add = [&](std::size_t count, const char* reason) {
     if (count == 0) return;
@@ -106,6 +140,7 @@ std::string LeftOut(const std::string& stream, std::size_t unsorted, const char*
   };
   add(unsorted, unsorted_reason);
   add(missing, "with missing values");
+  add(bad_quaternions, "with a quaternion whose norm is not 1");
   add(out_of_range, "out of range");
   add(off_median, "far from the running median");
   return text.empty() ? text : fmt::format("{}: rows left out:{}", stream, text);
@@ -146,13 +181,18 @@ class SampleImport : public StreamImport {
     if (!bound_) Bind(row);
     if (!map_.filter.Accepts(row)) return;
     Sample sample{};
-    RowConverter converter(row, map_.fields, frame_.get());
+    RowConverter converter(row, map_, frame_.get());
     Sample::Describe(converter, sample, stream_);
+    if (!converter.bad_quaternion().empty()) {
+      if (bad_quaternions_++ == 0) first_bad_quaternion_ = converter.bad_quaternion();
+      return;
+    }
     if (converter.missing()) {
       if (!map_.skip_missing) row.FailMissing(stream_.name);
       ++missing_;
       return;
     }
+    ++whole_;
     sample.t = stamps_.Read(row);
     if (map_.unsorted != Unsorted::kSort && !samples_->empty() && sample.t <= samples_->back().t) {
       if (map_.unsorted == Unsorted::kRefuse) {
@@ -166,6 +206,8 @@ class SampleImport : public StreamImport {
   }
 
   void Finish(std::vector<std::string>* warnings) override {
+    // Single rows are damaged; where most are so, the map is wrong.
+    if (bad_quaternions_ > whole_) throw InputError(first_bad_quaternion_);
     const std::vector<bool> mask = map_.filter.MedianMask();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -178,7 +220,8 @@ class SampleImport : public StreamImport {
         LeftOut(stream_.name, unsorted_,
                 map_.unsorted == Unsorted::kSort ? "of the time of another, or of no possible time"
                                                  : "that came too late",
-                missing_, static_cast<std::size_t>(map_.filter.out_of_range()), off_median);
+                missing_, bad_quaternions_, static_cast<std::size_t>(map_.filter.out_of_range()),
+                off_median);
     if (!text.empty()) warnings->push_back(text);
   }
 
@@ -195,7 +238,10 @@ class SampleImport : public StreamImport {
   std::shared_ptr<LocalFrame> frame_;
   std::vector<Sample>* samples_;
   bool bound_ = false;
+  std::size_t whole_ = 0;  // rows with all values
   std::size_t missing_ = 0;
+  std::size_t bad_quaternions_ = 0;
+  std::string first_bad_quaternion_;  // with its place
   std::size_t unsorted_ = 0;
 };
 

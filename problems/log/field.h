@@ -8,12 +8,14 @@ namespace trueline {
 
 enum class FrameAxes { kNone, kEarth, kBody };
 
+inline constexpr double kLeastSigma = 1e-6;  // m; no detector is better, and weights stay finite
+
 struct Field {
   const char* key;                          // in a column map; "": the stream's own keys
   std::array<const char*, 4> columns = {};  // of the CSV file; null after the last one
   const char* unit = "1";                   // SI; units.cc lists the units that it converts
   FrameAxes axes = FrameAxes::kNone;        // of a vector: an importer turns foreign axes to these
-  bool is_sigma = false;                    // a standard deviation: must be positive
+  bool is_sigma = false;                    // a standard deviation: kLeastSigma or more
 };
 
 inline constexpr Field kAttitudeField{"", {"qw", "qx", "qy", "qz"}};

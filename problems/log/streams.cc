@@ -16,7 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr double kNormTolerance = 1e-2;    // of a quaternion written with three decimals
 constexpr double kStrangeNorm = 1.1e-3;    // off from 1 by more than three decimals explain
-constexpr double kLeastSigma = 1e-6;       // m; no detector is better, and weights stay finite
 constexpr double kLongestPause = 86400.0;  // s
 constexpr std::size_t kFlushAt = 1 << 16;  // bytes
 

@@ -94,6 +94,18 @@ TEST(BadMap, ImpossibleSamplerOptions) {
               AllOf(HasSubstr("map.yaml:3"), HasSubstr("'outlier_share' must be within 0 and 1")));
 }
 
+// Rows of such a sigma would be written and then refused, by the name of a file that is not kept.
+TEST(BadMap, SigmaThatIsNotPositive) {
+  for (const char* sigma : {"0", "-0.1", "1.0e-9"}) {
+    EXPECT_THAT(MapError("  imu:\n", fmt::format("  fixes:\n    position: {{columns: [a, b, c]}}\n"
+                                                 "    sigma: {{constant: {}}}\n  imu:\n",
+                                                 sigma)),
+                AllOf(HasSubstr("map.yaml:6: 'streams.fixes.sigma.constant': found"),
+                      HasSubstr("a standard deviation must be positive, 1e-06 m or more")))
+        << sigma;
+  }
+}
+
 TEST(BadMap, NoSuchFile) {
   const ImportFiles files;
   const ImportMap map = ReadImportMap(files.Write("map.yaml", kMap));
@@ -135,6 +147,22 @@ TEST(BadCsv, CutOffLastLineIsDropped) {
   const FlightLog log = ImportFiles().Convert(kMap, std::string(kCsv) + "4,0,0");
   EXPECT_EQ(log.imu.size(), 3U);
   EXPECT_THAT(log.warnings, testing::ElementsAre(HasSubstr("log.csv:5: the last line is cut off")));
+}
+
+TEST(BadCsv, SigmaThatIsNotPositive) {
+  const auto fixes = [](const std::string& more) {
+    return Replaced(
+        kMap, "  imu:\n",
+        "  fixes: {position: {columns: [a, b, c]}, sigma: {column: c}" + more + "}\n  imu:\n");
+  };
+  const std::string csv = Replaced(kCsv, "2,0,0,1", "2,0,0,0");
+  EXPECT_THAT(ImportFiles().Error(fixes(""), csv),
+              AllOf(HasSubstr("log.csv:3: column 'c': found 0; a standard deviation must be"),
+                    HasSubstr("set 'skip_missing: true'")));
+  const FlightLog log = ImportFiles().Convert(fixes(", skip_missing: true"), csv);
+  EXPECT_EQ(log.fixes.size(), 2U);
+  EXPECT_EQ(log.imu.size(), 3U);
+  EXPECT_THAT(log.warnings, testing::ElementsAre("fixes: rows left out: 1 with missing values"));
 }
 
 TEST(BadCsv, Empty) {

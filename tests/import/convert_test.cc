@@ -160,6 +160,40 @@ TEST(Convert, SkipsMissingValuesWhereAsked) {
   EXPECT_THAT(log.warnings, ElementsAre("range: rows left out: 2 with missing values"));
 }
 
+constexpr char kAttitude[] =
+    "  attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}, skip_missing: true}\n";
+
+TEST(Convert, SkipsABadQuaternionWhereAsked) {
+  const std::string rows =
+      "1,0,0,1,0,0,0,1,2,3,1,0,0,0,5,40\n2,0,0,1,0,0,0,1,2,3,7,0,0,0,5,41\n"
+      "3,0,0,1,0,0,0,1,2,3,0,1,0,0,5,42\n4,0,0,1,0,0,0,1,2,3,,0,0,0,5,42\n";
+  const FlightLog log = Convert(kAttitude, rows);
+  ASSERT_EQ(log.attitude.size(), 2U);
+  EXPECT_EQ(log.attitude[1].t, 3 * kNsPerSecond);
+  EXPECT_EQ(log.imu.size(), 4U);
+  EXPECT_THAT(log.warnings,
+              ElementsAre("attitude: rows left out: 1 with missing values, 1 with a quaternion "
+                          "whose norm is not 1"));
+}
+
+// Quaternions of which most are bad are those of wrong columns or of another scale.
+TEST(Convert, RefusesQuaternionsThatAreBadThroughout) {
+  const std::string rows =
+      "1,0,0,1,0,0,0,1,2,3,1,0,0,0,5,40\n2,0,0,1,0,0,0,1,2,3,7,0,0,0,5,41\n"
+      "3,0,0,1,0,0,0,1,2,3,0,7,0,0,5,42\n";
+  EXPECT_THAT(ErrorOf([&] { Convert(kAttitude, rows); }),
+              HasSubstr("log.csv:3: column 'qw': the quaternion's norm is 7, not 1"));
+}
+
+TEST(Convert, RefusesABadQuaternionUnlessAsked) {
+  const std::string rows =
+      "1,0,0,1,0,0,0,1,2,3,1,0,0,0,5,40\n2,0,0,1,0,0,0,1,2,3,1,0,0,0,5,41\n"
+      "3,0,0,1,0,0,0,1,2,3,0,7,0,0,5,42\n";
+  EXPECT_THAT(
+      ErrorOf([&] { Convert("  attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}\n", rows); }),
+      HasSubstr("log.csv:4: column 'qw': the quaternion's norm is 7, not 1"));
+}
+
 TEST(Convert, DropsUnsortedRowsWhereAsked) {
   std::string map = std::string(kStart);
   map.replace(map.find("time:"), 0, "unsorted: drop, ");

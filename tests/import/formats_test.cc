@@ -1,5 +1,6 @@
 // Readers of binary formats on files of a few bytes, written here from the specifications.
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 
 #include <cstring>
 
@@ -143,6 +144,72 @@ TEST(ULog, LeavesOutMalformedDefinitions) {
   const auto log = OpenRecording(files.Write("log", text));
   EXPECT_TRUE(log->channels().empty());
   EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("never announced")));
+}
+
+// A log before PX4 1.14 of an IMU and of the outputs given, one message a ms each.
+std::string ULogOfOutputs(std::int32_t dshot_config, const std::vector<float>& outputs) {
+  const std::string name = "int32_t DSHOT_CONFIG";
+  const auto subscribe = [](std::uint16_t id, const std::string& topic) {
+    return ULogRecord('A', Bytes().Add(std::uint8_t{0}).Add(id).Text(topic).str());
+  };
+  std::string log =
+      std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
+      ULogRecord('B', std::string(40, '\0')) +
+      ULogRecord('F',
+                 "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] "
+                 "accelerometer_m_s2;") +
+      ULogRecord('F', "actuator_outputs:uint64_t timestamp;uint32_t noutputs;float[4] output;") +
+      ULogRecord(
+          'P',
+          Bytes().Add(static_cast<std::uint8_t>(name.size())).Text(name).Add(dshot_config).str()) +
+      subscribe(0, "sensor_combined") + subscribe(1, "actuator_outputs");
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::uint64_t time = 1000 * (i + 1);
+    Bytes imu, output;
+    imu.Add(std::uint16_t{0}).Add(time);
+    for (int k = 0; k < 6; ++k) imu.Add(0.5F);
+    output.Add(std::uint16_t{1}).Add(time).Add(std::uint32_t{4});
+    for (int k = 0; k < 4; ++k) output.Add(outputs[i]);
+    log += ULogRecord('D', imu.str()) + ULogRecord('D', output.str());
+  }
+  return log;
+}
+
+FlightLog ConvertPx4(const ImportFiles& files, const std::string& log) {
+  const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml";
+  return ConvertLog(ReadImportMap(map), {files.Write("flight.ulg", log)}, {});
+}
+
+std::vector<double> FirstMotor(const FlightLog& log) {
+  std::vector<double> commands;
+  for (const ChannelsSample& sample : log.motors) commands.push_back(sample.values.at(0));
+  return commands;
+}
+
+// Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
+TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
+  const ImportFiles files;
+  const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
+  EXPECT_THAT(FirstMotor(log),
+              ElementsAre(0.0, DoubleEq(110.0 / 1999.0), DoubleEq(0.5), DoubleEq(1.0)));
+  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+}
+
+TEST(ULog, OutputsArePwmOtherwise) {
+  const ImportFiles files;
+  const FlightLog log = ConvertPx4(files, ULogOfOutputs(0, {900.0F, 1250.0F, 2000.0F}));
+  EXPECT_THAT(FirstMotor(log), ElementsAre(DoubleEq(-0.1), DoubleEq(0.25), DoubleEq(1.0)));
+  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("PWM"))));
+}
+
+TEST(ULog, OutputsThatMayBeNoPwmAreSaid) {
+  const ImportFiles files;
+  // A log that starts in flight, or PWM beside DShot.
+  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(600, {1000.0F, 1200.0F})).warnings,
+              testing::Contains(
+                  testing::AllOf(HasSubstr("the first output is 1000"), HasSubstr("1 / 1999"))));
+  EXPECT_THAT(ConvertPx4(files, ULogOfOutputs(0, {1000.0F, 150.0F, 4000.0F})).warnings,
+              testing::Contains(HasSubstr("2 of 3 messages hold values that are no PWM pulses")));
 }
 
 // --- ROS messages
@@ -365,6 +432,150 @@ TEST(Blackbox, Predictors) {
   EXPECT_THAT(values, ElementsAre(10, 16, -2, 14, 1500, 1070));
 }
 
+std::string BlackboxVarint(std::uint32_t value) {
+  std::string bytes;
+  for (; value > 127; value >>= 7) bytes += static_cast<char>((value & 127) | 128);
+  return bytes + static_cast<char>(value);
+}
+
+constexpr char kBlackboxHeader[] =
+    "H Product:Blackbox flight data recorder by Nicholas Sherlock\n"
+    "H Data version:2\n"
+    "H I interval:4\n"
+    "H P interval:1\n"
+    "H Field I name:loopIteration,time\n"
+    "H Field I signed:0,0\n"
+    "H Field I predictor:0,0\n"
+    "H Field I encoding:1,1\n"
+    "H Field P predictor:6,2\n"
+    "H Field P encoding:9,0\n"
+    "H Field G name:time,GPS_numSat\n"
+    "H Field G signed:0,0\n"
+    "H Field G predictor:10,0\n"
+    "H Field G encoding:1,1\n";
+
+std::string BlackboxIntra(std::uint32_t iteration, std::uint32_t time) {
+  return "I" + BlackboxVarint(iteration) + BlackboxVarint(time);
+}
+
+const std::string kBlackboxEnd(
+    "E\xFF"
+    "End of log\0",
+    13);
+
+std::vector<TimeNs> TimesOf(const std::vector<Row>& rows) {
+  std::vector<TimeNs> times;
+  for (const Row& row : rows) times.push_back(row.time);
+  return times;
+}
+
+constexpr std::uint32_t kBeforeWrap = 0xFFFFFFFFU - 2499;  // us
+constexpr TimeNs kBeforeWrapNs = 1000LL * kBeforeWrap;
+constexpr TimeNs kMs = 1'000'000;
+
+// The clock of the log counts us in 32 bits: after 71 minutes it starts again at zero.
+TEST(Blackbox, TimesGoOnWhereTheClockWraps) {
+  const ImportFiles files;
+  const std::string inter = std::string("P\0", 2);  // as far from the last as that from its last
+  const std::string first_inter = "P" + BlackboxVarint(2000);  // after an I frame: 1000 us later
+  const std::string gps = "G" + BlackboxVarint(100) + BlackboxVarint(9);
+  const auto log = OpenRecording(
+      files.Write("log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) + first_inter + inter +
+                                 gps + inter + gps + BlackboxIntra(4, kBeforeWrap + 4000) +
+                                 first_inter + kBlackboxEnd));
+  EXPECT_THAT(
+      TimesOf(RowsOf(log.get(), "main")),
+      ElementsAre(kBeforeWrapNs, kBeforeWrapNs + kMs, kBeforeWrapNs + 2 * kMs,
+                  kBeforeWrapNs + 3 * kMs, kBeforeWrapNs + 4 * kMs, kBeforeWrapNs + 5 * kMs));
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "gps")),
+              ElementsAre(kBeforeWrapNs + 2 * kMs + kMs / 10, kBeforeWrapNs + 3 * kMs + kMs / 10));
+  EXPECT_EQ(ChannelOf(*log, "main").last, kBeforeWrapNs + 5 * kMs);
+  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+}
+
+// The clock wrapped in a pause of minutes. The first frame after it may be damage and is left out.
+TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
+  const ImportFiles files;
+  const std::uint32_t pause = 300'000'000;
+  const auto log = OpenRecording(files.Write(
+      "log.bbl", kBlackboxHeader + BlackboxIntra(0, kBeforeWrap) +
+                     BlackboxIntra(300'000, kBeforeWrap + pause) +
+                     BlackboxIntra(300'004, kBeforeWrap + pause + 4000) +
+                     BlackboxIntra(300'008, kBeforeWrap + pause + 8000) + kBlackboxEnd));
+  const TimeNs after = kBeforeWrapNs + 1000LL * pause;
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")),
+              ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
+}
+
+// --- ROS 2 bags
+
+// A recorder that was killed: one message is in the bag, two are in the write-ahead log beside it.
+class KilledRecorder : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(files_ / "recorder");
+    std::filesystem::create_directories(files_ / "copy");
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open((files_ / "recorder/bag.db3").c_str(), &database), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(database,
+                           "PRAGMA journal_mode=WAL;"
+                           "PRAGMA wal_autocheckpoint=0;"
+                           "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, "
+                           "serialization_format);"
+                           "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, "
+                           "data);"
+                           "INSERT INTO topics VALUES(1, '/x', 'std_msgs/msg/Float32', 'cdr');"
+                           "INSERT INTO messages VALUES(1, 1, 10, x'000100000000803F');"
+                           "PRAGMA wal_checkpoint(TRUNCATE);"
+                           "INSERT INTO messages VALUES(2, 1, 20, x'0001000000000040');"
+                           "INSERT INTO messages VALUES(3, 1, 30, x'0001000000004040');",
+                           nullptr, nullptr, nullptr),
+              SQLITE_OK);
+    for (const char* name : {"bag.db3", "bag.db3-wal"}) {
+      std::filesystem::copy(files_ / "recorder" / name, files_ / "copy" / name);
+    }
+    ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
+  }
+
+  std::filesystem::path Bag() const { return files_ / "copy/bag.db3"; }
+  std::map<std::string, std::string> Files() const {  // their bytes by name
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(files_ / "copy")) {
+      std::ifstream in(entry.path(), std::ios::binary);
+      files[entry.path().filename().string()] = {std::istreambuf_iterator<char>(in), {}};
+    }
+    return files;
+  }
+
+  ImportFiles files_;
+};
+
+TEST_F(KilledRecorder, RowsOfTheWriteAheadLogAreRead) {
+  const auto before = Files();
+  ASSERT_EQ(before.size(), 2U);
+  for (const std::filesystem::path& path : {Bag(), Bag().parent_path()}) {
+    const auto log = OpenRecording(path);
+    EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10, 20, 30));
+    EXPECT_THAT(log->warnings(), testing::IsEmpty());
+  }
+  EXPECT_EQ(Files(), before);  // the user's files stay, and none appears beside them
+}
+
+TEST_F(KilledRecorder, AWriteAheadLogThatCantBeReadIsSaid) {
+  files_.Write("copy/bag.db3-wal", std::string(4096, 'x'));
+  const auto log = OpenRecording(Bag());
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+  EXPECT_THAT(log->warnings(),
+              ElementsAre(testing::AllOf(HasSubstr("bag.db3-wal, the write-ahead log of bag.db3"),
+                                         HasSubstr("wal_checkpoint"))));
+}
+
+TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
+  std::filesystem::remove(files_ / "copy/bag.db3-wal");
+  const auto log = OpenRecording(Bag());
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+}
+
 // --- Recognition
 
 TEST(Formats, AreKnownByTheContent) {
@@ -373,6 +584,7 @@ TEST(Formats, AreKnownByTheContent) {
     return OpenRecording(files.Write("any.name", text))->format().key;
   };
   EXPECT_EQ(format("# t x y z\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 1\n"), "tum");
+  EXPECT_EQ(format("1.5 1 2 3 0.6 0 0 0.8\n"), "tum");
   EXPECT_EQ(format("t,x\n1,2\n"), "csv");
   EXPECT_EQ(format("#ROSBAG V2.0\n"), "ros1");
   EXPECT_EQ(format("\x89MCAP0\r\n"), "mcap");
@@ -384,6 +596,37 @@ TEST(Formats, AreKnownByTheContent) {
   EXPECT_THAT(refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
   EXPECT_THAT(refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
   EXPECT_THAT(refusal(""), HasSubstr("has no format that is read here"));
+}
+
+// Eight or twelve numbers a line may be anything.
+TEST(Formats, TrajectoriesMustBePlausible) {
+  const ImportFiles files;
+  const auto recording = [&](const std::string& text) {
+    return OpenRecording(files.Write("any.txt", text));
+  };
+  for (const auto& [text, why] :
+       {std::pair{"# a comment\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0 0 0 2\n",
+                  "line 3 has a quaternion of norm 2, not 1"},
+        {"1.5 1 2 3 0 0 0 1\n1.4 1 2 3 0 0 0 1\n",
+         "line 2 has a time that does not come after the one before"},
+        {"1 0 0 5 0 1 0 5 0 0 1 5\n1 0 0 5 0 1 0 5 0 0 2 5\n",
+         "line 2 has columns 1 to 3, 5 to 7 and 9 to 11 that are no rotation"},
+        {"1 0 0 5 0 1 0 5 0 0 -1 5\n", "line 1 has columns"}}) {
+    const auto log = recording(text);
+    EXPECT_STREQ(log->format().key, "csv") << text;
+    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr(why))) << text;
+    EXPECT_THAT(log->warnings(), testing::Contains(HasSubstr("hold is not known"))) << text;
+  }
+  EXPECT_THAT(ErrorOf([&] { recording("1 0 0 5 0 0 -1 5 0 1 0 5\n"); }), HasSubstr("KITTI poses"));
+  EXPECT_THAT(recording("1 2 3\n2 3 4\n")->warnings(), testing::IsEmpty());
+}
+
+// One damaged row in a long trajectory does not make it another format.
+TEST(Formats, ATrajectoryMayHaveADamagedRow) {
+  const ImportFiles files;
+  std::string text;
+  for (int i = 0; i < 40; ++i) text += fmt::format("{} 1 2 3 0 0 0 {}\n", i, i == 20 ? 9 : 1);
+  EXPECT_STREQ(OpenRecording(files.Write("any.txt", text))->format().key, "tum");
 }
 
 }  // namespace

@@ -133,6 +133,19 @@ TEST_F(RecordingMap, RefusesAnotherFormat) {
   EXPECT_THAT(ErrorOf([&] { Convert(kImu, "{}"); }), HasSubstr("'inputs.log.time' is missing"));
 }
 
+TEST_F(RecordingMap, SaysWhyATextIsNoTrajectory) {
+  const std::string map =
+      files_.Write("map.yaml", "inputs: {log: {format: asl}, truth: {format: tum}}\nstreams:\n" +
+                                   std::string(kImu) +
+                                   "  range: {input: truth, channel: trajectory, column: tx}\n");
+  const std::string truth = files_.Write("truth.txt", "1 1 2 3 0 0 0 1\n2 1 2 3 0 0 0 2\n");
+  EXPECT_THAT(ErrorOf([&] {
+                ConvertLog(ReadImportMap(map), {Log(), truth}, {});
+              }),
+              AllOf(HasSubstr("truth.txt: is of format csv"),
+                    HasSubstr("line 2 has a quaternion of norm 2, not 1")));
+}
+
 TEST_F(RecordingMap, UnusableLogsAreToldFromBadInput) {
   EXPECT_THROW(Convert("  imu: {channel: imu7, accel: {columns: [a, b, c]}, gyro: {columns: [a, b, "
                        "c]}}\n"),

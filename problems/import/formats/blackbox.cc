@@ -15,6 +15,7 @@ constexpr std::size_t kMaxFrame = 1 << 13;         // bytes
 constexpr std::size_t kMaxHeaderLine = 1 << 16;    // bytes
 constexpr std::int64_t kMaxTimeJump = 10'000'000;  // us
 constexpr std::int64_t kMaxIterationJump = 5000;
+constexpr std::int64_t kTimeWrap = 1LL << 32;  // us
 
 // The frames of one session.
 class BlackboxSession {
@@ -156,18 +157,35 @@ class BlackboxSession {
       Emit(letter);
     } else if (letter == 'E' && event_ == 14) {
       last_iteration_ = resumed_iteration_;
-      last_time_ = resumed_time_;
+      last_time_ = UnwrapAfterGap(resumed_time_, resumed_iteration_);
     }
   }
 
+  // The log states times modulo 2^32 us, which is 71 minutes. After a gap of any length they have
+  // wrapped if they went back where the loop's iterations went on.
+  std::int64_t UnwrapAfterGap(std::int64_t logged, std::int64_t iteration) const {
+    const std::int64_t time = accepted_time_ - Logged(accepted_time_) + Logged(logged);
+    const bool wrapped = time < accepted_time_ && iteration > accepted_iteration_;
+    return wrapped ? time + kTimeWrap : time;
+  }
+
+  // The time nearest to that of the last main frame, once there is one.
+  std::int64_t UnwrapNear(std::int64_t logged) const {
+    if (last_time_ == 0) return Logged(logged);
+    return last_time_ + static_cast<std::int32_t>(Logged(logged) - Logged(last_time_));
+  }
+
+  static std::uint32_t Logged(std::int64_t time) { return static_cast<std::uint32_t>(time); }
+
   void AcceptMain(char letter) {
-    const std::int64_t time = values_[static_cast<std::size_t>(time_field_)];
+    const std::int64_t logged = values_[static_cast<std::size_t>(time_field_)];
     const std::int64_t iteration = values_[static_cast<std::size_t>(iteration_field_)];
     if (letter == 'P' && !valid_) {
       ++unusable_;
       return;
     }
     const bool known = last_iteration_ >= 0;
+    const std::int64_t time = known ? UnwrapNear(logged) : UnwrapAfterGap(logged, iteration);
     if (known && (time < last_time_ || time - last_time_ > kMaxTimeJump ||
                   iteration < last_iteration_ || iteration - last_iteration_ > kMaxIterationJump)) {
       valid_ = false;
@@ -176,8 +194,8 @@ class BlackboxSession {
       return;
     }
     valid_ = true;
-    last_time_ = time;
-    last_iteration_ = iteration;
+    last_time_ = accepted_time_ = time;
+    last_iteration_ = accepted_iteration_ = iteration;
     previous2_ = letter == 'I' ? values_ : previous_;
     previous_ = values_;
     ++main_frames_;
@@ -189,6 +207,11 @@ class BlackboxSession {
     if (channel == channels_.end()) return;
     row_.assign(1, last_time_);
     row_.insert(row_.end(), values_.begin(), values_.end());
+    const int time = header_.IndexOf(frame, "time");
+    if (time >= 0) {
+      std::int64_t& logged = row_[static_cast<std::size_t>(time) + 1];
+      logged = UnwrapNear(logged);
+    }
     const char* bytes = reinterpret_cast<const char*>(row_.data());
     sink_->Add(channel->second, last_time_ * 1000, {bytes, 8 * row_.size()});
   }
@@ -204,8 +227,10 @@ class BlackboxSession {
   BlackboxValues values_, previous_, previous2_, row_;
   bool valid_ = false;  // P frames have what they refer to
   bool lost_ = false;
-  std::int64_t last_time_ = 0;        // us
-  std::int64_t last_iteration_ = -1;  // none
+  std::int64_t last_time_ = 0;            // us, unwrapped
+  std::int64_t last_iteration_ = -1;      // none
+  std::int64_t accepted_time_ = 0;        // us, unwrapped, of the last main frame that was used
+  std::int64_t accepted_iteration_ = -1;  // its iteration; -1: there is none
   std::int64_t home_[2] = {0, 0};
   int event_ = 0;
   std::int64_t resumed_iteration_ = 0, resumed_time_ = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/import/formats/text_tables.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
@@ -169,7 +170,10 @@ CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
 
 void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
   const CsvLayout layout = GuessCsvLayout(path);
-  if (!layout.warning.empty()) sink->Warn(layout.warning);
+  const std::string unknown = WhyNoTrajectory(path);
+  for (const std::string& warning : {layout.warning, unknown}) {
+    if (!warning.empty()) sink->Warn(warning);
+  }
   const std::size_t channel =
       sink->AddChannel("rows", 0, "", [&] { return std::make_unique<CsvRowDecoder>(layout); });
   LineReader lines(path);

@@ -61,7 +61,7 @@ constexpr std::array<KnownFormat, 10> kFormats = {{
     {{"asl", "ASL (EuRoC) folder", WalkAsl},
      [](const fs::path& path, std::string_view) { return fs::is_directory(path) && IsAsl(path); }},
     {{"tum", "TUM trajectory", WalkTum},
-     [](const fs::path&, std::string_view start) { return IsText(start) && HasRowsOf(8, start); }},
+     [](const fs::path&, std::string_view start) { return IsText(start) && IsTum(start); }},
     {{kCsvFormat, "CSV", WalkCsv},
      [](const fs::path& path, std::string_view start) {
        return !fs::is_directory(path) && IsText(start) && !start.empty();
@@ -79,7 +79,7 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   }
   if (start.starts_with("\x1f\x8b")) refuse("is compressed by gzip; unpack it with gunzip first");
   if (start.starts_with("PK\x03\x04")) refuse("is a zip archive; unpack it first");
-  if (IsText(start) && HasRowsOf(12, start)) {
+  if (IsText(start) && IsKitti(start)) {
     refuse(
         "holds KITTI poses, which have no times; write them as a TUM trajectory: "
         "t tx ty tz qx qy qz qw");

@@ -49,25 +49,42 @@ class SqliteRows {
   int result_ = SQLITE_ERROR;
 };
 
-// `immutable`: nothing is locked and no file appears beside the bag.
-std::string SqliteUri(const fs::path& path) {
+// Neither locks anything, and no file appears beside the bag.
+constexpr char kWithoutWal[] = "immutable=1";
+constexpr char kWithWal[] = "vfs=unix-none";  // of an exclusive connection
+
+std::string SqliteUri(const fs::path& path, const char* options) {
   std::string uri = "file:";
   for (const char c : fs::absolute(path).string()) {
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '.' ||
                        c == '_' || c == '-';
     uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
-  return uri + "?immutable=1";
+  return uri + "?" + options;
+}
+
+// Holds the last rows of a bag whose recorder was killed, until SQLite moves them into the bag.
+fs::path WalOf(const fs::path& path) { return path.string() + "-wal"; }
+
+bool HasWal(const fs::path& path) {
+  std::error_code missing;
+  const std::uintmax_t size = fs::file_size(WalOf(path), missing);
+  return !missing && size > 0;
+}
+
+// SQLite takes a log with another start for an empty one.
+bool IsWal(const fs::path& wal) {
+  const std::string magic = FirstBytes(wal, 4);
+  return magic == "\x37\x7f\x06\x82" || magic == "\x37\x7f\x06\x83";
 }
 
 class SqliteBag {
  public:
   SqliteBag(const fs::path& path, MessageSink* sink) : path_(path), sink_(sink) {
-    if (sqlite3_open_v2(SqliteUri(path).c_str(), &database_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
-                        nullptr) != SQLITE_OK) {
-      Close();
-      throw ErrorAt(path.string(), 0, "cannot be opened as an sqlite3 file; copy it again");
-    }
+    if (HasWal(path) && OpenWithWal()) return;
+    if (Open(kWithoutWal)) return;
+    Close();
+    throw ErrorAt(path.string(), 0, "cannot be opened as an sqlite3 file; copy it again");
   }
   ~SqliteBag() { Close(); }
   SqliteBag(const SqliteBag&) = delete;
@@ -104,7 +121,36 @@ class SqliteBag {
   }
 
  private:
-  void Close() { sqlite3_close(database_); }
+  bool Open(const char* options) {
+    return sqlite3_open_v2(SqliteUri(path_, options).c_str(), &database_,
+                           SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) == SQLITE_OK;
+  }
+
+  // An exclusive connection keeps the index of the write-ahead log in memory instead of in a file
+  // beside the bag, and leaves the log as it is when it is closed.
+  bool OpenWithWal() {
+    const bool good =
+        IsWal(WalOf(path_)) && Open(kWithWal) &&
+        sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr) == SQLITE_OK &&
+        Execute("PRAGMA locking_mode=EXCLUSIVE") && Execute("SELECT count(*) FROM sqlite_master");
+    if (good) return true;
+    const std::string name = path_.filename().string();
+    sink_->Warn(fmt::format(
+        "{0}-wal, the write-ahead log of {0}, can't be read ({1}), so the last rows are missing; "
+        "copy both files again, or run: sqlite3 {0} 'PRAGMA wal_checkpoint(TRUNCATE)'",
+        name, database_ == nullptr ? "its start is damaged" : sqlite3_errmsg(database_)));
+    Close();
+    return false;
+  }
+
+  bool Execute(const char* query) {
+    return sqlite3_exec(database_, query, nullptr, nullptr, nullptr) == SQLITE_OK;
+  }
+
+  void Close() {
+    sqlite3_close(database_);
+    database_ = nullptr;
+  }
 
   // From schema 4 on.
   void ReadDefinitions() {

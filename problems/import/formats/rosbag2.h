@@ -8,7 +8,8 @@
 
 namespace trueline {
 
-// Files compressed as a whole (.zstd) and compressed messages are read too. A file or folder that
+// Files compressed as a whole (.zstd), compressed messages and the rows of a write-ahead log beside
+// an sqlite3 file (.db3-wal) are read too. A file or folder that
 // holds no bag throws InputError.
 void WalkRosbag2(const std::filesystem::path& path, MessageSink* sink);
 

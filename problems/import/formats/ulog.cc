@@ -7,6 +7,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/ulog_layout.h"
+#include "problems/import/formats/ulog_outputs.h"
 
 namespace trueline {
 namespace {
@@ -36,6 +37,9 @@ class ULogWalk {
           fmt::format("logging lost {} ms in {} dropouts; a faster card or fewer topics "
                       "avoids that",
                       dropout_ms_, dropouts_));
+    }
+    if (!has_motors_) {  // else these are the motor commands
+      for (const std::string& warning : outputs_.Warnings()) sink_->Warn(warning);
     }
     if (unknown_ > 0) {
       sink_->Warn(
@@ -97,6 +101,7 @@ class ULogWalk {
     if (type == 'D') return Data(payload);
     if (type == 'B') return Flags(payload);
     if (type == 'A') return Subscribe(payload);
+    if (type == 'P') return outputs_.AddParameter(payload);
     if (type == 'F' && !ParseULogFormat(payload, &formats_)) {
       sink_->Warn(fmt::format("the definition before byte {} is malformed; its topic is left out",
                               file_.position()));
@@ -134,12 +139,13 @@ class ULogWalk {
   void Data(std::string_view payload) {
     if (payload.size() < 2) return;
     const auto found = topics_.find(LoadLittle<std::uint16_t>(payload.data()));
-    if (found == topics_.end() || !LaidOut(&found->second)) {
+    const std::string_view message = payload.substr(2);
+    if (found == topics_.end() || !LaidOut(found->first, message, &found->second)) {
       ++unknown_;
       return;
     }
-    const std::string_view message = payload.substr(2);
     const ULogTopic& topic = found->second;
+    if (topic.name == kULogOutputs) outputs_.AddMessage(found->first, message);
     TimeNs time = 0;
     if (topic.timestamp && *topic.timestamp + 8 <= message.size()) {
       ReadScalar(Scalar::kU64, message.data() + *topic.timestamp).Time(3, &time);
@@ -148,7 +154,7 @@ class ULogWalk {
   }
 
   // Lays out a topic at its first data: nested types may be defined after it.
-  bool LaidOut(ULogTopic* topic) {
+  bool LaidOut(std::uint16_t id, std::string_view first_message, ULogTopic* topic) {
     if (topic->laid_out) return topic->channel.has_value();
     topic->laid_out = true;
     ULogLayout layout(formats_);
@@ -158,6 +164,11 @@ class ULogWalk {
       if (field.name == "timestamp") topic->timestamp = field.offset;
       if (field.name == "timestamp_sample") stamp = field.name;
     }
+    if (topic->name == kULogOutputs) {
+      const Channel named{.name = topic->name, .instance = topic->instance, .fields = {}};
+      outputs_.Describe(id, named.Label(), first_message, &layout.fields);
+    }
+    has_motors_ |= topic->name == "actuator_motors";
     topic->channel = sink_->AddChannel(topic->name, topic->instance, topic->name, [&] {
       return std::make_unique<PackedDecoder>(layout.fields, layout.min_size, stamp, 3);
     });
@@ -169,6 +180,8 @@ class ULogWalk {
   ULogFormats formats_;
   std::map<std::uint16_t, ULogTopic> topics_;
   std::vector<std::uint64_t> appended_;  // where appended data start, those still ahead
+  ULogOutputs outputs_;
+  bool has_motors_ = false;  // from 1.14 on, whatever their protocol
   std::size_t unknown_ = 0;
   int dropouts_ = 0;
   std::uint64_t dropout_ms_ = 0;
