@@ -144,9 +144,8 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
   result.strengths = strengths.learned;
   if (!strengths.converged) {
     result.notes.emplace_back(
-        "the search for the strengths did not converge: the fit uses the last ones tried, and "
-        "their "
-        "intervals may be wrong; start nearer to them (process), or set learn_strengths: false");
+        "the search for the strengths did not converge: the fit uses the last ones tried, and the "
+        "intervals may be wrong; start nearer to them ('process'), or set learn_strengths: false");
   }
   problem_options.vgd = strengths.vgd;
   const std::vector<FlightShare>& shares = strengths.flights.empty() ? flights : strengths.shares;

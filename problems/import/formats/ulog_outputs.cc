@@ -76,9 +76,8 @@ void ULogOutputs::AddMessage(std::uint16_t topic, std::string_view message) {
 
 std::vector<std::string> ULogOutputs::Warnings() const {
   constexpr const char* kRemedy =
-      "for DShot give 'motors' in a map the columns output[0..3] with 'scale: 5.0025e-4' (1 / "
-      "1999), "
-      "without 'offset' and 'accept'; else leave 'motors' out";
+      "for DShot give 'motors' in a map the columns output[0..3] with 'scale: 5.0025e-4' "
+      "(1 / 1999), without 'offset' and 'accept'; else leave 'motors' out";
   std::vector<std::string> warnings;
   for (const auto& [topic, outputs] : topics_) {
     if (outputs.is_dshot) continue;
