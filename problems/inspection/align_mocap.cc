@@ -31,12 +31,29 @@ void CopyAttitude(FlightLog* log) {
   for (PoseSample& pose : log->mocap) cursor.At(pose.t, kAnyGap, &pose.q_E);
 }
 
+// A shift suits one time of a flight only where the clock drifts.
+std::string DriftText(const FlightLog& log, const VectorMatch& match) {
+  if (std::abs(match.drift) < std::max(kOrdinaryDrift, kCertain * match.drift_sigma)) return "";
+  const double scale = 1.0 / (1.0 + match.drift);
+  return fmt::format(
+      "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which no shift "
+      "mends: "
+      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
+      match.drift, match.drift_sigma, scale, ToSeconds(log.imu.front().t) * (1.0 - scale));
+}
+
+std::string Joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + ". " + b;
+}
+
 }  // namespace
 
 std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
   const std::optional<VectorMatch> match = MocapAgainstForce(*log);
-  if (!match || match->correlation < kLeastAgreement || match->or_else) return "";
-  if (std::abs(match->lag) < std::max(kOrdinaryLag, kCertain * match->lag_sigma)) return "";
+  if (!match || match->correlation < kLeastAgreement) return "";
+  const std::string drift = DriftText(*log, *match);
+  if (match->or_else) return drift;
+  if (std::abs(match->lag) < std::max(kOrdinaryLag, kCertain * match->lag_sigma)) return drift;
   const TimeNs shift = FromSeconds(match->lag);
   const bool copy = RepeatsAttitude(*log, AttitudesOf(log->mocap));
   for (PoseSample& pose : log->mocap) pose.t -= shift;
@@ -44,10 +61,11 @@ std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
   if (sampled_fixes) {
     for (Fix& fix : log->fixes) fix.t -= shift;
   }
-  return fmt::format(
+  const std::string moved = fmt::format(
       "mocap: its stamps are moved by {:+.3f} s +- {:.3f} s onto the IMU's clock, as `mocap_clock: "
       "imu` asks (correlation with the accelerometer {:.3f}, as stamped {:.3f})",
       -match->lag, match->lag_sigma, match->correlation, match->unshifted);
+  return Joined(moved, drift);
 }
 
 }  // namespace trueline

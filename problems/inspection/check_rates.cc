@@ -11,7 +11,7 @@ constexpr std::size_t kMostTurns = 1500;  // for the search of the lag
 constexpr double kAlike = 0.7;            // correlation of a match
 constexpr double kLeastRate = 0.05;       // rad/s
 constexpr double kLeastLag = 0.012;       // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;      // s/s
+constexpr double kLeastDrift = 1e-4;      // s/s; a smaller one is no fault
 constexpr double kFormMargin = 0.04;      // correlation by which another form must be better
 constexpr double kLeastTurn = 5.0 * kDegree;
 constexpr double kLeastPoseTurn = 8.0 * kDegree;
@@ -163,28 +163,6 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
   e->Add(finding);
 }
 
-void AddDrift(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (!(std::abs(match.drift) > std::max(kLeastDrift, 5.0 * match.drift_sigma))) return;
-  Finding finding;
-  finding.id = "clock_drift";
-  finding.stream = stream;
-  const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
-  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
-  finding.level = finding.error > 0.15 ? Level::kBiases : Level::kWidens;
-  finding.size = match.drift;
-  finding.sigma = match.drift_sigma;
-  finding.unit = "s/s";
-  finding.text =
-      fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than the gyroscope's", stream,
-                  6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower");
-  const double scale = 1.0 / (1.0 + match.drift);
-  finding.remedy = fmt::format(
-      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset), then inspect "
-      "again",
-      scale, ToSeconds(e->log.imu.front().t) * (1.0 - scale));
-  e->Add(finding);
-}
-
 std::string NotShown(const VectorMatch& match) {
   if (match.seen_rms < kLeastRate) {
     return fmt::format("the vehicle turns by {:.3f} rad/s only", match.seen_rms);
@@ -211,7 +189,7 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
       stream, match.seen_rms, match.correlation);
   finding.remedy =
       "check that both streams are of one flight and one vehicle, and that their clocks differ by "
-      "less than 5 s";
+      "less than 5 s and drift by less than 0.01 s/s";
   e->Add(finding);
 }
 
@@ -242,7 +220,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   const FormTrial& best = BestForm(trials);
   if (best.form != &kForms.front()) RepairForm(e, stream, trials.front(), best);
   AddClock(e, stream, *match);
-  AddDrift(e, stream, *match);
+  AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
   attitude = AttitudesOf(e->fixed, stream);
   auto repaired =
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});
@@ -263,6 +241,36 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
 }
 
 }  // namespace
+
+void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
+                   const std::string& reference, double least) {
+  if (std::isinf(match.drift_sigma)) {
+    e->result.notes.push_back(
+        fmt::format("whether the clock of {}.csv drifts against that of {} is not known: too few "
+                    "parts of the flight show how late it is",
+                    stream, reference));
+    return;
+  }
+  if (!(std::abs(match.drift) > std::max(least, 5.0 * match.drift_sigma))) return;
+  Finding finding;
+  finding.id = "clock_drift";
+  finding.stream = stream;
+  const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
+  finding.level = finding.error > 0.15 ? Level::kBiases : Level::kWidens;
+  finding.size = match.drift;
+  finding.sigma = match.drift_sigma;
+  finding.unit = "s/s";
+  finding.text =
+      fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
+                  6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference);
+  const double scale = 1.0 / (1.0 + match.drift);
+  finding.remedy = fmt::format(
+      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset), then inspect "
+      "again",
+      scale, ToSeconds(e->log.imu.front().t) * (1.0 - scale));
+  e->Add(finding);
+}
 
 void CheckRates(Examination* e) {
   if (e->fixed.imu.size() < 100) return;

@@ -55,6 +55,11 @@ void CheckRotors(Examination* e);
 // Readings while the vehicle lies still.
 void CheckRest(Examination* e);
 
+// Adds a finding if the clock of a stream drifts against that of `reference`, by more than `least`
+// (s/s); a note if the match does not show it.
+void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
+                   const std::string& reference, double least);
+
 // Texts shared by the steps.
 std::string AxesText(const Eigen::Matrix3d& turn);  // "(y, -x, z)", or a rotation vector in deg
 std::string LateText(double seconds);               // "0.030 s later"

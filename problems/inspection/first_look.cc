@@ -18,6 +18,7 @@ constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
+  if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "clock_jump",
                          "position_spread", "accelerometer_scale"}) {

@@ -18,6 +18,14 @@ constexpr double kClearly = 0.02;   // correlation by which a farther peak must 
 constexpr double kOutlier = 6.0;    // median residuals
 constexpr double kFineStep = 0.01;  // s, of the parabola about the peak
 
+// Of the search for a clock that drifts by more than the fine search of each block sees.
+constexpr double kMostDrift = 0.01;      // s/s
+constexpr int kMostDriftSteps = 100;     // each way
+constexpr int kMostBlocks = 8;           // that show their lag: no search is needed
+constexpr int kFewBlocks = 7;            // that must show a drift
+constexpr int kMostParts = 60;           // of the flight, each of one lag
+constexpr double kDriftExplains = 0.95;  // of the residual's square that remains
+
 // Sums from which all else follows; those of blocks add up.
 struct Sums {
   double n = 0.0, seen2 = 0.0, sure2 = 0.0;
@@ -183,16 +191,15 @@ AtThreeLags SumsAbout(const PairsAt& pairs, double lag, double step, double from
   return at;
 }
 
-// Slope of the blocks' lags over time, with its sigma by the scatter about the line.
-void FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, double span,
-              VectorMatch* match) {
-  std::vector<Eigen::Vector2d> points;  // time, lag
-  for (std::size_t b = 0; b < kBlocks; ++b) {
-    const double vertex = at.VertexOf(b, turn);
-    if (std::abs(vertex) < 1.0) points.emplace_back((b + 0.5) * span / kBlocks, vertex * step);
-  }
-  match->drift_sigma = std::numeric_limits<double>::infinity();
-  if (points.size() < 5) return;
+// A line through points of time and lag, its sigma by the scatter about it.
+struct Line {
+  double slope = 0.0;
+  double sigma = std::numeric_limits<double>::infinity();
+};
+
+// Of fewer than five points no slope is known.
+Line FitLine(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() < 5) return {};
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const auto& p : points) mean += p / static_cast<double>(points.size());
   double tt = 0.0, tl = 0.0, rest = 0.0;
@@ -200,11 +207,27 @@ void FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, d
     tt += std::pow(p[0] - mean[0], 2);
     tl += (p[0] - mean[0]) * (p[1] - mean[1]);
   }
-  match->drift = tl / tt;
-  for (const auto& p : points) {
-    rest += std::pow(p[1] - mean[1] - match->drift * (p[0] - mean[0]), 2);
+  const double slope = tl / tt;
+  for (const auto& p : points) rest += std::pow(p[1] - mean[1] - slope * (p[0] - mean[0]), 2);
+  return {slope, std::sqrt(rest / static_cast<double>(points.size() - 2) / tt)};
+}
+
+double MiddleOf(std::size_t block, double span) {
+  return (static_cast<double>(block) + 0.5) * span / kBlocks;
+}
+
+// Slope of the blocks' lags over time. Returns how many blocks show their lag.
+int FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, double span,
+             VectorMatch* match) {
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const double vertex = at.VertexOf(b, turn);
+    if (std::abs(vertex) < 1.0) points.emplace_back(MiddleOf(b, span), vertex * step);
   }
-  match->drift_sigma = std::sqrt(rest / static_cast<double>(points.size() - 2) / tt);
+  const Line line = FitLine(points);
+  match->drift = line.slope;
+  match->drift_sigma = line.sigma;
+  return static_cast<int>(points.size());
 }
 
 // Turn, gain and their uncertainties at the lag.
@@ -276,10 +299,16 @@ PairsAt WithoutOutliers(const PairsAt& pairs, double lag) {
   };
 }
 
-}  // namespace
-
-std::optional<VectorMatch> MatchVectors(const PairsAt& all, const LagSearch& search) {
+// A match by one lag for the whole flight, and what its blocks show.
+struct SteadyMatch {
   VectorMatch match;
+  int shown = 0;                // blocks that show their lag
+  double from = 0.0, to = 0.0;  // s, of the pairs
+};
+
+std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& search) {
+  SteadyMatch steady;
+  VectorMatch& match = steady.match;
   const Peak peak = search.reach > 0.0 ? CoarsePeak(all, search) : Peak{};
   const PairsAt pairs = WithoutOutliers(all, peak.lag);
   match.or_else = peak.or_else;
@@ -287,6 +316,8 @@ std::optional<VectorMatch> MatchVectors(const PairsAt& all, const LagSearch& sea
   const std::vector<VectorPair> at_peak = pairs(peak.lag);
   if (at_peak.size() < kLeastPairs) return std::nullopt;
   const double from = at_peak.front().t, to = at_peak.back().t;
+  steady.from = from;
+  steady.to = to;
 
   match.lag = peak.lag;
   double step = search.step;
@@ -310,9 +341,145 @@ std::optional<VectorMatch> MatchVectors(const PairsAt& all, const LagSearch& sea
   match.plain = PlainCorrelation(total);
   match.seen_rms = std::sqrt(total.SeenVar());
   FitTurnAndGain(about.sums[1], &match);
-  FitDrift(SumsAbout(pairs, match.lag, 2.0 * kFineStep, from, to), match.turn, 2.0 * kFineStep,
-           to - from, &match);
-  return match;
+  steady.shown = FitDrift(SumsAbout(pairs, match.lag, 2.0 * kFineStep, from, to), match.turn,
+                          2.0 * kFineStep, to - from, &match);
+  return steady;
+}
+
+// Sums of blocks at lags on both sides of a match's.
+struct AtManyLags {
+  int reach = 0;      // of the middle's lag and of the ends' on top of that, in steps
+  double step = 0.0;  // s
+  double span = 0.0;  // s, of the flight
+  std::vector<std::array<Sums, kBlocks>> sums;
+
+  const Sums& At(std::size_t block, int k) const {
+    return sums[static_cast<std::size_t>(k + 2 * reach)][block];
+  }
+  // Of a flight whose middle has lag `lag`, and whose end has `drift` more.
+  Sums Along(int lag, int drift) const {
+    Sums total;
+    for (std::size_t b = 0; b < kBlocks; ++b) {
+      const double along = 2.0 * MiddleOf(b, 1.0) - 1.0;
+      total += At(b, lag + static_cast<int>(std::lround(drift * along)));
+    }
+    return total;
+  }
+  // The lag at which one block agrees best under the turn, in steps; NaN where that is at an end.
+  double PeakOf(std::size_t block, const Eigen::Matrix3d& turn) const {
+    std::vector<double> shared;
+    for (int k = -2 * reach; k <= 2 * reach; ++k) {
+      const Sums& s = At(block, k);
+      const bool known = s.n >= 10.0 && s.Scale() > 0.0;
+      shared.push_back(known ? (turn.transpose() * s.Cov()).trace() / s.Scale() : -1.0);
+    }
+    const auto top = std::max_element(shared.begin(), shared.end());
+    if (top == shared.begin() || top + 1 == shared.end() || !(*top > 0.5)) return std::nan("");
+    return static_cast<double>(top - shared.begin()) - 2.0 * reach +
+           Vertex(*(top - 1), *top, *(top + 1));
+  }
+};
+
+AtManyLags SumsFarAbout(const PairsAt& pairs, const SteadyMatch& steady, const LagSearch& search) {
+  AtManyLags at;
+  at.span = steady.to - steady.from;
+  at.step = search.step;
+  const double ends = 0.5 * at.span * kMostDrift;  // s
+  at.reach = std::min(kMostDriftSteps,
+                      static_cast<int>(std::round(std::min(search.reach, ends) / search.step)));
+  for (int k = -2 * at.reach; k <= 2 * at.reach; ++k) {
+    at.sums.push_back(BlockSums(pairs(steady.match.lag + k * at.step), steady.from, steady.to));
+  }
+  return at;
+}
+
+struct DriftingLag {
+  double lag = 0.0;    // s, in the middle of the flight
+  double drift = 0.0;  // s/s
+  Line alone;          // through the lags at which each block agrees best by itself
+};
+
+// Of the best correlation of all blocks together, each at the lag that the drift gives it. The
+// drift goes in steps that move the ends of the flight by one step of the search.
+DriftingLag CoarseDrift(const AtManyLags& at, double middle) {
+  int best_lag = 0, best_drift = 0;
+  double top = 0.0;
+  for (int drift = -at.reach; drift <= at.reach; ++drift) {
+    for (int lag = -at.reach; lag <= at.reach; ++lag) {
+      const double here = Correlation(at.Along(lag, drift));
+      if (here <= top) continue;
+      top = here;
+      best_lag = lag;
+      best_drift = drift;
+    }
+  }
+  DriftingLag best{middle + best_lag * at.step, 2.0 * best_drift * at.step / at.span, {}};
+  if (best_drift == 0) return best;
+  const Eigen::Matrix3d turn = FitTurn(at.Along(best_lag, best_drift)).best;
+  std::vector<Eigen::Vector2d> peaks;
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const double peak = at.PeakOf(b, turn);
+    if (std::isfinite(peak)) peaks.emplace_back(MiddleOf(b, at.span), peak * at.step);
+  }
+  best.alone = FitLine(peaks);
+  return best;
+}
+
+// The pairs of a stream whose lag grows by the drift, as if it did not; what is asked for is a lag
+// more than that of `at`.
+PairsAt WithoutDrift(const PairsAt& pairs, const DriftingLag& at, double from, double to) {
+  const double moved = std::abs(at.drift) * (to - from) / (2.0 * kFineStep);
+  const int parts = std::clamp(static_cast<int>(std::ceil(moved)), kBlocks, kMostParts);
+  return [=](double more) {
+    std::vector<VectorPair> kept;
+    const double length = (to - from) / parts;
+    for (int part = 0; part < parts; ++part) {
+      const double middle = from + (part + 0.5) * length;
+      const double lag = at.lag + more + at.drift * (middle - 0.5 * (from + to));
+      for (const VectorPair& pair : pairs(lag)) {
+        const int of = std::clamp(static_cast<int>((pair.t - from) / length), 0, parts - 1);
+        if (of == part) kept.push_back(pair);
+      }
+    }
+    return kept;
+  };
+}
+
+// Whether the blocks' own lags, which noise may put anywhere, lie on a line of this slope.
+bool Confirms(const Line& alone, double drift) {
+  return std::abs(alone.slope) > kShown * alone.sigma &&
+         std::abs(alone.slope - drift) < 0.2 * std::abs(drift);
+}
+
+// The match of a clock that drifts by more than `steady` can show, if more blocks then lie on one
+// line, and it explains clearly more or each block alone confirms it.
+std::optional<VectorMatch> MatchDrifting(const PairsAt& pairs, const SteadyMatch& steady,
+                                         const LagSearch& search) {
+  const DriftingLag coarse = CoarseDrift(SumsFarAbout(pairs, steady, search), steady.match.lag);
+  if (coarse.drift == 0.0) return std::nullopt;
+  const auto found = MatchSteady(WithoutDrift(pairs, coarse, steady.from, steady.to),
+                                 {5.0 * search.step, search.step});
+  if (!found || found->shown < std::max(kFewBlocks, steady.shown + 1)) return std::nullopt;
+  VectorMatch match = found->match;
+  match.lag += coarse.lag;
+  match.drift += coarse.drift;
+  match.unshifted = steady.match.unshifted;
+  match.or_else = steady.match.or_else;
+  if (!(std::abs(match.drift) > kShown * match.drift_sigma)) return std::nullopt;
+  const auto rest = [](const VectorMatch& m) { return 1.0 - m.correlation * m.correlation; };
+  const bool explains = rest(match) < kDriftExplains * rest(steady.match);
+  return explains || Confirms(coarse.alone, match.drift) ? std::optional(match) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& search) {
+  const std::optional<SteadyMatch> steady = MatchSteady(pairs, search);
+  if (!steady) return std::nullopt;
+  if (search.reach > 0.0 && steady->shown < kMostBlocks) {
+    if (const auto drifting = MatchDrifting(pairs, *steady, search)) return drifting;
+  }
+  return steady->match;
 }
 
 double JackknifeSigma(const std::vector<double>& values) {

@@ -9,6 +9,8 @@
 
 namespace trueline {
 
+inline constexpr double kOrdinaryDrift = 1e-3;  // s/s; no clock of quartz is as far off
+
 struct VectorPair {
   double t;              // s
   Eigen::Vector3d seen;  // by the stream in question
@@ -20,7 +22,7 @@ using PairsAt = std::function<std::vector<VectorPair>(double lag)>;
 
 struct VectorMatch {
   int count = 0;                  // pairs
-  double lag = 0.0;               // s; positive: the stream's stamps are too large
+  double lag = 0.0;               // s; positive: the stream's stamps are too large; mid-flight
   double lag_sigma = 0.0;         // s
   double drift = 0.0;             // s/s, of the lag over the flight
   double drift_sigma = 0.0;       // s/s
@@ -48,7 +50,8 @@ struct LagSearch {
 
 // No value for fewer than 30 pairs. The rotation over all of O(3) is Procrustes' (Schoenemann
 // 1966); the lag maximises the sum of the singular values of the cross-covariance, which no
-// rotation changes. Sigmas are those of the jackknife over ten blocks of time.
+// rotation changes. Sigmas are those of the jackknife over ten blocks of time. Where these blocks
+// show no common lag, a drift of up to 0.01 s/s is looked for and taken out of all else.
 std::optional<VectorMatch> MatchVectors(const PairsAt& pairs, const LagSearch& search);
 
 // One standard deviation of a statistic by its values without each of the blocks.

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "problems/inspection/align_mocap.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -36,6 +37,48 @@ TEST(FirstLook, FindsClocksThatDisagree) {
     // Laps repeat: the other lag is named beside, to a hundredth.
     EXPECT_THAT(findings[0], HasSubstr(seconds > 0.0 ? "0.450 s later" : "or 2.34"));
   }
+}
+
+// About the middle of the flight, where the clocks agree.
+template <class Samples>
+void Drift(double drift, Samples* samples) {
+  const TimeNs middle = (*samples)[samples->size() / 2].t;
+  for (auto& sample : *samples) sample.t += FromSeconds(drift * SecondsBetween(middle, sample.t));
+}
+
+TEST(FirstLook, FindsAClockThatDriftsFar) {
+  for (const double drift : {3e-3, -6e-3}) {
+    FlightLog log = Hippodrome();
+    Drift(drift, &log.mocap);
+    EXPECT_THAT(FirstLook(log),
+                testing::Contains(
+                    testing::AllOf(HasSubstr("clock_drift"), HasSubstr("the clock of mocap.csv"),
+                                   HasSubstr(drift > 0.0 ? "a minute faster" : "a minute slower"))))
+        << drift;
+  }
+}
+
+// Fixes of a beacon, all the way round and as exact as mocap.
+TEST(FirstLook, FindsFixesThatDriftFar) {
+  FlightLog log = Hippodrome();
+  log.fixes.clear();
+  for (std::size_t i = 0; i < log.mocap.size(); i += 10) {
+    log.fixes.push_back({log.mocap[i].t, log.mocap[i].p_E, 0.05, 0});
+  }
+  EXPECT_THAT(FirstLook(log), IsEmpty());
+  Drift(6e-3, &log.fixes);
+  EXPECT_THAT(FirstLook(log),
+              testing::Contains(testing::AllOf(HasSubstr("the clock of fixes.csv"),
+                                               HasSubstr("faster than that of mocap"))));
+}
+
+TEST(FirstLook, AlignedMocapThatDriftsIsSaid) {
+  FlightLog log = Hippodrome();
+  EXPECT_THAT(AlignMocap(false, &log), testing::Not(HasSubstr("drifts")));
+  log = Hippodrome();
+  Drift(4e-3, &log.mocap);
+  EXPECT_THAT(AlignMocap(false, &log),
+              testing::AllOf(HasSubstr("mocap: its clock drifts by +"), HasSubstr("multiply")));
 }
 
 TEST(FirstLook, FindsALateAttitude) {

@@ -86,18 +86,49 @@ TEST(VectorMatch, StatesNoMirrorThatAPlaneDoesNotShow) {
   EXPECT_EQ(PlainTurn(*match, 0.08), Eigen::Matrix3d::Identity());
 }
 
+// Sixty seconds whose lag is `lag` in the middle and grows by `drift`.
+PairsAt Drifting(double middle, double drift, double noise) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, noise);
+  std::vector<VectorPair> seen;
+  for (double t = 0.0; t < 60.0; t += 0.05) {
+    const Eigen::Vector3d error(normal(random), normal(random), normal(random));
+    seen.push_back({t, Moving(t - middle - drift * (t - 30.0)) + error, {}});
+  }
+  return [seen](double lag) {
+    std::vector<VectorPair> pairs = seen;
+    for (VectorPair& pair : pairs) pair.sure = Moving(pair.t - lag);
+    return pairs;
+  };
+}
+
 TEST(VectorMatch, FindsADriftingClock) {
-  const auto match = MatchVectors(
-      [](double lag) {
-        std::vector<VectorPair> pairs;
-        for (double t = 0.0; t < 60.0; t += 0.02) {
-          pairs.push_back({t, Moving(t - 5e-4 * t), Moving(t - lag)});
-        }
-        return pairs;
-      },
-      {});
+  const auto match = MatchVectors(Drifting(0.015, 5e-4, 0.0), {});
   ASSERT_TRUE(match.has_value());
   EXPECT_NEAR(match->drift, 5e-4, 5e-5);
+}
+
+// Blocks of such a flight lie farther apart than a fine search about one lag sees.
+TEST(VectorMatch, FindsAClockThatDriftsFar) {
+  for (const double drift : {1.2e-3, 2e-3, -3e-3, 5e-3, -8e-3}) {
+    const auto match = MatchVectors(Drifting(0.3, drift, 0.1), {});
+    ASSERT_TRUE(match.has_value()) << drift;
+    EXPECT_NEAR(match->drift, drift, 0.05 * std::abs(drift)) << drift;
+    EXPECT_LT(match->drift_sigma, 0.1 * std::abs(drift)) << drift;
+    EXPECT_NEAR(match->lag, 0.3, 0.01) << drift;
+    EXPECT_GT(match->correlation, 0.9) << drift;
+    EXPECT_EQ(PlainTurn(*match, 0.05), Eigen::Matrix3d::Identity()) << drift;
+  }
+}
+
+// Noise scatters the blocks' lags; that is no drift.
+TEST(VectorMatch, StatesNoDriftThatIsNotThere) {
+  for (const double noise : {0.0, 0.3, 1.0, 2.0}) {
+    const auto match = MatchVectors(Drifting(0.1, 0.0, noise), {});
+    ASSERT_TRUE(match.has_value()) << noise;
+    const bool stated = std::abs(match->drift) > std::max(1e-4, 5.0 * match->drift_sigma);
+    EXPECT_FALSE(stated) << noise << ": " << match->drift;
+  }
 }
 
 TEST(Spectrum, StatesTheDensityOfWhiteNoiseAndItsFilter) {
