@@ -37,6 +37,9 @@ std::vector<Setting> ReadSettings(const YamlMap& map);
 // variable is not set or the path does not exist.
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text);
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key);
+// The same; the path must be that of a file, or of a folder.
+std::filesystem::path ReadFilePath(const YamlMap& map, const std::string& key);
+std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key);
 
 // Deterministic text of a node, for checksums and provenance.
 std::string YamlText(const YAML::Node& node);
