@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Blind tests never go on with the results of another draw or
-program."""
+"""Blind tests that were killed go on where they stopped, and never on the results of another draw or
+program. On a made flight of the course `fast`."""
 import os
 import subprocess
 import sys
@@ -33,6 +33,29 @@ class Resume(unittest.TestCase):
         refused = run(script, *flags)
         self.assertEqual(refused.returncode, 1, refused.stderr)
         self.assertIn("of another program; give another folder", refused.stderr)
+
+
+class Faults(Resume):
+    def faults(self, *more):
+        return run("blind/faults.py", f"--work={self.work}", "--flights=sim_fast", "--faults=scale,late",
+                   *(more or ["--seed=3"]))
+
+    def test_goes_on_after_a_kill(self):
+        whole = self.faults()
+        self.assertEqual(whole.returncode, 0, whole.stderr)
+        self.assertIn("| scale | 1 | 1 |", whole.stdout)
+        trial = self.work / "trials/sim_fast"
+        written = (trial / "late/inspection.yaml").stat().st_mtime_ns
+        self.assertFalse((trial / "late/log").exists())
+        # Killed between the inspection and the repair of one trial; the other is done.
+        (trial / "scale/outcome.yaml").unlink()
+        (trial / "scale/log").mkdir()
+        again = self.faults()
+        self.assertEqual((again.returncode, again.stderr), (0, ""))
+        self.assertEqual(again.stdout, whole.stdout)
+        self.assertEqual((trial / "late/inspection.yaml").stat().st_mtime_ns, written)
+        self.check_refuses_another("blind/faults.py", [f"--work={self.work}", "--seed=3"],
+                                   [f"--work={self.work}", "--seed=4"])
 
 
 class Terms(Resume):
