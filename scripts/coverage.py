@@ -18,15 +18,20 @@ eight, with parameters drawn from the estimator's prior. Flights that are there 
 again, so an interrupted run goes on where it stopped. `--calibrate` is a YAML file with options.
 """
 import argparse
+import hashlib
 import math
 import pathlib
 import random
 import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import yaml
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(SOURCE / "scripts/freeze"))
+from program import refuse_other_draw, refuse_other_program
+
 NAMES = ["K_x", "K_y", "b_ax", "b_ay", "b_az", "phi_E_Ep", "theta_E_Ep", "psi_E_Ep", "phi_I_B",
          "theta_I_B", "psi_I_B"]
 
@@ -108,7 +113,8 @@ def fly(apps, config, duration, changes, of_prior, calibrate, seed, out):
     true = {name: entry["value"] for name, entry in truth["parameters"].items()}
     true["b_ax"], true["b_ay"] = truth["imu"]["accel_bias"][:2]
     found = yaml.safe_load(result.read_text())
-    return true, {"whole": found["whole_flight"]["parameters"], "window": found["parameters"]}
+    whole = found.get("whole_flight") or {}  # an unusable flight may have none
+    return true, {"whole": whole.get("parameters") or {}, "window": found.get("parameters") or {}}
 
 
 def worst_distance(z):
@@ -164,6 +170,19 @@ def report(flights, title, out):
                   f"{row['rms_in_sigmas']:>8.2f}{row['rank_distance']:>11.3f}{uniform}", flush=True)
 
 
+def what_decides(arguments):
+    """What the flights of a folder depend on beside the program and their number."""
+    stated = {name: getattr(arguments, name) for name in ("suite", "set", "duration")}
+    for name in ("calibrate", "config"):
+        file = getattr(arguments, name)
+        stated[name] = [file, sha256(SOURCE / file if name == "config" else file)] if file else None
+    return stated
+
+
+def sha256(file):
+    return hashlib.sha256(pathlib.Path(file).read_bytes()).hexdigest()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -177,21 +196,24 @@ def main():
     parser.add_argument("--flights", default=500, type=int, help="of each kind")
     parser.add_argument("--first_seed", default=1, type=int)
     parser.add_argument("--jobs", default=1, type=int, help="flights at a time")
-    parser.add_argument("--out", required=True, type=pathlib.Path)
+    parser.add_argument("--out", dest="work", metavar="OUT", required=True, type=pathlib.Path)
     arguments = parser.parse_args()
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    refuse_other_draw(arguments.work, what_decides(arguments))
     if not arguments.suite:
-        flights = run(arguments, arguments.config, arguments.set, arguments.out)
-        report(flights, pathlib.Path(arguments.config).stem, arguments.out)
+        flights = run(arguments, arguments.config, arguments.set, arguments.work)
+        report(flights, pathlib.Path(arguments.config).stem, arguments.work)
         return
     every = []
     for name, (config, changes) in SUITE.items():
         if arguments.only not in name:
             continue
-        out = arguments.out / name.replace(",", "").replace(" ", "_")
+        out = arguments.work / name.replace(",", "").replace(" ", "_")
         flights = run(arguments, config, changes, out)
         report(flights, name, out)
         every += flights
-    report(every, "all", arguments.out)
+    report(every, "all", arguments.work)
 
 
 if __name__ == "__main__":

@@ -53,8 +53,8 @@ void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
   if (first_error) std::rethrow_exception(first_error);
 }
 
-void ParallelRuns(int count, int run, const std::function<void(int)>& body) {
-  ParallelFor((count + run - 1) / run, FreeCores(), [&](int k) {
+void ParallelRuns(int count, int run, const std::function<void(int)>& body, int threads) {
+  ParallelFor((count + run - 1) / run, is_worker ? 1 : threads, [&](int k) {
     for (int i = k * run; i < std::min(count, (k + 1) * run); ++i) body(i);
   });
 }

@@ -1,9 +1,11 @@
 #include "problems/experiment/convergence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "cost_functions/models/imu_driven_model.h"
+#include "cost_functions/models/kinematic_model.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {
@@ -38,6 +40,15 @@ std::map<std::string, double> TrueParameters(const SimulationTruth& truth) {
   return parameters;
 }
 
+std::vector<std::string> ParametersWithTruth() {
+  std::vector<std::string> names;
+  for (int i = 0; i < kStatedSize; ++i) names.push_back(kTheta[i].name);
+  for (const char* name : kImuBiasNames) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
 double TimeInside(const std::vector<TimedError>& errors, double tolerance) {
   double time = std::numeric_limits<double>::quiet_NaN();
   for (const TimedError& error : errors) {
@@ -55,7 +66,7 @@ std::vector<ConvergenceRow> Convergence(const EstimatorRun& run, const std::stri
   std::vector<ConvergenceRow> rows;
   for (const auto& [quantity, tolerance] : tolerances) {
     std::vector<TimedError> errors;
-    if (quantity == "final_point_error") {
+    if (quantity == kFinalPointError) {
       errors = ArcErrors(run, first_fix);
     } else if (const auto known = truth.find(quantity); known != truth.end()) {
       errors = ParameterErrors(run, quantity, known->second, first_fix);

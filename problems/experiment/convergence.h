@@ -15,6 +15,12 @@ namespace trueline {
 // b_ax, b_ay, b_gx, b_gy, b_gz. A varying AHRS error is given by its mean.
 std::map<std::string, double> TrueParameters(const SimulationTruth& truth);
 
+// The quantity of arcs; all others are parameters.
+inline constexpr const char* kFinalPointError = "final_point_error";
+
+// Names of the parameters that an estimator gives and whose truth a simulated flight knows.
+std::vector<std::string> ParametersWithTruth();
+
 // An error and the time at which it became known.
 struct TimedError {
   double time;   // s

@@ -1,6 +1,6 @@
 #include "problems/experiment/experiment.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,7 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
+#include "problems/experiment/convergence.h"
 
 namespace trueline {
 namespace {
@@ -29,7 +30,7 @@ std::vector<int> ReadGammas(const YamlMap& map, const std::vector<int>& fallback
 FlightSource ReadSimulation(const YamlMap& map) {
   FlightSource flight;
   flight.kind = FlightKind::kSimulation;
-  flight.file = ReadPath(map, "config");
+  flight.file = ReadFilePath(map, "config");
   flight.name = ReadName(map, "name", flight.file.stem().string());
   flight.randomise = map.Get<bool>("randomise", false);
   flight.settings = ReadSettings(map.ChildOrEmpty("overrides"));
@@ -44,11 +45,11 @@ FlightSource ReadLog(const YamlMap& map) {
   if (map.Has("log") == map.Has("map")) map.Fail("log", "give either 'log', or 'map' and 'in'");
   if (map.Has("log")) {
     flight.kind = FlightKind::kNativeLog;
-    flight.file = ReadPath(map, "log");
+    flight.file = ReadFolderPath(map, "log");
     flight.name = ReadName(map, "name", flight.file.filename().string());
   } else {
     flight.kind = FlightKind::kForeignLog;
-    flight.file = ReadPath(map, "map");
+    flight.file = ReadFilePath(map, "map");
     for (const auto& input : map.Get<std::vector<std::string>>("in")) {
       flight.inputs.push_back(ReadPath(map, "in", input).string());
     }
@@ -76,7 +77,7 @@ EstimatorSource ReadEstimator(const YamlMap& map, const std::vector<int>& gammas
     map.Fail("name", error.what());
   }
   estimator.label = ReadName(map, "label", estimator.name);
-  if (map.Has("config")) estimator.file = ReadPath(map, "config");
+  if (map.Has("config")) estimator.file = ReadFilePath(map, "config");
   estimator.options = ReadOptions(map);
   estimator.gammas = ReadGammas(map, gammas);
   if (!FindEstimator(estimator.name).windows) estimator.gammas = {GammaOfFilter(estimator.gammas)};
@@ -149,12 +150,34 @@ std::vector<double> ReadForecast(const YamlMap& map) {
   return horizons;
 }
 
+bool HasSimulation(const Experiment& experiment) {
+  return std::any_of(experiment.flights.begin(), experiment.flights.end(),
+                     [](const FlightSource& f) { return f.kind == FlightKind::kSimulation; });
+}
+
+// A quantity that no flight can give would be missing from the result without a word.
+void CheckQuantity(const YamlMap& map, const std::string& quantity, const Experiment& experiment) {
+  const std::vector<std::string> parameters = ParametersWithTruth();
+  if (quantity == kFinalPointError) return;
+  if (std::find(parameters.begin(), parameters.end(), quantity) == parameters.end()) {
+    map.Fail(quantity, fmt::format("no such quantity; known here: {}, {}", kFinalPointError,
+                                   fmt::join(parameters, ", ")));
+  }
+  if (!HasSimulation(experiment)) {
+    map.Fail(quantity, fmt::format("only simulated flights have a true value of a parameter; add "
+                                   "one under 'simulations', or name only {}",
+                                   kFinalPointError));
+  }
+}
+
 void ReadConvergence(const YamlMap& map, Experiment* experiment) {
   for (const std::string& quantity : map.Keys()) {
+    CheckQuantity(map, quantity, *experiment);
     const double tolerance = map.Get<double>(quantity);
     if (!(tolerance > 0.0)) map.Fail(quantity, "the tolerance must be above zero");
     experiment->convergence[quantity] = tolerance;
   }
+  map.Finish();
 }
 
 void ReadBound(const YamlMap& map, Experiment* experiment) {

@@ -111,6 +111,24 @@ std::string ReadName(const YamlMap& map, const std::string& key) {
   return CheckedName(map.Get<std::string>(key), map, key);
 }
 
+std::filesystem::path ReadFilePath(const YamlMap& map, const std::string& key) {
+  std::filesystem::path path = ReadPath(map, key);
+  if (std::filesystem::is_directory(path)) {
+    map.Fail(key, fmt::format("'{}' is a folder; give the path of a YAML file", path.string()));
+  }
+  return path;
+}
+
+std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key) {
+  std::filesystem::path path = ReadPath(map, key);
+  if (!std::filesystem::is_directory(path)) {
+    map.Fail(key, fmt::format("'{}' is not a folder; give the folder of a native log, or convert "
+                              "the file by trueline-convert",
+                              path.string()));
+  }
+  return path;
+}
+
 std::string YamlText(const YAML::Node& node) {
   YAML::Emitter emitter;
   emitter << node;

@@ -37,6 +37,9 @@ std::vector<Setting> ReadSettings(const YamlMap& map);
 // variable is not set or the path does not exist.
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key, const std::string& text);
 std::filesystem::path ReadPath(const YamlMap& map, const std::string& key);
+// The same; the path must be that of a file, or of a folder.
+std::filesystem::path ReadFilePath(const YamlMap& map, const std::string& key);
+std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key);
 
 // The value of `key`, or `fallback` without it: a name that becomes a field of CSV files. Throws
 // InputError at `key` of `map` where it is empty or would break a row, or is missing without a

@@ -16,7 +16,7 @@ FlightKindSource ReadKind(const YamlMap& map) {
   source.name = ReadName(map, "name");
   source.kind = map.GetChoice("kind", {"random", "lissajous", "evolved", "file"}, "random");
   if (source.kind == "file") {
-    source.file = ReadPath(map, "file").string();
+    source.file = ReadFilePath(map, "file").string();
   }
   if (source.kind == "evolved") {
     source.evaluations = 1800;

@@ -8,6 +8,7 @@
 #include "problems/common/atomic_file.h"
 #include "problems/common/units.h"
 #include "problems/result/statistics.h"
+#include "problems/result/yaml_text.h"
 #include "problems/trajectory/trajectory_config.h"
 
 namespace trueline {
@@ -53,9 +54,9 @@ std::string ScoreYaml(const DesignTask& task, const DesignOutcome& outcome) {
   names.reserve(task.show.size());
   for (const StateInfo& state : task.show) names.push_back(state.name);
   std::string text = fmt::format(
-      "provenance: {{version: {}, source: \"{}\", seed: {}}}\nshow: [{}]\ncriterion: {}\n"
+      "provenance: {{version: {}, source: {}, seed: {}}}\nshow: [{}]\ncriterion: {}\n"
       "score: {:.6g}  # {}\n",
-      Version(), task.source, task.options.seed, fmt::join(names, ", "),
+      Version(), Quoted(task.source), task.options.seed, fmt::join(names, ", "),
       task.ByBound() ? "bound" : "gramian", r.score, ScoreMeaning(task));
   if (outcome.exact_score) {
     text += fmt::format("exact_score: {:.6g}  # by the exact Gramian\n", *outcome.exact_score);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "problems/common/app.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
@@ -35,16 +36,6 @@ std::vector<NullVector> NullVectors(const CaseResult& result) {
     }
   }
   return vectors;
-}
-
-// A YAML string; names and messages may hold anything.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
 }
 
 std::string Number(double value) {

@@ -114,7 +114,7 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;
-    FitProcesses(setup, fit.numbers, windows, &fit.processes);
+    FitProcesses(setup, fit.numbers, windows, threads, &fit.processes);
   }
   SolveNumbers(setup, windows, threads, &fit);
   fit.sigmas = Sigmas(setup, fit, windows);

@@ -30,8 +30,9 @@ std::vector<double*> NumbersOf(StabilisedProcessNumbers* n) {
 // Errors of the rates, and of the numbers' logarithms against their prior's.
 class ProcessResidual {
  public:
-  ProcessResidual(const std::vector<SeenWindow>& windows, const StabilisedProcessNumbers& prior)
-      : windows_(windows), prior_(prior) {}
+  ProcessResidual(const std::vector<SeenWindow>& windows, const StabilisedProcessNumbers& prior,
+                  int threads)
+      : windows_(windows), prior_(prior), threads_(threads) {}
 
   int num_numbers() const {
     StabilisedProcessNumbers n = prior_;
@@ -55,8 +56,9 @@ class ProcessResidual {
     const StabilisedProcess process(At(logs[0]));
     const int axes = static_cast<int>(windows_.front().observed.size());
     double* rest = residuals + num_numbers();
-    ParallelRuns(static_cast<int>(windows_.size()), 64,
-                 [&](int i) { PutErrors(process, windows_[i], rest + i * axes * kHorizons); });
+    ParallelRuns(
+        static_cast<int>(windows_.size()), 64,
+        [&](int i) { PutErrors(process, windows_[i], rest + i * axes * kHorizons); }, threads_);
     return true;
   }
 
@@ -80,11 +82,12 @@ class ProcessResidual {
 
   const std::vector<SeenWindow>& windows_;
   StabilisedProcessNumbers prior_;
+  int threads_;
 };
 
 void FitProcess(const std::vector<SeenWindow>& windows, const StabilisedProcessNumbers& prior,
-                StabilisedProcessNumbers* numbers) {
-  ProcessResidual residual(windows, prior);
+                int threads, StabilisedProcessNumbers* numbers) {
+  ProcessResidual residual(windows, prior, threads);
   const int count = residual.num_numbers();
   StabilisedProcessNumbers start = *numbers, base = prior;
   std::vector<double> logs(count);
@@ -113,9 +116,10 @@ void FitProcess(const std::vector<SeenWindow>& windows, const StabilisedProcessN
 
 // What the process of the axes `first` to `last` sees under the vehicle's numbers.
 std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vector<double>& numbers,
-                            const std::vector<TrainingWindow>& windows, int first, int last) {
+                            const std::vector<TrainingWindow>& windows, int first, int last,
+                            int threads) {
   std::vector<SeenWindow> seen(windows.size());
-  ParallelRuns(static_cast<int>(windows.size()), 64, [&](int i) {
+  const auto see = [&](int i) {
     PredictedStates<double> states;
     WindowPrediction::Observed<double> net;
     prediction.Predict(numbers.data(), windows[i].window, &states, &net);
@@ -125,19 +129,21 @@ std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vecto
       auto& rates = seen[i].rates.emplace_back();
       for (int h = 0; h < kHorizons; ++h) rates[h] = windows[i].truth.states[h].w[a];
     }
-  });
+  };
+  ParallelRuns(static_cast<int>(windows.size()), 64, see, threads);
   return seen;
 }
 
 }  // namespace
 
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, ProcessNumbers* processes) {
+                  const std::vector<TrainingWindow>& windows, int threads,
+                  ProcessNumbers* processes) {
   const RotorAir air(setup.vehicle);
   const WindowPrediction::Process process = MakeProcesses(*processes);
   const WindowPrediction prediction(air, process);
   const auto fit = [&](WindowPrediction::ProcessIndex i, int first, int last) {
-    FitProcess(See(prediction, numbers, windows, first, last), setup.processes[i],
+    FitProcess(See(prediction, numbers, windows, first, last, threads), setup.processes[i], threads,
                &(*processes)[i]);
   };
   fit(WindowPrediction::kLevel, 0, 1);

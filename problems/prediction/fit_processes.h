@@ -8,8 +8,9 @@ namespace trueline {
 
 // Fits the processes' numbers (not the sizes) to the rates of the windows, for given numbers of the
 // vehicle. The model's net accelerations are those under the processes as they come in. A weak
-// prior keeps each number within a factor of about e of the setup's.
+// prior keeps each number within a factor of about e of the setup's. `threads` 0: all cores.
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
-                  const std::vector<TrainingWindow>& windows, ProcessNumbers* processes);
+                  const std::vector<TrainingWindow>& windows, int threads,
+                  ProcessNumbers* processes);
 
 }  // namespace trueline

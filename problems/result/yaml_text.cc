@@ -18,6 +18,12 @@ std::string Rounded(double value, int digits) {
   return text;
 }
 
+std::string Quoted(const std::string& text) {
+  YAML::Emitter emitter;
+  emitter << YAML::DoubleQuoted << text;
+  return emitter.c_str();
+}
+
 YAML::Node FlowMap(std::initializer_list<std::pair<const char*, std::string>> entries) {
   YAML::Node node(YAML::NodeType::Map);
   for (const auto& [key, value] : entries) node[key] = value;

@@ -8,12 +8,14 @@ folder) are converted, four simulated ones flown. Each is inspected untouched an
 faults_put.py, drawn by the seed. A fault counts as found if a finding names it on the right stream;
 as repaired if the log converted by corrected_map.yaml equals the untouched log, itself repaired by
 its own map where inspect gave one: vectors to 8 % (rms), attitudes to 5 deg, stamps to the 12 ms
-below which inspect names no lag, channels exactly. What
-has a result in OUT is not run again. The table goes to standard output and OUT/faults.md.
+below which inspect names no lag, channels exactly. What has a result in OUT is not run again, so
+that a run that was killed goes on where it stopped. The table goes to standard output and
+OUT/faults.md.
 """
 import argparse
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -31,7 +33,7 @@ from faults_put import ACCEL, FAULTS, GYRO, PLACE
 from flights import FLIGHTS, ROTORS
 from measured_flights import convert, halves
 from native import QUATERNION, Log, inverse, product, resampled
-from program import SOURCE, app, read_yaml
+from program import SOURCE, app, read_yaml, refuse_other_draw, refuse_other_program
 
 SIMULATED = ("hippodrome", "iros2016", "fast", "figure_eight")
 HARMFUL = ("fatal", "biases", "widens")
@@ -60,7 +62,7 @@ def names(arguments):
 
 
 def base_log(arguments, name):
-    """The good log, with the rotors that the vehicle's configuration states."""
+    """The good log, with the rotors that the vehicle's configuration states; None without its data."""
     folder = arguments.work / "base" / name
     if (folder / "log.yaml").exists():
         return folder
@@ -68,7 +70,10 @@ def base_log(arguments, name):
         subprocess.run([app(arguments, "simulate"), f"--config={SOURCE}/config/simulate/{name[4:]}.yaml",
                         f"--out={folder}", f"--seed={arguments.seed}", "--quiet"], check=True)
         return folder
-    log = Log(convert(arguments, name))
+    converted = convert(arguments, name)
+    if converted is None:
+        return None
+    log = Log(converted)
     if name in ROTORS:
         config = read_yaml(SOURCE / f"config/calibrate/{ROTORS[name]}.yaml")
         rotors = (config.get("vehicle") or {}).get("rotors")
@@ -89,7 +94,9 @@ def inspect(arguments, log, out):
     if not result.get("corrected_by"):
         return result["findings"], log
     repaired = out / "repaired"
-    command = result["corrected_by"].replace("REPAIRED", str(repaired)).split(" ")[1:]
+    # Between the flags, since a path may have spaces.
+    command = re.split(" (?=--)", result["corrected_by"])[1:]
+    command = [f"--out={repaired}" if flag == "--out=REPAIRED" else flag for flag in command]
     ran = subprocess.run([app(arguments, "convert"), *command, "--quiet"], capture_output=True,
                          text=True, check=False)
     if ran.returncode != 0:
@@ -133,7 +140,24 @@ def differences(good, made):
 
 
 def trial(arguments, name, fault, untouched):
+    """The judge's record, kept in the trial's folder; None where the log has no place for the fault."""
     folder = arguments.work / "trials" / name / fault
+    kept = folder / "outcome.yaml"
+    if not kept.exists():
+        outcome = run_trial(arguments, name, fault, untouched, folder)
+        if outcome is None:
+            return None
+        part = kept.with_suffix(".part")
+        part.write_text(yaml.safe_dump(outcome, sort_keys=False))
+        part.rename(kept)
+    outcome = read_yaml(kept)
+    if not outcome["wrong"]:  # what went wrong is kept to look at
+        for made in ("log", "repaired"):
+            shutil.rmtree(folder / made, ignore_errors=True)
+    return outcome
+
+
+def run_trial(arguments, name, fault, untouched, folder):
     log, rng = Log(base_log(arguments, name)), random.Random(f"{arguments.seed} {name} {fault}")
     try:
         wanted = FAULTS[fault](log, rng)
@@ -141,7 +165,7 @@ def trial(arguments, name, fault, untouched):
         return None
     if wanted is None:
         return None
-    if not (folder / "inspection.yaml").exists():
+    if not (folder / "log/log.yaml").exists():
         log.write(folder / "log")
     findings, repaired = inspect(arguments, folder / "log", folder)
     ids, streams = wanted
@@ -149,14 +173,11 @@ def trial(arguments, name, fault, untouched):
     found = [f for f in findings if f["id"] in ids and f["level"] in HARMFUL]
     beside = [f for f in findings if f["level"] in HARMFUL and f["id"] not in ids
               and (f["id"], f["stream"]) not in before]
-    outcome = {"flight": name, "fault": fault, "found": bool(found),
-               "stream": any(f["stream"] in streams for f in found),
-               "first": bool(findings) and findings[0]["id"] in ids,
-               "wrong": differences(Log(untouched[1]), Log(repaired)),
-               "beside": [f"{f['id']} ({f['stream']})" for f in beside]}
-    for part in ("log", "repaired"):
-        shutil.rmtree(folder / part, ignore_errors=True) if outcome["wrong"] == [] else None
-    return outcome
+    return {"flight": name, "fault": fault, "found": bool(found),
+            "stream": any(f["stream"] in streams for f in found),
+            "first": bool(findings) and findings[0]["id"] in ids,
+            "wrong": differences(Log(untouched[1]), Log(repaired)),
+            "beside": [f"{f['id']} ({f['stream']})" for f in beside]}
 
 
 def table(untouched, trials):
@@ -188,10 +209,15 @@ def table(untouched, trials):
 def main():
     arguments = parse()
     arguments.work.mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    refuse_other_draw(arguments.work, {"seed": arguments.seed})
     untouched, trials = {}, []
     for name in names(arguments):
-        untouched[name] = inspect(arguments, base_log(arguments, name),
-                                  arguments.work / "inspected" / name)
+        log = base_log(arguments, name)
+        if log is None:
+            print(f"{name}: left out, its files are not in {arguments.data}", file=sys.stderr)
+            continue
+        untouched[name] = inspect(arguments, log, arguments.work / "inspected" / name)
         for fault in arguments.faults.split(","):
             outcome = trial(arguments, name, fault, untouched[name])
             if outcome is not None:

@@ -12,7 +12,8 @@ The simulator computes these forces at every sample. A force counts if it is at 
 that the flight shows with good chance: six sigmas of the same term, as terms.csv states them; of a
 place, of the hump nearest to it. With --blades the simulator computes the rotors by blade elements, so
 that the air's effects are in every flight, in a form that no estimator has; causes and terms that
-describe them are not false. The table goes to standard output and WORK/table.md.
+describe them are not false. The table goes to standard output and WORK/table.md. Flights that have a
+result in WORK are not flown again, so that a run that was killed goes on where it stopped.
 """
 import argparse
 import csv
@@ -27,12 +28,14 @@ from pathlib import Path
 
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
+from program import refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
 SPEEDS = ["forward speed", "sideways speed", "sink rate"]
 RATES = ["roll rate", "pitch rate", "yaw rate"]
+DRAW = ("seed", "drive", "blades")
 SIGMAS = 6.0  # of a size that is shown with good chance, over all terms
 # What blades do to a rotor in moving air; no false cause with --blades.
 OF_AIR = {"body_drag", "linear_drag", "rotor_speed_drag", "rotor_inflow", "translational_lift", "air_moment"}
@@ -176,6 +179,9 @@ def main():
     if arguments.blades and arguments.drive != "rotors":
         parser.error("--blades needs --drive=rotors")
     arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    refuse_other_program(arguments)
+    refuse_other_draw(arguments.work, {name: getattr(arguments, name) for name in DRAW})
     draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
     draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
     with ThreadPoolExecutor(arguments.jobs) as pool:

@@ -71,15 +71,15 @@ def refuse_other_draw(work, stated):
     if not file.exists():
         file.write_text(yaml.safe_dump(stated))
     if read_yaml(file) != stated:
-        sys.exit(f"{work} holds results of {read_yaml(file)}; give another --work")
+        sys.exit(f"{work} holds results of {read_yaml(file)}; give another folder")
 
 
 def refuse_other_program(arguments):
     """Results of another program in the same folder would pass for this one's."""
     if not os.access(app(arguments, "diagnose"), os.X_OK):
-        sys.exit(f"freeze: no program in {arguments.build}; build first, by scripts/build")
+        sys.exit(f"no program in {arguments.build}; build first, by scripts/build")
     stated, found = arguments.work / "program.sha256", fingerprint(arguments)
     if not stated.exists():
         stated.write_text(found)
     if stated.read_text() != found:
-        sys.exit(f"freeze: {arguments.work} holds results of another program; give another --work")
+        sys.exit(f"{arguments.work} holds results of another program; give another folder")

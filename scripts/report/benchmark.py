@@ -38,7 +38,7 @@ def _figures(result):
     """(anchor, title, blocks) of every figure that the result has data for."""
     if result.has_sweep:
         yield "sweep", "Sweep", _sweep(result)
-    elif result.all_arcs.groupby("label").gamma.nunique().max() > 1:
+    elif result.arcs.groupby("label").gamma.nunique().max() > 1:
         yield "gamma", "Length of the window", _gamma(result)
     if not result.has_sweep:
         yield "arcs", "Arc by arc", _arcs(result)

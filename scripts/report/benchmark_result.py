@@ -42,17 +42,19 @@ class Benchmark:
         return rows[rows.gamma == gamma]
 
     def estimator_of(self, label):
-        return self.all_arcs[self.all_arcs.label == label].estimator.iloc[0]
+        """Empty for a label that predicted no arc: a flight of one pass has none."""
+        rows = self.all_arcs[self.all_arcs.label == label]
+        return rows.estimator.iloc[0] if len(rows) else ""
 
     def colour(self, label):
         """The estimator's own colour for its first label; other labels get one of the spare."""
+        first = {}  # label of each estimator
+        for other in self.labels:
+            first.setdefault(self.estimator_of(other), other)
         estimator = self.estimator_of(label)
-        same = [other for other in self.labels if self.estimator_of(other) == estimator]
-        if label == same[0]:
+        if first.get(estimator, label) == label:
             return charts.colour(estimator)
-        others = [other for other in self.labels
-                  if other != next(x for x in self.labels
-                                   if self.estimator_of(x) == self.estimator_of(other))]
+        others = [other for other in self.labels if other not in first.values()]
         return charts.SPARE_COLOURS[others.index(label) % len(charts.SPARE_COLOURS)]
 
 

@@ -68,6 +68,8 @@ def _headline_group(result, label):
 def _convergence_rows(result):
     """EKF's time over VGD's, for each quantity that both have."""
     entries = result.summary.get("convergence") or []
+    gammas = {(e["label"], e["gamma"]) for e in entries}
+    several = len(gammas) > len({label for label, _ in gammas})
     rows = []
     for slow in entries:
         for quick in entries:
@@ -77,7 +79,8 @@ def _convergence_rows(result):
                 continue
             times = [as_number(e.get("median_time_s")) for e in (slow, quick)]
             rows.append([f"Convergence of {escape(slow['quantity'])}: time of "
-                         f"{escape(slow['label'])} over {escape(quick['label'])}",
+                         f"{escape(slow['label'])} over {escape(quick['label'])}"
+                         + (f", gamma {quick['gamma']}" if several else ""),
                          PAPER_CONVERGENCE, escape(_ratio(*times))])
     return rows
 
@@ -92,16 +95,32 @@ def _ratio(slow, quick):
     return f"{number(slow / quick, 2)} (medians {number(slow, 2)} s and {number(quick, 2)} s)"
 
 
+def _of_what(result):
+    """Leading columns of a table over groups of arcs or flights, and the cells of one group."""
+    swept, sweep = result.has_sweep, result.summary.get("sweep") or {}
+    several = len(result.logs) > 1
+    columns = ([("Log", False)] if several else []) + [("Label", False), ("gamma", True)] + (
+        [(f"{sweep.get('name', 'sweep')} [{sweep.get('unit', '1')}]", True)] if swept else [])
+
+    def cells(group):
+        return (([escape(group["log"])] if several else []) +
+                [escape(group["label"]).replace(" ", "&nbsp;"), str(group["gamma"])] +
+                ([number(group.get("sweep"))] if swept else []))
+    return columns, cells
+
+
 def convergence_table(result):
+    columns, cells = _of_what(result)
     rows = []
     for entry in result.summary.get("convergence") or []:
         time = as_number(entry.get("median_time_s"))
-        rows.append([escape(entry["label"]), escape(entry["quantity"]), number(entry["tolerance"]),
+        rows.append(cells(entry) +
+                    [escape(entry["quantity"]), number(entry["tolerance"]),
                      percent(entry["converged"] / entry["flights"]),
                      "not reached" if math.isinf(time) else
                      escape(number(time) + interval(entry.get("median_time_interval95")))])
-    return table([("Label", False), ("Quantity", False), ("Tolerance [SI]", True),
-                  ("Flights that converge", True), ("Median time [s]", True)], rows)
+    return table(columns + [("Quantity", False), ("Tolerance [SI]", True),
+                            ("Flights that converge", True), ("Median time [s]", True)], rows)
 
 
 def starts_table(result):
@@ -118,22 +137,18 @@ def starts_table(result):
 def group_table(result):
     """All groups of summary.yaml."""
     groups = result.summary.get("groups") or []
-    swept, sweep = result.has_sweep, result.summary.get("sweep") or {}
-    several = len(result.logs) > 1
+    columns, cells = _of_what(result)
     rows = []
     for g in groups:
         error = g["final_point_error"]
-        rows.append(([escape(g["log"])] if several else []) +
-                    [escape(g["label"]).replace(" ", "&nbsp;"), str(g["gamma"])] +
-                    ([number(g.get("sweep"))] if swept else []) +
+        rows.append(cells(g) +
                     [str(g["flights"]), str(g["arcs"]),
                      escape(number(error.get("mean")) + interval(error.get("mean_interval95"))),
                      escape(number(error.get("median")) + interval(error.get("median_interval95"))),
                      number(error.get("p95")), percent(g.get("inside_95_ellipse")),
                      number(error.get("rms")), number(g.get("bound_rms_m")), number(g["iterations"]["mean"]),
                      str(g["iterations"]["max"])])
-    columns = ([("Log", False)] if several else []) + [("Label", False), ("gamma", True)] + (
-        [(f"{sweep.get('name', 'sweep')} [{sweep.get('unit', '1')}]", True)] if swept else []) + [
+    columns += [
         ("Flights", True), ("Arcs", True), ("Mean [m]", True), ("Median [m]", True),
         ("95 % below", True), ("In 95 %", True), ("RMS [m]", True), ("Bound [m]", True),
         ("Iterations", True), ("most", True)]

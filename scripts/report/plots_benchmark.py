@@ -11,6 +11,7 @@ from charts import INK, MUTED, rounded
 
 DOTS = "#b9c0ca"
 MOST_DOTS = 1500  # of one panel
+DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"]
 
 
 def _rgba(colour, opacity):
@@ -230,8 +231,23 @@ def _add_estimated(figure, path, colour, show, place):
                                       legendgroup=name, showlegend=show), *place)
 
 
+def _curves(rows, sweep):
+    """(name, dash, rows) of a label: one for each window length and value of the sweep."""
+    several = {key: rows[key].nunique() > 1 for key in ("gamma", "sweep")}
+    curves = []
+    for (gamma, value), part in rows.groupby(["gamma", "sweep"], dropna=False):
+        name = part.label.iloc[0]
+        if several["gamma"]:
+            name += f", gamma {gamma:g}"
+        if several["sweep"]:
+            name += f", {sweep} {value:g}"
+        curves.append((html.escape(name), DASHES[len(curves) % len(DASHES)], part))
+    return curves
+
+
 def convergence(result):
     """Share of flights converged against time, a panel for each quantity."""
+    sweep = (result.summary.get("sweep") or {}).get("name", "sweep")
     rows = result.convergence
     quantities = list(dict.fromkeys(rows.quantity))
     figure = make_subplots(rows=1, cols=len(quantities), shared_yaxes=True,
@@ -240,18 +256,13 @@ def convergence(result):
     named = set()
     for column, quantity in enumerate(quantities, 1):
         for label in dict.fromkeys(rows.label):
-            times = rows[(rows.quantity == quantity) & (rows.label == label)].time
-            if times.empty:
-                continue
-            reached = np.sort(times.dropna().to_numpy())
-            share = np.arange(1, len(reached) + 1) / len(times)
-            name = html.escape(label)
-            figure.add_trace(go.Scatter(
-                x=rounded([0, *reached], 2), y=rounded([0, *share]), mode="lines", name=name,
-                line=dict(color=result.colour(label), width=2, shape="hv"), legendgroup=name,
-                showlegend=label not in named,
-                hovertemplate=f"{name}: %{{y:.0%}} by %{{x:.1f}} s<extra></extra>"), 1, column)
-            named.add(label)
+            for name, dash, part in _curves(rows[rows.label == label], sweep):
+                times = part[part.quantity == quantity].time
+                if times.empty:
+                    continue
+                figure.add_trace(_share_converged(times, name, result.colour(label), dash,
+                                                  name not in named), 1, column)
+                named.add(name)
     charts.style(figure, 380, margin=dict(l=64, r=16, t=72, b=48), legend=dict(
         orientation="h", x=0, y=1.12, xanchor="left", yanchor="bottom"))
     figure.update_xaxes(title_text="Time since the first fix [s]", rangemode="tozero")
@@ -260,3 +271,12 @@ def convergence(result):
     for annotation in figure.layout.annotations:
         annotation.font = dict(size=13, color=MUTED)
     return figure
+
+
+def _share_converged(times, name, colour, dash, show):
+    reached = np.sort(times.dropna().to_numpy())
+    share = np.arange(1, len(reached) + 1) / len(times)
+    return go.Scatter(
+        x=rounded([0, *reached], 2), y=rounded([0, *share]), mode="lines", name=name,
+        line=dict(color=colour, width=2, dash=dash, shape="hv"), legendgroup=name, showlegend=show,
+        hovertemplate=f"{name}: %{{y:.0%}} by %{{x:.1f}} s<extra></extra>")

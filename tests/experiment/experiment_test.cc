@@ -87,6 +87,41 @@ TEST(Experiment, NamesBecomeFieldsOfCsvFiles) {
               AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("name"), HasSubstr("is missing")));
 }
 
+TEST(Experiment, QuantitiesOfConvergenceAreKnownAndTolerancesPositive) {
+  const auto with = [](const std::string& convergence) {
+    return ErrorOf(Hippodrome() + kVgd + "convergence: " + convergence + "\n");
+  };
+  EXPECT_EQ(with("{b_az: 0.1, b_gx: 0.01, K_x: 0.1, final_point_error: 1}"), "no error");
+  EXPECT_THAT(with("{b_az: 0.1, b_azz: 0.1}"),
+              AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("'convergence.b_azz'"),
+                    HasSubstr("b_az"), HasSubstr("final_point_error")));
+  EXPECT_THAT(with("{b_az: 0}"), AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("above zero")));
+  EXPECT_THAT(with("{b_az: .inf}"), AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("finite")));
+  EXPECT_THAT(with("{b_az: 0.1, b_az: 0.2}"), HasSubstr("twice"));
+  EXPECT_THAT(with("[b_az]"), AllOf(HasSubstr("experiment.yaml:6"), HasSubstr("mapping")));
+}
+
+TEST(Experiment, ParametersConvergeOnSimulatedFlightsOnly) {
+  const TemporaryFolder log;
+  const std::string logs = "logs: [{log: " + log.path().string() + "}]\n" + kVgd;
+  EXPECT_THAT(ErrorOf(logs + "convergence: {K_x: 0.1}\n"),
+              AllOf(HasSubstr("experiment.yaml:4"), HasSubstr("simulat")));
+  EXPECT_EQ(ErrorOf(logs + "convergence: {final_point_error: 1}\n"), "no error");
+}
+
+TEST(Experiment, FilesAndFoldersAreNotTakenForEachOther) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path().string(), file = path + "/flight.csv";
+  std::ofstream(file) << "t\n";
+  EXPECT_THAT(ErrorOf("logs: [{log: " + file + "}]\n" + kVgd),
+              AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("not a folder"),
+                    HasSubstr("trueline-convert")));
+  EXPECT_THAT(ErrorOf("simulations: [{config: " + path + "}]\n" + kVgd),
+              AllOf(HasSubstr("experiment.yaml:1"), HasSubstr("is a folder")));
+  EXPECT_THAT(ErrorOf(Hippodrome() + "estimators: [{name: vgd, config: " + path + "}]\n"),
+              AllOf(HasSubstr("experiment.yaml:4"), HasSubstr("is a folder")));
+}
+
 TEST(Experiment, SweepOverridesFlightAndEstimator) {
   const std::vector<Job> jobs = Jobs(
       Hippodrome(", detector.sigma_factor: 0.3") +

@@ -81,7 +81,9 @@ TEST_F(QuickDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
 
 TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
   const fs::path folder = fs::temp_directory_path() / "trueline_design_test";
-  WriteDesign(*task_, *outcome_, folder);
+  DesignTask task = *task_;
+  task.source = "designs/\"quick\": 3 # \\.yaml";
+  WriteDesign(task, *outcome_, folder);
   const PiecewisePolynomial back = ReadTrajectoryFile(folder / "trajectory.yaml");
   ASSERT_EQ(back.num_pieces(), outcome_->result.path.num_pieces());
   EXPECT_EQ(back.Expand(2.345, 3), outcome_->result.path.Expand(2.345, 3));
@@ -92,7 +94,9 @@ TEST_F(QuickDesign, TrajectoryFileComesBackExactly) {
   while (std::getline(csv, line)) ++rows;
   EXPECT_THAT(header, ::testing::HasSubstr(",w4 [rad/s]"));
   EXPECT_EQ(rows, 601);  // 6 s at 100 Hz
-  EXPECT_TRUE(YAML::LoadFile((folder / "score.yaml").string())["score"].IsDefined());
+  const YAML::Node score = YAML::LoadFile((folder / "score.yaml").string());
+  EXPECT_TRUE(score["score"].IsDefined());
+  EXPECT_EQ(score["provenance"]["source"].as<std::string>(), task.source);
   fs::remove_all(folder);
 }
 

@@ -48,6 +48,8 @@ def group(label, estimator, gamma, mean):
 SUMMARY = (f"name: '{HOSTILE}'\nabout: three flights\ngroups:\n" + group("VGD", "vgd", 1, 0.3) +
            group("VGD", "vgd", 3, 0.21) + group("EKF", "ekf", 3, 0.52) +
            "convergence:\n"
+           "  - {log: oval, label: VGD, gamma: 1, quantity: b_az, tolerance: 0.1, flights: 3, "
+           "converged: 2, median_time_s: 8}\n"
            "  - {log: oval, label: VGD, gamma: 3, quantity: b_az, tolerance: 0.1, flights: 3, "
            "converged: 3, median_time_s: 5}\n"
            "  - {log: oval, label: EKF, gamma: 3, quantity: b_az, tolerance: 0.1, flights: 3, "
@@ -56,6 +58,7 @@ SUMMARY = (f"name: '{HOSTILE}'\nabout: three flights\ngroups:\n" + group("VGD", 
            "provenance: {version: '1', seeds: {first: 1, count: 3}}\n")
 CONVERGENCE = ("log,label,gamma,sweep,seed,quantity,tolerance,windows,time [s]\n"
                "oval,VGD,3,,1,b_az,0.1,6,4\noval,VGD,3,,2,b_az,0.1,6,5\noval,VGD,3,,3,b_az,0.1,6,6\n"
+               "oval,VGD,1,,1,b_az,0.1,6,7\noval,VGD,1,,2,b_az,0.1,6,8\noval,VGD,1,,3,b_az,0.1,6,\n"
                "oval,EKF,3,,1,b_az,0.1,6,20\noval,EKF,3,,2,b_az,0.1,6,21\noval,EKF,3,,3,b_az,0.1,6,\n")
 
 
@@ -139,12 +142,14 @@ class PageInBrowser(unittest.TestCase):
         self.assertIn(["arcs", 2 * SEEDS * ARCS], gamma)
         self.assertIn(["Cramer-Rao bound", 2], gamma)
         self.assertIn(["EKF", ARCS], self.traces("plot-arcs"))
-        self.assertIn(["EKF", 3], self.traces("plot-convergence"))  # 0 and two flights
+        self.assertEqual(sorted(self.traces("plot-convergence")),  # 0 and the flights that converge
+                         [["EKF", 3], ["VGD, gamma 1", 3], ["VGD, gamma 3", 4]])
         self.assertIn(["Truth (mocap)", 60], self.traces("plot-track"))
         paper = self.text("#paper table")
         for words in ("about 0.2 m", "mean 0.21 m (0.2 to 0.22)", "mean 0.52 m", "at most 7",
-                      "4.2 (medians 21 s and 5 s)"):
+                      "EKF over VGD, gamma 3", "4.2 (medians 21 s and 5 s)"):
             self.assertIn(words, paper)
+        self.assertIn("VGD	1	b_az	0.1	67 %	8", self.text("#convergence table"))
         self.assertIn("left the course", self.text(".warnings"))
         self.assertIsNone(self.browser.run("return window.hacked || null"))
 
@@ -154,6 +159,11 @@ class PageInBrowser(unittest.TestCase):
         self.assertIn(["VGD", 3], self.traces("plot-sweep"))
         self.assertIn(["EKF", 3], self.traces("plot-sweep"))
         self.assertIn(["Cramer-Rao bound", 3], self.traces("plot-sweep"))
+
+    def test_flights_without_arcs_have_a_page(self):
+        self.write()
+        (self.root / "arcs.csv").write_text(HEADER + "\n")
+        self.open([])
 
     def test_a_missing_table_is_named(self):
         self.write()

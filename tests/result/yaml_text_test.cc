@@ -1,4 +1,4 @@
-// Numbers of result files: short, and read back as numbers.
+// Values of result files: numbers are short, and numbers and texts read back as they were.
 #include "problems/result/yaml_text.h"
 
 #include <gtest/gtest.h>
@@ -24,6 +24,15 @@ TEST(YamlText, NumbersReadBack) {
   EXPECT_TRUE(std::isnan(YAML::Load(Rounded(std::nan(""), 3)).as<double>()));
   EXPECT_EQ(YAML::Load(Rounded(-std::numeric_limits<double>::infinity(), 3)).as<double>(),
             -std::numeric_limits<double>::infinity());
+}
+
+TEST(YamlText, QuotedTextReadsBack) {
+  for (const std::string text :
+       {"a: b # c", "say \"quick\"", "back\\slash\\", "line\nbreak\ttab", ""}) {
+    const YAML::Node node = YAML::Load("{source: " + Quoted(text) + ", seed: 3}");
+    EXPECT_EQ(node["source"].as<std::string>(), text);
+    EXPECT_EQ(node["seed"].as<int>(), 3);
+  }
 }
 
 }  // namespace

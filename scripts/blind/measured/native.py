@@ -80,11 +80,14 @@ class Log:
         return next(entry for entry in self.about["gates"] if entry["id"] == gate)
 
     def write(self, folder):
+        """A folder with a log.yaml is whole: that is written last."""
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        (folder / "log.yaml").write_text(yaml.safe_dump(self.about, sort_keys=False))
         for name, stream in self.streams.items():
             stream.write(folder / f"{name}.csv")
+        part = folder / "log.yaml.part"
+        part.write_text(yaml.safe_dump(self.about, sort_keys=False))
+        part.rename(folder / "log.yaml")
 
 
 def product(a, b):
