@@ -37,8 +37,7 @@ std::string DriftText(const FlightLog& log, const VectorMatch& match) {
   const double scale = 1.0 / (1.0 + match.drift);
   return fmt::format(
       "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which no shift "
-      "mends: "
-      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
+      "mends: multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
       match.drift, match.drift_sigma, scale, ToSeconds(log.imu.front().t) * (1.0 - scale));
 }
 
