@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/common/error.h"
 #include "problems/experiment/convergence.h"
 #include "problems/experiment/final_point_bound.h"
 #include "problems/experiment/job.h"
@@ -165,6 +166,13 @@ void RunGamma(const Job& job, const JobEstimator& estimator, int gamma, Estimato
   }
 }
 
+void RequirePass(const FlightData& flight, const JobEstimator& estimator) {
+  if (!flight.passes.empty()) return;
+  throw InputError(estimator.label +
+                   ": no pass to fit: the fixes come singly, with longer pauses than pass_gap_s "
+                   "between them, or imu.csv or attitude.csv has a gap in every pass");
+}
+
 // Truth of eq. 16.
 Theta TrueTheta(const std::map<std::string, double>& truth) {
   Theta theta;
@@ -217,6 +225,7 @@ JobResult RunJob(const Job& job) {
   for (const JobEstimator& estimator : job.estimators) {
     const VgdOptions& vgd = estimator.options.vgd;
     const FlightData flight(flown.log, vgd.drive, vgd.passes, vgd.drag_measurement);
+    RequirePass(flight, estimator);
     Estimators estimators(flight, estimator.options);
     for (const int gamma : estimator.gammas) {
       RunGamma(job, estimator, gamma, &estimators, flown.truth, &result);

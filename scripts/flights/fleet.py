@@ -1,5 +1,6 @@
 """The table of flights, and where programs are."""
 import csv
+import datetime
 import os
 import shutil
 from dataclasses import dataclass
@@ -17,9 +18,17 @@ class Flight:
     map: str = ""
 
 
+def is_date(text):
+    try:
+        datetime.datetime.fromisoformat(text)
+    except ValueError:
+        return False
+    return True
+
+
 def read_flights(path):
     """Raises SystemExit, with the line, for a table that can't be used."""
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(path, newline="", encoding="utf-8-sig") as file:  # spreadsheets write a byte order mark
         rows = list(csv.DictReader(file))
     flights, seen = [], set()
     for line, row in enumerate(rows, start=2):
@@ -30,6 +39,9 @@ def read_flights(path):
         if row["flight"] in seen or "/" in row["flight"]:
             raise SystemExit(f"{path}:{line}: flight '{row['flight']}' needs a name of its own "
                              "without '/'")
+        if not is_date(row["date"]):
+            raise SystemExit(f"{path}:{line}: date '{row['date']}' is none of ISO 8601; write it as "
+                             "2024-03-01 or 2024-03-01T16:20:00Z")
         seen.add(row["flight"])
         flights.append(Flight(*(row[name] for name in COLUMNS), row.get("map") or ""))
     if not flights:

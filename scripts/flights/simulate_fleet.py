@@ -4,19 +4,26 @@
     simulate_fleet.py --out=/tmp/fleet --vehicles=20 --flights=60 [--apps=build/apps] [--seed=1]
 
 Writes OUT/flights.csv, OUT/logs/FLIGHT and OUT/defects.yaml (what merge.py should name): a camera
-that is misaligned, drag that grows with the date, an accelerometer whose bias is too large.
+that is misaligned, drag that grows with the date, an accelerometer whose bias is too large. Logs that
+are in OUT already are not flown again.
 """
 import argparse
 import csv
 import datetime
 import random
 import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import yaml
 
 SOURCE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / "scripts/freeze"))
+from program import refuse_other_draw
+
+DEFECTS = ["camera misaligned", "drag grows", "accelerometer bias"]
+DRAW = ("seed", "vehicles", "flights")
 DAYS = 90
 SECONDS = 60
 
@@ -29,7 +36,10 @@ def parse_arguments():
     parser.add_argument("--apps", type=Path, default=SOURCE / "build/apps")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    if arguments.vehicles < len(DEFECTS):
+        parser.error(f"--vehicles: {len(DEFECTS)} or more, since as many have a defect")
+    return arguments
 
 
 def draw_vehicle(draw):
@@ -62,10 +72,10 @@ def main():
     base = (SOURCE / "config/simulate/iros2016.yaml").read_text()
     names = [f"quad{k:02d}" for k in range(1, arguments.vehicles + 1)]
     vehicles = {name: draw_vehicle(draw) for name in names}
-    defects = dict(zip(draw.sample(names, 3),
-                       ["camera misaligned", "drag grows", "accelerometer bias"]))
+    defects = dict(zip(draw.sample(names, len(DEFECTS)), DEFECTS))
     for folder in ("logs", "configs"):
         (arguments.out / folder).mkdir(parents=True, exist_ok=True)
+    refuse_other_draw(arguments.out, {name: getattr(arguments, name) for name in DRAW})
     (arguments.out / "defects.yaml").write_text(yaml.safe_dump(defects))
     rows, commands = [], []
     for number in range(arguments.flights):

@@ -47,7 +47,7 @@ def _figures(result):
             paragraph("Boxes: quartiles and median of the final-point error; whiskers: 1.5 times "
                       "the interquartile range; dots: arcs beyond.", "note"),
             embed(plots.by_log(result), "plot-logs")]
-    if not result.paths.empty:
+    if not result.paths.label.isin(["truth", "fixes"]).all():
         yield "track", "Whole flight", [
             paragraph("From above, in the NED earth frame. Solid lines were fitted, dotted lines "
                       "were predicted blind to the next fix.",

@@ -15,6 +15,7 @@ QUANTITIES = {"speed": "speed [m/s]", "acceleration": "acceleration [m/s²]",
               "thrust": "thrust [m/s²]", "rate": "turn rate [rad/s]", "heading": "heading [rad]",
               "gate_distance": "distance to the gate [m]", "height": "height [m]",
               "time": "time [s]", "battery": "battery [V]"}
+LEAST_REPLAYS = 9  # with a known value of a quantity, to draw the error against it
 ERRORS = [f"{axis}_{when}" for when in WHEN for axis in ("north", "east", "forward", "right")]
 
 
@@ -29,10 +30,15 @@ def sections(result, folder):
     note = (f"The flight is replayed with the calibrated model from each fitted state, without "
             f"correction, and compared with the {misfit['measured_by']}. Before: the model without "
             f"the causes; after: with them.")
-    return [paragraph(note, "note"), _growth_table(misfit), embed(_growth(misfit), "plot-growth"),
-            f"<h3>Variables correlated with the error after {seconds} s</h3>", _share_table(misfit),
-            embed(_quantities(chosen), "plot-quantities"),
-            f"<h3>Where the error after {seconds} s arises</h3>", embed(_places(chosen), "plot-places")]
+    blocks = [paragraph(note, "note"), _growth_table(misfit), embed(_growth(misfit), "plot-growth")]
+    known = [column for column in QUANTITIES if chosen[column].notna().sum() >= LEAST_REPLAYS]
+    if known and misfit.get("share_of_variance"):
+        blocks += [f"<h3>Variables correlated with the error after {seconds} s</h3>",
+                   _share_table(misfit), embed(_quantities(chosen, known), "plot-quantities")]
+    if len(chosen):
+        blocks += [f"<h3>Where the error after {seconds} s arises</h3>",
+                   embed(_places(chosen), "plot-places")]
+    return blocks
 
 
 def _growth_table(misfit):
@@ -74,13 +80,12 @@ def _share_table(misfit):
     return paragraph(note, "note") + table(headers, rows)
 
 
-def _quantities(rows):
+def _quantities(rows, known):
     """Medians and quartiles of the error along body axes over bins of each quantity."""
-    known = [(c, t) for c, t in QUANTITIES.items() if rows[c].notna().sum() > 8]
     figure = make_subplots(rows=2, cols=-(-len(known) // 2), vertical_spacing=0.2,
                            horizontal_spacing=0.05)
     across = -(-len(known) // 2)
-    for i, (column, title) in enumerate(known):
+    for i, column in enumerate(known):
         place = dict(row=i // across + 1, col=i % across + 1)
         for axis, symbol in (("forward", "circle"), ("right", "diamond")):
             for when, colour in WHEN.items():
@@ -92,7 +97,7 @@ def _quantities(rows):
                     marker=dict(symbol=symbol, size=6),
                     error_y=dict(type="data", symmetric=False, array=rounded(high - median),
                                  arrayminus=rounded(median - low), thickness=1, width=2), **place)
-        figure.update_xaxes(title_text=title, **place)
+        figure.update_xaxes(title_text=QUANTITIES[column], **place)
     style(figure, 560)
     figure.update_yaxes(title_text="error [m]", col=1)
     return figure

@@ -7,6 +7,8 @@
 #include <memory>
 
 #include "problems/common/progress.h"
+#include "problems/log/native_log.h"
+#include "problems/simulation/simulate.h"
 #include "tests/experiment/short_experiment.h"
 
 namespace trueline::testing_benchmark {
@@ -125,6 +127,21 @@ TEST(Failure, OfOneFlightLeavesTheOthers) {
   EXPECT_THAT(run.outcomes[1].failure, HasSubstr("left the course"));
   EXPECT_EQ(JobFiles(folder.path() / "out").size(), 1U);
   EXPECT_THAT(ReadText(folder.path() / "out/summary.yaml"), HasSubstr("left the course"));
+}
+
+TEST(Failure, OfAFlightWithoutPassesSaysSo) {
+  const TemporaryFolder folder;
+  const std::string vgd = "estimators: [{name: vgd}]\n";
+  const auto job =
+      MakeJobs(ReadExperiment(WriteExperiment(folder.path(), Hippodrome() + vgd))).front();
+  SimulationTruth truth;
+  FlightLog log = Simulate(std::get<SimulationConfig>(job.flight), 1, &truth);
+  log.fixes.resize(1);  // a pass has more
+  WriteNativeLog(log, folder.path() / "log");
+  const fs::path file = WriteExperiment(folder.path(), "logs: [{log: log}]\n" + vgd);
+  const ExperimentRun run = RunFile(file, folder.path() / "out", 1);
+  ASSERT_EQ(run.outcomes.size(), 1U);
+  EXPECT_THAT(run.outcomes[0].failure, HasSubstr("no pass to fit"));
 }
 
 TEST(JobFile, ReadsBackWhatItWrote) {

@@ -165,6 +165,13 @@ class PageInBrowser(unittest.TestCase):
         (self.root / "arcs.csv").write_text(HEADER + "\n")
         self.open([])
 
+    def test_a_first_flight_without_windows_has_no_track(self):
+        self.write()
+        lines = trajectory().splitlines(keepends=True)
+        (self.root / "trajectory.csv").write_text(
+            "".join(lines[:1] + [line for line in lines if line.startswith("fixes,")]))
+        self.open(["plot-gamma", "plot-arcs", "plot-accel-bias", "plot-gyro-bias", "plot-convergence"])
+
     def test_a_missing_table_is_named(self):
         self.write()
         (self.root / "arcs.csv").unlink()

@@ -88,6 +88,32 @@ def render(folder, out):
                            f"--out={out}"], capture_output=True, text=True)
 
 
+class FewReplays(unittest.TestCase):
+    """A short flight, or one with few fixes, has few replays over the horizon of the shares or none."""
+
+    def page(self, horizon, starts):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder) / "result"
+            write_result(folder)
+            found = result()
+            found["misfit"]["shares_horizon_s"] = horizon
+            del found["misfit"]["share_of_variance"]
+            (folder / "diagnosis.yaml").write_text(yaml.safe_dump(found))
+            lines = (folder / "misfit.csv").read_text().splitlines()
+            rows = len(HORIZONS) * starts
+            (folder / "misfit.csv").write_text("\n".join(lines[:1 + rows]) + "\n")
+            outcome = render(folder, folder / "report.html")
+            self.assertEqual(outcome.returncode, 0, outcome.stderr)
+            return (folder / "report.html").read_text()
+
+    def test_what_can_be_drawn_is_drawn(self):
+        few, none = self.page(1.0, 3), self.page(2.0, STARTS)
+        for page, places in ((few, True), (none, False)):
+            self.assertIn('id="plot-growth"', page)
+            self.assertNotIn('id="plot-quantities"', page)
+            self.assertEqual('id="plot-places"' in page, places)
+
+
 class PageInBrowser(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
