@@ -30,7 +30,7 @@ import yaml
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(SOURCE / "scripts/freeze"))
-from program import refuse_other_draw, refuse_other_program
+from program import clear_left_over, refuse_other_draw, refuse_other_program
 
 NAMES = ["K_x", "K_y", "b_ax", "b_ay", "b_az", "phi_E_Ep", "theta_E_Ep", "psi_E_Ep", "phi_I_B",
          "theta_I_B", "psi_I_B"]
@@ -96,6 +96,7 @@ def fly(apps, config, duration, changes, of_prior, calibrate, seed, out):
     result = folder / "result" / "calibration.yaml"
     if not result.exists():
         log = folder / "log"
+        clear_left_over(log)
         config = configured(config, duration, changes, seed if of_prior else None,
                             folder.with_suffix(".yaml"))
         subprocess.run([apps / "trueline-simulate", f"--config={config}", f"--out={log}",

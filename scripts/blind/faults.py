@@ -33,7 +33,7 @@ from faults_put import ACCEL, FAULTS, GYRO, PLACE
 from flights import FLIGHTS, ROTORS
 from measured_flights import convert, halves
 from native import QUATERNION, Log, inverse, product, resampled
-from program import SOURCE, app, read_yaml, refuse_other_draw, refuse_other_program
+from program import SOURCE, app, clear_left_over, read_yaml, refuse_other_draw, refuse_other_program
 
 SIMULATED = ("hippodrome", "iros2016", "fast", "figure_eight")
 HARMFUL = ("fatal", "biases", "widens")
@@ -67,6 +67,7 @@ def base_log(arguments, name):
     if (folder / "log.yaml").exists():
         return folder
     if name.startswith("sim_"):
+        clear_left_over(folder)
         subprocess.run([app(arguments, "simulate"), f"--config={SOURCE}/config/simulate/{name[4:]}.yaml",
                         f"--out={folder}", f"--seed={arguments.seed}", "--quiet"], check=True)
         return folder
@@ -94,6 +95,7 @@ def inspect(arguments, log, out):
     if not result.get("corrected_by"):
         return result["findings"], log
     repaired = out / "repaired"
+    clear_left_over(repaired)
     # Between the flags, since a path may have spaces.
     command = re.split(" (?=--)", result["corrected_by"])[1:]
     command = [f"--out={repaired}" if flag == "--out=REPAIRED" else flag for flag in command]

@@ -21,7 +21,7 @@ import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
 from judge import table
-from program import refuse_other_draw, refuse_other_program
+from program import clear_left_over, refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -52,6 +52,7 @@ def fly(arguments, draw, name, seed, course, hidden):
     truth = draw.draw_flight(config, seed, hidden)
     file = sealed / f"{name}.yaml"
     file.write_text(yaml.safe_dump(config))
+    clear_left_over(logs / name)
     simulate = subprocess.run([arguments.build / "apps/trueline-simulate", f"--config={file}",
                                f"--out={logs / name}", f"--seed={seed}", "--quiet"],
                               capture_output=True, text=True, check=False)

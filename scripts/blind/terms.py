@@ -29,7 +29,7 @@ from pathlib import Path
 import yaml
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "freeze")]
-from program import refuse_other_draw, refuse_other_program
+from program import clear_left_over, refuse_other_draw, refuse_other_program
 from sizes import drawn_effects
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -101,6 +101,7 @@ def run(arguments, draw, index):
     if not (folder / "result/diagnosis.yaml").exists():
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "config.yaml").write_text(yaml.safe_dump(config))
+        clear_left_over(folder / "log")
         for command in (["simulate", f"--config={folder / 'config.yaml'}", f"--out={folder / 'log'}",
                          f"--seed={arguments.seed * 1000 + index}"],
                         ["diagnose", f"--log={folder / 'log'}", f"--out={folder / 'result'}",

@@ -20,7 +20,7 @@ import yaml
 
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "scripts/freeze"))
-from program import refuse_other_draw
+from program import clear_left_over, refuse_other_draw
 
 DEFECTS = ["camera misaligned", "drag grows", "accelerometer bias"]
 DRAW = ("seed", "vehicles", "flights")
@@ -88,7 +88,8 @@ def main():
             configuration(base, vehicles[name], defects.get(name), share, draw)))
         log = arguments.out / "logs" / flight
         rows.append([flight, name, date.isoformat(), str(log)])
-        if not (log / "log.yaml").exists():
+        clear_left_over(log)
+        if not log.exists():
             commands.append([arguments.apps / "trueline-simulate", f"--config={config}",
                              f"--out={log}", f"--seed={number + 1}", "--quiet"])
     with open(arguments.out / "flights.csv", "w", newline="", encoding="utf-8") as file:

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 import yaml
 
 from flights import CALIBRATE_BY, FLIGHTS, IMU, ROTOR_DIAGNOSES, ROTORS, ROTORS_WITH_MODEL
-from program import SOURCE, app, read_yaml, run_once
+from program import SOURCE, app, convert_once, read_yaml, run_once
 from records import (benchmark_records, calibration_record, diagnosis_record,
                      rotor_calibration_record)
 
@@ -14,9 +14,7 @@ SEEDS = 5  # of the fixes in the table of estimators
 def convert(arguments, name):
     map_name, files = FLIGHTS[name]
     out = arguments.work / "logs" / name
-    run_once(arguments, [app(arguments, "convert"), f"--map={SOURCE}/config/import/{map_name}.yaml",
-                         "--in=" + ",".join(str(arguments.data / file) for file in files),
-                         f"--out={out}", "--quiet"], out)
+    convert_once(arguments, map_name, [arguments.data / file for file in files], out)
 
 
 def logs(arguments, names):

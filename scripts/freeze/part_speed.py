@@ -3,7 +3,7 @@ import json
 
 import yaml
 
-from program import SOURCE, app, processor_seconds, read_yaml, run_script
+from program import SOURCE, app, clear_left_over, processor_seconds, read_yaml, run_script
 from records import digits
 
 BENCHES = {"vgd_bench": "BarePass", "ekf_bench": "Propagate/dense",
@@ -61,6 +61,7 @@ def diagnosis(arguments, name, folder):
     drive, shipped, seconds, effects = DIAGNOSES[name]
     out = folder / name.replace(", ", "_").replace(" ", "_")
     file = configured(read_yaml(SOURCE / f"config/{shipped}.yaml"), seconds, effects, out)
+    clear_left_over(out / "log")
     run_script(arguments, [app(arguments, "simulate"), f"--config={file}", f"--out={out}/log",
                            "--seed=1", "--quiet"])
     flags = [f"--config={SOURCE}/config/calibrate/rotors.yaml"] if drive == "rotors" else []

@@ -2,6 +2,7 @@
 import hashlib
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -39,6 +40,21 @@ def run_once(arguments, command, folder):
         part.write_text(yaml.safe_dump({"exit": ran.returncode, "errors": errors}))
         part.rename(outcome)
     return read_yaml(outcome)["exit"]
+
+
+def clear_left_over(log):
+    """Removes the streams of a log whose writer was killed: log.yaml is written last, and no program
+    writes into a folder of streams without one."""
+    if not (log / "log.yaml").exists():
+        shutil.rmtree(log, ignore_errors=True)
+
+
+def convert_once(arguments, map_name, files, out):
+    """Converts a measured flight by a shipped map to the native log `out`, which keeps the outcome."""
+    if not (out / "outcome.yaml").exists():
+        clear_left_over(out)
+    run_once(arguments, [app(arguments, "convert"), f"--map={SOURCE}/config/import/{map_name}.yaml",
+                         "--in=" + ",".join(map(str, files)), f"--out={out}", "--quiet"], out)
 
 
 def run_script(arguments, command):

@@ -41,6 +41,8 @@ class Faults(Resume):
                    *(more or ["--seed=3"]))
 
     def test_goes_on_after_a_kill(self):
+        (self.work / "base/sim_fast").mkdir(parents=True)
+        (self.work / "base/sim_fast/imu.csv").write_text("t [s]\n")  # of a simulation that was killed
         whole = self.faults()
         self.assertEqual(whole.returncode, 0, whole.stderr)
         self.assertIn("| scale | 1 | 1 |", whole.stdout)

@@ -6,7 +6,7 @@ import shutil
 from collections import defaultdict
 
 from flights import FLIGHTS, ROTORS
-from program import SOURCE, app, read_yaml, run_once
+from program import SOURCE, convert_once, read_yaml
 
 MORE = {f"nanodrone_{what}_{run}": (
             "idsia_nanodrone", [f"nanodrone_benchmark/raw/{what}_20251017_run{run}.csv.gz"])
@@ -76,7 +76,5 @@ def convert(arguments, name):
     out = arguments.work / "untouched" / name
     if not all((arguments.data / file).exists() for file in files):
         return None
-    run_once(arguments, [app(arguments, "convert"), f"--map={SOURCE}/config/import/{map_name}.yaml",
-                         "--in=" + ",".join(str(plain(arguments, file)) for file in files),
-                         f"--out={out}", "--quiet"], out)
+    convert_once(arguments, map_name, [plain(arguments, file) for file in files], out)
     return out if (out / "log.yaml").exists() else None
