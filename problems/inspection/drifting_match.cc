@@ -31,7 +31,7 @@ struct AtManyLags {
   VectorSums Along(int lag, int drift) const {
     VectorSums total;
     for (std::size_t b = 0; b < kBlocks; ++b) {
-      const double along = 2.0 * MiddleOf(b, 1.0) - 1.0;
+      const double along = 2.0 * BlockMiddle(b, 1.0) - 1.0;
       total += At(b, lag + static_cast<int>(std::lround(drift * along)));
     }
     return total;
@@ -90,7 +90,7 @@ DriftingLag CoarseDrift(const AtManyLags& at, double middle) {
   std::vector<Eigen::Vector2d> peaks;
   for (std::size_t b = 0; b < kBlocks; ++b) {
     const double peak = at.PeakOf(b, turn);
-    if (std::isfinite(peak)) peaks.emplace_back(MiddleOf(b, at.span), peak * at.step);
+    if (std::isfinite(peak)) peaks.emplace_back(BlockMiddle(b, at.span), peak * at.step);
   }
   best.alone = FitLagLine(peaks);
   return best;

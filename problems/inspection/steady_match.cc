@@ -91,7 +91,7 @@ int FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, do
   std::vector<Eigen::Vector2d> points;
   for (std::size_t b = 0; b < kBlocks; ++b) {
     const double vertex = at.VertexOf(b, turn);
-    if (std::abs(vertex) < 1.0) points.emplace_back(MiddleOf(b, span), vertex * step);
+    if (std::abs(vertex) < 1.0) points.emplace_back(BlockMiddle(b, span), vertex * step);
   }
   const LagLine line = FitLagLine(points);
   match->drift = line.slope;

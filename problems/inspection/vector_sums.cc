@@ -75,7 +75,7 @@ LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points) {
   return {slope, std::sqrt(rest / static_cast<double>(points.size() - 2) / tt)};
 }
 
-double MiddleOf(std::size_t block, double span) {
+double BlockMiddle(std::size_t block, double span) {
   return (static_cast<double>(block) + 0.5) * span / kBlocks;
 }
 

@@ -80,6 +80,6 @@ struct LagLine {
 LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points);
 
 // The middle of a block, s from the start of the flight, which lasts `span`.
-double MiddleOf(std::size_t block, double span);
+double BlockMiddle(std::size_t block, double span);
 
 }  // namespace trueline
