@@ -76,14 +76,14 @@ int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
-  std::vector<trueline::FlightLog> logs;
-  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
-    logs.push_back(trueline::ReadAndLook(directory));
-  }
+  std::vector<std::string> faults;
+  std::vector<trueline::FlightLog> logs =
+      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);
-  const trueline::Calibration calibration = Fit(log, logs, options);
+  trueline::Calibration calibration = Fit(log, logs, options);
+  trueline::JudgeLog(faults, &calibration.verdict);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
@@ -97,10 +97,12 @@ int RunRotors() {
     throw trueline::InputError("--log: --drive=rotors takes one flight");
   }
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
-  const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
+  std::vector<std::string> faults;
+  const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log, &faults);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
-  const trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
+  trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
+  trueline::JudgeLog(faults, &calibration.verdict);
   for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),

@@ -44,11 +44,7 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
 std::vector<trueline::FlightLog> ReadLogs() {
-  std::vector<trueline::FlightLog> logs;
-  for (const std::string& directory : trueline::SplitList(FLAGS_log)) {
-    logs.push_back(trueline::ReadAndLook(directory));
-  }
-  return logs;
+  return trueline::ReadFlights(trueline::SplitList(FLAGS_log));
 }
 
 int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,

@@ -135,6 +135,13 @@ void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
   }
 }
 
+void JudgeLog(const std::vector<std::string>& faults, Verdict* verdict) {
+  for (const std::string& fault : faults) {
+    verdict->reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault);
+  }
+  if (!faults.empty() && verdict->word == "usable") verdict->word = "poor";
+}
+
 ArcSummary SummariseArcs(const EstimatorRun& run) {
   const bool mocap = std::any_of(run.windows.begin(), run.windows.end(), [](const auto& w) {
     return w.arc && w.arc->truth_source == "mocap";

@@ -56,6 +56,9 @@ Verdict Judge(const EstimatorRun& run);
 // Adds what the whole flight's learned strengths tell: a model with much noise explains anything.
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict);
 
+// Adds faults of the log, a sentence each, that make parameters wrong however well the model fits.
+void JudgeLog(const std::vector<std::string>& faults, Verdict* verdict);
+
 // One estimator with one window length.
 struct PlannedRun {
   std::string estimator;

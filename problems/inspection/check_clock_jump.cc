@@ -20,6 +20,7 @@ constexpr int kFewFixes = 30;          // one gate's error may look like a lag
 constexpr double kClearlyWorse = 1.5;  // times the residual at the other's lag
 constexpr double kFarWorse = 2.0;      // the same of few fixes
 constexpr double kFollows = 0.3;       // residual against the distances flown
+constexpr double kMoves = 0.02;        // the same at the other's lag: at rest every lag fits
 
 // Of differences between fixes and mocap.
 struct Differences {
@@ -144,8 +145,8 @@ bool IsJump(const LaggedFixes& fixes, const Division& d, double flown) {
   const double factor = std::min(part.n, rest.n) < kFewFixes ? kFarWorse : kClearlyWorse;
   const auto clearly = [&](const Differences& own, const Differences& other) {
     const double residual = std::sqrt(own.MeanSquareAbout(mean));
-    return residual < kFollows * flown && other.n > 0.0 &&
-           std::sqrt(other.MeanSquareAbout(mean)) > factor * residual;
+    const double worse = other.n > 0.0 ? std::sqrt(other.MeanSquareAbout(mean)) : 0.0;
+    return residual < kFollows * flown && worse > std::max(factor * residual, kMoves * flown);
   };
   return clearly(part, part_at_other) && clearly(rest, rest_at_other);
 }

@@ -18,6 +18,7 @@ constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
+constexpr double kOtherUnit = 0.2;  // of the logarithm of a scale
 constexpr double kNotedHeading = 20.0 * kDegree;
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
@@ -108,6 +109,11 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   e->Add(finding);
 }
 
+bool HasFinding(const Examination& e, const std::string& id, const std::string& stream) {
+  return std::any_of(e.result.findings.begin(), e.result.findings.end(),
+                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
+}
+
 bool IsOffScale(const VectorMatch& match) {
   const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
                        5.0 * match.gain_sigma / match.gain;
@@ -126,8 +132,8 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
                       const Reference& reference) {
   if (!IsOffScale(match)) return;
   // A smoothed position has less of the fast motion; a scale changes the slow one as well.
-  const auto slow =
-      std::string(reference.what) != "mocap" ? MatchWider(*e, stream) : std::optional(match);
+  const bool by_force = std::string(reference.what) != "mocap";
+  const auto slow = by_force ? MatchWider(*e, stream) : std::optional(match);
   if (!slow || !IsOffScale(*slow)) return;
   if (std::abs(slow->gain - match.gain) > 0.3 * std::abs(match.gain - 1.0)) return;
   Finding finding;
@@ -138,8 +144,17 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   finding.sigma = match.gain_sigma;
   finding.unit = "1";
   finding.error = match.seen_rms * std::abs(match.gain - 1.0);
-  finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows",
-                             stream, match.gain, match.gain_sigma, reference.what);
+  const bool after_repair = HasFinding(*e, "position_scale", reference.what);
+  finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}",
+                             stream, match.gain, match.gain_sigma, reference.what,
+                             after_repair ? " once its own scale is repaired" : "");
+  if (by_force && std::abs(std::log(match.gain)) < kOtherUnit) {
+    // The accelerometer's scale and the attitude's tilt may err by as much.
+    finding.level = Level::kWidens;
+    finding.remedy = "check the unit, the accelerometer's scale and the attitude's tilt";
+    e->Add(finding);
+    return;
+  }
   finding.remedy =
       fmt::format("multiply the positions by {:.4f}; check the unit", 1.0 / match.gain);
   finding.repaired = true;
@@ -147,11 +162,6 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   change.position_scale = 1.0 / match.gain;
   e->Repair(stream, change);
   e->Add(finding);
-}
-
-bool HasFinding(const Examination& e, const std::string& id, const std::string& stream) {
-  return std::any_of(e.result.findings.begin(), e.result.findings.end(),
-                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,

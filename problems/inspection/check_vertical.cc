@@ -1,9 +1,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -34,6 +37,7 @@ Eigen::Vector3d CalmForceInEarth(const FlightLog& log,
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double n = 0.0;
   std::size_t k = 0;
+  if (attitude.empty()) return sum;
   for (const ImuSample& s : log.imu) {
     while (k + 1 < attitude.size() && attitude[k + 1].t <= s.t) ++k;
     if (std::abs(SecondsBetween(attitude[k].t, s.t)) > 0.3) continue;
@@ -125,9 +129,94 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   e->Add(finding);
 }
 
+// Degrees between up and the mean specific force in calm flight, by the repaired attitude of a
+// stream; none where too little is calm.
+std::optional<double> LeanBy(const Examination& e, const std::string& stream) {
+  const Eigen::Vector3d force = CalmForceInEarth(e.fixed, AttitudesOf(e.fixed, stream));
+  if (force.norm() < 0.5 * e.log.gravity) return std::nullopt;
+  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;
+}
+
+// No repair of the stream holds: it left gravity pointing sideways.
+void WithdrawRepairs(const std::string& stream, Examination* e) {
+  if (e->result.repairs.streams.erase(stream) == 0) return;
+  for (Finding& finding : e->result.findings) {
+    if (finding.stream != stream || !finding.repaired) continue;
+    finding.repaired = false;
+    finding.text += ". The repair is withdrawn, since gravity then points sideways";
+  }
+}
+
+}  // namespace
+
+void CheckGravity(Examination* e) {
+  constexpr double kMostLean = 30.0;  // deg
+  std::vector<std::pair<std::string, double>> leaning;
+  bool one_agrees = false;
+  for (const char* stream : {"attitude", "mocap", "pose"}) {
+    const std::optional<double> lean = LeanBy(*e, stream);
+    if (!lean) continue;
+    if (*lean > kMostLean) {
+      leaning.emplace_back(stream, *lean);
+    } else {
+      one_agrees = true;
+    }
+  }
+  for (const auto& [stream, lean] : leaning) {
+    Finding finding;
+    finding.id = "gravity_direction";
+    finding.stream = stream;
+    finding.level = Level::kFatal;
+    finding.size = lean;
+    finding.unit = "deg";
+    finding.error = e->log.gravity * 2.0 * std::sin(0.5 * lean * kDegree);
+    finding.text = fmt::format(
+        "the specific force in calm flight, turned to earth by {}.csv, points {:.0f} deg away from "
+        "up{}",
+        stream, lean,
+        e->result.repairs.streams.empty() ? "" : ", also after the repairs that were tried");
+    finding.remedy =
+        "check the order of the quaternion and the axes of attitude and accelerometer in the map; "
+        "inspect the original file with its map (--map), which shows the order as logged";
+    WithdrawRepairs(stream, e);
+    e->Add(finding);
+  }
+  if (!leaning.empty() && !one_agrees) WithdrawRepairs("imu", e);
+}
+
+namespace {
+
+// Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
+void CheckGravityMissing(Examination* e) {
+  constexpr double kLeastTime = 5.0;  // s
+  const std::vector<ImuSample>& imu = e->fixed.imu;
+  if (SecondsBetween(imu.front().t, imu.back().t) < kLeastTime) return;
+  std::vector<double> sizes;
+  sizes.reserve(imu.size());
+  for (const ImuSample& s : imu) sizes.push_back(s.accel.norm());
+  const double usual = LowerMedian(sizes);
+  if (!(usual < 0.5 * e->log.gravity)) return;
+  Finding finding;
+  finding.id = "gravity_missing";
+  finding.stream = "imu";
+  finding.level = Level::kFatal;
+  finding.size = usual;
+  finding.unit = "m/s^2";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
+      "about {:.1f}: gravity is taken out, or it is in another unit",
+      usual, e->log.gravity);
+  finding.remedy =
+      "log the specific force, with gravity, or check the unit; without one calibrate "
+      "with --thrust=level_flight";
+  e->Add(finding);
+}
+
 }  // namespace
 
 void CheckVertical(Examination* e) {
+  CheckGravityMissing(e);
   CheckBodyUp(e);
   for (const RateWitness& witness : e->rates) CheckEarthUp(e, witness);
 }

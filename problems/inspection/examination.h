@@ -46,6 +46,8 @@ void CheckBodies(Examination* e);
 void CheckAccelerometer(Examination* e);
 // Up and down of earth and body.
 void CheckVertical(Examination* e);
+// Whether gravity points down once all is repaired; repairs that leave it sideways are withdrawn.
+void CheckGravity(Examination* e);
 // Axes, scale and clock of positions, by the accelerometer.
 void CheckPositions(Examination* e);
 // Whether a part of the fixes fits mocap at another lag than the rest.

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "problems/common/error.h"
 #include "problems/inspection/examination.h"
 #include "problems/log/native_log.h"
 
@@ -12,6 +14,7 @@ namespace trueline {
 namespace {
 
 constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
+constexpr double kOrdinaryScale = 0.2;   // of the logarithm; another unit is farther off
 constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
@@ -20,8 +23,9 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
-  for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "clock_jump",
-                         "position_spread", "accelerometer_scale"}) {
+  if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOrdinaryScale;
+  for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
+                         "clock_jump", "position_spread", "accelerometer_scale"}) {
     if (finding.id == id) return true;
   }
   return false;
@@ -69,23 +73,61 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   return findings;
 }
 
+std::vector<Finding> FindingsForAll(const FlightLog& log) {
+  std::vector<Finding> findings = FindingsOf(log);
+  std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
+  return findings;
+}
+
+std::string WarningOf(const Finding& finding) {
+  return fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline-inspect {}", finding.id,
+                     NameOf(finding.level), finding.text, finding.remedy,
+                     finding.repaired ? "writes the corrected map" : "tells more");
+}
+
+// Two copies of one recording have the same stamps and the same noise.
+bool IsSameRecording(const FlightLog& a, const FlightLog& b) {
+  const auto same = [](const ImuSample& x, const ImuSample& y) {
+    return x.t == y.t && x.accel == y.accel && x.gyro == y.gyro;
+  };
+  return !a.imu.empty() && a.imu.size() == b.imu.size() &&
+         std::equal(a.imu.begin(), a.imu.end(), b.imu.begin(), same);
+}
+
 }  // namespace
 
-FlightLog ReadAndLook(const std::filesystem::path& directory) {
+FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<std::string>* faults) {
   FlightLog log = ReadNativeLog(directory);
-  for (const std::string& finding : FirstLook(log)) log.warnings.push_back(finding);
+  for (const Finding& finding : FindingsForAll(log)) {
+    log.warnings.push_back(WarningOf(finding));
+    const bool harms = finding.level == Level::kFatal || finding.level == Level::kBiases;
+    if (faults != nullptr && harms) {
+      faults->push_back(fmt::format("{}: {}", finding.id, finding.text));
+    }
+  }
   return log;
 }
 
-std::vector<std::string> FirstLook(const FlightLog& log) {
-  std::vector<std::string> findings;
-  for (const Finding& finding : FindingsOf(log)) {
-    if (!IsForAll(finding)) continue;
-    findings.push_back(fmt::format("{} ({}): {}. Nothing is corrected; {}. trueline-inspect {}",
-                                   finding.id, NameOf(finding.level), finding.text, finding.remedy,
-                                   finding.repaired ? "writes the corrected map" : "tells more"));
+std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
+                                   std::vector<std::string>* faults) {
+  std::vector<FlightLog> logs;
+  for (const std::string& directory : directories) {
+    FlightLog log = ReadAndLook(directory, faults);
+    for (const FlightLog& other : logs) {
+      if (!IsSameRecording(log, other)) continue;
+      throw ErrorAt(directory, 0,
+                    fmt::format("is the same recording as {}; give each flight once, in --log",
+                                other.directory));
+    }
+    logs.push_back(std::move(log));
   }
-  return findings;
+  return logs;
+}
+
+std::vector<std::string> FirstLook(const FlightLog& log) {
+  std::vector<std::string> warnings;
+  for (const Finding& finding : FindingsForAll(log)) warnings.push_back(WarningOf(finding));
+  return warnings;
 }
 
 }  // namespace trueline

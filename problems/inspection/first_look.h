@@ -9,11 +9,19 @@
 
 namespace trueline {
 
-// ReadNativeLog, whose warnings also hold FirstLook's findings.
-FlightLog ReadAndLook(const std::filesystem::path& directory);
+// ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets one
+// sentence for each of them that makes parameters wrong.
+FlightLog ReadAndLook(const std::filesystem::path& directory,
+                      std::vector<std::string>* faults = nullptr);
+
+// ReadAndLook for several flights. Throws InputError where two of them are one recording, which
+// would count its data twice and confirm itself.
+std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
+                                   std::vector<std::string>* faults = nullptr);
 
 // What Inspect() finds to be fatal, clocks that differ by 0.1 s or more, streams that cover too
-// little of the IMU's time and a missing attitude, each with its remedy. Of a flight longer than
+// little of the IMU's time, a missing attitude, columns that do not measure, and a sensor in
+// another unit, each with its remedy. Of a flight longer than
 // six minutes it inspects the middle three, so that it stays cheap beside a calibration.
 std::vector<std::string> FirstLook(const FlightLog& log);
 

@@ -95,6 +95,7 @@ Inspection Inspect(const FlightLog& log, const AttitudeSources& sources) {
     CheckPositions(&e);
     CheckRotors(&e);
     CheckRest(&e);
+    CheckGravity(&e);
   }
   std::stable_sort(e.result.findings.begin(), e.result.findings.end(),
                    [](const Finding& a, const Finding& b) {

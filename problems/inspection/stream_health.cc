@@ -200,6 +200,17 @@ class HealthFindings {
     for (const AxisHealth& axis : h.axes) Axis(h, axis);
     for (std::size_t first : {0, 3}) DeadAxis(h, first);
   }
+  // A rotor that never changes while the others do is not measured. One that is off in a test is.
+  void DeadRotors(const StreamHealth& h, const std::vector<ChannelsSample>& samples) {
+    const std::vector<std::size_t> still = StillChannels(samples);
+    if (still.empty() || still.size() == samples.front().values.size()) return;
+    for (const std::size_t k : still) {
+      Add("dead_rotor", h, Level::kBiases, static_cast<double>(k), "1",
+          fmt::format("rotor {} stays at {:.6g} for the whole log, while others change", k,
+                      samples.front().values[k]),
+          "check the column of this rotor in the map");
+    }
+  }
   void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {
     for (const StuckColumn& stuck : columns) {
       Add("stuck", h, Level::kBiases, stuck.until - stuck.from, "s",
@@ -286,6 +297,7 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding
     add.Timing(health);
     add.Stuck(health, FindStuck(stream, samples));
     if constexpr (std::is_same_v<Sample, ImuSample>) add.Imu(health);
+    if constexpr (std::is_same_v<Sample, ChannelsSample>) add.DeadRotors(health, samples);
     all.push_back(std::move(health));
   });
   return all;

@@ -112,6 +112,20 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
   return stuck;
 }
 
+std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples) {
+  constexpr std::size_t kLeast = 100;
+  std::vector<std::size_t> still;
+  if (samples.size() < kLeast) return still;
+  const std::vector<double>& first = samples.front().values;
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    const bool changes = std::any_of(samples.begin(), samples.end(), [&](const ChannelsSample& s) {
+      return s.values[k] != first[k];
+    });
+    if (!changes) still.push_back(k);
+  }
+  return still;
+}
+
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ImuSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<AttitudeSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<Fix>&);

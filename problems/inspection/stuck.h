@@ -22,4 +22,7 @@ struct StuckColumn {
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples);
 
+// Channels, from 0, that have one value in all of at least 100 samples.
+std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples);
+
 }  // namespace trueline

@@ -42,7 +42,7 @@ def empty_table(numbers, texts=()):
 
 def _read_header(path):
     """Names in order, and name -> unit."""
-    with open(path, encoding="utf-8") as stream:
+    with open(path, encoding="utf-8-sig") as stream:
         line = stream.readline().strip()
     if not line:
         raise ReportError(f"{path}:1: empty; expected a header line")

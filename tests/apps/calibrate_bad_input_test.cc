@@ -149,5 +149,24 @@ TEST_F(BadFlight, HoveringIsUnusable) {
   }
 }
 
+// An accelerometer that does not measure gives drag a value, and a small sigma.
+TEST_F(BadFlight, AFaultOfTheLogIsAReasonOfTheVerdict) {
+  FlightLog log = Flight();
+  for (ImuSample& sample : log.imu) sample.accel.x() = 0.0;
+  WriteNativeLog(log, root_ / "log");
+  EXPECT_EQ(Calibrate().exit_code, 0);
+  EXPECT_EQ(Result()["verdict"].as<std::string>(), "poor");
+  EXPECT_THAT(Result()["reasons"].as<std::vector<std::string>>(),
+              testing::Contains(AllOf(HasSubstr("dead_axis"), HasSubstr("ax"))));
+}
+
+TEST_F(BadFlight, OneRecordingTwiceIsRefused) {
+  WriteNativeLog(Flight(), root_ / "copy");
+  const Outcome done = Run(fmt::format(
+      "--log='{0}/log','{0}/copy' --estimator=smoother --out='{0}/out'", root_.string()));
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("copy: is the same recording as"), HasSubstr("once")));
+}
+
 }  // namespace
 }  // namespace trueline

@@ -4,6 +4,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
+#include "problems/common/units.h"
 #include "problems/inspection/align_mocap.h"
 #include "tests/simulation/short_flight.h"
 
@@ -121,6 +124,31 @@ TEST(FirstLook, OfALongFlightItInspectsAPart) {
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));
   log.attitude.clear();
   EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("attitude.csv is missing")));
+}
+
+TEST(FirstLook, FindsThatGravityIsTakenOut) {
+  FlightLog log = Hippodrome();
+  std::size_t k = 0;
+  for (ImuSample& sample : log.imu) {
+    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= sample.t) ++k;
+    sample.accel += log.attitude[k].q_Ep_I.conjugate() * Eigen::Vector3d(0.0, 0.0, log.gravity);
+  }
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("gravity is taken out")));
+}
+
+TEST(FirstLook, FindsARotorThatIsNotMeasured) {
+  FlightLog log = Hippodrome();
+  for (const ImuSample& sample : log.imu) {
+    const double wave = std::sin(3.0 * ToSeconds(sample.t));
+    log.rotors.push_back({sample.t, {500.0 + wave, 0.0, 510.0 - wave, 505.0 + wave}});
+  }
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("rotor 1 stays at 0")));
+}
+
+TEST(FirstLook, FindsAGyroscopeInDegrees) {
+  FlightLog log = Hippodrome();
+  for (ImuSample& sample : log.imu) sample.gyro /= kDegree;
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("gyro_scale")));
 }
 
 }  // namespace

@@ -219,5 +219,25 @@ TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
   EXPECT_EQ(turned.vehicle->rotors[0].spin, good.vehicle->rotors[0].spin);
 }
 
+// Components in another order, read as they come: if no right repair is found none is offered.
+TEST(Inspect, NoRepairLeavesGravitySideways) {
+  FlightLog bad = GoodLog();
+  for (AttitudeSample& s : bad.attitude) {
+    const Eigen::Quaterniond flu(s.q_Ep_I.w(), s.q_Ep_I.x(), -s.q_Ep_I.y(), -s.q_Ep_I.z());
+    const Eigen::Quaterniond read(flu.x(), flu.y(), flu.z(), flu.w());
+    s.q_Ep_I = {read.w(), read.x(), -read.y(), -read.z()};
+  }
+  Inspection inspection;
+  const Inspection again = Inspect(Repaired(bad, &inspection), {});
+  const auto sideways = Contains("gravity_direction of attitude");
+  const auto repairs = inspection.repairs.streams;
+  EXPECT_THAT(Harmful(inspection), testing::Not(IsEmpty()));
+  if (repairs.count("attitude") + repairs.count("imu") > 0) {
+    EXPECT_THAT(Harmful(again), testing::Not(sideways));
+  } else {
+    EXPECT_THAT(Harmful(inspection), sideways);
+  }
+}
+
 }  // namespace
 }  // namespace trueline
