@@ -86,8 +86,7 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
   if (plan.clusters < kMinClusters || plan.segments.empty()) {
     throw InputError(
         fmt::format("{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
-                    "fly longer, or "
-                    "if the log has mocap of a longer time fit to it (--fit_to=mocap)",
+                    "fly more laps, or fit to mocap (--fit_to=mocap) if it covers more",
                     flight.log.directory, plan.clusters, kMinClusters));
   }
   return plan;

@@ -18,7 +18,8 @@ constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
-constexpr double kOtherUnit = 0.2;  // of the logarithm of a scale
+constexpr double kOtherUnit = 0.2;      // of the logarithm of a scale
+constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
 constexpr double kNotedHeading = 20.0 * kDegree;
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
@@ -183,7 +184,8 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   const bool reference_drifts = HasFinding(*e, "clock_drift", reference.what);
   if (reference.own_clock && !reference_drifts) {
     // Errors of a map, gate by gate, look like a smaller drift.
-    AddClockDrift(e, stream, *comparison.match, reference.what, kOrdinaryDrift);
+    const double least = stream == "fixes" ? kDriftOfFixes : kOrdinaryDrift;
+    AddClockDrift(e, stream, *comparison.match, reference.what, least);
   }
   AddAxes(e, stream, *comparison.match, reference);
   AddPositionScale(e, stream, *comparison.match, reference);

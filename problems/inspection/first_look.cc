@@ -73,6 +73,12 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   return findings;
 }
 
+// A single spike moves one window's bias; the other faults last for the whole flight.
+bool MakesWrong(const Finding& finding) {
+  return finding.level == Level::kFatal ||
+         (finding.level == Level::kBiases && finding.id != "spikes");
+}
+
 std::vector<Finding> FindingsForAll(const FlightLog& log) {
   std::vector<Finding> findings = FindingsOf(log);
   std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
@@ -100,8 +106,7 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<std::s
   FlightLog log = ReadNativeLog(directory);
   for (const Finding& finding : FindingsForAll(log)) {
     log.warnings.push_back(WarningOf(finding));
-    const bool harms = finding.level == Level::kFatal || finding.level == Level::kBiases;
-    if (faults != nullptr && harms) {
+    if (faults != nullptr && MakesWrong(finding)) {
       faults->push_back(fmt::format("{}: {}", finding.id, finding.text));
     }
   }

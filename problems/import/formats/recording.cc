@@ -75,9 +75,8 @@ void Recording::Add(std::size_t channel, TimeNs recorded, std::string_view messa
 
 void Recording::Scan(std::size_t channel, TimeNs recorded, std::string_view message) {
   Channel& of = channels_[channel];
-  const bool is_first = of.count++ == 0;
-  of.first = is_first ? recorded : std::min(of.first, recorded);
-  of.last = is_first ? recorded : std::max(of.last, recorded);
+  if (of.count++ == 0) of.first = recorded;
+  of.last = recorded;
   if (!of.fields.empty() || !decoders_[channel]) return;
   if (!decoders_[channel]->Describe(message, &of)) of.fields.clear();
 }
