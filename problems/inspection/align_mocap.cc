@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/inspection/examination.h"
 #include "problems/inspection/motion.h"
 #include "problems/vgd/attitude_cursor.h"
 
@@ -34,11 +35,10 @@ void CopyAttitude(FlightLog* log) {
 // A shift suits one time of a flight only where the clock drifts.
 std::string DriftText(const FlightLog& log, const VectorMatch& match) {
   if (std::abs(match.drift) < std::max(kOrdinaryDrift, kCertain * match.drift_sigma)) return "";
-  const double scale = 1.0 / (1.0 + match.drift);
   return fmt::format(
       "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which no shift "
-      "mends: multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
-      match.drift, match.drift_sigma, scale, ToSeconds(log.imu.front().t) * (1.0 - scale));
+      "mends: {}",
+      match.drift, match.drift_sigma, DriftRemedy(log, match.drift));
 }
 
 std::string Joined(const std::string& a, const std::string& b) {

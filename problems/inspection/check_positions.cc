@@ -18,7 +18,6 @@ constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
-constexpr double kOtherUnit = 0.2;      // of the logarithm of a scale
 constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
 constexpr double kNotedHeading = 20.0 * kDegree;
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap

@@ -264,11 +264,7 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
   finding.text =
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference);
-  const double scale = 1.0 / (1.0 + match.drift);
-  finding.remedy = fmt::format(
-      "multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset), then inspect "
-      "again",
-      scale, ToSeconds(e->log.imu.front().t) * (1.0 - scale));
+  finding.remedy = DriftRemedy(e->log, match.drift) + ", then inspect again";
   e->Add(finding);
 }
 

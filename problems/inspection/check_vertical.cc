@@ -48,6 +48,33 @@ Eigen::Vector3d CalmForceInEarth(const FlightLog& log,
   return n < 50.0 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sum / n);
 }
 
+// Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
+void CheckGravityMissing(Examination* e) {
+  constexpr double kLeastTime = 5.0;  // s
+  const std::vector<ImuSample>& imu = e->fixed.imu;
+  if (SecondsBetween(imu.front().t, imu.back().t) < kLeastTime) return;
+  std::vector<double> sizes;
+  sizes.reserve(imu.size());
+  for (const ImuSample& s : imu) sizes.push_back(s.accel.norm());
+  const double usual = LowerMedian(sizes);
+  if (!(usual < 0.5 * e->log.gravity)) return;
+  Finding finding;
+  finding.id = "gravity_missing";
+  finding.stream = "imu";
+  finding.level = Level::kFatal;
+  finding.size = usual;
+  finding.unit = "m/s^2";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
+      "about {:.1f}: gravity is taken out, or it is in another unit",
+      usual, e->log.gravity);
+  finding.remedy =
+      "log the specific force, with gravity, or check the unit; without one calibrate "
+      "with --thrust=level_flight";
+  e->Add(finding);
+}
+
 // The rotation among the signed permutations that takes `force` nearest to -z by the least angle.
 Eigen::Matrix3d ToUpright(const Eigen::Vector3d& force) {
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
@@ -64,10 +91,15 @@ Eigen::Matrix3d ToUpright(const Eigen::Vector3d& force) {
   return best;
 }
 
+// Angle (rad) between a specific force and that of level flight, along -z.
+double LeanOf(const Eigen::Vector3d& force) {
+  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
+}
+
 void CheckBodyUp(Examination* e) {
   const Eigen::Vector3d force = CalmForce(e->fixed);
   if (force.norm() < 0.5 * e->log.gravity) return;
-  const double lean = std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
+  const double lean = LeanOf(force);
   if (lean < kLeastLean) return;
   const Eigen::Matrix3d repair = ToUpright(force);
   Finding finding;
@@ -134,7 +166,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
 std::optional<double> LeanBy(const Examination& e, const std::string& stream) {
   const Eigen::Vector3d force = CalmForceInEarth(e.fixed, AttitudesOf(e.fixed, stream));
   if (force.norm() < 0.5 * e.log.gravity) return std::nullopt;
-  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;
+  return LeanOf(force) / kDegree;
 }
 
 // No repair of the stream holds: it left gravity pointing sideways.
@@ -183,37 +215,6 @@ void CheckGravity(Examination* e) {
   }
   if (!leaning.empty() && !one_agrees) WithdrawRepairs("imu", e);
 }
-
-namespace {
-
-// Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
-void CheckGravityMissing(Examination* e) {
-  constexpr double kLeastTime = 5.0;  // s
-  const std::vector<ImuSample>& imu = e->fixed.imu;
-  if (SecondsBetween(imu.front().t, imu.back().t) < kLeastTime) return;
-  std::vector<double> sizes;
-  sizes.reserve(imu.size());
-  for (const ImuSample& s : imu) sizes.push_back(s.accel.norm());
-  const double usual = LowerMedian(sizes);
-  if (!(usual < 0.5 * e->log.gravity)) return;
-  Finding finding;
-  finding.id = "gravity_missing";
-  finding.stream = "imu";
-  finding.level = Level::kFatal;
-  finding.size = usual;
-  finding.unit = "m/s^2";
-  finding.error = e->log.gravity;
-  finding.text = fmt::format(
-      "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
-      "about {:.1f}: gravity is taken out, or it is in another unit",
-      usual, e->log.gravity);
-  finding.remedy =
-      "log the specific force, with gravity, or check the unit; without one calibrate "
-      "with --thrust=level_flight";
-  e->Add(finding);
-}
-
-}  // namespace
 
 void CheckVertical(Examination* e) {
   CheckGravityMissing(e);

@@ -25,7 +25,8 @@ struct AtManyLags {
   std::vector<BlocksOfSums> sums;
 
   const VectorSums& At(std::size_t block, int k) const {
-    return sums[static_cast<std::size_t>(k + 2 * reach)][block];
+    const int at = k + 2 * reach;
+    return sums[static_cast<std::size_t>(at)][block];
   }
   // Of a flight whose middle has lag `lag`, and whose end has `drift` more.
   VectorSums Along(int lag, int drift) const {
@@ -40,9 +41,8 @@ struct AtManyLags {
   double PeakOf(std::size_t block, const Eigen::Matrix3d& turn) const {
     std::vector<double> shared;
     for (int k = -2 * reach; k <= 2 * reach; ++k) {
-      const VectorSums& s = At(block, k);
-      const bool known = s.n >= 10.0 && s.Scale() > 0.0;
-      shared.push_back(known ? (turn.transpose() * s.Cov()).trace() / s.Scale() : -1.0);
+      const double here = CorrelationUnder(turn, At(block, k));
+      shared.push_back(std::isnan(here) ? -1.0 : here);
     }
     const auto top = std::max_element(shared.begin(), shared.end());
     if (top == shared.begin() || top + 1 == shared.end() || !(*top > 0.5)) return std::nan("");

@@ -18,6 +18,9 @@ struct RateWitness {
   Eigen::Matrix3d turn;  // plain: its rates = turn * those of the gyroscope
 };
 
+// Of the logarithm of a scale: another unit is farther off, a sensor's own scale is not.
+inline constexpr double kOtherUnit = 0.2;
+
 struct Examination {
   const FlightLog& log;
   const AttitudeSources& sources;
@@ -63,6 +66,8 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
                    const std::string& reference, double least);
 
 // Texts shared by the steps.
+// "multiply its stamps by ... and add ..."; drift in s/s, about the log's start.
+std::string DriftRemedy(const FlightLog& log, double drift);
 std::string AxesText(const Eigen::Matrix3d& turn);  // "(y, -x, z)", or a rotation vector in deg
 std::string LateText(double seconds);               // "0.030 s later"
 

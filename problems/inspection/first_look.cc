@@ -14,7 +14,6 @@ namespace trueline {
 namespace {
 
 constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
-constexpr double kOrdinaryScale = 0.2;   // of the logarithm; another unit is farther off
 constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
@@ -23,7 +22,7 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
-  if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOrdinaryScale;
+  if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
                          "clock_jump", "position_spread", "accelerometer_scale"}) {
     if (finding.id == id) return true;

@@ -72,6 +72,12 @@ std::string AxesText(const Eigen::Matrix3d& turn) {
                      angle.z());
 }
 
+std::string DriftRemedy(const FlightLog& log, double drift) {
+  const double scale = 1.0 / (1.0 + drift);
+  return fmt::format("multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
+                     scale, ToSeconds(log.imu.front().t) * (1.0 - scale));
+}
+
 std::string LateText(double seconds) {
   return fmt::format("{:.3f} s {}", std::abs(seconds), seconds > 0.0 ? "later" : "earlier");
 }

@@ -68,9 +68,8 @@ struct AtThreeLags {
   double VertexOf(std::size_t block, const Eigen::Matrix3d& turn) const {
     std::array<double, 3> c{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const VectorSums& s = sums[k][block];
-      if (s.n < 10.0 || !(s.Scale() > 0.0)) return std::nan("");
-      c[k] = (turn.transpose() * s.Cov()).trace() / s.Scale();
+      c[k] = CorrelationUnder(turn, sums[k][block]);
+      if (std::isnan(c[k])) return c[k];
     }
     if (!(c[1] > 0.5) || !(c[0] - 2.0 * c[1] + c[2] < 0.0)) return std::nan("");
     return ParabolaVertex(c[0], c[1], c[2]);
@@ -79,9 +78,8 @@ struct AtThreeLags {
 
 AtThreeLags SumsAbout(const PairsAt& pairs, double lag, double step, double from, double to) {
   AtThreeLags at;
-  for (int k = -1; k <= 1; ++k) {
-    at.sums[static_cast<std::size_t>(k + 1)] = BlockSums(pairs(lag + k * step), from, to);
-  }
+  at.sums = {BlockSums(pairs(lag - step), from, to), BlockSums(pairs(lag), from, to),
+             BlockSums(pairs(lag + step), from, to)};
   return at;
 }
 
@@ -142,6 +140,7 @@ PairsAt WithoutOutliers(const PairsAt& pairs, double lag) {
     return (pair.seen - seen - turn * (pair.sure - sure)).norm();
   };
   std::vector<double> residuals;
+  residuals.reserve(at.size());
   for (const VectorPair& pair : at) residuals.push_back(residual(pair));
   const double limit = kOutlier * LowerMedian(residuals);
   return [=](double other) {
@@ -176,6 +175,7 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
   }
   about = SumsAbout(pairs, match.lag, kFineStep, from, to);
   std::vector<double> lags;
+  lags.reserve(kBlocks);
   for (int block = 0; block < kBlocks; ++block) {
     lags.push_back(kFineStep * about.VertexWithout(block));
   }

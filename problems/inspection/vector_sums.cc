@@ -12,6 +12,12 @@ double Correlation(const VectorSums& sums, bool any_turn) {
   return shared / sums.Scale();
 }
 
+double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block) {
+  constexpr double kFewest = 10.0;  // pairs
+  if (block.n < kFewest || !(block.Scale() > 0.0)) return std::nan("");
+  return (turn.transpose() * block.Cov()).trace() / block.Scale();
+}
+
 double PlainCorrelation(const VectorSums& sums) {
   const Eigen::Matrix3d h = sums.Cov();
   double best = -1.0;
@@ -24,7 +30,7 @@ double PlainCorrelation(const VectorSums& sums) {
 TurnFit FitTurn(const VectorSums& sums) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.Cov(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  const Eigen::Matrix3d &u = svd.matrixU(), &v = svd.matrixV();
   TurnFit turn;
   turn.best = u * v.transpose();
   const double sign = turn.best.determinant() > 0.0 ? 1.0 : -1.0;

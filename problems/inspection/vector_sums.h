@@ -50,6 +50,8 @@ using BlocksOfSums = std::array<VectorSums, kBlocks>;
 
 // Zero for fewer than kLeastPairs. `any_turn`: under the best rotation or reflection.
 double Correlation(const VectorSums& sums, bool any_turn = true);
+// Of one block under a given turn; NaN where it has too little.
+double CorrelationUnder(const Eigen::Matrix3d& turn, const VectorSums& block);
 // The best one under a signed permutation of the axes.
 double PlainCorrelation(const VectorSums& sums);
 
