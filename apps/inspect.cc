@@ -2,6 +2,9 @@
 #include <fmt/ranges.h>
 #include <gflags/gflags.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -105,15 +108,27 @@ void TakeVehicle(FlightLog* log) {
   log->vehicle = vehicle;
 }
 
+// The word as a shell reads it back, in quotes where it holds a blank or the like.
+std::string ShellWord(const std::string& word) {
+  const auto plain = [](unsigned char c) {
+    return std::isalnum(c) ||
+           std::string("-_./=,:+%@").find(static_cast<char>(c)) != std::string::npos;
+  };
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 // Writes the corrected map where there is something to repair; the command that uses it.
 std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const ResultFolder& out) {
   if (repairs.IsNone()) return "";
   const std::string head =
       "# Made by trueline-inspect: the map with the repairs that inspection.yaml lists.\n";
   WriteFileAtomically(out.path() / kCorrectedMap, head + TextOf(CorrectMap(opened.map, repairs)));
-  return fmt::format("trueline-convert --map={} --in={} --out=REPAIRED",
-                     (std::filesystem::path(FLAGS_out) / kCorrectedMap).string(),
-                     fmt::join(opened.files, ","));
+  const std::string map = (std::filesystem::path(FLAGS_out) / kCorrectedMap).string();
+  return fmt::format("trueline-convert {} {} --out=REPAIRED", ShellWord("--map=" + map),
+                     ShellWord(fmt::format("--in={}", fmt::join(opened.files, ","))));
 }
 
 int InspectLog(ResultFolder* out) {

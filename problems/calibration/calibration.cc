@@ -8,7 +8,7 @@
 #include <optional>
 #include <set>
 
-#include "problems/calibration/prior_conflict.h"
+#include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
 #include "problems/result/distributions.h"
 
@@ -121,25 +121,33 @@ constexpr Ordinary kOrdinary[] = {
      "strong gusts, or the accelerometer's x and y axes are useless (set "
      "drag_measurement: {enabled: false})"}};
 
+// A reason makes a verdict `poor` at best.
+void AddReasons(const std::vector<std::string>& reasons, Verdict* verdict) {
+  verdict->reasons.insert(verdict->reasons.end(), reasons.begin(), reasons.end());
+  if (!reasons.empty() && verdict->word == "usable") verdict->word = "poor";
+}
+
 }  // namespace
 
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
+  std::vector<std::string> reasons;
   for (const LearnedStrength& strength : whole.strengths) {
     for (const Ordinary& ordinary : kOrdinary) {
       if (strength.name != ordinary.name || strength.value <= ordinary.most) continue;
-      verdict->reasons.push_back(
+      reasons.push_back(
           fmt::format("the flight needs {} of {:.2g} {}, ordinary is at most {:.2g}: {}",
                       strength.name, strength.value, strength.unit, ordinary.most, ordinary.cause));
-      if (verdict->word == "usable") verdict->word = "poor";
     }
   }
+  AddReasons(reasons, verdict);
 }
 
 void JudgeLog(const std::vector<std::string>& faults, Verdict* verdict) {
+  std::vector<std::string> reasons;
   for (const std::string& fault : faults) {
-    verdict->reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault);
+    reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault);
   }
-  if (!faults.empty() && verdict->word == "usable") verdict->word = "poor";
+  AddReasons(reasons, verdict);
 }
 
 ArcSummary SummariseArcs(const EstimatorRun& run) {
@@ -214,27 +222,55 @@ std::vector<FlightLog> CorrectLogs(const std::vector<FlightLog>& logs,
   return corrected;
 }
 
-// Solves the whole flight, together with other flights of the vehicle. Their false passes are those
-// of the fixed-lag smoother.
-WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
-                       const std::vector<FlightLog>& others, const EstimatorOptions& methods) {
+// Another flight of the vehicle, and what it shows by itself.
+struct OtherFlight {
+  std::string name;
+  std::unique_ptr<FlightData> data;
+  EstimatorRun alone;
+};
+
+// Flights with passes, by the fixed-lag smoother, which also finds their false passes.
+std::vector<OtherFlight> RunOthers(const std::vector<FlightLog>& logs, const EstimatorRun& lagged,
+                                   const EstimatorOptions& methods) {
   const VgdOptions& vgd = methods.vgd;
-  std::vector<std::unique_ptr<FlightData>> more;
-  std::vector<FlightShare> shares{
-      {&flight, {lagged.false_passes.begin(), lagged.false_passes.end()}}};
-  for (const FlightLog& log : others) {
-    more.push_back(std::make_unique<FlightData>(log, vgd.drive, vgd.passes, vgd.drag_measurement));
-    if (more.back()->passes.empty()) continue;
-    const std::vector<int> wrong =
-        Estimators(*more.back(), methods).Run(lagged.estimator, vgd.gamma).false_passes;
-    shares.push_back({more.back().get(), {wrong.begin(), wrong.end()}});
+  std::vector<OtherFlight> others;
+  for (const FlightLog& log : logs) {
+    auto data = std::make_unique<FlightData>(log, vgd.drive, vgd.passes, vgd.drag_measurement);
+    if (data->passes.empty()) continue;
+    EstimatorRun alone = Estimators(*data, methods).Run(lagged.estimator, vgd.gamma);
+    others.push_back({log.directory, std::move(data), std::move(alone)});
   }
-  return RunWholeFlight(shares, vgd, methods.smoother, methods.whole_flight);
+  return others;
 }
 
-}  // namespace
+FlightShare ShareOf(const FlightData& flight, const EstimatorRun& lagged) {
+  return {&flight, {lagged.false_passes.begin(), lagged.false_passes.end()}};
+}
 
-namespace {
+// Solves the whole flight, together with other flights of the vehicle.
+WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
+                       const std::vector<OtherFlight>& others, const EstimatorOptions& methods) {
+  std::vector<FlightShare> shares{ShareOf(flight, lagged)};
+  for (const OtherFlight& other : others) shares.push_back(ShareOf(*other.data, other.alone));
+  return RunWholeFlight(shares, methods.vgd, methods.smoother, methods.whole_flight);
+}
+
+// The mean of two vehicles is the model of neither.
+std::vector<std::string> ContradictionsOf(const EstimatorRun& lagged,
+                                          const std::vector<OtherFlight>& others,
+                                          const std::array<ParameterPrior, kMotionSize>& priors) {
+  std::vector<std::string> contradictions;
+  for (const OtherFlight& other : others) {
+    for (const Conflict& c : ConflictsBetween(priors, lagged, other.alone)) {
+      contradictions.push_back(fmt::format(
+          "the flights contradict each other: of {} the first alone shows {:.3g} +- {:.2g} {}, {} "
+          "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither (two vehicles, or forces "
+          "that the model lacks)",
+          c.name, c.one, c.one_sigma, c.unit, other.name, c.other, c.other_sigma));
+    }
+  }
+  return contradictions;
+}
 
 // Calibrate, with the priors as they are.
 Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& options,
@@ -256,25 +292,29 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
     calibration.runs.push_back(estimators.Run(run.estimator, run.gamma));
     done();
   }
+  std::vector<std::string> contradictions;
+  const std::vector<FlightLog> other_logs = CorrectLogs(others, options.effects);
   for (const EstimatorRun& run : calibration.runs) {
     if (!FindEstimator(run.estimator).whole_flight) continue;
     if (run.gamma != vgd.gamma || run.windows.empty()) continue;
-    calibration.whole_flight =
-        SolveWhole(flight, run, CorrectLogs(others, options.effects), options.methods);
+    const std::vector<OtherFlight> more = RunOthers(other_logs, run, options.methods);
+    calibration.whole_flight = SolveWhole(flight, run, more, options.methods);
+    contradictions = ContradictionsOf(run, more, vgd.priors);
   }
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),
                               reported.warnings.end());
   calibration.verdict = Judge(reported);
   if (calibration.whole_flight) JudgeStrengths(*calibration.whole_flight, &calibration.verdict);
+  AddReasons(contradictions, &calibration.verdict);
   return calibration;
 }
 
-std::string Disbelief(const PriorConflict& c) {
+std::string Disbelief(const Conflict& c) {
   return fmt::format(
       "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
       "{:.2g}: the model's constants are not used as a prior",
-      c.name, c.prior, c.prior_sigma, c.unit, c.flight, c.flight_sigma);
+      c.name, c.one, c.one_sigma, c.unit, c.other, c.other_sigma);
 }
 
 }  // namespace
@@ -283,13 +323,13 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   Calibration calibration = CalibrateWith(log, options, others, done);
   if (!options.priors_without_model) return calibration;
-  const std::vector<PriorConflict> conflicts =
-      ConflictsOf(options.methods.vgd.priors, calibration.Reported());
+  const std::vector<Conflict> conflicts =
+      ConflictsWithPrior(options.methods.vgd.priors, calibration.Reported());
   if (conflicts.empty()) return calibration;
   CalibrationOptions open = options;
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});
-  for (const PriorConflict& conflict : conflicts) {
+  for (const Conflict& conflict : conflicts) {
     calibration.warnings.push_back(Disbelief(conflict));
   }
   return calibration;

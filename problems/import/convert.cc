@@ -145,13 +145,22 @@ std::vector<Straight> StraightsOf(const FixesFromMocap& options, const std::stri
   return FindStraights(mocap, {}, options.limits);
 }
 
+std::string LengthOf(const std::vector<PoseSample>& mocap) {
+  if (mocap.size() < 2) return fmt::format("of {} samples", mocap.size());
+  const double seconds = SecondsBetween(mocap.front().t, mocap.back().t);
+  return fmt::format("which lasts {:.3g} s at {:.3g} Hz", seconds,
+                     static_cast<double>(mocap.size() - 1) / seconds);
+}
+
 void AddSampledFixes(const FixesFromMocap& options, const std::string& file, std::uint64_t seed,
                      FlightLog* log) {
   const std::vector<Straight> straights = StraightsOf(options, file, log->mocap);
   if (straights.empty()) {
     throw ErrorAt(file, 0,
-                  "mocap shows no straight to sample fixes on; state 'straights' in the "
-                  "map, or raise 'max_curvature' or 'flattest_share'");
+                  fmt::format("mocap, {}, shows no straight to sample fixes on; if these are not "
+                              "its times, state their unit, else state 'straights' in the map, or "
+                              "raise 'max_curvature' or 'flattest_share'",
+                              LengthOf(log->mocap)));
   }
   Random random(seed, "fixes");
   log->fixes = SampleFixes(log->mocap, straights, options.sampler, random);

@@ -21,11 +21,30 @@ Span SpanOfTimes(const CutOptions& options, TimeNs start) {
   return span;
 }
 
-// From the first to the last mocap sample above the height; z points down.
+constexpr double kAtEnds = 0.5;  // s, over which the vehicle moves or stands
+constexpr double kMoves = 0.3;   // m/s
+
+// Whether the vehicle moves where its mocap begins, or, by reversed iterators, ends.
+template <typename Iterator>
+bool Moves(Iterator first, Iterator last) {
+  const auto later = std::find_if(first, last, [&](const PoseSample& pose) {
+    return std::abs(SecondsBetween(first->t, pose.t)) >= kAtEnds;
+  });
+  if (later == last) return false;
+  const double seconds = std::abs(SecondsBetween(first->t, later->t));
+  return (later->p_E - first->p_E).norm() > kMoves * seconds;
+}
+
+// From the first to the last mocap sample above the height; z points down. A recording that begins
+// or ends in flight is kept from its start, or to its end.
 Span AirborneSpan(const CutOptions& options, const std::vector<PoseSample>& mocap,
                   const std::string& map_file) {
+  const bool begins_in_flight = Moves(mocap.begin(), mocap.end());
+  const bool ends_in_flight = Moves(mocap.rbegin(), mocap.rend());
+  if (begins_in_flight && ends_in_flight) return {};
+  const double ground = (begins_in_flight ? mocap.back() : mocap.front()).p_E.z();
   const auto high = [&](const PoseSample& pose) {
-    return mocap.front().p_E.z() - pose.p_E.z() > *options.min_height;
+    return ground - pose.p_E.z() > *options.min_height;
   };
   const auto first = std::find_if(mocap.begin(), mocap.end(), high);
   const auto last = std::find_if(mocap.rbegin(), mocap.rend(), high);
@@ -36,7 +55,10 @@ Span AirborneSpan(const CutOptions& options, const std::vector<PoseSample>& moca
                               *options.min_height));
   }
   const TimeNs margin = FromSeconds(options.margin);
-  return {first->t + margin, last->t - margin};
+  Span span;
+  if (!begins_in_flight) span.from = first->t + margin;
+  if (!ends_in_flight) span.to = last->t - margin;
+  return span;
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ std::vector<std::filesystem::path> ShippedMaps() {
 bool ReadsNamesOf(const InputMap& input, const Recording& recording) {
   const CsvLayout layout = GuessCsvLayout(recording.file());
   return input.dialect.header && input.dialect.skip_lines == 0 && layout.header &&
-         layout.warning.empty() && input.dialect.delimiter == layout.delimiter;
+         layout.warning.empty() && input.dialect.delimiter == layout.delimiter &&
+         input.dialect.decimal_comma == layout.decimal_comma;
 }
 
 bool IsFor(const ImportMap& map, const Recording& recording) {

@@ -22,7 +22,10 @@ bool IsNumber(const std::string& text) {
 
 ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dialect,
                        std::vector<std::string>* warnings)
-    : lines_(path), delimiter_(dialect.delimiter), warnings_(warnings) {
+    : lines_(path),
+      delimiter_(dialect.delimiter),
+      decimal_comma_(dialect.decimal_comma),
+      warnings_(warnings) {
   std::string_view line;
   for (int i = 0; i < dialect.skip_lines + (dialect.header ? 1 : 0); ++i) {
     if (lines_.Next(&line)) continue;
@@ -39,7 +42,7 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
 bool ForeignCsv::Next() {
   std::string_view line;
   if (!lines_.NextFilled(&line)) return false;
-  SplitFields(line, delimiter_, &fields_);
+  SplitFields(WithDecimalPoints(line, decimal_comma_, &with_points_), delimiter_, &fields_);
   missing_ = -1;
   if (width_ == 0) width_ = fields_.size();
   if (IsCutOff() && lines_.AtEnd()) {
@@ -92,8 +95,19 @@ int ForeignCsv::IndexOf(const std::string& column, const std::string& where) con
     throw InputError(fmt::format("{}: there is no column {} in {}; it has columns 1 to {}", where,
                                  column, file(), width_));
   }
-  throw InputError(fmt::format("{}: there is no column '{}' in {}; its header has: {}", where,
-                               column, file(), fmt::join(names_, ", ")));
+  throw InputError(fmt::format("{}: there is no column '{}' in {}; its header has: {}{}", where,
+                               column, file(), fmt::join(names_, ", "), OtherDelimiter()));
+}
+
+// A remedy where the names look like several in one.
+std::string ForeignCsv::OtherDelimiter() const {
+  if (names_.size() != 1) return "";
+  for (const char other : {';', ',', '\t', '|'}) {
+    if (other == delimiter_ || names_.front().find(other) == std::string::npos) continue;
+    return fmt::format(", a single name; state the map's input: {{delimiter: {}}}",
+                       other == '\t' ? "tab" : fmt::format("\"{}\"", other));
+  }
+  return "";
 }
 
 double ForeignCsv::Number(int index) const {
@@ -101,7 +115,10 @@ double ForeignCsv::Number(int index) const {
   const bool known = Text(index).empty() || ParseNumber(Text(index), &value);
   if (!std::isfinite(value)) missing_ = index;
   if (known) return value;
-  Fail(index, fmt::format("'{}' is no number; repair or remove the line", Text(index)));
+  const bool comma = Text(index).find(',') != std::string_view::npos;
+  Fail(index, fmt::format("'{}' is no number; {}", Text(index),
+                          comma ? "state a decimal comma in the map's input: decimal: \",\""
+                                : "repair or remove the line"));
 }
 
 TimeNs ForeignCsv::Time(int index, int exponent) const {

@@ -13,8 +13,9 @@ namespace trueline {
 
 struct CsvDialect {
   char delimiter = ',';  // ' ' stands for runs of blanks
-  int skip_lines = 0;    // before the header, or before the first row
-  bool header = true;    // a line of names follows
+  bool decimal_comma = false;
+  int skip_lines = 0;  // before the header, or before the first row
+  bool header = true;  // a line of names follows
 };
 
 class ForeignCsv : public ForeignRow {
@@ -44,10 +45,13 @@ class ForeignCsv : public ForeignRow {
 
  private:
   std::string ColumnName(int index) const;
+  std::string OtherDelimiter() const;
   bool IsCutOff();
 
   LineReader lines_;
   char delimiter_;
+  bool decimal_comma_;
+  std::string with_points_;  // the line that fields_ points into, of numbers with a decimal comma
   std::vector<std::string>* warnings_;
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;

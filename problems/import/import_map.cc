@@ -37,6 +37,10 @@ InputMap ReadInput(const std::string& name, const YamlMap& map) {
   InputMap input;
   input.name = name;
   input.dialect.delimiter = ReadDelimiter(map);
+  input.dialect.decimal_comma = map.GetChoice("decimal", {".", ","}, ".") == ",";
+  if (input.dialect.decimal_comma && input.dialect.delimiter == ',') {
+    map.Fail("decimal", "a comma can't be the delimiter, too; state 'delimiter'");
+  }
   input.dialect.skip_lines = map.Get<int>("skip_lines", 0);
   if (input.dialect.skip_lines < 0) map.Fail("skip_lines", "must not be negative");
   input.dialect.header = map.Get<bool>("header", true);

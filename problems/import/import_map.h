@@ -9,6 +9,7 @@
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
 //       delimiter: ","       # or ";", tab, space (runs of blanks)
+//       decimal: "."         # or ",", beside another delimiter
 //       skip_lines: 0        # before the header
 //       header: true         # false: no names, columns by number
 //       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}

@@ -121,8 +121,9 @@ std::string CsvInput(const Recording& recording) {
                              : layout.header ? ", skip_lines: 1, header: false"
                                              : ", header: false";
   const std::string time = layout.time_column ? layout.columns[*layout.time_column] : "t";
-  return fmt::format("{{delimiter: \"{}\"{}, time: {{column: \"{}\", unit: {}}}}}  # {}", delimiter,
-                     header, time, UnitOfExponent(layout.time_exponent),
+  return fmt::format("{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}",
+                     delimiter, layout.decimal_comma ? ", decimal: \",\"" : "", header, time,
+                     UnitOfExponent(layout.time_exponent),
                      layout.time_column ? "check the unit: s, ms, us or ns"
                                         : "no name tells the time column; give it, or its number");
 }

@@ -4,6 +4,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/force_fit.h"
+#include "problems/inspection/lateral_axes.h"
 #include "problems/inspection/position_witness.h"
 
 namespace trueline {
@@ -14,30 +15,12 @@ constexpr double kBetter = 0.75;                // of the residual that a turn m
 constexpr double kTurnClearly = 5.0;            // sigmas
 constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may be drag or a bias
 constexpr double kLeastScale = 0.05;
-constexpr double kAlikeForce = 0.7;  // correlation of accelerations
-constexpr double kLeastBias = 0.4;   // m/s^2
+constexpr double kLeastBias = 0.4;  // m/s^2
 // A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
 // a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
 constexpr double kMostBias = 0.85;      // m/s^2
 constexpr double kAlikeResidual = 1.1;  // ratio of residuals
 constexpr double kUpright = 0.35;       // horizontal over vertical part of the bias
-
-// The bends in the earth of the attitude, where the two differ by a heading alone.
-std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
-                                                   const PositionWitness& witness) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
-  if (!match) return std::nullopt;
-  std::vector<Bend> bends = witness.bends;
-  if (witness.stream != "fixes") return bends;
-  if (match->correlation < 0.6) return std::nullopt;
-  const Eigen::Matrix3d turn = match->turn;
-  const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
-  const Eigen::Matrix3d yaw =
-      Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  for (Bend& bend : bends) bend.acceleration = yaw.transpose() * bend.acceleration;
-  return bends;
-}
 
 // The residual if the earth axes of position were turned instead.
 double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
@@ -77,7 +60,6 @@ void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
 }
 
 void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {
-  JudgeAssumedAxes(e, witness, bends);
   std::vector<Eigen::Matrix3d> hints;
   for (const RateWitness& rate : e->rates) {
     hints.push_back(rate.turn);
@@ -153,16 +135,6 @@ void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& str
   e->Add(finding);
 }
 
-// The bends in the axes that CheckPositions() will give the stream: those of the attitude's earth.
-void TurnLikePositions(const Examination& e, const PositionWitness& witness,
-                       std::vector<Bend>* bends) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, *bends), {0.0, 0.02});
-  if (!match || match->correlation < kAlikeForce) return;
-  const Eigen::Matrix3d turn = PlainTurn(*match, kLeastAngle);
-  for (Bend& bend : *bends) bend.acceleration = turn.transpose() * bend.acceleration;
-}
-
 // True if the fit is of a scale rather than of a bias.
 bool IsScale(const ForceScale& fit) {
   if (fit.by_factor < fit.by_bias) return true;
@@ -218,6 +190,8 @@ void CheckAccelerometer(Examination* e) {
     if (!witness) continue;
     auto bends = InEarthOfAttitude(*e, *witness);
     if (!bends) continue;
+    JudgeAssumedAxes(e, *witness, *bends);
+    CheckLateralAxes(e, stream);
     CheckAxes(e, *witness, *bends);
     bends = InEarthOfAttitude(*e, *witness);
     if (bends) CheckScale(e, *witness, *bends);

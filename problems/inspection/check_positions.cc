@@ -15,6 +15,7 @@ constexpr double kAlikeAcceleration = 0.7;  // correlation of a match
 constexpr double kAlikePosition = 0.9;
 constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
 constexpr double kLeastAxesTurn = 10.0 * kDegree;
+constexpr double kTurnOfForce = 30.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
@@ -33,6 +34,11 @@ struct Reference {
 
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
+}
+
+bool HasFinding(const Examination& e, const std::string& id, const std::string& stream) {
+  return std::any_of(e.result.findings.begin(), e.result.findings.end(),
+                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
 void AddLag(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -73,6 +79,8 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn);
   if (turn.isIdentity(1e-9)) return;
   const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
+  // A force along an axis that reads another multiple points elsewhere.
+  if (HasFinding(*e, "lateral_force", "imu") && angle < kTurnOfForce) return;
   if (reference.any_heading && IsHeading(turn)) {
     if (angle < kNotedHeading) return;
     Finding note;
@@ -107,11 +115,6 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   change.position = turn.transpose();
   e->Repair(stream, change);
   e->Add(finding);
-}
-
-bool HasFinding(const Examination& e, const std::string& id, const std::string& stream) {
-  return std::any_of(e.result.findings.begin(), e.result.findings.end(),
-                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
 bool IsOffScale(const VectorMatch& match) {

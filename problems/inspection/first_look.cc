@@ -24,7 +24,7 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
   if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
-                         "clock_jump", "position_spread", "accelerometer_scale"}) {
+                         "clock_jump", "position_spread", "accelerometer_scale", "lateral_force"}) {
     if (finding.id == id) return true;
   }
   return false;

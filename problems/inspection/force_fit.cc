@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace trueline {
 namespace {
@@ -41,6 +42,19 @@ struct Row {
   Vector9 x;  // of L
   Eigen::Vector3d of_bias;
   double y;
+};
+
+// Normal equations of the flight, and of each of its parts.
+struct Blocks {
+  std::array<Normal, kForceBlocks> each;
+  Normal all;
+
+  explicit Blocks(const std::vector<Row>& rows) {
+    for (const Row& row : rows) {
+      each[static_cast<std::size_t>(row.block)].Add(row.x, row.y);
+      all.Add(row.x, row.y);
+    }
+  }
 };
 
 Vector9 RowsOf(const Eigen::Matrix3d& m) {
@@ -134,12 +148,8 @@ std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<Attitud
                                  const std::vector<Eigen::Matrix3d>& hints) {
   const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
   if (rows.size() < 300) return std::nullopt;
-  std::array<Normal, kForceBlocks> blocks;
-  Normal all;
-  for (const Row& row : rows) {
-    blocks[static_cast<std::size_t>(row.block)].Add(row.x, row.y);
-    all.Add(row.x, row.y);
-  }
+  const Blocks blocks(rows);
+  const Normal& all = blocks.all;
   ForceFit fit;
   fit.count = static_cast<int>(rows.size() / 3);
   fit.turn = BestTurn(all, hints);
@@ -148,11 +158,41 @@ std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<Attitud
   fit.residual = std::sqrt(ScaledCost(all, fit.turn) / all.n);
   std::vector<double> gains;  // in cost, without each block
   const double gain = ScaledCost(all, one) - ScaledCost(all, fit.turn);
-  for (const Normal& block : blocks) {
+  for (const Normal& block : blocks.each) {
     const Normal rest = Without(all, block);
     gains.push_back(ScaledCost(rest, one) - ScaledCost(rest, fit.turn));
   }
   fit.clearly = gain / std::max(1e-9, JackknifeSigma(gains));
+  return fit;
+}
+
+double ForceResidual(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                     const std::vector<Bend>& bends, double gravity, const Eigen::Matrix3d& turn) {
+  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+  if (rows.size() < 300) return std::numeric_limits<double>::infinity();
+  const Normal all = Blocks(rows).all;
+  return std::sqrt(ScaledCost(all, turn) / all.n);
+}
+
+std::optional<LateralForce> FitLateralForce(const FlightLog& log,
+                                            const std::vector<AttitudeSample>& attitude,
+                                            const std::vector<Bend>& bends, double gravity) {
+  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+  if (rows.size() < 300) return std::nullopt;
+  const Blocks blocks(rows);
+  const auto lateral = [](const Normal& normal) -> Eigen::Vector<double, 6> {
+    return normal.a.ldlt().solve(normal.b).head<6>();
+  };
+  const Eigen::Vector<double, 6> all = lateral(blocks.all);
+  LateralForce fit;
+  for (int k = 0; k < 6; ++k) {
+    std::vector<double> without;
+    for (const Normal& block : blocks.each) {
+      without.push_back(lateral(Without(blocks.all, block))[k]);
+    }
+    fit.share(k / 3, k % 3) = all[k];
+    fit.sigma(k / 3, k % 3) = JackknifeSigma(without);
+  }
   return fit;
 }
 

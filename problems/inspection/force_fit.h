@@ -34,4 +34,18 @@ std::optional<ForceScale> FitForceScale(const FlightLog& log,
                                         const std::vector<AttitudeSample>& attitude,
                                         const std::vector<Bend>& bends, double gravity);
 
+// m/s^2, rms by axis of what a multiple of L = `turn` leaves; infinite for fewer than 100 bends.
+double ForceResidual(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
+                     const std::vector<Bend>& bends, double gravity, const Eigen::Matrix3d& turn);
+
+// Rows x and y of L, nine free numbers: what the body's lateral force is made of. Both are small
+// beside thrust, so that a wrong axis hardly shows in the residual; drag is read from nothing else.
+struct LateralForce {
+  Eigen::Matrix<double, 2, 3> share;  // of the readings along x, y, z
+  Eigen::Matrix<double, 2, 3> sigma;  // by the jackknife
+};
+std::optional<LateralForce> FitLateralForce(const FlightLog& log,
+                                            const std::vector<AttitudeSample>& attitude,
+                                            const std::vector<Bend>& bends, double gravity);
+
 }  // namespace trueline

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/common/units.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -10,8 +11,11 @@ namespace {
 
 constexpr std::size_t kMostBends = 1500;
 constexpr std::size_t kLeastBends = 100;
-constexpr double kPoseNoise = 0.002;               // m
-constexpr double kBendNoise = 0.5;                 // m/s^2, wanted of a bend at most
+constexpr double kPoseNoise = 0.002;  // m
+constexpr double kBendNoise = 0.5;    // m/s^2, wanted of a bend at most
+constexpr double kAlikeForce = 0.7;   // correlation of accelerations
+constexpr double kAlikeHeading = 0.6;
+constexpr double kLeastTurnOfEarth = 10.0 * kDegree;
 constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
 
 std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
@@ -47,6 +51,31 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
                           wider * HalfWidth(witness.noise), kMostBends);
   if (witness.bends.size() < kLeastBends) return std::nullopt;
   return witness;
+}
+
+std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
+                                                   const PositionWitness& witness) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
+  if (!match) return std::nullopt;
+  std::vector<Bend> bends = witness.bends;
+  if (witness.stream != "fixes") return bends;
+  if (match->correlation < kAlikeHeading) return std::nullopt;
+  const Eigen::Matrix3d turn = match->turn;
+  const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
+  const Eigen::Matrix3d yaw =
+      Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  for (Bend& bend : bends) bend.acceleration = yaw.transpose() * bend.acceleration;
+  return bends;
+}
+
+void TurnLikePositions(const Examination& e, const PositionWitness& witness,
+                       std::vector<Bend>* bends) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, *bends), {0.0, 0.02});
+  if (!match || match->correlation < kAlikeForce) return;
+  const Eigen::Matrix3d turn = PlainTurn(*match, kLeastTurnOfEarth);
+  for (Bend& bend : *bends) bend.acceleration = turn.transpose() * bend.acceleration;
 }
 
 }  // namespace trueline

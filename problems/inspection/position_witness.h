@@ -22,4 +22,12 @@ struct PositionWitness {
 std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std::string& stream,
                                                  double wider = 1.0);
 
+// The bends in the earth of the attitude, where the two differ by a heading alone. None where they
+// are too unlike to say.
+std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
+                                                   const PositionWitness& witness);
+// The bends in the axes that CheckPositions() will give the stream: those of the attitude's earth.
+void TurnLikePositions(const Examination& e, const PositionWitness& witness,
+                       std::vector<Bend>* bends);
+
 }  // namespace trueline

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <limits>
@@ -100,6 +101,13 @@ void SplitFields(std::string_view line, char delimiter, std::vector<std::string_
     if (end == std::string_view::npos) return;
     begin = end + 1;
   }
+}
+
+std::string_view WithDecimalPoints(std::string_view line, bool decimal_comma, std::string* buffer) {
+  if (!decimal_comma) return line;
+  buffer->assign(line);
+  std::replace(buffer->begin(), buffer->end(), ',', '.');
+  return *buffer;
 }
 
 bool ParseNumber(std::string_view text, double* value) {

@@ -14,6 +14,10 @@ std::string_view TrimmedField(std::string_view text);  // without blanks and one
 // The fields of one line. With a `delimiter` of ' ' a run of blanks and tabs counts as one.
 void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 
+// The line with decimal points, in `buffer`, where it is written with a decimal comma; else the
+// line itself. Such a line is delimited by something else.
+std::string_view WithDecimalPoints(std::string_view line, bool decimal_comma, std::string* buffer);
+
 // A decimal number in full ("nan" and "inf" parse too). False when `text` is something else.
 bool ParseNumber(std::string_view text, double* value);
 

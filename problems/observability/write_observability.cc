@@ -125,7 +125,11 @@ std::string NullSpaceText(const CaseResult& result) {
     text += fmt::format("  only jointly ({}): {}\n", vector.label, fmt::join(parts, ", "));
   }
   if (!unseen.empty()) text += fmt::format("  not seen: {}\n", unseen);
-  if (text.empty()) text = "  every state is seen\n";
+  if (text.empty()) {
+    text = result.rank.exact
+               ? "  every state is seen\n"
+               : "  every state is seen, if the model is exact for the whole flight\n";
+  }
   return text;
 }
 

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "problems/calibration/prior_conflict.h"
+#include "problems/calibration/conflict.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -99,9 +99,7 @@ TEST(Judge, ForcesAndDriftsOfNoVehicleArePoor) {
 }
 
 // A run of 18 windows of three passes under a prior of K_x, whose data alone say `data`.
-std::vector<PriorConflict> ConflictOf(double prior_sigma, double data, double data_sigma) {
-  auto priors = DefaultPriors();
-  priors[0] = {0.01, prior_sigma, -2.0, 2.0};
+EstimatorRun RunThatShows(double prior_sigma, double data, double data_sigma) {
   const double precision = std::pow(prior_sigma, -2) + std::pow(data_sigma, -2);
   EstimatorRun run{"vgd", 3, {}, {}};
   for (int tau = 1; tau <= 18; ++tau) {
@@ -112,20 +110,41 @@ std::vector<PriorConflict> ConflictOf(double prior_sigma, double data, double da
     window.parameters = {{"K_x", mean, 1.0 / std::sqrt(precision), "1/s", "identified"}};
     run.windows.push_back(window);
   }
-  return ConflictsOf(priors, run);
+  return run;
+}
+
+std::array<ParameterPrior, kMotionSize> PriorsWithSigma(double sigma) {
+  auto priors = DefaultPriors();
+  priors[0] = {0.01, sigma, -2.0, 2.0};
+  return priors;
+}
+
+std::vector<Conflict> ConflictOf(double prior_sigma, double data, double data_sigma) {
+  return ConflictsWithPrior(PriorsWithSigma(prior_sigma),
+                            RunThatShows(prior_sigma, data, data_sigma));
 }
 
 TEST(PriorConflict, ASharpPriorThatTheFlightContradictsIsReported) {
-  const std::vector<PriorConflict> conflicts = ConflictOf(0.03, -0.35, 0.15);
+  const std::vector<Conflict> conflicts = ConflictOf(0.03, -0.35, 0.15);
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
-  EXPECT_NEAR(conflicts[0].flight, -0.35, 1e-9);
-  EXPECT_NEAR(conflicts[0].flight_sigma, 0.15 / std::sqrt(6.0), 1e-9);  // six windows apart
+  EXPECT_NEAR(conflicts[0].other, -0.35, 1e-9);
+  EXPECT_NEAR(conflicts[0].other_sigma, 0.15 / std::sqrt(6.0), 1e-9);  // six windows apart
 }
 
 TEST(PriorConflict, AnOrdinaryDifferenceIsNone) {
   EXPECT_THAT(ConflictOf(0.03, -0.15, 0.15), IsEmpty());  // 2.3 sigmas
   EXPECT_THAT(ConflictOf(0.3, -0.9, 0.15), IsEmpty());    // 3 sigmas
+}
+
+TEST(ConflictsBetween, TwoVehiclesDifferByMoreThanTheirFlightsShow) {
+  const auto priors = PriorsWithSigma(0.3);
+  const EstimatorRun light = RunThatShows(0.3, -0.3, 0.15), heavy = RunThatShows(0.3, -0.7, 0.15);
+  const std::vector<Conflict> conflicts = ConflictsBetween(priors, light, heavy);  // 4.6 sigmas
+  ASSERT_EQ(conflicts.size(), 1U);
+  EXPECT_EQ(conflicts[0].name, "K_x");
+  EXPECT_NEAR(conflicts[0].other, -0.7, 1e-9);
+  EXPECT_THAT(ConflictsBetween(priors, light, RunThatShows(0.3, -0.6, 0.15)), IsEmpty());
 }
 
 TEST(Judge, NoPassIsUnusable) {

@@ -216,6 +216,43 @@ TEST(Convert, CutsToTheTimeInTheAir) {
   EXPECT_EQ(log.mocap.front().t, 10'010'000'000);
 }
 
+// A vehicle that flies already where the recording begins: its start is no ground.
+TEST(Convert, KeepsAllOfARecordingThatBeginsAndEndsInFlight) {
+  std::string rows;
+  for (int i = 0; i < 200; ++i) {
+    rows += fmt::format("{:.2f},0,0,1,0,0,0,{:.3f},2,3,1,0,0,0,5,40\n", 10.0 + 0.01 * i, 0.02 * i);
+  }
+  const FlightLog log = Convert(
+      "  mocap: {position: {columns: [px, py, pz]}, quaternion: {w: qw, x: qx, y: qy, z: qz}}\n"
+      "cut: {airborne: {min_height: 0.4}}\n",
+      rows);
+  EXPECT_EQ(log.mocap.size(), 200U);
+}
+
+TEST(Convert, ReadsDecimalCommas) {
+  const FlightLog log = ImportFiles().Convert(
+      "inputs: {log: {delimiter: \";\", decimal: \",\", time: {column: t}}}\n"
+      "streams: {imu: {accel: {columns: [x, y, z]}, gyro: {columns: [y, y, y]}}}\n",
+      "t;x;y;z\n0,5;1,25;-0,5;9\n0,51;1e-1;0;0\n");
+  ASSERT_EQ(log.imu.size(), 2U);
+  EXPECT_EQ(log.imu[0].t, 500'000'000);
+  EXPECT_EQ(log.imu[0].accel, Eigen::Vector3d(1.25, -0.5, 9.0));
+}
+
+TEST(Convert, SaysThatNumbersHaveDecimalCommasAndNamesAnotherDelimiter) {
+  const std::string streams =
+      "streams: {imu: {accel: {columns: [x, x, x]}, gyro: {columns: [x, x, x]}}}\n";
+  const auto error = [&](const std::string& input, const std::string& text) {
+    return ErrorOf([&] { ImportFiles().Convert(input + streams, text); });
+  };
+  EXPECT_THAT(error("inputs: {log: {delimiter: \";\", time: {column: t}}}\n", "t;x\n0;1,5\n"),
+              HasSubstr("'1,5' is no number; state a decimal comma in the map's input: decimal"));
+  EXPECT_THAT(error("inputs: {log: {time: {column: t}}}\n", "t;x\n0;1\n"),
+              HasSubstr("a single name; state the map's input: {delimiter: \";\"}"));
+  EXPECT_THAT(error("inputs: {log: {decimal: \",\", time: {column: t}}}\n", "t,x\n0,1\n"),
+              HasSubstr("a comma can't be the delimiter, too"));
+}
+
 TEST(Convert, JoinsFilesWithClocksOfTheirOwn) {
   const ImportFiles files;
   const std::string map = files.Write(

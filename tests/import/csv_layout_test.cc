@@ -30,6 +30,13 @@ TEST_F(CsvLayoutOf, BlanksInNamesDoNotSeparate) {
   EXPECT_EQ(layout.columns[1], "acc x");
   EXPECT_EQ(Guess("t a b\n0 1 2\n1 1 2\n").delimiter, ' ');
   EXPECT_EQ(Guess("t;a;b\n0;1,5;2\n1;1,5;2\n").delimiter, ';');
+  EXPECT_FALSE(Guess("t;a;b\n0;1.5;2\n1;1.5;2\n").decimal_comma);
+  // More commas than semicolons, with names and without.
+  for (const char* text : {"t;a\n0,1;1,5\n0,2;1,5\n", "0,1;1,5\n0,2;1,5\n"}) {
+    EXPECT_EQ(Guess(text).delimiter, ';') << text;
+    EXPECT_TRUE(Guess(text).decimal_comma) << text;
+    EXPECT_EQ(Guess(text).columns.size(), 2U) << text;
+  }
 }
 
 TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {

@@ -125,6 +125,16 @@ INSTANTIATE_TEST_SUITE_P(
                              [](FlightLog* log) {
                                for (ImuSample& sample : log->imu) sample.accel *= 0.9;
                              }},
+                    PutFault{"AccelerometerSwapped", "accelerometer_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 std::swap(sample.accel.x(), sample.accel.y());
+                             }},
+                    PutFault{"AccelerometerSign", "accelerometer_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 sample.accel.x() = -sample.accel.x();
+                             }},
                     PutFault{"ClockASecondLate", "clock_offset of mocap",
                              [](FlightLog* log) {
                                for (PoseSample& pose : log->mocap) pose.t += FromSeconds(1.0);
@@ -156,6 +166,16 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Inspect, FindsNothingInAGoodLog) {
   const Inspection inspection = Inspect(GoodLog(), {});
   EXPECT_THAT(Harmful(inspection), IsEmpty());
+  EXPECT_TRUE(inspection.repairs.IsNone());
+}
+
+// Drag would be read from it twice as large.
+TEST(Inspect, FindsAnAxisThatReadsTwiceTheForce) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.accel.y() *= 2.0;
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("lateral_force of imu"));
+  EXPECT_NEAR(inspection.findings.front().size, 0.5, 0.05);
   EXPECT_TRUE(inspection.repairs.IsNone());
 }
 

@@ -17,7 +17,8 @@ constexpr std::size_t kSampleRows = 200;  // that show the time column and its u
 
 class CsvRowDecoder : public MessageDecoder {
  public:
-  explicit CsvRowDecoder(const CsvLayout& layout) : delimiter_(layout.delimiter) {
+  explicit CsvRowDecoder(const CsvLayout& layout)
+      : delimiter_(layout.delimiter), decimal_comma_(layout.decimal_comma) {
     for (const std::string& column : layout.columns) fields_.push_back({column, ""});
   }
 
@@ -27,7 +28,8 @@ class CsvRowDecoder : public MessageDecoder {
   }
   bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
     std::vector<std::string_view> texts;
-    SplitFields(message, delimiter_, &texts);
+    std::string with_points;
+    SplitFields(WithDecimalPoints(message, decimal_comma_, &with_points), delimiter_, &texts);
     if (texts.size() != cells->size()) return false;
     ParseCells(texts, 0, cells);
     return true;
@@ -36,7 +38,35 @@ class CsvRowDecoder : public MessageDecoder {
  private:
   std::vector<ChannelField> fields_;
   char delimiter_;
+  bool decimal_comma_;
 };
+
+std::vector<std::string> Split(std::string_view line, char delimiter) {
+  std::vector<std::string_view> texts;
+  SplitFields(line, delimiter, &texts);
+  return {texts.begin(), texts.end()};
+}
+
+bool IsNumberText(const std::string& text) {
+  double value = 0.0;
+  return ParseNumber(text, &value);
+}
+
+// The separator beside which commas are decimal: all fields are numbers once they are points.
+std::optional<char> BesideDecimalCommas(std::string_view line) {
+  std::string with_points;
+  const std::string_view points = WithDecimalPoints(line, true, &with_points);
+  for (const char delimiter : {';', '\t'}) {
+    if (line.find(delimiter) == std::string_view::npos) continue;
+    const std::vector<std::string> as_read = Split(line, delimiter);
+    const std::vector<std::string> fields = Split(points, delimiter);
+    if (std::all_of(fields.begin(), fields.end(), IsNumberText) &&
+        !std::all_of(as_read.begin(), as_read.end(), IsNumberText)) {
+      return delimiter;
+    }
+  }
+  return std::nullopt;
+}
 
 // Blanks separate only where nothing else does: names and values may have blanks beside commas.
 char DelimiterOf(std::string_view line) {
@@ -46,17 +76,6 @@ char DelimiterOf(std::string_view line) {
     if (count(candidate) > count(best)) best = candidate;
   }
   return count(best) > 0 ? best : ' ';
-}
-
-std::vector<std::string> Split(const std::string& line, char delimiter) {
-  std::vector<std::string_view> texts;
-  SplitFields(line, delimiter, &texts);
-  return {texts.begin(), texts.end()};
-}
-
-bool IsNumberText(const std::string& text) {
-  double value = 0.0;
-  return ParseNumber(text, &value);
 }
 
 std::vector<std::string> FirstLines(const std::filesystem::path& path) {
@@ -158,10 +177,20 @@ void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLa
 CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   const std::vector<std::string> lines = FirstLines(path);
   CsvLayout layout;
-  layout.delimiter = DelimiterOf(lines.size() > 1 ? lines[1] : lines[0]);
-  const std::vector<std::string> first = Split(lines.front(), layout.delimiter);
+  const std::string& row = lines.size() > 1 ? lines[1] : lines[0];
+  const auto beside_commas = BesideDecimalCommas(row);
+  layout.decimal_comma = beside_commas.has_value();
+  layout.delimiter = beside_commas.value_or(DelimiterOf(row));
+  std::string with_points;
+  const auto numbers =
+      Split(WithDecimalPoints(lines.front(), layout.decimal_comma, &with_points), layout.delimiter);
+  const bool named = !std::all_of(numbers.begin(), numbers.end(), IsNumberText);
+  const auto first = named ? Split(lines.front(), layout.delimiter) : numbers;
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.delimiter));
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    rows.push_back(
+        Split(WithDecimalPoints(lines[i], layout.decimal_comma, &with_points), layout.delimiter));
+  }
   NameColumns(first, rows.empty() ? first.size() : rows.front().size(), &layout);
   if (rows.size() > 1) rows.pop_back();  // the last line may be cut off
   FindTime(rows, &layout);
@@ -180,10 +209,12 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
   std::string_view line;
   if (layout.header) lines.NextFilled(&line);
   std::vector<std::string_view> texts;
+  std::string with_points;
   while (lines.NextFilled(&line)) {
     TimeNs time = 0;
     if (layout.time_column) {
-      SplitFields(line, layout.delimiter, &texts);
+      SplitFields(WithDecimalPoints(line, layout.decimal_comma, &with_points), layout.delimiter,
+                  &texts);
       if (*layout.time_column < texts.size()) {
         ParseTime(texts[*layout.time_column], layout.time_exponent, &time);
       }

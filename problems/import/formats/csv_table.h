@@ -14,6 +14,7 @@ namespace trueline {
 // name. Names are ignored where there are more or fewer than columns.
 struct CsvLayout {
   char delimiter = ',';
+  bool decimal_comma = false;
   bool header = true;  // the first line holds names
   std::vector<std::string> columns;
   std::optional<std::size_t> time_column;  // by its name, if its values increase

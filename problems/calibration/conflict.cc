@@ -1,0 +1,83 @@
+#include "problems/calibration/conflict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace trueline {
+namespace {
+
+constexpr double kContradicts = 4.0;  // standard deviations
+constexpr double kShows = 0.999;      // of the prior's variance: what stays above it shows nothing
+
+struct Normal {
+  double mean, variance;
+};
+
+// A sum of independent normal estimates of one number.
+struct Pooled {
+  double precision = 0.0, weighted = 0.0;
+
+  void Add(const Normal& estimate) {
+    precision += 1.0 / estimate.variance;
+    weighted += estimate.mean / estimate.variance;
+  }
+  Normal Sum() const { return {weighted / precision, 1.0 / precision}; }
+};
+
+// The estimate without its prior: precisions of prior and data add up.
+void AddWithoutPrior(const ParameterEstimate& estimate, const ParameterPrior& prior, Pooled* data) {
+  const double P = prior.sigma * prior.sigma, C = estimate.sigma * estimate.sigma;
+  if (!(C < kShows * P)) return;
+  const double precision = 1.0 / C - 1.0 / P;
+  data->Add({(estimate.value / C - prior.mean / P) / precision, 1.0 / precision});
+}
+
+// What windows that share no pass show of one parameter; none if they show nothing.
+std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const ParameterPrior& prior) {
+  Pooled data;
+  for (std::size_t k = run.windows.size(); k > 0;) {
+    const WindowEstimate& window = run.windows[k - 1];
+    for (const ParameterEstimate& estimate : window.parameters) {
+      if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, &data);
+    }
+    k -= std::min(k, static_cast<std::size_t>(std::max(1, window.gamma)));
+  }
+  if (data.precision <= 0.0) return std::nullopt;
+  return data.Sum();
+}
+
+void AddConflict(int parameter, const Normal& one, const Normal& other,
+                 std::vector<Conflict>* conflicts) {
+  const double sigma = std::sqrt(one.variance + other.variance);
+  if (std::abs(one.mean - other.mean) < kContradicts * sigma) return;
+  conflicts->push_back({kTheta[parameter].name, kTheta[parameter].unit, one.mean,
+                        std::sqrt(one.variance), other.mean, std::sqrt(other.variance)});
+}
+
+}  // namespace
+
+std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotionSize>& priors,
+                                         const EstimatorRun& run) {
+  std::vector<Conflict> conflicts;
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (!IsVehicle(i)) continue;
+    const auto flight = ShownBy(run, i, priors[i]);
+    const double variance = priors[i].sigma * priors[i].sigma;
+    if (flight) AddConflict(i, {priors[i].mean, variance}, *flight, &conflicts);
+  }
+  return conflicts;
+}
+
+std::vector<Conflict> ConflictsBetween(const std::array<ParameterPrior, kMotionSize>& priors,
+                                       const EstimatorRun& one, const EstimatorRun& other) {
+  std::vector<Conflict> conflicts;
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (!IsAirframe(i)) continue;
+    const auto a = ShownBy(one, i, priors[i]), b = ShownBy(other, i, priors[i]);
+    if (a && b) AddConflict(i, *a, *b, &conflicts);
+  }
+  return conflicts;
+}
+
+}  // namespace trueline

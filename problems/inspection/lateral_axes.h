@@ -1,0 +1,16 @@
+// Whether the accelerometer's x and y read the lateral part of the body's force.
+#pragma once
+
+#include <string>
+
+#include "problems/inspection/examination.h"
+
+namespace trueline {
+
+// Drag is read from these axes and from nothing else. Their part of the acceleration is small
+// beside that of thrust, so a wrong one hardly shows in the residual of all axes. Finds x and y
+// exchanged or of the other sign, and repairs it where the flight shows both; finds an axis that
+// reads another multiple of the force. `stream`: of the positions, with an attitude.
+void CheckLateralAxes(Examination* e, const std::string& stream);
+
+}  // namespace trueline
