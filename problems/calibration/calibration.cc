@@ -264,8 +264,8 @@ std::vector<std::string> ContradictionsOf(const EstimatorRun& lagged,
     for (const Conflict& c : ConflictsBetween(priors, lagged, other.alone)) {
       contradictions.push_back(fmt::format(
           "the flights contradict each other: of {} the first alone shows {:.3g} +- {:.2g} {}, {} "
-          "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither (two vehicles, or forces "
-          "that the model lacks)",
+          "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither: two vehicles, or "
+          "forces that the model lacks",
           c.name, c.one, c.one_sigma, c.unit, other.name, c.other, c.other_sigma));
     }
   }
