@@ -14,6 +14,7 @@ constexpr double kLeastAngle = 10.0 * kDegree;  // of the accelerometer; less is
 constexpr double kBetter = 0.75;                // of the residual that a turn must reach
 constexpr double kTurnClearly = 5.0;            // sigmas
 constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may be drag or a bias
+constexpr double kMostGravities = 5.0;          // rms acceleration of a flight
 constexpr double kLeastScale = 0.05;
 constexpr double kLeastBias = 0.4;  // m/s^2
 // A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
@@ -182,6 +183,13 @@ void CheckMeanForce(Examination* e) {
            "axis looks the same");
 }
 
+// Accelerations that no vehicle has on average.
+bool AreOfAnotherUnit(const std::vector<Bend>& bends, double gravity) {
+  double square = 0.0;
+  for (const Bend& bend : bends) square += bend.acceleration.squaredNorm();
+  return square > std::pow(kMostGravities * gravity, 2) * static_cast<double>(bends.size());
+}
+
 }  // namespace
 
 void CheckAccelerometer(Examination* e) {
@@ -190,6 +198,7 @@ void CheckAccelerometer(Examination* e) {
     if (!witness) continue;
     auto bends = InEarthOfAttitude(*e, *witness);
     if (!bends) continue;
+    if (AreOfAnotherUnit(*bends, e->log.gravity)) return;  // CheckPositions() says so
     JudgeAssumedAxes(e, *witness, *bends);
     CheckLateralAxes(e, stream);
     CheckAxes(e, *witness, *bends);

@@ -7,12 +7,13 @@
 namespace trueline {
 namespace {
 
-constexpr std::size_t kMostTurns = 1500;  // for the search of the lag
-constexpr double kAlike = 0.7;            // correlation of a match
-constexpr double kLeastRate = 0.05;       // rad/s
-constexpr double kLeastLag = 0.012;       // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;      // s/s; a smaller one is no fault
-constexpr double kFormMargin = 0.04;      // correlation by which another form must be better
+constexpr std::size_t kMostTurns = 1500;          // for the search of the lag
+constexpr double kAlike = 0.7;                    // correlation of a match
+constexpr double kLike = 0.85, kVeryLike = 0.97;  // of another flight, of a good sensor
+constexpr double kLeastRate = 0.05;               // rad/s
+constexpr double kLeastLag = 0.012;               // s; a shorter one is no fault
+constexpr double kLeastDrift = 1e-4;              // s/s; a smaller one is no fault
+constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
 constexpr double kLeastTurn = 5.0 * kDegree;
 constexpr double kLeastPoseTurn = 8.0 * kDegree;
 
@@ -193,6 +194,30 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
   e->Add(finding);
 }
 
+// A stream that no lag makes alike where another attitude agrees: its clock is not what is wrong.
+bool IsOfAnotherFlight(const Examination& e, const VectorMatch& match) {
+  return match.correlation < kLike &&
+         std::any_of(e.rates.begin(), e.rates.end(),
+                     [](const RateWitness& rate) { return rate.match.correlation > kVeryLike; });
+}
+
+void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match) {
+  Finding finding;
+  finding.id = "rates_disagree";
+  finding.stream = stream;
+  finding.level = Level::kFatal;
+  finding.size = match.correlation;
+  finding.unit = "1";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at best ({}), "
+      "those of {}.csv to {:.3f}: it is of another flight of such laps, or badly tracked",
+      stream, match.correlation, LateText(match.lag), e->rates.front().stream,
+      e->rates.front().match.correlation);
+  finding.remedy = "check that both streams are of one flight; leave this one out of the map";
+  e->Add(finding);
+}
+
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
   std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (attitude.size() < 30) return;
@@ -219,8 +244,12 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   const auto trials = TryForms(*e, stream, attitude, gyro, match->lag);
   const FormTrial& best = BestForm(trials);
   if (best.form != &kForms.front()) RepairForm(e, stream, trials.front(), best);
-  AddClock(e, stream, *match);
-  AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
+  if (IsOfAnotherFlight(*e, *match)) {
+    AddOtherFlight(e, stream, *match);
+  } else {
+    AddClock(e, stream, *match);
+    AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
+  }
   attitude = AttitudesOf(e->fixed, stream);
   auto repaired =
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});

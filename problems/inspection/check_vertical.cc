@@ -96,11 +96,24 @@ double LeanOf(const Eigen::Vector3d& force) {
   return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
 }
 
+// Whether an attitude that agrees with the gyroscope has the body upright on average.
+bool IsUprightByAttitude(const Examination& e) {
+  if (e.rates.empty()) return false;
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  const std::vector<AttitudeSample> attitude = AttitudesOf(e.fixed, e.rates.front().stream);
+  for (const AttitudeSample& sample : attitude) {
+    up -= sample.q_Ep_I.conjugate() * Eigen::Vector3d::UnitZ();
+  }
+  return -up.z() > kAlong * static_cast<double>(attitude.size());
+}
+
 void CheckBodyUp(Examination* e) {
   const Eigen::Vector3d force = CalmForce(e->fixed);
   if (force.norm() < 0.5 * e->log.gravity) return;
   const double lean = LeanOf(force);
   if (lean < kLeastLean) return;
+  // Then the accelerometer alone is turned, which CheckAccelerometer() or CheckGravity() says.
+  if (IsUprightByAttitude(*e)) return;
   const Eigen::Matrix3d repair = ToUpright(force);
   Finding finding;
   finding.id = "body_up";

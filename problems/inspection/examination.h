@@ -41,6 +41,8 @@ std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string&
 
 // Time that streams share with the IMU; whether there is an attitude.
 void CheckCover(Examination* e);
+// Streams that stand still while the vehicle turns.
+void CheckFrozen(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.
 void CheckRates(Examination* e);
 // Which of gyroscope, accelerometer and attitudes are turned in the body.

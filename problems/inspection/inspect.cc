@@ -86,6 +86,7 @@ Inspection Inspect(const FlightLog& log, const AttitudeSources& sources) {
   Examination e{log, sources, log, {}, {}, {}};
   e.result.streams = CheckStreams(log, &e.result.findings);
   CheckCover(&e);
+  CheckFrozen(&e);
   const auto imu = std::find_if(e.result.streams.begin(), e.result.streams.end(),
                                 [](const StreamHealth& h) { return h.stream == "imu"; });
   if (imu == e.result.streams.end() || imu->count < 100 || imu->rate < kLeastImuRate) {

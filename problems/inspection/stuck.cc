@@ -83,25 +83,48 @@ bool IsCalm(const Sensor& sensor, std::size_t but, const Run& run) {
   return false;
 }
 
-bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
-  if (run.repeats() < kLeastRun || run.last - run.first == sensor.columns[k].size()) return false;
+// True for a run that an ordinary signal, which repeats as outside of the run, does not make.
+bool IsOdd(const Values& column, const Run& run) {
+  if (run.repeats() < kLeastRun || run.last - run.first == column.size()) return false;
   const double log_chance =
-      std::log(static_cast<double>(sensor.columns[k].size())) +
-      static_cast<double>(run.repeats()) * std::log(ShareOutside(sensor.columns[k], run));
-  return log_chance < std::log(kChance) && !IsCalm(sensor, k, run);
+      std::log(static_cast<double>(column.size())) +
+      static_cast<double>(run.repeats()) * std::log(ShareOutside(column, run));
+  return log_chance < std::log(kChance);
+}
+
+bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
+  return IsOdd(sensor.columns[k], run) && !IsCalm(sensor, k, run);
+}
+
+template <class Sample>
+std::vector<Sensor> SensorsOf(const Stream& stream, const std::vector<Sample>& samples) {
+  std::vector<Sensor> sensors;
+  for (const Sample& sample : samples) {
+    Collect collect{sensors};
+    Sample::Describe(collect, sample, stream);
+  }
+  return sensors;
+}
+
+// A number that changes wherever one of the stream's does.
+Values ChangesOf(const std::vector<Sensor>& sensors, std::size_t count) {
+  Values changes(count, 0.0);
+  for (std::size_t i = 1; i < count; ++i) {
+    const bool same = std::all_of(sensors.begin(), sensors.end(), [i](const Sensor& sensor) {
+      return std::all_of(sensor.columns.begin(), sensor.columns.end(),
+                         [i](const Values& column) { return column[i] == column[i - 1]; });
+    });
+    changes[i] = changes[i - 1] + (same ? 0.0 : 1.0);
+  }
+  return changes;
 }
 
 }  // namespace
 
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples) {
-  std::vector<Sensor> sensors;
-  for (const Sample& sample : samples) {
-    Collect collect{sensors};
-    Sample::Describe(collect, sample, stream);
-  }
   std::vector<StuckColumn> stuck;
-  for (const Sensor& sensor : sensors) {
+  for (const Sensor& sensor : SensorsOf(stream, samples)) {
     for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
       const Run run = LongestRun(sensor.columns[k]);
       if (!IsStuck(sensor, k, run)) continue;
@@ -110,6 +133,16 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
     }
   }
   return stuck;
+}
+
+template <class Sample>
+std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples) {
+  const std::vector<Sensor> sensors = SensorsOf(stream, samples);
+  if (samples.empty() || sensors.empty()) return std::nullopt;
+  const Values changes = ChangesOf(sensors, samples.size());
+  const Run run = LongestRun(changes);
+  if (!IsOdd(changes, run)) return std::nullopt;
+  return FrozenStretch{samples[run.first].t, samples[run.last - 1].t};
 }
 
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples) {
@@ -132,5 +165,9 @@ template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<Fix
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<PoseSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ChannelsSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ScalarSample>&);
+
+template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
+template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);
+template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<PoseSample>&);
 
 }  // namespace trueline

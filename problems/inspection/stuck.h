@@ -1,6 +1,7 @@
 // Columns of a stream that stop changing while the other columns of the same sensor go on.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,21 @@ struct StuckColumn {
   double from = 0.0, until = 0.0;  // s
 };
 
+struct FrozenStretch {
+  TimeNs from = 0, until = 0;
+};
+
 // Of every sample type of ForEachStream(). The longest stretch of each column of IMU, attitude and
 // positions that no ordinary signal makes. A vehicle at rest, a coarse signal or a coordinate that
 // never changes is not stuck: the stretch is compared with how often the column repeats elsewhere,
 // and how often its neighbours repeat meanwhile.
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples);
+
+// The longest stretch over which no number of a stream changes and that no ordinary repeats make: a
+// tracker that has lost the vehicle, a driver that hangs, or a vehicle at rest.
+template <class Sample>
+std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples);
 
 // Channels, from 0, that have one value in all of at least 100 samples.
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples);

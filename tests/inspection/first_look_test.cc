@@ -8,6 +8,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/align_mocap.h"
+#include "problems/inspection/inspection.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -40,6 +41,27 @@ TEST(FirstLook, FindsClocksThatDisagree) {
     // Laps repeat: the other lag is named beside, to a hundredth.
     EXPECT_THAT(findings[0], HasSubstr(seconds > 0.0 ? "0.450 s later" : "or 2.34"));
   }
+}
+
+TEST(FirstLook, FindsPositionsInMillimetres) {
+  FlightLog log = Hippodrome();
+  for (PoseSample& pose : log.mocap) pose.p_E *= 1e3;
+  for (Fix& fix : log.fixes) fix.p_E *= 1e3;
+  const auto findings = FirstLook(log);
+  EXPECT_THAT(findings, testing::Not(testing::Contains(HasSubstr("accelerometer"))));
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_NEAR(inspection.repairs.streams.at("mocap").position_scale, 1e-3, 5e-5);
+}
+
+// Laps of another speed agree somewhat at some lag, which is no clock's.
+TEST(FirstLook, MocapOfAnotherFlightIsNoClock) {
+  FlightLog log = Hippodrome();
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  for (auto& point : config.course.points) point.speed *= 1.25, point.turn_speed *= 1.25;
+  log.mocap = testing_simulation::Fly(config, 6).log.mocap;
+  EXPECT_THAT(FirstLook(log), testing::Contains(HasSubstr("rates_disagree (fatal)")));
+  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("clock_offset"))));
 }
 
 // About the middle of the flight, where the clocks agree.

@@ -130,6 +130,11 @@ INSTANTIATE_TEST_SUITE_P(
                                for (ImuSample& sample : log->imu)
                                  std::swap(sample.accel.x(), sample.accel.y());
                              }},
+                    PutFault{"AccelerometerReversed", "accelerometer_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 std::swap(sample.accel.x(), sample.accel.z());
+                             }},
                     PutFault{"AccelerometerSign", "accelerometer_axes of imu",
                              [](FlightLog* log) {
                                for (ImuSample& sample : log->imu)

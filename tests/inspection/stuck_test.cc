@@ -53,6 +53,43 @@ TEST(StuckColumns, ACoarseSensorAtRestIsNotStuck) {
   EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
 }
 
+// Samples of a stretch all become the first of it; stamps go on.
+template <class Samples>
+void Freeze(double from, double until, Samples* samples) {
+  const TimeNs start = samples->front().t;
+  auto held = samples->front();
+  for (auto& sample : *samples) {
+    const double t = SecondsBetween(start, sample.t);
+    if (t > from && t < until) {
+      const TimeNs stamp = sample.t;
+      sample = held;
+      sample.t = stamp;
+    }
+    held = sample;
+  }
+}
+
+// A tracker that loses the vehicle, or a driver that hangs, repeats its last sample.
+TEST(FirstLookAtStreams, FindsOneThatStandsStillWhileTheVehicleTurns) {
+  FlightLog mocap = Flight(), imu = Flight();
+  Freeze(20.0, 23.0, &mocap.mocap);
+  EXPECT_THAT(FirstLook(mocap), testing::Contains(HasSubstr("stuck (biases): mocap.csv: no number "
+                                                            "changes from")));
+  Freeze(20.0, 23.0, &imu.imu);
+  EXPECT_THAT(FirstLook(imu), testing::Contains(HasSubstr("the attitude turns by")));
+}
+
+TEST(FirstLookAtStreams, AVehicleAtRestMayRepeat) {
+  FlightLog log = Flight();
+  Freeze(20.0, 23.0, &log.mocap);
+  const TimeNs start = log.imu.front().t;
+  for (ImuSample& sample : log.imu) {
+    const double t = SecondsBetween(start, sample.t);
+    if (t > 19.9 && t < 23.1) sample.gyro *= 1e-3;
+  }
+  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("no number changes"))));
+}
+
 TEST(FirstLookAtColumns, FindsAnAxisInAnotherUnit) {
   FlightLog log = Flight();
   for (ImuSample& sample : log.imu) sample.accel.y() *= 1e-3;
