@@ -76,7 +76,7 @@ int RunImu() {
   const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
-  std::vector<std::string> faults;
+  std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
       trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults);
   const trueline::FlightLog log = std::move(logs.front());
@@ -97,7 +97,7 @@ int RunRotors() {
     throw trueline::InputError("--log: --drive=rotors takes one flight");
   }
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
-  std::vector<std::string> faults;
+  std::vector<trueline::LogFault> faults;
   const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log, &faults);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);

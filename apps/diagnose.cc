@@ -9,6 +9,7 @@
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"
 #include "problems/diagnosis/imu_flight.h"
+#include "problems/diagnosis/log_faults.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
 #include "problems/inspection/first_look.h"
@@ -43,12 +44,13 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
-std::vector<trueline::FlightLog> ReadLogs() {
-  return trueline::ReadFlights(trueline::SplitList(FLAGS_log));
+std::vector<trueline::FlightLog> ReadLogs(std::vector<trueline::LogFault>* faults) {
+  return trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults);
 }
 
-int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,
-          trueline::ResultFolder* out) {
+int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
+          const YAML::Node& provenance, trueline::ResultFolder* out) {
+  trueline::AddLogFaults(faults, &diagnosis);
   for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
   trueline::WriteDiagnosis(diagnosis, provenance, out->path());
   const std::string failure =
@@ -67,11 +69,12 @@ int Store(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,
 
 int RunRotors() {
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
-  const std::vector<trueline::FlightLog> logs = ReadLogs();
+  std::vector<trueline::LogFault> faults;
+  const std::vector<trueline::FlightLog> logs = ReadLogs(&faults);
   trueline::RotorDiagnosisOptions options(
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
   options.alpha = FLAGS_alpha;
-  return Store(trueline::Diagnose(logs, options),
+  return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)), &out);
 }
 
@@ -84,8 +87,9 @@ int RunImu() {
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
-  const std::vector<trueline::FlightLog> logs = ReadLogs();
-  return Store(trueline::Diagnose(logs, options),
+  std::vector<trueline::LogFault> faults;
+  const std::vector<trueline::FlightLog> logs = ReadLogs(&faults);
+  return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }
 

@@ -142,10 +142,10 @@ void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
   AddReasons(reasons, verdict);
 }
 
-void JudgeLog(const std::vector<std::string>& faults, Verdict* verdict) {
+void JudgeLog(const std::vector<LogFault>& faults, Verdict* verdict) {
   std::vector<std::string> reasons;
-  for (const std::string& fault : faults) {
-    reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault);
+  for (const LogFault& fault : faults) {
+    reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault.text);
   }
   AddReasons(reasons, verdict);
 }

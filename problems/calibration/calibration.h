@@ -9,6 +9,7 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/effects/effect.h"
+#include "problems/inspection/first_look.h"
 #include "problems/result/estimate.h"
 #include "problems/result/statistics.h"
 
@@ -56,8 +57,8 @@ Verdict Judge(const EstimatorRun& run);
 // Adds what the whole flight's learned strengths tell: a model with much noise explains anything.
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict);
 
-// Adds faults of the log, a sentence each, that make parameters wrong however well the model fits.
-void JudgeLog(const std::vector<std::string>& faults, Verdict* verdict);
+// Adds faults of the log, which make parameters wrong however well the model fits.
+void JudgeLog(const std::vector<LogFault>& faults, Verdict* verdict);
 
 // One estimator with one window length.
 struct PlannedRun {

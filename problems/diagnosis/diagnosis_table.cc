@@ -92,6 +92,9 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   std::string table = diagnosis.fixes.empty() ? "" : diagnosis.fixes + "\n\n";
   table += CandidateLines(diagnosis.candidates);
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
+  for (const std::string& fault : diagnosis.log_faults) {
+    table += "  the log has a fault, of which all below may be traces: " + fault + "\n";
+  }
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
   if (!diagnosis.model_lacks.empty()) table += "model.yaml lacks " + diagnosis.model_lacks + "\n";

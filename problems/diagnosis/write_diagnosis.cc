@@ -226,6 +226,7 @@ YAML::Node MisfitNode(const Misfit& misfit) {
 YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   node["verdict"] = diagnosis.verdict;
+  if (!diagnosis.log_faults.empty()) node["log_faults"] = diagnosis.log_faults;
   if (!diagnosis.drive.empty()) node["drive"] = diagnosis.drive;
   node["causes"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));

@@ -30,7 +30,7 @@ double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
   const auto match = MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
   if (!match) return std::numeric_limits<double>::infinity();
   for (Bend& bend : bends) bend.acceleration = match->turn.transpose() * bend.acceleration;
-  const auto fit = FitForce(e.fixed, witness.attitude, bends, e.log.gravity, {});
+  const auto fit = FitForce(BodyForce(e.fixed, witness.attitude), bends, {});
   return fit ? fit->as_read : std::numeric_limits<double>::infinity();
 }
 
@@ -55,8 +55,8 @@ void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
   alone.streams["imu"] = back;
   FlightLog as_read = e->fixed;
   ApplyRepairs(alone, e->sources, &as_read);
-  const auto with = FitForce(e->fixed, witness.attitude, bends, e->log.gravity, {});
-  const auto without = FitForce(as_read, witness.attitude, bends, e->log.gravity, {});
+  const auto with = FitForce(BodyForce(e->fixed, witness.attitude), bends, {});
+  const auto without = FitForce(BodyForce(as_read, witness.attitude), bends, {});
   if (with && without && without->as_read < with->as_read) e->Repair("imu", back);
 }
 
@@ -66,7 +66,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
     hints.push_back(rate.turn);
     hints.push_back(rate.turn.transpose());
   }
-  const auto fit = FitForce(e->fixed, witness.attitude, bends, e->log.gravity, hints);
+  const auto fit = FitForce(BodyForce(e->fixed, witness.attitude), bends, hints);
   if (!fit) return;
   const Eigen::Matrix3d turn = Snapped(fit->turn);
   const bool better = fit->residual < kBetter * fit->as_read &&
@@ -145,7 +145,7 @@ bool IsScale(const ForceScale& fit) {
 
 void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend> bends) {
   TurnLikePositions(*e, witness, &bends);
-  const auto fit = FitForceScale(e->fixed, witness.attitude, bends, e->log.gravity);
+  const auto fit = FitForceScale(BodyForce(e->fixed, witness.attitude), bends);
   if (!fit) return;
   const double off = std::abs(fit->factor - 1.0);
   if (off > kLeastScale && off > 5.0 * fit->sigma && IsScale(*fit)) {

@@ -101,19 +101,20 @@ bool IsSameRecording(const FlightLog& a, const FlightLog& b) {
 
 }  // namespace
 
-FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<std::string>* faults) {
+FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults) {
   FlightLog log = ReadNativeLog(directory);
   for (const Finding& finding : FindingsForAll(log)) {
     log.warnings.push_back(WarningOf(finding));
     if (faults != nullptr && MakesWrong(finding)) {
-      faults->push_back(fmt::format("{}: {}", finding.id, finding.text));
+      faults->push_back({finding.id, finding.level == Level::kFatal,
+                         fmt::format("{}: {}", finding.id, finding.text)});
     }
   }
   return log;
 }
 
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<std::string>* faults) {
+                                   std::vector<LogFault>* faults) {
   std::vector<FlightLog> logs;
   for (const std::string& directory : directories) {
     FlightLog log = ReadAndLook(directory, faults);

@@ -9,15 +9,22 @@
 
 namespace trueline {
 
-// ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets one
-// sentence for each of them that makes parameters wrong.
+// A finding that makes parameters wrong, as results state it.
+struct LogFault {
+  std::string id;
+  bool fatal;
+  std::string text;  // "id: what is wrong"
+};
+
+// ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
+// those that make parameters wrong.
 FlightLog ReadAndLook(const std::filesystem::path& directory,
-                      std::vector<std::string>* faults = nullptr);
+                      std::vector<LogFault>* faults = nullptr);
 
 // ReadAndLook for several flights. Throws InputError where two of them are one recording, which
 // would count its data twice and confirm itself.
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<std::string>* faults = nullptr);
+                                   std::vector<LogFault>* faults = nullptr);
 
 // What Inspect() finds to be fatal, clocks that differ by 0.1 s or more, streams that cover too
 // little of the IMU's time, a missing attitude, columns that do not measure, and a sensor in

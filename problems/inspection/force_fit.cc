@@ -10,6 +10,7 @@ namespace trueline {
 namespace {
 
 constexpr int kForceBlocks = 10;
+
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
@@ -63,18 +64,15 @@ Vector9 RowsOf(const Eigen::Matrix3d& m) {
   return l;
 }
 
-std::vector<Row> RowsOfBends(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
-                             const std::vector<Bend>& bends, double gravity) {
+std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& bends) {
   std::vector<Row> rows;
   for (int axis = 0; axis < 3; ++axis) {
-    const RunningIntegral<9> force = AxisForceIntegral(log, attitude, axis);
-    const RunningIntegral<3> rotation = AxisIntegral(log, attitude, axis);
     for (std::size_t i = 0; i < bends.size(); ++i) {
       const Bend& bend = bends[i];
-      if (!force.Knows(bend.t - bend.half, bend.t + bend.half)) continue;
-      rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()),
-                      UnderTriangle(force, bend, 0.0), UnderTriangle(rotation, bend, 0.0),
-                      bend.acceleration[axis] - (axis == 2 ? gravity : 0.0)});
+      if (!force.Knows(bend)) continue;
+      rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()), force.Force(axis, bend),
+                      force.Axes(axis, bend),
+                      bend.acceleration[axis] - (axis == 2 ? force.gravity() : 0.0)});
     }
   }
   return rows;
@@ -143,10 +141,29 @@ ThreeFit FitThree(const std::vector<Row>& rows, const Vector9& l, bool factor, i
 
 }  // namespace
 
-std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
-                                 const std::vector<Bend>& bends, double gravity,
+BodyForce::BodyForce(const FlightLog& log, const std::vector<AttitudeSample>& attitude)
+    : gravity_(log.gravity) {
+  for (int axis = 0; axis < 3; ++axis) {
+    force_[static_cast<std::size_t>(axis)] = AxisForceIntegral(log, attitude, axis);
+    axes_[static_cast<std::size_t>(axis)] = AxisIntegral(log, attitude, axis);
+  }
+}
+
+bool BodyForce::Knows(const Bend& bend) const {
+  return force_[0].Knows(bend.t - bend.half, bend.t + bend.half);
+}
+
+Eigen::Matrix<double, 9, 1> BodyForce::Force(int earth_axis, const Bend& bend) const {
+  return UnderTriangle(force_[static_cast<std::size_t>(earth_axis)], bend, 0.0);
+}
+
+Eigen::Vector3d BodyForce::Axes(int earth_axis, const Bend& bend) const {
+  return UnderTriangle(axes_[static_cast<std::size_t>(earth_axis)], bend, 0.0);
+}
+
+std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>& bends,
                                  const std::vector<Eigen::Matrix3d>& hints) {
-  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+  const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.size() < 300) return std::nullopt;
   const Blocks blocks(rows);
   const Normal& all = blocks.all;
@@ -166,18 +183,17 @@ std::optional<ForceFit> FitForce(const FlightLog& log, const std::vector<Attitud
   return fit;
 }
 
-double ForceResidual(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
-                     const std::vector<Bend>& bends, double gravity, const Eigen::Matrix3d& turn) {
-  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
+                     const Eigen::Matrix3d& turn) {
+  const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.size() < 300) return std::numeric_limits<double>::infinity();
   const Normal all = Blocks(rows).all;
   return std::sqrt(ScaledCost(all, turn) / all.n);
 }
 
-std::optional<LateralForce> FitLateralForce(const FlightLog& log,
-                                            const std::vector<AttitudeSample>& attitude,
-                                            const std::vector<Bend>& bends, double gravity) {
-  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+std::optional<LateralForce> FitLateralForce(const BodyForce& force,
+                                            const std::vector<Bend>& bends) {
+  const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.size() < 300) return std::nullopt;
   const Blocks blocks(rows);
   const auto lateral = [](const Normal& normal) -> Eigen::Vector<double, 6> {
@@ -196,10 +212,8 @@ std::optional<LateralForce> FitLateralForce(const FlightLog& log,
   return fit;
 }
 
-std::optional<ForceScale> FitForceScale(const FlightLog& log,
-                                        const std::vector<AttitudeSample>& attitude,
-                                        const std::vector<Bend>& bends, double gravity) {
-  const std::vector<Row> rows = RowsOfBends(log, attitude, bends, gravity);
+std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vector<Bend>& bends) {
+  const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.size() < 300) return std::nullopt;
   const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
   std::vector<double> factors;

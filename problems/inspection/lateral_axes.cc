@@ -67,9 +67,8 @@ struct ShownAxes {
   }
 };
 
-std::optional<ShownAxes> AxesBy(const Examination& e, const Look& look,
-                                const std::vector<Bend>& bends) {
-  const auto fit = FitLateralForce(e.fixed, look.witness.attitude, bends, e.log.gravity);
+std::optional<ShownAxes> AxesBy(const BodyForce& force, const std::vector<Bend>& bends) {
+  const auto fit = FitLateralForce(force, bends);
   if (!fit || fit->share.col(2).cwiseAbs().maxCoeff() > kMostThrust) return std::nullopt;
   ShownAxes shown{*fit, {}};
   shown.of << ShownAxis(*fit, 0), ShownAxis(*fit, 1);
@@ -77,17 +76,14 @@ std::optional<ShownAxes> AxesBy(const Examination& e, const Look& look,
 }
 
 // Of positions as read, if their accelerometer turned explains more than positions turned do.
-std::optional<ShownAxes> BestAxes(const Examination& e, const Look& look) {
-  const auto residual = [&](const std::vector<Bend>& bends, const Eigen::Matrix3d& turn) {
-    return ForceResidual(e.fixed, look.witness.attitude, bends, e.log.gravity, turn);
-  };
-  const auto as_read = AxesBy(e, look, look.as_read);
+std::optional<ShownAxes> BestAxes(const BodyForce& force, const Look& look) {
+  const auto as_read = AxesBy(force, look.as_read);
   if (as_read && !as_read->AreStated() && as_read->AreBothShown() &&
-      residual(look.as_read, as_read->Turn()) <
-          residual(look.turned, Eigen::Matrix3d::Identity())) {
+      ForceResidual(force, look.as_read, as_read->Turn()) <
+          ForceResidual(force, look.turned, Eigen::Matrix3d::Identity())) {
     return as_read;
   }
-  return AxesBy(e, look, look.turned);
+  return AxesBy(force, look.turned);
 }
 
 std::string ShareText(const LateralForce& fit, int row) {
@@ -159,9 +155,11 @@ void AddScale(Examination* e, const PositionWitness& witness, int axis, const La
 
 void CheckLateralAxes(Examination* e, const std::string& stream) {
   const std::vector<Look> looks = LooksAt(*e, stream);
+  if (looks.empty()) return;
+  const BodyForce force(e->fixed, looks.front().witness.attitude);
   std::vector<ShownAxes> all;
   for (const Look& look : looks) {
-    const auto shown = BestAxes(*e, look);
+    const auto shown = BestAxes(force, look);
     if (shown && !shown->AreStated()) return AddExchange(e, stream, *shown);
     if (shown) all.push_back(*shown);
   }

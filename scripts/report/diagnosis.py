@@ -54,6 +54,9 @@ def _verdict(result):
                      ("yes" if residual["white"] else "no", "residual white")])]
     if fixes := result.get("fixes"):
         blocks.append(paragraph(fixes[0].upper() + fixes[1:] + "."))
+    if result.get("log_faults"):
+        blocks += ["<h3>The log has faults, of which all below may be traces</h3>",
+                   bullets(result["log_faults"])]
     for cause in result.get("causes") or []:
         blocks += _cause(cause)
     together = _gains(result)

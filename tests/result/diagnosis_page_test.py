@@ -45,7 +45,7 @@ def result():
               "parameters": {"k": {"value": 0.031, "sigma": 0.004, "unit": "s/m"}}}
     silent = {"says": "silent", "text": "no stream shows it"}
     lonely = {"log": "flights/second", "outcome": "can't be tested"}
-    return {"verdict": "explained",
+    return {"verdict": "explained", "log_faults": [f"stuck: mocap.csv stands still {HOSTILE}"],
             "causes": [cause("rotor_drag", 0.03, "s/m", confirmed=True, witness=silent, other_flights=[repeat]),
                        cause("gate_moved", 0.5, "m", confirmed=False, other_flights=[lonely])],
             "set_aside": [cause("fix_scale", -0.12, "1", because="refuted by a witness: mocap says no",
