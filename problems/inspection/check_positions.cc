@@ -15,12 +15,10 @@ constexpr double kAlikeAcceleration = 0.7;  // correlation of a match
 constexpr double kAlikePosition = 0.9;
 constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
 constexpr double kLeastAxesTurn = 10.0 * kDegree;
-constexpr double kTurnOfForce = 30.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
-constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
-constexpr double kNotedHeading = 20.0 * kDegree;
+constexpr double kDriftOfFixes = 5e-3;   // s/s, beyond what errors at gates look like
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
 
@@ -34,11 +32,6 @@ struct Reference {
 
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
-}
-
-bool HasFinding(const Examination& e, const std::string& id, const std::string& stream) {
-  return std::any_of(e.result.findings.begin(), e.result.findings.end(),
-                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
 void AddLag(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -80,22 +73,8 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   if (turn.isIdentity(1e-9)) return;
   const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   // A force along an axis that reads another multiple points elsewhere.
-  if (HasFinding(*e, "lateral_force", "imu") && angle < kTurnOfForce) return;
-  if (reference.any_heading && IsHeading(turn)) {
-    if (angle < kNotedHeading) return;
-    Finding note;
-    note.id = "heading_offset";
-    note.stream = "attitude";
-    note.size = angle / kDegree;
-    note.sigma = std::sqrt(match.turn_cov(2, 2)) / kDegree;
-    note.unit = "deg";
-    note.text = fmt::format("the heading of the attitude's earth is {:.0f} deg from that of {}.csv",
-                            note.size, stream);
-    note.remedy =
-        "none where the calibration estimates the heading; else state `earth` with yaw_deg";
-    e->Add(note);
-    return;
-  }
+  if (e->HasFinding("lateral_force", "imu") && angle < kTurnOfForce) return;
+  if (reference.any_heading && IsHeading(turn)) return;  // CheckHeading() judges it
   Finding finding;
   finding.id = "position_axes";
   finding.stream = stream;
@@ -147,7 +126,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   finding.sigma = match.gain_sigma;
   finding.unit = "1";
   finding.error = match.seen_rms * std::abs(match.gain - 1.0);
-  const bool after_repair = HasFinding(*e, "position_scale", reference.what);
+  const bool after_repair = e->HasFinding("position_scale", reference.what);
   finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}",
                              stream, match.gain, match.gain_sigma, reference.what,
                              after_repair ? " once its own scale is repaired" : "");
@@ -183,7 +162,7 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   e->result.comparisons.push_back(comparison);
   if (!comparison.not_shown.empty()) return;
   AddLag(e, stream, *comparison.match, reference);
-  const bool reference_drifts = HasFinding(*e, "clock_drift", reference.what);
+  const bool reference_drifts = e->HasFinding("clock_drift", reference.what);
   if (reference.own_clock && !reference_drifts) {
     // Errors of a map, gate by gate, look like a smaller drift.
     const double least = stream == "fixes" ? kDriftOfFixes : kOrdinaryDrift;
@@ -248,7 +227,7 @@ void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
-      const bool moved = HasFinding(*e, "clock_offset", "mocap");
+      const bool moved = e->HasFinding("clock_offset", "mocap");
       if (!moved) {
         CheckSpread(e);
         CheckClockJump(e);

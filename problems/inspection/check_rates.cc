@@ -156,6 +156,7 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
       stream, LateText(match.lag),
       other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
       match.correlation, match.unshifted);
+  if (match.correlation < kLike) finding.text += ", or it is of another flight of such laps";
   finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -match.lag);
   finding.repaired = true;
   StreamRepair change;

@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "problems/common/units.h"
 #include "problems/inspection/inspection.h"
 #include "problems/inspection/motion.h"
 
@@ -21,6 +22,9 @@ struct RateWitness {
 // Of the logarithm of a scale: another unit is farther off, a sensor's own scale is not.
 inline constexpr double kOtherUnit = 0.2;
 
+// rad, by which a force seems turned if an axis reads another multiple of it (lateral_force).
+inline constexpr double kTurnOfForce = 30.0 * kDegree;
+
 struct Examination {
   const FlightLog& log;
   const AttitudeSources& sources;
@@ -31,6 +35,7 @@ struct Examination {
   std::vector<std::string> copies;
 
   bool IsCopy(const std::string& stream) const;
+  bool HasFinding(const std::string& id, const std::string& stream) const;
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
@@ -53,6 +58,8 @@ void CheckAccelerometer(Examination* e);
 void CheckVertical(Examination* e);
 // Whether gravity points down once all is repaired; repairs that leave it sideways are withdrawn.
 void CheckGravity(Examination* e);
+// Heading of the attitude's earth against that of positions.
+void CheckHeading(Examination* e);
 // Axes, scale and clock of positions, by the accelerometer.
 void CheckPositions(Examination* e);
 // Whether a part of the fixes fits mocap at another lag than the rest.

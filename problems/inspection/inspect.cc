@@ -48,6 +48,11 @@ bool Examination::IsCopy(const std::string& stream) const {
   return std::find(copies.begin(), copies.end(), stream) != copies.end();
 }
 
+bool Examination::HasFinding(const std::string& id, const std::string& stream) const {
+  return std::any_of(result.findings.begin(), result.findings.end(),
+                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
+}
+
 void Examination::Repair(const std::string& stream, const StreamRepair& change) {
   Combine(change, &result.repairs.streams[stream]);
   Repairs alone;
@@ -99,6 +104,7 @@ Inspection Inspect(const FlightLog& log, const AttitudeSources& sources) {
     CheckBodies(&e);
     CheckVertical(&e);
     CheckAccelerometer(&e);
+    CheckHeading(&e);
     CheckPositions(&e);
     CheckRotors(&e);
     CheckRest(&e);

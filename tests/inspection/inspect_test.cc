@@ -149,6 +149,13 @@ INSTANTIATE_TEST_SUITE_P(
                                for (AttitudeSample& sample : log->attitude)
                                  sample.t += FromSeconds(0.03);
                              }},
+                    PutFault{"AttitudeInAnotherHeading", "heading_offset of attitude",
+                             [](FlightLog* log) {
+                               const Eigen::Quaterniond quarter(
+                                   Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitZ()));
+                               for (AttitudeSample& s : log->attitude)
+                                 s.q_Ep_I = quarter * s.q_Ep_I;
+                             }},
                     PutFault{"QuaternionOrder", "quaternion_form of attitude",
                              [](FlightLog* log) {
                                for (AttitudeSample& s : log->attitude)
@@ -172,6 +179,18 @@ TEST(Inspect, FindsNothingInAGoodLog) {
   const Inspection inspection = Inspect(GoodLog(), {});
   EXPECT_THAT(Harmful(inspection), IsEmpty());
   EXPECT_TRUE(inspection.repairs.IsNone());
+}
+
+// From the fixes alone, as from mocap. Calibration would find neither heading nor drag.
+TEST(Inspect, FindsTheHeadingOfFixes) {
+  FlightLog log = GoodLog();
+  log.mocap.clear();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(-0.4, Eigen::Vector3d::UnitZ()));
+  for (AttitudeSample& s : log.attitude) s.q_Ep_I = turn * s.q_Ep_I;
+  const Inspection inspection = Inspect(log, {});
+  ASSERT_THAT(Harmful(inspection), Contains("heading_offset of attitude"));
+  const Eigen::Matrix3d& repair = inspection.repairs.streams.at("attitude").earth;
+  EXPECT_NEAR(std::atan2(repair(1, 0), repair(0, 0)), 0.4, 0.1);  // with that of the AHRS
 }
 
 // Drag would be read from it twice as large.

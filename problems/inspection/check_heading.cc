@@ -1,0 +1,64 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/units.h"
+#include "problems/inspection/heading.h"
+
+namespace trueline {
+namespace {
+
+// The AHRS may err by some degrees, and this comparison as well.
+constexpr double kMostHeading = 10.0 * kDegree;
+// Calibration takes as much for an error of the AHRS. It does not find a larger one, and drag and
+// misalignment come out wrong.
+constexpr double kFoundByFit = 6.0 * kDegree;
+constexpr double kOtherHeading = 15.0 * kDegree;
+constexpr double kHeadingClearly = 5.0;  // sigmas
+
+void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
+  Finding finding;
+  finding.id = "heading_offset";
+  finding.stream = "attitude";
+  finding.level = std::abs(heading.angle) > kOtherHeading ? Level::kFatal : Level::kBiases;
+  finding.size = heading.angle / kDegree;
+  finding.sigma = heading.sigma / kDegree;
+  finding.unit = "deg";
+  finding.error = e->log.gravity * std::abs(std::sin(heading.angle));
+  finding.text = fmt::format(
+      "north of {}.csv is turned by {:.0f} +- {:.1g} deg from that of attitude.csv, by the "
+      "acceleration: a calibration takes up to {:.0f} deg for an error of the AHRS",
+      stream, finding.size, finding.sigma, kFoundByFit / kDegree);
+  finding.remedy = fmt::format("turn the attitude's earth by {:+.1f} deg about down", finding.size);
+  finding.repaired = true;
+  StreamRepair change;
+  change.earth = Eigen::AngleAxisd(heading.angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  e->Repair("attitude", change);
+  for (const std::string& copy : e->copies) e->Repair(copy, change);
+  e->Add(finding);
+}
+
+}  // namespace
+
+void CheckHeading(Examination* e) {
+  if (e->fixed.attitude.size() < 30) return;
+  for (const char* stream : {"mocap", "fixes", "passes"}) {
+    const bool passes = std::string(stream) == "passes";
+    const std::string positions = passes ? "fixes" : stream;
+    // By another clock, which may be a lap off, they are compared once that is repaired.
+    if (e->HasFinding("clock_offset", positions)) continue;
+    const auto heading = passes ? HeadingByPasses(*e) : HeadingByBends(*e, positions);
+    if (!heading) continue;
+    // A force along an axis that reads another multiple points elsewhere.
+    const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kMostHeading;
+    const double least = std::max(most, kHeadingClearly * heading->sigma);
+    if (std::abs(heading->angle) > least) TurnAttitude(e, positions, *heading);
+    return;
+  }
+  if (e->fixed.fixes.empty() && e->fixed.mocap.empty()) return;
+  e->result.notes.emplace_back(
+      "the heading of the positions against that of attitude.csv: the acceleration does not show "
+      "it");
+}
+
+}  // namespace trueline
