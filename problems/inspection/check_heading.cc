@@ -14,7 +14,7 @@ constexpr double kMostHeading = 10.0 * kDegree;
 // misalignment come out wrong.
 constexpr double kFoundByFit = 6.0 * kDegree;
 constexpr double kOtherHeading = 15.0 * kDegree;
-constexpr double kHeadingClearly = 5.0;  // sigmas
+constexpr double kHeadingClearly = 4.0;  // sigmas
 
 void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
   Finding finding;
@@ -26,8 +26,8 @@ void TurnAttitude(Examination* e, const std::string& stream, const Heading& head
   finding.unit = "deg";
   finding.error = e->log.gravity * std::abs(std::sin(heading.angle));
   finding.text = fmt::format(
-      "north of {}.csv is turned by {:.0f} +- {:.1g} deg from that of attitude.csv, by the "
-      "acceleration: a calibration takes up to {:.0f} deg for an error of the AHRS",
+      "north of {}.csv is turned by {:.0f} +- {:.1g} deg from that of attitude.csv, by "
+      "changes of velocity: a calibration takes up to {:.0f} deg for an error of the AHRS",
       stream, finding.size, finding.sigma, kFoundByFit / kDegree);
   finding.remedy = fmt::format("turn the attitude's earth by {:+.1f} deg about down", finding.size);
   finding.repaired = true;
@@ -42,17 +42,15 @@ void TurnAttitude(Examination* e, const std::string& stream, const Heading& head
 
 void CheckHeading(Examination* e) {
   if (e->fixed.attitude.size() < 30) return;
-  for (const char* stream : {"mocap", "fixes", "passes"}) {
-    const bool passes = std::string(stream) == "passes";
-    const std::string positions = passes ? "fixes" : stream;
+  for (const char* stream : {"mocap", "fixes"}) {
     // By another clock, which may be a lap off, they are compared once that is repaired.
-    if (e->HasFinding("clock_offset", positions)) continue;
-    const auto heading = passes ? HeadingByPasses(*e) : HeadingByBends(*e, positions);
+    if (e->HasFinding("clock_offset", stream)) continue;
+    const auto heading = HeadingOf(*e, stream);
     if (!heading) continue;
     // A force along an axis that reads another multiple points elsewhere.
     const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kMostHeading;
     const double least = std::max(most, kHeadingClearly * heading->sigma);
-    if (std::abs(heading->angle) > least) TurnAttitude(e, positions, *heading);
+    if (std::abs(heading->angle) > least) TurnAttitude(e, stream, *heading);
     return;
   }
   if (e->fixed.fixes.empty() && e->fixed.mocap.empty()) return;

@@ -5,96 +5,148 @@
 #include <cmath>
 #include <complex>
 
-#include "problems/inspection/position_witness.h"
+#include "problems/inspection/motion.h"
 #include "problems/vgd/line_fit.h"
 #include "problems/vgd/passes.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kAgrees = 0.7;                 // correlation
-constexpr LagSearch kHeadingLag = {0.5, 0.02};  // s
+using Complex = std::complex<double>;  // north + i east
+
+constexpr double kLeastFit = 0.5;      // of the changes' square that is explained
+constexpr double kFilterGain = 0.05;   // 1/s, prior sigma of k
+constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
+constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
 constexpr std::size_t kLeastArcs = 8;
+constexpr std::size_t kHeadingBlocks = 10;
 
-// Horizontal changes of speed over an arc, north + i east [m/s].
-struct SpeedChange {
-  std::complex<double> seen;  // by the fixes
-  std::complex<double> sure;  // by the specific force
+// Velocity over a span, by positions and by the specific force from an unknown start.
+struct Span {
+  double t;            // s, of the middle
+  Complex p, v, sure;  // m, m/s, m/s
 };
 
-// Mean velocity over a pass, from an unknown one at the start of the log.
-struct PassSpeed {
-  double t;              // s, of the middle
-  Eigen::Vector3d seen;  // m/s, in the positions' earth
-  Eigen::Vector3d sure;  // m/s, in the attitude's earth, without gravity
+// From one span to the next.
+struct Arc {
+  Complex seen, sure, moved;  // m/s, m/s, m
+  double time;                // s
 };
 
-std::vector<PassSpeed> SpeedsOf(const FlightLog& log) {
-  const RunningIntegral<3> force = ForceIntegral(log, log.attitude);
+void AddSpan(double from, double to, const Eigen::Vector3d& p, const Eigen::Vector3d& v,
+             const RunningIntegral<3>& force, std::vector<Span>* spans) {
+  if (!(to > from) || !force.Knows(from, to)) return;
+  const Eigen::Vector3d sure = (force.At(to) - force.At(from)) / (to - from);
+  spans->push_back({0.5 * (from + to), {p.x(), p.y()}, {v.x(), v.y()}, {sure.x(), sure.y()}});
+}
+
+std::vector<Span> SpansOfPasses(const FlightLog& log, const RunningIntegral<3>& force) {
   const LogClock clock(log);
-  std::vector<PassSpeed> speeds;
+  std::vector<Span> spans;
   for (const Pass& pass : FindPasses(log.fixes, {})) {
-    const double from = clock(pass.begin), to = clock(pass.end);
-    if (!(to > from) || !force.Knows(from, to)) continue;
-    speeds.push_back({0.5 * (from + to), FitLine(log.fixes, pass.first, pass.last, pass.begin).v,
-                      (force.At(to) - force.At(from)) / (to - from)});
+    const TimeNs middle = pass.begin + (pass.end - pass.begin) / 2;
+    const LineFit line = FitLine(log.fixes, pass.first, pass.last, middle);
+    AddSpan(clock(pass.begin), clock(pass.end), line.p, line.v, force, &spans);
   }
-  return speeds;
+  return spans;
 }
 
-std::vector<SpeedChange> ChangesOf(const FlightLog& log) {
+// Spans of `length` (s), one every `step`.
+std::vector<Span> SpansOfStream(const FlightLog& log, const std::vector<PositionSample>& positions,
+                                const RunningIntegral<3>& force, double length, double step) {
+  const LogClock clock(log);
+  std::vector<Span> spans;
+  for (std::size_t i = 0, k = 0; i < positions.size();) {
+    const double from = clock(positions[i].t);
+    while (k < positions.size() && clock(positions[k].t) < from + length) ++k;
+    if (k == positions.size()) break;
+    const double to = clock(positions[k].t);
+    const Eigen::Vector3d &first = positions[i].p_E, &last = positions[k].p_E;
+    if (to - from < 2.0 * length) {
+      AddSpan(from, to, 0.5 * (first + last), (last - first) / (to - from), force, &spans);
+    }
+    while (i < positions.size() && clock(positions[i].t) < from + step) ++i;
+    k = std::max(k, i);
+  }
+  return spans;
+}
+
+std::vector<Arc> ArcsOf(const std::vector<Span>& spans) {
   const double longest = PassOptions().max_arc;
-  const RunningIntegral<3> force = ForceIntegral(log, log.attitude);
-  std::vector<SpeedChange> changes;
-  const std::vector<PassSpeed> speeds = SpeedsOf(log);
-  for (std::size_t i = 1; i < speeds.size(); ++i) {
-    if (speeds[i].t - speeds[i - 1].t > longest) continue;
-    if (!force.Knows(speeds[i - 1].t, speeds[i].t)) continue;
-    const Eigen::Vector3d seen = speeds[i].seen - speeds[i - 1].seen;
-    const Eigen::Vector3d sure = speeds[i].sure - speeds[i - 1].sure;
-    changes.push_back({{seen.x(), seen.y()}, {sure.x(), sure.y()}});
+  std::vector<Arc> arcs;
+  for (std::size_t i = 1; i < spans.size(); ++i) {
+    const Span &a = spans[i - 1], &b = spans[i];
+    if (b.t - a.t > longest) continue;
+    arcs.push_back({b.v - a.v, b.sure - a.sure, b.p - a.p, b.t - a.t});
   }
-  return changes;
+  return arcs;
 }
 
-// Sum of seen over sure, whose angle is the heading; without one arc.
-std::complex<double> Sum(const std::vector<SpeedChange>& changes, std::size_t without) {
-  std::complex<double> sum = 0.0;
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (i != without) sum += changes[i].seen * std::conj(changes[i].sure);
+// Least squares for Re c, Im c, k, Re b, Im b.
+using Normal5 = Eigen::Matrix<double, 5, 5>;
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+struct ArcFit {
+  Vector5 x;
+  Normal5 covariance;
+  double left, all;  // squares of the changes, (m/s)^2
+  double Angle() const { return std::atan2(x[1], x[0]); }
+};
+
+ArcFit FitArcs(const std::vector<Arc>& arcs, double noise, std::size_t without) {
+  Normal5 a = Normal5::Zero();
+  Vector5 b = Vector5::Zero();
+  a.diagonal() << 0.0, 0.0, std::pow(noise / kFilterGain, 2),
+      Eigen::Vector2d::Constant(std::pow(noise / kSteadyForce, 2));
+  double all = 0.0;
+  const auto block = [&](std::size_t i) { return i * kHeadingBlocks / arcs.size(); };
+  Eigen::Matrix<double, 2, 5> j;
+  for (std::size_t i = 0; i < arcs.size(); ++i) {
+    if (block(i) == without) continue;
+    const Arc& arc = arcs[i];
+    j << arc.sure.real(), -arc.sure.imag(), arc.moved.real(), arc.time, 0.0,  //
+        arc.sure.imag(), arc.sure.real(), arc.moved.imag(), 0.0, arc.time;
+    const Eigen::Vector2d seen(arc.seen.real(), arc.seen.imag());
+    a += j.transpose() * j;
+    b += j.transpose() * seen;
+    all += seen.squaredNorm();
   }
-  return sum;
+  const Vector5 x = a.ldlt().solve(b);
+  return {x, noise * noise * a.inverse(), std::max(0.0, all - b.dot(x)), all};
+}
+
+std::optional<Heading> HeadingByArcs(const std::vector<Arc>& arcs) {
+  if (arcs.size() < kLeastArcs) return std::nullopt;
+  const double n = 2.0 * static_cast<double>(arcs.size());
+  double noise = kLeastNoise;
+  ArcFit fit = FitArcs(arcs, noise, kHeadingBlocks);
+  for (int pass = 0; pass < 3; ++pass) {
+    noise = std::max(kLeastNoise, std::sqrt(fit.left / (n - 5.0)));
+    fit = FitArcs(arcs, noise, kHeadingBlocks);
+  }
+  if (!(fit.left < kLeastFit * fit.all) || fit.x.head<2>().norm() < 0.5) return std::nullopt;
+  std::vector<double> without;
+  for (std::size_t block = 0; block < kHeadingBlocks; ++block) {
+    const double angle = FitArcs(arcs, noise, block).Angle();
+    without.push_back(std::remainder(angle - fit.Angle(), 2.0 * M_PI));
+  }
+  // Across c, by the noise and the priors.
+  const Eigen::Vector2d across =
+      Eigen::Vector2d(-fit.x[1], fit.x[0]) / fit.x.head<2>().squaredNorm();
+  const double by_noise = std::sqrt(across.dot(fit.covariance.topLeftCorner<2, 2>() * across));
+  return Heading{fit.Angle(), std::max(by_noise, JackknifeSigma(without))};
 }
 
 }  // namespace
 
-std::optional<Heading> HeadingByBends(const Examination& e, const std::string& stream) {
-  const auto witness = PositionWitnessOf(e, stream);
-  if (!witness) return std::nullopt;
+std::optional<Heading> HeadingOf(const Examination& e, const std::string& stream) {
   const RunningIntegral<3> force = ForceIntegral(e.fixed, e.fixed.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, witness->bends), kHeadingLag);
-  if (!match || match->correlation < kAgrees) return std::nullopt;
-  const Eigen::Matrix3d& turn = match->turn;
-  if (turn.determinant() < 0.0 || turn(2, 2) < 0.97) return std::nullopt;  // other axes
-  return Heading{std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)),
-                 std::sqrt(match->turn_cov(2, 2))};
-}
-
-std::optional<Heading> HeadingByPasses(const Examination& e) {
-  const std::vector<SpeedChange> changes = ChangesOf(e.fixed);
-  if (changes.size() < kLeastArcs) return std::nullopt;
-  double seen = 0.0, sure = 0.0;
-  for (const SpeedChange& change : changes) {
-    seen += std::norm(change.seen);
-    sure += std::norm(change.sure);
+  if (stream == "mocap") {
+    return HeadingByArcs(
+        ArcsOf(SpansOfStream(e.fixed, PositionsOf(e.fixed.mocap), force, 0.4, 1.0)));
   }
-  const std::complex<double> sum = Sum(changes, changes.size());
-  if (std::abs(sum) < kAgrees * std::sqrt(seen * sure)) return std::nullopt;
-  std::vector<double> without;  // rad, beside the angle of all
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    without.push_back(std::arg(Sum(changes, i) / sum));
-  }
-  return Heading{std::arg(sum), JackknifeSigma(without)};
+  const std::vector<Arc> of_passes = ArcsOf(SpansOfPasses(e.fixed, force));
+  if (of_passes.size() >= kLeastArcs) return HeadingByArcs(of_passes);
+  return HeadingByArcs(ArcsOf(SpansOfStream(e.fixed, PositionsOf(e.fixed.fixes), force, 2.0, 2.0)));
 }
 
 }  // namespace trueline

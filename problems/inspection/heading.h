@@ -1,4 +1,4 @@
-// The heading of positions against that of attitude.csv, by the acceleration that both know.
+// The heading of positions against that of attitude.csv, by changes of velocity that both know.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@ namespace trueline {
 
 struct Heading {
   double angle;  // rad, about down: how far the positions' north is turned from the attitude's
-  double sigma;  // rad, by the jackknife
+  double sigma;  // rad; includes what an attitude filter that follows acceleration may add
 };
 
-// Of a stream of positions at a high rate (mocap, fixes): by second differences. None where the
-// two are too unlike, or differ by more than a heading.
-std::optional<Heading> HeadingByBends(const Examination& e, const std::string& stream);
-
-// Of fixes that come in passes, by the change of speed from one pass to the next.
-std::optional<Heading> HeadingByPasses(const Examination& e);
+// Of mocap or of fixes, in passes or not. Velocities over short spans and what the specific force
+// adds between them: dv = c (force turned to earth) + k dp + b dt, horizontal numbers as complex
+// ones. c turns, k is the gain of an attitude filter that takes acceleration for tilt (its error
+// over an arc goes with the displacement), b a tilt that stays; k and b have priors. None where the
+// two are too unlike or arcs too few.
+std::optional<Heading> HeadingOf(const Examination& e, const std::string& stream);
 
 }  // namespace trueline

@@ -13,8 +13,10 @@ namespace {
 // Factors of the bends' width. The noise of readings makes shares smaller, the less so the wider
 // the bends are; a wrong scale is the same at all widths.
 constexpr double kWidths[] = {1.0, 2.0, 3.0};
-constexpr double kLeastShare = 0.5;    // of a reading in a lateral force
-constexpr double kShareClearly = 5.0;  // sigmas
+constexpr double kMostNoise = 0.2;  // m; bends for more noise are too wide for the body's turns
+constexpr LagSearch kPositionLag = {0.5, 0.02};  // s
+constexpr double kLeastShare = 0.5;              // of a reading in a lateral force
+constexpr double kShareClearly = 5.0;            // sigmas
 constexpr double kMostThrust = 0.3;    // share of z, beyond which more than x and y is turned
 constexpr double kLateralForce = 1.0;  // m/s^2, of drag at racing speed
 constexpr double kLowShare = 0.65, kHighShare = 1.5;  // of an axis that reads another multiple
@@ -26,11 +28,21 @@ struct Look {
   std::vector<Bend> as_read, turned;
 };
 
+// The clock of mocap and poses is known by their turns. Fixes that are late take a part of thrust
+// for a lateral force.
+void TakeOutLag(const Examination& e, PositionWitness* witness) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness->attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, witness->bends), kPositionLag);
+  if (!match) return;
+  for (Bend& bend : witness->bends) bend.t -= match->lag;
+}
+
 std::vector<Look> LooksAt(const Examination& e, const std::string& stream) {
   std::vector<Look> looks;
   for (const double wider : kWidths) {
-    const auto witness = PositionWitnessOf(e, stream, wider);
-    if (!witness) continue;
+    auto witness = PositionWitnessOf(e, stream, wider);
+    if (!witness || witness->noise > kMostNoise) continue;
+    if (stream == "fixes") TakeOutLag(e, &*witness);
     const auto bends = InEarthOfAttitude(e, *witness);
     if (!bends) continue;
     looks.push_back({*witness, *bends, *bends});
@@ -103,16 +115,11 @@ void AddExchange(Examination* e, const std::string& stream, const ShownAxes& sho
       "the accelerometer's x and y are not the body's: by the acceleration of {}, of the force "
       "along the body's axes {}, {}",
       stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1));
-  finding.remedy =
-      "check which column is which axis; drag is read from them (drag_measurement: {enabled: "
-      "false} leaves them out)";
-  finding.repaired = shown.AreBothShown();
-  if (finding.repaired) {
-    StreamRepair change;
-    change.accel = shown.Turn();
-    e->Repair("imu", change);
-    finding.remedy = fmt::format("take the accelerometer's axes as {}", AxesText(change.accel));
-  }
+  finding.remedy = fmt::format("take the accelerometer's axes as {}", AxesText(shown.Turn()));
+  finding.repaired = true;
+  StreamRepair change;
+  change.accel = shown.Turn();
+  e->Repair("imu", change);
   e->Add(finding);
 }
 
@@ -160,7 +167,9 @@ void CheckLateralAxes(Examination* e, const std::string& stream) {
   std::vector<ShownAxes> all;
   for (const Look& look : looks) {
     const auto shown = BestAxes(force, look);
-    if (shown && !shown->AreStated()) return AddExchange(e, stream, *shown);
+    if (shown && !shown->AreStated() && shown->AreBothShown()) {
+      return AddExchange(e, stream, *shown);
+    }
     if (shown) all.push_back(*shown);
   }
   bool any = false;

@@ -31,6 +31,15 @@ void Shift(double seconds, Samples* samples) {
 
 TEST(FirstLook, AGoodLogGivesNoFinding) { EXPECT_THAT(FirstLook(Hippodrome()), IsEmpty()); }
 
+// Fixes of a receiver are late and err together: neither is a fault of accelerometer or attitude.
+TEST(FirstLook, LateFixesOfAReceiverAccuseNoOtherSensor) {
+  SimulationConfig config = testing_simulation::ReadShipped("gnss");
+  config.duration = 60.0;
+  for (const std::string& finding : FirstLook(testing_simulation::Fly(config, 1).log)) {
+    EXPECT_THAT(finding, HasSubstr("fixes.csv"));
+  }
+}
+
 TEST(FirstLook, FindsClocksThatDisagree) {
   for (const double seconds : {0.45, -2.35}) {
     FlightLog log = Hippodrome();
