@@ -15,7 +15,7 @@ OUT/faults.md.
 import argparse
 import os
 import random
-import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -96,8 +96,7 @@ def inspect(arguments, log, out):
         return result["findings"], log
     repaired = out / "repaired"
     clear_left_over(repaired)
-    # Between the flags, since a path may have spaces.
-    command = re.split(" (?=--)", result["corrected_by"])[1:]
+    command = shlex.split(result["corrected_by"])[1:]
     command = [f"--out={repaired}" if flag == "--out=REPAIRED" else flag for flag in command]
     ran = subprocess.run([app(arguments, "convert"), *command, "--quiet"], capture_output=True,
                          text=True, check=False)
