@@ -158,11 +158,18 @@ void AddScale(Examination* e, const PositionWitness& witness, int axis, const La
   e->Add(finding);
 }
 
+void NoteUnshown(Examination* e, const std::string& stream) {
+  e->result.notes.push_back(fmt::format(
+      "which of the accelerometer's axes are the body's x and y: the acceleration of {} does not "
+      "show the lateral force",
+      stream));
+}
+
 }  // namespace
 
 void CheckLateralAxes(Examination* e, const std::string& stream) {
   const std::vector<Look> looks = LooksAt(*e, stream);
-  if (looks.empty()) return;
+  if (looks.empty()) return NoteUnshown(e, stream);
   const BodyForce force(e->fixed, looks.front().witness.attitude);
   std::vector<ShownAxes> all;
   for (const Look& look : looks) {
@@ -177,11 +184,7 @@ void CheckLateralAxes(Examination* e, const std::string& stream) {
     if (OffShare(all, axis)) AddScale(e, looks.back().witness, axis, all.back().fit);
     for (const ShownAxes& shown : all) any = any || shown.of(axis, axis) > 0.0;
   }
-  if (any) return;
-  e->result.notes.push_back(fmt::format(
-      "which of the accelerometer's axes are the body's x and y: the acceleration of {} does not "
-      "show the lateral force",
-      stream));
+  if (!any) NoteUnshown(e, stream);
 }
 
 }  // namespace trueline
