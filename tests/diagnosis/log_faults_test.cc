@@ -20,6 +20,19 @@ TEST(LogFaults, AFatalFaultExplainsNothing) {
   EXPECT_EQ(VerdictWith("explained", axes), "unexplained");
 }
 
+TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
+  Diagnosis diagnosis;
+  diagnosis.in_model = {Effect{}};
+  diagnosis.open.described.resize(1);
+  diagnosis.open.described[0].in_model = true;
+  AddLogFaults({{"stuck", false, "stuck"}}, &diagnosis);
+  EXPECT_EQ(diagnosis.in_model.size(), 1U);
+  AddLogFaults({{"accelerometer_axes", true, "accelerometer_axes"}}, &diagnosis);
+  EXPECT_TRUE(diagnosis.in_model.empty());
+  EXPECT_FALSE(diagnosis.open.described[0].in_model);
+  EXPECT_THAT(diagnosis.model_lacks, testing::HasSubstr("fatal"));
+}
+
 TEST(LogFaults, AnotherFaultIsNotClean) {
   const LogFault stuck{"stuck", false, "stuck: mocap.csv stands still"};
   EXPECT_EQ(VerdictWith("clean", stuck), "unexplained");
