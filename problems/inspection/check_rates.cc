@@ -176,8 +176,8 @@ std::string NotShown(const VectorMatch& match) {
   return "";
 }
 
-void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
-  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= 0.5) return;
+void AddDisagreement(Examination* e, const std::string& stream, const VectorMatch& match,
+                     const std::string& text, const std::string& remedy) {
   Finding finding;
   finding.id = "rates_disagree";
   finding.stream = stream;
@@ -185,14 +185,20 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
   finding.size = match.correlation;
   finding.unit = "1";
   finding.error = e->log.gravity;
-  finding.text = fmt::format(
-      "{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no form of its "
-      "quaternion makes that the gyroscope's turn (correlation {:.2f})",
-      stream, match.seen_rms, match.correlation);
-  finding.remedy =
-      "check that both streams are of one flight and one vehicle, and that their clocks differ by "
-      "less than 5 s and drift by less than 0.01 s/s";
+  finding.text = text;
+  finding.remedy = remedy;
   e->Add(finding);
+}
+
+void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& match) {
+  if (match.seen_rms < 4.0 * kLeastRate || match.correlation >= 0.5) return;
+  AddDisagreement(
+      e, stream, match,
+      fmt::format("{}.csv turns by {:.2f} rad/s (rms), and no lag within 5 s, no rotation and no "
+                  "form of its quaternion makes that the gyroscope's turn (correlation {:.2f})",
+                  stream, match.seen_rms, match.correlation),
+      "check that both streams are of one flight and one vehicle, and that their clocks differ by "
+      "less than 5 s and drift by less than 0.01 s/s");
 }
 
 // A stream that no lag makes alike where another attitude agrees: its clock is not what is wrong.
@@ -203,20 +209,15 @@ bool IsOfAnotherFlight(const Examination& e, const VectorMatch& match) {
 }
 
 void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match) {
-  Finding finding;
-  finding.id = "rates_disagree";
-  finding.stream = stream;
-  finding.level = Level::kFatal;
-  finding.size = match.correlation;
-  finding.unit = "1";
-  finding.error = e->log.gravity;
-  finding.text = fmt::format(
-      "the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at best ({}), "
-      "those of {}.csv to {:.3f}: it is of another flight of such laps, or badly tracked",
-      stream, match.correlation, LateText(match.lag), e->rates.front().stream,
-      e->rates.front().match.correlation);
-  finding.remedy = "check that both streams are of one flight; leave this one out of the map";
-  e->Add(finding);
+  const RateWitness& first = e->rates.front();
+  AddDisagreement(
+      e, stream, match,
+      fmt::format("the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at "
+                  "best ({}), those of {}.csv to {:.3f}: it is of another flight of such laps, or "
+                  "badly tracked",
+                  stream, match.correlation, LateText(match.lag), first.stream,
+                  first.match.correlation),
+      "check that both streams are of one flight; leave this one out of the map");
 }
 
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
