@@ -201,22 +201,25 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
       "less than 5 s and drift by less than 0.01 s/s");
 }
 
-// A stream that no lag makes alike where another attitude agrees: its clock is not what is wrong.
-bool IsOfAnotherFlight(const Examination& e, const VectorMatch& match) {
-  return match.correlation < kLike &&
-         std::any_of(e.rates.begin(), e.rates.end(),
-                     [](const RateWitness& rate) { return rate.match.correlation > kVeryLike; });
+// An attitude that agrees with the gyroscope where no lag makes this stream alike: then its clock
+// is not what is wrong. Null if there is none.
+const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match) {
+  if (match.correlation >= kLike) return nullptr;
+  const auto good = std::find_if(e.rates.begin(), e.rates.end(), [](const RateWitness& rate) {
+    return rate.match.correlation > kVeryLike;
+  });
+  return good == e.rates.end() ? nullptr : &*good;
 }
 
-void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match) {
-  const RateWitness& first = e->rates.front();
+void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch& match,
+                    const RateWitness& good) {
   AddDisagreement(
       e, stream, match,
       fmt::format("the turns of {}.csv agree with the gyroscope's to a correlation of {:.2f} at "
                   "best ({}), those of {}.csv to {:.3f}: it is of another flight of such laps, or "
                   "badly tracked",
-                  stream, match.correlation, LateText(match.lag), first.stream,
-                  first.match.correlation),
+                  stream, match.correlation, LateText(match.lag), good.stream,
+                  good.match.correlation),
       "check that both streams are of one flight; leave this one out of the map");
 }
 
@@ -246,8 +249,8 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   const auto trials = TryForms(*e, stream, attitude, gyro, match->lag);
   const FormTrial& best = BestForm(trials);
   if (best.form != &kForms.front()) RepairForm(e, stream, trials.front(), best);
-  if (IsOfAnotherFlight(*e, *match)) {
-    AddOtherFlight(e, stream, *match);
+  if (const RateWitness* good = WitnessAgainst(*e, *match)) {
+    AddOtherFlight(e, stream, *match, *good);
   } else {
     AddClock(e, stream, *match);
     AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);

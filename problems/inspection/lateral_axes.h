@@ -8,8 +8,8 @@
 namespace trueline {
 
 // Drag is read from these axes and from nothing else. Their part of the acceleration is small
-// beside that of thrust, so a wrong one hardly shows in the residual of all axes. Finds x and y
-// exchanged or of the other sign, and repairs it where the flight shows both; finds an axis that
+// beside that of thrust, so a wrong one hardly shows in the residual of all axes. Where the
+// flight shows both, finds and repairs x and y exchanged or of the other sign; finds an axis that
 // reads another multiple of the force. `stream`: of the positions, with an attitude.
 void CheckLateralAxes(Examination* e, const std::string& stream);
 
