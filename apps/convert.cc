@@ -136,12 +136,28 @@ int WithoutMap() {
                   FLAGS_in, WhyNoMapFits(*recording), FLAGS_out));
 }
 
+// A remedy where another map that ships fits the log.
+std::string OtherMap() {
+  if (SplitList(FLAGS_in).size() != 1) return "";
+  const std::optional<ImportMap> shipped = FindShippedMap(*OpenRecording(FLAGS_in));
+  return shipped ? "; its columns are those of " + shipped->file : "";
+}
+
+int WithMap() {
+  const ImportMap map = ReadImportMap(FLAGS_map);
+  try {
+    return Convert(map, "");
+  } catch (const UnknownColumn& error) {
+    throw InputError(error.what() + OtherMap());
+  }
+}
+
 int Run() {
   if (FLAGS_in.empty() || (!FLAGS_map.empty() && FLAGS_out.empty())) {
     throw InputError("--map, --in and --out are needed, or --in alone; see --help for examples");
   }
   try {
-    return FLAGS_map.empty() ? WithoutMap() : Convert(ReadImportMap(FLAGS_map), "");
+    return FLAGS_map.empty() ? WithoutMap() : WithMap();
   } catch (const NoUsableLog& error) {
     fmt::print(stderr, "trueline-convert: no usable log: {}\n", error.what());
     return kExitNoResult;

@@ -5,6 +5,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace trueline {
@@ -23,6 +24,7 @@ int FreeCores() { return is_worker ? 1 : CoresFor(0); }
 
 void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
   threads = CoresFor(threads);
+  const bool one_core = threads == 1;
   threads = std::min(threads, count);
   std::atomic<int> next{0};
   std::exception_ptr first_error;
@@ -38,7 +40,9 @@ void ParallelFor(int count, int threads, const std::function<void(int)>& body) {
     }
   };
   if (threads <= 1) {
+    const bool was_worker = std::exchange(is_worker, is_worker || one_core);
     work();
+    is_worker = was_worker;
   } else {
     std::vector<std::jthread> pool;
     pool.reserve(static_cast<std::size_t>(threads));

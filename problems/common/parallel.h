@@ -11,7 +11,8 @@ int CoresFor(int threads);
 int FreeCores();
 
 // Calls body(0) ... body(count - 1) on `threads` threads (0: all cores). Results must be stored by
-// index, so that they do not depend on the number of threads. The first exception is rethrown.
+// index, so that they do not depend on the number of threads. The first exception is rethrown. With
+// `threads` of 1 the bodies keep to one core in what they call, too.
 void ParallelFor(int count, int threads, const std::function<void(int)>& body);
 
 // The same for bodies of microseconds: `run` in a row on one thread, on at most `threads` threads

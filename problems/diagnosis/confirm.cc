@@ -1,24 +1,34 @@
 #include "problems/diagnosis/confirm.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "problems/common/error.h"
+#include "problems/diagnosis/score_test.h"
+#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kAlpha = 0.05;     // a single test: the hypothesis comes from another flight
-constexpr double kSamePlace = 0.5;  // m
+constexpr double kAlpha = 0.05;  // a single test: the hypothesis comes from another flight
+constexpr double kApartCauses = 3.0, kApartTerms = 2.0;  // sigmas
+constexpr double kSamePlace = 0.5;                       // m
 
-// True if signs agree and sizes are compatible.
-bool Agrees(const Cause& cause, const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {
-  constexpr double kApart = 3.0;  // sigmas
-  const Eigen::VectorXd neutral = cause.candidate.Neutral();
-  const Eigen::VectorXd a = (cause.value - neutral).cwiseQuotient(cause.sigma);
-  const Eigen::VectorXd b = (value - neutral).cwiseQuotient(cause.sigma);
+// Sizes of an effect, from its neutral value, with their standard deviations.
+struct Sizes {
+  Eigen::VectorXd value, sigma;
+};
+
+// True if signs agree and sizes are compatible: by their ratio, or within `apart` sigmas.
+bool Agree(const Sizes& first, const Sizes& other, double apart) {
+  const Eigen::VectorXd a = first.value.cwiseQuotient(first.sigma);
+  const Eigen::VectorXd b = other.value.cwiseQuotient(first.sigma);
   const double ratio = a.dot(b) / a.squaredNorm();
   if (ratio <= 0.0) return false;
-  const Eigen::VectorXd both = (sigma.cwiseAbs2() + cause.sigma.cwiseAbs2()).cwiseSqrt();
-  const bool close = ((value - cause.value).cwiseQuotient(both)).cwiseAbs().maxCoeff() < kApart;
-  return close || (ratio > 0.5 && ratio < 2.0);
+  const Eigen::VectorXd both = (other.sigma.cwiseAbs2() + first.sigma.cwiseAbs2()).cwiseSqrt();
+  const double sigmas = (other.value - first.value).cwiseQuotient(both).cwiseAbs().maxCoeff();
+  return sigmas < apart || (ratio > 0.5 && ratio < 2.0);
 }
 
 const Gate* GateOf(const FlightLog& log, int id) {
@@ -56,13 +66,33 @@ Repeat RepeatOfFalseData(const Cause& cause, const DiagnosedFlight& flight) {
 
 // The result of a cause fitted at `value` and tested singly.
 Repeat RepeatOf(const Cause& cause, const Eigen::VectorXd& value, const ScoreTest& test) {
+  const Eigen::VectorXd neutral = cause.candidate.Neutral();
+  const bool agree =
+      Agree({cause.value - neutral, cause.sigma}, {value - neutral, test.sigma}, kApartCauses);
   const char* outcome = "not shown";
-  if (test.p() < kAlpha) outcome = Agrees(cause, value, test.sigma) ? "repeats" : "differs";
+  if (test.p() < kAlpha) outcome = agree ? "repeats" : "differs";
   return {"", outcome, value, test.sigma, test.p()};
 }
 
-}  // namespace
+bool GoesWithVoltage(const TermForm& term) {
+  return std::any_of(term.with.begin(), term.with.end(),
+                     [](const TermFactor& factor) { return factor.of == TermQuantity::kVoltage; });
+}
 
+// The term numbered k of `fit`, tested beside the others.
+TermRepeat RepeatOfTerm(const DescribedTerm& first, const Linearisation& fit, std::size_t k) {
+  std::vector<int> beside = fit.nuisances;
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    if (i != k) beside.push_back(fit.terms[i].columns.front());
+  }
+  const ScoreTest test = TestColumns(fit, beside, fit.terms[k].columns, Eigen::VectorXd::Zero(1));
+  const Sizes before{Eigen::VectorXd::Constant(1, first.size.value),
+                     Eigen::VectorXd::Constant(1, first.size.sigma)};
+  const bool agree = Agree(before, {test.value, test.sigma}, kApartTerms);
+  return {"", {test.value[0], test.sigma[0]}, test.p() < kAlpha && agree};
+}
+
+// Adds to each cause of the flight with the log `first` its estimate on `flight`.
 void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cause>* causes) {
   std::vector<Found> found;
   std::vector<Cause*> tested;
@@ -90,13 +120,68 @@ void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cau
   for (Cause& cause : *causes) cause.repeats.back().log = flight->log().directory;
 }
 
-void Confirm(std::vector<Cause>* causes) {
+// Adds what another flight, fitted with the causes, says of the terms.
+void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms) {
+  std::vector<TermForm> columns;
+  std::vector<DescribedTerm*> tested;
+  for (DescribedTerm& t : *terms) {
+    t.repeats.push_back({other.log().directory, {}, false});
+    if (GoesWithVoltage(t.term) && other.log().battery.empty()) continue;
+    tested.push_back(&t);
+    columns.push_back(t.term);
+    BindTerms(other.log(), &columns.back().with);
+  }
+  if (tested.empty()) return;
+  const auto fit = other.LineariseTerms(columns);
+  for (std::size_t k = 0; k < tested.size(); ++k) {
+    tested[k]->repeats.back() = RepeatOfTerm(*tested[k], *fit, k);
+    tested[k]->repeats.back().log = other.log().directory;
+  }
+}
+
+}  // namespace
+
+const std::vector<std::unique_ptr<DiagnosedFlight>>& FurtherFlights::All() {
+  if (flights_) return *flights_;
+  flights_.emplace();
+  for (std::size_t i = 1; i < logs_.size(); ++i) {
+    const FlightLog& log = logs_[i];
+    try {
+      flights_->push_back(make_(log));
+    } catch (const InputError& error) {
+      warnings_.push_back(
+          fmt::format("further flight {}: it can't be diagnosed, so it confirms nothing: {}",
+                      log.name.empty() ? std::to_string(i + 1) : log.name, error.what()));
+    }
+  }
+  return *flights_;
+}
+
+void FurtherFlights::Confirm(std::vector<Cause>* causes) {
+  if (causes->empty() && !flights_) return;
+  for (Cause& cause : *causes) cause.repeats.clear();
+  for (const auto& flight : All()) AddRepeats(logs_.front(), flight.get(), causes);
+  JudgeRepeats(causes);
+}
+
+void FurtherFlights::Confirm(std::vector<DescribedTerm>* terms) {
+  if (terms->empty()) return;
+  for (const auto& flight : All()) AddTermRepeats(*flight, terms);
+}
+
+void JudgeRepeats(std::vector<Cause>* causes) {
   for (Cause& cause : *causes) {
     if (cause.repeats.empty()) continue;
     const auto count = std::count_if(cause.repeats.begin(), cause.repeats.end(),
                                      [](const Repeat& r) { return r.outcome == "repeats"; });
     cause.confirmed = 2 * count > static_cast<long>(cause.repeats.size());
   }
+}
+
+bool TermRepeats(const DescribedTerm& term) {
+  const auto count = std::count_if(term.repeats.begin(), term.repeats.end(),
+                                   [](const TermRepeat& r) { return r.repeats; });
+  return 2 * count > static_cast<long>(term.repeats.size());
 }
 
 }  // namespace trueline

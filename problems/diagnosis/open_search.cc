@@ -6,7 +6,6 @@
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/score_test.h"
 #include "problems/result/distributions.h"
-#include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
@@ -357,45 +356,10 @@ class OpenSearch {
   double each_ = 0.0;
 };
 
-bool GoesWithVoltage(const TermForm& term) {
-  return std::any_of(term.with.begin(), term.with.end(),
-                     [](const TermFactor& factor) { return factor.of == TermQuantity::kVoltage; });
-}
-
 }  // namespace
 
 OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha) {
   return OpenSearch(flight, found).Run(alpha);
-}
-
-void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms) {
-  if (terms->empty()) return;
-  constexpr double kRepeatAlpha = 0.05;
-  std::vector<TermForm> columns;
-  for (DescribedTerm& t : *terms) {
-    columns.push_back(t.term);
-    if (GoesWithVoltage(t.term) && other.log().battery.empty()) {
-      for (DescribedTerm& none : *terms) none.repeats.push_back({other.log().directory, {}, false});
-      return;
-    }
-    BindTerms(other.log(), &columns.back().with);
-  }
-  const auto fit = other.LineariseTerms(columns);
-  for (std::size_t i = 0; i < terms->size(); ++i) {
-    DescribedTerm& t = (*terms)[i];
-    std::vector<int> beside = fit->nuisances;
-    for (std::size_t k = 0; k < terms->size(); ++k) {
-      if (k != i) beside.push_back(fit->terms[k].columns.front());
-    }
-    const ScoreTest test = TestColumns(*fit, beside, fit->terms[i].columns, VectorXd::Zero(1));
-    TermRepeat repeat{other.log().directory, {test.value[0], test.sigma[0]}, false};
-    const double ratio = repeat.size.value / t.size.value;
-    const double apart = std::abs(repeat.size.value - t.size.value);
-    repeat.repeats =
-        test.p() < kRepeatAlpha && ratio > 0.0 &&
-        ((ratio > 0.5 && ratio < 2.0) || apart < 2.0 * std::hypot(repeat.size.sigma, t.size.sigma));
-    t.repeats.push_back(repeat);
-  }
 }
 
 }  // namespace trueline

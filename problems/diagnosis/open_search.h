@@ -15,7 +15,4 @@ namespace trueline {
 // significant is dropped.
 OpenCatalogue DescribeMisfit(DiagnosedFlight* flight, std::vector<Found>* found, double alpha);
 
-// Adds what another flight, fitted with the causes, says of the same terms.
-void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* terms);
-
 }  // namespace trueline

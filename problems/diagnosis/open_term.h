@@ -30,7 +30,7 @@ struct SizeWithSigma {
 struct TermRepeat {
   std::string log;
   SizeWithSigma size;
-  bool repeats = false;  // of the same sign, p < 0.05, and 0.5 to 2 times the size or within sigmas
+  bool repeats = false;  // see confirm.h
 };
 
 struct DescribedTerm {

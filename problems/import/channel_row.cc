@@ -35,8 +35,8 @@ int ChannelRow::IndexOf(const std::string& column, const std::string& where) con
     if (index >= 0) return static_cast<int>(starts_[i]) + index;
   }
   const Channel& channel = recording_.channels()[channels_.front()];
-  throw InputError(fmt::format("{}: there is no field '{}' in {} of {}; it has: {}", where, column,
-                               channel.Label(), recording_.file(), FieldList(channel)));
+  throw UnknownColumn(fmt::format("{}: there is no field '{}' in {} of {}; it has: {}", where,
+                                  column, channel.Label(), recording_.file(), FieldList(channel)));
 }
 
 double ChannelRow::Number(int index) const {
@@ -51,18 +51,18 @@ TimeNs ChannelRow::Time(int index, int exponent) const {
   Fail(index, "is no time stamp; leave out 'time' to use the log's own");
 }
 
-void ChannelRow::Fail(int index, const std::string& message) const {
+InputError ChannelRow::ErrorIn(int index, const std::string& message) const {
   if (index < 0) {  // no field's fault
-    throw InputError(fmt::format("{}: {} at {} s: {}", recording_.file(),
-                                 recording_.channels()[channels_.front()].Label(), TimeText(time_),
-                                 message));
+    return InputError(fmt::format("{}: {} at {} s: {}", recording_.file(),
+                                  recording_.channels()[channels_.front()].Label(), TimeText(time_),
+                                  message));
   }
   std::size_t i = channels_.size() - 1;
   while (starts_[i] > static_cast<std::size_t>(index)) --i;
   const Channel& channel = recording_.channels()[channels_[i]];
   const std::string& field = channel.fields[static_cast<std::size_t>(index) - starts_[i]].name;
-  throw InputError(fmt::format("{}: {} at {} s: {}: {}", recording_.file(), channel.Label(),
-                               TimeText(time_), field, message));
+  return InputError(fmt::format("{}: {} at {} s: {}: {}", recording_.file(), channel.Label(),
+                                TimeText(time_), field, message));
 }
 
 void ChannelRow::FailMissing(const std::string& stream) const {

@@ -20,7 +20,7 @@ class ChannelRow : public ForeignRow {
   double Number(int index) const override;
   TimeNs Time(int index, int exponent) const override;
   TimeNs Stamp() const override { return time_; }
-  [[noreturn]] void Fail(int index, const std::string& message) const override;
+  InputError ErrorIn(int index, const std::string& message) const override;
   [[noreturn]] void FailMissing(const std::string& stream) const override;
 
  private:

@@ -111,9 +111,10 @@ void RequireOneFileForEachInput(const ImportMap& map, const std::vector<std::str
 
 std::string LogName(const ImportMap& map, const std::string& file) {
   std::string name = map.name;
-  const std::string stem = NameOfLog(file).stem().string();
+  std::filesystem::path stem = NameOfLog(file).stem();
+  if (NameOfLog(file).extension() == ".gz") stem = stem.stem();
   const std::size_t place = name.find("{stem}");
-  if (place != std::string::npos) name.replace(place, 6, stem);
+  if (place != std::string::npos) name.replace(place, 6, stem.string());
   return name;
 }
 

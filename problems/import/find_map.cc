@@ -31,8 +31,7 @@ std::vector<std::filesystem::path> ShippedMaps() {
 bool ReadsNamesOf(const InputMap& input, const Recording& recording) {
   const CsvLayout layout = GuessCsvLayout(recording.file());
   return input.dialect.header && input.dialect.skip_lines == 0 && layout.header &&
-         layout.warning.empty() && input.dialect.delimiter == layout.delimiter &&
-         input.dialect.decimal_comma == layout.decimal_comma;
+         layout.warning.empty() && input.dialect.separators == layout.separators;
 }
 
 bool IsFor(const ImportMap& map, const Recording& recording) {

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "problems/common/error.h"
-#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
@@ -23,8 +22,8 @@ bool IsNumber(const std::string& text) {
 ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dialect,
                        std::vector<std::string>* warnings)
     : lines_(path),
-      delimiter_(dialect.delimiter),
-      decimal_comma_(dialect.decimal_comma),
+      delimiter_(dialect.separators.delimiter),
+      splitter_(dialect.separators),
       warnings_(warnings) {
   std::string_view line;
   for (int i = 0; i < dialect.skip_lines + (dialect.header ? 1 : 0); ++i) {
@@ -42,7 +41,7 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
 bool ForeignCsv::Next() {
   std::string_view line;
   if (!lines_.NextFilled(&line)) return false;
-  SplitFields(WithDecimalPoints(line, decimal_comma_, &with_points_), delimiter_, &fields_);
+  splitter_.Split(line, &fields_);
   missing_ = -1;
   if (width_ == 0) width_ = fields_.size();
   if (IsCutOff() && lines_.AtEnd()) {
@@ -95,8 +94,8 @@ int ForeignCsv::IndexOf(const std::string& column, const std::string& where) con
     throw InputError(fmt::format("{}: there is no column {} in {}; it has columns 1 to {}", where,
                                  column, file(), width_));
   }
-  throw InputError(fmt::format("{}: there is no column '{}' in {}; its header has: {}{}", where,
-                               column, file(), fmt::join(names_, ", "), OtherDelimiter()));
+  throw UnknownColumn(fmt::format("{}: there is no column '{}' in {}; its header has: {}{}", where,
+                                  column, file(), fmt::join(names_, ", "), OtherDelimiter()));
 }
 
 // A remedy where the names look like several in one.
@@ -134,8 +133,8 @@ TimeNs ForeignCsv::Time(int index, int exponent) const {
                  : fmt::format("'{}' is no time stamp; repair or remove the line", Text(index)));
 }
 
-void ForeignCsv::Fail(int index, const std::string& message) const {
-  throw ErrorAt(file(), line(), fmt::format("column {}: {}", ColumnName(index), message));
+InputError ForeignCsv::ErrorIn(int index, const std::string& message) const {
+  return ErrorAt(file(), line(), fmt::format("column {}: {}", ColumnName(index), message));
 }
 
 void ForeignCsv::FailMissing(const std::string& stream) const {

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "problems/import/foreign_row.h"
+#include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
 namespace trueline {
 
 struct CsvDialect {
-  char delimiter = ',';  // ' ' stands for runs of blanks
-  bool decimal_comma = false;
+  CsvSeparators separators;
   int skip_lines = 0;  // before the header, or before the first row
   bool header = true;  // a line of names follows
 };
@@ -38,7 +38,7 @@ class ForeignCsv : public ForeignRow {
   TimeNs Stamp() const override { return 0; }  // a CSV map names the column of the time
 
   // "file:line: column 'name': message".
-  [[noreturn]] void Fail(int index, const std::string& message) const override;
+  InputError ErrorIn(int index, const std::string& message) const override;
   [[noreturn]] void FailMissing(const std::string& stream) const override;
   const std::string& file() const { return lines_.file(); }
   int line() const { return lines_.line_number(); }
@@ -50,8 +50,7 @@ class ForeignCsv : public ForeignRow {
 
   LineReader lines_;
   char delimiter_;
-  bool decimal_comma_;
-  std::string with_points_;  // the line that fields_ points into, of numbers with a decimal comma
+  ValueSplitter splitter_;
   std::vector<std::string>* warnings_;
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;

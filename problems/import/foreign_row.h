@@ -4,16 +4,23 @@
 #include <string>
 #include <string_view>
 
+#include "problems/common/error.h"
 #include "problems/common/time.h"
 
 namespace trueline {
+
+// A map names a column that the log does not have.
+class UnknownColumn : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 class ForeignRow {
  public:
   virtual ~ForeignRow() = default;
 
   // Index of a column given by its name (or in CSV by its number from 1); `where` is the place in
-  // the map that names it, for the error.
+  // the map that names it, for the error: UnknownColumn.
   virtual int IndexOf(const std::string& column, const std::string& where) const = 0;
 
   // Equal for equal values of one column.
@@ -25,8 +32,11 @@ class ForeignRow {
   // The row's own time, of measurement where the log states it.
   virtual TimeNs Stamp() const = 0;
 
-  // An InputError that names the place and the column.
-  [[noreturn]] virtual void Fail(int index, const std::string& message) const = 0;
+  // An error that names the place and the column.
+  virtual InputError ErrorIn(int index, const std::string& message) const = 0;
+  [[noreturn]] void Fail(int index, const std::string& message) const {
+    throw ErrorIn(index, message);
+  }
   // The error for a row of `stream` in which Number() found a missing value.
   [[noreturn]] virtual void FailMissing(const std::string& stream) const = 0;
 };

@@ -13,9 +13,15 @@
 namespace trueline {
 namespace {
 
-char ReadDelimiter(const YamlMap& map) {
+CsvSeparators ReadSeparators(const YamlMap& map) {
   const std::string name = map.GetChoice("delimiter", {",", ";", "tab", "space", "|"}, ",");
-  return name == "tab" ? '\t' : name == "space" ? ' ' : name[0];
+  CsvSeparators separators;
+  separators.delimiter = name == "tab" ? '\t' : name == "space" ? ' ' : name[0];
+  separators.decimal_comma = map.GetChoice("decimal", {".", ","}, ".") == ",";
+  if (separators.decimal_comma && separators.delimiter == ',') {
+    map.Fail("decimal", "a comma can't be the delimiter, too; state 'delimiter'");
+  }
+  return separators;
 }
 
 // `format: ulog`, or a list of them.
@@ -36,11 +42,7 @@ std::vector<std::string> ReadFormats(const YamlMap& map) {
 InputMap ReadInput(const std::string& name, const YamlMap& map) {
   InputMap input;
   input.name = name;
-  input.dialect.delimiter = ReadDelimiter(map);
-  input.dialect.decimal_comma = map.GetChoice("decimal", {".", ","}, ".") == ",";
-  if (input.dialect.decimal_comma && input.dialect.delimiter == ',') {
-    map.Fail("decimal", "a comma can't be the delimiter, too; state 'delimiter'");
-  }
+  input.dialect.separators = ReadSeparators(map);
   input.dialect.skip_lines = map.Get<int>("skip_lines", 0);
   if (input.dialect.skip_lines < 0) map.Fail("skip_lines", "must not be negative");
   input.dialect.header = map.Get<bool>("header", true);

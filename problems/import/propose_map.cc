@@ -59,13 +59,46 @@ bool Mentions(const std::string& stem, const std::vector<std::string>& words) {
                      [&](const std::string& word) { return stem.find(word) != std::string::npos; });
 }
 
-// The first vector whose name has one of the words, as "columns: [...]".
+std::string ColumnsText(const std::vector<std::string>& fields) {
+  return fmt::format("columns: [{}]", fmt::join(fields, ", "));
+}
+
+// The first vector whose name has one of the words.
 std::string VectorOf(const std::vector<FieldGroup>& groups, const std::vector<std::string>& words) {
   for (const FieldGroup& group : groups) {
     const std::vector<std::string> three = ThreeOf(group);
     if (three.empty() || group.parts.contains("w") || !Mentions(group.stem, words)) continue;
     if (Mentions(group.stem, {"cov", "bias", "offset"})) continue;
-    return fmt::format("columns: [{}]", fmt::join(three, ", "));
+    return ColumnsText(three);
+  }
+  return "";
+}
+
+// The vector of short names, such as ax, ay, az.
+std::string ShortVectorOf(const std::vector<FieldGroup>& groups,
+                          const std::vector<std::string>& stems) {
+  for (const std::string& stem : stems) {
+    for (const FieldGroup& group : groups) {
+      const std::vector<std::string> three = ThreeOf(group);
+      if (group.stem == stem && !three.empty()) return ColumnsText(three);
+    }
+  }
+  return "";
+}
+
+std::string AccelerometerOf(const std::vector<FieldGroup>& groups) {
+  const std::string named = VectorOf(groups, {"acc", "a_rs"});
+  return named.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}) : named;
+}
+
+std::string GyroscopeOf(const std::vector<FieldGroup>& groups) {
+  const std::string named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  if (!named.empty()) return named;
+  const std::string short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
+  if (!short_name.empty()) return short_name;
+  for (const FieldGroup& group : groups) {
+    const std::vector<std::string> rates = PartsOf(group, {"p", "q", "r"});
+    if (group.stem.empty() && !rates.empty()) return ColumnsText(rates);
   }
   return "";
 }
@@ -84,8 +117,8 @@ void ProposeStreams(const Channel& channel, bool is_csv,
                     std::map<std::string, std::string>* lines) {
   const std::vector<FieldGroup> groups = GroupsOf(channel);
   const std::string from = is_csv ? "" : fmt::format("channel: \"{}\", ", channel.Label());
-  const std::string accel = VectorOf(groups, {"acc", "a_rs"});
-  const std::string gyro = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  const std::string accel = AccelerometerOf(groups);
+  const std::string gyro = GyroscopeOf(groups);
   if (!accel.empty() && !gyro.empty()) {
     lines->try_emplace("imu", fmt::format("imu: {{{}accel: {{{}, unit: m/s^2}}, gyro: {{{}, unit: "
                                           "rad/s}}}}  # or g, deg/s",
@@ -112,9 +145,10 @@ const char* UnitOfExponent(int exponent) {
 
 std::string CsvInput(const Recording& recording) {
   const CsvLayout layout = GuessCsvLayout(recording.file());
-  const std::string delimiter = layout.delimiter == '\t'  ? "tab"
-                                : layout.delimiter == ' ' ? "space"
-                                                          : std::string(1, layout.delimiter);
+  const auto [separator, decimal_comma] = layout.separators;
+  const std::string delimiter = separator == '\t'  ? "tab"
+                                : separator == ' ' ? "space"
+                                                   : std::string(1, separator);
   // Names that fit no column are a line to skip.
   const bool named = layout.header && layout.warning.empty();
   const std::string header = named           ? ""
@@ -122,7 +156,7 @@ std::string CsvInput(const Recording& recording) {
                                              : ", header: false";
   const std::string time = layout.time_column ? layout.columns[*layout.time_column] : "t";
   return fmt::format("{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}",
-                     delimiter, layout.decimal_comma ? ", decimal: \",\"" : "", header, time,
+                     delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,
                      UnitOfExponent(layout.time_exponent),
                      layout.time_column ? "check the unit: s, ms, us or ns"
                                         : "no name tells the time column; give it, or its number");

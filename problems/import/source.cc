@@ -162,10 +162,11 @@ std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row,
   return (to_earth_ * (inverse_ ? source->conjugate() : *source) * from_body_).normalized();
 }
 
-void SourceAttitude::FailNorm(const ForeignRow& row, double norm) const {
-  row.Fail(columns_[0].index(), fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
-                                            "columns and 'scale' in the map",
-                                            norm));
+InputError SourceAttitude::NormError(const ForeignRow& row, double norm) const {
+  return row.ErrorIn(columns_[0].index(),
+                     fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
+                                 "columns and 'scale' in the map",
+                                 norm));
 }
 
 std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(

@@ -84,7 +84,7 @@ class SourceAttitude {
   std::optional<Eigen::Quaterniond> Value(const ForeignRow& row,
                                           std::optional<double>* bad_norm) const;
   // The error for a row with such a norm.
-  [[noreturn]] void FailNorm(const ForeignRow& row, double norm) const;
+  InputError NormError(const ForeignRow& row, double norm) const;
 
  private:
   std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignRow& row,

@@ -98,12 +98,9 @@ class RowConverter {
   }
 
   void RefuseQuaternion(double norm) {
-    try {
-      source_->attitude->FailNorm(row_, norm);
-    } catch (const InputError& error) {
-      if (!skip_missing_) throw;
-      bad_quaternion_ = error.what();
-    }
+    const InputError error = source_->attitude->NormError(row_, norm);
+    if (!skip_missing_) throw error;
+    bad_quaternion_ = error.what();
   }
 
   std::vector<double> Numbers() {

@@ -103,11 +103,13 @@ void SplitFields(std::string_view line, char delimiter, std::vector<std::string_
   }
 }
 
-std::string_view WithDecimalPoints(std::string_view line, bool decimal_comma, std::string* buffer) {
-  if (!decimal_comma) return line;
-  buffer->assign(line);
-  std::replace(buffer->begin(), buffer->end(), ',', '.');
-  return *buffer;
+void ValueSplitter::Split(std::string_view line, std::vector<std::string_view>* fields) {
+  if (separators_.decimal_comma) {
+    with_points_.assign(line);
+    std::replace(with_points_.begin(), with_points_.end(), ',', '.');
+    line = with_points_;
+  }
+  SplitFields(line, separators_.delimiter, fields);
 }
 
 bool ParseNumber(std::string_view text, double* value) {

@@ -14,9 +14,26 @@ std::string_view TrimmedField(std::string_view text);  // without blanks and one
 // The fields of one line. With a `delimiter` of ' ' a run of blanks and tabs counts as one.
 void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 
-// The line with decimal points, in `buffer`, where it is written with a decimal comma; else the
-// line itself. Such a line is delimited by something else.
-std::string_view WithDecimalPoints(std::string_view line, bool decimal_comma, std::string* buffer);
+// How a CSV file separates.
+struct CsvSeparators {
+  char delimiter = ',';        // of fields; ' ' stands for runs of blanks and tabs
+  bool decimal_comma = false;  // in numbers; the delimiter is then another
+
+  bool operator==(const CsvSeparators&) const = default;
+};
+
+// Splits lines of values. A decimal comma is given as a point.
+class ValueSplitter {
+ public:
+  explicit ValueSplitter(const CsvSeparators& separators) : separators_(separators) {}
+
+  // The fields point into the line or into this object, until the next call.
+  void Split(std::string_view line, std::vector<std::string_view>* fields);
+
+ private:
+  CsvSeparators separators_;
+  std::string with_points_;
+};
 
 // A decimal number in full ("nan" and "inf" parse too). False when `text` is something else.
 bool ParseNumber(std::string_view text, double* value);

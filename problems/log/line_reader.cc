@@ -1,6 +1,7 @@
 #include "problems/log/line_reader.h"
 
-#include "problems/common/error.h"
+#include <fmt/format.h>
+
 #include "problems/log/csv_text.h"
 
 namespace trueline {
@@ -11,21 +12,15 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 }  // namespace
 
-LineReader::LineReader(const std::filesystem::path& path)
-    : file_(path.string()), in_(path, std::ios::binary) {
-  if (!std::filesystem::is_regular_file(path) || !in_) {
-    throw ErrorAt(file_, 0, "can't be read; give the path of a readable CSV file");
-  }
-}
+LineReader::LineReader(const std::filesystem::path& path) : in_(path) {}
 
 bool LineReader::Refill() {
   buffer_.erase(0, position_);
   position_ = 0;
   const std::size_t kept = buffer_.size();
   buffer_.resize(kept + kChunk);
-  in_.read(buffer_.data() + kept, kChunk);
-  buffer_.resize(kept + static_cast<std::size_t>(in_.gcount()));
-  return in_.gcount() > 0;
+  buffer_.resize(kept + in_.Read(buffer_.data() + kept, kChunk));
+  return buffer_.size() > kept;
 }
 
 bool LineReader::Next(std::string_view* line) {
@@ -53,11 +48,9 @@ bool LineReader::NextFilled(std::string_view* line) {
 }
 
 std::string LineReader::CutOff() const {
-  return fmt::format("{}:{}: the last line is cut off; it is dropped", file_, line_number_);
+  return fmt::format("{}:{}: the last line is cut off; it is dropped", file(), line_number_);
 }
 
-bool LineReader::AtEnd() {
-  return position_ == buffer_.size() && (!in_ || in_.peek() == std::ifstream::traits_type::eof());
-}
+bool LineReader::AtEnd() { return position_ == buffer_.size() && in_.AtEnd(); }
 
 }  // namespace trueline

@@ -1,16 +1,18 @@
-// Lines of a text file, read in chunks, so that memory does not grow with the file.
+// Lines of a text file, plain or packed by gzip, read in chunks, so that memory does not grow with
+// the file.
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
+
+#include "problems/log/text_file.h"
 
 namespace trueline {
 
 class LineReader {
  public:
-  // Throws InputError when the file can't be opened.
+  // Throws InputError when the file can't be opened; Next() and AtEnd() where it is damaged.
   explicit LineReader(const std::filesystem::path& path);
 
   // The next line without its end (LF or CR LF), valid until the next call. False at the end.
@@ -18,17 +20,16 @@ class LineReader {
 
   bool NextFilled(std::string_view* line);  // likewise, without blank lines
 
-  int line_number() const { return line_number_; }   // of the line last given, from 1
-  bool terminated() const { return terminated_; }    // the line last given ended in a newline
-  bool AtEnd();                                      // nothing follows the line last given
-  std::string CutOff() const;                        // a warning that this line is dropped
-  const std::string& file() const { return file_; }  // for messages
+  int line_number() const { return line_number_; }        // of the line last given, from 1
+  bool terminated() const { return terminated_; }         // the line last given ended in a newline
+  bool AtEnd();                                           // nothing follows the line last given
+  std::string CutOff() const;                             // a warning that this line is dropped
+  const std::string& file() const { return in_.file(); }  // for messages
 
  private:
   bool Refill();
 
-  std::string file_;
-  std::ifstream in_;
+  TextFile in_;
   std::string buffer_;
   std::size_t position_ = 0;
   int line_number_ = 0;

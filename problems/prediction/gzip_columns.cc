@@ -1,35 +1,15 @@
 #include "problems/prediction/gzip_columns.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <set>
 
 #include "problems/common/error.h"
 #include "problems/log/csv_text.h"
+#include "problems/log/line_reader.h"
 
 namespace trueline {
 namespace {
-
-// The unpacked text; zlib passes a plain file through.
-std::string UnpackedText(const std::filesystem::path& file) {
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose_r);
-  if (in == nullptr) throw ErrorAt(file.string(), 0, "can't be opened");
-  std::string text;
-  std::vector<char> chunk(1 << 18);
-  for (;;) {
-    const int count = gzread(in.get(), chunk.data(), static_cast<unsigned>(chunk.size()));
-    int code = Z_OK;
-    gzerror(in.get(), &code);
-    if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) {
-      throw ErrorAt(file.string(), 0, "is damaged or cut off (gzip); fetch it again");
-    }
-    if (count == 0) return text;
-    text.append(chunk.data(), static_cast<std::size_t>(count));
-  }
-}
 
 std::vector<std::size_t> IndicesOf(const std::vector<std::string>& names,
                                    const std::vector<std::string_view>& header,
@@ -52,17 +32,12 @@ std::vector<std::size_t> IndicesOf(const std::vector<std::string>& names,
 
 Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
                             const std::vector<std::string>& names) {
-  const std::string text = UnpackedText(file);
+  LineReader lines(file);
   std::vector<std::size_t> indices;
   std::vector<std::string_view> fields;
   std::vector<double> values;
-  int line = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string_view row = std::string_view(text).substr(begin, end - begin);
-    begin = end + 1;
-    ++line;
-    if (TrimmedField(row).empty()) continue;
+  std::string_view row;
+  while (lines.NextFilled(&row)) {
     SplitFields(row, ',', &fields);
     if (indices.empty()) {
       indices = IndicesOf(names, fields, file.string());
@@ -72,7 +47,8 @@ Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
       double value = 0.0;
       if (indices[i] >= fields.size() || !ParseNumber(TrimmedField(fields[indices[i]]), &value) ||
           !std::isfinite(value)) {
-        throw ErrorAt(file.string(), line, "column '" + names[i] + "' holds no finite number");
+        throw ErrorAt(file.string(), lines.line_number(),
+                      "column '" + names[i] + "' holds no finite number");
       }
       values.push_back(value);
     }
@@ -85,9 +61,11 @@ Eigen::MatrixXd ReadColumns(const std::filesystem::path& file,
 }
 
 bool HasColumn(const std::filesystem::path& file, const std::string& name) {
-  const std::string text = UnpackedText(file);
+  LineReader lines(file);
+  std::string_view header;
+  lines.Next(&header);
   std::vector<std::string_view> fields;
-  SplitFields(std::string_view(text).substr(0, text.find('\n')), ',', &fields);
+  SplitFields(header, ',', &fields);
   return std::any_of(fields.begin(), fields.end(),
                      [&](std::string_view field) { return TrimmedField(field) == name; });
 }

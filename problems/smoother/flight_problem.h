@@ -10,35 +10,19 @@
 #include <ceres/ceres.h>
 
 #include <array>
-#include <limits>
 #include <map>
 #include <memory>
-#include <set>
 #include <vector>
 
+#include "problems/smoother/flight_share.h"
 #include "problems/smoother/smoother.h"
 #include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/segment_chain.h"
+#include "problems/vgd/window_data.h"
 
 namespace trueline {
-
-// Optional unknowns, by the sigma of their prior; zero: not estimated.
-struct DetectorUnknowns {
-  double fix_latency = 0.0;          // s
-  double camera_misalignment = 0.0;  // rad, each axis
-  double gate_offset = 0.0;          // m, each axis of each gate
-
-  bool Any() const { return fix_latency > 0.0 || camera_misalignment > 0.0 || gate_offset > 0.0; }
-};
-
-// A flight with its learned process and held parameters; it must outlive the problem.
-struct FlightShare {
-  const FlightData* flight;
-  std::set<int> false_passes;                    // indices of passes whose fixes do not count
-  int passes = std::numeric_limits<int>::max();  // use the first so many passes
-};
 
 struct FlightProblemOptions {
   VgdOptions vgd;

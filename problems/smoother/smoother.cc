@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 
 #include "problems/common/error.h"
+#include "problems/smoother/hypothesis.h"
 #include "problems/vgd/learn_process.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"

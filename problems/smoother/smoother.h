@@ -6,7 +6,7 @@
 #pragma once
 
 #include "problems/result/estimate.h"
-#include "problems/smoother/hypothesis.h"
+#include "problems/smoother/false_pass_options.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
 

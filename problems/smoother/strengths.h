@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "problems/smoother/flight_problem.h"
 #include "problems/smoother/whole_flight.h"
 
 namespace trueline {

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "problems/result/estimate.h"
-#include "problems/smoother/flight_problem.h"
+#include "problems/smoother/flight_share.h"
+#include "problems/smoother/smoother.h"
 
 namespace trueline {
 

@@ -6,6 +6,7 @@
 
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
+#include "problems/vgd/window_problem.h"
 
 namespace trueline {
 namespace {

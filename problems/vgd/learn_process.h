@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/window_problem.h"
+#include "problems/vgd/window_data.h"
 
 namespace trueline {
 

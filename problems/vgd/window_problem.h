@@ -2,36 +2,15 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/segment_chain.h"
+#include "problems/vgd/window_data.h"
 
 namespace trueline {
-
-// A pass whose fixes share an unknown error: an offset and its constant rate.
-struct PassOffset {
-  int pass;           // index among the window's passes
-  double sigma;       // m, prior of the offset for each axis
-  double rate_sigma;  // m/s, prior of its rate
-};
-
-struct WindowData {
-  TimeNs begin;                // of the first fix
-  TimeNs end;                  // of the predicted arc (or of the last fix where none follows)
-  std::span<const Fix> fixes;  // within [begin, end]
-  std::span<const Pass> passes;
-  std::span<const ForceSample> forces;
-  double force_sigma;               // m/s^2
-  std::vector<PassOffset> offsets;  // of the passes that have one, ascending
-  FixNoise noise = {};              // of fixes without gates
-};
-
-// The start of a solve: the parameters of eq. 16 in their own units.
-using Theta = Eigen::Matrix<double, kMotionSize, 1>;
 
 // The marginalised past as a prior on a window's first unknowns, theta and the first node, in the
 // units of the parameter blocks. The residual is sqrt_information * (x - mean).

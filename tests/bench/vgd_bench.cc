@@ -6,6 +6,7 @@
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/vgd.h"
 #include "problems/vgd/window_data.h"
+#include "problems/vgd/window_problem.h"
 #include "tests/models/midpoint_step.h"
 
 namespace trueline {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -42,6 +43,13 @@ class TestFolder {
  private:
   std::filesystem::path directory_;
 };
+
+// A file of the text, packed by gzip.
+inline void WriteCompressed(const std::filesystem::path& file, const std::string& text) {
+  gzFile out = gzopen(file.c_str(), "wb");
+  gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(out);
+}
 
 // Where the measured flights are: TRUELINE_DATA, or shared/data beside the source tree.
 inline std::filesystem::path DataFolder() {

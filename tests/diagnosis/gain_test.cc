@@ -54,7 +54,7 @@ TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
     for (const std::string& outcome : outcomes) {
       causes[0].repeats.push_back({"", outcome, {}, {}, 1.0});
     }
-    Confirm(&causes);
+    JudgeRepeats(&causes);
     return causes[0].confirmed;
   };
   EXPECT_FALSE(confirmed({}).has_value());  // a single flight confirms nothing

@@ -67,6 +67,35 @@ TEST_F(ConvertApp, WritesALogAndPrintsItsStreams) {
   EXPECT_TRUE(std::filesystem::exists(out_ + "/log.yaml"));
 }
 
+TEST_F(ConvertApp, ReadsCsvThatIsCompressed) {
+  const std::string text = TextOf(csv_);
+  csv_ = (files_ / "log.csv.gz").string();
+  WriteCompressed(csv_, text);
+  EXPECT_EQ(Run(Usual()).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/log.yaml"));
+  std::filesystem::resize_file(csv_, std::filesystem::file_size(csv_) / 2);
+  const Outcome cut = Run(Usual());
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_THAT(cut.err, HasSubstr("log.csv.gz: is damaged or cut off (gzip)"));
+}
+
+// The columns of IMU and trajectory, for which a map ships, read by another map.
+TEST_F(ConvertApp, SaysWhichMapFits) {
+  std::string text =
+      "t,x,y,z,qx,qy,qz,qw,wx,wy,wz,x_poses,y_poses,z_poses,m1_erpm,m2_erpm,m3_erpm,m4_erpm,ax,ay,"
+      "az,Vbat\n";
+  for (int i = 0; i < 100; ++i) {
+    text += fmt::format("{},0,0,1,0,0,0,1,0,0,0,0,0,1,1,1,1,1,0,0,9.81,4\n", 0.01 * i);
+  }
+  csv_ = files_.Write("square.csv", text);
+  map_ = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/idsia_nanodrone.yaml";
+  const Outcome other = Run(Usual());
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, AllOf(HasSubstr("there is no column 'x_mocap'"),
+                               HasSubstr("its columns are those of "),
+                               HasSubstr("config/import/idsia_nanodrone_square.yaml")));
+}
+
 TEST_F(ConvertApp, KeepsTheMapThatAUserEdited) {
   std::filesystem::create_directories(out_);
   std::filesystem::rename(map_, out_ + "/proposed_map.yaml");

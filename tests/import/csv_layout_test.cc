@@ -25,16 +25,16 @@ class CsvLayoutOf : public testing::Test {
 
 TEST_F(CsvLayoutOf, BlanksInNamesDoNotSeparate) {
   const CsvLayout layout = Guess("t,acc x,acc y,acc z,ang vel x\n0.0,1,2,3,4\n0.1,1,2,3,4\n");
-  EXPECT_EQ(layout.delimiter, ',');
+  EXPECT_EQ(layout.separators.delimiter, ',');
   ASSERT_EQ(layout.columns.size(), 5U);
   EXPECT_EQ(layout.columns[1], "acc x");
-  EXPECT_EQ(Guess("t a b\n0 1 2\n1 1 2\n").delimiter, ' ');
-  EXPECT_EQ(Guess("t;a;b\n0;1,5;2\n1;1,5;2\n").delimiter, ';');
-  EXPECT_FALSE(Guess("t;a;b\n0;1.5;2\n1;1.5;2\n").decimal_comma);
+  EXPECT_EQ(Guess("t a b\n0 1 2\n1 1 2\n").separators.delimiter, ' ');
+  EXPECT_EQ(Guess("t;a;b\n0;1,5;2\n1;1,5;2\n").separators.delimiter, ';');
+  EXPECT_FALSE(Guess("t;a;b\n0;1.5;2\n1;1.5;2\n").separators.decimal_comma);
   // More commas than semicolons, with names and without.
   for (const char* text : {"t;a\n0,1;1,5\n0,2;1,5\n", "0,1;1,5\n0,2;1,5\n"}) {
-    EXPECT_EQ(Guess(text).delimiter, ';') << text;
-    EXPECT_TRUE(Guess(text).decimal_comma) << text;
+    EXPECT_EQ(Guess(text).separators.delimiter, ';') << text;
+    EXPECT_TRUE(Guess(text).separators.decimal_comma) << text;
     EXPECT_EQ(Guess(text).columns.size(), 2U) << text;
   }
 }

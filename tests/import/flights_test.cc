@@ -114,6 +114,13 @@ const std::vector<Flight> kFlights = {
      0.95,
      0.35,
      0.95},
+    {"idsia_nanodrone_square",
+     {"nanodrone_benchmark/raw/square_20251017_run1.csv.gz"},
+     AttitudeOf::kAhrs,
+     Thrust::kAccelerometer,
+     0.95,
+     0.35,
+     0.75},  // it keeps its heading, and attitudes are held
     {"idsia_nanodrone",
      {"idsia_nanodrone/random1_20251017_run1.csv"},
      AttitudeOf::kAhrs,

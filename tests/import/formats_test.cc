@@ -592,10 +592,23 @@ TEST(Formats, AreKnownByTheContent) {
     return ErrorOf([&] { OpenRecording(files.Write("any.name", text)); });
   };
   EXPECT_THAT(refusal(std::string("\x89HDF\r\n\x1a\n", 8)), HasSubstr("export its streams as CSV"));
-  EXPECT_THAT(refusal("\x1f\x8b more"), HasSubstr("gunzip"));
+  EXPECT_THAT(refusal("\x1f\x8b more"), HasSubstr("is damaged or cut off (gzip)"));
   EXPECT_THAT(refusal(std::string("\0\0\0\0", 4)), HasSubstr("has no format that is read here"));
   EXPECT_THAT(refusal("SQLite format 3"), HasSubstr("ROS 2 bag"));
   EXPECT_THAT(refusal(""), HasSubstr("has no format that is read here"));
+}
+
+TEST(Formats, TextMayBeCompressed) {
+  const ImportFiles files;
+  const auto file = files / "any.gz";
+  WriteCompressed(file, "t,x\n1,2\n2,3\n");
+  const auto format = [&file]() -> std::string { return OpenRecording(file)->format().key; };
+  EXPECT_EQ(format(), "csv");
+  EXPECT_EQ(OpenRecording(file)->channels().front().count, 2U);
+  WriteCompressed(file, "1.5 1 2 3 0.6 0 0 0.8\n");
+  EXPECT_EQ(format(), "tum");
+  WriteCompressed(file, std::string("ULog\x01\x12\x35\0", 8));
+  EXPECT_THAT(ErrorOf([&] { OpenRecording(file); }), HasSubstr("unpack it with gunzip first"));
 }
 
 // Eight or twelve numbers a line may be anything.

@@ -184,5 +184,18 @@ TEST_F(RecordingMap, ProposesAMap) {
   EXPECT_EQ(log.battery.back().value, 12.0);
 }
 
+TEST_F(RecordingMap, ProposesAnImuOfShortNames) {
+  for (const char* rates : {"gx,gy,gz", "wx,wy,wz", "w_x,w_y,w_z", "p,q,r"}) {
+    const std::string csv = files_.Write(
+        "flight.csv",
+        fmt::format("t,ax,ay,az,{}\n1,0,0,-9.81,0,0,0.1\n2,0,0,-9.81,0,0,0.2\n", rates));
+    const std::string proposed = ProposeMap(*OpenRecording(csv));
+    const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
+    ASSERT_EQ(log.imu.size(), 2U) << proposed;
+    EXPECT_EQ(log.imu[1].gyro.z(), 0.2) << proposed;
+    EXPECT_EQ(log.imu[1].accel.z(), -9.81) << proposed;
+  }
+}
+
 }  // namespace
 }  // namespace trueline

@@ -2,6 +2,7 @@
 // good log back.
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <functional>
 
 #include "problems/import/convert.h"

@@ -27,12 +27,6 @@ void Write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file) << text;
 }
 
-void WriteCompressed(const std::filesystem::path& file, const std::string& text) {
-  gzFile out = gzopen(file.c_str(), "wb");
-  gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
-  gzclose(out);
-}
-
 TEST(ReadRuns, PlainAndCompressedAlike) {
   const TestFolder folder;
   Write(folder / "melon_a.csv", RunText(60));

@@ -7,7 +7,6 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/text_tables.h"
-#include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
 namespace trueline {
@@ -17,8 +16,7 @@ constexpr std::size_t kSampleRows = 200;  // that show the time column and its u
 
 class CsvRowDecoder : public MessageDecoder {
  public:
-  explicit CsvRowDecoder(const CsvLayout& layout)
-      : delimiter_(layout.delimiter), decimal_comma_(layout.decimal_comma) {
+  explicit CsvRowDecoder(const CsvLayout& layout) : separators_(layout.separators) {
     for (const std::string& column : layout.columns) fields_.push_back({column, ""});
   }
 
@@ -28,8 +26,8 @@ class CsvRowDecoder : public MessageDecoder {
   }
   bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
     std::vector<std::string_view> texts;
-    std::string with_points;
-    SplitFields(WithDecimalPoints(message, decimal_comma_, &with_points), delimiter_, &texts);
+    ValueSplitter splitter(separators_);
+    splitter.Split(message, &texts);
     if (texts.size() != cells->size()) return false;
     ParseCells(texts, 0, cells);
     return true;
@@ -37,35 +35,20 @@ class CsvRowDecoder : public MessageDecoder {
 
  private:
   std::vector<ChannelField> fields_;
-  char delimiter_;
-  bool decimal_comma_;
+  CsvSeparators separators_;
 };
 
-std::vector<std::string> Split(std::string_view line, char delimiter) {
+std::vector<std::string> Split(std::string_view line, const CsvSeparators& separators) {
   std::vector<std::string_view> texts;
-  SplitFields(line, delimiter, &texts);
+  ValueSplitter splitter(separators);
+  splitter.Split(line, &texts);
   return {texts.begin(), texts.end()};
 }
 
-bool IsNumberText(const std::string& text) {
+bool AreNumbers(const std::vector<std::string>& texts) {
   double value = 0.0;
-  return ParseNumber(text, &value);
-}
-
-// The separator beside which commas are decimal: all fields are numbers once they are points.
-std::optional<char> BesideDecimalCommas(std::string_view line) {
-  std::string with_points;
-  const std::string_view points = WithDecimalPoints(line, true, &with_points);
-  for (const char delimiter : {';', '\t'}) {
-    if (line.find(delimiter) == std::string_view::npos) continue;
-    const std::vector<std::string> as_read = Split(line, delimiter);
-    const std::vector<std::string> fields = Split(points, delimiter);
-    if (std::all_of(fields.begin(), fields.end(), IsNumberText) &&
-        !std::all_of(as_read.begin(), as_read.end(), IsNumberText)) {
-      return delimiter;
-    }
-  }
-  return std::nullopt;
+  return std::all_of(texts.begin(), texts.end(),
+                     [&value](const std::string& text) { return ParseNumber(text, &value); });
 }
 
 // Blanks separate only where nothing else does: names and values may have blanks beside commas.
@@ -76,6 +59,18 @@ char DelimiterOf(std::string_view line) {
     if (count(candidate) > count(best)) best = candidate;
   }
   return count(best) > 0 ? best : ' ';
+}
+
+// Commas are decimal where all fields are numbers once they are points, and only then.
+CsvSeparators SeparatorsOf(std::string_view line) {
+  for (const char delimiter : {';', '\t'}) {
+    if (line.find(delimiter) == std::string_view::npos) continue;
+    const CsvSeparators separators{delimiter, true};
+    if (AreNumbers(Split(line, separators)) && !AreNumbers(Split(line, {delimiter, false}))) {
+      return separators;
+    }
+  }
+  return {DelimiterOf(line), false};
 }
 
 std::vector<std::string> FirstLines(const std::filesystem::path& path) {
@@ -158,7 +153,7 @@ void FindTime(const std::vector<std::vector<std::string>>& rows, CsvLayout* layo
 
 // The names of the first line, or numbers.
 void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLayout* layout) {
-  layout->header = !std::all_of(first.begin(), first.end(), IsNumberText);
+  layout->header = !AreNumbers(first);
   if (layout->header && first.size() == width) {
     layout->columns = first;
     return;
@@ -177,20 +172,11 @@ void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLa
 CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   const std::vector<std::string> lines = FirstLines(path);
   CsvLayout layout;
-  const std::string& row = lines.size() > 1 ? lines[1] : lines[0];
-  const auto beside_commas = BesideDecimalCommas(row);
-  layout.decimal_comma = beside_commas.has_value();
-  layout.delimiter = beside_commas.value_or(DelimiterOf(row));
-  std::string with_points;
-  const auto numbers =
-      Split(WithDecimalPoints(lines.front(), layout.decimal_comma, &with_points), layout.delimiter);
-  const bool named = !std::all_of(numbers.begin(), numbers.end(), IsNumberText);
-  const auto first = named ? Split(lines.front(), layout.delimiter) : numbers;
+  layout.separators = SeparatorsOf(lines.size() > 1 ? lines[1] : lines[0]);
+  auto first = Split(lines.front(), layout.separators);
+  if (!AreNumbers(first)) first = Split(lines.front(), {layout.separators.delimiter, false});
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    rows.push_back(
-        Split(WithDecimalPoints(lines[i], layout.decimal_comma, &with_points), layout.delimiter));
-  }
+  for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.separators));
   NameColumns(first, rows.empty() ? first.size() : rows.front().size(), &layout);
   if (rows.size() > 1) rows.pop_back();  // the last line may be cut off
   FindTime(rows, &layout);
@@ -208,13 +194,12 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
   LineReader lines(path);
   std::string_view line;
   if (layout.header) lines.NextFilled(&line);
+  ValueSplitter splitter(layout.separators);
   std::vector<std::string_view> texts;
-  std::string with_points;
   while (lines.NextFilled(&line)) {
     TimeNs time = 0;
     if (layout.time_column) {
-      SplitFields(WithDecimalPoints(line, layout.decimal_comma, &with_points), layout.delimiter,
-                  &texts);
+      splitter.Split(line, &texts);
       if (*layout.time_column < texts.size()) {
         ParseTime(texts[*layout.time_column], layout.time_exponent, &time);
       }

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "problems/import/formats/recording.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 
 // What the first lines of a CSV file show. A column without a name has its number from 1 as its
 // name. Names are ignored where there are more or fewer than columns.
 struct CsvLayout {
-  char delimiter = ',';
-  bool decimal_comma = false;
+  CsvSeparators separators;
   bool header = true;  // the first line holds names
   std::vector<std::string> columns;
   std::optional<std::size_t> time_column;  // by its name, if its values increase

@@ -17,6 +17,7 @@
 #include "problems/import/formats/rosbag2.h"
 #include "problems/import/formats/text_tables.h"
 #include "problems/import/formats/ulog.h"
+#include "problems/log/text_file.h"
 
 namespace trueline {
 namespace {
@@ -77,7 +78,6 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   if (start.starts_with("MATLAB 5.0 MAT-file")) {
     refuse("is a MAT file, which is not read; export its streams as CSV with their times");
   }
-  if (start.starts_with("\x1f\x8b")) refuse("is compressed by gzip; unpack it with gunzip first");
   if (start.starts_with("PK\x03\x04")) refuse("is a zip archive; unpack it first");
   if (IsText(start) && IsKitti(start)) {
     refuse(
@@ -93,8 +93,15 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   }
 }
 
+// Of a text that is packed by gzip, its own first bytes.
 std::string StartOf(const fs::path& path) {
-  return fs::is_directory(path) ? "" : FirstBytes(path, kStartSize);
+  if (fs::is_directory(path)) return "";
+  const std::string start = FirstBytes(path, kStartSize);
+  if (!start.starts_with(kGzipMagic)) return start;
+  const std::string text = FirstText(path, kStartSize);
+  if (IsText(text) && text.find(kBlackboxStart) == std::string::npos) return text;
+  throw ErrorAt(path.string(), 0,
+                "is compressed by gzip, which is read of text alone; unpack it with gunzip first");
 }
 
 // Null for none.

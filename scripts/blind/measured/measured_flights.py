@@ -1,8 +1,6 @@
 """The measured flights in which effects are hidden: those of scripts/freeze and further ones of the
 same sources, in two halves. Others are diagnosed untouched only."""
-import gzip
 import hashlib
-import shutil
 from collections import defaultdict
 
 from flights import FLIGHTS, ROTORS
@@ -18,6 +16,10 @@ HIDDEN_IN = {**FLIGHTS, **MORE}
 UNTOUCHED = {f"nanodrone_chirp_{run}": (
                  "idsia_nanodrone", [f"nanodrone_benchmark/raw/chirp_20251017_run{run}.csv.gz"])
              for run in (1, 2, 3, 4)}
+UNTOUCHED |= {f"nanodrone_square_{run}": (
+                  "idsia_nanodrone_square",
+                  [f"nanodrone_benchmark/raw/square_20251017_run{run}.csv.gz"])
+              for run in (1, 3, 4, 5)}
 ALL = {**HIDDEN_IN, **UNTOUCHED}
 ROTOR_CONFIGS = {**ROTORS,
                  **{name: "rotors_nanodrone" for name in MORE | UNTOUCHED if "nanodrone" in name}}
@@ -56,25 +58,11 @@ def has_sampled_fixes(name):
     return "fixes_from_mocap" in read_yaml(SOURCE / f"config/import/{ALL[name][0]}.yaml")
 
 
-def plain(arguments, file):
-    """The path of a file of the data; one that is packed is unpacked first."""
-    packed = arguments.data / file
-    if packed.suffix != ".gz":
-        return packed
-    unpacked = arguments.work / "unpacked" / packed.stem
-    if not unpacked.exists():
-        unpacked.parent.mkdir(parents=True, exist_ok=True)
-        with gzip.open(packed) as source, open(f"{unpacked}.part", "wb") as target:
-            shutil.copyfileobj(source, target)
-        unpacked.with_name(f"{unpacked.name}.part").rename(unpacked)
-    return unpacked
-
-
 def convert(arguments, name):
     """The folder of the untouched native log; None where its files are missing or do not convert."""
     map_name, files = ALL[name]
     out = arguments.work / "untouched" / name
     if not all((arguments.data / file).exists() for file in files):
         return None
-    convert_once(arguments, map_name, [plain(arguments, file) for file in files], out)
+    convert_once(arguments, map_name, [arguments.data / file for file in files], out)
     return out if (out / "log.yaml").exists() else None

@@ -1,0 +1,66 @@
+#include "problems/diagnosis/choose_model.h"
+
+#include "problems/diagnosis/confirm.h"
+#include "problems/diagnosis/rules.h"
+
+namespace trueline {
+namespace {
+
+// Adds the terms that no other flight contradicts.
+void ChooseTerms(const std::vector<Found>& terms, Diagnosis* diagnosis, std::vector<Found>* model) {
+  std::size_t next = 0;
+  for (DescribedTerm& t : diagnosis->open.described) {
+    if (!t.in_model) continue;
+    t.in_model = t.repeats.empty() || TermRepeats(t);
+    if (t.in_model) model->push_back(terms[next]);
+    ++next;
+  }
+}
+
+void AddTermsToModel(const std::vector<Found>& model, std::size_t first, Diagnosis* diagnosis) {
+  for (const DescribedTerm& t : diagnosis->open.described) {
+    if (!t.in_model) continue;
+    Effect effect = model[first++].effect();
+    effect.values["sigma"] = t.size.sigma;
+    diagnosis->in_model.push_back(effect);
+  }
+}
+
+}  // namespace
+
+void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, DiagnosedFlight* flight,
+                 Diagnosis* diagnosis) {
+  Rounds in_model = rounds;
+  const auto& causes = diagnosis->causes;
+  const std::size_t false_data = causes.size() - rounds.found.size();
+  const bool worse = PredictsWorse(diagnosis->gain, diagnosis->open_loop);
+  for (std::size_t i = causes.size(); i-- > 0;) {
+    if (!worse && Claimed(causes[i])) {
+      diagnosis->in_model.insert(diagnosis->in_model.begin(), causes[i].effect());
+    } else if (i >= false_data) {
+      in_model.Remove(i - false_data);
+    }
+  }
+  if (worse) {
+    diagnosis->model_lacks = "all causes, since held-out flight is predicted worse with them";
+  } else if (diagnosis->in_model.size() < causes.size()) {
+    diagnosis->model_lacks = "causes that no other flight confirms";
+  }
+  std::vector<Found> model = in_model.found;
+  ChooseTerms(terms, diagnosis, &model);
+  if (model.size() < rounds.found.size() + terms.size()) {
+    flight->Fit(&model);
+    Diagnosis refitted;
+    flight->Describe(&refitted);
+    diagnosis->parameters = refitted.parameters;
+    const std::size_t first = diagnosis->in_model.size() - in_model.found.size();
+    for (std::size_t k = 0; k < in_model.found.size(); ++k) {
+      diagnosis->in_model[first + k] = model[k].effect();
+    }
+  }
+  AddTermsToModel(model, in_model.found.size(), diagnosis);
+  const std::vector<Effect> known = flight->KnownEffects();
+  diagnosis->in_model.insert(diagnosis->in_model.begin(), known.begin(), known.end());
+}
+
+}  // namespace trueline
