@@ -184,6 +184,7 @@ class OpenSearch {
 
   static std::vector<TermSize> Sizes(const std::vector<TestedOpenTerm>& tested) {
     std::vector<TermSize> sizes;
+    sizes.reserve(tested.size());
     for (const TestedOpenTerm& t : tested) {
       sizes.push_back({t.term.Name(), t.term.Unit(), {t.test.value[0], t.test.sigma[0]}, t.p});
     }

@@ -87,14 +87,14 @@ std::string ShortVectorOf(const std::vector<FieldGroup>& groups,
 }
 
 std::string AccelerometerOf(const std::vector<FieldGroup>& groups) {
-  const std::string named = VectorOf(groups, {"acc", "a_rs"});
+  std::string named = VectorOf(groups, {"acc", "a_rs"});
   return named.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}) : named;
 }
 
 std::string GyroscopeOf(const std::vector<FieldGroup>& groups) {
-  const std::string named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  std::string named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
   if (!named.empty()) return named;
-  const std::string short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
+  std::string short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
   if (!short_name.empty()) return short_name;
   for (const FieldGroup& group : groups) {
     const std::vector<std::string> rates = PartsOf(group, {"p", "q", "r"});

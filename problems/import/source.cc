@@ -25,7 +25,7 @@ std::vector<double> ReadForEach(const YamlMap& map, const std::string& key, doub
 
 YAML::Node ExpandColumns(const YAML::Node& range) {
   if (!range.IsScalar()) return range;
-  const std::string text = range.Scalar();
+  const std::string& text = range.Scalar();
   const std::size_t bracket = text.find('['), dots = text.find("..");
   if (bracket == std::string::npos || dots == std::string::npos || !text.ends_with(']')) {
     return range;
@@ -95,7 +95,7 @@ NumberSource::NumberSource(const YamlMap& map, const char* si, int count, const 
 
 NumberSource NumberSource::Single(const YamlMap& map, const char* si) {
   if (map.Has("constant")) {
-    const NumberSource source(map.Get<double>("constant"));
+    NumberSource source(map.Get<double>("constant"));
     map.Finish();
     return source;
   }

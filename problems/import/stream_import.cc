@@ -91,7 +91,7 @@ class RowConverter {
  private:
   std::optional<Eigen::Quaterniond> Attitude() {
     std::optional<double> bad_norm;
-    const auto value = source_->attitude->Value(row_, &bad_norm);
+    auto value = source_->attitude->Value(row_, &bad_norm);
     missing_ |= !value;
     if (bad_norm) RefuseQuaternion(*bad_norm);
     return value;
@@ -152,7 +152,8 @@ std::size_t Sort(std::vector<Sample>* samples) {
   const std::size_t before = samples->size();
   const auto earlier = [](const Sample& a, const Sample& b) { return a.t < b.t; };
   std::stable_sort(samples->begin(), samples->end(), earlier);
-  const auto middle = static_cast<double>((*samples)[before / 2].t);
+  const std::size_t half = before / 2;
+  const auto middle = static_cast<double>((*samples)[half].t);
   std::erase_if(*samples, [&](const Sample& s) {
     return std::abs(static_cast<double>(s.t) - middle) > static_cast<double>(kDay);
   });

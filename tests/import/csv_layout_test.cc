@@ -1,6 +1,6 @@
 // What the first lines of a CSV file of unknown origin show.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"

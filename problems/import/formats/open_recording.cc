@@ -96,9 +96,9 @@ void RefuseUnread(const std::string& file, std::string_view start) {
 // Of a text that is packed by gzip, its own first bytes.
 std::string StartOf(const fs::path& path) {
   if (fs::is_directory(path)) return "";
-  const std::string start = FirstBytes(path, kStartSize);
+  std::string start = FirstBytes(path, kStartSize);
   if (!start.starts_with(kGzipMagic)) return start;
-  const std::string text = FirstText(path, kStartSize);
+  std::string text = FirstText(path, kStartSize);
   if (IsText(text) && text.find(kBlackboxStart) == std::string::npos) return text;
   throw ErrorAt(path.string(), 0,
                 "is compressed by gzip, which is read of text alone; unpack it with gunzip first");

@@ -186,6 +186,7 @@ void WalkAsl(const fs::path& path, MessageSink* sink) {
     std::vector<std::string_view> columns;
     SplitFields(header, ',', &columns);
     std::vector<ChannelField> fields;
+    fields.reserve(columns.size());
     for (const std::string_view column : columns) fields.push_back(ParseAslColumn(column));
     const std::size_t channel = sink->AddChannel(sensor.filename().string(), 0, "", [&] {
       return std::make_unique<TextDecoder>(fields, ',', 0);
