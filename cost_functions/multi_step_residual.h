@@ -22,7 +22,7 @@ struct WindowTruth {
 class MultiStepResidual {
  public:
   static constexpr int kQuantities = 4;  // p, v, R, w
-  static constexpr int kResiduals = 3 * kQuantities * WindowTruth::kHorizons.size();
+  static constexpr int kResiduals = 3 * kQuantities * int{WindowTruth::kHorizons.size()};
   struct Options {
     std::array<double, kQuantities> scale = {0.032, 0.16, 0.07, 0.4};  // m, m/s, rad, rad/s
     double weight = 1.0;
@@ -47,7 +47,7 @@ class MultiStepResidual {
     for (std::size_t i = 0; i < WindowTruth::kHorizons.size(); ++i) {
       const PredictedState<T>& state = states[WindowTruth::kHorizons[i] - 1];
       const WindowTruth::State& truth = truth_.states[i];
-      T* out = residuals + 3 * kQuantities * i;
+      T* out = residuals + std::size_t{3 * kQuantities} * i;
       Put(Vec3<T>(state.p - truth.p.cast<T>()), 0, out);
       Put(Vec3<T>(state.v - truth.v.cast<T>()), 1, out);
       Put(Rotation(truth.q, state.q), 2, out);

@@ -144,6 +144,7 @@ void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
 
 void JudgeLog(const std::vector<LogFault>& faults, Verdict* verdict) {
   std::vector<std::string> reasons;
+  reasons.reserve(faults.size());
   for (const LogFault& fault : faults) {
     reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault.text);
   }

@@ -90,7 +90,7 @@ void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptio
 
 std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* options) {
   const YamlMap model = YamlMap::FromFile(model_file);
-  const std::vector<Effect> effects = ReadEffects(model);
+  std::vector<Effect> effects = ReadEffects(model);
   options->drive.force_effects = ForceEffectsOf(effects);
   const YamlMap parameters = model.Child("parameters");
   for (int i = 0; i < kMotionSize; ++i) {

@@ -39,7 +39,7 @@ void RemoveLeftovers(const fs::path& folder, const std::string& prefix) {
 // Makes and locks a folder of a name that is free. Empty where none can be made.
 fs::path MakeStage(const fs::path& folder, const std::string& prefix, FileLock* alive) {
   for (int i = 0; i < 100; ++i) {
-    const fs::path stage = folder / fmt::format("{}{}-{}", prefix, ::getpid(), i);
+    fs::path stage = folder / fmt::format("{}{}-{}", prefix, ::getpid(), i);
     if (::mkdir(stage.c_str(), 0777) != 0) {
       if (errno == EEXIST) continue;
       return {};

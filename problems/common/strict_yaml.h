@@ -73,7 +73,7 @@ class YamlMap {
   template <class T>
   T Convert(const YAML::Node& value, const std::string& key) const {
     try {
-      const T converted = value.as<T>();
+      T converted = value.as<T>();
       if constexpr (std::is_same_v<T, double>) {
         if (!std::isfinite(converted)) Fail(key, "must be a finite number");
       }

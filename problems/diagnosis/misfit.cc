@@ -62,6 +62,7 @@ const std::vector<Quantity>& Quantities() {
 // Whole numbers (gates) as they are, -1 where there is none.
 std::vector<int> Classes(const std::vector<double>& values) {
   std::vector<int> classes;
+  classes.reserve(values.size());
   for (const double v : values) classes.push_back(std::isfinite(v) ? static_cast<int>(v) : -1);
   return classes;
 }

@@ -101,9 +101,11 @@ std::vector<Factors> Humps(const std::vector<TermMotion>& flight) {
   for (const int across : {5, 10}) {
     const double radius = (high - low).maxCoeff() / across;
     if (!(radius > 0.0)) break;
-    for (double x = low.x(); x < high.x() + 0.5 * radius; x += radius) {
-      for (double y = low.y(); y < high.y() + 0.5 * radius; y += radius) {
-        const TermFactor hump{TermQuantity::kPlace, {x, y, radius}};
+    const Eigen::Vector2i last = ((high - low) / radius).array().round().matrix().cast<int>();
+    for (int north = 0; north <= last.x(); ++north) {
+      for (int east = 0; east <= last.y(); ++east) {
+        const Eigen::Vector2d at = low + radius * Eigen::Vector2d(north, east);
+        const TermFactor hump{TermQuantity::kPlace, {at.x(), at.y(), radius}};
         const double share = ShareOf(hump, flight);
         if (share < kLeastShare || share > kGreatestShare) continue;
         humps.push_back({hump});

@@ -60,6 +60,7 @@ HeldOutErrors RotorDrivenFlight::ErrorsHeldOut(const std::vector<Found>& found,
   if (count < 2 * kFewestOfHalf) return errors;
   for (const int half : {0, 1}) {
     std::vector<bool> used;
+    used.reserve(static_cast<std::size_t>(count));
     for (int c = 0; c < count; ++c) used.push_back(HalfOf(c) != half);
     PartFit part = FitOf(found, used);
     const RotorSetup setup = MakeRotorSetup(log_, options_, *lagged_, part.effects);

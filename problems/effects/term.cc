@@ -312,6 +312,7 @@ TermForm ParseTerm(const std::string& where, const std::string& with) {
                                   [&](const Entry& e) { return e.where == where; });
   if (entry == kEntries.end()) {
     std::vector<std::string> known;
+    known.reserve(kEntries.size());
     for (const Entry& e : kEntries) known.emplace_back(e.where);
     throw TermError{"where", fmt::format("must be one of {}", fmt::join(known, ", "))};
   }

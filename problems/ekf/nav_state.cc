@@ -6,15 +6,15 @@ namespace trueline {
 namespace {
 
 constexpr int kSeeds = 9;  // attitude, b_a, b_g
-using Jet = ceres::Jet<double, kSeeds>;
+using NavJet = ceres::Jet<double, kSeeds>;
 
-Vector3<Jet> Seeded(const Eigen::Vector3d& value, int first) {
-  return {Jet(value[0], first), Jet(value[1], first + 1), Jet(value[2], first + 2)};
+Vector3<NavJet> Seeded(const Eigen::Vector3d& value, int first) {
+  return {NavJet(value[0], first), NavJet(value[1], first + 1), NavJet(value[2], first + 2)};
 }
 
-Eigen::Vector3d ValueOf(const Vector3<Jet>& x) { return {x[0].a, x[1].a, x[2].a}; }
+Eigen::Vector3d ValueOf(const Vector3<NavJet>& x) { return {x[0].a, x[1].a, x[2].a}; }
 
-void StoreRows(const Vector3<Jet>& x, int first_row, Transition* transition) {
+void StoreRows(const Vector3<NavJet>& x, int first_row, Transition* transition) {
   for (int i = 0; i < 3; ++i) transition->tail.row(first_row + i) = x[i].v.transpose();
 }
 
@@ -26,35 +26,35 @@ void StoreMotion(const State& x, NavState* next, Transition* transition) {
   StoreRows(x.v, 3, transition);
 }
 
-ImuBias<Jet> SeededBias(const NavState& x) {
+ImuBias<NavJet> SeededBias(const NavState& x) {
   return {Seeded(x.bias.accel, 3), Seeded(x.bias.gyro, 6)};
 }
 
 NavState AdvanceErrorState(const NavState& x, const ImuInput& imu, double gravity, double dt,
                            Transition* transition) {
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  KinematicState<Jet> motion;
-  motion.p = x.motion.p.cast<Jet>();
-  motion.v = x.motion.v.cast<Jet>();
+  KinematicState<NavJet> motion;
+  motion.p = x.motion.p.cast<NavJet>();
+  motion.v = x.motion.v.cast<NavJet>();
   motion.q_E_I =
-      x.motion.q_E_I.cast<Jet>() * RotationFromHalfVector<Jet>(Seeded(zero, 0) * Jet(0.5));
+      x.motion.q_E_I.cast<NavJet>() * RotationFromHalfVector<NavJet>(Seeded(zero, 0) * NavJet(0.5));
   KinematicStep(imu, SeededBias(x), gravity, dt, &motion);
 
   NavState next = x;
   StoreMotion(motion, &next, transition);
-  const Eigen::Quaternion<Jet>& q = motion.q_E_I;
+  const Eigen::Quaternion<NavJet>& q = motion.q_E_I;
   next.motion.q_E_I = Eigen::Quaterniond(q.w().a, q.x().a, q.y().a, q.z().a).normalized();
   // Twice the vector part of the small rotation between the new nominal attitude and q.
-  const Eigen::Quaternion<Jet> error = next.motion.q_E_I.conjugate().cast<Jet>() * q;
-  StoreRows(error.vec() * Jet(2.0), 6, transition);
+  const Eigen::Quaternion<NavJet> error = next.motion.q_E_I.conjugate().cast<NavJet>() * q;
+  StoreRows(error.vec() * NavJet(2.0), 6, transition);
   return next;
 }
 
 NavState AdvanceEuler(const NavState& x, const ImuInput& imu, double gravity, double dt,
                       Transition* transition) {
-  EulerKinematicState<Jet> motion;
-  motion.p = x.motion.p.cast<Jet>();
-  motion.v = x.motion.v.cast<Jet>();
+  EulerKinematicState<NavJet> motion;
+  motion.p = x.motion.p.cast<NavJet>();
+  motion.v = x.motion.v.cast<NavJet>();
   motion.Phi = Seeded(EulerFromQuaternion(x.motion.q_E_I), 0);
   KinematicStep(imu, SeededBias(x), gravity, dt, &motion);
 

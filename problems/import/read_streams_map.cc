@@ -20,6 +20,7 @@ void ReadOffset(const YamlMap& map, TimeSource* time) {
 
 std::size_t ReadInputName(const YamlMap& map, const std::vector<InputMap>& inputs) {
   std::vector<std::string> names;
+  names.reserve(inputs.size());
   for (const InputMap& input : inputs) names.push_back(input.name);
   const std::string name = map.GetChoice("input", names, names.front());
   for (std::size_t i = 0; i < names.size(); ++i) {

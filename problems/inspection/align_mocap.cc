@@ -50,7 +50,7 @@ std::string Joined(const std::string& a, const std::string& b) {
 std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
   const std::optional<VectorMatch> match = MocapAgainstForce(*log);
   if (!match || match->correlation < kLeastAgreement) return "";
-  const std::string drift = DriftText(*log, *match);
+  std::string drift = DriftText(*log, *match);
   if (match->or_else) return drift;
   if (std::abs(match->lag) < std::max(kOrdinaryLag, kCertain * match->lag_sigma)) return drift;
   const TimeNs shift = FromSeconds(match->lag);

@@ -187,6 +187,7 @@ std::array<Spread, 3> SpreadOfAxes(const std::vector<VectorPair>& pairs) {
   std::array<Spread, 3> spread;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> off;
+    off.reserve(pairs.size());
     for (const VectorPair& pair : pairs) off.push_back(pair.seen[axis] - pair.sure[axis]);
     const double sigma = SigmaByMedian(off);
     spread[static_cast<std::size_t>(axis)] = {sigma, std::hypot(sigma, LowerMedian(off))};

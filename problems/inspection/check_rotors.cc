@@ -72,6 +72,7 @@ Order BestOrder(const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& stated) {
 
 std::string ChannelsText(const std::vector<std::size_t>& channels) {
   std::vector<std::size_t> from_one;
+  from_one.reserve(channels.size());
   for (const std::size_t i : channels) from_one.push_back(i + 1);
   return fmt::format("{}", fmt::join(from_one, ", "));
 }

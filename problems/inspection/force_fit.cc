@@ -217,6 +217,7 @@ std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vecto
   if (rows.size() < 300) return std::nullopt;
   const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
   std::vector<double> factors;
+  factors.reserve(kForceBlocks);
   for (int block = 0; block < kForceBlocks; ++block) {
     factors.push_back(FitThree(rows, one, true, block).value[0]);
   }

@@ -15,7 +15,7 @@ using Model = RotorAeroModel;
 using Base = RotorDrivenModel;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Jet = ceres::Jet<double, 4>;
+using StateJet = ceres::Jet<double, 4>;
 using Vector4 = Vec4<double>;
 
 constexpr int kMovingStates = Model::kMoving;
@@ -59,15 +59,15 @@ BodyAccelerationSlope SlopeOfBodyAcceleration(const RotorAeroModel& model, const
   const Model::InputSums over = model.SumOver(input);
   BodyAccelerationSlope slope;
   slope.by.setZero();
-  std::array<Jet, Model::kStates> at;
-  for (int i = 0; i < Model::kStates; ++i) at[i] = Jet(x[i]);
+  std::array<StateJet, Model::kStates> at;
+  for (int i = 0; i < Model::kStates; ++i) at[i] = StateJet(x[i]);
   while (!states.empty()) {
-    const auto some = states.first(std::min<std::size_t>(Jet::DIMENSION, states.size()));
+    const auto some = states.first(std::min<std::size_t>(StateJet::DIMENSION, states.size()));
     for (std::size_t j = 0; j < some.size(); ++j) at[some[j]].v[static_cast<int>(j)] = 1.0;
-    const Model::BodyAcceleration<Jet> acceleration =
+    const Model::BodyAcceleration<StateJet> acceleration =
         model.BodyAccelerationOf(at.data(), input, over);
     for (int i = 0; i < 6; ++i) {
-      const Jet& y = i < 3 ? acceleration.force[i] : acceleration.turn[i - 3];
+      const StateJet& y = i < 3 ? acceleration.force[i] : acceleration.turn[i - 3];
       slope.value[i] = y.a;
       for (std::size_t j = 0; j < some.size(); ++j) slope.by(i, some[j]) = y.v[static_cast<int>(j)];
     }

@@ -59,10 +59,10 @@ ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive
   return slopes;
 }
 
-using Jet = ceres::Jet<double, kMotionColumns>;
+using MotionJet = ceres::Jet<double, kMotionColumns>;
 
 template <int kSize>
-MotionSlopes<kSize> SlopesOf(const Eigen::Matrix<Jet, kSize, 1>& x) {
+MotionSlopes<kSize> SlopesOf(const Eigen::Matrix<MotionJet, kSize, 1>& x) {
   MotionSlopes<kSize> slopes;
   for (int i = 0; i < kSize; ++i) slopes.row(i) = x[i].v.transpose();
   return slopes;
@@ -258,25 +258,27 @@ void Segment::IntegrateWithSlopes(const Inputs& at) {
 // Jets of all columns: slower, for any force.
 void Segment::IntegrateInJets(const Inputs& at) {
   const Vector x = Unscaled(at);
-  Jet jets[kMotionSize];
+  MotionJet jets[kMotionSize];
   for (int i = 0; i < kMotionSize; ++i) {
-    jets[i] = Jet(x[i]);
+    jets[i] = MotionJet(x[i]);
     jets[i].v[i] = scaling_->sigma[i];
   }
-  const ImuDrivenModel<Jet> model(ImuDrivenParameters<Jet>::FromArray(jets), gravity_, axis_);
-  MotionState<Jet> start;
+  const ImuDrivenModel<MotionJet> model(ImuDrivenParameters<MotionJet>::FromArray(jets), gravity_,
+                                        axis_);
+  MotionState<MotionJet> start;
   for (int i = 0; i < 3; ++i) {
-    start.p[i] = Jet(at.state[i]);
-    start.v[i] = Jet(at.state[3 + i], kMotionSize + i);
+    start.p[i] = MotionJet(at.state[i]);
+    start.v[i] = MotionJet(at.state[3 + i], kMotionSize + i);
   }
   auto force = forces_.begin();
-  const auto visit = [&](std::size_t i, const MotionState<Jet>& state, const Vector3<Jet>& v_Ep) {
-    Eigen::Matrix<Jet, 6, 1> both;
+  const auto visit = [&](std::size_t i, const MotionState<MotionJet>& state,
+                         const Vector3<MotionJet>& v_Ep) {
+    Eigen::Matrix<MotionJet, 6, 1> both;
     both << state.p, state.v;
     for (int k = 0; k < 6; ++k) states_[i].value[k] = both[k].a;
     StoreSlopes(SlopesOf(both), &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    const Eigen::Matrix<Jet, 2, 1> f_I =
+    const Eigen::Matrix<MotionJet, 2, 1> f_I =
         ForceInImu(model, effects_, force->drive, v_Ep, state.p, force->thrust, force->t).head<2>();
     StoreSlopes(SlopesOf(f_I), &force->node);
     force->node.value = Eigen::Vector2d(f_I[0].a, f_I[1].a) + x.segment<2>(kForceBiasInTheta);

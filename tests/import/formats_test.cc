@@ -240,7 +240,7 @@ Row Decode(MessageDecoder* decoder, const std::string& first, const std::string&
 
 // Every primitive is aligned to its size after the four bytes of encapsulation.
 TEST(RosMessages, AreAlignedInCdr) {
-  const auto message = [](std::vector<std::int16_t> some) {
+  const auto message = [](const std::vector<std::int16_t>& some) {
     Bytes bytes;
     bytes.Text(std::string("\0\1\0\0", 4)).Add(std::uint8_t{1}).Text(std::string(7, '\0'));
     bytes.Add(2.25).Add(std::uint32_t{4}).Text(std::string("abc\0", 4));
@@ -268,7 +268,7 @@ TEST(RosMessages, AreAlignedInCdr) {
 
 TEST(RosMessages, ListsMayShrinkAndGrow) {
   const std::string definition = "int16[] some\nuint8 after\n";
-  const auto message = [](std::vector<std::int16_t> some, std::uint8_t after) {
+  const auto message = [](const std::vector<std::int16_t>& some, std::uint8_t after) {
     Bytes bytes;
     bytes.Text(std::string("\0\1\0\0", 4)).Add(static_cast<std::uint32_t>(some.size()));
     for (const std::int16_t value : some) bytes.Add(value);
@@ -465,6 +465,7 @@ const std::string kBlackboxEnd(
 
 std::vector<TimeNs> TimesOf(const std::vector<Row>& rows) {
   std::vector<TimeNs> times;
+  times.reserve(rows.size());
   for (const Row& row : rows) times.push_back(row.time);
   return times;
 }

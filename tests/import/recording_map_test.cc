@@ -151,6 +151,7 @@ TEST_F(RecordingMap, UnusableLogsAreToldFromBadInput) {
                        "c]}}\n"),
                NoUsableLog);
   FlightLog log;
+  log.imu.reserve(100);
   for (int i = 0; i < 100; ++i) {
     log.imu.push_back({i * 10'000'000, {0, 0, -9.81}, Eigen::Vector3d::Zero()});
   }

@@ -40,6 +40,7 @@ std::vector<std::size_t> Recording::Visit(const std::vector<std::size_t>& wanted
   format_.walk(file_, this);
   visit_ = nullptr;
   std::vector<std::size_t> counts;
+  counts.reserve(wanted.size());
   for (const std::size_t channel : wanted) counts.push_back(undecoded_[channel]);
   return counts;
 }
