@@ -146,6 +146,22 @@ class RotorAeroModel {
     return state;
   }
 
+  // d(specific force [m/s^2], angular acceleration [rad/s^2]) / d(speed [rad/s]) of each rotor by
+  // its thrust and reaction moment, 6 x rotors. Air, ground and angular momentum are left out: they
+  // add a few percent.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> BySpeeds(const double* x,
+                                                    const RotorInput& input) const {
+    const Vec3<double> none = Base::AngularAcceleration<double>(x, Vec3<double>::Zero());
+    Eigen::Matrix<double, 6, Eigen::Dynamic> by(6, num_rotors());
+    for (int r = 0; r < num_rotors(); ++r) {
+      const auto wrench = Base::WrenchOf<double>(
+          x, SumSquared(input.t, [&](int i) { return i == r ? 2.0 * input.speeds[i] : 0.0; }));
+      by.col(r) << wrench.force / (x[Base::kMass] + effects_.AddedMass(input.t)),
+          Base::AngularAcceleration<double>(x, wrench.moment) - none;
+    }
+    return by;
+  }
+
   // dx/dt of the first kMoving states. `disturbance`: specific force in body axes [m/s^2], then
   // angular acceleration [rad/s^2]; 6 numbers.
   template <class T>

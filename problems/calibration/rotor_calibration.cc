@@ -13,6 +13,7 @@
 #include "problems/effects/rotor_extension.h"
 #include "problems/result/identifiability.h"
 #include "problems/result/statistics.h"
+#include "problems/rotor/speed_noise_bias.h"
 
 namespace trueline {
 namespace {
@@ -23,7 +24,8 @@ constexpr double kHalvesDiffer = 3.0;  // sigmas
 constexpr double kPoorFit = 1.5;       // whitened squares by degree of freedom
 constexpr double kWorse = 1.2;         // prediction error, over that of the nominal vehicle
 constexpr double kLeastInside = 0.5;   // of predictions, inside the 95 % region of the noise
-constexpr int kEnoughStarts = 20;      // of predictions, for such a share
+constexpr double kLargeBias = 0.5;  // of a constant's value, of what noise on the speeds did to it
+constexpr int kEnoughStarts = 20;   // of predictions, for such a share
 
 RotorDataOptions Part(const RotorDataOptions& whole, double start, double duration) {
   RotorDataOptions part = whole;
@@ -160,6 +162,20 @@ std::vector<std::string> FaultsOfPredictions(const std::vector<HorizonScore>& pr
   return faults;
 }
 
+// A bias is known to first order. What is left of one as large as the constant is no small error.
+std::vector<std::string> LargeBiases(const RotorCalibration& c) {
+  std::vector<std::string> texts;
+  for (const ParameterEstimate& p : c.parameters) {
+    const double bias = c.speed_noise_bias[FindRotorConstant(p.name)];
+    if (!p.name.starts_with("I_") || std::abs(bias) < kLargeBias * std::abs(p.value)) continue;
+    texts.push_back(fmt::format(
+        "noise of {:.0f} rad/s on the rotor speeds moved {} by {:+.0f} %; so large a correction is "
+        "inexact: log speeds with less noise",
+        c.speed_sigma, p.name, 100.0 * bias / p.value));
+  }
+  return texts;
+}
+
 Verdict JudgeRotors(const RotorCalibration& c) {
   Verdict verdict{"usable", {}};
   const auto poor = [&](const std::string& reason) {
@@ -186,6 +202,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
       poor("motor_lag is not above 0 s: the commands come later than what they do; check clocks");
     }
   }
+  for (const std::string& text : LargeBiases(c)) poor(text);
   for (const std::string& fault : FaultsOfPredictions(c.predictions)) poor(fault);
   if (!c.batch.converged || identified < 3) {
     verdict.word = "unusable";
@@ -270,14 +287,15 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
                   &streams, &filter);
   if (options.data.motors) RelineariseMotors(model, log, options, fitted, &streams, &filter);
   const RotorData data = MakeRotorData(log, rotors, Part(streams, 0.0, fitted));
-  result.speed_sigma = data.speed_sigma;
+  result.speed_sigma = data.measured.model.sigma;
   result.rotor_delay = streams.rotor_delay;
   result.gyro_delay = streams.gyro_delay;
   result.noise = filter.noise;
   result.filter = RunRotorEkf(model, data, filter);
   RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
   batch.widen = options.widen;
-  result.batch = RunRotorBatch(model, data, batch);
+  result.batch = WithoutSpeedNoiseBias(model, data, batch, RunRotorBatch(model, data, batch),
+                                       &result.speed_noise_bias);
   result.batch.cov +=
       ConsideredCovariance(model, data, batch, result.batch,
                            ConsideredVariants(log, options, Part(streams, 0.0, fitted)));

@@ -63,7 +63,8 @@ struct RotorCalibration {
   RotorNoise noise;                            // used
   double rotor_delay = 0.0, gyro_delay = 0.0;  // s, used
   double speed_sigma = 0.0;                    // rad/s, learned noise of a sample of rotors.csv
-  std::vector<ParameterEstimate> parameters;   // the batch's
+  RotorConstants speed_noise_bias = RotorConstants::Zero();  // that this noise caused; subtracted
+  std::vector<ParameterEstimate> parameters;                 // the batch's
   std::vector<std::string> unobservable;
   std::vector<Effect> effects;  // of the model, beyond `parameters`
   std::vector<HorizonScore> predictions;

@@ -31,6 +31,17 @@ YAML::Node PredictionNode(const RotorCalibration& c) {
   return node;
 }
 
+// By constant, where it is a tenth of the sigma or more.
+YAML::Node SpeedNoiseBias(const RotorCalibration& c) {
+  YAML::Node node(YAML::NodeType::Map);
+  for (const ParameterEstimate& p : c.parameters) {
+    const double bias = c.speed_noise_bias[FindRotorConstant(p.name)];
+    if (std::abs(bias) < 0.1 * p.sigma) continue;
+    node[p.name] = FlowMap({{"value", Rounded(bias, 3)}, {"unit", p.unit}});
+  }
+  return node;
+}
+
 YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& provenance) {
   YAML::Node node = VerdictNode(c.verdict, c.warnings);
   node["drive"] = "rotors";
@@ -42,6 +53,7 @@ YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& pro
   node["rotor_delay"] = c.rotor_delay;
   node["gyro_delay"] = c.gyro_delay;
   node["rotor_speed_sigma"] = Rounded(c.speed_sigma, 3);
+  node["rotor_speed_noise_bias"] = SpeedNoiseBias(c);
   node["fit"]["chi_square"] = Rounded(c.chi_square, 4);
   node["fit"]["iterations"] = c.batch.iterations;
   node["fit"]["solve_time"] = Rounded(c.batch.solve_time, 3);

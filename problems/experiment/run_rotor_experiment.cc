@@ -15,6 +15,7 @@
 #include "problems/experiment/row_text.h"
 #include "problems/experiment/run_jobs.h"
 #include "problems/observability/bound_design.h"
+#include "problems/rotor/speed_noise_bias.h"
 #include "problems/simulation/flown.h"
 #include "problems/trajectory/feasible_flight.h"
 #include "problems/trajectory/trajectory_config.h"
@@ -237,7 +238,8 @@ TrialRow FlyTrial(const RotorFlightKind& kind, std::uint64_t seed) {
   const RotorEkfRun filter = RunFilter(model, flown, filter_options, &trial);
   RotorBatchOptions options{kind.noise, prior};
   options.widen = experiment.widen;
-  const RotorBatchResult batch = RunRotorBatch(model, flown.data, options);
+  const RotorBatchResult batch =
+      WithoutSpeedNoiseBias(model, flown.data, options, RunRotorBatch(model, flown.data, options));
   if (!batch.converged) throw InputError("the batch did not converge");
   trial.batch_error = batch.mean - flown.truth.constants;
   const Eigen::MatrixXd considered = Considered(experiment, flown, options, batch);

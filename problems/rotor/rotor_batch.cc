@@ -343,7 +343,7 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
       : start != nullptr
           ? Batch(model, data, options).RunFrom(*start, weights->nodes, weights->mean)
           : Batch(model, data, options).Run();
-  if (!options.widen || !std::isfinite(result.cost)) return result;
+  if (!options.widen || !options.covariance || !std::isfinite(result.cost)) return result;
   result.Widen(WideningFactors(model, data, options, result));
   return result;
 }

@@ -29,11 +29,12 @@ void Follow(double lag, RotorData* data) {
   }
 }
 
-// Replaces measured speeds by their means given all samples.
-void Smooth(RotorData* data) {
-  SmoothedSpeeds smoothed = SmoothSpeeds(data->speed_times, data->speeds);
-  data->speeds = std::move(smoothed.speeds);
-  data->speed_sigma = smoothed.sigma;
+Eigen::MatrixXd ToMatrix(const std::vector<std::vector<double>>& speeds) {
+  Eigen::MatrixXd matrix(speeds.size(), speeds.front().size());
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    matrix.row(i) = Eigen::RowVectorXd::Map(speeds[i].data(), matrix.cols());
+  }
+  return matrix;
 }
 
 // Battery voltage (V) at `t`: linear between readings, constant outside.
@@ -170,6 +171,20 @@ const RotorPose* PoseNear(const RotorData& data, double t) {
   return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
 }
 
+double RotorData::SpeedDensity() const {
+  if (measured.model.sigma == 0.0) return 0.0;
+  const double step =
+      (speed_times.back() - speed_times.front()) / static_cast<double>(speed_times.size() - 1);
+  return measured.model.sigma * std::sqrt(step);
+}
+
+void RotorData::TakeSpeeds(const Eigen::MatrixXd& taken) {
+  for (Eigen::Index i = 0; i < taken.rows(); ++i) {
+    for (Eigen::Index r = 0; r < taken.cols(); ++r) speeds[i][r] = taken(i, r);
+  }
+  if (speed_lag > 0.0) Follow(speed_lag, this);
+}
+
 RotorInput RotorData::InputAt(double t) const {
   const auto after = std::upper_bound(speed_times.begin(), speed_times.end(), t);
   std::size_t i = after - speed_times.begin();
@@ -265,8 +280,11 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     data.SimulateMotors(options.motors_at);
     return data;
   }
-  if (options.smooth_rotors) Smooth(&data);
-  if (options.motor_lag > 0.0) Follow(options.motor_lag, &data);
+  MeasuredSpeeds& measured = data.measured;
+  measured.speeds = ToMatrix(data.speeds);
+  if (options.smooth_rotors) measured.model = LearnSpeedModel(data.speed_times, measured.speeds);
+  data.speed_lag = options.motor_lag;
+  data.TakeSpeeds(SmoothSpeeds(data.speed_times, measured.speeds, measured.model));
   return data;
 }
 

@@ -11,6 +11,7 @@
 #include "cost_functions/pose_residual.h"
 #include "problems/log/flight_log.h"
 #include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/smooth_speeds.h"
 
 namespace trueline {
 
@@ -40,6 +41,12 @@ struct MotorCommands {
   std::vector<double> voltages;               // V, by time
 };
 
+// Rotor speeds as rotors.csv states them, and how they move.
+struct MeasuredSpeeds {
+  Eigen::MatrixXd speeds;  // rad/s, by time, then rotor
+  SpeedModel model;        // exact unless noise was learned
+};
+
 // A stretch of flight without gaps. Times are seconds from `origin`.
 struct RotorData {
   TimeNs origin = 0;
@@ -49,7 +56,8 @@ struct RotorData {
   std::vector<RotorPose> poses;
   std::vector<double> speed_times;          // s
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
-  double speed_sigma = 0.0;                 // rad/s, noise of a sample that was smoothed away
+  MeasuredSpeeds measured;                  // that `speeds` are made of; empty for commands
+  double speed_lag = 0.0;                   // s, of the rotors behind the measured speeds
   // Set where speeds are computed from commands: the commands, the unknowns' values that `speeds`
   // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
@@ -57,6 +65,10 @@ struct RotorData {
   double added_lag = 0.0;  // s, of the motors beyond the unknown motor_lag
   std::vector<std::vector<MotorValues>> slopes;
 
+  // rad/s/sqrt(Hz), of the measured speeds' noise; 0: they are exact.
+  double SpeedDensity() const;
+  // Takes these (rad/s, by time, then rotor) for the measured speeds without their noise.
+  void TakeSpeeds(const Eigen::MatrixXd& taken);
   // Recomputes the speeds from the commands at other values of the unknowns, or at the nearest that
   // motors can have.
   void SimulateMotors(const MotorValues& at);

@@ -182,11 +182,9 @@ class Filter {
 
   // One step. The reading at its start (if any) also measures the disturbance held over the step.
   void Step(double t, double dt, const RotorImu* imu) {
-    const RotorNoise& noise = options_.noise;
-    Disturbance variance;
-    variance << Eigen::Vector3d::Constant(std::pow(noise.force_density, 2) / dt),
-        Eigen::Vector3d::Constant(std::pow(noise.angular_density, 2) / dt);
-    Held held{Disturbance::Zero(), {}, variance.asDiagonal()};
+    Held held{Disturbance::Zero(),
+              {},
+              DisturbanceCovariance(model_, data_, options_.noise, Point(), t, dt)};
     held.with_state.setZero(kNoise, unknowns_.size());
     if (imu != nullptr) UpdateWithImu(t, *imu, &held);
     Predict(t, dt, held);

@@ -226,9 +226,7 @@ void SegmentModel::AddUnmodelledTurn(const Eigen::Vector3d& arm, SegmentResidual
 }
 
 void SegmentModel::SetWeight(const SegmentPath& path) {
-  Disturbance density, variance;
-  density << Eigen::Vector3d::Constant(noise_.force_density),
-      Eigen::Vector3d::Constant(noise_.angular_density);
+  Disturbance variance;
   variance << Eigen::Vector3d::Constant(noise_.accel * noise_.accel),
       Eigen::Vector3d::Constant(noise_.gyro * noise_.gyro);
   weight_ = SegmentWeight(segment_.num_imu);
@@ -236,12 +234,13 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
   for (std::size_t k = 0; k < path.steps.size(); ++k) {
     const SegmentPath::Step& at = path.steps[k];
     const RotorSegment::Step& step = segment_.steps[k];
-    const Disturbance sigma = density / std::sqrt(step.dt);
+    const Eigen::Matrix<double, 6, 6> sigma =
+        DisturbanceCovariance(model_, data_, noise_, at.x, step.t, step.dt).llt().matrixL();
     if (step.imu >= 0) {
-      weight_.Read(NodeReading(at), DisturbanceFeedthrough(at.x) * sigma.asDiagonal(), variance);
+      weight_.Read(NodeReading(at), DisturbanceFeedthrough(at.x) * sigma, variance);
     }
     Weight::StateByReading G = Weight::StateByReading::Zero();
-    G.topRows<kMoving>() = DisturbanceInput(at.x, step.dt) * sigma.asDiagonal();
+    G.topRows<kMoving>() = DisturbanceInput(at.x, step.dt) * sigma;
     Weight::State drift = Weight::State::Zero();
     drift.tail<3>().setConstant(noise_.NewDrift(step.dt));
     weight_.Step(NodeStep(at), G, drift);

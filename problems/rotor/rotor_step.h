@@ -50,6 +50,23 @@ inline RotorState Integrated(const RotorAeroModel& model, const RotorData& data,
   return x;
 }
 
+// Covariance of the disturbance that is held over a step of `dt` seconds from `t`, 6 x 6: white
+// forces and moments, and those that the errors of the rotor speeds make. Within the bandwidth of
+// the smoothed speeds these errors are white, too.
+inline Eigen::Matrix<double, 6, 6> DisturbanceCovariance(const RotorAeroModel& model,
+                                                         const RotorData& data,
+                                                         const RotorNoise& noise,
+                                                         const RotorState& x, double t, double dt) {
+  Eigen::Matrix<double, 6, 6> cov = Eigen::Matrix<double, 6, 6>::Zero();
+  if (const double density = data.SpeedDensity(); density > 0.0) {
+    const auto by = model.BySpeeds(x.data(), data.InputAt(t));
+    cov = by.lazyProduct(by.transpose()) * (density * density / dt);
+  }
+  cov.diagonal().head<3>().array() += noise.force_density * noise.force_density / dt;
+  cov.diagonal().tail<3>().array() += noise.angular_density * noise.angular_density / dt;
+  return cov;
+}
+
 // d(moving error after the step) / d(disturbance held over it): 12 x 6.
 inline Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6> DisturbanceInput(const RotorState& x,
                                                                                 double dt) {

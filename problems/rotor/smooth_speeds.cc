@@ -24,13 +24,6 @@ constexpr double kLeast = 1e-9,
 constexpr int kRounds = 2;
 constexpr double kUnknown = 1e6;  // rate's first variance, of the noise's between two samples
 
-// A speed that walks at random, as does its rate, and its measurement with white noise.
-struct Walk {
-  double noise;  // (rad/s)^2, variance of a sample
-  double speed;  // (rad/s)^2/s
-  double rate;   // (rad/s^2)^2/s
-};
-
 struct Known {
   Vector2d mean;  // speed (rad/s), rate (rad/s^2)
   Matrix2d cov;
@@ -38,7 +31,7 @@ struct Known {
 
 Matrix2d Transition(double dt) { return (Matrix2d() << 1.0, dt, 0.0, 1.0).finished(); }
 
-Known Predicted(const Known& before, double dt, const Walk& walk) {
+Known Predicted(const Known& before, double dt, const SpeedWalk& walk) {
   const Matrix2d next = Transition(dt);
   Matrix2d added;
   added << dt * dt / 3.0, dt / 2.0, dt / 2.0, 1.0;
@@ -49,7 +42,8 @@ Known Predicted(const Known& before, double dt, const Walk& walk) {
 
 // Calls visit(i, known) after every sample. Returns minus the logarithm of the likelihood.
 template <class Visit>
-double Filter(const VectorXd& t, const VectorXd& speeds, const Walk& walk, const Visit& visit) {
+double Filter(const VectorXd& t, const VectorXd& speeds, const SpeedWalk& walk,
+              const Visit& visit) {
   const double first = t[1] - t[0];
   Known known{{speeds[0], 0.0}, walk.noise * Matrix2d::Identity()};
   known.cov(1, 1) = kUnknown * (walk.noise / (first * first) + walk.rate * first);
@@ -69,7 +63,7 @@ double Filter(const VectorXd& t, const VectorXd& speeds, const Walk& walk, const
 }
 
 // The speeds' means given all samples (Rauch, Tung and Striebel 1965).
-VectorXd Smooth(const VectorXd& t, const VectorXd& speeds, const Walk& walk) {
+VectorXd Smooth(const VectorXd& t, const VectorXd& speeds, const SpeedWalk& walk) {
   std::vector<Known> known(t.size());
   Filter(t, speeds, walk, [&](Eigen::Index i, const Known& at) { known[i] = at; });
   VectorXd smooth(t.size());
@@ -87,7 +81,7 @@ VectorXd Smooth(const VectorXd& t, const VectorXd& speeds, const Walk& walk) {
 }
 
 struct Learned {
-  Walk walk;
+  SpeedWalk walk;
   double cost;  // minus the logarithm of its likelihood
 };
 
@@ -129,14 +123,6 @@ double LearnSampleVariance(const VectorXd& t, const MatrixXd& columns) {
           .first);
 }
 
-MatrixXd ToMatrix(const std::vector<std::vector<double>>& speeds) {
-  MatrixXd matrix(speeds.size(), speeds.front().size());
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    matrix.row(i) = Eigen::RowVectorXd::Map(speeds[i].data(), matrix.cols());
-  }
-  return matrix;
-}
-
 // Orthonormal columns: independent noise of the rotors stays independent. Over kManoeuvre the
 // speeds change by more than their noise.
 MatrixXd PrincipalComponents(const VectorXd& t, const MatrixXd& speeds) {
@@ -159,28 +145,36 @@ MatrixXd Moving(const MatrixXd& columns) {
 
 }  // namespace
 
-SmoothedSpeeds SmoothSpeeds(const std::vector<double>& times,
-                            const std::vector<std::vector<double>>& speeds) {
-  SmoothedSpeeds result{speeds};
+SpeedModel LearnSpeedModel(const std::vector<double>& times, const MatrixXd& speeds) {
   const VectorXd t = VectorXd::Map(times.data(), static_cast<Eigen::Index>(times.size()));
-  if (t.size() < kFewest) return result;
-  const MatrixXd measured = ToMatrix(speeds), axes = PrincipalComponents(t, measured);
-  MatrixXd components = measured * axes;
+  if (t.size() < kFewest) return {};
+  const MatrixXd axes = PrincipalComponents(t, speeds);
   const Eigen::Index learn_on = std::min(t.size(), kLearnOn);
-  const MatrixXd moving = Moving(components.topRows(learn_on));
-  if (moving.cols() == 0) return result;
+  const MatrixXd components = speeds.topRows(learn_on) * axes, moving = Moving(components);
+  if (moving.cols() == 0) return {};
   const double noise = LearnSampleVariance(t.head(learn_on), moving);
-  if (std::sqrt(noise) < kExact * measured.cwiseAbs().mean()) return result;
-  for (auto component : components.colwise()) {
-    const Walk walk = LearnWalk(t.head(learn_on), component.head(learn_on), noise).walk;
-    component = Smooth(t, component, walk);
+  if (std::sqrt(noise) < kExact * speeds.cwiseAbs().mean()) return {};
+  SpeedModel model{std::sqrt(noise), axes, {}};
+  for (const auto& component : components.colwise()) {
+    model.walks.push_back(LearnWalk(t.head(learn_on), component, noise).walk);
   }
-  const MatrixXd smoothed = components * axes.transpose();
-  for (Eigen::Index i = 0; i < smoothed.rows(); ++i) {
-    for (Eigen::Index r = 0; r < smoothed.cols(); ++r) result.speeds[i][r] = smoothed(i, r);
+  return model;
+}
+
+MatrixXd SmoothSpeeds(const std::vector<double>& times, const MatrixXd& speeds,
+                      const SpeedModel& model, int again) {
+  if (model.sigma == 0.0) return speeds;
+  const VectorXd t = VectorXd::Map(times.data(), static_cast<Eigen::Index>(times.size()));
+  MatrixXd components = speeds * model.components;
+  for (Eigen::Index k = 0; k < components.cols(); ++k) {
+    const VectorXd measured = components.col(k);
+    const SpeedWalk& walk = model.walks[k];
+    components.col(k) = Smooth(t, measured, walk);
+    for (int i = 0; i < again; ++i) {
+      components.col(k) += Smooth(t, measured - components.col(k), walk);
+    }
   }
-  result.sigma = std::sqrt(noise);
-  return result;
+  return components * model.components.transpose();
 }
 
 }  // namespace trueline

@@ -75,7 +75,7 @@ TEST(RotorData, SpeedsLongBeforeThePartDoNotCount) {
     for (double& speed : sample.values) speed = 200.0 + 100.0 * sign;
   }
   const RotorData idle_first = MakeRotorData(log, 4, options);
-  EXPECT_EQ(idle_first.speed_sigma, as_flown.speed_sigma);
+  EXPECT_EQ(idle_first.measured.model.sigma, as_flown.measured.model.sigma);
   EXPECT_EQ(idle_first.speeds, as_flown.speeds);
 }
 

@@ -72,6 +72,22 @@ class RotorSlopesTest : public testing::TestWithParam<int> {
   RotorState x = StateOf(GetParam());
 };
 
+TEST_P(RotorSlopesTest, SpeedsMoveForceAndTurn) {
+  constexpr double kStep = 1.0;  // rad/s
+  RotorInput input = Input();
+  input.slopes.clear();
+  x[RotorAeroModel::kInflow] = x[RotorAeroModel::kRotorInertia] = 0.0;
+  const auto by = plain.BySpeeds(x.data(), input);
+  for (int r = 0; r < plain.num_rotors(); ++r) {
+    RotorInput up = input, down = input;
+    up.speeds[r] += kStep, down.speeds[r] -= kStep;
+    const auto a = plain.BodyAccelerationOf(x.data(), up),
+               b = plain.BodyAccelerationOf(x.data(), down);
+    EXPECT_LT((by.col(r).head<3>() - (a.force - b.force) / (2.0 * kStep)).norm(), 1e-9);
+    EXPECT_LT((by.col(r).tail<3>() - (a.turn - b.turn) / (2.0 * kStep)).norm(), 1e-9);
+  }
+}
+
 TEST_P(RotorSlopesTest, ReadingsAndTheirSlopesAreThoseOfJets) {
   for (const RotorAeroModel* model : {&plain, &all}) {
     std::array<RotorJet, RotorAeroModel::kStates> jets;
