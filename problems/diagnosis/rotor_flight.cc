@@ -96,6 +96,8 @@ Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptio
 RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibrationOptions& options)
     : log_(log), options_(options), stated_(options.noise), learn_noise_(options.learn_noise) {
   RotorEkfOptions filter{options.noise, options.prior, options.wander};
+  // Weights that change with the constants make the search for causes take twice as long.
+  options_.data.weigh_speed_noise = false;
   LearnFromFlight(
       ModelFor(options, log), log,
       {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay, kLearnOn, stated_},

@@ -37,6 +37,12 @@ Eigen::MatrixXd ToMatrix(const std::vector<std::vector<double>>& speeds) {
   return matrix;
 }
 
+// rad/s/sqrt(Hz), of the noise of samples at these times.
+double DensityOf(const SpeedModel& model, const std::vector<double>& t) {
+  if (model.sigma == 0.0) return 0.0;
+  return model.sigma * std::sqrt((t.back() - t.front()) / static_cast<double>(t.size() - 1));
+}
+
 // Battery voltage (V) at `t`: linear between readings, constant outside.
 double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
   const auto after =
@@ -171,13 +177,6 @@ const RotorPose* PoseNear(const RotorData& data, double t) {
   return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
 }
 
-double RotorData::SpeedDensity() const {
-  if (measured.model.sigma == 0.0) return 0.0;
-  const double step =
-      (speed_times.back() - speed_times.front()) / static_cast<double>(speed_times.size() - 1);
-  return measured.model.sigma * std::sqrt(step);
-}
-
 void RotorData::TakeSpeeds(const Eigen::MatrixXd& taken) {
   for (Eigen::Index i = 0; i < taken.rows(); ++i) {
     for (Eigen::Index r = 0; r < taken.cols(); ++r) speeds[i][r] = taken(i, r);
@@ -283,6 +282,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   MeasuredSpeeds& measured = data.measured;
   measured.speeds = ToMatrix(data.speeds);
   if (options.smooth_rotors) measured.model = LearnSpeedModel(data.speed_times, measured.speeds);
+  if (options.weigh_speed_noise) data.speed_density = DensityOf(measured.model, data.speed_times);
   data.speed_lag = options.motor_lag;
   data.TakeSpeeds(SmoothSpeeds(data.speed_times, measured.speeds, measured.model));
   return data;

@@ -58,6 +58,7 @@ struct RotorData {
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
   MeasuredSpeeds measured;                  // that `speeds` are made of; empty for commands
   double speed_lag = 0.0;                   // s, of the rotors behind the measured speeds
+  double speed_density = 0.0;               // rad/s/sqrt(Hz), of their noise, which moves the model
   // Set where speeds are computed from commands: the commands, the unknowns' values that `speeds`
   // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
@@ -65,8 +66,6 @@ struct RotorData {
   double added_lag = 0.0;  // s, of the motors beyond the unknown motor_lag
   std::vector<std::vector<MotorValues>> slopes;
 
-  // rad/s/sqrt(Hz), of the measured speeds' noise; 0: they are exact.
-  double SpeedDensity() const;
   // Takes these (rad/s, by time, then rotor) for the measured speeds without their noise.
   void TakeSpeeds(const Eigen::MatrixXd& taken);
   // Recomputes the speeds from the commands at other values of the unknowns, or at the nearest that
@@ -88,6 +87,7 @@ struct RotorDataOptions {
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   RotorSource rotors = RotorSource::kRotors;
   bool smooth_rotors = true;         // rotors.csv has noise, which is learned (smooth_speeds.h)
+  bool weigh_speed_noise = true;     // what is left of it acts as forces and moments (rotor_step.h)
   std::optional<MotorCurve> motors;  // where kMotors; motor_lag then adds to motors_at's
   MotorValues motors_at = MotorValues(0.03, 0.0, 1.0);
   double pose_rate = 30.0;  // Hz; faster streams are thinned to about this rate

@@ -58,7 +58,7 @@ inline Eigen::Matrix<double, 6, 6> DisturbanceCovariance(const RotorAeroModel& m
                                                          const RotorNoise& noise,
                                                          const RotorState& x, double t, double dt) {
   Eigen::Matrix<double, 6, 6> cov = Eigen::Matrix<double, 6, 6>::Zero();
-  if (const double density = data.SpeedDensity(); density > 0.0) {
+  if (const double density = data.speed_density; density > 0.0) {
     const auto by = model.BySpeeds(x.data(), data.InputAt(t));
     cov = by.lazyProduct(by.transpose()) * (density * density / dt);
   }
