@@ -61,9 +61,11 @@ TEST(SmoothSpeeds, LeavesExactSpeedsAsTheyAre) {
   EXPECT_EQ(SmoothSpeeds(t, still, {}), still);
 }
 
-TEST(SmoothSpeeds, LearnsNothingFromFewSamples) {
+TEST(SmoothSpeeds, KeepsFewSamples) {
   const Series few = Measured(10.0, 5);
-  EXPECT_EQ(LearnSpeedModel(few.t, few.speeds).sigma, 0.0);
+  const SpeedModel model = LearnSpeedModel(few.t, few.speeds);
+  EXPECT_EQ(model.sigma, 0.0);
+  EXPECT_EQ(SmoothSpeeds(few.t, few.speeds, model), few.speeds);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "problems/calibration/rotor_calibration.h"
 #include "problems/simulation/flown.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -58,6 +59,24 @@ TEST(SpeedNoiseBias, ExactSpeedsHaveNone) {
   const Fit fit = FitTo(QuietSensors(0.0), 1);
   EXPECT_EQ(fit.corrected.mean, fit.batch.mean);
   EXPECT_TRUE(fit.bias.isZero(0.0));
+}
+
+// Noise on the speeds is no moment of inertia.
+TEST(RotorCalibration, SlowInertiaFromNoisySpeeds) {
+  RotorSimulation sim(WuestVehicle());
+  sim.speed_noise = 0.05;
+  const FlightLog log = SimulateRotorFlight(sim, RandomPath(14.0, 4), 3);
+  RotorCalibrationOptions options(WuestVehicle());
+  options.prior = DrawnPrior(WuestVehicle(), 2);
+  const int I_x = FindRotorConstant("I_x");
+  const double truth = PriorFromVehicle(WuestVehicle()).mean[I_x];
+  const auto share_off = [&](bool smooth) {
+    options.data.smooth_rotors = smooth;
+    return CalibrateRotors(log, options).batch.mean[I_x] / truth - 1.0;
+  };
+  const double exact = share_off(false), smoothed = share_off(true);
+  EXPECT_GT(exact, 0.3);
+  EXPECT_LT(std::abs(smoothed), 0.5 * exact);
 }
 
 }  // namespace
