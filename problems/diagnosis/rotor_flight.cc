@@ -18,9 +18,9 @@ constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
 constexpr int kHalvings = 3;
 constexpr int kMostSteps = 4;  // of a refinement
-// Of log likelihood:
+// Of the cost:
 constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
-constexpr double kIncrease = 0.05;   // of its negative; a smaller one is the solver's tolerance
+constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
 constexpr double kRough = 0.01;      // that tolerance while causes are refined
 
 class RotorLinearisation : public Linearisation {
@@ -117,8 +117,8 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
       learn_noise_(learn_noise),
       lagged_(other.lagged_) {
   options_.noise = noise;
-  weights_ = other.batch_;
-  Solve({}, &weights_);
+  weights_ = {nullptr, other.batch_};
+  Solve({}, &weights_.at);
   if (!std::isfinite(batch_.cost) || !Reweigh({})) SolveFromPrior({});
 }
 
@@ -174,17 +174,23 @@ void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchR
                               double negligible) {
   found_ = found;
   fitted_noise_ = options_.noise;
-  setup_ = std::make_unique<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
+  setup_ = std::make_shared<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
+  const bool own = start != nullptr && weights_.setup == nullptr;
+  if (own) weights_.setup = setup_;
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
   options.negligible = negligible;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, start ? &weights_ : nullptr);
+  const bool held = start != nullptr && !own;
+  const std::optional<RotorWeights> by =
+      held ? std::optional<RotorWeights>(weights_.By()) : std::nullopt;
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, held ? &*by : nullptr);
   normal_.reset();
 }
 
 bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
-  const RotorBatchResult solved = batch_, weights = std::exchange(weights_, batch_);
-  Solve(found, &weights_);
+  const RotorBatchResult solved = batch_;
+  const Weights weights = std::exchange(weights_, {nullptr, batch_});
+  Solve(found, &solved);
   if (std::isfinite(batch_.cost) &&
       HasWeightsAt(setup_->model, *setup_->data, BatchOptions(), batch_)) {
     return true;
@@ -208,13 +214,13 @@ void RotorDrivenFlight::ReweighOrShorten(const Regular& regular, std::vector<Fou
 
 void RotorDrivenFlight::SolveFromPrior(const std::vector<Found>& found) {
   Solve(found, nullptr);
-  weights_ = batch_;
   if (!Reweigh(found)) throw RunsAway();
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
   if (batch_.cov.size() > 0) return batch_;
-  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), &batch_, &weights_);
+  const RotorWeights weights = weights_.By();
+  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), &batch_, &weights);
 }
 
 const RotorNormal& RotorDrivenFlight::Normal() const {
@@ -229,9 +235,10 @@ int RotorDrivenFlight::clusters() const { return ClusterCount(*setup_->data, kRo
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
+  const RotorWeights weights = weights_.By();
   const RotorNormal normal(setup_->model, *setup_->data, BatchOptions(), batch_,
                            ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster,
-                           &weights_);
+                           &weights);
   Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
   int at = constants();
   for (const Found& f : *found) {
@@ -273,14 +280,14 @@ std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const RotorBatchResult start = batch_;
-  const double most = start.NegativeLogLikelihood() + kIncrease;
+  const double most = start.cost + kIncrease;
   Solve(*found, &start, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
-  for (int k = 0; k < kHalvings && batch_.NegativeLogLikelihood() > most; ++k) {
+  for (int k = 0; k < kHalvings && batch_.cost > most; ++k) {
     *found = Halfway(*found, before);
     Solve(*found, &start, kRough);
   }
-  if (batch_.NegativeLogLikelihood() <= most) return true;
+  if (batch_.cost <= most) return true;
   *found = before;
   Solve(before, &start, kRough);
   return false;
@@ -294,10 +301,10 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   if (comparable || !SameValues(last, *found)) Move(last, found);
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
-    const double before_step = batch_.NegativeLogLikelihood();
+    const double before_step = batch_.cost;
     const bool settled = Step(found);
     if (!Move(before, found) || settled) break;
-    if (before_step - batch_.NegativeLogLikelihood() < kSmallGain) break;
+    if (before_step - batch_.cost < kSmallGain) break;
   }
   ReweighOrShorten(regular, found);
 }

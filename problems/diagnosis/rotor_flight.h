@@ -58,7 +58,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same flight without causes, solved from the solution of `other`; `noise` is known.
   RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
 
-  // Solves with the causes held at their values, from `start`, with weights evaluated at
+  // Solves with the causes held at their values, from `start`, with weights evaluated by
   // `weights_`; from the prior if `start` is null. `negligible`: as RotorBatchOptions'.
   void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
              double negligible = RotorBatchOptions().negligible);
@@ -68,10 +68,17 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same from the last solution, with weights evaluated there. False if the model runs away
   // from the flight, there or at the new solution: solution and weights are then those before.
   bool Reweigh(const std::vector<Found>& found);
+  // The model and the solution that weights are evaluated by; no model: that of the next Solve.
+  struct Weights {
+    std::shared_ptr<const RotorSetup> setup;
+    RotorBatchResult at;
+    RotorWeights By() const { return {setup->model, *setup->data, at}; }
+  };
   // A fit that weights exist at.
   struct Regular {
     std::vector<Found> found;
-    RotorBatchResult batch, weights;
+    RotorBatchResult batch;
+    Weights weights;
   };
   // The last fit for causes of the values `found`.
   Regular RegularAt(const std::vector<Found>& found) const { return {found, batch_, weights_}; }
@@ -79,7 +86,8 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // from whose solution they are then solved, until it does not.
   void ReweighOrShorten(const Regular& regular, std::vector<Found>* found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
-  // likelihood does not fall. False if it falls nearby too; the flight is then fitted at `before`.
+  // cost with the weights of `weights_` does not rise. False if it rises nearby too; the flight is
+  // then fitted at `before`.
   bool Move(const std::vector<Found>& before, std::vector<Found>* found);
   // `found` with the values of the last fit, without effect where new. `comparable`: false if that
   // fit had another cause or other noise, so that costs can't be compared.
@@ -113,9 +121,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   std::map<std::vector<std::string>, RotorNoise> learned_;  // by the names of causes and terms
   std::shared_ptr<const LaggedRotorData> lagged_;
   std::vector<Found> found_;
-  std::unique_ptr<RotorSetup> setup_;
+  std::shared_ptr<const RotorSetup> setup_;
   RotorBatchResult batch_;
-  RotorBatchResult weights_;  // the solution at which those of `batch_` were evaluated
+  Weights weights_;  // of `batch_`
   RotorNoise fitted_noise_;   // of `batch_`
   mutable std::optional<RotorNormal> normal_;
 };

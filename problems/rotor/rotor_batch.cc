@@ -52,7 +52,7 @@ void CheckPrior(const RotorPrior& prior, const RotorData& data) {
 class Batch {
  public:
   Batch(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options)
-      : data_(data), options_(options), negligible_(options.negligible) {
+      : model_(model), data_(data), options_(options), negligible_(options.negligible) {
     CheckPrior(options.prior, data);
     segments_ = MakeSegments(model, data, options);
     at_ = {ToChart(options.prior.mean), RoughNodes(data, options.prior.mean)};
@@ -70,16 +70,19 @@ class Batch {
     return Finished(std::move(result));
   }
 
-  // Solves from `start`, a solution nearby, with weights evaluated at the given states and
-  // constants. Where the model runs away from the flight, so that there are no weights, the cost is
+  // Solves from `start`, a solution nearby, with weights evaluated there, or by `weights` if that is
+  // not null. Where the model runs away from the flight, so that there are no weights, the cost is
   // infinite and the rest that of `start`.
-  RotorBatchResult RunFrom(const RotorBatchResult& start, const std::vector<RotorNode>& nodes,
-                           const RotorConstants& constants) {
-    at_.nodes = nodes;
+  RotorBatchResult RunFrom(const RotorBatchResult& start, const RotorWeights* weights) {
     RotorBatchResult none = start;
     none.cost = std::numeric_limits<double>::infinity();
-    if (!SetWeights(FromChart(ToChart(options_.prior.WithKnown(constants))))) return none;
     at_ = {ToChart(options_.prior.WithKnown(start.mean)), start.nodes};
+    if (weights != nullptr) {
+      segments_ = WeighedSegments(model_, data_, options_, *weights);
+      if (!HaveWeights(segments_)) return none;
+    } else if (!SetWeights(FromChart(at_.chart))) {
+      return none;
+    }
     RotorBatchResult result;
     Solve(&result);
     return std::isfinite(result.cost) ? Finished(std::move(result)) : none;
@@ -225,7 +228,6 @@ class Batch {
     weighed_ =
         Weighed{constants, at_.nodes,
                 WeighedChain(data_, options_, &segments_, at_.nodes, constants, {}, INFINITY)};
-    log_weights_ = weighed_->chain.log_weights();
     return HaveWeights(segments_);
   }
 
@@ -251,10 +253,12 @@ class Batch {
   BorderedChain<kNodeErrors> Linear() {
     const RotorConstants constants = FromChart(at_.chart);
     std::optional<Weighed> weighed = std::exchange(weighed_, std::nullopt);
-    if (weighed && weighed->constants == constants && weighed->nodes == at_.nodes) {
-      return std::move(weighed->chain);
-    }
-    return LinearChain(data_, options_, segments_, at_.nodes, constants, {}, INFINITY);
+    BorderedChain<kNodeErrors> chain =
+        weighed && weighed->constants == constants && weighed->nodes == at_.nodes
+            ? std::move(weighed->chain)
+            : LinearChain(data_, options_, segments_, at_.nodes, constants, {}, INFINITY);
+    log_weights_ = chain.log_weights();
+    return chain;
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
@@ -267,6 +271,7 @@ class Batch {
     return InUnits(options_.prior, reduced.Covariance());
   }
 
+  const RotorAeroModel& model_;
   const RotorData& data_;
   const RotorBatchOptions& options_;
   std::vector<SegmentModel> segments_;
@@ -283,11 +288,11 @@ class Batch {
 
 // Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`
 // holds. This function relinearises until the linearisation point is the solution. It re-evaluates
-// the weights at each point too, unless `start` is given: then those of `weights` are kept. Until
-// the point has converged a few iterations of each solve are enough.
+// the weights at each point too, unless `start` is given: then those of `weights` or of the start
+// are kept. Until the point has converged a few iterations of each solve are enough.
 RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data,
                                     const RotorBatchOptions& options, const RotorBatchResult* start,
-                                    const RotorBatchResult* weights) {
+                                    const RotorWeights* weights) {
   constexpr int kMostTurns = 20;
   constexpr int kFew = 4;           // iterations
   constexpr double kSettled = 0.1;  // sigmas
@@ -303,8 +308,10 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
     data->SimulateMotors(MotorsOf(at));
     const RotorBatchResult before = std::move(result);
     Batch batch(model, *data, settled || turn + 1 == kMostTurns ? fine : rough);
-    result = start != nullptr ? batch.RunFrom(before, weights->nodes, weights->mean)
-                              : batch.RunFrom(before, before.nodes, at);
+    RotorBatchResult point = before;
+    point.mean = at;
+    const RotorWeights own{model, *data, start != nullptr ? *start : point};
+    result = batch.RunFrom(before, weights != nullptr ? weights : &own);
     if (!std::isfinite(result.cost) && start == nullptr) throw RunsAway();
     if (!std::isfinite(result.cost)) return result;
     result.iterations += before.iterations;
@@ -332,8 +339,7 @@ InputError RunsAway() {
 
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flown,
                                const RotorBatchOptions& options, const RotorBatchResult* start,
-                               const RotorBatchResult* weights) {
-  if (weights == nullptr) weights = start;
+                               const RotorWeights* weights) {
   RotorData turned;
   const bool turns = MotorsOf(options.prior.sigma).maxCoeff() > 0.0;
   if (turns && flown.motors) turned = flown;
@@ -341,7 +347,7 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
   RotorBatchResult result =
       turned.motors ? SolveTurningMotors(model, &turned, options, start, weights)
       : start != nullptr
-          ? Batch(model, data, options).RunFrom(*start, weights->nodes, weights->mean)
+          ? Batch(model, data, options).RunFrom(*start, weights)
           : Batch(model, data, options).Run();
   if (!options.widen || !options.covariance || !std::isfinite(result.cost)) return result;
   result.Widen(WideningFactors(model, data, options, result));

@@ -53,14 +53,19 @@ struct RotorBatchResult {
   void Widen(const RotorConstants& factors) {
     cov = factors.asDiagonal() * cov * factors.asDiagonal();
   }
-  // The negative log likelihood up to a constant. It compares fits of models that differ: their
-  // weights, evaluated at the same states, differ too, and with them the costs.
-  double NegativeLogLikelihood() const { return cost - log_weights; }
   RotorConstants Sigma() const { return cov.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 };
 
-// `start`: a solution nearby to start from, or null; weights are evaluated at `weights`, or at the
-// start if that is null. Where the motors' unknowns are free, rotor speeds are recomputed from the
+// What the weights of a solve are evaluated by: a model of the vehicle, and a solution. A cause's
+// size changes the model, so where costs of several sizes are compared, one model gives the weights.
+struct RotorWeights {
+  const RotorAeroModel& model;
+  const RotorData& data;
+  const RotorBatchResult& at;
+};
+
+// `start`: a solution nearby to start from, or null; weights are evaluated by `weights`, or by the
+// model at the start if that is null. Where the motors' unknowns are free, rotor speeds are recomputed from the
 // commands as these unknowns change. A model that runs away from the flight between two poses has
 // no weights: from a start its cost is then infinite. Throws InputError for such a model without a
 // start, for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
@@ -68,7 +73,7 @@ struct RotorBatchResult {
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,
                                const RotorBatchResult* start = nullptr,
-                               const RotorBatchResult* weights = nullptr);
+                               const RotorWeights* weights = nullptr);
 
 // Says that a model has no weights at the best fit.
 InputError RunsAway();

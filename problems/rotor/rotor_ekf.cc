@@ -233,7 +233,7 @@ class Filter {
     const RotorStepSlope slope =
         StepWithSlope(model_, data_.InputAt(t + 0.5 * dt), disturbance, dt, &at, columns_);
     Unknowns::Rows<kMoving> F = unknowns_.Of(slope.by_error);
-    F.middleCols<3>(kDriftError) = slope.by_turn;
+    F.middleCols<3>(kDriftError) = slope.by_turn();
     Unknowns::Rows<kMoving> FP = Times<kMoving>(F, cov_);
     FP += G.lazyProduct(held.with_state);
     Eigen::Matrix<double, kMoving, kNoise> with_held = G * held.cov;

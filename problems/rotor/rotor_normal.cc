@@ -184,20 +184,18 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
   return segments;
 }
 
-namespace {
-
-std::vector<SegmentModel> SegmentsWeighedAt(const RotorAeroModel& model, const RotorData& data,
-                                            const RotorBatchOptions& options,
-                                            const RotorBatchResult& batch) {
+std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const RotorData& data,
+                                          const RotorBatchOptions& options,
+                                          const RotorWeights& weights) {
   std::vector<SegmentModel> segments = MakeSegments(model, data, options);
-  const RotorConstants constants = options.prior.WithKnown(batch.mean);
+  std::vector<SegmentModel> give = MakeSegments(weights.model, weights.data, options);
+  const RotorConstants constants = options.prior.WithKnown(weights.at.mean);
   ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
-    segments[i].SetWeight(segments[i].Follow(batch.nodes[i], constants));
+    give[i].SetWeight(give[i].Follow(weights.at.nodes[i], constants));
+    segments[i].TakeWeight(give[i]);
   });
   return segments;
 }
-
-}  // namespace
 
 bool HaveWeights(const std::vector<SegmentModel>& segments) {
   return std::all_of(segments.begin(), segments.end(),
@@ -206,7 +204,7 @@ bool HaveWeights(const std::vector<SegmentModel>& segments) {
 
 bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
                   const RotorBatchOptions& options, const RotorBatchResult& batch) {
-  return HaveWeights(SegmentsWeighedAt(model, data, options, batch));
+  return HaveWeights(WeighedSegments(model, data, options, {model, data, batch}));
 }
 
 int ClusterCount(const RotorData& data, double cluster) {
@@ -236,9 +234,9 @@ namespace {
 ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
                         const RotorColumns& columns, double cluster,
-                        const RotorBatchResult* weights) {
+                        const RotorWeights* weights) {
   std::vector<SegmentModel> segments = weights != nullptr
-                                           ? SegmentsWeighedAt(model, data, options, *weights)
+                                           ? WeighedSegments(model, data, options, *weights)
                                            : MakeSegments(model, data, options);
   const BorderedChain<kNodeErrors> chain =
       weights != nullptr
@@ -253,7 +251,7 @@ ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
 RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
                          const RotorBatchOptions& options, const RotorBatchResult& batch,
                          const RotorColumns& columns, double cluster,
-                         const RotorBatchResult* weights)
+                         const RotorWeights* weights)
     : RotorNormal(Linearise(model, data, options, batch, columns, cluster, weights),
                   options.prior) {}
 

@@ -45,6 +45,10 @@ BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchO
 // False if the model ran away from the flight where the weights were evaluated
 // (SegmentWeight::IsRegular).
 bool HaveWeights(const std::vector<SegmentModel>& segments);
+// Segments of `model` that whiten by `weights`.
+std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const RotorData& data,
+                                          const RotorBatchOptions& options,
+                                          const RotorWeights& weights);
 // The same for weights evaluated at this solution.
 bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
                   const RotorBatchOptions& options, const RotorBatchResult& batch);
@@ -59,11 +63,11 @@ Eigen::MatrixXd InUnits(const RotorPrior& prior, const Eigen::MatrixXd& scaled);
 // The normal equations of the free constants and of candidate effects.
 class RotorNormal : public ReducedSystem {
  public:
-  // `cluster`: length of a cluster, s. Weights are evaluated at `weights`, or at `batch` if that is
-  // null.
+  // `cluster`: length of a cluster, s. Weights are evaluated by `weights`, or by `model` at `batch`
+  // if that is null.
   RotorNormal(const RotorAeroModel& model, const RotorData& data, const RotorBatchOptions& options,
               const RotorBatchResult& batch, const RotorColumns& columns, double cluster,
-              const RotorBatchResult* weights = nullptr);
+              const RotorWeights* weights = nullptr);
 
   int constants() const { return constants_; }
   RotorNormal Only(const std::vector<bool>& used) const;

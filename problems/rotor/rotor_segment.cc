@@ -1,5 +1,7 @@
 #include "problems/rotor/rotor_segment.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +32,7 @@ Disturbance DriftOnly(const Eigen::Vector3d& drift) {
 Weight::StateByState NodeStep(const SegmentPath::Step& at) {
   Weight::StateByState F = Weight::StateByState::Zero();
   F.topLeftCorner<kMoving, kMoving>() = at.F.by_error.leftCols<kMoving>();
-  F.topRightCorner<kMoving, 3>() = at.F.by_turn;
+  F.topRightCorner<kMoving, 3>() = at.F.by_turn();
   F.bottomRightCorner<3, 3>().diagonal().setConstant(at.drift_left);
   return F;
 }
@@ -246,6 +248,12 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
     weight_.Step(NodeStep(at), G, drift);
   }
   weight_.End(Weight::State::Constant(kFloor * kFloor));
+}
+
+void SegmentModel::TakeWeight(const SegmentModel& other) {
+  CHECK_EQ(segment_.num_imu, other.segment_.num_imu) << "another segment";
+  weight_ = other.weight_;
+  weight_arm_ = other.weight_arm_;
 }
 
 void SegmentModel::Whiten(SegmentResidual* residual) const {

@@ -24,9 +24,12 @@ Eigen::MatrixXd SegmentModel::Respond(const SegmentPath& path, const RotorNode& 
       AddProduct(-1.0, DisturbanceFeedthrough(at.x), added.topRows<6>(), of_reading);
       row += 6;
     }
-    accelerations(step.t + 0.5 * step.dt, at.x, &added);
     MultiplyLeft(at.F.by_error.leftCols<kErrorRows>(), moved);
-    AddProduct(1.0, DisturbanceInput(at.x, step.dt), added.topRows<6>(), moved);
+    const double middle = step.t + 0.5 * step.dt;
+    accelerations(middle, at.x, &added);
+    AddProduct(1.0, at.F.by_first, added.topRows<6>(), moved);
+    accelerations(middle, at.F.middle, &added);
+    AddProduct(1.0, at.F.by_second, added.topRows<6>(), moved);
   }
   rows.middleRows<kErrorRows>(row) = -moved;
   rows.middleRows<3>(row) = AttitudeErrorSlope(path.end, next) * moved.topRows<3>();

@@ -230,10 +230,16 @@ RotorStepSlope StepWithSlope(const RotorAeroModel& model, const RotorInput& inpu
   slope.by_error.setZero();
   slope.by_error.leftCols<Model::kMovingErrors>() =
       OfError<Model::kMovingErrors>(attitude, ByError<kMovingStates>(start, by_state));
-  Eigen::Matrix<double, kMovingStates, 3> turned =
-      (0.5 * dt * dt) * second.by_state.middleCols<3>(Base::kRate);
-  turned.middleRows<3>(Base::kRate).diagonal().array() += dt;
-  slope.by_turn = OfError<3>(attitude, turned);
+  Eigen::Matrix<double, kMovingStates, 6> first_added =
+      (0.5 * dt * dt) * second.by_state.middleCols<6>(Base::kVelocity);
+  first_added.leftCols<3>() *= AttitudeOf(start);
+  slope.by_first = OfError<6>(attitude, first_added);
+  Eigen::Matrix<double, kMovingStates, 6> second_added =
+      Eigen::Matrix<double, kMovingStates, 6>::Zero();
+  second_added.block<3, 3>(Base::kVelocity, 0) = dt * AttitudeOf(middle);
+  second_added.block<3, 3>(Base::kRate, 3).diagonal().setConstant(dt);
+  slope.by_second = OfError<6>(attitude, second_added);
+  slope.middle = middle;
   for (const int state : columns.Constants(input)) {
     const int constant = state - Model::kMoving;
     Eigen::Matrix<double, kMovingStates, 1> moved = Eigen::Matrix<double, kMovingStates, 1>::Zero();

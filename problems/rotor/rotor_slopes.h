@@ -50,10 +50,17 @@ RotorReading ReadWithSlope(const RotorAeroModel& model, const RotorState& x,
                            const RotorInput& input, const Eigen::Vector3d& drift,
                            const SlopeColumns& columns = SlopeColumns::All());
 
-// d(moving error after a step) / d(error before it), and by an angular acceleration held over it.
+// d(moving error after a step) / d(error before it), and by what is added to the specific force and
+// the angular acceleration in body axes (6 numbers, as RotorMidpointStep's `disturbance`) at the
+// two states that the step evaluates them at. A rate that a known moment changes differs between
+// the two, and with it what goes with the rate.
 struct RotorStepSlope {
+  using ByAdded = Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 6>;
   RotorStepMatrix by_error;
-  Eigen::Matrix<double, RotorAeroModel::kMovingErrors, 3> by_turn;
+  ByAdded by_first, by_second;
+  RotorState middle;  // the second of the states; the first is the start
+  // By an angular acceleration that is held over the step.
+  auto by_turn() const { return by_first.rightCols<3>() + by_second.rightCols<3>(); }
 };
 // RotorMidpointStep of `x`.
 RotorStepSlope StepWithSlope(const RotorAeroModel& model, const RotorInput& input,

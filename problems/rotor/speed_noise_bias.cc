@@ -34,7 +34,7 @@ RotorBatchResult WithoutSpeedNoiseBias(const RotorAeroModel& model, const RotorD
   const auto fit = [&](const Eigen::MatrixXd& speeds, const RotorBatchOptions& how,
                        const RotorBatchResult& start) {
     trial.TakeSpeeds(SmoothSpeeds(data.speed_times, speeds, measured.model, kAgain));
-    return RunRotorBatch(model, trial, how, &start, &start);
+    return RunRotorBatch(model, trial, how, &start);
   };
   RotorBatchResult corrected = fit(measured.speeds, options, batch);
   RotorBatchOptions mean_only = options;
