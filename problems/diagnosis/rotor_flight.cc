@@ -237,8 +237,7 @@ bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
   const RotorWeights weights = weights_.By();
   const RotorNormal normal(setup_->model, *setup_->data, BatchOptions(), batch_,
-                           ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster,
-                           &weights);
+                           ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster, &weights);
   Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
   int at = constants();
   for (const Found& f : *found) {

@@ -123,8 +123,8 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   std::vector<Found> found_;
   std::shared_ptr<const RotorSetup> setup_;
   RotorBatchResult batch_;
-  Weights weights_;  // of `batch_`
-  RotorNoise fitted_noise_;   // of `batch_`
+  Weights weights_;          // of `batch_`
+  RotorNoise fitted_noise_;  // of `batch_`
   mutable std::optional<RotorNormal> normal_;
 };
 

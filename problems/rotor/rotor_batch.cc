@@ -70,9 +70,9 @@ class Batch {
     return Finished(std::move(result));
   }
 
-  // Solves from `start`, a solution nearby, with weights evaluated there, or by `weights` if that is
-  // not null. Where the model runs away from the flight, so that there are no weights, the cost is
-  // infinite and the rest that of `start`.
+  // Solves from `start`, a solution nearby, with weights evaluated there, or by `weights` if that
+  // is not null. Where the model runs away from the flight, so that there are no weights, the cost
+  // is infinite and the rest that of `start`.
   RotorBatchResult RunFrom(const RotorBatchResult& start, const RotorWeights* weights) {
     RotorBatchResult none = start;
     none.cost = std::numeric_limits<double>::infinity();
@@ -345,10 +345,9 @@ RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& flo
   if (turns && flown.motors) turned = flown;
   const RotorData& data = turned.motors ? turned : flown;
   RotorBatchResult result =
-      turned.motors ? SolveTurningMotors(model, &turned, options, start, weights)
-      : start != nullptr
-          ? Batch(model, data, options).RunFrom(*start, weights)
-          : Batch(model, data, options).Run();
+      turned.motors      ? SolveTurningMotors(model, &turned, options, start, weights)
+      : start != nullptr ? Batch(model, data, options).RunFrom(*start, weights)
+                         : Batch(model, data, options).Run();
   if (!options.widen || !options.covariance || !std::isfinite(result.cost)) return result;
   result.Widen(WideningFactors(model, data, options, result));
   return result;

@@ -57,7 +57,8 @@ struct RotorBatchResult {
 };
 
 // What the weights of a solve are evaluated by: a model of the vehicle, and a solution. A cause's
-// size changes the model, so where costs of several sizes are compared, one model gives the weights.
+// size changes the model, so where costs of several sizes are compared, one model gives the
+// weights.
 struct RotorWeights {
   const RotorAeroModel& model;
   const RotorData& data;
@@ -65,11 +66,11 @@ struct RotorWeights {
 };
 
 // `start`: a solution nearby to start from, or null; weights are evaluated by `weights`, or by the
-// model at the start if that is null. Where the motors' unknowns are free, rotor speeds are recomputed from the
-// commands as these unknowns change. A model that runs away from the flight between two poses has
-// no weights: from a start its cost is then infinite. Throws InputError for such a model without a
-// start, for an unphysical prior (mass or inertia), a prior that frees only some of I_x, I_y,
-// I_z, or one that frees the motors' unknowns of a log without commands.
+// model at the start if that is null. Where the motors' unknowns are free, rotor speeds are
+// recomputed from the commands as these unknowns change. A model that runs away from the flight
+// between two poses has no weights: from a start its cost is then infinite. Throws InputError for
+// such a model without a start, for an unphysical prior (mass or inertia), a prior that frees only
+// some of I_x, I_y, I_z, or one that frees the motors' unknowns of a log without commands.
 RotorBatchResult RunRotorBatch(const RotorAeroModel& model, const RotorData& data,
                                const RotorBatchOptions& options,
                                const RotorBatchResult* start = nullptr,

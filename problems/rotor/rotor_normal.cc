@@ -233,8 +233,7 @@ namespace {
 
 ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
                         const RotorBatchOptions& options, const RotorBatchResult& batch,
-                        const RotorColumns& columns, double cluster,
-                        const RotorWeights* weights) {
+                        const RotorColumns& columns, double cluster, const RotorWeights* weights) {
   std::vector<SegmentModel> segments = weights != nullptr
                                            ? WeighedSegments(model, data, options, *weights)
                                            : MakeSegments(model, data, options);
@@ -250,8 +249,7 @@ ReducedSystem Linearise(const RotorAeroModel& model, const RotorData& data,
 
 RotorNormal::RotorNormal(const RotorAeroModel& model, const RotorData& data,
                          const RotorBatchOptions& options, const RotorBatchResult& batch,
-                         const RotorColumns& columns, double cluster,
-                         const RotorWeights* weights)
+                         const RotorColumns& columns, double cluster, const RotorWeights* weights)
     : RotorNormal(Linearise(model, data, options, batch, columns, cluster, weights),
                   options.prior) {}
 
