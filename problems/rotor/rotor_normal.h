@@ -42,13 +42,13 @@ BorderedChain<kNodeErrors> WeighedChain(const RotorData& data, const RotorBatchO
                                         const std::vector<RotorNode>& nodes,
                                         const RotorConstants& constants,
                                         const RotorColumns& columns, double cluster);
-// False if the model ran away from the flight where the weights were evaluated
-// (SegmentWeight::IsRegular).
-bool HaveWeights(const std::vector<SegmentModel>& segments);
 // Segments of `model` that whiten by `weights`.
 std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const RotorData& data,
                                           const RotorBatchOptions& options,
                                           const RotorWeights& weights);
+// False if the model ran away from the flight where the weights were evaluated
+// (SegmentWeight::IsRegular).
+bool HaveWeights(const std::vector<SegmentModel>& segments);
 // The same for weights evaluated at this solution.
 bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
                   const RotorBatchOptions& options, const RotorBatchResult& batch);
