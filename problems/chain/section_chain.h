@@ -31,6 +31,11 @@ class SectionChain {
         squares_(width_) {}
 
   int width() const { return width_; }
+  // For that many unknowns: a vector that grows copies the factors of an hour's flight.
+  void Reserve(std::size_t unknowns) {
+    factors_.reserve(unknowns * width_);
+    damping_.reserve(unknowns);
+  }
 
   // Starts a new linearisation. A finite `radius` damps as Ceres' Levenberg-Marquardt does: by the
   // Hessian's diagonal over the radius. The least diagonal counts in units that the first damped

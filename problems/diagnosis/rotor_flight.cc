@@ -117,8 +117,8 @@ RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const Rotor
       learn_noise_(learn_noise),
       lagged_(other.lagged_) {
   options_.noise = noise;
-  weights_ = {nullptr, other.batch_};
-  Solve({}, &weights_.at);
+  Solve({}, &other.batch_, nullptr);
+  weights_ = {setup_, other.batch_};
   if (!std::isfinite(batch_.cost) || !Reweigh({})) SolveFromPrior({});
 }
 
@@ -171,32 +171,26 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
 }
 
 void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start,
-                              double negligible) {
+                              const RotorWeights* weights, double negligible) {
   found_ = found;
   fitted_noise_ = options_.noise;
   setup_ = std::make_shared<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
-  const bool own = start != nullptr && weights_.setup == nullptr;
-  if (own) weights_.setup = setup_;
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
   options.negligible = negligible;
-  const bool held = start != nullptr && !own;
-  const std::optional<RotorWeights> by =
-      held ? std::optional<RotorWeights>(weights_.By()) : std::nullopt;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, held ? &*by : nullptr);
+  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, weights);
   normal_.reset();
 }
 
 bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
   const RotorBatchResult solved = batch_;
-  const Weights weights = std::exchange(weights_, {nullptr, batch_});
-  Solve(found, &solved);
+  Solve(found, &solved, nullptr);
   if (std::isfinite(batch_.cost) &&
       HasWeightsAt(setup_->model, *setup_->data, BatchOptions(), batch_)) {
+    weights_ = {setup_, solved};
     return true;
   }
   batch_ = solved;
-  weights_ = weights;
   return false;
 }
 
@@ -213,7 +207,7 @@ void RotorDrivenFlight::ReweighOrShorten(const Regular& regular, std::vector<Fou
 }
 
 void RotorDrivenFlight::SolveFromPrior(const std::vector<Found>& found) {
-  Solve(found, nullptr);
+  Solve(found, nullptr, nullptr);
   if (!Reweigh(found)) throw RunsAway();
 }
 
@@ -279,16 +273,17 @@ std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
   const RotorBatchResult start = batch_;
+  const RotorWeights weights = weights_.By();
   const double most = start.cost + kIncrease;
-  Solve(*found, &start, kRough);
+  Solve(*found, &start, &weights, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
   for (int k = 0; k < kHalvings && batch_.cost > most; ++k) {
     *found = Halfway(*found, before);
-    Solve(*found, &start, kRough);
+    Solve(*found, &start, &weights, kRough);
   }
   if (batch_.cost <= most) return true;
   *found = before;
-  Solve(before, &start, kRough);
+  Solve(before, &start, &weights, kRough);
   return false;
 }
 

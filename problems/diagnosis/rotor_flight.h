@@ -58,17 +58,17 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same flight without causes, solved from the solution of `other`; `noise` is known.
   RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
 
-  // Solves with the causes held at their values, from `start`, with weights evaluated by
-  // `weights_`; from the prior if `start` is null. `negligible`: as RotorBatchOptions'.
+  // Solves with the causes held at their values, from `start` and by `weights`, as RunRotorBatch.
+  // `negligible`: as RotorBatchOptions'.
   void Solve(const std::vector<Found>& found, const RotorBatchResult* start,
-             double negligible = RotorBatchOptions().negligible);
+             const RotorWeights* weights, double negligible = RotorBatchOptions().negligible);
   // The same from the prior, weights evaluated at its solution. Throws InputError if the model runs
   // away from the flight.
   void SolveFromPrior(const std::vector<Found>& found);
   // The same from the last solution, with weights evaluated there. False if the model runs away
   // from the flight, there or at the new solution: solution and weights are then those before.
   bool Reweigh(const std::vector<Found>& found);
-  // The model and the solution that weights are evaluated by; no model: that of the next Solve.
+  // The model and the solution that weights are evaluated by.
   struct Weights {
     std::shared_ptr<const RotorSetup> setup;
     RotorBatchResult at;

@@ -37,6 +37,20 @@ double FTail(double x, double d1, double d2) {
   return x <= 0.0 ? 1.0 : bm::ibeta(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * x), Quiet());
 }
 
+double TailWithUncertainSigma(double times, double ratio, double dof, double spread) {
+  constexpr double kStep = 0.02, kMost = 10.0;  // of log r
+  double sum = 0.0, weights = 0.0;
+  const double likeliest = std::max(0.0, 0.5 * std::log(ratio));
+  for (double u = 0.0; u < kMost; u += kStep) {
+    const double log_weight = -0.5 * u * u / (spread * spread) - dof * (u - likeliest) -
+                              0.5 * dof * ratio * std::exp(-2.0 * u);
+    const double weight = std::exp(log_weight);
+    sum += weight * std::erfc(times * std::exp(-u) / std::sqrt(2.0));
+    weights += weight;
+  }
+  return weights > 0.0 ? sum / weights : 1.0;
+}
+
 double ChiSquareCritical(double p, double dof) {
   return 2.0 * bm::gamma_q_inv(0.5 * dof, p, Quiet());
 }

@@ -9,6 +9,12 @@ double ChiSquareTail(double x, double dof);
 // P(X > x) of Fisher's F with (d1, d2) degrees of freedom.
 double FTail(double x, double d1, double d2);
 
+// P(|X| > x) of a normal X whose sigma is r >= 1 times s, where x = `times` s. r^2 was measured as
+// `ratio` with `dof` degrees of freedom; before that, log r is half normal with scale `spread`. An
+// infinite spread gives the tail of Student's t, but for r >= 1. With few degrees of freedom that
+// tail is heavy, since it counts an r of any size as likely; the prior says which r occur.
+double TailWithUncertainSigma(double times, double ratio, double dof, double spread);
+
 // The value that chi-square with `dof` (F with d1, d2) exceeds with probability p.
 double ChiSquareCritical(double p, double dof);
 double FCritical(double p, double d1, double d2);

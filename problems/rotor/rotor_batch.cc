@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "problems/chain/bounded_step.h"
+#include "problems/chain/corrected_step.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
@@ -107,34 +108,46 @@ class Batch {
   }
 
   double Linearise() {
+    constexpr double kDescent = 0.5;  // least slope of a corrected step, of the proposed one's
     start_ = at_;
     HoldFlat();
-    const RotorConstants constants = FromChart(at_.chart);
     const BorderedChain<kNodeErrors> chain = Linear();
-    const ReducedSystem::Prior prior = BorderPrior(options_.prior, constants, 0);
+    const ReducedSystem::Prior prior = BorderPrior(options_.prior, FromChart(at_.chart), 0);
     const ReducedSystem reduced = chain.Reduced(prior);
     const std::vector<int> free = options_.prior.Free();
     // d(constants in prior sigmas) / d(their chart).
     const Eigen::MatrixXd by_chart =
         Eigen::VectorXd(options_.prior.sigma(free)).cwiseInverse().asDiagonal() *
         Eigen::MatrixXd(ChartJacobian(at_.chart)(free, free));
+    const Eigen::MatrixXd M = by_chart.transpose() * reduced.M() * by_chart;
+    const Eigen::VectorXd b = by_chart.transpose() * reduced.b();
     gradient_.setZero();
-    gradient_(free) = by_chart.transpose() * reduced.b();
-    const Eigen::VectorXd step = LimitedStep(by_chart.transpose() * reduced.M() * by_chart,
-                                             by_chart.transpose() * reduced.b());
-    chart_step_.setZero();
-    chart_step_(free) = step;
+    gradient_(free) = b;
+    const auto slope_to = [&](const ChainStep& step) {
+      const Eigen::VectorXd border = by_chart * step.border;
+      return chain.SlopeTo(step.nodes, border) + prior.error.dot(border);
+    };
+    step_ = {LimitedStep(M, b), {}};
     Eigen::VectorXd border(reduced.border() + 1);
-    border << by_chart * step, 1.0;
-    node_steps_ = chain.NodesAt(border);
-    return chain.SlopeTo(node_steps_, border) + prior.error.dot(border.head(reduced.border()));
+    border << by_chart * step_.border, 1.0;
+    step_.nodes = chain.NodesAt(border);
+    const double slope = slope_to(step_);
+    const std::optional<ChainStep> corrected = corrector_.Correct(M, step_);
+    if (!corrected) return slope;
+    const double of_corrected = slope_to(*corrected);
+    if (of_corrected > kDescent * slope) return slope;
+    corrector_.Takes(*corrected);
+    step_ = *corrected;
+    return of_corrected;
   }
 
   bool Try(double part, double* cost) {
-    const RotorConstants step = part * chart_step_;
+    RotorConstants step = RotorConstants::Zero();
+    step(options_.prior.Free()) = part * step_.border;
+    corrector_.Took(part);
     at_.chart = flat_.empty() ? MovedInChart(start_.chart, step) : start_.chart + step;
     for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
-      at_.nodes[i] = Plus(start_.nodes[i], RotorNodeError(part * node_steps_[i]));
+      at_.nodes[i] = Plus(start_.nodes[i], RotorNodeError(part * step_.nodes[i]));
     }
     const RotorConstants constants = FromChart(at_.chart);
     if (!constants.allFinite()) return false;
@@ -236,11 +249,11 @@ class Batch {
     flat_.clear();
     freed_ = false;
     do {
+      corrector_.Forget();
       const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
       result->converged = solved.converged;
       result->iterations += solved.iterations;
       result->cost = solved.cost;
-      result->log_weights = log_weights_;
     } while (FreeFlat());
     result->residuals = static_cast<int>(options_.prior.Free().size()) + 3;  // priors
     for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
@@ -253,12 +266,9 @@ class Batch {
   BorderedChain<kNodeErrors> Linear() {
     const RotorConstants constants = FromChart(at_.chart);
     std::optional<Weighed> weighed = std::exchange(weighed_, std::nullopt);
-    BorderedChain<kNodeErrors> chain =
-        weighed && weighed->constants == constants && weighed->nodes == at_.nodes
-            ? std::move(weighed->chain)
-            : LinearChain(data_, options_, segments_, at_.nodes, constants, {}, INFINITY);
-    log_weights_ = chain.log_weights();
-    return chain;
+    return weighed && weighed->constants == constants && weighed->nodes == at_.nodes
+               ? std::move(weighed->chain)
+               : LinearChain(data_, options_, segments_, at_.nodes, constants, {}, INFINITY);
   }
 
   // Covariance of the constants, and the determinants' part of the log evidence where asked for.
@@ -277,13 +287,12 @@ class Batch {
   std::vector<SegmentModel> segments_;
   std::optional<Weighed> weighed_;  // the chain where the weights were evaluated
   Point at_, start_;                // start: of the step
-  RotorConstants chart_step_;
+  ChainStep step_;                  // its border: the free constants' chart
+  StepCorrector corrector_;
   RotorConstants gradient_;  // of the cost by the chart, nodes at their best
   std::set<int> flat_;       // held second moments of the chart
   bool freed_ = false;
   double negligible_;  // of the cost
-  double log_weights_ = 0.0;
-  std::vector<Eigen::MatrixXd> node_steps_;
 };
 
 // Rotor speeds from commands are linearised in the motors' unknowns at the values that `data`

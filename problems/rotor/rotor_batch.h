@@ -43,7 +43,6 @@ struct RotorBatchResult {
   bool converged = false;
   int iterations = 0;
   double cost = 0.0;          // half the sum of squared whitened residuals
-  double log_weights = 0.0;   // log determinant of what whitens them
   double log_evidence = 0.0;  // Laplace's approximation, up to a constant that depends on the data
                               // only
   int residuals = 0;

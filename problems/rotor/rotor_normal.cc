@@ -184,16 +184,28 @@ std::vector<SegmentModel> MakeSegments(const RotorAeroModel& model, const RotorD
   return segments;
 }
 
+namespace {
+
+// Segments whose weights are evaluated at that solution.
+std::vector<SegmentModel> SegmentsWeighedAt(const RotorAeroModel& model, const RotorData& data,
+                                            const RotorBatchOptions& options,
+                                            const RotorBatchResult& at) {
+  std::vector<SegmentModel> segments = MakeSegments(model, data, options);
+  const RotorConstants constants = options.prior.WithKnown(at.mean);
+  ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow,
+               [&](int i) { segments[i].SetWeight(segments[i].Follow(at.nodes[i], constants)); });
+  return segments;
+}
+
+}  // namespace
+
 std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const RotorData& data,
                                           const RotorBatchOptions& options,
                                           const RotorWeights& weights) {
   std::vector<SegmentModel> segments = MakeSegments(model, data, options);
-  std::vector<SegmentModel> give = MakeSegments(weights.model, weights.data, options);
-  const RotorConstants constants = options.prior.WithKnown(weights.at.mean);
-  ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow, [&](int i) {
-    give[i].SetWeight(give[i].Follow(weights.at.nodes[i], constants));
-    segments[i].TakeWeight(give[i]);
-  });
+  const std::vector<SegmentModel> weighed =
+      SegmentsWeighedAt(weights.model, weights.data, options, weights.at);
+  for (std::size_t i = 0; i < segments.size(); ++i) segments[i].TakeWeight(weighed[i]);
   return segments;
 }
 
@@ -204,7 +216,7 @@ bool HaveWeights(const std::vector<SegmentModel>& segments) {
 
 bool HasWeightsAt(const RotorAeroModel& model, const RotorData& data,
                   const RotorBatchOptions& options, const RotorBatchResult& batch) {
-  return HaveWeights(WeighedSegments(model, data, options, {model, data, batch}));
+  return HaveWeights(SegmentsWeighedAt(model, data, options, batch));
 }
 
 int ClusterCount(const RotorData& data, double cluster) {

@@ -37,7 +37,8 @@ class FlightProblem {
 
   // Initialises from the fixes and the priors' means, or from another problem with the same knots.
   void SetStart();
-  void StartFrom(const FlightProblem& other) { chain_.StartFrom(other.chain_); }
+  void StartFrom(const SegmentChain::Unknowns& x) { chain_.StartFrom(x); }
+  const SegmentChain::Unknowns& unknowns() const { return chain_.unknowns(); }
 
   ceres::Solver::Summary Solve();
 

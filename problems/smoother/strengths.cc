@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "problems/common/error.h"
 #include "problems/smoother/evidence_maximum.h"
@@ -76,17 +77,15 @@ class Evidence {
     options.vgd = With(z);
     std::vector<std::unique_ptr<FlightData>> made;
     const auto shares = WithLatency(flights_, options_.vgd, options.vgd, &made);
-    auto problem = std::make_unique<FlightProblem>(shares, options);
+    FlightProblem problem(shares, options);
     if (last_) {
-      problem->StartFrom(*last_);
+      problem.StartFrom(*last_);
     } else {
-      problem->SetStart();
+      problem.SetStart();
     }
-    problem->Solve();
-    const double log_evidence = problem->LogEvidence();
-    last_ = std::move(problem);
-    last_flights_ = std::move(made);
-    return log_prior + log_evidence;
+    problem.Solve();
+    last_ = problem.unknowns();
+    return log_prior + problem.LogEvidence();
   }
 
   // The flights driven by an attitude of another latency; `made` owns them.
@@ -134,8 +133,7 @@ class Evidence {
   std::vector<FlightShare> flights_;
   FlightProblemOptions options_;
   std::vector<Unknown> unknowns_;
-  std::vector<std::unique_ptr<FlightData>> last_flights_;  // outlive last_
-  std::unique_ptr<FlightProblem> last_;
+  std::optional<SegmentChain::Unknowns> last_;
 };
 
 }  // namespace

@@ -159,10 +159,11 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
         ShownDrag(problem_options, means, NamesOf(*problem, options.detector).sigma);
   }
   if (!problem_options.drag_shows[0] || !problem_options.drag_shows[1]) {
-    auto without = std::make_unique<FlightProblem>(shares, problem_options);
-    without->StartFrom(*problem);
-    summary = without->Solve();
-    problem = std::move(without);
+    const SegmentChain::Unknowns start = problem->unknowns();
+    problem.reset();  // an hour's problem takes 300 MB
+    problem = std::make_unique<FlightProblem>(shares, problem_options);
+    problem->StartFrom(start);
+    summary = problem->Solve();
     const auto notes = DragNotes(means.drag_errors, problem_options.drag_shows);
     result.notes.insert(result.notes.end(), notes.begin(), notes.end());
     means = problem->MeanUnknowns();

@@ -256,6 +256,8 @@ double SegmentChain::Cost() const {
 SegmentChain::Normal& SegmentChain::normal() {
   if (normal_) return *normal_;
   normal_.emplace(border_size_, local_size_);
+  normal_->Reserve(size() * kNodeSize + x_.theta.size() * (kThetaSize + local_size_) +
+                   border_size_);
   segment_of_.assign(size() + x_.theta.size(), -1);
   for (std::size_t s = 0; s < size(); ++s) segment_of_[BlockOf(s)] = static_cast<int>(s);
   return *normal_;

@@ -28,6 +28,13 @@ class SegmentChain : private ceres::EvaluationCallback {
   using Normal = SectionChain<kNodeSize, kThetaSize>;
   using Columns = Normal::Columns;
   static constexpr int kMostBorder = kOffsetSize;
+  struct Unknowns {
+    std::deque<ThetaVector> theta;  // terms point into all three
+    std::deque<NodeVector> nodes;   // by segment
+    std::deque<Eigen::Matrix<double, kMostBorder, 1>> border;
+
+    bool operator==(const Unknowns&) const = default;
+  };
 
   // Uses the options' priors (scaling), process, loss and whitening.
   explicit SegmentChain(const VgdOptions& options);
@@ -90,8 +97,9 @@ class SegmentChain : private ceres::EvaluationCallback {
   auto state(std::size_t s) const { return x_.nodes[s].segment<kStateSize>(kStateAt); }
   // Sets position and velocity; drift and gust return to zero.
   void SetState(std::size_t s, const Eigen::Vector3d& p, const Eigen::Vector3d& v);
-  // Takes all unknowns of a chain with the same segments and border.
-  void StartFrom(const SegmentChain& other) { x_ = other.x_; }
+  const Unknowns& unknowns() const { return x_; }
+  // `x`: of a chain with the same segments and border.
+  void StartFrom(const Unknowns& x) { x_ = x; }
 
   void AddLogWeights(double sum) { log_weights_ += sum; }
 
@@ -152,13 +160,6 @@ class SegmentChain : private ceres::EvaluationCallback {
     Term::Block block;
     std::size_t section;  // of a local one
     bool local;
-  };
-  struct Unknowns {
-    std::deque<ThetaVector> theta;  // terms point into all three
-    std::deque<NodeVector> nodes;   // by segment
-    std::deque<Eigen::Matrix<double, kMostBorder, 1>> border;
-
-    bool operator==(const Unknowns&) const = default;
   };
   class Minimiser;
 

@@ -34,5 +34,32 @@ TEST(Distributions, NonCentralityGivesThePower) {
   EXPECT_NEAR(found / double(kDraws), 0.95, 0.015);
 }
 
+TEST(Distributions, UncertainSigmaIsStudentsWithoutAPriorAndNormalWithASharpOne) {
+  constexpr double kRatio = 100.0, kDof = 6.0, kTimes = 55.0;
+  const double student = FTail(kTimes * kTimes / kRatio, 1, kDof);
+  EXPECT_NEAR(TailWithUncertainSigma(kTimes, kRatio, kDof, 1e3) / student, 1.0, 0.01);
+  EXPECT_NEAR(TailWithUncertainSigma(3.0, 1.0, 2.0, 1e-3), ChiSquareTail(9.0, 1), 1e-5);
+  EXPECT_LT(TailWithUncertainSigma(100.0, 1.0, 2.0, std::log(3.0)), 1e-6);
+  EXPECT_GT(FTail(100.0 * 100.0, 1, 2.0), 5e-5);  // what few degrees of freedom say alone
+}
+
+// Chances are frequencies where the sigma is drawn from the prior.
+TEST(Distributions, UncertainSigmaHasTheRightChance) {
+  constexpr double kSpread = 1.1;
+  constexpr int kDraws = 20000;
+  for (const int dof : {1, 3, 8}) {
+    Random random(1, "scatter");
+    int below = 0;
+    for (int i = 0; i < kDraws; ++i) {
+      const double r = std::exp(kSpread * std::abs(random.Normal()));
+      double squares = 0.0;
+      for (int k = 0; k < dof; ++k) squares += std::pow(r * random.Normal(), 2);
+      const double times = std::abs(r * random.Normal());
+      below += TailWithUncertainSigma(times, squares / dof, dof, kSpread) < 0.02;
+    }
+    EXPECT_NEAR(below, 0.02 * kDraws, 60) << dof;  // three sigma
+  }
+}
+
 }  // namespace
 }  // namespace trueline
