@@ -43,6 +43,7 @@ struct TestedOpenTerm {
   double own = 1.0;      // share of its information that the constants do not imitate
   double sharing = 1.0;  // clusters that share the information
   double p = 1.0;
+  double sigma = 0.0;  // of test.value; with few clusters larger than test.sigma
 
   double gain() const { return std::min(test.gain, test.chi2_cluster); }
   // Each half predicts the other one better.
@@ -57,8 +58,9 @@ struct TestedOpenTerm {
   // kSpread says how large it may be.
   void Judge() {
     const double ratio = test.cov_cluster(0, 0) / test.cov_model(0, 0);
-    p = std::max(test.p(), TailWithUncertainSigma(std::sqrt(test.chi2), ratio,
-                                                  std::max(0.0, sharing - 1.0), kSpread));
+    const UncertainSigma scatter(ratio, std::max(0.0, sharing - 1.0), kSpread);
+    p = std::max(test.p(), scatter.Tail(std::sqrt(test.chi2)));
+    sigma = test.sigma[0] * scatter.Factor() / std::max(1.0, std::sqrt(ratio));
   }
 };
 
@@ -193,7 +195,7 @@ class OpenSearch {
     std::vector<TermSize> sizes;
     sizes.reserve(tested.size());
     for (const TestedOpenTerm& t : tested) {
-      sizes.push_back({t.term.Name(), t.term.Unit(), {t.test.value[0], t.test.sigma[0]}, t.p});
+      sizes.push_back({t.term.Name(), t.term.Unit(), {t.test.value[0], t.sigma}, t.p});
     }
     return sizes;
   }
@@ -260,7 +262,7 @@ class OpenSearch {
                           const std::vector<TestedOpenTerm>& tested) const {
     const int count = static_cast<int>(terms_.size());
     DescribedTerm described{best.term,
-                            {best.test.value[0], best.test.sigma[0]},
+                            {best.test.value[0], best.sigma},
                             std::min(1.0, best.p * count),
                             count,
                             best.halves};
@@ -335,7 +337,7 @@ class OpenSearch {
       half.sigma *= fit->found[k].unit[0];
     }
     DescribedTerm& of = *InModel(k, described);
-    of.size = {found_[k].value[0], t.test.sigma[0]};
+    of.size = {found_[k].value[0], t.sigma};
     of.halves = t.halves;
     return t.p < each_ && t.Repeats();
   }

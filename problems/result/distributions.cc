@@ -37,18 +37,32 @@ double FTail(double x, double d1, double d2) {
   return x <= 0.0 ? 1.0 : bm::ibeta(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * x), Quiet());
 }
 
-double TailWithUncertainSigma(double times, double ratio, double dof, double spread) {
+UncertainSigma::UncertainSigma(double ratio, double dof, double spread) {
   constexpr double kStep = 0.02, kMost = 10.0;  // of log r
-  double sum = 0.0, weights = 0.0;
   const double likeliest = std::max(0.0, 0.5 * std::log(ratio));
+  double sum = 0.0;
   for (double u = 0.0; u < kMost; u += kStep) {
     const double log_weight = -0.5 * u * u / (spread * spread) - dof * (u - likeliest) -
                               0.5 * dof * ratio * std::exp(-2.0 * u);
-    const double weight = std::exp(log_weight);
-    sum += weight * std::erfc(times * std::exp(-u) / std::sqrt(2.0));
-    weights += weight;
+    r_.push_back(std::exp(u));
+    weight_.push_back(std::exp(log_weight));
+    sum += weight_.back();
   }
-  return weights > 0.0 ? sum / weights : 1.0;
+  for (double& weight : weight_) weight /= sum;
+}
+
+double UncertainSigma::Tail(double times) const {
+  double tail = 0.0;
+  for (std::size_t i = 0; i < r_.size(); ++i) {
+    tail += weight_[i] * std::erfc(times / (r_[i] * std::sqrt(2.0)));
+  }
+  return tail;
+}
+
+double UncertainSigma::Factor() const {
+  double square = 0.0;
+  for (std::size_t i = 0; i < r_.size(); ++i) square += weight_[i] * r_[i] * r_[i];
+  return std::sqrt(square);
 }
 
 double ChiSquareCritical(double p, double dof) {

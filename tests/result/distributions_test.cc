@@ -37,16 +37,22 @@ TEST(Distributions, NonCentralityGivesThePower) {
 TEST(Distributions, UncertainSigmaIsStudentsWithoutAPriorAndNormalWithASharpOne) {
   constexpr double kRatio = 100.0, kDof = 6.0, kTimes = 55.0;
   const double student = FTail(kTimes * kTimes / kRatio, 1, kDof);
-  EXPECT_NEAR(TailWithUncertainSigma(kTimes, kRatio, kDof, 1e3) / student, 1.0, 0.01);
-  EXPECT_NEAR(TailWithUncertainSigma(3.0, 1.0, 2.0, 1e-3), ChiSquareTail(9.0, 1), 1e-5);
-  EXPECT_LT(TailWithUncertainSigma(100.0, 1.0, 2.0, std::log(3.0)), 1e-6);
+  EXPECT_NEAR(UncertainSigma(kRatio, kDof, 1e3).Tail(kTimes) / student, 1.0, 0.01);
+  EXPECT_NEAR(UncertainSigma(1.0, 2.0, 1e-3).Tail(3.0), ChiSquareTail(9.0, 1), 1e-5);
+  EXPECT_LT(UncertainSigma(1.0, 2.0, std::log(3.0)).Tail(100.0), 1e-6);
   EXPECT_GT(FTail(100.0 * 100.0, 1, 2.0), 5e-5);  // what few degrees of freedom say alone
+}
+
+TEST(Distributions, UncertainSigmaIsTheMeasuredOneWithManyDegreesOfFreedom) {
+  EXPECT_NEAR(UncertainSigma(9.0, 1000.0, 1.0).Factor(), 3.0, 0.02);
+  EXPECT_NEAR(UncertainSigma(0.5, 1000.0, 1.0).Factor(), 1.0, 0.02);
+  EXPECT_GT(UncertainSigma(0.5, 2.0, 0.7).Factor(), 1.2);
 }
 
 // Chances are frequencies where the sigma is drawn from the prior.
 TEST(Distributions, UncertainSigmaHasTheRightChance) {
   constexpr double kSpread = 1.1;
-  constexpr int kDraws = 20000;
+  constexpr int kDraws = 5000;
   for (const int dof : {1, 3, 8}) {
     Random random(1, "scatter");
     int below = 0;
@@ -55,9 +61,9 @@ TEST(Distributions, UncertainSigmaHasTheRightChance) {
       double squares = 0.0;
       for (int k = 0; k < dof; ++k) squares += std::pow(r * random.Normal(), 2);
       const double times = std::abs(r * random.Normal());
-      below += TailWithUncertainSigma(times, squares / dof, dof, kSpread) < 0.02;
+      below += UncertainSigma(squares / dof, dof, kSpread).Tail(times) < 0.02;
     }
-    EXPECT_NEAR(below, 0.02 * kDraws, 60) << dof;  // three sigma
+    EXPECT_NEAR(below, 0.02 * kDraws, 30) << dof;  // three sigma
   }
 }
 
