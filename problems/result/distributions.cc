@@ -38,10 +38,12 @@ double FTail(double x, double d1, double d2) {
 }
 
 UncertainSigma::UncertainSigma(double ratio, double dof, double spread) {
-  constexpr double kStep = 0.02, kMost = 10.0;  // of log r
+  constexpr double kStep = 0.02;  // of log r
+  constexpr int kSteps = 500;
   const double likeliest = std::max(0.0, 0.5 * std::log(ratio));
   double sum = 0.0;
-  for (double u = 0.0; u < kMost; u += kStep) {
+  for (int i = 0; i < kSteps; ++i) {
+    const double u = i * kStep;
     const double log_weight = -0.5 * u * u / (spread * spread) - dof * (u - likeliest) -
                               0.5 * dof * ratio * std::exp(-2.0 * u);
     r_.push_back(std::exp(u));
