@@ -205,7 +205,8 @@ std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const Rot
   std::vector<SegmentModel> segments = MakeSegments(model, data, options);
   const std::vector<SegmentModel> weighed =
       SegmentsWeighedAt(weights.model, weights.data, options, weights.at);
-  for (std::size_t i = 0; i < segments.size(); ++i) segments[i].TakeWeight(weighed[i]);
+  ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow,
+               [&](int i) { segments[i].TakeWeight(weighed[i]); });
   return segments;
 }
 
