@@ -73,7 +73,8 @@ SimulationProgress ShowProgress(double duration) {
   };
 }
 
-// The old truth leaves before the new log comes: a log never stands beside the truth of another.
+// If the run is killed, a log must not stand beside the truth of another: the old truth file is
+// removed before the new log is in place.
 void Store(const FlightLog& log, const std::string& truth, ResultFolder* out) {
   WriteNativeLog(log, out->path());
   AtomicFile truth_file(TruthPath(FLAGS_out));

@@ -32,6 +32,9 @@ Matrix3<T> RotationFromEuler(const Vector3<T>& Phi_A_B) {
   return R_B_A;
 }
 
+// psi of R_E_B, rad: the direction of x_B over the ground.
+inline double Heading(const Eigen::Matrix3d& R_E_B) { return std::atan2(R_E_B(1, 0), R_E_B(0, 0)); }
+
 // q_A_B from Phi_A_B: the Hamilton quaternion that takes a vector in B to A, i.e. the transpose of
 // RotationFromEuler.
 template <typename T>

@@ -68,10 +68,10 @@ bool Hovers(const EstimatorRun& run) {
 // ellipses that a model with every second end inside would reach it with a chance below this. Five
 // of five arcs do, three of five or five of six do not. Errors of successive arcs, divided by their
 // sigmas, are not correlated (0.00 over 912 arcs of simulated flights), so arcs count singly.
-constexpr double kLucky = 0.05;
+constexpr double kChanceOfCount = 0.05;
 
 bool MayBeLucky(const ArcSummary& arcs) {
-  return 1.0 - BinomialCdf(arcs.inside_95 - 1, arcs.error.count, 0.5) > kLucky;
+  return 1.0 - BinomialCdf(arcs.inside_95 - 1, arcs.error.count, 0.5) > kChanceOfCount;
 }
 
 void JudgeArcs(const EstimatorRun& run, Verdict* verdict) {
@@ -311,7 +311,7 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
-std::string Disbelief(const Conflict& c) {
+std::string ConflictText(const Conflict& c) {
   return fmt::format(
       "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
       "{:.2g}: the model's constants are not used as a prior",
@@ -331,7 +331,7 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});
   for (const Conflict& conflict : conflicts) {
-    calibration.warnings.push_back(Disbelief(conflict));
+    calibration.warnings.push_back(ConflictText(conflict));
   }
   return calibration;
 }

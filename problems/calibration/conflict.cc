@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "problems/calibration/estimators.h"
+
 namespace trueline {
 namespace {
 
@@ -25,15 +27,19 @@ struct Pooled {
   Normal Sum() const { return {weighted / precision, 1.0 / precision}; }
 };
 
-// The estimate without its prior: precisions of prior and data add up.
+// The estimate without its prior. The estimate is the mean of data and prior, weighted by the
+// precisions of the noise model. What widened its sigma beyond that belongs to the data.
 void AddWithoutPrior(const ParameterEstimate& estimate, const ParameterPrior& prior, Pooled* data) {
-  const double P = prior.sigma * prior.sigma, C = estimate.sigma * estimate.sigma;
+  const double model_sigma = estimate.model_sigma > 0.0 ? estimate.model_sigma : estimate.sigma;
+  const double P = prior.sigma * prior.sigma, C = model_sigma * model_sigma;
   if (!(C < kShows * P)) return;
-  const double precision = 1.0 / C - 1.0 / P;
-  data->Add({(estimate.value / C - prior.mean / P) / precision, 1.0 / precision});
+  const double share = 1.0 - C / P;  // of the data
+  const double more = std::max(0.0, estimate.sigma * estimate.sigma - C);
+  data->Add(
+      {prior.mean + (estimate.value - prior.mean) / share, C / share + more / (share * share)});
 }
 
-// What windows that share no pass show of one parameter; none if they show nothing.
+// What windows that share no data show of one parameter; none if they show nothing.
 std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const ParameterPrior& prior) {
   Pooled data;
   for (std::size_t k = run.windows.size(); k > 0;) {
@@ -41,6 +47,7 @@ std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const Para
     for (const ParameterEstimate& estimate : window.parameters) {
       if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, &data);
     }
+    if (FindEstimator(run.estimator).carries_past) break;
     k -= std::min(k, static_cast<std::size_t>(std::max(1, window.gamma)));
   }
   if (data.precision <= 0.0) return std::nullopt;

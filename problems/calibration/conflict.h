@@ -19,7 +19,7 @@ struct Conflict {
   double other, other_sigma;  // what the flight alone shows
 };
 
-// Vehicle parameters of which the flight alone, by windows that share no pass, says something else
+// Vehicle parameters of which the flight alone, by windows that share no data, says something else
 // than the prior (Evans and Moshonov 2006, check of a prior by its predictive distribution).
 std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotionSize>& priors,
                                          const EstimatorRun& run);

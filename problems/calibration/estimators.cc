@@ -37,8 +37,12 @@ EstimatorRun RunEkfAt(Estimators* e, int gamma) {
 
 const std::vector<EstimatorEntry>& AllEstimators() {
   static const std::vector<EstimatorEntry> all = {
-      {.name = "ekf", .run = RunEkfAt, .windows = false},
-      {.name = "smoother", .run = RunSmootherAt, .force_effects = true, .whole_flight = true},
+      {.name = "ekf", .run = RunEkfAt, .windows = false, .carries_past = true},
+      {.name = "smoother",
+       .run = RunSmootherAt,
+       .force_effects = true,
+       .whole_flight = true,
+       .carries_past = true},
       {.name = "vgd", .run = RunVgdAt, .force_effects = true},
       {.name = "vgd_kinematic", .run = RunKinematicAt}};
   return all;

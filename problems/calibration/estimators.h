@@ -36,6 +36,7 @@ struct EstimatorEntry {
   bool windows = true;         // results depend on gamma; a filter has no windows
   bool force_effects = false;  // its model takes aerodynamic effects
   bool whole_flight = false;   // flights of one vehicle are also solved at once (WholeFlight)
+  bool carries_past = false;   // an estimate contains all data before it, not its window's alone
 };
 const std::vector<EstimatorEntry>& AllEstimators();
 

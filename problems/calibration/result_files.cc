@@ -7,7 +7,6 @@
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "cost_functions/models/rotor_constants.h"
-#include "problems/common/atomic_file.h"
 #include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
 
@@ -24,21 +23,6 @@ std::string MeaningOf(std::string_view name) {
 }
 
 }  // namespace
-
-std::string CsvField(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string(2, c) : std::string(1, c);
-  return quoted + "\"";
-}
-
-void WriteCsv(const std::filesystem::path& path, const std::string& header,
-              const std::function<void(std::ostream&)>& rows) {
-  AtomicFile file(path);
-  fmt::print(file.stream(), "{}\n", header);
-  rows(file.stream());
-  file.Commit();
-}
 
 void WriteParameterRow(std::ostream& out, const std::string& window, const ParameterEstimate& p) {
   fmt::print(out, "{},{},{:.8g},{:.6g},{},{}\n", window, p.name, p.value, p.sigma, p.unit,

@@ -3,20 +3,13 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <filesystem>
-#include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "problems/calibration/calibration.h"
 
 namespace trueline {
-
-// Quoted where the text would break the row (RFC 4180).
-std::string CsvField(const std::string& text);
-
-void WriteCsv(const std::filesystem::path& path, const std::string& header,
-              const std::function<void(std::ostream&)>& rows);
 
 inline constexpr char kWindowsHeader[] =
     "log,estimator,gamma,tau,t_start [s],t_end [s],parameter,value,sigma,unit,status";

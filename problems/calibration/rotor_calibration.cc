@@ -299,8 +299,10 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.batch.cov +=
       ConsideredCovariance(model, data, batch, result.batch,
                            ConsideredVariants(log, options, Part(streams, 0.0, fitted)));
-  const double nodes = static_cast<double>(result.batch.nodes.size());
-  result.chi_square = 2.0 * result.batch.cost / (result.batch.residuals - kNodeErrors * nodes);
+  const auto nodes = static_cast<double>(result.batch.nodes.size());
+  const auto constants = static_cast<double>(options.prior.Free().size());
+  result.chi_square =
+      2.0 * result.batch.cost / (result.batch.residuals - kNodeErrors * nodes - constants);
   result.origin = data.origin;
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
   CompareHalves(model, log, batch, streams, fitted, &result);

@@ -9,6 +9,7 @@
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/log/csv_text.h"
+#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

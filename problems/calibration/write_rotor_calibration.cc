@@ -5,6 +5,7 @@
 
 #include "problems/calibration/result_files.h"
 #include "problems/common/atomic_file.h"
+#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

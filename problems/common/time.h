@@ -1,6 +1,7 @@
 // Time stamps: a 64-bit count of nanoseconds from any origin.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 
@@ -19,6 +20,11 @@ inline double ToSeconds(TimeNs t) { return static_cast<double>(t) * 1e-9; }
 
 inline TimeNs FromSeconds(double seconds) {
   return static_cast<TimeNs>(std::llround(seconds * 1e9));
+}
+
+// Seconds of a steady clock.
+inline double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace trueline

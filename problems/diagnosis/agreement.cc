@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cost_functions/huber.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/fix_loss.h"
 
@@ -69,7 +70,7 @@ VectorXd RobustWeightsByAxis(const VectorXd& residual) {
     const double scale = std::max(1e-9, 1.4826 * UpperMedian(std::move(sizes)));
     for (Eigen::Index row = axis; row < residual.size(); row += 3) {
       const double u = std::abs(residual[row]) / scale;
-      if (u > 0.0) weight[row] = RobustWeight(FixLoss::kHuber, kEdge, u) / (scale * scale);
+      if (u > 0.0) weight[row] = HuberWeight(kEdge, u) / (scale * scale);
     }
   }
   return weight;

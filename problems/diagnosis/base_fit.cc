@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "cost_functions/huber.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/vgd/fix_loss.h"
 
@@ -26,7 +27,7 @@ Eigen::VectorXd RobustWeights(const BaseFlight& flight, const Eigen::VectorXd& r
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(flight.measurement_rows());
   ForEachMeasurement(flight, noise, [&](int row, int size, double sigma) {
     const double norm = r.segment(row, size).norm() / sigma;
-    weight.segment(row, size).setConstant(std::sqrt(RobustWeight(FixLoss::kHuber, kHuber, norm)));
+    weight.segment(row, size).setConstant(std::sqrt(HuberWeight(kHuber, norm)));
   });
   return weight;
 }
@@ -44,7 +45,7 @@ double Cost(const BaseFlight& flight, const FlightRows& rows, const FlightUnknow
   double sum = x.theta.squaredNorm() + columns.precision.dot(columns.value.cwiseAbs2());
   ForEachMeasurement(flight, noise, [&](int row, int size, double sigma) {
     const double norm = rows.r.segment(row, size).norm() / sigma;
-    sum += norm <= kHuber ? norm * norm : kHuber * (2.0 * norm - kHuber);
+    sum += HuberCost(kHuber, norm);
   });
   return 0.5 * sum + ProcessCost(flight, rows, x, noise);
 }

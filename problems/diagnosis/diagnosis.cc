@@ -19,10 +19,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Flight = std::unique_ptr<DiagnosedFlight>;
 
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 // Bonferroni: the test counts as one more entry of the catalogue.
 double FalseDataAlpha(const SearchOptions& options) { return options.alpha / 100.0; }
 

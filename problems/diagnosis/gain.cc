@@ -1,6 +1,7 @@
 #include "problems/diagnosis/gain.h"
 
 #include "problems/common/random.h"
+#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -17,6 +18,14 @@ double MeanOfRuns(const std::vector<double>& values, Random* random) {
     }
   }
   return sum / count;
+}
+
+// Half the 95 % interval of a mean of this many values, by Student's distribution over runs of
+// them, over that of the bootstrap, which takes the variance of the runs for known.
+double StretchOfFew(int values) {
+  const int runs = (values + kBlockClusters - 1) / kBlockClusters;
+  const double t2 = FCritical(0.05, 1.0, runs - 1.0), z2 = ChiSquareCritical(0.05, 1.0);
+  return std::sqrt(t2 / z2 * runs / (runs - 1.0));
 }
 
 void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arcs, Gain* replays) {
@@ -60,8 +69,9 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
   Random random(1, "gain");
   std::vector<double> means(kDraws);
   for (double& mean : means) mean = MeanOfRuns(differences, &random);
-  gain.low = Quantile(means, 0.025);
-  gain.high = Quantile(means, 0.975);
+  const double mean = gain.before - gain.after, stretch = StretchOfFew(gain.arcs);
+  gain.low = mean + stretch * (Quantile(means, 0.025) - mean);
+  gain.high = mean + stretch * (Quantile(means, 0.975) - mean);
   return gain;
 }
 

@@ -6,6 +6,7 @@
 #include "cost_functions/models/cubic_path.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/motion_chain.h"
 #include "problems/vgd/term_series.h"
@@ -28,8 +29,7 @@ std::vector<double> Horizons(const FlightLog& log, const PassOptions& options) {
     if (arc < options.max_arc) arcs.push_back(arc);
   }
   if (arcs.empty()) return horizons;
-  std::nth_element(arcs.begin(), arcs.begin() + arcs.size() / 2, arcs.end());
-  const double arc = arcs[arcs.size() / 2];
+  const double arc = UpperMedian(arcs);
   std::erase_if(horizons, [arc](double h) { return std::abs(h - arc) < 0.1 * arc; });
   horizons.push_back(arc);
   std::sort(horizons.begin(), horizons.end());
@@ -175,7 +175,7 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
   const auto imu = std::lower_bound(log.imu.begin(), log.imu.end(), middle,
                                     [](const ImuSample& i, TimeNs t) { return i.t < t; });
   at.rate = imu == log.imu.end() ? kNone : imu->gyro.norm();
-  at.heading = std::atan2(drive.R_Ep_I(1, 0), drive.R_Ep_I(0, 0));
+  at.heading = Heading(drive.R_Ep_I);
   at.gate = -1;
   at.gate_distance = kNone;
   NearestGate(log, middle, p_E, &at);

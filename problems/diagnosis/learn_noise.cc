@@ -117,6 +117,15 @@ double Maximise(Evidence* evidence, int sweeps, NoiseStrengths* noise) {
   return best;
 }
 
+// A strength of zero has no logarithm to search from.
+NoiseStrengths AboveZero(NoiseStrengths noise) {
+  constexpr double kLeast = 0.01;  // of the usual strength
+  for (const Coordinate& c : Coordinates()) {
+    c.In(&noise) = std::max(c.In(&noise), kLeast * c.usual);
+  }
+  return noise;
+}
+
 NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
   for (const Coordinate& c : Coordinates()) {
     if (c.drift) c.In(&noise) = c.usual;
@@ -129,6 +138,7 @@ NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
 double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
                   bool again_from_ordinary_drift) {
   Evidence evidence(linear, nuisances);
+  *noise = AboveZero(*noise);
   const double first = Maximise(&evidence, sweeps, noise);
   if (!again_from_ordinary_drift) return first;
   NoiseStrengths ordinary = WithOrdinaryDrift(*noise);

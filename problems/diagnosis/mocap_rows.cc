@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/log/imu_health.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 
@@ -28,14 +29,6 @@ double KernelBend(double u) {
 Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
   const double sign = a.dot(b) < 0.0 ? -1.0 : 1.0;
   return Quaterniond((1.0 - share) * a.coeffs() + share * sign * b.coeffs()).normalized();
-}
-
-double MedianInterval(const std::vector<PoseSample>& mocap) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < mocap.size(); ++i) {
-    intervals.push_back(SecondsBetween(mocap[i - 1].t, mocap[i].t));
-  }
-  return UpperMedian(std::move(intervals));
 }
 
 // Samples of a stream from `from` to `to`, as indices.
@@ -142,7 +135,7 @@ Vector3d MocapComparison::SecondDerivative(TimeNs middle) const {
 void MocapComparison::FindWindows() {
   constexpr double kShortest = 0.2;  // s
   constexpr double kSamples = 10.0;  // of mocap, to either side
-  const double interval = MedianInterval(log_.mocap);
+  const double interval = MedianStep(log_.mocap);
   reach_ = std::max(kShortest, kSamples * interval);
   const TimeNs reach = FromSeconds(reach_), margin = FromSeconds(kMovedBy);
   const TimeNs end = std::min(log_.mocap.back().t, log_.imu.back().t) - reach - margin;
@@ -175,8 +168,7 @@ void MocapComparison::AlignHeadings() {
     sum += sum.dot(q.coeffs()) < 0.0 ? Eigen::Vector4d(-q.coeffs()) : q.coeffs();
   }
   if (angles.empty()) return;
-  std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
-  own_attitude_ = angles[angles.size() / 2] > kSame;
+  own_attitude_ = UpperMedian(angles) > kSame;
   if (own_attitude_) {
     q_E_Ep_ = Quaterniond(sum).normalized();
     return;

@@ -128,8 +128,8 @@ bool MayMoveFixes(const Factors& variable) {
          first.of != TermQuantity::kTime;
 }
 
-// A gust pushes the vehicle, and a controller turns the thrust against the push a little later: a
-// force beside a rate that lags is what any vehicle shows that holds its course.
+// A gust pushes the vehicle, and the controller turns the thrust against the push a little later.
+// So every controlled vehicle shows a force correlated with a lagging turn rate.
 bool IsControl(TermOn on, int axis, const Factors& variable) {
   if (on != TermOn::kForce || variable[0].lag == 0.0) return false;
   constexpr std::array kTurnsThrust = {TermQuantity::kRateY, TermQuantity::kRateX,
@@ -139,7 +139,7 @@ bool IsControl(TermOn on, int axis, const Factors& variable) {
 
 }  // namespace
 
-double TermMotion::Heading() const { return std::atan2(R_E_B(1, 0), R_E_B(0, 0)); }
+double TermMotion::Heading() const { return trueline::Heading(R_E_B); }
 
 std::string PhysicsOf(const TermForm& term) {
   static const std::vector<std::pair<std::string, std::string>> known = {

@@ -18,6 +18,8 @@ constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
 constexpr int kHalvings = 3;
 constexpr int kMostSteps = 4;  // of a refinement
+// A search that rejects a cause returns to the fit before it.
+constexpr std::size_t kMostKept = 3;
 // Of the cost:
 constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
 constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
@@ -74,9 +76,10 @@ std::vector<Found> Halfway(std::vector<Found> found, const std::vector<Found>& t
   return found;
 }
 
-bool SameValues(const std::vector<Found>& a, const std::vector<Found>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Found& x, const Found& y) { return x.value == y.value; });
+bool Same(const std::vector<Found>& a, const std::vector<Found>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Found& x, const Found& y) {
+    return x.candidate == y.candidate && x.value == y.value;
+  });
 }
 
 std::vector<Found> WithoutEffect(std::vector<Found> found) {
@@ -102,47 +105,49 @@ RotorDrivenFlight::RotorDrivenFlight(const FlightLog& log, const RotorCalibratio
       ModelFor(options, log), log,
       {options.learn_noise, options.learn_rotor_delay, options.learn_gyro_delay, kLearnOn, stated_},
       &options_.data, &filter);
-  bare_noise_ = options_.noise = filter.noise;
+  options_.noise = filter.noise;
   lagged_ = std::make_shared<const LaggedRotorData>(log, options.vehicle.model.num_rotors(),
                                                     options_.data);
   SolveFromPrior({});
+  bare_ = std::make_shared<const Fitted>(fit_);
 }
 
-RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise,
-                                     bool learn_noise)
+RotorDrivenFlight::RotorDrivenFlight(const RotorDrivenFlight& other, bool learn_noise)
     : log_(other.log_),
       options_(other.options_),
       stated_(other.stated_),
-      bare_noise_(noise),
       learn_noise_(learn_noise),
-      lagged_(other.lagged_) {
-  options_.noise = noise;
-  Solve({}, &other.batch_, nullptr);
-  weights_ = {setup_, other.batch_};
-  if (!std::isfinite(batch_.cost) || !Reweigh({})) SolveFromPrior({});
+      learned_(other.learned_),
+      lagged_(other.lagged_),
+      bare_(other.bare_) {
+  Restore(*bare_);
 }
 
 std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::WithoutCauses() const {
-  return std::unique_ptr<DiagnosedFlight>(
-      new RotorDrivenFlight(*this, bare_noise_, options_.learn_noise));
+  return std::unique_ptr<DiagnosedFlight>(new RotorDrivenFlight(*this, options_.learn_noise));
 }
 
 std::unique_ptr<DiagnosedFlight> RotorDrivenFlight::Reference() const {
-  return std::unique_ptr<DiagnosedFlight>(new RotorDrivenFlight(*this, options_.noise, false));
+  std::unique_ptr<RotorDrivenFlight> flight(new RotorDrivenFlight(*this, false));
+  if (options_.noise == bare_->noise) return flight;
+  flight->options_.noise = options_.noise;
+  if (!flight->Reweigh({})) flight->SolveFromPrior({});
+  flight->bare_ = std::make_shared<const Fitted>(flight->fit_);
+  return flight;
 }
 
 CatalogueScope RotorDrivenFlight::Scope() const {
-  const RotorData& data = *setup_->data;
+  const RotorData& data = *fit_.setup->data;
   CatalogueScope scope;
-  scope.applies = [this](const EffectInfo& info) { return AppliesTo(*setup_, info); };
-  scope.rotors = setup_->model.num_rotors();
+  scope.applies = [this](const EffectInfo& info) { return AppliesTo(*fit_.setup, info); };
+  scope.rotors = fit_.setup->model.num_rotors();
   scope.start = data.since_start + data.poses.front().t;
   scope.duration = data.poses.back().t - data.poses.front().t;
   return scope;
 }
 
 RotorBatchOptions RotorDrivenFlight::BatchOptions() const {
-  return {options_.noise, setup_->prior, options_.robust_pose};
+  return {options_.noise, fit_.setup->prior, options_.robust_pose};
 }
 
 std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
@@ -153,17 +158,17 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candid
   for (int i = 0; i < value.size(); ++i) {
     std::vector<Effect> effects = others;
     effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
-    variants.push_back(VariantOf(log_, options_, *lagged_, *setup_, effects));
+    variants.push_back(VariantOf(log_, options_, *lagged_, *fit_.setup, effects));
   }
   return variants;
 }
 
 std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   std::vector<RotorVariant> variants;
-  for (std::size_t k = 0; k < found_.size(); ++k) {
-    std::vector<Effect> others = EffectsOf(found_);
+  for (std::size_t k = 0; k < fit_.found.size(); ++k) {
+    std::vector<Effect> others = EffectsOf(fit_.found);
     others.erase(others.begin() + static_cast<long>(k));
-    for (RotorVariant& v : VariantsFor(found_[k].candidate, found_[k].value, others)) {
+    for (RotorVariant& v : VariantsFor(fit_.found[k].candidate, fit_.found[k].value, others)) {
       variants.push_back(std::move(v));
     }
   }
@@ -172,35 +177,36 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
 
 void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start,
                               const RotorWeights* weights, double negligible) {
-  found_ = found;
-  fitted_noise_ = options_.noise;
-  setup_ = std::make_shared<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
+  fit_.found = found;
+  fit_.noise = options_.noise;
+  fit_.setup =
+      std::make_shared<RotorSetup>(MakeRotorSetup(log_, options_, *lagged_, EffectsOf(found)));
   RotorBatchOptions options = BatchOptions();
   options.covariance = false;
   options.negligible = negligible;
-  batch_ = RunRotorBatch(setup_->model, *setup_->data, options, start, weights);
+  fit_.batch = RunRotorBatch(fit_.setup->model, *fit_.setup->data, options, start, weights);
   normal_.reset();
 }
 
 bool RotorDrivenFlight::Reweigh(const std::vector<Found>& found) {
-  const RotorBatchResult solved = batch_;
+  const RotorBatchResult solved = fit_.batch;
   Solve(found, &solved, nullptr);
-  if (std::isfinite(batch_.cost) &&
-      HasWeightsAt(setup_->model, *setup_->data, BatchOptions(), batch_)) {
-    weights_ = {setup_, solved};
+  if (std::isfinite(fit_.batch.cost) &&
+      HasWeightsAt(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch)) {
+    fit_.weights = {fit_.setup, solved};
     return true;
   }
-  batch_ = solved;
+  fit_.batch = solved;
   return false;
 }
 
-void RotorDrivenFlight::ReweighOrShorten(const Regular& regular, std::vector<Found>* found) {
+void RotorDrivenFlight::ReweighOrShorten(const Fitted& regular, std::vector<Found>* found) {
   constexpr int kMost = 20;  // halvings: of a step, a millionth has no effect
   for (int k = 0; k < kMost; ++k) {
     if (Reweigh(*found)) return;
     *found = Halfway(*found, regular.found);
-    batch_ = regular.batch;
-    weights_ = regular.weights;
+    fit_.batch = regular.batch;
+    fit_.weights = regular.weights;
   }
   *found = regular.found;
   SolveFromPrior(*found);
@@ -212,26 +218,27 @@ void RotorDrivenFlight::SolveFromPrior(const std::vector<Found>& found) {
 }
 
 RotorBatchResult RotorDrivenFlight::WithCovariance() const {
-  if (batch_.cov.size() > 0) return batch_;
-  const RotorWeights weights = weights_.By();
-  return RunRotorBatch(setup_->model, *setup_->data, BatchOptions(), &batch_, &weights);
+  if (fit_.batch.cov.size() > 0) return fit_.batch;
+  const RotorWeights weights = fit_.weights.By();
+  return RunRotorBatch(fit_.setup->model, *fit_.setup->data, BatchOptions(), &fit_.batch, &weights);
 }
 
 const RotorNormal& RotorDrivenFlight::Normal() const {
   if (!normal_) {
-    normal_.emplace(setup_->model, *setup_->data, BatchOptions(), batch_,
-                    ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster);
+    normal_.emplace(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
+                    ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster);
   }
   return *normal_;
 }
 
-int RotorDrivenFlight::clusters() const { return ClusterCount(*setup_->data, kRotorCluster); }
+int RotorDrivenFlight::clusters() const { return ClusterCount(*fit_.setup->data, kRotorCluster); }
 
 bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
   constexpr double kSmall = 0.1;  // sigmas
-  const RotorWeights weights = weights_.By();
-  const RotorNormal normal(setup_->model, *setup_->data, BatchOptions(), batch_,
-                           ColumnsOf(*setup_, VariantsOfFound(), nullptr), kRotorCluster, &weights);
+  const RotorWeights weights = fit_.weights.By();
+  const RotorNormal normal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
+                           ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster,
+                           &weights);
   Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
   int at = constants();
   for (const Found& f : *found) {
@@ -261,27 +268,27 @@ std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
   std::vector<Found> last = WithoutEffect(found);
   std::size_t known = 0;
   for (Found& f : last) {
-    for (const Found& fitted : found_) {
+    for (const Found& fitted : fit_.found) {
       if (fitted.candidate != f.candidate) continue;
       f.value = fitted.value;
       ++known;
     }
   }
-  *comparable = known == found_.size() && options_.noise == fitted_noise_;
+  *comparable = known == fit_.found.size() && options_.noise == fit_.noise;
   return last;
 }
 
 bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found>* found) {
-  const RotorBatchResult start = batch_;
-  const RotorWeights weights = weights_.By();
+  const RotorBatchResult start = fit_.batch;
+  const RotorWeights weights = fit_.weights.By();
   const double most = start.cost + kIncrease;
   Solve(*found, &start, &weights, kRough);
   // Constants that absorbed part of the effect (inertia for a missing moment) make steps too long.
-  for (int k = 0; k < kHalvings && batch_.cost > most; ++k) {
+  for (int k = 0; k < kHalvings && fit_.batch.cost > most; ++k) {
     *found = Halfway(*found, before);
     Solve(*found, &start, &weights, kRough);
   }
-  if (batch_.cost <= most) return true;
+  if (fit_.batch.cost <= most) return true;
   *found = before;
   Solve(before, &start, &weights, kRough);
   return false;
@@ -290,22 +297,27 @@ bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found
 void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   bool comparable = false;
   std::vector<Found> last = AtLastFit(*found, &comparable);
-  if (!comparable) ReweighOrShorten(RegularAt(WithoutEffect(last)), &last);
-  const Regular regular = RegularAt(last);
-  if (comparable || !SameValues(last, *found)) Move(last, found);
+  if (!comparable) {
+    Fitted without = fit_;
+    without.found = WithoutEffect(last);
+    ReweighOrShorten(without, &last);
+  }
+  Fitted regular = fit_;
+  regular.found = last;
+  if (comparable || !Same(last, *found)) Move(last, found);
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
-    const double before_step = batch_.cost;
+    const double before_step = fit_.batch.cost;
     const bool settled = Step(found);
     if (!Move(before, found) || settled) break;
-    if (before_step - batch_.cost < kSmallGain) break;
+    if (before_step - fit_.batch.cost < kSmallGain) break;
   }
   ReweighOrShorten(regular, found);
 }
 
 void RotorDrivenFlight::LearnNoiseAgain() {
   std::vector<std::string> causes;
-  for (const Found& f : found_) {
+  for (const Found& f : fit_.found) {
     const Candidate& c = f.candidate;
     causes.push_back(c.term ? c.term->Name() : c.Label());
   }
@@ -313,40 +325,61 @@ void RotorDrivenFlight::LearnNoiseAgain() {
     options_.noise = known->second;
     return;
   }
-  RotorEkfOptions filter{options_.noise, setup_->prior, options_.wander};
+  RotorEkfOptions filter{options_.noise, fit_.setup->prior, options_.wander};
   RotorDataOptions streams = options_.data;
-  streams.motor_lag = setup_->motor_lag;
-  LearnFromFlight(setup_->model, log_, {true, false, false, kLearnOn, stated_, kNearStep}, &streams,
-                  &filter);
+  streams.motor_lag = fit_.setup->motor_lag;
+  LearnFromFlight(fit_.setup->model, log_, {true, false, false, kLearnOn, stated_, kNearStep},
+                  &streams, &filter);
   learned_[causes] = options_.noise = filter.noise;
 }
 
 void RotorDrivenFlight::Fit(std::vector<Found>* found) {
-  if (found->empty()) options_.noise = bare_noise_;
+  if (const Fitted* known = Known(*found)) return Restore(*known);
   RefineValues(found);
-  if (found->empty() || !learn_noise_) return;
-  LearnNoiseAgain();
-  RefineValues(found);
+  if (learn_noise_) {
+    LearnNoiseAgain();
+    RefineValues(found);
+  }
+  Keep();
+}
+
+const RotorDrivenFlight::Fitted* RotorDrivenFlight::Known(const std::vector<Found>& found) const {
+  if (found.empty()) return bare_.get();
+  const auto known = std::find_if(kept_.begin(), kept_.end(),
+                                  [&](const Fitted& fit) { return Same(fit.found, found); });
+  return known == kept_.end() ? nullptr : &*known;
+}
+
+void RotorDrivenFlight::Restore(const Fitted& fit) {
+  fit_ = fit;
+  options_.noise = fit.noise;
+  normal_.reset();
+}
+
+void RotorDrivenFlight::Keep() {
+  kept_.push_front(fit_);
+  if (kept_.size() > kMostKept) kept_.pop_back();
 }
 
 std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
     const std::vector<Candidate>& candidates, bool terms) const {
   std::vector<RotorVariant> variants;
   if (!candidates.empty() || terms) variants = VariantsOfFound();
-  const std::vector<Effect> effects = EffectsOf(found_);
+  const std::vector<Effect> effects = EffectsOf(fit_.found);
   for (const Candidate& c : candidates) {
     for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
   }
-  const RotorTerms library = terms ? MakeRotorTerms(*setup_) : RotorTerms();
-  auto fit = candidates.empty() && !terms
-                 ? std::make_unique<RotorLinearisation>(Normal())
-                 : std::make_unique<RotorLinearisation>(RotorNormal(
-                       setup_->model, *setup_->data, BatchOptions(), batch_,
-                       ColumnsOf(*setup_, std::move(variants), terms ? &library.columns : nullptr),
-                       kRotorCluster));
+  const RotorTerms library = terms ? MakeRotorTerms(*fit_.setup) : RotorTerms();
+  auto fit =
+      candidates.empty() && !terms
+          ? std::make_unique<RotorLinearisation>(Normal())
+          : std::make_unique<RotorLinearisation>(RotorNormal(
+                fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
+                ColumnsOf(*fit_.setup, std::move(variants), terms ? &library.columns : nullptr),
+                kRotorCluster));
   int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
-  for (const Found& f : found_) {
+  for (const Found& f : fit_.found) {
     fit->found.push_back({next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
   }
   for (const Candidate& c : candidates) {
@@ -359,16 +392,18 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   return fit;
 }
 
-std::vector<TermMotion> RotorDrivenFlight::Motions() const { return MotionsOf(*setup_, batch_); }
+std::vector<TermMotion> RotorDrivenFlight::Motions() const {
+  return MotionsOf(*fit_.setup, fit_.batch);
+}
 
 std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
     const std::vector<TermForm>& terms) const {
-  const RotorColumns columns = OpenRotorTerms(*setup_, terms);
+  const RotorColumns columns = OpenRotorTerms(*fit_.setup, terms);
   std::vector<RotorVariant> variants = VariantsOfFound();
   const int modelled = constants() + static_cast<int>(variants.size());
   auto fit = std::make_unique<RotorLinearisation>(
-      RotorNormal(setup_->model, *setup_->data, BatchOptions(), batch_,
-                  ColumnsOf(*setup_, std::move(variants), &columns), kRotorCluster));
+      RotorNormal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
+                  ColumnsOf(*fit_.setup, std::move(variants), &columns), kRotorCluster));
   fit->nuisances = Range(0, modelled);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
@@ -378,12 +413,13 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
 
 std::vector<std::string> RotorDrivenFlight::Constants() const {
   std::vector<std::string> names;
-  for (const int constant : setup_->prior.Free()) names.push_back(kRotorConstants[constant].name);
+  for (const int constant : fit_.setup->prior.Free())
+    names.push_back(kRotorConstants[constant].name);
   return names;
 }
 
 std::vector<Effect> RotorDrivenFlight::KnownEffects() const {
-  return EffectsBesideConstants(options_.effects, setup_->prior);
+  return EffectsBesideConstants(options_.effects, fit_.setup->prior);
 }
 
 std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {

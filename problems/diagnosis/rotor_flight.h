@@ -5,6 +5,7 @@
 // would add along the fitted flight become a column of the linearised fit.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -55,8 +56,29 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   void Describe(Diagnosis* diagnosis) const override;
 
  private:
-  // The same flight without causes, solved from the solution of `other`; `noise` is known.
-  RotorDrivenFlight(const RotorDrivenFlight& other, const RotorNoise& noise, bool learn_noise);
+  // The model and the solution that weights are evaluated by.
+  struct Weights {
+    std::shared_ptr<const RotorSetup> setup;
+    RotorBatchResult at;
+    RotorWeights By() const { return {setup->model, *setup->data, at}; }
+  };
+  // The flight fitted with causes: the model with them, and the solution with its noise and
+  // weights.
+  struct Fitted {
+    std::vector<Found> found;
+    RotorNoise noise;
+    std::shared_ptr<const RotorSetup> setup;
+    RotorBatchResult batch;
+    Weights weights;
+  };
+
+  // The same flight fitted without causes.
+  RotorDrivenFlight(const RotorDrivenFlight& other, bool learn_noise);
+
+  // The fit with these values, if it is the one without causes or one of the last; else null.
+  const Fitted* Known(const std::vector<Found>& found) const;
+  void Restore(const Fitted& fit);
+  void Keep();
 
   // Solves with the causes held at their values, from `start` and by `weights`, as RunRotorBatch.
   // `negligible`: as RotorBatchOptions'.
@@ -68,32 +90,18 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // The same from the last solution, with weights evaluated there. False if the model runs away
   // from the flight, there or at the new solution: solution and weights are then those before.
   bool Reweigh(const std::vector<Found>& found);
-  // The model and the solution that weights are evaluated by.
-  struct Weights {
-    std::shared_ptr<const RotorSetup> setup;
-    RotorBatchResult at;
-    RotorWeights By() const { return {setup->model, *setup->data, at}; }
-  };
-  // A fit that weights exist at.
-  struct Regular {
-    std::vector<Found> found;
-    RotorBatchResult batch;
-    Weights weights;
-  };
-  // The last fit for causes of the values `found`.
-  Regular RegularAt(const std::vector<Found>& found) const { return {found, batch_, weights_}; }
   // Reweighs. Where the model runs away, the values are moved halfway towards those of `regular`,
   // from whose solution they are then solved, until it does not.
-  void ReweighOrShorten(const Regular& regular, std::vector<Found>* found);
+  void ReweighOrShorten(const Fitted& regular, std::vector<Found>* found);
   // Solves at the values `found`, or nearer to `before`, where the flight is fitted, so that the
-  // cost with the weights of `weights_` does not rise. False if it rises nearby too; the flight is
+  // cost with the weights of `fit_` does not rise. False if it rises nearby too; the flight is
   // then fitted at `before`.
   bool Move(const std::vector<Found>& before, std::vector<Found>* found);
   // `found` with the values of the last fit, without effect where new. `comparable`: false if that
   // fit had another cause or other noise, so that costs can't be compared.
   std::vector<Found> AtLastFit(const std::vector<Found>& found, bool* comparable) const;
   void RefineValues(std::vector<Found>* found);
-  // One Gauss-Newton step of the causes with the weights of `batch_`. True if it is small in
+  // One Gauss-Newton step of the causes with the weights of `fit_`. True if it is small in
   // sigmas.
   bool Step(std::vector<Found>* found) const;
   void LearnNoiseAgain();
@@ -102,7 +110,7 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   RotorBatchResult WithCovariance() const;
   // Normal equations of the last Solve, with the columns of its causes; computed at the first use.
   const RotorNormal& Normal() const;
-  int constants() const { return static_cast<int>(setup_->prior.Free().size()); }
+  int constants() const { return static_cast<int>(fit_.setup->prior.Free().size()); }
   std::vector<RotorVariant> VariantsFor(const Candidate& candidate, const Eigen::VectorXd& value,
                                         const std::vector<Effect>& others) const;
   // Variants of all causes in the model, each given the others.
@@ -115,16 +123,14 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   PartFit FitOf(const std::vector<Found>& found, const std::vector<bool>& used) const;
 
   const FlightLog& log_;
-  RotorCalibrationOptions options_;  // noise and delay as learned
-  RotorNoise stated_, bare_noise_;   // before learning; learned without causes
-  bool learn_noise_;                 // again, with causes in the model
+  RotorCalibrationOptions options_;                         // noise and delay as learned
+  RotorNoise stated_;                                       // before learning
+  bool learn_noise_;                                        // again, with causes in the model
   std::map<std::vector<std::string>, RotorNoise> learned_;  // by the names of causes and terms
   std::shared_ptr<const LaggedRotorData> lagged_;
-  std::vector<Found> found_;
-  std::shared_ptr<const RotorSetup> setup_;
-  RotorBatchResult batch_;
-  Weights weights_;          // of `batch_`
-  RotorNoise fitted_noise_;  // of `batch_`
+  Fitted fit_;
+  std::shared_ptr<const Fitted> bare_;  // without causes
+  std::deque<Fitted> kept_;             // the last fits with causes
   mutable std::optional<RotorNormal> normal_;
 };
 

@@ -29,15 +29,15 @@ RotorDrivenFlight::PartFit RotorDrivenFlight::FitOf(const std::vector<Found>& fo
                                                     const std::vector<bool>& used) const {
   const RotorNormal normal = Normal().Only(used);
   Eigen::VectorXd z = normal.M().ldlt().solve(-normal.b());
-  const RotorPrior& prior = setup_->prior;
+  const RotorPrior& prior = fit_.setup->prior;
   const std::vector<int> free = prior.Free();
   RotorConstants step = RotorConstants::Zero();
   for (std::size_t i = 0; i < free.size(); ++i) {
     step[free[i]] = z[static_cast<int>(i)] * prior.sigma[free[i]];
   }
-  const double share = ShareWithinBody(batch_.mean, step);
+  const double share = ShareWithinBody(fit_.batch.mean, step);
   z *= share;
-  PartFit part{batch_.mean + share * step, {}};
+  PartFit part{fit_.batch.mean + share * step, {}};
   const auto fit = Linearise({}, false);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Eigen::VectorXd steps = z(fit->found[k].columns);

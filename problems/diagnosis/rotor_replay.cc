@@ -28,23 +28,23 @@ std::size_t NearestPose(const RotorData& data, double t) {
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
   constexpr double kGap = 0.05;  // s, between the horizon and the nearest pose
-  RotorData data = *setup_->data;
-  if (data.motors) data.SimulateMotors(MotorsOf(batch_.mean));
+  RotorData data = *fit_.setup->data;
+  if (data.motors) data.SimulateMotors(MotorsOf(fit_.batch.mean));
   std::vector<ReplayError> errors;
   double next = data.poses.front().t;
   for (std::size_t i = 0; i < data.poses.size(); ++i) {
     double from = data.poses[i].t;
     if (from < next) continue;
     next = from + kReplaySpacing;
-    RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
-    Eigen::Vector3d drift = batch_.nodes[i].drift;
+    RotorState x = Joined(fit_.batch.nodes[i].motion, fit_.batch.mean);
+    Eigen::Vector3d drift = fit_.batch.nodes[i].drift;
     const Eigen::Vector3d p_E = SensedPosition(x);
     for (const double horizon : kHorizons) {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
       const RotorPose& pose = data.poses[NearestPose(data, asked)];
       if (pose.t <= from || std::abs(pose.t - asked) > kGap) break;
-      x = Integrated(setup_->model, data, options_.noise, x, &drift, from, pose.t);
+      x = Integrated(fit_.setup->model, data, options_.noise, x, &drift, from, pose.t);
       from = pose.t;
       const Eigen::Vector3d error_E = SensedPosition(x) - p_E - (pose.p_E - data.poses[i].p_E);
       errors.push_back({static_cast<int>(i), horizon, data.origin + FromSeconds(pose.t), error_E,
@@ -58,12 +58,12 @@ std::string RotorDrivenFlight::ReplaysAgainst() const { return "poses"; }
 
 ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const {
   constexpr double kNotLogged = std::numeric_limits<double>::quiet_NaN();
-  const RotorData& data = *setup_->data;
+  const RotorData& data = *fit_.setup->data;
   const double t = SecondsBetween(data.origin, replay.end) - 0.5 * replay.horizon;
   const std::size_t i = NearestPose(data, t);
-  const RotorState x = Joined(batch_.nodes[i].motion, batch_.mean);
+  const RotorState x = Joined(fit_.batch.nodes[i].motion, fit_.batch.mean);
   const Eigen::Matrix3d R_E_B = AttitudeOf(x);
-  const Eigen::Vector3d f_B = setup_->model.BodyAccelerationOf(x.data(), data.InputAt(t)).force;
+  const Eigen::Vector3d f_B = fit_.setup->model.BodyAccelerationOf(x.data(), data.InputAt(t)).force;
   const Eigen::Vector3d p_E = SensedPosition(x);
   ReplaySituation at{};
   at.time = data.since_start + t;
@@ -71,7 +71,7 @@ ReplaySituation RotorDrivenFlight::SituationOf(const ReplayError& replay) const 
   at.acceleration = (R_E_B * f_B + log_.gravity * Eigen::Vector3d::UnitZ()).norm();
   at.thrust = -f_B.z();
   at.rate = x.segment<3>(RotorDrivenModel::kRate).norm();
-  at.heading = std::atan2(R_E_B(1, 0), R_E_B(0, 0));
+  at.heading = Heading(R_E_B);
   at.gate = -1;
   at.gate_distance = kNotLogged;
   at.height = -p_E.z();

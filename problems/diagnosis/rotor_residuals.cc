@@ -33,15 +33,15 @@ Eigen::Matrix<double, 6, 1> DisturbanceOf(const RotorSetup& setup, const RotorNo
 
 Residuals RotorDrivenFlight::WhitenedResiduals() const {
   constexpr double kBlock = 0.5;  // s; pose noise correlates neighbours within a block
-  const RotorData& data = *setup_->data;
+  const RotorData& data = *fit_.setup->data;
   Residuals residuals;
   std::vector<TimedResidual> timed;
   std::vector<RotorSegment> segments = CutSegments(data);
   double squares = 0.0;
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const Eigen::Matrix<double, 6, 1> sigmas =
-        DisturbanceOf(*setup_, options_.noise, batch_.nodes[i], batch_.nodes[i + 1], batch_.mean,
-                      std::move(segments[i]));
+        DisturbanceOf(*fit_.setup, options_.noise, fit_.batch.nodes[i], fit_.batch.nodes[i + 1],
+                      fit_.batch.mean, std::move(segments[i]));
     const double t = data.poses[i].t, since_start = data.since_start + t;
     residuals.rows.push_back({since_start, "specific_force", -1, sigmas.head<3>()});
     residuals.rows.push_back({since_start, "angular_acceleration", -1, sigmas.tail<3>()});
@@ -56,7 +56,7 @@ Residuals RotorDrivenFlight::WhitenedResiduals() const {
 void RotorDrivenFlight::Describe(Diagnosis* diagnosis) const {
   std::vector<ParameterEstimate> constants;
   std::vector<std::string> unobservable;
-  DescribeConstants(WithCovariance(), setup_->prior, &constants, &unobservable);
+  DescribeConstants(WithCovariance(), fit_.setup->prior, &constants, &unobservable);
   for (const ParameterEstimate& c : constants) {
     diagnosis->parameters.push_back({c.name, c.unit, c.value, c.sigma});
   }

@@ -239,7 +239,7 @@ Witness Silent(const std::string& why) { return {"", "silent", {}, {}, why}; }
 Witness WitnessOf(const Cause& cause, const std::string& stream, const SizeEstimate& sizes) {
   Witness witness{stream, "", sizes.value, sizes.sigma, ""};
   const EffectInfo& info = *cause.candidate.info;
-  witness.says = SaysOf(witness, cause);
+  witness.says = WitnessVerdict(witness, cause);
   witness.text =
       fmt::format("{} shows {}; the fit says {}", stream, SizesText(info, sizes.value, sizes.sigma),
                   SizesText(info, cause.value, cause.sigma));
@@ -355,7 +355,7 @@ bool Shown(const EffectParameterInfo& parameter, double sigma) {
   return sigma < 10.0 * parameter.plausible;
 }
 
-std::string SaysOf(const Witness& witness, const Cause& cause) {
+std::string WitnessVerdict(const Witness& witness, const Cause& cause) {
   constexpr double kShareShown = 0.4;  // of the size, that a witness of the effect shows of it
   const auto count = static_cast<double>(cause.value.size());
   const double critical = std::sqrt(ChiSquareCritical(kThreeSigma, count));

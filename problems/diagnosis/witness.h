@@ -19,7 +19,7 @@ bool Shown(const EffectParameterInfo& parameter, double sigma);
 // own by 3 sigmas of both if it shows less than 0.4 of it. Otherwise it confirms the effect if it
 // shows a significant size of the same sign itself; WidenByWitness treats a size that is off.
 // `value` and `sigma` of the witness must be set.
-std::string SaysOf(const Witness& witness, const Cause& cause);
+std::string WitnessVerdict(const Witness& witness, const Cause& cause);
 
 // Where fit and witness differ by more than twice the sigma of both, one of them errs by more than
 // it states: the cause's sigma then includes the difference (the variance between two methods of

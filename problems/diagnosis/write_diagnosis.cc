@@ -10,6 +10,7 @@
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/effects/read_effects.h"
+#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -21,11 +22,7 @@ YAML::Node Flow(YAML::Node node) {
 }
 
 YAML::Node Value(double value, double sigma, const std::string& unit) {
-  YAML::Node node;
-  node["value"] = Rounded(value, 6);
-  node["sigma"] = Rounded(sigma, 3);
-  node["unit"] = unit;
-  return Flow(node);
+  return FlowMap({{"value", Rounded(value, 6)}, {"sigma", Rounded(sigma, 3)}, {"unit", unit}});
 }
 
 std::string UnitOf(const std::vector<EffectIndexInfo>& indices, const std::string& name) {
@@ -37,10 +34,8 @@ std::string UnitOf(const std::vector<EffectIndexInfo>& indices, const std::strin
 YAML::Node ParametersNode(const Cause& cause) {
   YAML::Node node;
   for (const auto& [name, value] : cause.candidate.fixed) {
-    YAML::Node fixed;
-    fixed["value"] = Rounded(value, 6);
-    fixed["unit"] = UnitOf(cause.candidate.info->indices, name);
-    node[name] = Flow(fixed);
+    node[name] = FlowMap(
+        {{"value", Rounded(value, 6)}, {"unit", UnitOf(cause.candidate.info->indices, name)}});
   }
   for (int i = 0; i < cause.value.size(); ++i) {
     const EffectParameterInfo& info = cause.candidate.info->parameters[i];
@@ -135,10 +130,7 @@ YAML::Node CauseNode(const Cause& cause) {
 }
 
 YAML::Node SizeNode(const SizeWithSigma& size) {
-  YAML::Node node;
-  node["value"] = Rounded(size.value, 4);
-  node["sigma"] = Rounded(size.sigma, 2);
-  return Flow(node);
+  return FlowMap({{"value", Rounded(size.value, 4)}, {"sigma", Rounded(size.sigma, 2)}});
 }
 
 YAML::Node TermNode(const DescribedTerm& described) {
@@ -213,12 +205,10 @@ YAML::Node MisfitNode(const Misfit& misfit) {
   }
   node["shares_horizon_s"] = Rounded(misfit.shares_horizon, 3);
   for (const MisfitShare& share : misfit.shares) {
-    YAML::Node row;
-    row["by"] = share.by;
-    row["body"] = Rounded(share.body, 2);
-    row["earth"] = Rounded(share.earth, 2);
-    row["p_value"] = Rounded(share.p, 2);
-    node["share_of_variance"].push_back(Flow(row));
+    node["share_of_variance"].push_back(FlowMap({{"by", share.by},
+                                                 {"body", Rounded(share.body, 2)},
+                                                 {"earth", Rounded(share.earth, 2)},
+                                                 {"p_value", Rounded(share.p, 2)}}));
   }
   return node;
 }
@@ -275,27 +265,26 @@ YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
 }
 
 void WriteResiduals(const Diagnosis& diagnosis, const std::filesystem::path& path) {
-  AtomicFile file(path);
-  fmt::print(file.stream(),
-             "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],x_after [1],y_after "
-             "[1],z_after [1]\n");
-  for (const RowReport& r : diagnosis.rows) {
-    fmt::print(file.stream(), "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", r.t,
-               r.kind, r.gate, r.before.x(), r.before.y(), r.before.z(), r.after.x(), r.after.y(),
-               r.after.z());
-  }
-  file.Commit();
+  WriteCsv(path,
+           "t [s],kind,gate [1],x_before [1],y_before [1],z_before [1],x_after [1],y_after "
+           "[1],z_after [1]",
+           [&](std::ostream& out) {
+             for (const RowReport& r : diagnosis.rows) {
+               fmt::print(out, "{:.6f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", r.t,
+                          r.kind, r.gate, r.before.x(), r.before.y(), r.before.z(), r.after.x(),
+                          r.after.y(), r.after.z());
+             }
+           });
 }
 
 // All terms of the open catalogue, tested singly.
 void WriteTerms(const std::vector<TermSize>& terms, const std::filesystem::path& path) {
-  AtomicFile file(path);
-  fmt::print(file.stream(), "term,unit,size,sigma,p_value [1]\n");
-  for (const TermSize& t : terms) {
-    fmt::print(file.stream(), "\"{}\",{},{:.4g},{:.3g},{:.3g}\n", t.name, t.unit, t.size.value,
-               t.size.sigma, t.p);
-  }
-  file.Commit();
+  WriteCsv(path, "term,unit,size,sigma,p_value [1]", [&](std::ostream& out) {
+    for (const TermSize& t : terms) {
+      fmt::print(out, "{},{},{:.4g},{:.3g},{:.3g}\n", CsvField(t.name), t.unit, t.size.value,
+                 t.size.sigma, t.p);
+    }
+  });
 }
 
 std::string Axes(const ReplayError& replay) {
@@ -305,27 +294,26 @@ std::string Axes(const ReplayError& replay) {
 }
 
 void WriteMisfit(const Misfit& misfit, const std::filesystem::path& path) {
-  AtomicFile file(path);
   std::string header = "t [s],horizon [s]";
   for (const char* when : {"before", "after"}) {
     for (const char* axis : {"north", "east", "down", "forward", "right", "below"}) {
       header += fmt::format(",{}_{} [m]", axis, when);
     }
   }
-  fmt::print(file.stream(),
-             "{},time [s],speed [m/s],acceleration [m/s^2],thrust [m/s^2],rate [rad/s],heading "
-             "[rad],gate [1],gate_distance [m],height [m],battery [V],x [m],y [m]\n",
-             header);
+  header +=
+      ",time [s],speed [m/s],acceleration [m/s^2],thrust [m/s^2],rate [rad/s],heading "
+      "[rad],gate [1],gate_distance [m],height [m],battery [V],x [m],y [m]";
   const auto number = [](double v) { return std::isfinite(v) ? fmt::format("{:.5g}", v) : ""; };
-  for (const MisfitRow& r : misfit.rows) {
-    fmt::print(file.stream(), "{:.6f},{:.4g},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-               ToSeconds(r.before.end), r.before.horizon, Axes(r.before), Axes(r.after),
-               number(r.at.time), number(r.at.speed), number(r.at.acceleration),
-               number(r.at.thrust), number(r.at.rate), number(r.at.heading), r.at.gate,
-               number(r.at.gate_distance), number(r.at.height), number(r.at.battery),
-               number(r.at.north), number(r.at.east));
-  }
-  file.Commit();
+  WriteCsv(path, header, [&](std::ostream& out) {
+    for (const MisfitRow& r : misfit.rows) {
+      fmt::print(out, "{:.6f},{:.4g},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                 ToSeconds(r.before.end), r.before.horizon, Axes(r.before), Axes(r.after),
+                 number(r.at.time), number(r.at.speed), number(r.at.acceleration),
+                 number(r.at.thrust), number(r.at.rate), number(r.at.heading), r.at.gate,
+                 number(r.at.gate_distance), number(r.at.height), number(r.at.battery),
+                 number(r.at.north), number(r.at.east));
+    }
+  });
 }
 
 }  // namespace

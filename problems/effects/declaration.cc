@@ -85,4 +85,11 @@ std::string NameOf(EntersAt enters) {
   return "fix";
 }
 
+const Eigen::Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t) {
+  const auto after =
+      std::lower_bound(log.attitude.begin(), log.attitude.end(), t,
+                       [](const AttitudeSample& s, TimeNs value) { return s.t < value; });
+  return after == log.attitude.end() ? log.attitude.back().q_Ep_I : after->q_Ep_I;
+}
+
 }  // namespace trueline

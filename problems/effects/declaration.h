@@ -95,12 +95,16 @@ const EffectInfo* FindDeclared(const std::string& id);
 const EffectInfo* FindDeclared(const std::string& id, DriveKind drive);
 // CHECKs that `id` is declared.
 const EffectInfo& InfoOf(const std::string& id);
-// Of a term, that of what it changes.
+// For a term of the open catalogue: TermInfo of what the term changes.
 const EffectInfo& InfoOf(const Effect& effect);
 // What estimators do about terms of the open catalogue that change `on`; id "term", parameter size.
 const EffectInfo& TermInfo(TermOn on);
 
 std::string NameOf(EntersAt enters);
+
+// Attitude at the first sample from t on; accurate enough to rotate small, slowly varying vectors.
+// There must be a sample.
+const Eigen::Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t);
 
 // The lists, each in a file of its own.
 std::vector<EffectInfo> ForceDeclarations();

@@ -13,14 +13,6 @@ using Eigen::Vector3d;
 
 constexpr char kSpeedsAndGates[] = "pass gates of several headings at several speeds";
 
-// Attitude at the first sample from t on; accurate enough to rotate small, slowly varying vectors.
-const Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t) {
-  const auto after =
-      std::lower_bound(log.attitude.begin(), log.attitude.end(), t,
-                       [](const AttitudeSample& s, TimeNs value) { return s.t < value; });
-  return after == log.attitude.end() ? log.attitude.back().q_Ep_I : after->q_Ep_I;
-}
-
 void UndoFixLatency(const Effect& effect, const CorrectionContext&, FlightLog* log) {
   for (Fix& fix : log->fixes) {
     if (fix.gate >= 0) fix.t -= FromSeconds(effect["tau"]);

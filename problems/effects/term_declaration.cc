@@ -73,13 +73,9 @@ void UndoAttitudeTerm(const Effect& effect, const CorrectionContext& context, Fl
 
 void UndoFixTerm(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
   const TermMotionOfLog motion(context, SizedOf(effect));
-  const auto& attitude = context.original.attitude;
-  if (attitude.empty()) return;
+  if (context.original.attitude.empty()) return;
   for (Fix& fix : log->fixes) {
-    const auto after =
-        std::lower_bound(attitude.begin(), attitude.end(), fix.t,
-                         [](const AttitudeSample& s, TimeNs value) { return s.t < value; });
-    const Quaterniond& q_E_B = after == attitude.end() ? attitude.back().q_Ep_I : after->q_Ep_I;
+    const Quaterniond& q_E_B = AttitudeNear(context.original, fix.t);
     fix.p_E -= q_E_B * motion.At(fix.t, q_E_B);
   }
 }

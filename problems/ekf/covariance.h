@@ -5,7 +5,7 @@
 
 namespace trueline {
 
-// F P F' + Q with the transition's blocks of zero and identity left out; about a quarter of the
+// F P F' with the transition's blocks of zero and identity left out; about a quarter of the
 // dense product's operations.
 Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P);
 

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The settings under `root`, with the root removed from their paths.
-std::vector<Setting> Under(const std::string& root, const std::vector<Setting>& settings) {
+std::vector<Setting> SettingsUnder(const std::string& root, const std::vector<Setting>& settings) {
   std::vector<Setting> found;
   for (const Setting& setting : settings) {
     if (setting.path.rfind(root, 0) != 0) continue;
@@ -52,7 +52,8 @@ SimulationConfig ReadFlight(const FlightSource& source, const SweepPoint& point,
   // Read the file alone first, so that its own errors name its own lines.
   read(YamlMap::FromFile(source.file));
   std::vector<Setting> settings = source.settings;
-  for (const Setting& setting : Under("simulation.", point.settings)) settings.push_back(setting);
+  for (const Setting& setting : SettingsUnder("simulation.", point.settings))
+    settings.push_back(setting);
   return ReadWith(settings, node, source.file.string(), experiment, read);
 }
 
@@ -60,7 +61,8 @@ ForeignLog ReadForeign(const FlightSource& source, const SweepPoint& point,
                        const Experiment& experiment) {
   ForeignLog log{ReadImportMap(source.file), source.inputs, {}};
   std::vector<Setting> settings = source.settings;
-  for (const Setting& setting : Under("fixes.", point.settings)) settings.push_back(setting);
+  for (const Setting& setting : SettingsUnder("fixes.", point.settings))
+    settings.push_back(setting);
   if (settings.empty()) return log;
   if (!log.map.fixes_from_mocap) {
     throw ErrorAt(experiment.file, settings.front().line,
@@ -77,7 +79,7 @@ YAML::Node OptionsNode(const EstimatorSource& estimator, const FlightSource& fli
   const YAML::Node file =
       estimator.file.empty() ? YAML::Node() : YAML::LoadFile(estimator.file.string());
   const YAML::Node own = Merge(Merge(file, flight.options), estimator.options);
-  return WithSettings(own, Under("options.", point.settings));
+  return WithSettings(own, SettingsUnder("options.", point.settings));
 }
 
 JobEstimator ReadEstimator(const EstimatorSource& estimator, const FlightSource& flight,
@@ -158,11 +160,11 @@ JobFlight ReadFlightOf(const FlightSource& source, const SweepPoint& point,
 // Throws if a sweep changes nothing of a flight: its figure would be a level line.
 void RequireTouched(const Experiment& experiment, const FlightSource& source,
                     const SweepPoint& point) {
-  if (experiment.sweep.points.empty() || !Under("options.", point.settings).empty()) return;
+  if (experiment.sweep.points.empty() || !SettingsUnder("options.", point.settings).empty()) return;
   const bool simulated = source.kind == FlightKind::kSimulation;
-  if (simulated && !Under("simulation.", point.settings).empty()) return;
+  if (simulated && !SettingsUnder("simulation.", point.settings).empty()) return;
   const bool foreign = source.kind == FlightKind::kForeignLog;
-  if (foreign && !Under("fixes.", point.settings).empty()) return;
+  if (foreign && !SettingsUnder("fixes.", point.settings).empty()) return;
   throw ErrorAt(experiment.file, source.line,
                 fmt::format("the sweep changes nothing of '{}'; leave it out, or add a key under "
                             "simulation. (simulations), fixes. (foreign logs) or options.",

@@ -72,7 +72,7 @@ ExperimentRun RunJobs(const std::vector<Job>& jobs, const std::filesystem::path&
     progress.Done();
   });
   run.reused = reused;
-  run.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run.wall_time = SecondsSince(start);
   return run;
 }
 

@@ -7,6 +7,7 @@
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
@@ -17,16 +18,10 @@ struct FieldGroup {
   std::map<std::string, std::string> parts;  // field by last part
 };
 
-std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 std::vector<FieldGroup> GroupsOf(const Channel& channel) {
   std::vector<FieldGroup> groups;
   for (const ChannelField& field : channel.fields) {
-    const std::string name = Lower(field.name);
+    const std::string name = LowerCase(field.name);
     const std::size_t start = name.ends_with(']') ? name.rfind('[') : name.size() - 1;
     if (name.empty() || start == std::string::npos) continue;
     const std::string stem = name.substr(0, start), last = name.substr(start);
@@ -133,7 +128,8 @@ void ProposeStreams(const Channel& channel, bool is_csv,
     lines->try_emplace("attitude", fmt::format("attitude: {{{}{}}}", from, q));
   }
   for (const ChannelField& field : channel.fields) {
-    if (!Lower(field.name).starts_with("volt") && !Lower(field.name).starts_with("vbat")) continue;
+    if (!LowerCase(field.name).starts_with("volt") && !LowerCase(field.name).starts_with("vbat"))
+      continue;
     lines->try_emplace("battery",
                        fmt::format("battery: {{{}column: \"{}\", unit: V}}", from, field.name));
   }

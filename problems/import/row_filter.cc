@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/result/statistics.h"
+
 namespace trueline {
 namespace {
 
@@ -10,11 +12,8 @@ double MedianAround(const std::vector<double>& values, std::size_t i, int window
   const auto half = static_cast<std::size_t>(window / 2);
   const std::size_t first = i > half ? i - half : 0;
   const std::size_t last = std::min(values.size(), i + half + 1);
-  std::vector<double> near(values.begin() + static_cast<std::ptrdiff_t>(first),
-                           values.begin() + static_cast<std::ptrdiff_t>(last));
-  const auto middle = near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2);
-  std::nth_element(near.begin(), middle, near.end());
-  return *middle;
+  return UpperMedian({values.begin() + static_cast<std::ptrdiff_t>(first),
+                      values.begin() + static_cast<std::ptrdiff_t>(last)});
 }
 
 }  // namespace

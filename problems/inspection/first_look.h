@@ -26,10 +26,9 @@ FlightLog ReadAndLook(const std::filesystem::path& directory,
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
                                    std::vector<LogFault>* faults = nullptr);
 
-// What Inspect() finds to be fatal, clocks that differ by 0.1 s or more, streams that cover too
-// little of the IMU's time, a missing attitude, columns that do not measure, and a sensor in
-// another unit, each with its remedy. Of a flight longer than
-// six minutes it inspects the middle three, so that it stays cheap beside a calibration.
+// What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
+// remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle
+// three, so that it stays cheap beside a calibration.
 std::vector<std::string> FirstLook(const FlightLog& log);
 
 }  // namespace trueline

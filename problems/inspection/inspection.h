@@ -1,5 +1,4 @@
-// The log doctor: faults of single streams, and of streams against each other, before anything is
-// fitted.
+// Finds faults of a log before anything is fitted: in each stream, and between streams.
 #pragma once
 
 #include <string>

@@ -133,6 +133,12 @@ bool ParseTime(std::string_view text, int exponent, TimeNs* time) {
   return true;
 }
 
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
 std::string TimeText(TimeNs time) {
   const auto bits = static_cast<std::uint64_t>(time);
   const std::uint64_t magnitude = time < 0 ? 0 - bits : bits;

@@ -43,6 +43,8 @@ bool ParseNumber(std::string_view text, double* value);
 // `text` is no finite decimal number or does not fit 64 bits.
 bool ParseTime(std::string_view text, int exponent, TimeNs* time);
 
+std::string LowerCase(std::string text);  // ASCII
+
 // The time in seconds with nine decimals, exact.
 std::string TimeText(TimeNs time);
 

@@ -92,16 +92,6 @@ std::vector<Saturation> ImuSaturations(const std::vector<ImuSample>& imu) {
   return saturations;
 }
 
-double MedianStep(const std::vector<ImuSample>& imu) {
-  if (imu.size() < 2) return 0.0;
-  std::vector<TimeNs> steps;
-  steps.reserve(imu.size() - 1);
-  for (std::size_t i = 1; i < imu.size(); ++i) steps.push_back(imu[i].t - imu[i - 1].t);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return ToSeconds(*middle);
-}
-
 std::vector<std::string> ImuWarnings(const std::vector<ImuSample>& imu) {
   std::vector<std::string> warnings;
   if (imu.size() < 2) return warnings;

@@ -8,6 +8,7 @@
 #include "problems/common/sha256.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/stream_reader.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -119,9 +120,7 @@ void CheckPause(TimeNs before, const StreamReader& reader) {
 void WarnOfStrangeNorms(const fs::path& path, std::vector<double> norms,
                         std::vector<std::string>* warnings) {
   if (norms.empty()) return;
-  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
-  std::nth_element(norms.begin(), middle, norms.end());
-  const double usual = *middle;
+  const double usual = UpperMedian(norms);
   const double limit = std::max(kStrangeNorm, 20.0 * usual);
   const auto count = std::count_if(norms.begin(), norms.end(), [&](double n) { return n > limit; });
   if (count == 0) return;

@@ -28,7 +28,7 @@ PiecewisePolynomial Scaled(const BoundDesign& design, const PiecewisePolynomial&
 
 // The same with fewer samples, each as much better as keeps the information of a second: bounds
 // differ little, and a flight costs a fraction.
-BoundDesign Sketched(BoundDesign design) {
+BoundDesign WithCoarseSampling(BoundDesign design) {
   constexpr double kImuRate = 100.0, kPoseRate = 15.0;  // Hz; the controller needs the former
   RotorSimulation& sim = design.simulation;
   const double imu = std::sqrt(std::min(1.0, kImuRate / sim.imu_rate));
@@ -87,7 +87,7 @@ DesignedFigure DesignFigure(const BoundDesign& design,
   const auto path = [&](const Overtones& x, double step = kLimitStep) {
     return Scaled(design, OvertonePath(x, design.duration, design.ramp), step, 2.0);
   };
-  const BoundDesign sketch = Sketched(design);
+  const BoundDesign sketch = WithCoarseSampling(design);
   const auto cost = [&](const Eigen::VectorXd& x) {
     return FlownBound(sketch, path(x, 2.0 * kLimitStep));
   };

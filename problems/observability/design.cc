@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "problems/common/parallel.h"
+#include "problems/common/time.h"
 #include "problems/observability/assessment.h"
 #include "problems/observability/e2log.h"
 #include "problems/observability/limit_penalty.h"
@@ -20,9 +21,6 @@ constexpr double kPenaltyStep = 0.05;
 constexpr double kMargin = 0.01;
 
 using Clock = std::chrono::steady_clock;
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // -log(score) + rho * penalty.
 class PenalisedScore : public ceres::FirstOrderFunction {

@@ -172,11 +172,36 @@ double MedianSigma(const std::vector<Fix>& fixes) {
   return UpperMedian(sigmas);
 }
 
+double RateOf(std::size_t samples, double duration) {
+  return duration > 0.0 ? static_cast<double>(samples) / duration : 0.0;
+}
+
+// Rates as logged; sigmas as for the paper's sensors, but for fixes, which state theirs.
+SensorSet SensorsOf(const FlightLog& log) {
+  SensorSet sensors;
+  const auto set = [](double rate, double* at) {
+    if (rate > 0.0) *at = rate;
+  };
+  const auto duration = [](const auto& samples) {
+    return SecondsBetween(samples.front().t, samples.back().t);
+  };
+  if (!log.imu.empty()) set(RateOf(log.imu.size(), duration(log.imu)), &sensors.imu_rate);
+  const auto& poses = log.pose.empty() ? log.mocap : log.pose;
+  if (!poses.empty()) {
+    set(RateOf(poses.size(), duration(poses)), &sensors.pose_rate);
+  } else if (!log.fixes.empty()) {
+    set(RateOf(log.fixes.size(), duration(log.fixes)), &sensors.pose_rate);
+    sensors.sigma_position = MedianSigma(log.fixes);
+  }
+  return sensors;
+}
+
 CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& config) {
   std::string warning;
   const RotorVehicle vehicle = config ? ReadRotorVehicle(config->Child("vehicle"), log.gravity)
                                       : VehicleFromLog(log, &warning);
-  SensorSet sensors = config ? FromYaml<SensorSet>(config->ChildOrEmpty("sensors")) : SensorSet{};
+  SensorSet sensors =
+      config ? FromYaml<SensorSet>(config->ChildOrEmpty("sensors")) : SensorsOf(log);
   sensors.pose = !log.pose.empty() || !log.mocap.empty();
   sensors.position = !sensors.pose && !log.fixes.empty();
   const RotorDrivenSystem system(vehicle.model, sensors);

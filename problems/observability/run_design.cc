@@ -140,8 +140,7 @@ DesignOutcome DesignByBound(const DesignTask& task, const BoundCriterion& criter
       {},
       ShownSigmas(design, figure.path),
       ShownSigmas(design, DrawRandom(task, &random))};
-  outcome.result.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  outcome.result.seconds = SecondsSince(started);
   Compare(task, score, progress, &outcome);
   return outcome;
 }

@@ -115,9 +115,10 @@ void FitProcess(const std::vector<SeenWindow>& windows, const StabilisedProcessN
 }
 
 // What the process of the axes `first` to `last` sees under the vehicle's numbers.
-std::vector<SeenWindow> See(const WindowPrediction& prediction, const std::vector<double>& numbers,
-                            const std::vector<TrainingWindow>& windows, int first, int last,
-                            int threads) {
+std::vector<SeenWindow> ObservedMoments(const WindowPrediction& prediction,
+                                        const std::vector<double>& numbers,
+                                        const std::vector<TrainingWindow>& windows, int first,
+                                        int last, int threads) {
   std::vector<SeenWindow> seen(windows.size());
   const auto see = [&](int i) {
     PredictedStates<double> states;
@@ -143,8 +144,8 @@ void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbe
   const WindowPrediction::Process process = MakeProcesses(*processes);
   const WindowPrediction prediction(air, process);
   const auto fit = [&](WindowPrediction::ProcessIndex i, int first, int last) {
-    FitProcess(See(prediction, numbers, windows, first, last, threads), setup.processes[i], threads,
-               &(*processes)[i]);
+    FitProcess(ObservedMoments(prediction, numbers, windows, first, last, threads),
+               setup.processes[i], threads, &(*processes)[i]);
   };
   fit(WindowPrediction::kLevel, 0, 1);
   fit(WindowPrediction::kHeading, 2, 2);

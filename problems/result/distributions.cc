@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <boost/math/special_functions/beta.hpp>
 #include <boost/math/special_functions/gamma.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <functional>
+#include <cstdint>
+#include <limits>
 
 namespace trueline {
 namespace {
@@ -15,17 +17,6 @@ using Quiet = bm::policies::policy<bm::policies::domain_error<bm::policies::igno
                                    bm::policies::overflow_error<bm::policies::ignore_error>,
                                    bm::policies::evaluation_error<bm::policies::ignore_error>,
                                    bm::policies::promote_double<false>>;
-
-// The x >= 0 at which a decreasing function equals `target`.
-double Falls(const std::function<double(double)>& f, double target) {
-  double low = 0.0, high = 1.0;
-  while (f(high) > target && high < 1e12) high *= 2.0;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) > target ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
 
 }  // namespace
 
@@ -41,15 +32,15 @@ UncertainSigma::UncertainSigma(double ratio, double dof, double spread) {
   constexpr double kStep = 0.02;  // of log r
   constexpr int kSteps = 500;
   const double likeliest = std::max(0.0, 0.5 * std::log(ratio));
-  double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double u = i * kStep;
-    const double log_weight = -0.5 * u * u / (spread * spread) - dof * (u - likeliest) -
-                              0.5 * dof * ratio * std::exp(-2.0 * u);
     r_.push_back(std::exp(u));
-    weight_.push_back(std::exp(log_weight));
-    sum += weight_.back();
+    weight_.push_back(-0.5 * u * u / (spread * spread) - dof * (u - likeliest) -
+                      0.5 * dof * ratio * std::exp(-2.0 * u));
   }
+  const double most = *std::max_element(weight_.begin(), weight_.end());
+  double sum = 0.0;
+  for (double& weight : weight_) sum += weight = std::exp(weight - most);
   for (double& weight : weight_) weight /= sum;
 }
 
@@ -91,9 +82,14 @@ double NonCentralityFor(double critical, double dof, double power) {
     const double mean = dof + lambda;
     const double variance = 2.0 * (dof + 2.0 * lambda) / (9.0 * mean * mean);
     const double z = (std::cbrt(critical / mean) - (1.0 - variance)) / std::sqrt(variance);
-    return 0.5 * std::erfc(-z / std::sqrt(2.0));
+    return 0.5 * std::erfc(-z / std::sqrt(2.0)) - (1.0 - power);
   };
-  return Falls(below, 1.0 - power);
+  constexpr double kStep = 2.0;
+  constexpr int kHalfOfDigits = std::numeric_limits<double>::digits / 2;
+  std::uintmax_t steps = 200;
+  const auto [low, high] = bm::tools::bracket_and_solve_root(
+      below, dof, kStep, false, bm::tools::eps_tolerance<double>(kHalfOfDigits), steps);
+  return 0.5 * (low + high);
 }
 
 }  // namespace trueline

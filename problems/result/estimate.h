@@ -17,6 +17,8 @@ struct ParameterEstimate {
   double sigma;
   std::string unit;
   std::string status;  // identified | weak | unobservable | at_bound
+  // By the noise model alone, where `sigma` contains what that lacks; 0: `sigma`.
+  double model_sigma = 0.0;
 };
 
 struct FixMisfit {
@@ -41,7 +43,8 @@ struct ArcPrediction {
   Eigen::Matrix2d cov = Eigen::Matrix2d::Identity();  // m^2
   std::optional<Eigen::Vector2d> truth;  // m; empty where the log has none at that time
   std::string truth_source;              // mocap | fixes | none
-  // m, of each axis of the truth against the last fix of the window; zero: not counted.
+  // m, of each axis of the truth (on a flight without gates, against the last fix of the window);
+  // zero for mocap.
   double truth_sigma = 0.0;
 
   // Final-point error Delta_f (Li et al. 2019, eq. 34-35), m; truth must be there.

@@ -16,6 +16,7 @@
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
+#include "problems/common/time.h"
 #include "problems/rotor/constants_chart.h"
 #include "problems/rotor/fixed_point.h"
 #include "problems/rotor/rotor_normal.h"
@@ -258,8 +259,7 @@ class Batch {
     result->residuals = static_cast<int>(options_.prior.Free().size()) + 3;  // priors
     for (const SegmentModel& segment : segments_) result->residuals += segment.segment().NumRows();
     result->residuals += (data_.attitude ? 6 : 3) * static_cast<int>(at_.nodes.size());
-    result->solve_time +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    result->solve_time += SecondsSince(began);
   }
 
   // The first linearisation is often where the weights were evaluated, whose chain is then used.

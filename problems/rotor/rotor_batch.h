@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "cost_functions/huber.h"
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_noise.h"
@@ -27,12 +28,11 @@ struct RotorBatchOptions {
 
   // The factor on a pose's weight under Huber's loss, for a residual of this norm (sigmas).
   double PoseWeight(double norm) const {
-    return robust_pose > 0.0 && norm > robust_pose ? robust_pose / norm : 1.0;
+    return robust_pose > 0.0 ? HuberWeight(robust_pose, norm) : 1.0;
   }
   // Twice its cost.
   double PoseCost(double norm) const {
-    return robust_pose > 0.0 && norm > robust_pose ? robust_pose * (2.0 * norm - robust_pose)
-                                                   : norm * norm;
+    return robust_pose > 0.0 ? HuberCost(robust_pose, norm) : norm * norm;
   }
 };
 

@@ -58,7 +58,7 @@ struct RotorData {
   std::vector<std::vector<double>> speeds;  // rad/s, by time, then rotor
   MeasuredSpeeds measured;                  // that `speeds` are made of; empty for commands
   double speed_lag = 0.0;                   // s, of the rotors behind the measured speeds
-  double speed_density = 0.0;               // rad/s/sqrt(Hz), of their noise, which moves the model
+  double speed_density = 0.0;               // rad/s/sqrt(Hz), of their noise (rotor_step.h)
   // Set where speeds are computed from commands: the commands, the unknowns' values that `speeds`
   // were computed with, and the derivatives of the speeds by them.
   std::optional<MotorCommands> motors;
@@ -76,7 +76,7 @@ struct RotorData {
   RotorInput InputAt(double t) const;
 };
 
-// The measured pose at `t` or up to 20 ms later, null where there is none.
+// The measured pose at `t`, up to 5 ms earlier or 20 ms later; null where there is none.
 const RotorPose* PoseNear(const RotorData& data, double t);
 
 struct RotorDataOptions {

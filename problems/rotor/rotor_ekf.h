@@ -50,8 +50,8 @@ struct RotorEkfOptions {
   double sigma_position = 1.0;  // m
   double sigma_velocity = 1.0;  // m/s
   double sigma_rate = 1.0;      // rad/s
-  double start_seconds = 2.0;   // s, that are flown several times
-  int passes = 8;               // of them, at most; 0: an ordinary extended filter from the start
+  double start_seconds = 2.0;   // s, the start of the flight, filtered up to `passes` times
+  int passes = 8;               // 0: an ordinary extended filter from the start
   // Linearisation point of the first pass; the prior's mean if left out.
   std::optional<RotorConstants> point = {};
   // RotorEkfRun::likelihoods of another run on the same flight, or null. A run that falls far

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "cost_functions/models/rotation.h"
 #include "problems/chain/small_product.h"
@@ -61,7 +62,11 @@ BodyAccelerationSlope SlopeOfBodyAcceleration(const RotorAeroModel& model, const
   slope.by.setZero();
   std::array<StateJet, Model::kStates> at;
   for (int i = 0; i < Model::kStates; ++i) at[i] = StateJet(x[i]);
-  while (!states.empty()) {
+  // Terms of the open catalogue go with attitude and place, too.
+  static constexpr std::array<int, 6> kPose = {0, 1, 2, 3, Base::kPosition, Base::kPosition + 1};
+  std::span<const int> more = model.effects().terms.empty() ? std::span<const int>() : kPose;
+  while (!states.empty() || !more.empty()) {
+    if (states.empty()) states = std::exchange(more, {});
     const auto some = states.first(std::min<std::size_t>(StateJet::DIMENSION, states.size()));
     for (std::size_t j = 0; j < some.size(); ++j) at[some[j]].v[static_cast<int>(j)] = 1.0;
     const Model::BodyAcceleration<StateJet> acceleration =
@@ -74,7 +79,9 @@ BodyAccelerationSlope SlopeOfBodyAcceleration(const RotorAeroModel& model, const
     for (const int state : some) at[state].v.setZero();
     states = states.subspan(some.size());
   }
-  slope.by.leftCols<4>() = ByAttitude(x, slope.by.middleCols<3>(Base::kVelocity));
+  if (model.effects().terms.empty()) {
+    slope.by.leftCols<4>() = ByAttitude(x, slope.by.middleCols<3>(Base::kVelocity));
+  }
   return slope;
 }
 

@@ -1,8 +1,9 @@
 // Derivatives of the rotor-driven model by its error state. Force and moment
 // (RotorAeroModel::BodyAccelerationOf) are differentiated automatically, four columns at a time:
 // Jets of four stay in registers, and columns without influence are skipped. One Jet of all errors
-// takes several times as long. Force and moment depend on the attitude through the velocity in body
-// axes only. How they move the state and its readings (RotorDrivenModel) is differentiated by hand.
+// takes several times as long. Without terms of the open catalogue, force and moment depend on the
+// attitude through the velocity in body axes only, and not on the place over the ground. How they
+// move the state and its readings (RotorDrivenModel) is differentiated by hand.
 // If the model comes to depend on another state, add its column in rotor_slopes.cc.
 #pragma once
 

@@ -33,8 +33,8 @@ class SegmentWeight {
   // The errors at the end are read with noise of the given variances.
   void End(const State& variance);
 
-  // False if rounding left no covariance: the errors grow beyond all measure, as those of a model
-  // that runs away from the flight do. Nothing can then be whitened.
+  // False if rounding left no valid covariance, as where the model diverges from the flight.
+  // Whiten() must not be called then.
   bool IsRegular() const;
   // Multiplies each column of `rows` by L^-1, with L L' the covariance of the rows.
   void Whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;

@@ -27,8 +27,8 @@ void SetCovariance(const Eigen::MatrixXd& cov, WindowPrior* prior) {
 }
 
 // Adds the random walk of the shared parameters over `seconds` to their covariance.
-void Loosen(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
-            WindowPrior* prior) {
+void AddRandomWalk(const SmootherOptions& options, const ParameterScaling& scaling, double seconds,
+                   WindowPrior* prior) {
   Eigen::Matrix<double, kThetaSize, 1> walk = Eigen::Matrix<double, kThetaSize, 1>::Zero();
   for (int i = 0; i < kThetaSize; ++i) walk[i] = options.WalkOf(kTheta[i].group);
   if (walk.isZero()) return;
@@ -107,7 +107,7 @@ class FixedLag {
     // knot.
     if (first_ + 1 >= static_cast<int>(flight_.passes.size()) || !HasKnot(*problem, to)) return;
     past_ = problem->Marginalise(to);
-    Loosen(options_, problem->scaling(), SecondsBetween(from, to), &*past_);
+    AddRandomWalk(options_, problem->scaling(), SecondsBetween(from, to), &*past_);
     if (false_.erase(first_) > 0) dropped_false_.push_back(first_);
     ++first_;
   }
@@ -125,8 +125,8 @@ class FixedLag {
     const WindowPrior last = problem->Marginalise(problem->segments().back()->start());
     const Pass& next = flight_.passes[tau];
     past_ = KeepParameters(last, vgd_, LineAt(next));
-    Loosen(options_, problem->scaling(), SecondsBetween(flight_.passes[tau - 1].end, next.begin),
-           &*past_);
+    AddRandomWalk(options_, problem->scaling(),
+                  SecondsBetween(flight_.passes[tau - 1].end, next.begin), &*past_);
   }
 
   const FlightData& flight_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "problems/log/imu_health.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -14,16 +15,6 @@ constexpr double kLongestStep = 3.0;          // s, between fixes of one run
 constexpr double kShortestStep = 0.7;         // s, that ends a run
 constexpr double kFromEnds = 0.05;            // s, of IMU and attitude
 constexpr char kPrepared[] = "fixes_to_fit";  // in `source` of a log with such fixes
-
-// Median time between neighbours, s.
-template <class Sample>
-double MedianInterval(const std::vector<Sample>& samples) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    steps.push_back(SecondsBetween(samples[i - 1].t, samples[i].t));
-  }
-  return Quantile(steps, 0.5);
-}
 
 double LongestStep(double interval) {
   return std::clamp(2.5 * interval, kShortestStep, kLongestStep);
@@ -160,7 +151,7 @@ std::vector<Fix> FixesOfMocap(const std::vector<PoseSample>& mocap, double sigma
 
 // Those about `interval` seconds apart: a whole number of steps of the log.
 std::vector<Fix> Thinned(const std::vector<Fix>& fixes, double interval) {
-  const double step = MedianInterval(fixes);
+  const double step = MedianStep(fixes);
   const double apart = std::max(1.0, std::round(interval / step)) * step - 0.5 * step;
   std::vector<Fix> kept;
   for (const Fix& fix : fixes) {
@@ -202,7 +193,7 @@ std::optional<ContinuousFixes> FindContinuousFixes(const FlightLog& log,
   }
   ContinuousFixes found;
   found.from_mocap = log.fixes.empty();
-  const double interval = found.from_mocap ? MedianInterval(log.mocap) : MedianInterval(log.fixes);
+  const double interval = found.from_mocap ? MedianStep(log.mocap) : MedianStep(log.fixes);
   if (!(interval > 0.0)) return std::nullopt;
   const double gap = LongestStep(interval);
   const double share = found.from_mocap ? ShareInLongRuns(log.mocap, gap, options.longest_pass)

@@ -83,6 +83,7 @@ ArcPrediction FlightData::ArcAfter(int tau) const {
   } else if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
     arc.truth = truth->p_E.head<2>();
     arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
+    arc.truth_sigma = truth->sigma;
   }
   return arc;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/result/statistics.h"
+
 namespace trueline {
 namespace {
 
@@ -15,9 +17,7 @@ double ScatterOf(const std::vector<ForceSample>& samples) {
     differences.insert(differences.end(), {std::abs(d.x()), std::abs(d.y())});
   }
   if (differences.empty()) return 0.0;
-  const auto middle = differences.begin() + differences.size() / 2;
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle / (0.6745 * std::sqrt(2.0));
+  return UpperMedian(std::move(differences)) / (0.6745 * std::sqrt(2.0));
 }
 
 }  // namespace

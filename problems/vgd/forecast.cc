@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "problems/trajectory/mocap_path.h"
+#include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_data.h"
+#include "problems/vgd/window_problem.h"
 
 namespace trueline {
 namespace {
@@ -27,7 +29,9 @@ Forecast ForecastAt(const FlightData& flight, const VgdOptions& options, int tau
 
 std::vector<Forecast> ForecastAfter(const FlightData& flight, const VgdOptions& options, int tau,
                                     const Theta& start, const std::vector<double>& horizons) {
-  if (!flight.HasArc(tau)) return {};
+  // Correlated fixes give positions against the last fix, as late as those are.
+  const bool relative = flight.continuous && flight.continuous->noise.IsCorrelated();
+  if (!flight.HasArc(tau) || relative) return {};
   std::vector<Forecast> forecasts;
   for (const double horizon : horizons) {
     const TimeNs end = flight.passes[tau - 1].end + FromSeconds(horizon);

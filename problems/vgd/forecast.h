@@ -20,7 +20,8 @@ struct Forecast {
 
 // Of the window that ends with pass `tau` (from 1), for each of `horizons` (s) that lies on the arc
 // after it and that mocap covers. `start` as of SolveWindow. The window is solved anew with the
-// accelerometer up to the horizon alone.
+// accelerometer up to the horizon alone. None on a flight whose fixes have correlated noise: its
+// positions count from the last fix, and mocap's do not.
 std::vector<Forecast> ForecastAfter(const FlightData& flight, const VgdOptions& options, int tau,
                                     const Theta& start, const std::vector<double>& horizons);
 

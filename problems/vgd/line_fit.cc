@@ -2,6 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
+
+#include "cost_functions/huber.h"
 
 namespace trueline {
 
@@ -23,11 +26,12 @@ LineFit FitLine(const std::vector<Fix>& fixes, std::size_t first, std::size_t la
       right += weight * row * fixes[i].p_E.transpose();
     }
     const Eigen::Matrix<double, 2, 3> solution = normal.ldlt().solve(right);
-    line = {solution.row(0).transpose(), solution.row(1).transpose()};
+    line = {solution.row(0).transpose(), solution.row(1).transpose(),
+            std::sqrt(normal.inverse()(0, 0))};
     for (std::size_t i = first; i <= last; ++i) {
       const Eigen::Vector3d p = line.p + line.v * SecondsBetween(t, fixes[i].t);
       const double norm = (fixes[i].p_E - p).norm() / fixes[i].sigma;
-      weights[i - first] = norm > kHuber ? kHuber / norm : 1.0;
+      weights[i - first] = HuberWeight(kHuber, norm);
     }
   }
   return line;

@@ -8,8 +8,9 @@ namespace trueline {
 
 // Position and velocity at one instant.
 struct LineFit {
-  Eigen::Vector3d p;  // m
-  Eigen::Vector3d v;  // m/s
+  Eigen::Vector3d p;   // m
+  Eigen::Vector3d v;   // m/s
+  double sigma = 0.0;  // m, of each axis of p, by the sigmas of the fixes
 };
 
 // Constant-velocity fit through fixes[first] ... fixes[last], weighted by their sigmas and robust

@@ -58,11 +58,11 @@ std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
                                     const TruthOptions& options) {
   if (!log.mocap.empty()) {
     const auto p_E = PositionAt(log.mocap, next.begin, options.max_mocap_gap);
-    return p_E ? std::optional<ArcTruth>({*p_E, true}) : std::nullopt;
+    return p_E ? std::optional<ArcTruth>({*p_E, true, 0.0}) : std::nullopt;
   }
   const std::size_t last = std::min(next.last, next.first + options.fixes - 1);
   const LineFit line = FitLine(log.fixes, next.first, last, next.begin);
-  return ArcTruth{line.p, false};
+  return ArcTruth{line.p, false, line.sigma};
 }
 
 }  // namespace trueline

@@ -34,7 +34,8 @@ std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions&
 // True position at the end of an arc.
 struct ArcTruth {
   Eigen::Vector3d p_E;  // m
-  bool from_mocap;      // else the robust mean of the next pass's first fixes
+  bool from_mocap;      // else the line through the next pass's first fixes
+  double sigma;         // m, of each axis; zero for mocap
 };
 
 struct TruthOptions {

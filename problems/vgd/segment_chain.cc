@@ -399,8 +399,7 @@ ceres::Solver::Summary SegmentChain::Solve(const TrustRegionOptions& options) {
   summary.iterations.resize(result.iterations + 1);
   summary.termination_type = result.converged ? ceres::CONVERGENCE : ceres::NO_CONVERGENCE;
   summary.final_cost = result.cost;
-  summary.total_time_in_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  summary.total_time_in_seconds = SecondsSince(began);
   return summary;
 }
 

@@ -80,7 +80,8 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
     if (without_prior && judged && sigma > 0.5 * reference[i]) {
       status = sigma > reference[i] ? "unobservable" : "weak";
     }
-    estimate->parameters.push_back({names[i], value[i], sigma, units[i], status});
+    const double model_sigma = prior[i] * std::sqrt(uncertainty.cov(i, i));
+    estimate->parameters.push_back({names[i], value[i], sigma, units[i], status, model_sigma});
   }
 }
 

@@ -23,8 +23,8 @@ double VarianceOfScatter(double sigma, double prior_sigma) {
 // Indices of the window and of those before it that share no pass with each other. A window reaches
 // further back than gamma passes where these hold too few fixes, so its own count tells where the
 // next may end. Windows of fewer passes, at the flight's start, are left out.
-std::vector<std::size_t> Apart(const std::vector<WindowEstimate>& windows, std::size_t window,
-                               int gamma) {
+std::vector<std::size_t> DisjointWindows(const std::vector<WindowEstimate>& windows,
+                                         std::size_t window, int gamma) {
   std::vector<std::size_t> indices{window};
   for (std::size_t i = window; i-- > 0;) {
     const WindowEstimate& after = windows[indices.back()];
@@ -66,7 +66,7 @@ void WidenByScatter(const VgdOptions& options, EstimatorRun* run) {
   Estimates stated;
   for (const WindowEstimate& estimate : run->windows) stated.push_back(estimate.parameters);
   for (std::size_t window = 0; window < run->windows.size(); ++window) {
-    const std::vector<std::size_t> windows = Apart(run->windows, window, options.gamma);
+    const std::vector<std::size_t> windows = DisjointWindows(run->windows, window, options.gamma);
     if (windows.size() < 2) continue;
     std::vector<ParameterEstimate>& parameters = run->windows[window].parameters;
     for (std::size_t p = 0; p < parameters.size(); ++p) {

@@ -14,6 +14,7 @@
 
 #include "problems/log/native_log.h"
 #include "problems/vgd/passes.h"
+#include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -22,12 +23,6 @@ struct Outcome {
   int exit_code;
   std::string out, err;
 };
-
-inline std::string TextOf(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 // Each test has its own flight of 15 s round the hippodrome, which it may modify.
 class CalibrateApp : public testing::Test {
@@ -64,12 +59,12 @@ class CalibrateApp : public testing::Test {
     const std::string out = (root_ / "stdout").string(), err = (root_ / "stderr").string();
     const int status = std::system(
         fmt::format("'{}' {} >'{}' 2>'{}'", program.string(), arguments, out, err).c_str());
-    return {WEXITSTATUS(status), TextOf(out), TextOf(err)};
+    return {WEXITSTATUS(status), ReadText(out), ReadText(err)};
   }
 
   // Lines of a file of the log, to be changed and written back.
   std::vector<std::string> Lines(const std::string& file) const {
-    std::istringstream text(TextOf(root_ / "log" / file));
+    std::istringstream text(ReadText(root_ / "log" / file));
     std::vector<std::string> lines;
     for (std::string line; std::getline(text, line);) lines.push_back(line);
     return lines;

@@ -100,7 +100,7 @@ TEST_F(BadFlight, FixesOfAnotherClock) {
 }
 
 TEST_F(BadFlight, CutOffLastLineIsDroppedWithAWarning) {
-  const std::string text = TextOf(root_ / "log/imu.csv");
+  const std::string text = ReadText(root_ / "log/imu.csv");
   std::ofstream(root_ / "log/imu.csv") << text.substr(0, text.size() - 20);
   const Outcome done = Calibrate();
   EXPECT_EQ(done.exit_code, 0) << done.err;

@@ -68,7 +68,7 @@ TEST_F(CalibrateApp, FindsOutEarlyThatItCannotWrite) {
   EXPECT_THAT(done.err, AllOf(HasSubstr("out"), HasSubstr("cannot be written"),
                               HasSubstr("check that the folder exists, is writable")));
   EXPECT_THAT(done.out, IsEmpty());
-  EXPECT_EQ(TextOf(root_ / "out"), "a file, not a folder");
+  EXPECT_EQ(ReadText(root_ / "out"), "a file, not a folder");
 }
 
 TEST_F(CalibrateApp, TakesTheModelOfAnEarlierFlight) {
@@ -84,10 +84,10 @@ TEST_F(CalibrateApp, TakesTheModelOfAnEarlierFlight) {
 
 TEST_F(CalibrateApp, AFailureLeavesEarlierResultsWhole) {
   ASSERT_EQ(Calibrate().exit_code, 0);
-  const std::string before = TextOf(root_ / "out/calibration.yaml");
+  const std::string before = ReadText(root_ / "out/calibration.yaml");
   std::filesystem::remove(root_ / "log/imu.csv");
   EXPECT_EQ(Calibrate().exit_code, 2);
-  EXPECT_EQ(TextOf(root_ / "out/calibration.yaml"), before);
+  EXPECT_EQ(ReadText(root_ / "out/calibration.yaml"), before);
 }
 
 // From nothing to the page, by the commands of the README.
@@ -104,7 +104,7 @@ TEST_F(CalibrateApp, SlowFromSimulationToReport) {
                       (root_ / "out").string()));
   if (done.err.find("python3-plotly") != std::string::npos) GTEST_SKIP() << done.err;
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  const std::string page = TextOf(root_ / "out/report.html");
+  const std::string page = ReadText(root_ / "out/report.html");
   EXPECT_THAT(page, HasSubstr("id=\"plot-library\""));  // inside: the page opens offline
   EXPECT_LT(page.size(), 1500000U);
   for (const char* plot : {"plot-track", "plot-arcs", "plot-parameters", "plot-residuals"}) {

@@ -147,6 +147,28 @@ TEST(ConflictsBetween, TwoVehiclesDifferByMoreThanTheirFlightsShow) {
   EXPECT_THAT(ConflictsBetween(priors, light, RunThatShows(0.3, -0.6, 0.15)), IsEmpty());
 }
 
+// Every window is said to show almost nothing, because its sigma was widened to nearly the prior's.
+TEST(ConflictsBetween, AWidenedSigmaDoesNotMoveWhatTheDataShow) {
+  EstimatorRun wide = RunThatShows(0.3, -0.2, 0.15);
+  for (WindowEstimate& window : wide.windows) {
+    ParameterEstimate& K_x = window.parameters[0];
+    K_x.model_sigma = K_x.sigma;
+    K_x.sigma = 0.29;
+  }
+  const EstimatorRun other = RunThatShows(0.3, -0.3, 0.15);
+  EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), wide, other), IsEmpty());
+}
+
+// Each estimate of a smoother holds all data before it: 18 of them are no 18 flights.
+TEST(ConflictsBetween, EstimatesThatCarryThePastCountOnce) {
+  EstimatorRun light = RunThatShows(0.3, -0.3, 0.15), heavy = RunThatShows(0.3, -0.7, 0.15);
+  light.estimator = heavy.estimator = "smoother";  // 1.9 sigmas
+  EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), light, heavy), IsEmpty());
+  heavy = RunThatShows(0.3, -1.3, 0.15);  // 4.7
+  heavy.estimator = "smoother";
+  EXPECT_EQ(ConflictsBetween(PriorsWithSigma(0.3), light, heavy).size(), 1U);
+}
+
 TEST(Judge, NoPassIsUnusable) {
   const Verdict verdict = Judge({"vgd", 3, {}, {}});
   EXPECT_EQ(verdict.word, "unusable");

@@ -8,6 +8,7 @@
 #include "problems/calibration/rotor_calibration.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/common/error.h"
+#include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -101,12 +102,7 @@ TEST(MotorCommands, LagAndVoltageAreFoundSlow) {
 }
 
 std::string ErrorOf(const FlightLog& log, const RotorCalibrationOptions& options) {
-  try {
-    CalibrateRotors(log, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return trueline::ErrorOf([&] { CalibrateRotors(log, options); });
 }
 
 TEST(MotorCommands, WhatIsMissingIsNamed) {

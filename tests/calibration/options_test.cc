@@ -7,6 +7,7 @@
 
 #include "problems/calibration/calibration_config.h"
 #include "problems/common/error.h"
+#include "tests/common/test_files.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -29,12 +30,7 @@ std::string Written(const std::string& text) {
 }
 
 std::string ErrorOfConfig(const std::string& text) {
-  try {
-    FromYaml<VgdOptions>(YamlMap::FromFile(Written(text)));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return ErrorOf([&] { FromYaml<VgdOptions>(YamlMap::FromFile(Written(text))); });
 }
 
 CalibrationFlags Flags(const std::function<void(CalibrationFlags*)>& change) {
@@ -45,12 +41,7 @@ CalibrationFlags Flags(const std::function<void(CalibrationFlags*)>& change) {
 }
 
 std::string ErrorOfFlags(const CalibrationFlags& flags) {
-  try {
-    ResolveCalibrationOptions(flags);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return ErrorOf([&] { ResolveCalibrationOptions(flags); });
 }
 
 std::string Text(const YAML::Node& node) {

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <array>
-#include <fstream>
-#include <sstream>
 
 #include "problems/calibration/learn_rotor_delays.h"
 #include "problems/calibration/learn_rotor_noise.h"
@@ -17,6 +15,7 @@
 #include "problems/result/render.h"
 #include "problems/simulation/logged_streams.h"
 #include "problems/simulation/rotor_flight_config.h"
+#include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -161,12 +160,6 @@ TEST(LearnGyroDelay, FindsAFilter) {
   EXPECT_NEAR(learned(), 0.225 / 12.0, 0.002);
 }
 
-std::string TextOf(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 TEST(RotorCalibration, WritesWhatOthersRead) {
   const std::filesystem::path out =
       std::filesystem::path(testing::TempDir()) / "trueline_rotor_calibration";
@@ -180,10 +173,10 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   EXPECT_EQ(yaml["parameters"]["I_x"]["unit"].as<std::string>(), "kg m^2");
   EXPECT_EQ(yaml["drive"].as<std::string>(), "rotors");
   EXPECT_GE(yaml["open_loop"].size(), 1u);
-  EXPECT_THAT(TextOf(out / "windows.csv"), AllOf(HasSubstr(",filter,"), HasSubstr(",batch,")));
-  EXPECT_THAT(TextOf(out / "trajectory.csv"), HasSubstr("t [s],estimator,kind,tau,x [m]"));
+  EXPECT_THAT(ReadText(out / "windows.csv"), AllOf(HasSubstr(",filter,"), HasSubstr(",batch,")));
+  EXPECT_THAT(ReadText(out / "trajectory.csv"), HasSubstr("t [s],estimator,kind,tau,x [m]"));
   EXPECT_EQ(RenderReport("rotors", {"--result=" + out.string()}, out), "");
-  EXPECT_THAT(TextOf(out / "report.html"), HasSubstr("Calibration by rotor speeds"));
+  EXPECT_THAT(ReadText(out / "report.html"), HasSubstr("Calibration by rotor speeds"));
   // The model of this flight is the prior of the next, except for the biases.
   const RotorCalibrationOptions next = ResolveRotorOptions("", (out / "model.yaml").string(), log);
   EXPECT_NEAR(next.prior.mean[0], Find(c, "m").value, 1e-6);
@@ -234,24 +227,16 @@ TEST(RotorOptions, ShippedConfigurationsAreRead) {
 }
 
 std::string ErrorOf(const std::string& text) {
-  try {
+  return trueline::ErrorOf([&] {
     RotorCalibrationOptions options = Nominal();
     const YamlMap map(YAML::Load(text), "rotors.yaml", "");
     ReadRotorOptions(map, &options);
     map.Finish();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  });
 }
 
 std::string MessageOf(const FlightLog& log) {
-  try {
-    CalibrateRotors(log, Nominal());
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return trueline::ErrorOf([&] { CalibrateRotors(log, Nominal()); });
 }
 
 TEST(RotorOptions, WrongOnesAreRefusedByName) {

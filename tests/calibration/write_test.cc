@@ -7,6 +7,7 @@
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
+#include "tests/common/test_files.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -15,14 +16,8 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string FileText(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 std::vector<std::string> LinesOf(const std::filesystem::path& path) {
-  std::istringstream text(FileText(path));
+  std::istringstream text(ReadText(path));
   std::vector<std::string> lines;
   for (std::string line; std::getline(text, line);) lines.push_back(line);
   return lines;
@@ -146,12 +141,12 @@ TEST_F(WrittenFlight, TheTableShowsEveryRunAndTheVerdict) {
 
 TEST_F(WrittenFlight, AFailureLeavesTheOldFileWholeAndNoRubbish) {
   Write();
-  const std::string before = FileText(out_ / "arcs.csv");
+  const std::string before = ReadText(out_ / "arcs.csv");
   std::filesystem::remove(out_ / "windows.csv");
   std::filesystem::create_directory(out_ / "windows.csv");  // can't be replaced by a file
   std::ofstream(out_ / "windows.csv/keep") << "x";
   EXPECT_THROW(Write(), InputError);
-  EXPECT_EQ(FileText(out_ / "arcs.csv").size(), before.size());
+  EXPECT_EQ(ReadText(out_ / "arcs.csv").size(), before.size());
   EXPECT_NO_THROW(YAML::LoadFile(out_ / "calibration.yaml"));
   for (const auto& entry : std::filesystem::directory_iterator(out_)) {
     EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr(".tmp.")));

@@ -26,12 +26,6 @@ std::set<std::string> NamesIn(const fs::path& folder) {
   return names;
 }
 
-std::string ContentOf(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 class ResultFolders : public testing::Test {
  protected:
   void Run(const std::string& program, const std::vector<std::string>& names,
@@ -65,9 +59,9 @@ TEST_F(ResultFolders, ReplacesTheFilesOfTheRunBeforeAndNoOthers) {
   fs::create_symlink("nowhere", out_ / "link");
   Run("trueline-a", {"one.csv"}, "new");
   EXPECT_THAT(NamesIn(out_), ElementsAre("link", "manifest.yaml", "note.txt", "one.csv", "sub"));
-  EXPECT_EQ(ContentOf(out_ / "one.csv"), "new");
-  EXPECT_EQ(ContentOf(out_ / "note.txt"), "mine");
-  EXPECT_EQ(ContentOf(out_ / "sub/deeper/note.txt"), "mine");
+  EXPECT_EQ(ReadText(out_ / "one.csv"), "new");
+  EXPECT_EQ(ReadText(out_ / "note.txt"), "mine");
+  EXPECT_EQ(ReadText(out_ / "sub/deeper/note.txt"), "mine");
   EXPECT_EQ(fs::read_symlink(out_ / "link"), "nowhere");
 }
 
@@ -81,7 +75,7 @@ TEST_F(ResultFolders, AnInterruptedRunLeavesTheOldResultAndIsSweptUp) {
     EXPECT_TRUE(fs::exists(running.path()));
     WriteFileAtomically(running.path() / "one.csv", "new");
   }
-  EXPECT_EQ(ContentOf(out_ / "one.csv"), "old");
+  EXPECT_EQ(ReadText(out_ / "one.csv"), "old");
   EXPECT_THAT(NamesIn(folder_.directory()), ElementsAre("out"));
 }
 
@@ -92,7 +86,7 @@ TEST_F(ResultFolders, TheLaterOfTwoRunsLeavesAWholeResult) {
   WriteFileAtomically(second.path() / "one.csv", "second");
   first.Commit(true);
   second.Commit(true);
-  EXPECT_EQ(ContentOf(out_ / "one.csv"), "second");
+  EXPECT_EQ(ReadText(out_ / "one.csv"), "second");
   EXPECT_THAT(ReadManifest(out_).files, ElementsAre("one.csv"));
   EXPECT_THAT(NamesIn(out_), ElementsAre("manifest.yaml", "one.csv"));
 }

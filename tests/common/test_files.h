@@ -6,7 +6,9 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 
 #include "problems/common/error.h"
@@ -21,6 +23,12 @@ inline std::string ErrorOf(const std::function<void()>& action) {
     return error.what();
   }
   return "no error";
+}
+
+inline std::string ReadText(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
 }
 
 // A directory of its own for each test, removed afterwards.

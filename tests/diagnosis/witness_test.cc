@@ -210,7 +210,7 @@ TEST(Witness, AnotherSizeOfTheEffectDoesNotRefuteIt) {
   witness.sigma = Eigen::VectorXd::Constant(1, 0.01);
   const auto says = [&](double size) {
     witness.value = Eigen::VectorXd::Constant(1, size);
-    return SaysOf(witness, cause);
+    return WitnessVerdict(witness, cause);
   };
   EXPECT_EQ(says(0.21), "confirms");
   EXPECT_EQ(says(0.12), "confirms");

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/common/error.h"
+#include "tests/common/test_files.h"
 #include "tests/experiment/short_experiment.h"
 
 namespace trueline::testing_benchmark {
@@ -19,12 +20,7 @@ std::vector<Job> Jobs(const std::string& text) {
 }
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    Jobs(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return trueline::ErrorOf([&] { Jobs(text); });
 }
 
 TEST(Experiment, UnknownKeysAreRefusedWithFileAndLine) {

@@ -5,10 +5,10 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 
 #include "problems/experiment/write_benchmark.h"
+#include "tests/common/test_files.h"
 
 namespace trueline::testing_benchmark {
 
@@ -30,13 +30,6 @@ class TemporaryFolder {
 };
 
 inline fs::path SourceFolder() { return TRUELINE_TEST_SOURCE_DIR; }
-
-inline std::string ReadText(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 // The simulation line of an experiment: 25 s of the hippodrome.
 inline std::string Hippodrome(const std::string& more = "") {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "tests/common/test_files.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {
@@ -18,12 +19,6 @@ struct Outcome {
   int exit_code;
   std::string out, err;
 };
-
-std::string TextOf(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 class ConvertApp : public testing::Test {
  protected:
@@ -49,7 +44,7 @@ class ConvertApp : public testing::Test {
     const std::string err = files_.Write("stderr", "");
     const int status =
         std::system(fmt::format("'{}' {} >'{}' 2>'{}'", program_, arguments, out, err).c_str());
-    return {WEXITSTATUS(status), TextOf(out), TextOf(err)};
+    return {WEXITSTATUS(status), ReadText(out), ReadText(err)};
   }
   std::string Usual() const {
     return fmt::format("--map='{}' --in='{}' --out='{}'", map_, csv_, out_);
@@ -68,7 +63,7 @@ TEST_F(ConvertApp, WritesALogAndPrintsItsStreams) {
 }
 
 TEST_F(ConvertApp, ReadsCsvThatIsCompressed) {
-  const std::string text = TextOf(csv_);
+  const std::string text = ReadText(csv_);
   csv_ = (files_ / "log.csv.gz").string();
   WriteCompressed(csv_, text);
   EXPECT_EQ(Run(Usual()).exit_code, 0);
@@ -100,9 +95,9 @@ TEST_F(ConvertApp, KeepsTheMapThatAUserEdited) {
   std::filesystem::create_directories(out_);
   std::filesystem::rename(map_, out_ + "/proposed_map.yaml");
   map_ = out_ + "/proposed_map.yaml";
-  const std::string edited = TextOf(map_);
+  const std::string edited = ReadText(map_);
   EXPECT_EQ(Run(Usual()).exit_code, 0);
-  EXPECT_EQ(TextOf(map_), edited);
+  EXPECT_EQ(ReadText(map_), edited);
 }
 
 TEST_F(ConvertApp, RefusesAnInputInItsOwnFolder) {
@@ -129,7 +124,7 @@ TEST_F(ConvertApp, IsQuietWhereAsked) {
 TEST_F(ConvertApp, RepeatsWithTheSeed) {
   const auto fixes = [&](int seed) {
     Run(fmt::format("{} --seed={}", Usual(), seed));
-    return TextOf(out_ + "/fixes.csv");
+    return ReadText(out_ + "/fixes.csv");
   };
   const std::string first = fixes(1);
   EXPECT_EQ(first, fixes(1));
@@ -140,7 +135,7 @@ TEST_F(ConvertApp, TakesSettingsOfFixesFromFlags) {
   Run(Usual() +
       " --straights='1<x<3' --sigma_factor=0 --sigma_floor=0.01 --min_count=7 "
       "--max_count=7");
-  std::istringstream fixes(TextOf(out_ + "/fixes.csv"));
+  std::istringstream fixes(ReadText(out_ + "/fixes.csv"));
   int lines = 0;
   for (std::string line; std::getline(fixes, line); ++lines) {
     EXPECT_THAT(line, testing::EndsWith(lines == 0 ? "gate [1]" : ",0.01,0"));
@@ -178,7 +173,8 @@ TEST_F(ConvertApp, SaysThatNoMapFits) {
   const Outcome none = Run(fmt::format("--in='{}' --out='{}'", csv_, out_));
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_THAT(none.err, HasSubstr("has no IMU by the names of its fields"));
-  EXPECT_THAT(TextOf(out_ + "/proposed_map.yaml"), HasSubstr("inputs:\n  log: {delimiter: \",\""));
+  EXPECT_THAT(ReadText(out_ + "/proposed_map.yaml"),
+              HasSubstr("inputs:\n  log: {delimiter: \",\""));
   EXPECT_FALSE(std::filesystem::exists(out_ + "/log.yaml"));
 }
 
@@ -202,8 +198,8 @@ TEST_F(ConvertApp, ConvertsAKnownFormatWithoutAMap) {
   const Outcome done = Run(fmt::format("--in='{}' --out='{}'", log, out_));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("imu             100      100.00"), HasSubstr("mocap")));
-  EXPECT_THAT(TextOf(out_ + "/proposed_map.yaml"), HasSubstr("# EuRoC MAV"));
-  EXPECT_THAT(TextOf(out_ + "/imu.csv"), HasSubstr("-9.81"));
+  EXPECT_THAT(ReadText(out_ + "/proposed_map.yaml"), HasSubstr("# EuRoC MAV"));
+  EXPECT_THAT(ReadText(out_ + "/imu.csv"), HasSubstr("-9.81"));
   std::filesystem::remove_all(log + "/mav0/state_groundtruth_estimate0");
   const Outcome lacks = Run(fmt::format("--in='{}' --out='{}2'", log, out_));
   EXPECT_EQ(lacks.exit_code, 3);

@@ -15,12 +15,6 @@ inline void WriteText(const std::filesystem::path& path, const std::string& text
   std::ofstream(path, std::ios::binary) << text;
 }
 
-inline std::string ReadText(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 // The first occurrence of `from` in the file becomes `to`.
 inline void ReplaceIn(const std::filesystem::path& path, const std::string& from,
                       const std::string& to) {

@@ -46,6 +46,7 @@ TEST(Distributions, UncertainSigmaIsStudentsWithoutAPriorAndNormalWithASharpOne)
 TEST(Distributions, UncertainSigmaIsTheMeasuredOneWithManyDegreesOfFreedom) {
   EXPECT_NEAR(UncertainSigma(9.0, 1000.0, 1.0).Factor(), 3.0, 0.02);
   EXPECT_NEAR(UncertainSigma(0.5, 1000.0, 1.0).Factor(), 1.0, 0.02);
+  EXPECT_NEAR(UncertainSigma(1.0, 1e5, 0.7).Factor(), 1.0, 0.02);
   EXPECT_GT(UncertainSigma(0.5, 2.0, 0.7).Factor(), 1.2);
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/common/error.h"
+#include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -32,12 +33,7 @@ RotorDataOptions OnCommands() {
 }
 
 std::string ErrorOf(const FlightLog& log, const RotorDataOptions& options) {
-  try {
-    MakeRotorData(log, 4, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return trueline::ErrorOf([&] { MakeRotorData(log, 4, options); });
 }
 
 TEST(RotorData, APartWithoutPosesIsRefused) {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "problems/effects/rotor_extension.h"
+#include "problems/effects/term.h"
 #include "problems/rotor/rotor_step.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -28,19 +29,28 @@ Eigen::Matrix<double, RotorAeroModel::kMovingErrors, Jet::DIMENSION> MovingSensi
   return sensitivity;
 }
 
-// Every effect at once, in the middle of a hard turn near the floor.
+// Every effect at once, in the middle of a hard turn near the floor, and terms that go with place,
+// heading and speed.
 RotorEffects AllEffects() {
-  return RotorExtensionOf({{"thrust_sag", {{"d", 0.02}}},
-                           {"rotor_loss", {{"rotor", 1}, {"factor", 0.8}}},
-                           {"rotor_speed_drag", {{"k", 2e-4}}},
-                           {"translational_lift", {{"k", 0.3}}},
-                           {"body_drag", {{"c_x", 0.3}, {"c_y", 0.2}, {"c_z", 0.4}}},
-                           {"air_moment", {{"roll", 3e-4}, {"pitch", -5e-4}}},
-                           {"ground_effect", {{"k", 0.4}}},
-                           {"payload_step", {{"t_step", 1.0}, {"mass", 0.05}}},
-                           {"com_step", {{"t_step", 1.0}, {"dx", 0.01}, {"dy", -0.02}}},
-                           {"rotor_tilt", {{"roll", 0.05}, {"pitch", -0.1}}}})
-      .effects;
+  RotorEffects effects =
+      RotorExtensionOf({{"thrust_sag", {{"d", 0.02}}},
+                        {"rotor_loss", {{"rotor", 1}, {"factor", 0.8}}},
+                        {"rotor_speed_drag", {{"k", 2e-4}}},
+                        {"translational_lift", {{"k", 0.3}}},
+                        {"body_drag", {{"c_x", 0.3}, {"c_y", 0.2}, {"c_z", 0.4}}},
+                        {"air_moment", {{"roll", 3e-4}, {"pitch", -5e-4}}},
+                        {"ground_effect", {{"k", 0.4}}},
+                        {"payload_step", {{"t_step", 1.0}, {"mass", 0.05}}},
+                        {"com_step", {{"t_step", 1.0}, {"dx", 0.01}, {"dy", -0.02}}},
+                        {"rotor_tilt", {{"roll", 0.05}, {"pitch", -0.1}}}})
+          .effects;
+  for (const auto& [where, with] : {std::pair{"force_north", "place(0.2,-0.3;1.5)"},
+                                    {"force_x", "sin(psi)"},
+                                    {"moment_y", "v_x"}}) {
+    const TermForm term = ParseTerm(where, with);
+    effects.terms.push_back({term.on, term.axis, term.with, 0.8});
+  }
+  return effects;
 }
 
 const Eigen::Vector3d kNoDrift = Eigen::Vector3d::Zero();

@@ -5,6 +5,7 @@
 #include "problems/simulation/effects.h"
 #include "problems/simulation/truth_file.h"
 #include "problems/simulation/variant.h"
+#include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline::testing_simulation {
@@ -24,12 +25,7 @@ SimulationConfig Parse(const std::string& text) {
 }
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    Parse(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return trueline::ErrorOf([&] { Parse(text); });
 }
 
 TEST(Config, EveryShippedCourseFlies) {

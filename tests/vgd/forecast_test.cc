@@ -51,5 +51,29 @@ TEST(Forecast, ThereIsNoneBeyondTheArcOrWithoutMocap) {
   EXPECT_TRUE(ForecastsOf(log, {0.1}).empty());
 }
 
+// Without mocap the truth of an arc's end comes from the next pass's fixes, which err themselves.
+TEST(ArcAfter, TruthByFixesHasTheirSigma) {
+  FlightLog log = Fly(1);
+  const VgdOptions options;
+  const auto inside_of = [&](double* sigma) {
+    const FlightData flight(log, options.drive, options.passes, options.drag_measurement);
+    int inside = 0, count = 0;
+    for (const WindowEstimate& window : RunVgd(flight, options).windows) {
+      if (!window.arc || !window.arc->truth) continue;
+      *sigma = window.arc->truth_sigma;
+      inside += window.arc->Inside95();
+      ++count;
+    }
+    EXPECT_GT(count, 8);
+    return static_cast<double>(inside) / count;
+  };
+  double sigma = 0.0;
+  EXPECT_GE(inside_of(&sigma), 0.8);
+  EXPECT_EQ(sigma, 0.0);
+  log.mocap.clear();
+  EXPECT_GE(inside_of(&sigma), 0.8);
+  EXPECT_GT(sigma, 0.05);
+}
+
 }  // namespace
 }  // namespace trueline

@@ -7,6 +7,7 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/text_tables.h"
+#include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
 namespace trueline {
@@ -84,14 +85,8 @@ std::vector<std::string> FirstLines(const std::filesystem::path& path) {
   return first;
 }
 
-std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 bool IsTimeName(const std::string& column) {
-  std::string name = Lower(column);
+  std::string name = LowerCase(column);
   if (name.starts_with('#')) name.erase(0, 1);
   if (name.starts_with("time") || name.starts_with("stamp")) return true;
   // "t", "t_s", "t [ms]", but not "theta".
@@ -119,7 +114,7 @@ bool Increases(const std::vector<double>& values) {
 // By the name, else by the size of a stamp since 1970, else by the step between rows: logs have 20
 // Hz to 20 kHz.
 int TimeExponent(const std::string& column, const std::vector<double>& values) {
-  const std::string name = Lower(column);
+  const std::string name = LowerCase(column);
   const auto says = [&name](const char* unit) {
     const std::string end = unit;
     return name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||

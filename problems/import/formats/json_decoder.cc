@@ -54,28 +54,14 @@ void FlattenJson(const json& value, const std::string& name, int depth,
   }
 }
 
-bool ParseJsonRow(std::string_view message, std::vector<NamedCell>* row) {
-  const json value = json::parse(message, nullptr, false);
-  if (value.is_discarded()) return false;
-  FlattenJson(value, "", 0, row);
-  return true;
-}
-
-class JsonDecoder : public MessageDecoder {
- public:
-  bool Describe(std::string_view message, Channel* channel) override {
-    std::vector<NamedCell> row;
-    return ParseJsonRow(message, &row) && fields_.Describe(row, channel);
-  }
-  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
-    std::vector<NamedCell> row;
-    if (!ParseJsonRow(message, &row)) return false;
-    fields_.Place(row, cells);
+class JsonDecoder final : public NamedRowDecoder {
+ private:
+  bool Parse(std::string_view message, std::vector<NamedCell>* row) const override {
+    const json value = json::parse(message, nullptr, false);
+    if (value.is_discarded()) return false;
+    FlattenJson(value, "", 0, row);
     return true;
   }
-
- private:
-  NamedFields fields_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -24,6 +25,27 @@ class NamedFields {
 
  private:
   std::unordered_map<std::string, std::size_t> places_;
+};
+
+// Decodes an encoding by its messages' rows of named numbers.
+class NamedRowDecoder : public MessageDecoder {
+ public:
+  bool Describe(std::string_view message, Channel* channel) override {
+    std::vector<NamedCell> row;
+    return Parse(message, &row) && fields_.Describe(row, channel);
+  }
+  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
+    std::vector<NamedCell> row;
+    if (!Parse(message, &row)) return false;
+    fields_.Place(row, cells);
+    return true;
+  }
+
+ private:
+  // False for a message that can't be read.
+  virtual bool Parse(std::string_view message, std::vector<NamedCell>* row) const = 0;
+
+  NamedFields fields_;
 };
 
 inline constexpr int kMaxNamedDepth = 16;

@@ -118,7 +118,7 @@ class ProtobufFlattener {
   std::vector<NamedCell>* row_;
 };
 
-class ProtobufDecoder : public MessageDecoder {
+class ProtobufDecoder final : public NamedRowDecoder {
  public:
   ProtobufDecoder(const std::string& type, const std::string& descriptors) {
     pb::FileDescriptorSet set;
@@ -129,17 +129,6 @@ class ProtobufDecoder : public MessageDecoder {
       for (const pb::FileDescriptorProto& file : set.file()) any |= Build(file);
     }
     type_ = pool_.FindMessageTypeByName(type);
-  }
-
-  bool Describe(std::string_view message, Channel* channel) override {
-    std::vector<NamedCell> row;
-    return Parse(message, &row) && fields_.Describe(row, channel);
-  }
-  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
-    std::vector<NamedCell> row;
-    if (!Parse(message, &row)) return false;
-    fields_.Place(row, cells);
-    return true;
   }
 
  private:
@@ -153,7 +142,7 @@ class ProtobufDecoder : public MessageDecoder {
     return pool_.BuildFileCollectingErrors(file, &errors) != nullptr;
   }
 
-  bool Parse(std::string_view bytes, std::vector<NamedCell>* row) const {
+  bool Parse(std::string_view bytes, std::vector<NamedCell>* row) const override {
     constexpr std::size_t kMost = 1 << 30;
     if (type_ == nullptr || bytes.size() > kMost) return false;
     const std::unique_ptr<pb::Message> message(factory_.GetPrototype(type_)->New());
@@ -166,7 +155,6 @@ class ProtobufDecoder : public MessageDecoder {
   std::set<std::string> tried_;
   mutable pb::DynamicMessageFactory factory_;
   const pb::Descriptor* type_ = nullptr;
-  NamedFields fields_;
 };
 
 }  // namespace
