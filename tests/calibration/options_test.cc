@@ -30,7 +30,7 @@ std::string Written(const std::string& text) {
 }
 
 std::string ErrorOfConfig(const std::string& text) {
-  return ErrorOf([&] { FromYaml<VgdOptions>(YamlMap::FromFile(Written(text))); });
+  return trueline::ErrorOf([&] { FromYaml<VgdOptions>(YamlMap::FromFile(Written(text))); });
 }
 
 CalibrationFlags Flags(const std::function<void(CalibrationFlags*)>& change) {
@@ -41,7 +41,7 @@ CalibrationFlags Flags(const std::function<void(CalibrationFlags*)>& change) {
 }
 
 std::string ErrorOfFlags(const CalibrationFlags& flags) {
-  return ErrorOf([&] { ResolveCalibrationOptions(flags); });
+  return trueline::ErrorOf([&] { ResolveCalibrationOptions(flags); });
 }
 
 std::string Text(const YAML::Node& node) {
