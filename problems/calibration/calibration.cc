@@ -283,6 +283,8 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
                           vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  calibration.warnings.insert(calibration.warnings.end(), options.warnings.begin(),
+                              options.warnings.end());
   calibration.effects = options.effects;
   calibration.continuous = flight.continuous;
   Estimators estimators(flight, options.methods);
