@@ -73,12 +73,13 @@ int Finish(const std::string& report, const std::vector<std::string>& arguments,
 }
 
 int RunImu() {
-  const trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
+  trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
       trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults);
+  trueline::ForgetOwnModel(FLAGS_model, logs, &options);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);

@@ -106,6 +106,24 @@ void JudgePasses(const EstimatorRun& run, Verdict* verdict) {
       wrong, run.windows.size()));
 }
 
+// Fixes of ten measured flights scatter by 0.4 to 1.0 times their sigmas.
+void JudgeFixes(const EstimatorRun& run, Verdict* verdict) {
+  constexpr double kMedianNorm = 1.538;  // of three standard normal numbers
+  constexpr double kMost = 2.0;
+  std::vector<double> norms;
+  for (const WindowEstimate& window : run.windows) {
+    for (const FixMisfit& misfit : window.misfits) {
+      norms.push_back(misfit.error.norm() / misfit.sigma);
+    }
+  }
+  const double times = norms.empty() ? 0.0 : UpperMedian(std::move(norms)) / kMedianNorm;
+  if (times <= kMost) return;
+  verdict->reasons.push_back(
+      fmt::format("the fixes scatter {:.1f} times as much as their sigmas state, so the intervals "
+                  "are too small; multiply 'sigma' in fixes.csv by it",
+                  times));
+}
+
 // The largest strengths of ordinary flights.
 struct Ordinary {
   const char* name;
@@ -196,6 +214,7 @@ Verdict Judge(const EstimatorRun& run) {
   }
   JudgeArcs(run, &verdict);
   JudgePasses(run, &verdict);
+  JudgeFixes(run, &verdict);
   if (!verdict.reasons.empty()) verdict.word = "poor";
   return verdict;
 }
@@ -283,6 +302,8 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
                           vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  calibration.warnings.insert(calibration.warnings.end(), options.warnings.begin(),
+                              options.warnings.end());
   calibration.effects = options.effects;
   calibration.continuous = flight.continuous;
   Estimators estimators(flight, options.methods);

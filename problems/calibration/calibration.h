@@ -24,6 +24,7 @@ struct CalibrationOptions {
   // The priors before those of the model (--model), which take their place if the flight
   // contradicts the model's.
   std::optional<std::array<ParameterPrior, kMotionSize>> priors_without_model;
+  std::vector<std::string> warnings;  // from reading
 };
 
 // Final-point errors and coverage over the arcs of one run: those with mocap truth if there are

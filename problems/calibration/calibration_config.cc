@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "problems/calibration/own_model.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/effects/read_effects.h"
@@ -24,7 +25,12 @@ int ParseGamma(const std::string& text) {
 
 std::vector<std::string> ParseEstimators(const std::string& text) {
   std::vector<std::string> names = SplitList(text);
-  for (const std::string& name : names) FindEstimator(name);
+  for (const std::string& name : names) {
+    FindEstimator(name);
+    if (std::count(names.begin(), names.end(), name) > 1) {
+      throw InputError(fmt::format("--estimator names '{}' twice", name));
+    }
+  }
   if (names.empty()) throw InputError("--estimator names no estimator");
   return names;
 }
@@ -95,6 +101,11 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
   const YamlMap parameters = model.Child("parameters");
   for (int i = 0; i < kMotionSize; ++i) {
     if (!IsVehicle(i)) continue;
+    if (!parameters.Has(kTheta[i].name) && parameters.Has("I_x")) {
+      parameters.Fail("I_x",
+                      "is a constant of the rotor-driven model: give --drive=rotors, or the "
+                      "model.yaml of a calibration without it");
+    }
     const YamlMap entry = parameters.Child(kTheta[i].name);
     ParameterPrior& prior = options->priors[i];
     prior.mean = std::clamp(entry.Get<double>("value"), prior.lower + 1e-9, prior.upper - 1e-9);
@@ -105,6 +116,15 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
     }
   }
   return effects;
+}
+
+void ForgetOwnModel(const std::string& model_file, const std::vector<FlightLog>& logs,
+                    CalibrationOptions* options) {
+  const auto own = [&](const FlightLog& log) { return IsFittedTo(model_file, log); };
+  if (model_file.empty() || std::none_of(logs.begin(), logs.end(), own)) return;
+  options->methods.vgd.priors = *options->priors_without_model;
+  options->priors_without_model.reset();
+  options->warnings.push_back(OwnModelWarning(model_file));
 }
 
 YAML::Node ToYaml(const CalibrationOptions& options) {

@@ -1,6 +1,7 @@
 #include "problems/calibration/rotor_calibration_config.h"
 
 #include "problems/calibration/considered.h"
+#include "problems/calibration/own_model.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/effects/read_effects.h"
 
@@ -38,10 +39,14 @@ void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
   options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
 }
 
-// The earlier flight's estimates and sigmas become the prior; biases keep theirs.
-void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) {
+// The earlier flight's estimates and sigmas become the prior; biases keep theirs. A model of the
+// same flight gives its effects only.
+void ApplyRotorModel(const std::string& file, const FlightLog& log,
+                     RotorCalibrationOptions* options) {
   RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);
+  const bool own = IsFittedTo(file, log);
+  if (own) options->warnings.push_back(OwnModelWarning(file));
   const YamlMap parameters = model.Child("parameters");
   for (const std::string& name : parameters.Keys()) {
     const int i = FindRotorConstant(name);
@@ -50,7 +55,7 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
                       "is no constant of the rotor-driven model; --model needs the "
                       "model.yaml of a calibration with --drive=rotors");
     }
-    if (kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
+    if (own || kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
@@ -60,6 +65,30 @@ void ApplyRotorModel(const std::string& file, RotorCalibrationOptions* options) 
   const RotorExtension extension = RotorExtensionOf(options->effects);
   prior->mean += extension.added;
   options->data.motor_lag += extension.motor_lag;
+}
+
+// The configuration's vehicle takes the place of the log's.
+void WarnOfOtherVehicle(const std::string& config, const FlightLog& log,
+                        RotorCalibrationOptions* options) {
+  constexpr double kSame = 0.01;  // relative
+  if (!log.vehicle) return;
+  std::vector<std::string> other;
+  const auto compare = [&](const std::string& what, double used, double logged) {
+    if (std::abs(used - logged) <= kSame * std::abs(logged)) return;
+    other.push_back(fmt::format("{} {:.4g} instead of {:.4g}", what, used, logged));
+  };
+  if (log.vehicle->mass)
+    compare("mass [kg]", options->prior.mean[kMassConstant], *log.vehicle->mass);
+  const std::vector<Rotor>& used = options->vehicle.model.rotors();
+  const std::vector<Rotor>& logged = log.vehicle->rotors;
+  for (std::size_t i = 0; i < std::min(used.size(), logged.size()); ++i) {
+    compare(fmt::format("k_f of rotor {} [N/(rad/s)^2]", i + 1), used[i].k_f, logged[i].k_f);
+  }
+  if (other.empty()) return;
+  options->warnings.push_back(
+      fmt::format("the vehicle of {} is used, not that of log.yaml: {}; leave 'vehicle' out of the "
+                  "configuration to use the log's",
+                  config, fmt::join(other, ", ")));
 }
 
 }  // namespace
@@ -102,7 +131,7 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
   if (config.empty()) {
     RotorCalibrationOptions options = OptionsFromLog(log);
     if (log.pose.empty()) options.data.source = PoseSource::kMocap;
-    if (!model.empty()) ApplyRotorModel(model, &options);
+    if (!model.empty()) ApplyRotorModel(model, log, &options);
     return options;
   }
   const YamlMap map = YamlMap::FromFile(config);
@@ -112,7 +141,8 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
           : OptionsFromLog(log);
   if (log.pose.empty()) options.data.source = PoseSource::kMocap;
   if (map.Has("motors")) ReadMotors(map.Child("motors"), &options);
-  if (!model.empty()) ApplyRotorModel(model, &options);
+  if (map.Has("vehicle")) WarnOfOtherVehicle(config, log, &options);
+  if (!model.empty()) ApplyRotorModel(model, log, &options);
   ReadRotorOptions(map, &options);
   map.Finish();
   return options;

@@ -94,10 +94,12 @@ double StreamReader::FactorOf(const Column& column, int index) const {
   const std::string& unit = units_[static_cast<std::size_t>(index)];
   if (unit.empty()) return 1.0;
   if (const auto factor = UnitFactor(column.unit, unit)) return *factor;
-  throw ErrorAt(lines_.file(), 1,
-                fmt::format("column '{}': unit '{}' is not known here; use one "
-                            "of: {}",
-                            column.name, unit, KnownUnits(column.unit)));
+  const bool separated = unit.find_first_of(";\t") != std::string::npos;
+  throw ErrorAt(
+      lines_.file(), 1,
+      fmt::format("column '{}': unit '{}' is not known here; {} {}", column.name, unit,
+                  separated ? "separate columns by commas, and use one of:" : "use one of:",
+                  KnownUnits(column.unit)));
 }
 
 // A column without a unit is in SI, as in a header "ax [m/s^2], ay, az". If another column of its

@@ -188,7 +188,8 @@ std::string ContinuousFixes::Text() const {
 
 std::optional<ContinuousFixes> FindContinuousFixes(const FlightLog& log,
                                                    const ContinuousFixOptions& options) {
-  if (options.divide == DivideFixes::kNever || !log.gates.empty() || log.imu.size() < 2) {
+  const bool passes_gates = !log.gates.empty() && !log.fixes.empty();
+  if (options.divide == DivideFixes::kNever || passes_gates || log.imu.size() < 2) {
     return std::nullopt;
   }
   ContinuousFixes found;

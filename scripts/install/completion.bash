@@ -15,6 +15,7 @@ _trueline_values() { # FLAG
   --estimator) echo "vgd vgd_kinematic ekf smoother" ;;
   --thrust) echo "accelerometer level_flight as_published" ;;
   --fit_to) echo "fixes mocap" ;;
+  --score) echo e2log ;;
   --report | --quiet | --short | --times | --yaml | --randomise) echo "true false" ;;
   esac
 }

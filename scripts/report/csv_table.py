@@ -1,4 +1,5 @@
 """Reading of CSV files whose columns are named `name [unit]`."""
+import csv
 import re
 
 import pandas as pd
@@ -46,7 +47,7 @@ def _read_header(path):
         line = stream.readline().strip()
     if not line:
         raise ReportError(f"{path}:1: empty; expected a header line")
-    matches = [HEADER.match(field) for field in line.split(",")]
+    matches = [HEADER.match(field) for field in next(csv.reader([line]))]
     names = [m["name"] if m else f"unreadable_{i}" for i, m in enumerate(matches)]
     return names, {m["name"]: m["unit"] for m in matches if m}
 

@@ -37,13 +37,14 @@ class CalibrateApp : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(root_); }
 
+  static FlightLog Fly(std::uint64_t seed) {
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+    config.duration = 15.0;
+    config.imu.rate = 200.0;
+    return testing_simulation::Fly(config, seed).log;
+  }
   static const FlightLog& Flight() {
-    static const FlightLog log = [] {
-      SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-      config.duration = 15.0;
-      config.imu.rate = 200.0;
-      return testing_simulation::Fly(config, 3).log;
-    }();
+    static const FlightLog log = Fly(3);
     return log;
   }
 

@@ -76,10 +76,29 @@ TEST_F(CalibrateApp, TakesTheModelOfAnEarlierFlight) {
   const YAML::Node first = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
   const std::string model = (root_ / "earlier.yaml").string();
   std::filesystem::copy_file(root_ / "out/model.yaml", model);
+  WriteNativeLog(Fly(4), root_ / "log");
   const Outcome done = Calibrate(fmt::format("--model='{}'", model));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   const YAML::Node second = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
   EXPECT_LT(second["K_x"]["sigma"].as<double>(), first["K_x"]["sigma"].as<double>());
+}
+
+TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForIt) {
+  ASSERT_EQ(Calibrate().exit_code, 0);
+  const YAML::Node first = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
+  const std::string model = (root_ / "earlier.yaml").string();
+  std::filesystem::copy_file(root_ / "out/model.yaml", model);
+  const Outcome done = Calibrate(fmt::format("--model='{}'", model));
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_THAT(done.err, HasSubstr("fitted to this very flight"));
+  const YAML::Node second = YAML::LoadFile(root_ / "out/model.yaml")["parameters"];
+  EXPECT_EQ(second["K_x"]["sigma"].as<double>(), first["K_x"]["sigma"].as<double>());
+}
+
+TEST_F(CalibrateApp, AnEstimatorIsNamedOnce) {
+  const Outcome done = Calibrate("--estimator=vgd,vgd");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("'vgd' twice"));
 }
 
 TEST_F(CalibrateApp, AFailureLeavesEarlierResultsWhole) {

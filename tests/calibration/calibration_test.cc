@@ -52,6 +52,14 @@ TEST(Judge, AHoverIsUnusable) {
   EXPECT_EQ(Judge(run).word, "unusable");
 }
 
+TEST(Judge, FixesThatScatterMoreThanTheyStateArePoor) {
+  EstimatorRun run = FlownRun();
+  for (WindowEstimate& window : run.windows) window.misfits[0].error.x() = 0.7;  // 1.5 times
+  EXPECT_EQ(Judge(run).word, "usable");
+  for (WindowEstimate& window : run.windows) window.misfits[0].error.x() = 2.3;
+  EXPECT_THAT(Judge(run).reasons, ElementsAre(HasSubstr("scatter 5.0 times as much")));
+}
+
 TEST(Judge, NoDragIsPoor) {
   EstimatorRun run = FlownRun();
   for (int i : {0, 1}) run.windows.back().parameters[i].status = "unobservable";

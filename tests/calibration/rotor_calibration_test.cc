@@ -239,6 +239,18 @@ std::string MessageOf(const FlightLog& log) {
   return trueline::ErrorOf([&] { CalibrateRotors(log, Nominal()); });
 }
 
+TEST(RotorOptions, AnotherVehicleThanTheLogsIsSaid) {
+  FlightLog log = FlyFor(2.0);
+  const auto config = (Source() / "config/calibrate/rotors.yaml").string();
+  const RotorCalibrationOptions same = ResolveRotorOptions(config, "", log);
+  log.vehicle = Vehicle{same.prior.mean[kMassConstant], same.vehicle.model.rotors()};
+  EXPECT_TRUE(ResolveRotorOptions(config, "", log).warnings.empty());
+  log.vehicle->rotors[1].k_f *= 1.2;
+  const auto warnings = ResolveRotorOptions(config, "", log).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr("k_f of rotor 2"), HasSubstr("log.yaml")));
+}
+
 TEST(RotorOptions, WrongOnesAreRefusedByName) {
   EXPECT_THAT(ErrorOf("prior:\n  mass: 0.1"),
               AllOf(HasSubstr("rotors.yaml:2"), HasSubstr("mass"), HasSubstr("r_BM_x")));
