@@ -275,13 +275,21 @@ WholeFlight SolveWhole(const FlightData& flight, const EstimatorRun& lagged,
   return RunWholeFlight(shares, methods.vgd, methods.smoother, methods.whole_flight);
 }
 
+std::vector<ParameterEstimate> ShownAlone(const FlightShare& share,
+                                          const EstimatorOptions& methods) {
+  return RunWholeFlight({share}, methods.vgd, methods.smoother, methods.whole_flight).parameters;
+}
+
 // The mean of two vehicles is the model of neither.
-std::vector<std::string> ContradictionsOf(const EstimatorRun& lagged,
+std::vector<std::string> ContradictionsOf(const FlightData& flight, const EstimatorRun& lagged,
                                           const std::vector<OtherFlight>& others,
-                                          const std::array<ParameterPrior, kMotionSize>& priors) {
+                                          const EstimatorOptions& methods) {
   std::vector<std::string> contradictions;
+  if (others.empty()) return contradictions;
+  const std::vector<ParameterEstimate> first = ShownAlone(ShareOf(flight, lagged), methods);
   for (const OtherFlight& other : others) {
-    for (const Conflict& c : ConflictsBetween(priors, lagged, other.alone)) {
+    const auto alone = ShownAlone(ShareOf(*other.data, other.alone), methods);
+    for (const Conflict& c : ConflictsBetween(methods.vgd.priors, first, alone)) {
       contradictions.push_back(fmt::format(
           "the flights contradict each other: of {} the first alone shows {:.3g} +- {:.2g} {}, {} "
           "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither: two vehicles, or "
@@ -321,7 +329,7 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
     if (run.gamma != vgd.gamma || run.windows.empty()) continue;
     const std::vector<OtherFlight> more = RunOthers(other_logs, run, options.methods);
     calibration.whole_flight = SolveWhole(flight, run, more, options.methods);
-    contradictions = ContradictionsOf(run, more, vgd.priors);
+    contradictions = ContradictionsOf(flight, run, more, options.methods);
   }
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),

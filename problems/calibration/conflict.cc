@@ -39,19 +39,29 @@ void AddWithoutPrior(const ParameterEstimate& estimate, const ParameterPrior& pr
       {prior.mean + (estimate.value - prior.mean) / share, C / share + more / (share * share)});
 }
 
-// What windows that share no data show of one parameter; none if they show nothing.
+void AddWithoutPrior(const std::vector<ParameterEstimate>& estimates, int parameter,
+                     const ParameterPrior& prior, Pooled* data) {
+  for (const ParameterEstimate& estimate : estimates) {
+    if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, data);
+  }
+}
+
+// None if the data show nothing.
+std::optional<Normal> SumOf(const Pooled& data) {
+  if (data.precision <= 0.0) return std::nullopt;
+  return data.Sum();
+}
+
+// What windows that share no data show of one parameter.
 std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const ParameterPrior& prior) {
   Pooled data;
   for (std::size_t k = run.windows.size(); k > 0;) {
     const WindowEstimate& window = run.windows[k - 1];
-    for (const ParameterEstimate& estimate : window.parameters) {
-      if (estimate.name == kTheta[parameter].name) AddWithoutPrior(estimate, prior, &data);
-    }
+    AddWithoutPrior(window.parameters, parameter, prior, &data);
     if (FindEstimator(run.estimator).carries_past) break;
     k -= std::min(k, static_cast<std::size_t>(std::max(1, window.gamma)));
   }
-  if (data.precision <= 0.0) return std::nullopt;
-  return data.Sum();
+  return SumOf(data);
 }
 
 void AddConflict(int parameter, const Normal& one, const Normal& other,
@@ -77,11 +87,17 @@ std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotio
 }
 
 std::vector<Conflict> ConflictsBetween(const std::array<ParameterPrior, kMotionSize>& priors,
-                                       const EstimatorRun& one, const EstimatorRun& other) {
+                                       const std::vector<ParameterEstimate>& one,
+                                       const std::vector<ParameterEstimate>& other) {
+  const auto shown_by = [&](const std::vector<ParameterEstimate>& estimates, int parameter) {
+    Pooled data;
+    AddWithoutPrior(estimates, parameter, priors[parameter], &data);
+    return SumOf(data);
+  };
   std::vector<Conflict> conflicts;
   for (int i = 0; i < kMotionSize; ++i) {
     if (!IsAirframe(i)) continue;
-    const auto a = ShownBy(one, i, priors[i]), b = ShownBy(other, i, priors[i]);
+    const auto a = shown_by(one, i), b = shown_by(other, i);
     if (a && b) AddConflict(i, *a, *b, &conflicts);
   }
   return conflicts;

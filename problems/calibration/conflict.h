@@ -24,9 +24,10 @@ struct Conflict {
 std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotionSize>& priors,
                                          const EstimatorRun& run);
 
-// Parameters of the airframe of which two flights, each alone, say different things. Both runs were
-// made with `priors`, which take no part.
+// Parameters of the airframe of which two flights, each alone, say different things. Both were
+// estimated with `priors`, which take no part.
 std::vector<Conflict> ConflictsBetween(const std::array<ParameterPrior, kMotionSize>& priors,
-                                       const EstimatorRun& one, const EstimatorRun& other);
+                                       const std::vector<ParameterEstimate>& one,
+                                       const std::vector<ParameterEstimate>& other);
 
 }  // namespace trueline

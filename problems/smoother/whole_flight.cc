@@ -100,6 +100,7 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
                      FlightProblem::Means means, WholeFlight* result) {
   const Names all = NamesOf(problem, options.detector);
   const std::vector<int> asked = Asked(problem, all);
+  const Eigen::MatrixXd model_cov = means.cov;
   WidenDrag(means.drag_errors, options.vgd, means.force_sigma, all.sigma, &means.cov);
   WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
@@ -116,7 +117,8 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
     const double value = all.mean[i] + all.sigma[i] * means.value[i];
     const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], value);
     result->parameters.push_back({names[k], value, sigma[k] * std::sqrt(cov(k, k)), units[k],
-                                  at_bound ? "at_bound" : shown.status[k]});
+                                  at_bound ? "at_bound" : shown.status[k],
+                                  sigma[k] * std::sqrt(model_cov(i, i))});
   }
 }
 

@@ -87,8 +87,9 @@ TEST_F(BadFlight, NoSuchLog) {
   ExpectRefused({"log", "is no directory"});
 }
 
-TEST_F(BadFlight, MocapWithoutFixes) {
+TEST_F(BadFlight, NeitherFixesNorMocap) {
   std::filesystem::remove(root_ / "log/fixes.csv");
+  std::filesystem::remove(root_ / "log/mocap.csv");
   ExpectRefused({"fixes.csv: there are no fixes to fit to", "trueline-convert"});
 }
 

@@ -145,36 +145,34 @@ TEST(PriorConflict, AnOrdinaryDifferenceIsNone) {
   EXPECT_THAT(ConflictOf(0.3, -0.9, 0.15), IsEmpty());    // 3 sigmas
 }
 
+// Each estimate of a smoother holds all data before it: 18 of them are no six flights.
+TEST(PriorConflict, EstimatesThatCarryThePastCountOnce) {
+  EstimatorRun run = RunThatShows(0.03, -0.35, 0.15);
+  run.estimator = "smoother";
+  EXPECT_THAT(ConflictsWithPrior(PriorsWithSigma(0.03), run), IsEmpty());
+}
+
+std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma) {
+  return RunThatShows(0.3, data, data_sigma).windows.back().parameters;
+}
+
 TEST(ConflictsBetween, TwoVehiclesDifferByMoreThanTheirFlightsShow) {
   const auto priors = PriorsWithSigma(0.3);
-  const EstimatorRun light = RunThatShows(0.3, -0.3, 0.15), heavy = RunThatShows(0.3, -0.7, 0.15);
-  const std::vector<Conflict> conflicts = ConflictsBetween(priors, light, heavy);  // 4.6 sigmas
+  const auto light = EstimatesThatShow(-0.3, 0.06), heavy = EstimatesThatShow(-0.7, 0.06);
+  const std::vector<Conflict> conflicts = ConflictsBetween(priors, light, heavy);  // 4.7 sigmas
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
   EXPECT_NEAR(conflicts[0].other, -0.7, 1e-9);
-  EXPECT_THAT(ConflictsBetween(priors, light, RunThatShows(0.3, -0.6, 0.15)), IsEmpty());
+  EXPECT_THAT(ConflictsBetween(priors, light, EstimatesThatShow(-0.6, 0.06)), IsEmpty());
 }
 
-// Every window is said to show almost nothing, because its sigma was widened to nearly the prior's.
+// The estimate is said to show almost nothing, because its sigma was widened to nearly the prior's.
 TEST(ConflictsBetween, AWidenedSigmaDoesNotMoveWhatTheDataShow) {
-  EstimatorRun wide = RunThatShows(0.3, -0.2, 0.15);
-  for (WindowEstimate& window : wide.windows) {
-    ParameterEstimate& K_x = window.parameters[0];
-    K_x.model_sigma = K_x.sigma;
-    K_x.sigma = 0.29;
-  }
-  const EstimatorRun other = RunThatShows(0.3, -0.3, 0.15);
-  EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), wide, other), IsEmpty());
-}
-
-// Each estimate of a smoother holds all data before it: 18 of them are no 18 flights.
-TEST(ConflictsBetween, EstimatesThatCarryThePastCountOnce) {
-  EstimatorRun light = RunThatShows(0.3, -0.3, 0.15), heavy = RunThatShows(0.3, -0.7, 0.15);
-  light.estimator = heavy.estimator = "smoother";  // 1.9 sigmas
-  EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), light, heavy), IsEmpty());
-  heavy = RunThatShows(0.3, -1.3, 0.15);  // 4.7
-  heavy.estimator = "smoother";
-  EXPECT_EQ(ConflictsBetween(PriorsWithSigma(0.3), light, heavy).size(), 1U);
+  auto wide = EstimatesThatShow(-0.2, 0.06);
+  wide[0].model_sigma = wide[0].sigma;
+  wide[0].sigma = 0.29;
+  EXPECT_THAT(ConflictsBetween(PriorsWithSigma(0.3), wide, EstimatesThatShow(-0.3, 0.01)),
+              IsEmpty());
 }
 
 TEST(Judge, NoPassIsUnusable) {

@@ -146,6 +146,7 @@ TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {
   FlightLog empty = FlyHiding({}, 28);
   empty.name = "second";
   empty.fixes.clear();
+  empty.mocap.clear();
   ImuDiagnosisOptions options;
   options.measure_gain = false;
   const Diagnosis diagnosis = Diagnose({first, empty}, options);

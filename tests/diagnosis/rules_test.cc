@@ -151,8 +151,10 @@ TEST(Rules, FourArcsNameNothing) {
   EXPECT_EQ(Why(CauseWith(four, kNone, "confirms")), "");
 }
 
-TEST(Rules, AnIntervalNeedsThreeArcs) {
-  const std::map<int, double> before{{0, 0.3}, {1, 0.4}, {2, 0.35}}, after{{0, 0.1}, {1, 0.1}};
+TEST(Rules, AnIntervalNeedsSixArcs) {
+  const std::map<int, double> before{{0, 0.3},  {1, 0.4},  {2, 0.35},
+                                     {3, 0.33}, {4, 0.34}, {5, 0.36}},
+      after{{0, 0.1}, {1, 0.1}};
   const Gain two = GainBetween(before, after);
   EXPECT_EQ(two.arcs, 2);
   EXPECT_NEAR(two.before - two.after, 0.25, 1e-12);
