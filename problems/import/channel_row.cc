@@ -25,6 +25,7 @@ bool ChannelRow::AddRecord(std::size_t channel, const Record& record) {
   }
   if (channel != channels_.front()) return false;
   time_ = record.time;
+  place_ = record.place;
   missing_ = -1;
   return true;
 }
@@ -65,11 +66,10 @@ InputError ChannelRow::ErrorIn(int index, const std::string& message) const {
                                 TimeText(time_), field, message));
 }
 
-void ChannelRow::FailMissing(const std::string& stream) const {
-  Fail(std::max(0, missing_),
-       fmt::format("a finite number, or a quaternion, is missing that stream '{}' needs; set "
-                   "'skip_missing: true' in the map",
-                   stream));
+InputError ChannelRow::MissingError(const std::string& stream) const {
+  return ErrorIn(
+      std::max(0, missing_),
+      fmt::format("a finite number, or a quaternion, is missing that stream '{}' needs", stream));
 }
 
 }  // namespace trueline

@@ -20,8 +20,9 @@ class ChannelRow : public ForeignRow {
   double Number(int index) const override;
   TimeNs Time(int index, int exponent) const override;
   TimeNs Stamp() const override { return time_; }
+  std::size_t Place() const override { return place_; }
   InputError ErrorIn(int index, const std::string& message) const override;
-  [[noreturn]] void FailMissing(const std::string& stream) const override;
+  InputError MissingError(const std::string& stream) const override;
 
  private:
   const Cell& At(int index) const { return cells_[static_cast<std::size_t>(index)]; }
@@ -31,6 +32,7 @@ class ChannelRow : public ForeignRow {
   std::vector<std::size_t> starts_;  // of their fields in cells_
   std::vector<Cell> cells_;
   TimeNs time_ = 0;
+  std::size_t place_ = 0;
   mutable int missing_ = -1;  // column of the row's last missing value
 };
 

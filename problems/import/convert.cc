@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "problems/common/error.h"
@@ -30,6 +31,84 @@ void ReadFile(const std::string& file, const CsvDialect& dialect,
   for (StreamImport* stream : streams) stream->Finish(warnings);
 }
 
+// Whether the chunks of the format may stand in another order than that of time.
+bool HasChunks(const std::string& format) {
+  return format == "ros1" || format == "ros2" || format == "mcap";
+}
+
+ClockPart LongestOf(const std::vector<ClockPart>& parts) {
+  return *std::max_element(parts.begin(), parts.end(), [](const ClockPart& a, const ClockPart& b) {
+    return a.count < b.count;
+  });
+}
+
+std::string StepText(const std::string& file, const std::string& stream,
+                     const std::vector<ClockPart>& parts) {
+  return fmt::format("{}: the clock of '{}' steps back {}, at first from {:.3f} s to {:.3f} s",
+                     file, stream,
+                     parts.size() == 2 ? "once" : fmt::format("{} times", parts.size() - 1),
+                     ToSeconds(parts[0].to), ToSeconds(parts[1].from));
+}
+
+// What is said of parts with the same times, of which one is kept.
+std::string RestartWarning(const std::string& file, const std::string& stream,
+                           const std::vector<ClockPart>& parts, std::size_t left_out) {
+  const ClockPart kept = LongestOf(parts);
+  return fmt::format(
+      "{}, as after a restart: the parts have the same times, so they can't be in one log. The "
+      "longest is kept, from {:.3f} s to {:.3f} s, and {} rows of the others are left out; cut the "
+      "file there to convert them",
+      StepText(file, stream, parts), ToSeconds(kept.from), ToSeconds(kept.to), left_out);
+}
+
+// Likewise of parts that do not overlap: a restart, or a file whose blocks are out of place.
+std::string OrderWarning(const std::string& file, const std::string& stream,
+                         const std::vector<ClockPart>& parts) {
+  return fmt::format(
+      "{}, as after a restart, or where blocks of the file are out of place: the parts do not "
+      "overlap and are put in the order of time; if they are of several flights, keep one by 'cut' "
+      "in the map",
+      StepText(file, stream, parts));
+}
+
+// Of parts that overlap in time. The stream with most rows knows best where the clock steps back;
+// where it does, all streams do.
+void KeepOnePart(const std::string& file, const std::string& format,
+                 const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
+  std::vector<ClockPart> parts;
+  const char* name = "";
+  std::size_t most = 0;
+  for (const StreamImport* stream : streams) {
+    std::vector<ClockPart> own = stream->Parts();
+    std::size_t rows = 0;
+    for (const ClockPart& part : own) rows += part.count;
+    if (rows <= most) continue;
+    most = rows;
+    parts = std::move(own);
+    name = stream->name();
+  }
+  if (parts.size() > 1 && !AnyOverlap(parts) && !HasChunks(format)) {
+    warnings->push_back(OrderWarning(file, name, parts));
+  }
+  if (!AnyOverlap(parts)) return;
+  // The first and the last rows of other streams may lie before and after those of this one.
+  parts.back().end = std::numeric_limits<std::size_t>::max();
+  std::size_t left_out = 0;
+  for (StreamImport* stream : streams) left_out += stream->Keep(LongestOf(parts));
+  warnings->push_back(RestartWarning(file, name, parts, left_out));
+}
+
+// A stream may have a clock of its own.
+void KeepOnePartOfEach(const std::string& file, const std::vector<StreamImport*>& streams,
+                       std::vector<std::string>* warnings) {
+  for (StreamImport* stream : streams) {
+    const std::vector<ClockPart> parts = stream->Parts();
+    if (!AnyOverlap(parts)) continue;
+    const std::size_t left_out = stream->Keep(LongestOf(parts));
+    warnings->push_back(RestartWarning(file, stream->name(), parts, left_out));
+  }
+}
+
 // Reads the records of the channels that the streams come from.
 void ReadRecording(Recording* recording, const std::vector<StreamImport*>& streams,
                    std::vector<std::string>* warnings) {
@@ -54,7 +133,17 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
                                     recording->file(), undecoded[i],
                                     recording->channels()[wanted[i]].Label()));
   }
-  for (StreamImport* stream : streams) stream->Finish(warnings);
+  const std::string format = recording->format().key;
+  if (format != "asl") {  // whose files are read one after the other
+    KeepOnePart(recording->file(), format, streams, warnings);
+  }
+  KeepOnePartOfEach(recording->file(), streams, warnings);
+  try {
+    for (StreamImport* stream : streams) stream->Finish(warnings);
+  } catch (const InputError& error) {  // known damage may be the reason
+    throw InputError(fmt::format("{}{}{}", error.what(), damage.empty() ? "" : "; besides, ",
+                                 fmt::join(damage, "; ")));
+  }
 }
 
 // Opens the inputs that are no CSV.

@@ -137,11 +137,12 @@ InputError ForeignCsv::ErrorIn(int index, const std::string& message) const {
   return ErrorAt(file(), line(), fmt::format("column {}: {}", ColumnName(index), message));
 }
 
-void ForeignCsv::FailMissing(const std::string& stream) const {
+InputError ForeignCsv::MissingError(const std::string& stream) const {
   const std::string remedy = fmt::format(
       "needed by stream '{}'; repair the line, or set 'skip_missing: true' in the map", stream);
-  if (missing_ < 0) throw ErrorAt(file(), line(), "the quaternion is zero; " + remedy);
-  Fail(missing_, fmt::format("found '{}' where a finite number is {}", Text(missing_), remedy));
+  if (missing_ < 0) return ErrorAt(file(), line(), "the quaternion is zero; " + remedy);
+  return ErrorIn(missing_,
+                 fmt::format("found '{}' where a finite number is {}", Text(missing_), remedy));
 }
 
 std::string ForeignCsv::ColumnName(int index) const {

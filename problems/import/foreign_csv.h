@@ -36,10 +36,11 @@ class ForeignCsv : public ForeignRow {
   double Number(int index) const override;  // NaN if the field is empty or says so
   TimeNs Time(int index, int exponent) const override;
   TimeNs Stamp() const override { return 0; }  // a CSV map names the column of the time
+  std::size_t Place() const override { return static_cast<std::size_t>(line()); }
 
   // "file:line: column 'name': message".
   InputError ErrorIn(int index, const std::string& message) const override;
-  [[noreturn]] void FailMissing(const std::string& stream) const override;
+  InputError MissingError(const std::string& stream) const override;
   const std::string& file() const { return lines_.file(); }
   int line() const { return lines_.line_number(); }
 

@@ -31,6 +31,8 @@ class ForeignRow {
   virtual TimeNs Time(int index, int exponent) const = 0;
   // The row's own time, of measurement where the log states it.
   virtual TimeNs Stamp() const = 0;
+  // Rises from row to row of a file, whatever their channels.
+  virtual std::size_t Place() const = 0;
 
   // An error that names the place and the column.
   virtual InputError ErrorIn(int index, const std::string& message) const = 0;
@@ -38,7 +40,7 @@ class ForeignRow {
     throw ErrorIn(index, message);
   }
   // The error for a row of `stream` in which Number() found a missing value.
-  [[noreturn]] virtual void FailMissing(const std::string& stream) const = 0;
+  virtual InputError MissingError(const std::string& stream) const = 0;
 };
 
 }  // namespace trueline

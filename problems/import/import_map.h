@@ -19,7 +19,7 @@
 //                            # and `unsorted` is sort
 //   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
 //   body: FLU
-//   streams:                 # each may state input, time, earth, body, new_where, accept,
+//   streams:                 # each may state input, time, earth, body, new_where, accept, expect,
 //                            # skip_missing, unsorted
 //     imu:
 //       accel: {columns: [ax, ay, az], unit: g}

@@ -117,6 +117,26 @@ std::optional<StreamMap> FirstThatFits(const Recording& recording, const StreamM
   return std::nullopt;
 }
 
+// A topic may have two definitions or encodings; each has a channel of its own, and only one is
+// read.
+void WarnOfTwin(const Recording& recording, std::size_t channel,
+                std::vector<std::string>* warnings) {
+  const Channel& read = recording.channels()[channel];
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < recording.channels().size(); ++i) {
+    if (i == channel || recording.channels()[i].Label() != read.Label()) continue;
+    others += recording.channels()[i].count;
+  }
+  if (others == 0) return;
+  const std::string warning = fmt::format(
+      "{}: {} has messages of several definitions or encodings; the {} from {:.3f} s to {:.3f} s "
+      "are read, and {} of another are left out",
+      recording.file(), read.Label(), read.count, ToSeconds(read.first), ToSeconds(read.last),
+      others);
+  const bool is_new = std::find(warnings->begin(), warnings->end(), warning) == warnings->end();
+  if (is_new) warnings->push_back(warning);
+}
+
 }  // namespace
 
 std::map<std::string, StreamMap> ResolveChannels(const ImportMap& map, const Recordings& recordings,
@@ -132,6 +152,7 @@ std::map<std::string, StreamMap> ResolveChannels(const ImportMap& map, const Rec
     std::string why;
     if (const auto found = FirstThatFits(*recording, stream, &why)) {
       resolved[name] = *found;
+      for (const std::size_t channel : found->channel) WarnOfTwin(*recording, channel, warnings);
       continue;
     }
     const std::string lack = why.empty() ? fmt::format("{}: has no records of {} for stream '{}'",

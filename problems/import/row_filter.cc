@@ -1,5 +1,7 @@
 #include "problems/import/row_filter.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +16,17 @@ double MedianAround(const std::vector<double>& values, std::size_t i, int window
   const std::size_t last = std::min(values.size(), i + half + 1);
   return UpperMedian({values.begin() + static_cast<std::ptrdiff_t>(first),
                       values.begin() + static_cast<std::ptrdiff_t>(last)});
+}
+
+// False if the row lacks one, which is an error unless that is allowed.
+bool BindAll(const ForeignRow& row, bool may_lack, std::vector<SourceColumn>* columns) {
+  try {
+    for (SourceColumn& column : *columns) column.Bind(row);
+    return true;
+  } catch (const UnknownColumn&) {
+    if (!may_lack) throw;
+    return false;
+  }
 }
 
 }  // namespace
@@ -31,6 +44,16 @@ AcceptRule::AcceptRule(const YamlMap& map) : columns(ReadColumns(map, "columns",
     if (!(median_within > 0.0)) median.Fail("within", "must be positive");
     median.Finish();
   }
+  optional = map.Get<bool>("optional", false);
+  if (optional && !range) map.Fail("optional", "goes with 'range'");
+  map.Finish();
+}
+
+ExpectRule::ExpectRule(const YamlMap& map)
+    : columns(ReadColumns(map, "columns", 0)),
+      range(map.Get<std::array<double, 2>>("range")),
+      otherwise(map.Get<std::string>("else")) {
+  if (!(range[0] < range[1])) map.Fail("range", "needs [low, high]");
   map.Finish();
 }
 
@@ -40,21 +63,47 @@ RowFilter::RowFilter(const YamlMap& map) {
     if (column.is_constant()) map.Fail("new_where", "a constant never changes; remove it");
   }
   for (const YamlMap& rule : map.Children("accept")) rules_.emplace_back(rule);
+  for (const YamlMap& rule : map.Children("expect")) expectations_.emplace_back(rule);
 }
 
 void RowFilter::Bind(const ForeignRow& row) {
   for (SourceColumn& column : new_where_) column.Bind(row);
   for (AcceptRule& rule : rules_) {
-    for (SourceColumn& column : rule.columns) column.Bind(row);
+    rule.is_bound = BindAll(row, rule.optional, &rule.columns);
     if (rule.median_window > 0) remembered_.resize(remembered_.size() + rule.columns.size());
   }
+  for (ExpectRule& rule : expectations_) rule.is_bound = BindAll(row, true, &rule.columns);
 }
 
 bool RowFilter::Accepts(const ForeignRow& row) {
   if (!IsNew(row)) return false;
-  if (InRange(row)) return true;
-  ++out_of_range_;
-  return false;
+  if (!InRange(row)) {
+    ++out_of_range_;
+    return false;
+  }
+  Expect(row);
+  return true;
+}
+
+void RowFilter::Expect(const ForeignRow& row) {
+  for (ExpectRule& rule : expectations_) {
+    if (!rule.is_bound) continue;
+    rule.broken += std::any_of(rule.columns.begin(), rule.columns.end(),
+                               [&](const SourceColumn& column) {
+                                 const double value = column.Value(row);
+                                 return value < rule.range[0] || value > rule.range[1];
+                               })
+                       ? 1
+                       : 0;
+  }
+}
+
+std::vector<std::string> RowFilter::BrokenExpectations() const {
+  std::vector<std::string> broken;
+  for (const ExpectRule& rule : expectations_) {
+    if (rule.broken > 0) broken.push_back(fmt::format("{} rows {}", rule.broken, rule.otherwise));
+  }
+  return broken;
 }
 
 // The values of the first row may be of any age, so it counts as repeated.
@@ -74,7 +123,7 @@ bool RowFilter::IsNew(const ForeignRow& row) {
 
 bool RowFilter::InRange(const ForeignRow& row) const {
   for (const AcceptRule& rule : rules_) {
-    if (!rule.range) continue;
+    if (!rule.range || !rule.is_bound) continue;
     for (const SourceColumn& column : rule.columns) {
       const double value = column.Value(row);
       if (value < (*rule.range)[0] || value > (*rule.range)[1]) return false;

@@ -58,7 +58,7 @@ class NumberSource {
   void Bind(const ForeignRow& row);
   std::vector<double> Values(const ForeignRow& row) const;
   std::optional<double> Constant() const;  // a single constant's value, in SI
-  int index() const { return columns_.front().index(); }
+  int index(std::size_t i = 0) const { return columns_[i].index(); }
 
  private:
   std::vector<SourceColumn> columns_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "problems/common/error.h"
@@ -11,6 +12,11 @@
 
 namespace trueline {
 namespace {
+
+// In SI units. Reading a native log refuses twice as much, which leaves room for turned axes.
+constexpr double kLargestNumber = 5e8;
+// Of a recording's rows: as many are left out without being asked.
+constexpr double kFewFaults = 0.01;
 
 // The stamp of a row, in native time.
 class StampReader {
@@ -46,18 +52,23 @@ class StampReader {
   TimeNs offset_ = 0;
 };
 
+// Why a row can't become a sample; of several the last one counts.
+enum class RowFault { kNone, kMissing, kSigma, kQuaternion, kBeyond };
+constexpr std::size_t kRowFaults = 5;
+
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  // `skip_missing`: a value that can't be is missing; otherwise it is an error.
   RowConverter(const ForeignRow& row, const StreamMap& map, LocalFrame* frame)
-      : row_(row), source_(map.fields.begin()), frame_(frame), skip_missing_(map.skip_missing) {}
+      : row_(row), source_(map.fields.begin()), frame_(frame) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
     const std::vector<double> numbers = Numbers();
     vector = source_->axes * Eigen::Map<const Eigen::Vector3d>(numbers.data());
-    if (source_->geodetic) missing_ |= !LocalFrame::IsPlace(numbers[0], numbers[1]);
-    if (source_->geodetic && !missing_) vector = frame_->ToNed(numbers[0], numbers[1], numbers[2]);
+    if (source_->geodetic && !LocalFrame::IsPlace(numbers[0], numbers[1])) Add(RowFault::kMissing);
+    if (source_->geodetic && fault_ == RowFault::kNone) {
+      vector = frame_->ToNed(numbers[0], numbers[1], numbers[2]);
+    }
     if (source_->attitude) {
       const auto q_E_B = Attitude();
       if (q_E_B) vector = q_E_B->conjugate() * vector;
@@ -71,77 +82,104 @@ class RowConverter {
   }
   void operator()(const Field& field, double& value) {
     value = Numbers()[0];
-    if (field.is_sigma && value < kLeastSigma) RefuseSigma(value);
+    if (field.is_sigma && value < kLeastSigma) {
+      Add(RowFault::kSigma);
+      sigma_ = {source_->numbers.index(), value};
+    }
     ++source_;
   }
   void operator()(const Field& field, int& id) {
     double value = 0.0;
     (*this)(field, value);
-    if (!missing_) id = static_cast<int>(std::lround(value));
+    if (fault_ == RowFault::kNone) id = static_cast<int>(std::lround(value));
   }
   void operator()(const Field&, std::vector<double>& values) {
     values = Numbers();
     ++source_;
   }
 
-  bool missing() const { return missing_; }  // a value is missing, or can't be
-  // Why a quaternion can't be, with its place; empty if its norm is 1.
-  const std::string& bad_quaternion() const { return bad_quaternion_; }
+  RowFault fault() const { return fault_; }
+  // The error for the fault, with its place.
+  InputError Error(const std::string& stream) const {
+    switch (fault_) {
+      case RowFault::kBeyond:
+        return row_.ErrorIn(beyond_.column,
+                            fmt::format("found {:.4g} in SI units, which is beyond anything that "
+                                        "flies",
+                                        beyond_.value));
+      case RowFault::kQuaternion:
+        return attitude_->NormError(row_, norm_);
+      case RowFault::kSigma:
+        return row_.ErrorIn(sigma_.column,
+                            fmt::format("found {}; a standard deviation must be positive, {} m or "
+                                        "more: correct it, give 'sigma: {{constant: ...}}', or set "
+                                        "'skip_missing: true' in the map",
+                                        sigma_.value, kLeastSigma));
+      default:
+        return row_.MissingError(stream);
+    }
+  }
 
  private:
+  struct Found {
+    int column = -1;
+    double value = 0.0;
+  };
+
+  void Add(RowFault fault) { fault_ = std::max(fault_, fault); }
+
   std::optional<Eigen::Quaterniond> Attitude() {
     std::optional<double> bad_norm;
     auto value = source_->attitude->Value(row_, &bad_norm);
-    missing_ |= !value;
-    if (bad_norm) RefuseQuaternion(*bad_norm);
+    if (!value) Add(bad_norm ? RowFault::kQuaternion : RowFault::kMissing);
+    if (bad_norm) {
+      norm_ = *bad_norm;
+      attitude_ = &*source_->attitude;
+    }
     return value;
-  }
-
-  void RefuseQuaternion(double norm) {
-    const InputError error = source_->attitude->NormError(row_, norm);
-    if (!skip_missing_) throw error;
-    bad_quaternion_ = error.what();
   }
 
   std::vector<double> Numbers() {
     std::vector<double> values = source_->numbers.Values(row_);
-    for (const double value : values) missing_ |= !std::isfinite(value);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i])) {
+        Add(RowFault::kMissing);
+      } else if (std::abs(values[i]) > kLargestNumber) {
+        Add(RowFault::kBeyond);
+        beyond_ = {source_->numbers.index(i), values[i]};
+      }
+    }
     return values;
-  }
-
-  void RefuseSigma(double value) {
-    missing_ = true;
-    if (skip_missing_) return;
-    row_.Fail(source_->numbers.index(),
-              fmt::format("found {}; a standard deviation must be positive, {} m or more: correct "
-                          "it, give 'sigma: {{constant: ...}}', or set 'skip_missing: true' in the "
-                          "map",
-                          value, kLeastSigma));
   }
 
   const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
   LocalFrame* frame_;
-  bool skip_missing_;
-  bool missing_ = false;
-  std::string bad_quaternion_;
+  RowFault fault_ = RowFault::kNone;
+  Found sigma_, beyond_;
+  const SourceAttitude* attitude_ = nullptr;  // of the quaternion that can't be
+  double norm_ = 1.0;
 };
 
-std::string LeftOut(const std::string& stream, std::size_t unsorted, const char* unsorted_reason,
-                    std::size_t missing, std::size_t bad_quaternions, std::size_t out_of_range,
-                    std::size_t off_median) {
-  std::string text;
-  const auto add = [&](std::size_t count, const char* reason) {
+// The text "stream: rows left out: 3 of a kind, 5 of another".
+class LeftOut {
+ public:
+  explicit LeftOut(const std::string& stream) : stream_(stream) {}
+
+  // `first`: what is wrong with the first one, where that may be news.
+  void Add(std::size_t count, const std::string& reason, const std::string& first = "") {
     if (count == 0) return;
-    text += fmt::format("{} {} {}", text.empty() ? "" : ",", count, reason);
-  };
-  add(unsorted, unsorted_reason);
-  add(missing, "with missing values");
-  add(bad_quaternions, "with a quaternion whose norm is not 1");
-  add(out_of_range, "out of range");
-  add(off_median, "far from the running median");
-  return text.empty() ? text : fmt::format("{}: rows left out:{}", stream, text);
-}
+    text_ += fmt::format("{} {} {}", text_.empty() ? "" : ",", count, reason);
+    if (!first.empty()) text_ += fmt::format(" (the first: {})", first);
+  }
+  void WarnTo(std::vector<std::string>* warnings) const {
+    if (text_.empty()) return;
+    warnings->push_back(fmt::format("{}: rows left out:{}", stream_, text_));
+  }
+
+ private:
+  std::string stream_, text_;
+};
 
 // Orders samples by time and keeps the first of each stamp. A stamp more than a day from the median
 // is a damaged one. Returns how many are removed.
@@ -181,15 +219,7 @@ class SampleImport : public StreamImport {
     Sample sample{};
     RowConverter converter(row, map_, frame_.get());
     Sample::Describe(converter, sample, stream_);
-    if (!converter.bad_quaternion().empty()) {
-      if (bad_quaternions_++ == 0) first_bad_quaternion_ = converter.bad_quaternion();
-      return;
-    }
-    if (converter.missing()) {
-      if (!map_.skip_missing) row.FailMissing(stream_.name);
-      ++missing_;
-      return;
-    }
+    if (converter.fault() != RowFault::kNone) return AddFault(converter);
     ++whole_;
     sample.t = stamps_.Read(row);
     if (map_.unsorted != Unsorted::kSort && !samples_->empty() && sample.t <= samples_->back().t) {
@@ -201,26 +231,61 @@ class SampleImport : public StreamImport {
     }
     map_.filter.Remember(row);
     samples_->push_back(std::move(sample));
+    places_.push_back(row.Place());
+  }
+
+  const char* name() const override { return stream_.name; }
+
+  std::vector<ClockPart> Parts() const override {
+    if (map_.unsorted != Unsorted::kSort) return {};
+    std::vector<TimeNs> stamps;
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (!IsKept(i)) continue;
+      stamps.push_back((*samples_)[i].t);
+      places.push_back(places_[i]);
+    }
+    return PartsByClock(stamps, places);
+  }
+
+  std::size_t Keep(const ClockPart& part) override {
+    std::size_t left_out = 0;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const bool inside = places_[i] >= part.begin && places_[i] < part.end;
+      left_out += IsKept(i) && !inside ? 1 : 0;
+    }
+    kept_ = kept_.value_or(part);
+    kept_->begin = std::max(kept_->begin, part.begin);
+    kept_->end = std::min(kept_->end, part.end);
+    return left_out;
   }
 
   void Finish(std::vector<std::string>* warnings) override {
-    // Single rows are damaged; where most are so, the map is wrong.
-    if (bad_quaternions_ > whole_) throw InputError(first_bad_quaternion_);
-    const std::vector<bool> mask = map_.filter.MedianMask();
+    RefuseManyFaults();
+    std::vector<bool> mask = map_.filter.MedianMask();
+    const auto off_median = static_cast<std::size_t>(std::count(mask.begin(), mask.end(), false));
+    mask.resize(samples_->size(), true);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mask.size(); ++i) {
-      if (mask[i]) (*samples_)[kept++] = std::move((*samples_)[i]);
+      if (!mask[i] || !IsKept(i)) continue;
+      // Numbers moved to themselves would be lost.
+      if (kept != i) (*samples_)[kept] = std::move((*samples_)[i]);
+      ++kept;
     }
-    const std::size_t off_median = mask.size() - kept;
-    if (!mask.empty()) samples_->resize(kept);
-    if (map_.unsorted == Unsorted::kSort) unsorted_ = Sort(samples_);
-    const std::string text =
-        LeftOut(stream_.name, unsorted_,
-                map_.unsorted == Unsorted::kSort ? "of the time of another, or of no possible time"
-                                                 : "that came too late",
-                missing_, bad_quaternions_, static_cast<std::size_t>(map_.filter.out_of_range()),
-                off_median);
-    if (!text.empty()) warnings->push_back(text);
+    samples_->resize(kept);
+    places_ = {};
+    const bool sort = map_.unsorted == Unsorted::kSort;
+    if (sort) unsorted_ = Sort(samples_);
+    LeftOut left_out(stream_.name);
+    left_out.Add(unsorted_,
+                 sort ? "of the time of another, or of no possible time" : "that came too late");
+    AddFaultsTo(&left_out);
+    left_out.Add(static_cast<std::size_t>(map_.filter.out_of_range()), "out of range");
+    left_out.Add(off_median, "far from the running median");
+    left_out.WarnTo(warnings);
+    for (const std::string& broken : map_.filter.BrokenExpectations()) {
+      warnings->push_back(fmt::format("{}: {}", stream_.name, broken));
+    }
   }
 
  private:
@@ -230,6 +295,62 @@ class SampleImport : public StreamImport {
     bound_ = true;
   }
 
+  bool IsKept(std::size_t i) const {
+    return !kept_ || (places_[i] >= kept_->begin && places_[i] < kept_->end);
+  }
+
+  // --- Rows that can't become samples
+
+  struct Faults {
+    std::size_t count = 0;
+    std::string first;  // with its place
+  };
+  const Faults& Of(RowFault fault) const { return faults_[static_cast<std::size_t>(fault)]; }
+
+  // A file made by hand can be repaired where it is wrong; a recording has damaged rows now and
+  // then.
+  void AddFault(const RowConverter& converter) {
+    if (map_.channel.empty() && !map_.skip_missing) throw converter.Error(stream_.name);
+    Faults& faults = faults_[static_cast<std::size_t>(converter.fault())];
+    if (faults.count++ == 0) faults.first = converter.Error(stream_.name).what();
+  }
+
+  // Single rows are damaged; where many are so, the map is wrong or the log is.
+  void RefuseManyFaults() const {
+    const Faults& quaternions = Of(RowFault::kQuaternion);
+    if (map_.skip_missing && quaternions.count > whole_) throw InputError(quaternions.first);
+    std::size_t count = 0, all = whole_;
+    const Faults* most = nullptr;
+    for (const Faults& faults : faults_) {
+      all += faults.count;
+      const bool allowed = map_.skip_missing && &faults != &Of(RowFault::kBeyond);
+      if (allowed || faults.count == 0) continue;
+      count += faults.count;
+      if (most == nullptr || faults.count > most->count) most = &faults;
+    }
+    if (static_cast<double>(count) <= kFewFaults * static_cast<double>(all)) return;
+    throw InputError(fmt::format("{}; {} of {} rows can't be used: {}", most->first, count, all,
+                                 most == &Of(RowFault::kBeyond)
+                                     ? "the log is damaged, or the map's 'unit' or 'scale' is wrong"
+                                     : "repair the log, or leave them out by 'skip_missing: true' "
+                                       "in the map"));
+  }
+
+  void AddFaultsTo(LeftOut* left_out) const {
+    const Faults& missing = Of(RowFault::kMissing);
+    const Faults& sigma = Of(RowFault::kSigma);
+    const Faults& quaternion = Of(RowFault::kQuaternion);
+    const Faults& beyond = Of(RowFault::kBeyond);
+    const bool expected = map_.skip_missing;
+    left_out->Add(missing.count + sigma.count, "with missing values",
+                  expected            ? ""
+                  : missing.count > 0 ? missing.first
+                                      : sigma.first);
+    left_out->Add(quaternion.count, "with a quaternion whose norm is not 1",
+                  expected ? "" : quaternion.first);
+    left_out->Add(beyond.count, "with impossible values", beyond.first);
+  }
+
   Stream stream_;
   StreamMap map_;
   StampReader stamps_;
@@ -237,9 +358,9 @@ class SampleImport : public StreamImport {
   std::vector<Sample>* samples_;
   bool bound_ = false;
   std::size_t whole_ = 0;  // rows with all values
-  std::size_t missing_ = 0;
-  std::size_t bad_quaternions_ = 0;
-  std::string first_bad_quaternion_;  // with its place
+  std::array<Faults, kRowFaults> faults_;
+  std::vector<std::size_t> places_;  // of the samples, in the file
+  std::optional<ClockPart> kept_;    // of the file; none: all of it
   std::size_t unsorted_ = 0;
 };
 

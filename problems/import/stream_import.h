@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/import/clock_parts.h"
 #include "problems/import/import_map.h"
 
 namespace trueline {
@@ -15,6 +16,11 @@ class StreamImport {
  public:
   virtual ~StreamImport() = default;
   virtual void AddRow(const ForeignRow& row) = 0;
+  // The parts that the clock's steps back divide the kept rows into, where rows may be sorted.
+  virtual std::vector<ClockPart> Parts() const = 0;
+  // Leaves out all rows but those of a part of the file. Returns how many; before Finish().
+  virtual std::size_t Keep(const ClockPart& part) = 0;
+  virtual const char* name() const = 0;
   virtual void Finish(std::vector<std::string>* warnings) = 0;  // after the last row
   virtual const StreamMap& map() const = 0;
 };

@@ -6,6 +6,7 @@
 
 #include "problems/import/formats/blackbox_frame.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/protobuf_decoder.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 #include "tests/import/import_files.h"
@@ -127,6 +128,57 @@ TEST(ULog, NestsPadsAndResynchronises) {
   EXPECT_THAT(rows[0].numbers, ElementsAre(2e6, 1.99e6, 0.5, -7, 8));
   EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("37 bytes, to the next synchronisation"),
                                            HasSubstr("is cut off within the record at byte")));
+}
+
+std::string ULogStart(const std::string& format) {
+  return std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0') +
+         ULogRecord('B', std::string(40, '\0')) + ULogRecord('F', format);
+}
+
+std::string ULogSubscription(std::uint16_t id, const std::string& topic) {
+  return ULogRecord('A', Bytes().Add(std::uint8_t{0}).Add(id).Text(topic).str());
+}
+
+// A definition of a line may ask for more memory than there is.
+TEST(ULog, DefinitionsLargerThanTheirMessagesCostNothing) {
+  const ImportFiles files;
+  std::string text = ULogStart("t:uint64_t timestamp;uint32_t[16000] q;");
+  for (std::uint16_t id = 0; id < 3000; ++id) {
+    text +=
+        ULogSubscription(id, "t") + ULogRecord('D', Bytes().Add(id).Add(std::uint64_t{id}).str());
+  }
+  const auto log = OpenRecording(files.Write("log", text));
+  EXPECT_TRUE(log->channels().empty());
+  EXPECT_THAT(log->warnings(),
+              ElementsAre(HasSubstr("3000 records are shorter than their topic's definition")));
+}
+
+// Each holds the next many times, and the last one nothing.
+TEST(ULog, TypesWithoutBytesMayNotNestWithoutEnd) {
+  const ImportFiles files;
+  std::string text = ULogStart("t16:");
+  for (int i = 0; i < 16; ++i) text += ULogRecord('F', fmt::format("t{}:t{}[60000] x;", i, i + 1));
+  text += ULogSubscription(1, "t0") + ULogRecord('D', Bytes().Add(std::uint16_t{1}).str());
+  EXPECT_TRUE(OpenRecording(files.Write("log", text))->channels().empty());
+}
+
+TEST(ULog, LeavesOutImpossibleTimes) {
+  const ImportFiles files;
+  std::string text = ULogStart("t:uint64_t timestamp;float x;") + ULogSubscription(1, "t");
+  for (const std::uint64_t time : {~0ULL, ~0ULL >> 1, 5'000'000ULL}) {
+    text += ULogRecord('D', Bytes().Add(std::uint16_t{1}).Add(time).Add(0.5F).str());
+  }
+  const auto log = OpenRecording(files.Write("log", text));
+  const std::vector<Row> rows = RowsOf(log.get(), "t");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].time, 5'000'000'000);
+  EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("2 records have no possible time stamp")));
+}
+
+TEST(Cells, ATimeThatDoesNotFitLeavesTheTimeAsItWas) {
+  TimeNs time = 7;
+  EXPECT_FALSE(Cell(std::int64_t{1} << 62).Time(3, &time));
+  EXPECT_EQ(time, 7);
 }
 
 TEST(ULog, RefusesUnknownFeatures) {
@@ -329,6 +381,162 @@ TEST(RosMessages, UnknownTypesHaveNoFields) {
   EXPECT_EQ(RosTypeName("sensor_msgs/msg/Imu"), "sensor_msgs/Imu");
 }
 
+// Messages without bytes, six in each other over twenty levels.
+TEST(RosMessages, TypesWithoutBytesMayNotNestWithoutEnd) {
+  std::string definition;
+  for (int i = 0; i < 20; ++i) {
+    if (i > 0) definition += fmt::format("===\nMSG: p/T{}\n", i);
+    for (int k = 0; k < 6; ++k) definition += fmt::format("p/T{} f{}\n", i + 1, k);
+  }
+  definition += "===\nMSG: p/T20\n";
+  const auto decoder = MakeRos1Decoder("p/T0", definition);
+  Channel channel;
+  EXPECT_FALSE(decoder->Describe("", &channel));
+  EXPECT_THAT(decoder->Refusal(), HasSubstr("has more than 65536 parts"));
+  // Only where the message says so, and after a message that is described.
+  const auto later = MakeRos1Decoder("p/T", "p/T0[] all\nuint8 a\n===\nMSG: p/T0\n" + definition);
+  Channel described;
+  EXPECT_TRUE(later->Describe(std::string("\0\0\0\0\7", 5), &described));
+  std::vector<Cell> cells(1);
+  EXPECT_FALSE(later->Decode(std::string("\2\0\0\0\7", 5), &cells));
+}
+
+TEST(RosMessages, LayoutsAreTheSameWhateverCommentsSay) {
+  const std::string layout = RosLayout("p/T", "float64 a\nfloat64 b\n");
+  EXPECT_EQ(layout, RosLayout("p/msg/T", "# why\nuint8 K=3\nfloat64 a # m\n\nfloat64 b\n"));
+  EXPECT_NE(layout, RosLayout("p/T", "float64 b\nfloat64 a\n"));
+  EXPECT_NE(layout, RosLayout("p/T", "float64 a\nfloat32 b\n"));
+}
+
+// --- ROS 1 bags
+
+std::string BagRecord(const std::vector<std::string>& fields, const std::string& data) {
+  Bytes header;
+  for (const std::string& field : fields) {
+    header.Add(static_cast<std::uint32_t>(field.size())).Text(field);
+  }
+  return Bytes()
+      .Add(static_cast<std::uint32_t>(header.str().size()))
+      .Text(header.str())
+      .Add(static_cast<std::uint32_t>(data.size()))
+      .Text(data)
+      .str();
+}
+
+std::string BagConnection(std::uint32_t id, const std::string& definition) {
+  const auto field = [](const std::string& text) {
+    return Bytes().Add(static_cast<std::uint32_t>(text.size())).Text(text).str();
+  };
+  return BagRecord(
+      {"op=\7", "conn=" + Bytes().Add(id).str(), "topic=/x"},
+      field("topic=/x") + field("type=p/T") + field("message_definition=" + definition));
+}
+
+std::string BagMessage(std::uint32_t id, std::uint32_t time, double a, double b) {
+  return BagRecord({"op=\2", "conn=" + Bytes().Add(id).str(),
+                    "time=" + Bytes().Add(time).Add(std::uint32_t{0}).str()},
+                   Bytes().Add(a).Add(b).str());
+}
+
+std::string BagChunk(const std::string& records) {
+  return BagRecord({"op=\5", "compression=none"}, records);
+}
+
+std::string BagStart(std::uint64_t index, std::uint32_t chunks) {
+  return "#ROSBAG V2.0\n" + BagRecord({"op=\3", "index_pos=" + Bytes().Add(index).str(),
+                                       "chunk_count=" + Bytes().Add(chunks).str()},
+                                      "");
+}
+
+TEST(RosBag, IsReadBeyondAWrongIndex) {
+  const ImportFiles files;
+  const std::string connection = BagConnection(0, "float64 a\nfloat64 b\n");
+  const std::string first = BagChunk(connection + BagMessage(0, 1, 1, 2));
+  const std::string second = BagChunk(BagMessage(0, 2, 3, 4));
+  const std::size_t start = BagStart(0, 2).size();
+  const std::size_t right = start + first.size() + second.size();
+  for (const std::size_t index : {right, right - second.size(), start + 5}) {
+    for (const std::uint32_t chunks : {0U, 2U}) {
+      const auto log = OpenRecording(
+          files.Write("a.bag", BagStart(index, chunks) + first + second + connection));
+      EXPECT_EQ(ChannelOf(*log, "/x").count, 2U) << index << " " << chunks;
+      EXPECT_EQ(log->warnings().size(), index == right ? 0U : 1U) << index << " " << chunks;
+    }
+  }
+}
+
+// Each connection's messages are decoded by its own definition.
+TEST(RosBag, ATopicMayHaveTwoDefinitions) {
+  const ImportFiles files;
+  const auto log = OpenRecording(files.Write(
+      "a.bag", BagStart(0, 1) + BagChunk(BagConnection(0, "float64 a\nfloat64 b\n") +
+                                         BagConnection(1, "float64 b\nfloat64 a\n") +
+                                         BagConnection(2, "float64 a # again\nfloat64 b\n") +
+                                         BagMessage(0, 1, 1, 2) + BagMessage(1, 2, 3, 4) +
+                                         BagMessage(2, 3, 5, 6))));
+  ASSERT_EQ(log->channels().size(), 2U);
+  EXPECT_EQ(log->channels()[0].count, 2U);
+  EXPECT_THAT(NamesOf(log->channels()[0]), ElementsAre("a", "b"));
+  EXPECT_THAT(NamesOf(log->channels()[1]), ElementsAre("b", "a"));
+}
+
+// --- MCAP
+
+std::string McapRecord(char op, const std::string& content) {
+  return Bytes()
+      .Text(std::string(1, op))
+      .Add(static_cast<std::uint64_t>(content.size()))
+      .Text(content)
+      .str();
+}
+
+std::string McapText(const std::string& text) {
+  return Bytes().Add(static_cast<std::uint32_t>(text.size())).Text(text).str();
+}
+
+const std::string kMcapStart = "\x89MCAP0\r\n";
+
+// A channel of JSON, with the id given.
+std::string McapJson(std::uint16_t id, const std::string& topic) {
+  return McapRecord(4, Bytes()
+                           .Add(id)
+                           .Add(std::uint16_t{0})
+                           .Text(McapText(topic) + McapText("json") + std::string(4, '\0'))
+                           .str());
+}
+
+std::string McapMessage(std::uint16_t id, std::uint64_t time, const std::string& message) {
+  return McapRecord(5,
+                    Bytes().Add(id).Add(std::uint32_t{0}).Add(time).Add(time).Text(message).str());
+}
+
+TEST(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
+  const ImportFiles files;
+  const auto log = OpenRecording(files.Write(
+      "a.mcap", kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"w":[],"x":1})") +
+                    McapMessage(1, 2, R"({"w":[7,8],"x":2})") +
+                    McapMessage(1, 3, R"({"w":[9],"x":3})") +
+                    McapMessage(1, 4, R"({"y":[9,9,9,9]})") + McapRecord(15, "1234")));
+  EXPECT_THAT(NamesOf(log->channels()[0]), ElementsAre("w[0]", "w[1]", "x"));
+  const std::vector<Row> rows = RowsOf(log.get(), "/m");
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[0].numbers[2], 1);
+  EXPECT_THAT(rows[1].numbers, ElementsAre(7, 8, 2));
+}
+
+TEST(Mcap, SaysWhatIsNotRead) {
+  const ImportFiles files;
+  const std::string start = kMcapStart + McapJson(1, "/m") + McapMessage(1, 1, R"({"x":1})");
+  const std::string lie = "\6" + Bytes().Add(std::uint64_t{1} << 63).str() + "abcd";
+  EXPECT_THAT(OpenRecording(files.Write("a.mcap", start + lie))->warnings(),
+              ElementsAre(HasSubstr("so the 13 bytes from there to the end are not read")));
+  const std::string chunk = McapRecord(
+      6, std::string(28, '\0') + McapText("") + Bytes().Add(std::uint64_t{13}).Text(lie).str());
+  EXPECT_THAT(
+      OpenRecording(files.Write("a.mcap", start + chunk + McapRecord(15, "1234")))->warnings(),
+      ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
+}
+
 // --- DataFlash
 
 std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
@@ -454,6 +662,27 @@ constexpr char kBlackboxHeader[] =
     "H Field G predictor:10,0\n"
     "H Field G encoding:1,1\n";
 
+// A type that holds itself a hundred times.
+TEST(Protobuf, UnsetMessagesMayNotNestWithoutEnd) {
+  const auto whole = [](int field, std::uint32_t value) {
+    return BlackboxVarint(static_cast<std::uint32_t>(field) << 3) + BlackboxVarint(value);
+  };
+  const auto text = [](int field, const std::string& bytes) {
+    return BlackboxVarint(static_cast<std::uint32_t>(field) << 3 | 2) +
+           BlackboxVarint(static_cast<std::uint32_t>(bytes.size())) + bytes;
+  };
+  std::string fields;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    fields += text(2, text(1, fmt::format("f{}", i)) + whole(3, i + 1) + whole(4, 1) +
+                          whole(5, 11) + text(6, ".A"));
+  }
+  const std::string file = text(1, "a.proto") + text(4, text(1, "A") + fields) + text(12, "proto3");
+  const auto decoder = MakeProtobufDecoder("A", text(1, file));
+  Channel channel;
+  EXPECT_FALSE(decoder->Describe("", &channel));
+  EXPECT_THAT(decoder->Refusal(), HasSubstr("more than 65536 parts"));
+}
+
 std::string BlackboxIntra(std::uint32_t iteration, std::uint32_t time) {
   return "I" + BlackboxVarint(iteration) + BlackboxVarint(time);
 }
@@ -506,6 +735,31 @@ TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
   const TimeNs after = kBeforeWrapNs + 1000LL * pause;
   EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")),
               ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
+}
+
+// Coordinates are differences to the home position, which an H frame states.
+TEST(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
+  const ImportFiles files;
+  const std::string header =
+      std::string(kBlackboxHeader).substr(0, std::string(kBlackboxHeader).find("H Field G")) +
+      "H Field H name:GPS_home[0],GPS_home[1]\n"
+      "H Field H signed:1,1\n"
+      "H Field H predictor:0,0\n"
+      "H Field H encoding:0,0\n"
+      "H Field G name:GPS_coord[0],GPS_coord[1]\n"
+      "H Field G signed:1,1\n"
+      "H Field G predictor:7,7\n"
+      "H Field G encoding:0,0\n";
+  const std::string gps = "G\x02\x04", home = "H\x14\x28";
+  const std::string start = header + BlackboxIntra(0, 1000) + gps;
+  const auto late = OpenRecording(files.Write("log.bbl", start + home + gps + kBlackboxEnd));
+  const std::vector<Row> rows = RowsOf(late.get(), "gps");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_THAT(rows[0].numbers, ElementsAre(1000, 11, 22));
+  EXPECT_THAT(late->warnings(), ElementsAre(HasSubstr("1 GPS frames come before the home")));
+  const auto never = OpenRecording(files.Write("log.bbl", start + gps + kBlackboxEnd));
+  EXPECT_EQ(ChannelOf(*never, "gps").count, 0U);
+  EXPECT_THAT(never->warnings(), ElementsAre(HasSubstr("which the log lacks")));
 }
 
 // --- ROS 2 bags
@@ -575,6 +829,135 @@ TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
   std::filesystem::remove(files_ / "copy/bag.db3-wal");
   const auto log = OpenRecording(Bag());
   EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
+}
+
+TEST_F(KilledRecorder, AMissingPartOfABagIsSaid) {
+  files_.Write("copy/metadata.yaml",
+               "rosbag2_bagfile_information:\n"
+               "  relative_file_paths: [bag.db3, gone.db3]\n");
+  const auto log = OpenRecording(Bag().parent_path());
+  EXPECT_EQ(RowsOf(log.get(), "/x").size(), 3U);
+  EXPECT_THAT(log->warnings(),
+              ElementsAre(HasSubstr("metadata.yaml lists gone.db3, which is missing")));
+}
+
+TEST_F(KilledRecorder, ACutDatabaseIsNamedSo) {
+  std::filesystem::remove(files_ / "copy/bag.db3-wal");
+  std::filesystem::resize_file(Bag(), std::filesystem::file_size(Bag()) / 2);
+  EXPECT_THAT(ErrorOf([&] { OpenRecording(Bag()); }),
+              HasSubstr("is a cut or damaged sqlite3 file"));
+}
+
+// --- Restarts and damaged values
+
+std::string FlashImu(double time, float x) {
+  const auto us = static_cast<std::uint64_t>(std::llround(time * 1e6));
+  return Bytes().Text("\xA3\x95\x05").Add(us).Add(x).Add(0.0F).Add(-9.81F).str();
+}
+
+std::string FlashBattery(double time) {
+  const auto us = static_cast<std::uint64_t>(std::llround(time * 1e6));
+  return Bytes().Text("\xA3\x95\x06").Add(us).Add(static_cast<float>(time)).str();
+}
+
+std::string FlashStart() {
+  return FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+         FlashFmt(5, 23, "IMU", "Qfff", "TimeUS,X,Y,Z") +
+         FlashFmt(6, 15, "BAT", "Qf", "TimeUS,Volt");
+}
+
+FlightLog ConvertFlash(const ImportFiles& files, const std::string& log) {
+  const std::string map =
+      files.Write("map.yaml",
+                  "inputs: {log: {format: dataflash}}\n"
+                  "streams:\n"
+                  "  imu: {channel: IMU, accel: {columns: [X, Y, Z]}, gyro: {columns: [X, Y, Z]}}\n"
+                  "  battery: {channel: BAT, column: Volt, optional: true}\n");
+  return ConvertLog(ReadImportMap(map), {files.Write("log.bin", log)}, {});
+}
+
+// The battery has too few rows to show a restart; the IMU shows where it lies in the file.
+TEST(Restarts, TheLongestPartIsKeptInAllStreams) {
+  const ImportFiles files;
+  std::string log = FlashStart() + FlashBattery(10);
+  for (int i = 0; i < 50; ++i) log += FlashImu(10.0 + 0.1 * i, 1.0F);
+  log += FlashBattery(15);
+  for (int i = 0; i < 80; ++i) log += FlashImu(8.0 + 0.1 * i, 2.0F);
+  log += FlashBattery(16) + FlashBattery(12);
+  const FlightLog converted = ConvertFlash(files, log);
+  ASSERT_EQ(converted.imu.size(), 80U);
+  for (const ImuSample& sample : converted.imu) EXPECT_EQ(sample.accel.x(), 2.0);
+  ASSERT_EQ(converted.battery.size(), 2U);
+  EXPECT_EQ(converted.battery[0].value, 12.0);
+  EXPECT_THAT(
+      converted.warnings,
+      ElementsAre(testing::AllOf(
+          HasSubstr("the clock of 'imu' steps back once, at first from 14.700 s to 8.300 s"),
+          HasSubstr("and 52 rows of the others are left out"))));
+}
+
+TEST(Restarts, SingleStampsAndSmallDisorderAreNone) {
+  const ImportFiles files;
+  std::string log = FlashStart();
+  for (int i = 0; i < 100; ++i) {
+    const int swapped = i % 10 < 5 ? i : 10 * (i / 10) + 14 - i % 10;
+    log += FlashImu(10.0 + 0.1 * swapped, 1.0F);
+    if (i == 50) log += FlashImu(500, 1.0F);
+    if (i == 70) log += FlashImu(2, 1.0F);
+  }
+  const FlightLog converted = ConvertFlash(files, log);
+  EXPECT_EQ(converted.imu.size(), 102U);
+  EXPECT_THAT(converted.warnings, testing::Not(testing::Contains(HasSubstr("steps back"))));
+}
+
+// Chunks may be written in another order than that of time.
+TEST(Restarts, PartsOfABagThatDoNotOverlapAreSorted) {
+  const ImportFiles files;
+  const auto convert = [&](const std::vector<double>& starts) {
+    std::string log = kMcapStart + McapJson(1, "/m");
+    for (const double start : starts) {
+      for (int i = 0; i < 20; ++i) {
+        log += McapMessage(1, static_cast<std::uint64_t>(1e9 * (start + 0.1 * i)), R"({"x":1})");
+      }
+    }
+    const std::string map = files.Write("map.yaml",
+                                        "inputs: {log: {format: mcap}}\n"
+                                        "streams:\n"
+                                        "  imu: {channel: /m, accel: {columns: [x, x, x]}, gyro: "
+                                        "{columns: [x, x, x]}}\n");
+    return ConvertLog(ReadImportMap(map), {files.Write("log.mcap", log + McapRecord(15, "1234"))},
+                      {});
+  };
+  EXPECT_EQ(convert({5.0, 2.0}).imu.size(), 40U);
+  EXPECT_EQ(convert({1.0, 9.0, 5.0}).imu.size(), 60U);  // between the parts of the first
+  EXPECT_EQ(convert({5.0, 4.5}).imu.size(), 20U);       // overlaps: a restart
+}
+
+TEST(DamagedValues, FewAreLeftOutAndManyRefused) {
+  const ImportFiles files;
+  const auto log = [](int count, float x) {
+    std::string text = FlashStart();
+    for (int i = 0; i < 300; ++i)
+      text += FlashImu(10.0 + 0.01 * i, i >= 7 && i < 7 + count ? x : 1);
+    return text;
+  };
+  const float none = std::nanf(""), huge = 1e38F;
+  const FlightLog lacks = ConvertFlash(files, log(1, none));
+  EXPECT_EQ(lacks.imu.size(), 299U);
+  EXPECT_THAT(lacks.warnings,
+              testing::Contains(testing::AllOf(HasSubstr("1 with missing values (the first: "),
+                                               HasSubstr("log.bin: IMU at 10.07"))));
+  const FlightLog beyond = ConvertFlash(files, log(2, huge));
+  EXPECT_EQ(beyond.imu.size(), 298U);
+  EXPECT_THAT(beyond.warnings,
+              testing::Contains(testing::AllOf(HasSubstr("2 with impossible values (the first: "),
+                                               HasSubstr("beyond anything that flies"))));
+  EXPECT_THAT(ErrorOf([&] { ConvertFlash(files, log(9, none)); }),
+              testing::AllOf(HasSubstr("log.bin: IMU at 10.07"), HasSubstr("9 of 300 rows"),
+                             HasSubstr("skip_missing: true")));
+  EXPECT_THAT(ErrorOf([&] { ConvertFlash(files, log(9, huge) + "noise"); }),
+              testing::AllOf(HasSubstr("the map's 'unit' or 'scale' is wrong"),
+                             HasSubstr("besides, "), HasSubstr("are no records")));
 }
 
 // --- Recognition

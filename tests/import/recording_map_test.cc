@@ -109,6 +109,21 @@ TEST_F(RecordingMap, BringsGeodeticPositionsToALocalFrame) {
   EXPECT_NEAR(log.fixes[3].p_E.y(), (kA / w + 100) * std::sqrt(0.5) * kStep * 10, 1e-4);
 }
 
+// The fields of a format depend on its version.
+TEST_F(RecordingMap, RulesMayBeOfColumnsThatTheLogLacks) {
+  const std::string fixes =
+      "  fixes: {channel: gnss, position: {columns: [lat, lon, h]}, sigma: {column: eph}, ";
+  const FlightLog log =
+      Convert(kImu + fixes +
+              "accept: [{columns: [frame], range: [0, 1], optional: true}], expect: [{columns: "
+              "[frame], range: [0, 1], else: none}, {columns: [h], range: [99000, 200000], else: "
+              "are low}]}\n");
+  EXPECT_EQ(log.fixes.size(), 5U);
+  EXPECT_THAT(log.warnings, testing::Contains("fixes: 2 rows are low"));
+  EXPECT_THAT(Error(kImu + fixes + "accept: [{columns: [frame], range: [0, 1]}]}\n"),
+              HasSubstr("there is no field 'frame'"));
+}
+
 TEST_F(RecordingMap, SaysWhatIsMissing) {
   EXPECT_THAT(Error("  imu: {channel: imu7, accel: {columns: [a, b, c]}, gyro: {columns: [a, b, "
                     "c]}}\n"),

@@ -46,6 +46,11 @@ class BlackboxSession {
                       "are left out, up to the next I frame each",
                       number_, damaged_, first_damaged_, unusable_));
     }
+    if (homeless_ > 0) {
+      sink_->Warn(fmt::format("session {}: {} GPS frames {}; they are left out", number_, homeless_,
+                              knows_home_ ? "come before the home position to which they refer"
+                                          : "refer to a home position, which the log lacks"));
+    }
   }
 
   std::size_t main_frames() const { return main_frames_; }
@@ -66,7 +71,7 @@ class BlackboxSession {
 
   void AddChannel(char frame, const char* name) {
     if (!header_.frames.contains(frame)) return;
-    channels_[frame] = sink_->AddChannel(name, number_ - 1, "",
+    channels_[frame] = sink_->AddChannel({name, number_ - 1, ""},
                                          [&] { return MakeBlackboxDecoder(header_, frame); });
   }
 
@@ -153,12 +158,23 @@ class BlackboxSession {
       AcceptMain(letter);
     } else if (letter == 'H') {
       for (std::size_t i = 0; i < 2 && i < values_.size(); ++i) home_[i] = values_[i];
+      knows_home_ = true;
+    } else if (letter == 'G' && !knows_home_ && RefersToHome()) {
+      ++homeless_;
     } else if (letter == 'S' || letter == 'G') {
       Emit(letter);
     } else if (letter == 'E' && event_ == 14) {
       last_iteration_ = resumed_iteration_;
       last_time_ = UnwrapAfterGap(resumed_time_, resumed_iteration_);
     }
+  }
+
+  bool RefersToHome() const {
+    constexpr int kHomePredictor = 7;
+    const std::vector<BlackboxField>& fields = header_.frames.at('G');
+    return std::any_of(fields.begin(), fields.end(), [](const BlackboxField& field) {
+      return field.predictor == kHomePredictor;
+    });
   }
 
   // The log states times modulo 2^32 us, which is 71 minutes. After a gap of any length they have
@@ -232,10 +248,11 @@ class BlackboxSession {
   std::int64_t accepted_time_ = 0;        // us, unwrapped, of the last main frame that was used
   std::int64_t accepted_iteration_ = -1;  // its iteration; -1: there is none
   std::int64_t home_[2] = {0, 0};
+  bool knows_home_ = false;
   int event_ = 0;
   std::int64_t resumed_iteration_ = 0, resumed_time_ = 0;
 
-  std::size_t main_frames_ = 0, unusable_ = 0, damaged_ = 0;
+  std::size_t main_frames_ = 0, unusable_ = 0, damaged_ = 0, homeless_ = 0;
   std::uint64_t first_damaged_ = 0;
 };
 

@@ -36,7 +36,12 @@ Cell UnsignedCell(std::uint64_t value) {
 bool Cell::Time(int exponent, TimeNs* time) const {
   std::int64_t factor = 1;
   for (int i = 0; i < exponent; ++i) factor *= 10;
-  if (whole_) return !__builtin_mul_overflow(Load<std::int64_t>(), factor, time);
+  if (whole_) {
+    std::int64_t product = 0;  // what wraps must not reach callers
+    if (__builtin_mul_overflow(Load<std::int64_t>(), factor, &product)) return false;
+    *time = product;
+    return true;
+  }
   const double count = Load<double>() * static_cast<double>(factor);
   if (!(std::abs(count) < 9e18)) return false;
   *time = std::llround(count);

@@ -20,7 +20,8 @@ class Cell {
   double Number() const {  // not a number where it is missing
     return whole_ ? static_cast<double>(Load<std::int64_t>()) : Load<double>();
   }
-  // The number as a count of 10^exponent ns. False if it is missing or does not fit.
+  // The number as a count of 10^exponent ns. False, and `time` as it was, if it is missing or does
+  // not fit.
   bool Time(int exponent, TimeNs* time) const;
   // Equal for equal numbers of one column.
   std::string_view Bytes() const { return {bytes_, sizeof(bytes_)}; }

@@ -47,6 +47,10 @@ class UsdWalk {
     while (Next()) {
     }
     CheckCrc();
+    if (untimed_ > 0) {
+      sink_->Warn(
+          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
+    }
   }
 
  private:
@@ -72,7 +76,8 @@ class UsdWalk {
     file_.Read(size, &header);
     crc_.process_bytes(header.data(), header.size());
     for (auto& [id, event] : events_) {
-      event.channel = sink_->AddChannel(event.name, 0, "", [&event = event] {
+      const ChannelKey key{event.name, 0, "", PackedLayout(event.fields)};
+      event.channel = sink_->AddChannel(key, [&event = event] {
         return std::make_unique<PackedDecoder>(event.fields, event.size, "", 0);
       });
     }
@@ -99,9 +104,12 @@ class UsdWalk {
     if (!file_.Read(2 + time_size + event->second.size, &record)) return false;
     crc_.process_bytes(record.data(), record.size());
     TimeNs time = 0;
-    ReadScalar(version_ == 1 ? Scalar::kU32 : Scalar::kU64, record.data() + 2)
-        .Time(version_ == 1 ? 6 : 3, &time);
-    sink_->Add(event->second.channel, time, record.substr(2 + time_size));
+    const Cell stamp = ReadScalar(version_ == 1 ? Scalar::kU32 : Scalar::kU64, record.data() + 2);
+    if (stamp.Time(version_ == 1 ? 6 : 3, &time)) {
+      sink_->Add(event->second.channel, time, record.substr(2 + time_size));
+    } else {
+      ++untimed_;
+    }
     return true;
   }
 
@@ -118,6 +126,7 @@ class UsdWalk {
   std::uint16_t version_ = 0;
   std::map<std::uint16_t, UsdEvent> events_;
   boost::crc_32_type crc_;
+  std::size_t untimed_ = 0;
 };
 
 }  // namespace

@@ -185,7 +185,7 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
     if (!warning.empty()) sink->Warn(warning);
   }
   const std::size_t channel =
-      sink->AddChannel("rows", 0, "", [&] { return std::make_unique<CsvRowDecoder>(layout); });
+      sink->AddChannel({"rows", 0, ""}, [&] { return std::make_unique<CsvRowDecoder>(layout); });
   LineReader lines(path);
   std::string_view line;
   if (layout.header) lines.NextFilled(&line);

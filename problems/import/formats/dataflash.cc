@@ -22,6 +22,10 @@ class FlashWalk {
   void Run() {
     ReadDefinitions();
     ForEachRecord([&](FlashType& type, std::string_view record) { Emit(type, record); });
+    if (untimed_ > 0) {
+      sink_->Warn(
+          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
+    }
     if (skipped_ > 0) {
       sink_->Warn(
           fmt::format("{} bytes in {} places are no records, the first at byte {}; they are "
@@ -107,17 +111,27 @@ class FlashWalk {
     }
     auto [channel, is_new] = type.channels.try_emplace(instance, 0);
     if (is_new) {
-      channel->second =
-          sink_->AddChannel(type.name, instance, "", [&] { return MakeDecoder(type); });
+      channel->second = sink_->AddChannel({type.name, instance, "", LayoutOf(type)},
+                                          [&] { return MakeDecoder(type); });
     }
     TimeNs time = 0;
     if (type.time_column >= 0) {
       const FlashColumn& column = type.columns.front();
       const bool us = column.name == "TimeUS";
-      ReadScalar(LetterOf(column.letter)->type, record.data() + column.offset)
-          .Time(us ? 3 : 6, &time);
+      const Cell cell = ReadScalar(LetterOf(column.letter)->type, record.data() + column.offset);
+      if (!cell.Time(us ? 3 : 6, &time)) {
+        ++untimed_;
+        return;
+      }
     }
     sink_->Add(channel->second, time, record);
+  }
+
+  // A log of two starts may define a name again, with other columns.
+  static std::string LayoutOf(const FlashType& type) {
+    std::string layout;
+    for (const FlashColumn& column : type.columns) layout += column.name + column.letter + ",";
+    return layout;
   }
 
   std::unique_ptr<MessageDecoder> MakeDecoder(const FlashType& type) const {
@@ -162,7 +176,7 @@ class FlashWalk {
   std::map<char, std::string> units_;
   std::map<char, double> multipliers_;
   std::uint64_t skipped_ = 0, first_skipped_ = 0;
-  std::size_t places_ = 0;
+  std::size_t places_ = 0, untimed_ = 0;
 };
 
 }  // namespace

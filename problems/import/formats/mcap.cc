@@ -9,6 +9,7 @@
 #include "problems/import/formats/json_decoder.h"
 #include "problems/import/formats/protobuf_decoder.h"
 #include "problems/import/formats/ros_decoder.h"
+#include "problems/import/formats/ros_types.h"
 
 namespace trueline {
 namespace {
@@ -67,10 +68,10 @@ class McapWalk {
   bool Next() {
     const std::uint64_t start = file_.position();
     std::string_view head;
-    if (!file_.Peek(9, &head)) return CutOff(start);
+    if (!file_.Peek(9, &head)) return NeverClosed(start);
     const auto op = static_cast<std::uint8_t>(head[0]);
     const auto size = LoadLittle<std::uint64_t>(head.data() + 1);
-    if (size > file_.size() - start - 9) return CutOff(start);
+    if (size > file_.size() - start - 9) return DoesNotFit(start);
     if (op == kMcapDataEnd || op == kMcapFooter) return false;
     if (op < kMcapSchema || op > kMcapChunk) {  // nothing of use here
       file_.Seek(start + 9 + size);
@@ -82,9 +83,17 @@ class McapWalk {
     return true;
   }
 
-  bool CutOff(std::uint64_t start) {
+  bool NeverClosed(std::uint64_t start) {
     sink_->Warn(fmt::format("was never closed: it ends at byte {}, which is where its messages end",
                             start));
+    return false;
+  }
+
+  bool DoesNotFit(std::uint64_t start) {
+    sink_->Warn(
+        fmt::format("was never closed, or is damaged: the record at byte {} does not fit the "
+                    "file, so the {} bytes from there to the end are not read",
+                    start, file_.size() - start));
     return false;
   }
 
@@ -111,7 +120,8 @@ class McapWalk {
     const std::string topic(cursor->Text<std::uint32_t>());
     const std::string_view encoding = cursor->Text<std::uint32_t>();
     if (!cursor->ok()) return;
-    channels_[id] = sink_->AddChannel(topic, 0, schema.name, [&] {
+    const ChannelKey key{topic, 0, schema.name, LayoutOf(encoding, schema)};
+    channels_[id] = sink_->AddChannel(key, [&] {
       auto decoder = MakeMcapDecoder(encoding, schema);
       if (!decoder) {
         sink_->Warn(fmt::format("{} is encoded as {} with {}, which is not read here", topic,
@@ -119,6 +129,14 @@ class McapWalk {
       }
       return decoder;
     });
+  }
+
+  // JSON states its layout in each message.
+  std::string LayoutOf(std::string_view encoding, const McapSchema& schema) {
+    const std::string layout(encoding);
+    if (encoding == "json") return layout;
+    if (encoding != "cdr" && encoding != "ros1") return layout + " " + schema.data;
+    return layout + " " + schema.encoding + " " + layouts_.Of(schema.name, schema.data);
   }
 
   void Message(ByteCursor* cursor) {
@@ -151,9 +169,16 @@ class McapWalk {
     }
     ByteCursor inside(records);
     while (inside.left() > 0) {
+      const std::size_t at = inside.at();
       const auto op = inside.Get<std::uint8_t>();
       const std::string_view content = inside.Text<std::uint64_t>();
-      if (!inside.ok()) return;
+      if (!inside.ok()) {
+        sink_->Warn(
+            fmt::format("the chunk at byte {} ends within a record; the {} bytes from there "
+                        "on are left out",
+                        start, records.size() - at));
+        return;
+      }
       Handle(op, content, start, true);
     }
   }
@@ -169,6 +194,7 @@ class McapWalk {
   MessageSink* sink_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, std::size_t> channels_;
+  RosLayouts layouts_;
   std::size_t damaged_ = 0, strangers_ = 0;
   std::uint64_t first_damaged_ = 0;
 };

@@ -34,6 +34,7 @@ class NamedRowDecoder : public MessageDecoder {
     std::vector<NamedCell> row;
     return Parse(message, &row) && fields_.Describe(row, channel);
   }
+  bool MayGrow() const override { return true; }  // lists, and keys of JSON
   bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
     std::vector<NamedCell> row;
     if (!Parse(message, &row)) return false;
@@ -51,5 +52,6 @@ class NamedRowDecoder : public MessageDecoder {
 inline constexpr int kMaxNamedDepth = 16;
 inline constexpr std::size_t kMaxNamedElements = 64;  // of one list
 inline constexpr std::size_t kMaxNamedCells = 4096;   // of one message
+inline constexpr std::size_t kMaxNamedParts = 65536;  // likewise, with what has no number
 
 }  // namespace trueline

@@ -1,5 +1,7 @@
 #include "problems/import/formats/packed_decoder.h"
 
+#include <fmt/format.h>
+
 namespace trueline {
 
 bool PackedDecoder::Describe(std::string_view message, Channel* channel) {
@@ -19,6 +21,14 @@ bool PackedDecoder::Decode(std::string_view message, std::vector<Cell>* cells) c
     (*cells)[i] = as_is ? cell : Cell(field.scale * cell.Number() + field.shift);
   }
   return true;
+}
+
+std::string PackedLayout(const std::vector<PackedField>& fields) {
+  std::string layout;
+  for (const PackedField& field : fields) {
+    layout += fmt::format("{} {} {};", field.name, field.offset, static_cast<int>(field.type));
+  }
+  return layout;
 }
 
 }  // namespace trueline

@@ -37,4 +37,7 @@ class PackedDecoder : public MessageDecoder {
   int stamp_exponent_;
 };
 
+// Equal for equal names and places of fields.
+std::string PackedLayout(const std::vector<PackedField>& fields);
+
 }  // namespace trueline

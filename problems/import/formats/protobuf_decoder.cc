@@ -45,10 +45,13 @@ class ProtobufFlattener {
  public:
   explicit ProtobufFlattener(std::vector<NamedCell>* row) : row_(row) {}
 
+  // Whether the message had too many parts to visit them all.
+  bool too_many() const { return parts_ > kMaxNamedParts; }
+
   void Add(const pb::Message& message, const std::string& prefix, int depth) {
     if (depth > kMaxNamedDepth) return;
     const pb::Descriptor* type = message.GetDescriptor();
-    for (int i = 0; i < type->field_count(); ++i) {
+    for (int i = 0; i < type->field_count() && !too_many(); ++i) {
       const pb::FieldDescriptor* field = type->field(i);
       const std::string name = prefix + field->name();
       if (!field->is_repeated()) {
@@ -67,7 +70,7 @@ class ProtobufFlattener {
   // `k` is the place in a repeated field, or negative.
   void AddOne(const pb::Message& message, const pb::FieldDescriptor* field, int k,
               const std::string& name, int depth) {
-    if (row_->size() >= kMaxNamedCells) return;
+    if (++parts_ > kMaxNamedParts || row_->size() >= kMaxNamedCells) return;
     const pb::Reflection* of = message.GetReflection();
     using Type = pb::FieldDescriptor;
     switch (field->cpp_type()) {
@@ -116,6 +119,7 @@ class ProtobufFlattener {
   void PutWhole(const std::string& name, std::int64_t value) { Put(name, Cell(value)); }
 
   std::vector<NamedCell>* row_;
+  std::size_t parts_ = 0;
 };
 
 class ProtobufDecoder final : public NamedRowDecoder {
@@ -131,6 +135,12 @@ class ProtobufDecoder final : public NamedRowDecoder {
     type_ = pool_.FindMessageTypeByName(type);
   }
 
+  std::string Refusal() const override {
+    if (!too_many_) return "";
+    return fmt::format("a message has more than {} parts, counting those of unset messages",
+                       kMaxNamedParts);
+  }
+
  private:
   bool Build(const pb::FileDescriptorProto& file) {
     if (tried_.contains(file.name())) return false;
@@ -144,17 +154,20 @@ class ProtobufDecoder final : public NamedRowDecoder {
 
   bool Parse(std::string_view bytes, std::vector<NamedCell>* row) const override {
     constexpr std::size_t kMost = 1 << 30;
-    if (type_ == nullptr || bytes.size() > kMost) return false;
+    if (type_ == nullptr || too_many_ || bytes.size() > kMost) return false;
     const std::unique_ptr<pb::Message> message(factory_.GetPrototype(type_)->New());
     if (!message->ParsePartialFromArray(bytes.data(), static_cast<int>(bytes.size()))) return false;
-    ProtobufFlattener(row).Add(*message, "", 0);
-    return true;
+    ProtobufFlattener flattener(row);
+    flattener.Add(*message, "", 0);
+    too_many_ = flattener.too_many();
+    return !too_many_;
   }
 
   pb::DescriptorPool pool_;
   std::set<std::string> tried_;
   mutable pb::DynamicMessageFactory factory_;
   const pb::Descriptor* type_ = nullptr;
+  mutable bool too_many_ = false;  // the type's messages cost too much: none is visited again
 };
 
 }  // namespace

@@ -3,8 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <unordered_set>
 
 namespace trueline {
+namespace {
+
+constexpr std::size_t kLooks = 500;  // first messages of a channel that may add fields
+
+// Whether `a` has all fields of `b`, and more.
+bool HasMoreFields(const Channel& a, const Channel& b) {
+  if (a.fields.size() <= b.fields.size()) return false;
+  std::unordered_set<std::string_view> names;
+  for (const ChannelField& field : a.fields) names.insert(field.name);
+  return std::all_of(b.fields.begin(), b.fields.end(),
+                     [&](const ChannelField& field) { return names.contains(field.name); });
+}
+
+}  // namespace
 
 std::string Channel::Label() const {
   return instance == 0 ? name : fmt::format("{}[{}]", name, instance);
@@ -29,6 +45,8 @@ void Channel::SetStamp(const std::string& field, int exponent) {
 Recording::Recording(const std::filesystem::path& path, const LogFormat& format)
     : file_(path.string()), format_(format) {
   format_.walk(file_, this);
+  described_by_.clear();
+  WarnOfRefusals();
 }
 
 std::vector<std::size_t> Recording::Visit(const std::vector<std::size_t>& wanted,
@@ -37,6 +55,7 @@ std::vector<std::size_t> Recording::Visit(const std::vector<std::size_t>& wanted
   for (const std::size_t channel : wanted) wanted_[channel] = true;
   undecoded_.assign(channels_.size(), 0);
   visit_ = &visit;
+  record_.place = 0;
   format_.walk(file_, this);
   visit_ = nullptr;
   std::vector<std::size_t> counts;
@@ -45,18 +64,20 @@ std::vector<std::size_t> Recording::Visit(const std::vector<std::size_t>& wanted
   return counts;
 }
 
-std::size_t Recording::AddChannel(const std::string& name, int instance, const std::string& type,
-                                  const MakeDecoder& make) {
-  const auto [place, is_new] = index_.try_emplace({name, instance, type}, channels_.size());
+std::size_t Recording::AddChannel(const ChannelKey& key, const MakeDecoder& make) {
+  const auto [place, is_new] = index_.try_emplace(key, channels_.size());
   if (is_new) {
-    channels_.push_back({.name = name, .instance = instance, .type = type, .fields = {}});
+    channels_.push_back(
+        {.name = key.name, .instance = key.instance, .type = key.type, .fields = {}});
     decoders_.push_back(make());
+    described_by_.emplace_back();
   }
   return place->second;
 }
 
 void Recording::Add(std::size_t channel, TimeNs recorded, std::string_view message) {
   if (visit_ == nullptr) return Scan(channel, recorded, message);
+  ++record_.place;
   if (channel >= wanted_.size() || !wanted_[channel]) return;
   const Channel& of = channels_[channel];
   record_.time = recorded;
@@ -65,11 +86,14 @@ void Recording::Add(std::size_t channel, TimeNs recorded, std::string_view messa
     ++undecoded_[channel];
     return;
   }
-  TimeNs stamp = 0;  // an unset stamp is zero
-  if (of.stamp_field >= 0 &&
-      record_.cells[static_cast<std::size_t>(of.stamp_field)].Time(of.stamp_exponent, &stamp) &&
-      stamp != 0) {
-    record_.time = stamp;
+  if (of.stamp_field >= 0) {
+    const Cell& cell = record_.cells[static_cast<std::size_t>(of.stamp_field)];
+    TimeNs stamp = 0;  // an unset stamp is zero
+    if (!cell.Time(of.stamp_exponent, &stamp) && std::isfinite(cell.Number())) {
+      ++undecoded_[channel];  // a number that is no time
+      return;
+    }
+    if (stamp != 0) record_.time = stamp;
   }
   (*visit_)(channel, record_);
 }
@@ -78,8 +102,36 @@ void Recording::Scan(std::size_t channel, TimeNs recorded, std::string_view mess
   Channel& of = channels_[channel];
   if (of.count++ == 0) of.first = recorded;
   of.last = recorded;
-  if (!of.fields.empty() || !decoders_[channel]) return;
-  if (!decoders_[channel]->Describe(message, &of)) of.fields.clear();
+  if (!decoders_[channel]) return;
+  const bool look = of.fields.empty() || (of.count <= kLooks && decoders_[channel]->MayGrow());
+  if (look) Describe(channel, message);
+}
+
+// A list may be empty in a channel's first message and full in the others. The message with the
+// most fields describes the channel, if it has all fields that were there before.
+void Recording::Describe(std::size_t channel, std::string_view message) {
+  Channel& of = channels_[channel];
+  const auto describe = [&](std::string_view by) {
+    Channel described;
+    if (!decoders_[channel]->Describe(by, &described)) described.fields.clear();
+    return described;
+  };
+  Channel described = describe(message);
+  if (HasMoreFields(described, of)) {
+    of.fields = std::move(described.fields);
+    of.stamp_field = described.stamp_field;
+    of.stamp_exponent = described.stamp_exponent;
+    described_by_[channel] = decoders_[channel]->MayGrow() ? message : std::string_view();
+  } else if (!of.fields.empty()) {
+    describe(described_by_[channel]);  // the decoder is as before again
+  }
+}
+
+void Recording::WarnOfRefusals() {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    const std::string why = decoders_[i] ? decoders_[i]->Refusal() : "";
+    if (!why.empty()) Warn(fmt::format("{} is left out: {}", channels_[i].Label(), why));
+  }
 }
 
 void Recording::Warn(const std::string& warning) {

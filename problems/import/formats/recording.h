@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include "problems/import/formats/cell.h"
@@ -42,6 +41,7 @@ struct Channel {
 
 struct Record {
   TimeNs time = 0;          // of measurement, where the channel states it
+  std::size_t place = 0;    // in the file: counts its messages, of all channels
   std::vector<Cell> cells;  // in the order of the channel's fields; missing ones are NaN
 };
 
@@ -49,11 +49,25 @@ struct Record {
 class MessageDecoder {
  public:
   virtual ~MessageDecoder() = default;
-  // Sets the fields and the stamp from a first message; elements of lists beyond those that it has
-  // are left out of all messages. False if it can't be decoded.
+  // Sets the fields and the stamp from a message; elements of lists beyond those that it has are
+  // left out of all messages. False if it can't be decoded.
   virtual bool Describe(std::string_view message, Channel* channel) = 0;
   // False if the message is cut or malformed. `cells` has the number of fields, all missing.
   virtual bool Decode(std::string_view message, std::vector<Cell>* cells) const = 0;
+  // Whether a later message may have fields that the one given to Describe() lacks.
+  virtual bool MayGrow() const { return false; }
+  // Why no message of the channel is decoded, as "its type ..."; empty where they are.
+  virtual std::string Refusal() const { return ""; }
+};
+
+// Two channels differ if any of these does, so that each is decoded by its own layout.
+struct ChannelKey {
+  std::string name;
+  int instance = 0;
+  std::string type;
+  std::string layout = {};  // encoding and definition; equal for equal places of the numbers
+
+  auto operator<=>(const ChannelKey&) const = default;
 };
 
 // Receives what a format's walk finds in a file.
@@ -63,8 +77,7 @@ class MessageSink {
 
   virtual ~MessageSink() = default;
   // The index of a channel; a new one gets its decoder by `make`.
-  virtual std::size_t AddChannel(const std::string& name, int instance, const std::string& type,
-                                 const MakeDecoder& make) = 0;
+  virtual std::size_t AddChannel(const ChannelKey& key, const MakeDecoder& make) = 0;
   // `recorded` is the time of recording.
   virtual void Add(std::size_t channel, TimeNs recorded, std::string_view message) = 0;
   virtual void Warn(const std::string& warning) = 0;  // what was damaged, and where
@@ -95,18 +108,20 @@ class Recording : private MessageSink {
   std::vector<std::size_t> Visit(const std::vector<std::size_t>& wanted, const Visitor& visit);
 
  private:
-  std::size_t AddChannel(const std::string& name, int instance, const std::string& type,
-                         const MakeDecoder& make) override;
+  std::size_t AddChannel(const ChannelKey& key, const MakeDecoder& make) override;
   void Add(std::size_t channel, TimeNs recorded, std::string_view message) override;
   void Warn(const std::string& warning) override;
   void Prefer(int instance) override { preferred_ = instance; }
   void Scan(std::size_t channel, TimeNs recorded, std::string_view message);
+  void Describe(std::size_t channel, std::string_view message);
+  void WarnOfRefusals();
 
   std::string file_;
   LogFormat format_;
   std::vector<Channel> channels_;
   std::vector<std::unique_ptr<MessageDecoder>> decoders_;
-  std::map<std::tuple<std::string, int, std::string>, std::size_t> index_;
+  std::vector<std::string> described_by_;  // while scanning: the messages that the fields are from
+  std::map<ChannelKey, std::size_t> index_;
   std::vector<std::string> warnings_;
   std::optional<int> preferred_;
 

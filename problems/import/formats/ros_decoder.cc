@@ -14,6 +14,9 @@ constexpr std::size_t kMaxListed = 64;    // numbers of one list that become fie
 constexpr std::size_t kMaxElements = 8;   // likewise, messages
 constexpr std::size_t kMaxLeaves = 4096;  // fields of one channel
 constexpr int kMaxDepth = 24;
+// Messages without bytes can nest in each other so often that a walk through them never ends.
+constexpr std::size_t kMaxParts = 65536;  // of one type, numbers and messages, lists with each part
+constexpr std::size_t kStepsOfByte = 64;  // of one message, beside those of its type
 
 // Reads primitives in either encoding. In CDR each is aligned to its own size, counted from after
 // the four bytes of encapsulation.
@@ -58,8 +61,19 @@ class RosWire {
     if (count > 0) Aligned(SizeOf(type), count * SizeOf(type));
   }
   void Fail() { ok_ = false; }
+  // Counts parts that are about to be visited. False, and no more is read, where they are too many.
+  bool Visit(std::size_t parts) {
+    steps_ += parts;
+    if (steps_ > kMaxParts + kStepsOfByte * bytes_.size()) Exhaust();
+    return ok_;
+  }
+  void Exhaust() {
+    ok_ = false;
+    exhausted_ = true;
+  }
 
   bool ok() const { return ok_; }
+  bool exhausted() const { return exhausted_; }
   bool cdr() const { return cdr_; }
   std::size_t left() const { return bytes_.size() - at_; }
 
@@ -82,8 +96,9 @@ class RosWire {
 
   std::string_view bytes_;
   std::size_t at_ = 0;
+  std::size_t steps_ = 0;
   std::size_t max_align_ = 8;
-  bool cdr_ = false, swap_ = false, ok_ = true;
+  bool cdr_ = false, swap_ = false, ok_ = true, exhausted_ = false;
 };
 
 // What of a value becomes fields, fixed by the channel's first message: a number is one leaf, a
@@ -117,10 +132,14 @@ class RosDecoder : public MessageDecoder {
   }
 
   bool Describe(std::string_view message, Channel* channel) override {
+    if (too_many_) return false;
     RosWire wire(message, cdr_);
     std::vector<std::string> names;
     root_ = {};
-    if (!DescribeMessage(type_, "", 0, &wire, &root_, &names) || names.empty()) return false;
+    nodes_ = 0;
+    const bool good = DescribeMessage(type_, "", 0, &wire, &root_, &names);
+    too_many_ = wire.exhausted();
+    if (!good || names.empty()) return false;
     for (const std::string& name : names) channel->fields.push_back({name, ""});
     for (const char* stamp : {"header.stamp", "stamp", "timestamp"}) {
       if (channel->stamp_field < 0 && times_.contains(stamp)) channel->SetStamp(stamp, 0);
@@ -132,10 +151,18 @@ class RosDecoder : public MessageDecoder {
   }
 
   bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
+    if (too_many_) return false;
     RosWire wire(message, cdr_);
     RosOutput output{nullptr, cells};
     DecodeMessage(type_, &wire, &root_, &output, 0);
+    too_many_ = wire.exhausted();
     return wire.ok();
+  }
+
+  bool MayGrow() const override { return may_grow_; }
+  std::string Refusal() const override {
+    if (!too_many_) return "";
+    return fmt::format("its type {} has more than {} parts", type_, kMaxParts);
   }
 
  private:
@@ -152,8 +179,11 @@ class RosDecoder : public MessageDecoder {
     const std::vector<RosField>* fields = Fields(type, depth, wire);
     if (fields == nullptr) return false;
     const std::size_t before = names->size();
+    nodes_ += fields->size();
+    if (nodes_ > kMaxParts) wire->Exhaust();
+    if (!wire->Visit(fields->size())) return false;
     node->parts.resize(fields->size());
-    for (std::size_t i = 0; i < fields->size(); ++i) {
+    for (std::size_t i = 0; i < fields->size() && wire->ok(); ++i) {
       DescribeField((*fields)[i], prefix + (*fields)[i].name, depth, wire, &node->parts[i], names);
     }
     if (fields->empty() && cdr_) wire->SkipNumbers(Scalar::kU8, 1);
@@ -167,7 +197,10 @@ class RosDecoder : public MessageDecoder {
     const std::uint64_t count = field.length ? *field.length : wire->Count();
     const std::size_t before = names->size();
     const std::size_t most = field.kind == RosKind::kMessage ? kMaxElements : kMaxListed;
-    const std::uint64_t listed = std::min<std::uint64_t>(count, most);
+    const std::uint64_t listed =
+        names->size() < kMaxLeaves ? std::min<std::uint64_t>(count, most) : 0;
+    may_grow_ |= !field.length;
+    nodes_ += listed;
     for (std::uint64_t i = 0; i < listed && wire->ok(); ++i) {
       node->parts.emplace_back();
       DescribeOne(field, fmt::format("{}[{}]", name, i), depth, wire, &node->parts.back(), names);
@@ -178,13 +211,13 @@ class RosDecoder : public MessageDecoder {
 
   void DescribeOne(const RosField& field, const std::string& name, int depth, RosWire* wire,
                    RosNode* node, std::vector<std::string>* names) {
-    if (field.kind == RosKind::kMessage) {
+    if (field.kind == RosKind::kMessage && names->size() < kMaxLeaves) {
       DescribeMessage(field.message, name + ".", depth + 1, wire, node, names);
       return;
     }
     SkipElements(field, 1, depth, wire);
-    const bool is_text = field.kind == RosKind::kText || field.kind == RosKind::kWideText;
-    if (is_text || names->size() >= kMaxLeaves) return;
+    const bool is_number = field.kind == RosKind::kNumber || field.kind == RosKind::kTime;
+    if (!is_number || names->size() >= kMaxLeaves) return;
     node->leaves = 1;
     names->push_back(name);
     if (field.kind == RosKind::kTime) times_.insert({name, true});
@@ -194,7 +227,7 @@ class RosDecoder : public MessageDecoder {
   void DecodeMessage(const std::string& type, RosWire* wire, const RosNode* node, RosOutput* output,
                      int depth) const {
     const std::vector<RosField>* fields = Fields(type, depth, wire);
-    if (fields == nullptr) return;
+    if (fields == nullptr || !wire->Visit(fields->size() + 1)) return;
     for (std::size_t i = 0; i < fields->size() && wire->ok(); ++i) {
       const RosNode* part = node != nullptr && i < node->parts.size() ? &node->parts[i] : nullptr;
       DecodeField((*fields)[i], wire, part, output, depth);
@@ -247,6 +280,9 @@ class RosDecoder : public MessageDecoder {
   bool cdr_;
   RosTypes types_;
   RosNode root_;
+  std::size_t nodes_ = 0;                           // below the root
+  bool may_grow_ = false;                           // the type has lists of any length
+  mutable bool too_many_ = false;                   // parts: no message is visited again
   std::map<std::string, bool, std::less<>> times_;  // names of fields that are times
 };
 

@@ -1,5 +1,7 @@
 #include "problems/import/formats/ros_types.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <sstream>
 
@@ -99,6 +101,21 @@ bool ParseRosDefinition(const std::string& name, std::string_view definition, Ro
     if (parsed == RosLine::kField) (*types)[type].push_back(field);
   }
   return true;
+}
+
+std::string RosLayout(const std::string& name, const std::string& definition) {
+  RosTypes types;
+  if (!ParseRosDefinition(name, definition, &types)) return definition;
+  std::string layout;
+  for (const auto& [type, fields] : types) {
+    layout += type + ":";
+    for (const RosField& field : fields) {
+      layout += fmt::format("{} {} {} {} {} {};", field.name, static_cast<int>(field.kind),
+                            static_cast<int>(field.scalar), field.message, field.is_list,
+                            field.length.value_or(0));
+    }
+  }
+  return layout;
 }
 
 }  // namespace trueline

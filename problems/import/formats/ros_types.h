@@ -32,6 +32,23 @@ std::string RosTypeName(std::string_view name);
 // read.
 bool ParseRosDefinition(const std::string& name, std::string_view definition, RosTypes* types);
 
+// Equal for definitions whose messages have the same numbers at the same places, whatever their
+// comments and constants say.
+std::string RosLayout(const std::string& name, const std::string& definition);
+
+// The layouts of a file, each worked out once: chunks repeat their definitions.
+class RosLayouts {
+ public:
+  const std::string& Of(const std::string& name, const std::string& definition) {
+    const auto [place, is_new] = layouts_.try_emplace({name, definition});
+    if (is_new) place->second = RosLayout(name, definition);
+    return place->second;
+  }
+
+ private:
+  std::map<std::pair<std::string, std::string>, std::string> layouts_;
+};
+
 // The usual types of ROS 2, for bags that store no definitions (sqlite3 before schema 4).
 const RosTypes& CommonRosTypes();
 

@@ -6,13 +6,22 @@
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/decompress.h"
 #include "problems/import/formats/ros_decoder.h"
+#include "problems/import/formats/ros_types.h"
 
 namespace trueline {
 namespace {
 
 constexpr std::uint64_t kMaxChunk = 1ULL << 31;  // bytes, uncompressed
 
-enum BagOp : std::uint8_t { kBagMessage = 2, kBagHeader = 3, kBagChunk = 5, kBagConnection = 7 };
+constexpr std::uint64_t kNoIndex = std::numeric_limits<std::uint64_t>::max();
+
+enum BagOp : std::uint8_t {
+  kBagMessage = 2,
+  kBagHeader = 3,
+  kBagChunk = 5,
+  kBagChunkInfo = 6,
+  kBagConnection = 7
+};
 
 // The fields "name=value" of a record's header.
 class BagFields {
@@ -68,7 +77,15 @@ class BagWalk {
   bool Next() {
     const std::uint64_t start = file_.position();
     constexpr std::uint64_t kLeast = 8;  // bytes of a record
-    if (start == file_.size() || start + kLeast > end_) return false;
+    if (start == file_.size()) return false;
+    if (start + kLeast > end_) {
+      if (AtIndex(start)) return false;
+      sink_->Warn(fmt::format(
+          "its header says that the index starts at byte {}, where none is; the bag is read to its "
+          "end instead",
+          end_));
+      end_ = kNoIndex;
+    }
     std::string_view bytes;
     if (!file_.Peek(kLeast, &bytes)) return CutOff(start);
     const auto header_size = LoadLittle<std::uint32_t>(bytes.data());
@@ -77,6 +94,18 @@ class BagWalk {
     if (!file_.Read(8ULL + header_size + data_size, &bytes)) return CutOff(start);
     Handle(bytes.substr(4, header_size), bytes.substr(8ULL + header_size), start);
     return true;
+  }
+
+  // Whether all chunks are read. Where the header does not count them, the index must stand here:
+  // records of connections and chunk infos.
+  bool AtIndex(std::uint64_t start) {
+    std::string_view bytes;
+    if (announced_ > 0) return chunks_ >= announced_;
+    if (start != end_ || !file_.Peek(4, &bytes)) return false;
+    const auto header_size = LoadLittle<std::uint32_t>(bytes.data());
+    if (!file_.Peek(4ULL + header_size, &bytes)) return true;  // it is cut off
+    const auto op = BagFields(bytes.substr(4)).Get<std::uint8_t>("op", 0);
+    return op == kBagConnection || op == kBagChunkInfo;
   }
 
   bool CutOff(std::uint64_t start) {
@@ -95,10 +124,12 @@ class BagWalk {
         if (const auto index = fields.Get<std::uint64_t>("index_pos", 0); index > start) {
           end_ = index;
         }
+        announced_ = fields.Get<std::uint32_t>("chunk_count", 0);
         break;
       case kBagChunk:
-        if (!in_chunk) return Chunk(fields, data, start);
-        break;
+        if (in_chunk) break;
+        ++chunks_;
+        return Chunk(fields, data, start);
       case kBagConnection:
         return Connection(fields, data);
       case kBagMessage:
@@ -135,9 +166,9 @@ class BagWalk {
     const BagFields about(data);
     const std::string type(about.Text("type"));
     const std::string definition(about.Text("message_definition"));
-    channels_[fields.Get<std::uint32_t>("conn", 0)] =
-        sink_->AddChannel(std::string(fields.Text("topic")), 0, type,
-                          [&] { return MakeRos1Decoder(type, definition); });
+    channels_[fields.Get<std::uint32_t>("conn", 0)] = sink_->AddChannel(
+        {std::string(fields.Text("topic")), 0, type, layouts_.Of(type, definition)},
+        [&] { return MakeRos1Decoder(type, definition); });
   }
 
   void Message(const BagFields& fields, std::string_view data) {
@@ -155,8 +186,10 @@ class BagWalk {
 
   ByteFile file_;
   MessageSink* sink_;
-  std::uint64_t end_ = std::numeric_limits<std::uint64_t>::max();  // where the index starts
-  std::map<std::uint32_t, std::size_t> channels_;                  // by connection
+  std::uint64_t end_ = kNoIndex;                   // where the index starts
+  std::uint32_t announced_ = 0, chunks_ = 0;       // how many, and those read
+  std::map<std::uint32_t, std::size_t> channels_;  // by connection
+  RosLayouts layouts_;
   std::size_t damaged_ = 0, strangers_ = 0;
   std::uint64_t first_damaged_ = 0;
 };

@@ -12,6 +12,7 @@
 #include "problems/import/formats/decompress.h"
 #include "problems/import/formats/mcap.h"
 #include "problems/import/formats/ros_decoder.h"
+#include "problems/import/formats/ros_types.h"
 
 namespace trueline {
 namespace {
@@ -165,10 +166,19 @@ class SqliteBag {
     while (rows.Next()) {
       const std::string type = rows.Text(2);
       const bool cdr = rows.Text(3) == "cdr";
-      channels_[rows.Whole(0)] =
-          sink_->AddChannel(rows.Text(1), 0, type, [&]() -> std::unique_ptr<MessageDecoder> {
-            return cdr ? MakeCdrDecoder(type, definitions_[type]) : nullptr;
-          });
+      const std::string& definition = definitions_[type];
+      const ChannelKey key{rows.Text(1), 0, type, rows.Text(3) + " " + RosLayout(type, definition)};
+      channels_[rows.Whole(0)] = sink_->AddChannel(key, [&]() -> std::unique_ptr<MessageDecoder> {
+        return cdr ? MakeCdrDecoder(type, definition) : nullptr;
+      });
+    }
+    if (!rows.AtEnd() && sqlite3_errcode(database_) != SQLITE_ERROR) {
+      const std::string name = path_.filename().string();
+      throw ErrorAt(path_.string(), 0,
+                    fmt::format("is a cut or damaged sqlite3 file ({}), so its ROS 2 bag can't be "
+                                "read; copy it again, or save what is left by: sqlite3 {} "
+                                ".recover | sqlite3 recovered.db3",
+                                sqlite3_errmsg(database_), name));
     }
     if (!rows.AtEnd()) {
       throw ErrorAt(path_.string(), 0,
@@ -226,7 +236,8 @@ bool IsBagFile(const fs::path& path) {
   return false;
 }
 
-// `relative_file_paths` of metadata.yaml; old versions put the folder's name before.
+// `relative_file_paths` of metadata.yaml, whether they exist or not; old versions put the folder's
+// name before.
 std::vector<fs::path> ListedFiles(const fs::path& folder) {
   std::vector<fs::path> files;
   try {
@@ -240,16 +251,17 @@ std::vector<fs::path> ListedFiles(const fs::path& folder) {
   } catch (const YAML::Exception&) {
     return {};
   }
-  const auto missing = [](const fs::path& file) { return !fs::is_regular_file(file); };
-  if (std::any_of(files.begin(), files.end(), missing)) return {};
   return files;
 }
+
+bool IsMissing(const fs::path& file) { return !fs::is_regular_file(file); }
 
 }  // namespace
 
 std::vector<fs::path> Rosbag2Files(const fs::path& folder) {
   std::vector<fs::path> files = ListedFiles(folder);
-  if (!files.empty()) return files;
+  if (!files.empty() && std::none_of(files.begin(), files.end(), IsMissing)) return files;
+  files.clear();
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_regular_file() && IsBagFile(entry.path())) files.push_back(entry.path());
   }
@@ -266,6 +278,13 @@ void WalkRosbag2(const fs::path& path, MessageSink* sink) {
   const std::vector<fs::path> files = Rosbag2Files(path);
   if (files.empty()) {
     throw ErrorAt(path.string(), 0, "has no .db3 or .mcap file; give the folder of a ROS 2 bag");
+  }
+  for (const fs::path& listed : ListedFiles(path)) {
+    if (!IsMissing(listed)) continue;
+    sink->Warn(
+        fmt::format("metadata.yaml lists {}, which is missing; the {} bag files that the "
+                    "folder has are read",
+                    listed.filename().string(), files.size()));
   }
   for (const fs::path& file : files) WalkBagFile(file, sink);
 }

@@ -188,7 +188,7 @@ void WalkAsl(const fs::path& path, MessageSink* sink) {
     std::vector<ChannelField> fields;
     fields.reserve(columns.size());
     for (const std::string_view column : columns) fields.push_back(ParseAslColumn(column));
-    const std::size_t channel = sink->AddChannel(sensor.filename().string(), 0, "", [&] {
+    const std::size_t channel = sink->AddChannel({sensor.filename().string(), 0, ""}, [&] {
       return std::make_unique<TextDecoder>(fields, ',', 0);
     });
     AddRows(&lines, ',', 0, channel, sink);
@@ -201,7 +201,7 @@ void WalkTum(const fs::path& path, MessageSink* sink) {
     fields.push_back({name, ""});
   }
   const std::size_t channel = sink->AddChannel(
-      "trajectory", 0, "", [&] { return std::make_unique<TextDecoder>(fields, ' ', 9); });
+      {"trajectory", 0, ""}, [&] { return std::make_unique<TextDecoder>(fields, ' ', 9); });
   LineReader lines(path);
   AddRows(&lines, ' ', 9, channel, sink);
 }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::string_view kSyncRecord("\x08\x00\x53\x2f\x73\x13\x20\x25\x0c\xbb\x12", 11);
 constexpr std::size_t kHeaderSize = 16;
+constexpr std::size_t kMaxFileFields = 1 << 18;  // of all topics; PX4 has some thousands
 
 // A topic as subscribed to.
 struct ULogTopic {
@@ -40,6 +41,22 @@ class ULogWalk {
     }
     if (!has_motors_) {  // else these are the motor commands
       for (const std::string& warning : outputs_.Warnings()) sink_->Warn(warning);
+    }
+    if (crowded_ > 0) {
+      sink_->Warn(
+          fmt::format("{} topics are left out: those before have {} fields, more than any "
+                      "log of a vehicle; it is damaged",
+                      crowded_, fields_));
+    }
+    if (short_ > 0) {
+      sink_->Warn(
+          fmt::format("{} records are shorter than their topic's definition; they are left "
+                      "out",
+                      short_));
+    }
+    if (untimed_ > 0) {
+      sink_->Warn(
+          fmt::format("{} records have no possible time stamp; they are left out", untimed_));
     }
     if (unknown_ > 0) {
       sink_->Warn(
@@ -140,25 +157,40 @@ class ULogWalk {
     if (payload.size() < 2) return;
     const auto found = topics_.find(LoadLittle<std::uint16_t>(payload.data()));
     const std::string_view message = payload.substr(2);
-    if (found == topics_.end() || !LaidOut(found->first, message, &found->second)) {
+    if (found == topics_.end()) {
       ++unknown_;
       return;
     }
+    if (!LaidOut(found->first, message, &found->second)) return;
     const ULogTopic& topic = found->second;
     if (topic.name == kULogOutputs) outputs_.AddMessage(found->first, message);
     TimeNs time = 0;
-    if (topic.timestamp && *topic.timestamp + 8 <= message.size()) {
-      ReadScalar(Scalar::kU64, message.data() + *topic.timestamp).Time(3, &time);
+    const bool has_time = topic.timestamp && *topic.timestamp + 8 <= message.size();
+    if (has_time && !ReadScalar(Scalar::kU64, message.data() + *topic.timestamp).Time(3, &time)) {
+      ++untimed_;
+      return;
     }
     sink_->Add(*topic.channel, time, message);
   }
 
-  // Lays out a topic at its first data: nested types may be defined after it.
+  // Lays out a topic at its first data: nested types may be defined after it. False, and counted,
+  // where that fails.
   bool LaidOut(std::uint16_t id, std::string_view first_message, ULogTopic* topic) {
-    if (topic->laid_out) return topic->channel.has_value();
+    if (topic->laid_out) {
+      unknown_ += topic->channel ? 0 : 1;
+      return topic->channel.has_value();
+    }
+    ULogLayout layout(formats_, first_message.size());
+    const bool good = layout.Add(topic->name, "");
+    if (layout.too_large) {  // a longer message may come
+      ++short_;
+      return false;
+    }
     topic->laid_out = true;
-    ULogLayout layout(formats_);
-    if (!layout.Add(topic->name, "")) return false;
+    fields_ += good ? layout.fields.size() : 0;
+    unknown_ += good ? 0 : 1;
+    crowded_ += good && fields_ > kMaxFileFields ? 1 : 0;
+    if (!good || fields_ > kMaxFileFields) return false;
     std::string stamp = "timestamp";
     for (const PackedField& field : layout.fields) {
       if (field.name == "timestamp") topic->timestamp = field.offset;
@@ -169,7 +201,8 @@ class ULogWalk {
       outputs_.Describe(id, named.Label(), first_message, &layout.fields);
     }
     has_motors_ |= topic->name == "actuator_motors";
-    topic->channel = sink_->AddChannel(topic->name, topic->instance, topic->name, [&] {
+    const ChannelKey key{topic->name, topic->instance, topic->name, PackedLayout(layout.fields)};
+    topic->channel = sink_->AddChannel(key, [&] {
       return std::make_unique<PackedDecoder>(layout.fields, layout.min_size, stamp, 3);
     });
     return true;
@@ -182,7 +215,8 @@ class ULogWalk {
   std::vector<std::uint64_t> appended_;  // where appended data start, those still ahead
   ULogOutputs outputs_;
   bool has_motors_ = false;  // from 1.14 on, whatever their protocol
-  std::size_t unknown_ = 0;
+  std::size_t fields_ = 0;   // of all topics
+  std::size_t unknown_ = 0, short_ = 0, untimed_ = 0, crowded_ = 0;
   int dropouts_ = 0;
   std::uint64_t dropout_ms_ = 0;
 };

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxFields = 16384;       // of one topic; a larger definition is damaged
 constexpr std::size_t kMaxULogMessage = 65535;  // bytes
+constexpr std::size_t kMaxSteps = 1 << 17;      // of one topic; types without fields cost no bytes
 constexpr int kMaxNesting = 16;
 
 const std::map<std::string, Scalar, std::less<>> kULogScalars = {
@@ -64,17 +65,23 @@ bool ULogLayout::Add(std::string_view type, const std::string& prefix, int depth
   return true;
 }
 
+bool ULogLayout::Fits() {
+  too_large = min_size > room_;
+  return !too_large && fields.size() <= kMaxFields && size <= kMaxULogMessage;
+}
+
 bool ULogLayout::AddOne(const std::string& type, const std::string& name, int depth) {
+  if (++steps_ > kMaxSteps) return false;
   if (const auto scalar = kULogScalars.find(type); scalar != kULogScalars.end()) {
     const bool padding = name.find("_padding") != std::string::npos;
     if (!padding) fields.push_back({name, size, scalar->second});
     size += SizeOf(scalar->second);
     if (!padding) min_size = size;
-    return fields.size() <= kMaxFields && size <= kMaxULogMessage;
+    return Fits();
   }
   if (type == "char") {
     min_size = ++size;
-    return size <= kMaxULogMessage;
+    return Fits();
   }
   return Add(type, name + ".", depth + 1);
 }

@@ -22,20 +22,25 @@ bool ParseULogFormat(std::string_view text, ULogFormats* formats);
 // Lays out the fields of a type one after another, nested types in place.
 class ULogLayout {
  public:
-  // `formats` must outlive this.
-  explicit ULogLayout(const ULogFormats& formats) : formats_(formats) {}
+  // `formats` must outlive this. The fields must fit into `room` bytes: so a file can't demand more
+  // memory by its definitions than its messages have.
+  ULogLayout(const ULogFormats& formats, std::size_t room) : formats_(formats), room_(room) {}
 
-  // False if a type is not defined, nests too deeply or has more fields than a message can hold.
+  // False if a type is not defined, nests too deeply or does not fit.
   bool Add(std::string_view type, const std::string& prefix, int depth = 0);
 
   std::vector<PackedField> fields;
   std::size_t size = 0;      // bytes, with padding
   std::size_t min_size = 0;  // without padding at the end
+  bool too_large = false;    // for the room: the type may fit into a longer message
 
  private:
   bool AddOne(const std::string& type, const std::string& name, int depth);
+  bool Fits();
 
   const ULogFormats& formats_;
+  std::size_t room_;
+  std::size_t steps_ = 0;  // fields visited, those without bytes too
 };
 
 }  // namespace trueline
