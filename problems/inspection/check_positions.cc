@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "problems/common/units.h"
 #include "problems/inspection/fix_pairs.h"
@@ -28,7 +30,7 @@ constexpr double kDriftOfFixes = 5e-3;   // s/s, beyond what errors at gates loo
 constexpr double kPlaced = 0.2;          // rms against the distances flown
 constexpr double kPlacementStep = 0.05;  // s
 constexpr int kPlacementSteps = 200;
-constexpr double kAlikePlacement = 1.2;  // of the rms
+constexpr double kAlikePlacement = 1.5;  // of the rms
 constexpr double kFarLag = 1.0;          // s; Judge() finds a shorter one
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
@@ -142,6 +144,19 @@ std::optional<VectorMatch> Rescaled(const Examination& e, const std::string& str
   return match;
 }
 
+// The unit nearest to a factor whose logarithm has this sigma.
+const KnownUnit* UnitWithin(double factor, double sigma) {
+  constexpr double kStep = 0.05;
+  const int reach = static_cast<int>(std::min(1.0, 2.0 * sigma) / kStep);
+  for (int k = 0; k <= reach; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      const KnownUnit* unit = UnitNear("m", factor * std::exp(sign * k * kStep));
+      if (unit != nullptr) return unit;
+    }
+  }
+  return nullptr;
+}
+
 void AddPositionScale(Examination* e, const std::string& stream, const VectorMatch& match,
                       const Reference& reference) {
   if (!IsOffScale(match)) return;
@@ -169,13 +184,15 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
     e->Add(finding);
     return;
   }
-  const KnownUnit* unit = UnitNear("m", 1.0 / match.gain);
+  const KnownUnit* unit = UnitWithin(1.0 / match.gain, match.gain_sigma / match.gain);
   const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
   finding.remedy =
       fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
   finding.repaired = true;
   StreamRepair change;
   change.position_scale = factor;
+  // Positions in another unit scatter about mocap as well.
+  if (unit != nullptr && stream == "fixes") e->Remove("position_spread");
   e->Repair(stream, change);
   e->Add(finding);
 }
@@ -191,27 +208,25 @@ struct Placement {
   double lag = 0.0;  // s
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   double rms = std::numeric_limits<double>::infinity();  // m
+  std::optional<double> or_else;                         // s, another lag about as good
 };
 
-// At the nearest lag that is about as good as the best.
+// At the best lag; laps repeat, so that another one may be about as good.
 Placement BestPlacementByLag(const PairsAt& pairs, double least_count) {
   std::vector<Placement> tried;
-  double least = std::numeric_limits<double>::infinity();
+  Placement best;
   const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
   for (int k = -kPlacementSteps; k <= kPlacementSteps; ++k) {
     const VectorSums sums = SumOf(pairs(k * kPlacementStep));
     if (sums.n < least_count) continue;
-    tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one)});
-    least = std::min(least, tried.back().rms);
+    tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one), {}});
+    if (tried.back().rms < best.rms) best = tried.back();
   }
-  Placement best;
+  double second = kAlikePlacement * best.rms;
   for (const Placement& placement : tried) {
-    if (placement.rms > kAlikePlacement * least) continue;
-    if (!std::isfinite(best.rms) || std::abs(placement.lag) < std::abs(best.lag)) best = placement;
-  }
-  // Down into that valley.
-  for (const Placement& placement : tried) {
-    if (std::abs(placement.lag - best.lag) < 0.5 && placement.rms < best.rms) best = placement;
+    if (std::abs(placement.lag - best.lag) < 1.0 || placement.rms > second) continue;
+    second = placement.rms;
+    best.or_else = placement.lag;
   }
   return best;
 }
@@ -220,7 +235,7 @@ Placement BestPlacementByAxes(const VectorSums& sums) {
   Placement best;
   for (const Eigen::Matrix3d& turn : SignedPermutations()) {
     const double rms = AbsoluteRms(sums, turn);
-    if (rms < best.rms) best = {0.0, turn, rms};
+    if (rms < best.rms) best = {0.0, turn, rms, {}};
   }
   return best;
 }
@@ -236,8 +251,11 @@ void AddPlacedClock(Examination* e, const Placement& placement, double as_stampe
   finding.error = e->log.gravity;
   finding.text = fmt::format(
       "the positions of fixes.csv come {} than mocap shows: so they differ from it by {:.2f} m "
-      "(rms), as stamped by {:.2f} m",
-      LateText(placement.lag), placement.rms, as_stamped);
+      "(rms), as stamped by {:.2f} m{}",
+      LateText(placement.lag), placement.rms, as_stamped,
+      placement.or_else
+          ? fmt::format("; {} is nearly as good, as laps repeat", LateText(*placement.or_else))
+          : "");
   finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -placement.lag);
   finding.repaired = true;
   StreamRepair change;
