@@ -123,8 +123,11 @@ void AddScale(Examination* e, double factor, double sigma, const std::string& wh
                              factor);
   finding.repaired = true;
   e->Repair("imu", change);
-  // The unit explains why gravity seemed to be missing.
-  if (unit != nullptr) e->Remove("gravity_missing");
+  // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
+  if (unit != nullptr) {
+    e->Remove("gravity_missing");
+    e->Remove("lateral_force");
+  }
   e->Add(finding);
 }
 

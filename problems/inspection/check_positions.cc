@@ -208,8 +208,15 @@ struct Placement {
   double lag = 0.0;  // s
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   double rms = std::numeric_limits<double>::infinity();  // m
+  double count = 0.0;                                    // fixes that mocap covers
   std::optional<double> or_else;                         // s, another lag about as good
 };
+
+// Streams of one flight are logged together, so that a lag which leaves fixes without mocap is
+// unlikely.
+double Misfit(const Placement& placement) {
+  return placement.rms / (placement.count * placement.count);
+}
 
 // At the best lag; laps repeat, so that another one may be about as good.
 Placement BestPlacementByLag(const PairsAt& pairs, double least_count) {
@@ -219,8 +226,8 @@ Placement BestPlacementByLag(const PairsAt& pairs, double least_count) {
   for (int k = -kPlacementSteps; k <= kPlacementSteps; ++k) {
     const VectorSums sums = SumOf(pairs(k * kPlacementStep));
     if (sums.n < least_count) continue;
-    tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one), {}});
-    if (tried.back().rms < best.rms) best = tried.back();
+    tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one), sums.n, {}});
+    if (best.count == 0.0 || Misfit(tried.back()) < Misfit(best)) best = tried.back();
   }
   double second = kAlikePlacement * best.rms;
   for (const Placement& placement : tried) {
@@ -235,7 +242,7 @@ Placement BestPlacementByAxes(const VectorSums& sums) {
   Placement best;
   for (const Eigen::Matrix3d& turn : SignedPermutations()) {
     const double rms = AbsoluteRms(sums, turn);
-    if (rms < best.rms) best = {0.0, turn, rms, {}};
+    if (rms < best.rms) best = {0.0, turn, rms, sums.n, {}};
   }
   return best;
 }
