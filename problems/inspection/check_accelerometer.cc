@@ -17,6 +17,9 @@ constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may 
 constexpr double kMostGravities = 5.0;          // rms acceleration of a flight
 constexpr double kLeastScale = 0.05;
 constexpr double kLeastBias = 0.4;  // m/s^2
+// rad, by which an IMU is usually mounted askew: a horizontal bias for gravity's part along x and
+// y.
+constexpr double kUsualTilt = 2.5 * kDegree;
 // A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
 // a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
 constexpr double kMostBias = 0.85;      // m/s^2
@@ -98,24 +101,33 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
 }
 
 void AddScale(Examination* e, double factor, double sigma, const std::string& why) {
+  const KnownUnit* unit = UnitNear("m/s^2", factor);
   Finding finding;
   finding.id = "accelerometer_scale";
   finding.stream = "imu";
-  finding.level = Level::kBiases;
+  finding.level = unit != nullptr ? Level::kFatal : Level::kBiases;
   finding.size = 1.0 / factor;
   finding.sigma = sigma / (factor * factor);
   finding.unit = "1";
   finding.error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
   finding.text =
-      fmt::format("the accelerometer reads {:.3f} of the specific force; {}", finding.size, why);
-  finding.remedy = fmt::format(
-      "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
-      "and the range",
-      factor);
-  finding.repaired = true;
+      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
   StreamRepair change;
-  change.accel_scale = factor;
+  change.accel_scale = unit != nullptr ? unit->factor : factor;
+  finding.remedy = unit != nullptr
+                       ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
+                                     unit->factor, UnitText(unit))
+                       : fmt::format(
+                             "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
+                             "and the range",
+                             factor);
+  finding.repaired = true;
   e->Repair("imu", change);
+  // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
+  if (unit != nullptr) {
+    e->Remove("gravity_missing");
+    e->Remove("lateral_force");
+  }
   e->Add(finding);
 }
 
@@ -136,6 +148,12 @@ void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& str
   e->Add(finding);
 }
 
+// m/s^2, of a bias that no usual misalignment explains.
+double BeyondTilt(const Eigen::Vector3d& bias, double gravity) {
+  const double across = bias.head<2>().norm() - gravity * std::sin(kUsualTilt);
+  return std::hypot(std::max(0.0, across), bias.z());
+}
+
 // True if the fit is of a scale rather than of a bias.
 bool IsScale(const ForceScale& fit) {
   if (fit.by_factor < fit.by_bias) return true;
@@ -153,7 +171,7 @@ void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
              fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
                          "a bias {:.3f}",
                          fit->by_factor, witness.stream, fit->by_bias));
-  } else if (fit->bias.norm() > kLeastBias) {
+  } else if (BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
     AddBias(e, fit->bias, witness.stream);
   }
 }
@@ -177,7 +195,8 @@ void CheckMeanForce(Examination* e) {
   double mean = 0.0;
   for (const double d : down) mean += d / static_cast<double>(down.size());
   const double reads = mean / e->log.gravity;
-  if (std::abs(reads - 1.0) < 0.07 || reads < 0.3) return;
+  if (std::abs(reads - 1.0) < 0.07) return;
+  if (reads < 0.3 && UnitNear("m/s^2", 1.0 / reads) == nullptr) return;
   AddScale(e, 1.0 / reads, 0.02,
            "by its mean in earth axes, which is gravity; without positions a bias of the vertical "
            "axis looks the same");
@@ -200,8 +219,8 @@ void CheckAccelerometer(Examination* e) {
     if (!bends) continue;
     if (AreOfAnotherUnit(*bends, e->log.gravity)) return;  // CheckPositions() says so
     JudgeAssumedAxes(e, *witness, *bends);
-    CheckLateralAxes(e, stream);
     CheckAxes(e, *witness, *bends);
+    CheckLateralAxes(e, stream);
     bends = InEarthOfAttitude(*e, *witness);
     if (bends) CheckScale(e, *witness, *bends);
     return;

@@ -70,16 +70,21 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
                 "its set-up"};
 }
 
+// Whether the accelerometer, turned along with the gyroscope, reads gravity as upright as before.
+bool StaysUpright(const Examination& e, const Eigen::Matrix3d& turn) {
+  return Lean(e.fixed, turn) < Lean(e.fixed, Eigen::Matrix3d::Identity()) + kClearLean;
+}
+
 // A turn that moves gravity away from the body's -z, where its mirror image does not, is replaced
-// by that. Flights without turns about one axis do not show the handedness otherwise.
+// by that. Flights without turns about one axis do not show the handedness otherwise. Where both
+// move it the gyroscope alone is turned, and its own rates decide.
 void KeepUpright(const Examination& e, double least, RateWitness* witness) {
   if (!witness->match.mirrored || IsIdentity(witness->turn)) return;
+  if (StaysUpright(e, witness->turn)) return;
   VectorMatch other = witness->match;
   other.turn = *witness->match.mirrored;
   const Eigen::Matrix3d plain = PlainTurn(other, least);
-  const double before = Lean(e.fixed, Eigen::Matrix3d::Identity());
-  if (Lean(e.fixed, witness->turn) < before + kClearLean) return;
-  if (Lean(e.fixed, plain) < before + kClearLean) witness->turn = plain;
+  if (StaysUpright(e, plain) || witness->match.reflection < 0.0) witness->turn = plain;
 }
 
 // A witness that agrees with the gyroscope only because it shows too little.
@@ -115,7 +120,8 @@ void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why
       "take the axes so; the accelerometer is judged by itself where position shows it";
   StreamRepair change;
   change.gyro = repair;
-  change.accel = repair;  // of the same chip; CheckAccelerometer() looks whether that is so
+  // Of the same chip, unless gravity contradicts; CheckAccelerometer() looks whether that is so.
+  if (StaysUpright(*e, repair)) change.accel = repair;
   e->Repair("imu", change);
   e->Add(finding);
 }
@@ -172,10 +178,14 @@ void CheckGain(Examination* e) {
   finding.error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
   finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
                              finding.size, finding.sigma, best->stream);
-  finding.remedy = fmt::format("multiply its readings by {:.3f}; check the unit and range", gain);
+  const KnownUnit* unit = UnitNear("rad/s", gain);
+  const double factor = unit != nullptr ? unit->factor : gain;
+  if (unit != nullptr) finding.level = Level::kFatal;
+  finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",
+                               factor, UnitText(unit));
   finding.repaired = true;
   StreamRepair change;
-  change.gyro_scale = gain;
+  change.gyro_scale = factor;
   e->Repair("imu", change);
   e->Add(finding);
 }

@@ -1,11 +1,15 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "problems/inspection/examination.h"
+#include "problems/log/imu_faults.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kLeastOverlap = 8.0;  // s
+constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
 constexpr double kLeastCover = 0.8;    // share of a stream that lies in the IMU's time
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
@@ -24,6 +28,8 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
   if (share >= kLeastCover) return;
+  // Stamps in another unit explain it.
+  if (e->HasFinding("time_unit", name) || e->HasFinding("time_unit", "imu")) return;
   Finding finding;
   finding.id = "cover";
   finding.stream = name;
@@ -36,6 +42,54 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   finding.remedy =
       "export the whole flight, or bring the clocks together (time: offset in the map)";
   e->Add(finding);
+}
+
+// s, of the longest other stream; zero where there is none.
+double LongestOther(const FlightLog& log, const std::string& stream) {
+  double longest = 0.0;
+  ForEachStream(log, [&](const Stream& other, const auto& samples) {
+    if (samples.size() < 30 || stream == other.name) return;
+    longest = std::max(longest, SecondsBetween(samples.front().t, samples.back().t));
+  });
+  return longest;
+}
+
+// The unit of stamps that make a stream last `ratio` times as long as the others; null for a ratio
+// that no unit explains.
+const char* TimeUnitOf(double ratio) {
+  constexpr std::array<const char*, 3> kNames = {"ms", "us", "ns"};
+  for (std::size_t k = 0; k < kNames.size(); ++k) {
+    const double off = std::log(ratio) - 3.0 * static_cast<double>(k + 1) * std::log(10.0);
+    if (std::abs(off) < kAlikeSpan) return kNames[k];
+  }
+  return nullptr;
+}
+
+// The IMU is known by its rate. Any other stream is judged against it.
+void CheckTimeUnit(Examination* e) {
+  if (e->log.imu.size() < 30) return;
+  ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
+    if (samples.size() < 30) return;
+    const bool imu = std::string(stream.name) == "imu";
+    const double span = SecondsBetween(samples.front().t, samples.back().t);
+    const double other = imu ? LongestOther(e->log, stream.name)
+                             : SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+    const char* unit = other > 0.0 && span > 0.0 ? TimeUnitOf(span / other) : nullptr;
+    const double rate = static_cast<double>(samples.size()) / std::max(1e-9, span);
+    if (unit == nullptr || rate > kLeastImuRate) return;
+    Finding finding;
+    finding.id = "time_unit";
+    finding.stream = stream.name;
+    finding.level = Level::kFatal;
+    finding.size = span / other;
+    finding.unit = "1";
+    finding.error = e->log.gravity;
+    finding.text = fmt::format(
+        "the stamps of {}.csv are in {}, not in s: it lasts {:.4g} s at {:.3g} Hz, the {} {:.4g} s",
+        stream.name, unit, span, rate, imu ? "other streams" : "IMU", other);
+    finding.remedy = fmt::format("state `unit: {}` of its time", unit);
+    e->Add(finding);
+  });
 }
 
 void CheckAttitudeIsThere(Examination* e) {
@@ -57,6 +111,7 @@ void CheckAttitudeIsThere(Examination* e) {
 }  // namespace
 
 void CheckCover(Examination* e) {
+  CheckTimeUnit(e);
   CheckStreamCover(e->log.attitude, "attitude", e);
   CheckStreamCover(e->log.fixes, "fixes", e);
   CheckStreamCover(e->log.mocap, "mocap", e);

@@ -4,6 +4,7 @@
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/stuck.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -50,11 +51,81 @@ void Judge(const std::string& stream, const FrozenStretch& frozen, Examination* 
   e->Add(finding);
 }
 
+constexpr double kTurnWindow = 0.5;  // s
+constexpr double kSureTurn = 0.1;    // rad, within a window, beside the gyroscope's bias
+constexpr int kSureWindows = 3;
+
+// Mean rates of the gyroscope over windows, without vibration.
+std::vector<Eigen::Vector3d> WindowRates(const std::vector<ImuSample>& imu) {
+  std::vector<Eigen::Vector3d> rates;
+  for (std::size_t begin = 0; begin < imu.size();) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    std::size_t end = begin;
+    while (end < imu.size() && SecondsBetween(imu[begin].t, imu[end].t) < kTurnWindow) {
+      sum += imu[end++].gyro;
+    }
+    if (end - begin >= 5) rates.emplace_back(sum / static_cast<double>(end - begin));
+    begin = end;
+  }
+  return rates;
+}
+
+// Whether the gyroscope shows turns that are neither its bias nor vibration.
+bool TurnsByGyro(const FlightLog& log) {
+  const std::vector<Eigen::Vector3d> rates = WindowRates(log.imu);
+  if (rates.empty()) return false;
+  Eigen::Vector3d usual;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& rate : rates) values.push_back(rate[axis]);
+    usual[axis] = LowerMedian(values);
+  }
+  return std::count_if(rates.begin(), rates.end(), [&](const Eigen::Vector3d& rate) {
+           return (rate - usual).norm() * kTurnWindow > kSureTurn;
+         }) >= kSureWindows;
+}
+
+// Whether some attitude turns by more than its noise.
+bool TurnsByAttitude(const FlightLog& log) {
+  for (const char* stream : {"attitude", "mocap", "pose"}) {
+    const std::vector<AttitudeSample> attitude = AttitudesOf(log, stream);
+    for (const AttitudeSample& sample : attitude) {
+      if (attitude.front().q_Ep_I.angularDistance(sample.q_Ep_I) > kMovingTurn) return true;
+    }
+  }
+  return false;
+}
+
+// A sensor that has one value for the whole log, while another one shows that the vehicle moves.
+// One of a vehicle that does not turn may be right.
+void JudgeDead(const std::string& stream, const std::string& columns, Examination* e) {
+  const bool of_imu = stream == "imu", gyro = columns[0] == 'g';
+  const bool by_attitude = of_imu && gyro;
+  if (!(by_attitude ? TurnsByAttitude(e->log) : TurnsByGyro(e->log))) return;
+  Finding finding;
+  finding.id = of_imu ? "dead_axis" : "stuck";
+  finding.stream = stream;
+  // Mocap of positions alone may come with an orientation that was never measured.
+  finding.level = stream == "mocap" && columns[0] == 'q' ? Level::kBiases : Level::kFatal;
+  finding.size = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+  finding.unit = "s";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "{}.csv: {} keep one value for the whole log, while {} turns: they are not measured", stream,
+      columns, by_attitude ? "the attitude" : "the gyroscope");
+  finding.remedy = "check these columns in the file and in the map, and what the logger records";
+  e->Add(finding);
+}
+
 }  // namespace
 
 void CheckFrozen(Examination* e) {
   ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
     using Sample = std::remove_cvref_t<decltype(samples.front())>;
+    if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample> ||
+                  std::is_same_v<Sample, PoseSample> || std::is_same_v<Sample, Fix>) {
+      for (const std::string& dead : FindDead(stream, samples)) JudgeDead(stream.name, dead, e);
+    }
     if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample> ||
                   std::is_same_v<Sample, PoseSample>) {
       if (const auto frozen = FindFrozen(stream, samples)) Judge(stream.name, *frozen, e);

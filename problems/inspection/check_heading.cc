@@ -14,6 +14,7 @@ constexpr double kMostHeading = 10.0 * kDegree;
 // misalignment come out wrong.
 constexpr double kFoundByFit = 6.0 * kDegree;
 constexpr double kOtherHeading = 15.0 * kDegree;
+constexpr double kAlikeLeft = 1.1;       // of the share that two explanations leave
 constexpr double kHeadingClearly = 4.0;  // sigmas
 
 void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
@@ -38,6 +39,28 @@ void TurnAttitude(Examination* e, const std::string& stream, const Heading& head
   e->Add(finding);
 }
 
+// Passes alone do not tell an attitude of another heading from an accelerometer of other axes.
+void AddUndecided(Examination* e, const std::string& stream, const Heading& heading,
+                  const TurnedForce& other) {
+  Finding finding;
+  finding.id = "heading_offset";
+  finding.stream = "attitude";
+  finding.level = Level::kFatal;
+  finding.size = heading.angle / kDegree;
+  finding.sigma = heading.sigma / kDegree;
+  finding.unit = "deg";
+  finding.error = e->log.gravity * std::abs(std::sin(heading.angle));
+  finding.text = fmt::format(
+      "the changes of velocity of {}.csv do not fit attitude and accelerometer as read: either "
+      "north "
+      "of attitude.csv is turned by {:.0f} +- {:.1g} deg ({:.0f} % explained), or the "
+      "accelerometer's axes are {} ({:.0f} %). The log does not show which of the two is wrong",
+      stream, finding.size, finding.sigma, 100.0 * (1.0 - heading.left), AxesText(other.turn),
+      100.0 * (1.0 - other.heading.left));
+  finding.remedy = "check the axes of the accelerometer and the attitude's north in the map";
+  e->Add(finding);
+}
+
 }  // namespace
 
 void CheckHeading(Examination* e) {
@@ -45,12 +68,19 @@ void CheckHeading(Examination* e) {
   for (const char* stream : {"mocap", "fixes"}) {
     // By another clock, which may be a lap off, they are compared once that is repaired.
     if (e->HasFinding("clock_offset", stream)) continue;
-    const auto heading = HeadingOf(*e, stream);
+    const auto heading = HeadingOf(e->fixed, stream);
     if (!heading) continue;
     // A force along an axis that reads another multiple points elsewhere.
     const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kMostHeading;
     const double least = std::max(most, kHeadingClearly * heading->sigma);
-    if (std::abs(heading->angle) > least) TurnAttitude(e, stream, *heading);
+    if (std::abs(heading->angle) < least) return;
+    const auto other =
+        std::string(stream) == "fixes" ? BestLateralTurn(e->fixed, stream, 1.0) : std::nullopt;
+    if (other && other->heading.left < kAlikeLeft * heading->left) {
+      AddUndecided(e, stream, *heading, *other);
+    } else {
+      TurnAttitude(e, stream, *heading);
+    }
     return;
   }
   if (e->fixed.fixes.empty() && e->fixed.mocap.empty()) return;

@@ -2,10 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "problems/common/units.h"
 #include "problems/inspection/fix_pairs.h"
+#include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
+#include "problems/inspection/vector_sums.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -18,7 +22,16 @@ constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
+// rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
+// takes the specific force for gravity.
+constexpr double kTiltOfPose = 0.3 * kDegree;
+constexpr double kTiltOfAhrs = 1.5 * kDegree;
 constexpr double kDriftOfFixes = 5e-3;   // s/s, beyond what errors at gates look like
+constexpr double kPlaced = 0.2;          // rms against the distances flown
+constexpr double kPlacementStep = 0.05;  // s
+constexpr int kPlacementSteps = 200;
+constexpr double kAlikePlacement = 1.5;  // of the rms
+constexpr double kFarLag = 1.0;          // s; Judge() finds a shorter one
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
 
@@ -102,12 +115,46 @@ bool IsOffScale(const VectorMatch& match) {
   return least > 0.0 && std::abs(match.gain - 1.0) > kLeastPositionScale;
 }
 
-// Against the accelerometer, over bends twice as wide.
-std::optional<VectorMatch> MatchWider(const Examination& e, const std::string& stream) {
-  const auto witness = PositionWitnessOf(e, stream, 2.0);
+// Against the accelerometer, over bends `wider` times as wide as usual.
+std::optional<PositionScale> ScaleByForce(const Examination& e, const std::string& stream,
+                                          double wider) {
+  auto witness = PositionWitnessOf(e, stream, wider);
   if (!witness) return std::nullopt;
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness->attitude);
-  return MatchVectors(AccelerationPairs(force, witness->bends), {0.0, 0.02});
+  TurnLikePositions(e, *witness, &witness->bends);
+  auto scale = FitPositionScale(BodyForce(e.fixed, witness->attitude), witness->bends);
+  if (!scale) return std::nullopt;
+  double squares = 0.0;
+  for (const Bend& bend : witness->bends) squares += bend.acceleration.squaredNorm();
+  const double rms = std::sqrt(squares / static_cast<double>(witness->bends.size()));
+  // A tilt of the attitude that changes with the acceleration looks like a scale as well.
+  const bool own = witness->of_attitude != "attitude" && !e.IsCopy(witness->of_attitude);
+  const double tilt =
+      (own ? kTiltOfPose : kTiltOfAhrs) * e.log.gravity * scale->value / rms;  // of 1
+  scale->sigma = std::hypot(scale->sigma, tilt * scale->value);
+  return scale;
+}
+
+// The match with the scale of ScaleByForce().
+std::optional<VectorMatch> Rescaled(const Examination& e, const std::string& stream,
+                                    VectorMatch match, double wider) {
+  const auto scale = ScaleByForce(e, stream, wider);
+  if (!scale) return std::nullopt;
+  match.gain = scale->value;
+  match.gain_sigma = scale->sigma;
+  return match;
+}
+
+// The unit nearest to a factor whose logarithm has this sigma.
+const KnownUnit* UnitWithin(double factor, double sigma) {
+  constexpr double kStep = 0.05;
+  const int reach = static_cast<int>(std::min(1.0, 2.0 * sigma) / kStep);
+  for (int k = 0; k <= reach; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      const KnownUnit* unit = UnitNear("m", factor * std::exp(sign * k * kStep));
+      if (unit != nullptr) return unit;
+    }
+  }
+  return nullptr;
 }
 
 void AddPositionScale(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -115,7 +162,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   if (!IsOffScale(match)) return;
   // A smoothed position has less of the fast motion; a scale changes the slow one as well.
   const bool by_force = std::string(reference.what) != "mocap";
-  const auto slow = by_force ? MatchWider(*e, stream) : std::optional(match);
+  const auto slow = by_force ? Rescaled(*e, stream, match, 2.0) : std::optional(match);
   if (!slow || !IsOffScale(*slow)) return;
   if (std::abs(slow->gain - match.gain) > 0.3 * std::abs(match.gain - 1.0)) return;
   Finding finding;
@@ -137,13 +184,135 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
     e->Add(finding);
     return;
   }
+  const KnownUnit* unit = UnitWithin(1.0 / match.gain, match.gain_sigma / match.gain);
+  const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
   finding.remedy =
-      fmt::format("multiply the positions by {:.4f}; check the unit", 1.0 / match.gain);
+      fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
   finding.repaired = true;
   StreamRepair change;
-  change.position_scale = 1.0 / match.gain;
+  change.position_scale = factor;
+  // Positions in another unit scatter about mocap as well.
+  if (unit != nullptr && stream == "fixes") e->Remove("position_spread");
   e->Repair(stream, change);
   e->Add(finding);
+}
+
+// m, rms by which the fixes differ from mocap turned by `turn`; nothing is taken out.
+double AbsoluteRms(const VectorSums& sums, const Eigen::Matrix3d& turn) {
+  const double square = sums.seen2 + sums.sure2 - 2.0 * turn.cwiseProduct(sums.cross).sum();
+  return std::sqrt(std::max(0.0, square) / sums.n);
+}
+
+// Fixes put into mocap at a lag and by a signed permutation of the axes.
+struct Placement {
+  double lag = 0.0;  // s
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  double rms = std::numeric_limits<double>::infinity();  // m
+  double count = 0.0;                                    // fixes that mocap covers
+  std::optional<double> or_else;                         // s, another lag about as good
+};
+
+// Streams of one flight are logged together, so that a lag which leaves fixes without mocap is
+// unlikely.
+double Misfit(const Placement& placement) {
+  return placement.rms / (placement.count * placement.count);
+}
+
+// At the best lag; laps repeat, so that another one may be about as good.
+Placement BestPlacementByLag(const PairsAt& pairs, double least_count) {
+  std::vector<Placement> tried;
+  Placement best;
+  const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
+  for (int k = -kPlacementSteps; k <= kPlacementSteps; ++k) {
+    const VectorSums sums = SumOf(pairs(k * kPlacementStep));
+    if (sums.n < least_count) continue;
+    tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one), sums.n, {}});
+    if (best.count == 0.0 || Misfit(tried.back()) < Misfit(best)) best = tried.back();
+  }
+  double second = kAlikePlacement * best.rms;
+  for (const Placement& placement : tried) {
+    if (std::abs(placement.lag - best.lag) < 1.0 || placement.rms > second) continue;
+    second = placement.rms;
+    best.or_else = placement.lag;
+  }
+  return best;
+}
+
+Placement BestPlacementByAxes(const VectorSums& sums) {
+  Placement best;
+  for (const Eigen::Matrix3d& turn : SignedPermutations()) {
+    const double rms = AbsoluteRms(sums, turn);
+    if (rms < best.rms) best = {0.0, turn, rms, sums.n, {}};
+  }
+  return best;
+}
+
+void AddPlacedClock(Examination* e, const Placement& placement, double as_stamped) {
+  Finding finding;
+  finding.id = "clock_offset";
+  finding.stream = "fixes";
+  finding.level = Level::kFatal;
+  finding.size = placement.lag;
+  finding.sigma = kPlacementStep;
+  finding.unit = "s";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the positions of fixes.csv come {} than mocap shows: so they differ from it by {:.2f} m "
+      "(rms), as stamped by {:.2f} m{}",
+      LateText(placement.lag), placement.rms, as_stamped,
+      placement.or_else
+          ? fmt::format("; {} is nearly as good, as laps repeat", LateText(*placement.or_else))
+          : "");
+  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -placement.lag);
+  finding.repaired = true;
+  StreamRepair change;
+  change.time_offset = -placement.lag;
+  e->Repair("fixes", change);
+  e->Add(finding);
+}
+
+void AddPlacedAxes(Examination* e, const Placement& placement, double as_read) {
+  Finding finding;
+  finding.id = "position_axes";
+  finding.stream = "fixes";
+  const bool mirrored = placement.turn.determinant() < 0.0;
+  const double angle = TurnBetween(placement.turn, Eigen::Matrix3d::Identity()).norm();
+  finding.size = mirrored ? 180.0 : angle / kDegree;
+  finding.unit = "deg";
+  finding.error = e->log.gravity;
+  finding.level = Level::kFatal;
+  finding.text = fmt::format(
+      "the positions of fixes.csv are in other axes: taken as {} they differ from mocap by {:.2f} "
+      "m "
+      "(rms), as read by {:.2f} m",
+      AxesText(placement.turn.transpose()), placement.rms, as_read);
+  finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
+  finding.repaired = true;
+  StreamRepair change;
+  change.position = placement.turn.transpose();
+  e->Repair("fixes", change);
+  e->Add(finding);
+}
+
+// Where fixes and mocap share an origin their positions themselves show a clock, or other axes;
+// laps repeat, and half a lap looks like a turn once the means are taken out.
+void CheckPlacement(Examination* e) {
+  const PairsAt pairs = FixPairs(e->fixed);
+  const VectorSums sums = SumOf(pairs(0.0));
+  if (sums.n < kLeastPairs) return;
+  const double flown = std::sqrt(sums.SureVar());
+  const double as_read = AbsoluteRms(sums, Eigen::Matrix3d::Identity());
+  const auto is_good = [&](const Placement& placement) {
+    return placement.rms < kPlaced * flown && placement.rms < 0.5 * as_read;
+  };
+  if (as_read < kPlaced * flown) return;
+  const Placement axes = BestPlacementByAxes(sums);
+  const Placement lag = BestPlacementByLag(pairs, 0.5 * sums.n);
+  if (is_good(lag) && std::abs(lag.lag) > kFarLag && lag.rms < 1.5 * axes.rms) {
+    AddPlacedClock(e, lag, as_read);
+  } else if (is_good(axes)) {
+    AddPlacedAxes(e, axes, as_read);
+  }
 }
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
@@ -169,7 +338,11 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
     AddClockDrift(e, stream, *comparison.match, reference.what, least);
   }
   AddAxes(e, stream, *comparison.match, reference);
-  AddPositionScale(e, stream, *comparison.match, reference);
+  auto scaled = comparison.match;
+  if (std::string(reference.what) != "mocap") scaled = Rescaled(*e, stream, *scaled, 1.0);
+  if (!scaled) return;
+  e->result.comparisons.back().match = scaled;
+  AddPositionScale(e, stream, *scaled, reference);
 }
 
 // Laps repeat: mocap that was moved by a lap too many compares with fixes of another place.
@@ -230,6 +403,7 @@ void CheckPositions(Examination* e) {
     if (fixes && e->fixed.mocap.size() > 100) {
       const bool moved = e->HasFinding("clock_offset", "mocap");
       if (!moved) {
+        CheckPlacement(e);
         CheckSpread(e);
         CheckClockJump(e);
       }

@@ -14,6 +14,8 @@ constexpr double kLeastRate = 0.05;               // rad/s
 constexpr double kLeastLag = 0.012;               // s; a shorter one is no fault
 constexpr double kLeastDrift = 1e-4;              // s/s; a smaller one is no fault
 constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
+constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
+constexpr double kRunsThrough = 0.2;                        // s, steps of a stream without a gap
 constexpr double kLeastTurn = 5.0 * kDegree;
 constexpr double kLeastPoseTurn = 8.0 * kDegree;
 
@@ -274,6 +276,82 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   e->result.comparisons.push_back(comparison);
 }
 
+// The longest step of the IMU's stamps: its index, and its length beyond an ordinary one (s).
+struct Step {
+  std::size_t after = 0;
+  double seconds = 0.0;
+};
+
+Step LongestStep(const std::vector<ImuSample>& imu) {
+  Step longest;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    const double seconds = SecondsBetween(imu[i - 1].t, imu[i].t);
+    if (seconds > longest.seconds) longest = {i, seconds};
+  }
+  return longest;
+}
+
+bool HasGap(const std::vector<AttitudeSample>& attitude, TimeNs from, TimeNs to) {
+  for (std::size_t i = 1; i < attitude.size(); ++i) {
+    if (attitude[i].t <= from || attitude[i - 1].t >= to) continue;
+    if (SecondsBetween(attitude[i - 1].t, attitude[i].t) > kRunsThrough) return true;
+  }
+  return false;
+}
+
+// Lag of one part of the turns alone.
+std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
+                                     std::vector<AttitudeTurn> turns, double from, double to,
+                                     double reach) {
+  std::erase_if(turns, [=](const AttitudeTurn& t) { return t.from < from || t.to > to; });
+  auto match = MatchVectors(RatePairs(gyro, turns, false), {reach, 0.02});
+  if (match && match->correlation < kLike) match.reset();
+  return match;
+}
+
+void AddImuJump(Examination* e, const std::string& through, const Step& step, double jump) {
+  Finding finding;
+  finding.id = "clock_jump";
+  finding.stream = "imu";
+  finding.level = Level::kFatal;
+  finding.size = jump;
+  finding.unit = "s";
+  finding.error = e->log.gravity;
+  finding.text = fmt::format(
+      "the clock of imu.csv jumps by {:.2f} s at {:.2f} s: {}.csv runs through, and its turns come "
+      "{} after the jump than before; nothing is missing",
+      jump, ToSeconds(e->log.imu[step.after].t), through, LateText(-jump));
+  finding.remedy = fmt::format(
+      "subtract {:.3f} s from the stamps of the IMU's clock after the jump, or calibrate the parts "
+      "before and after it as flights of their own",
+      jump);
+  e->Add(finding);
+}
+
+// Stamps that jump while a stream of another clock runs through look like a gap of the IMU.
+void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
+  const std::vector<ImuSample>& imu = e->log.imu;
+  const Step step = LongestStep(imu);
+  if (step.seconds < kLeastImuJump || step.seconds > kMostImuJump) return;
+  const LogClock clock(e->log);
+  const double at = clock(imu[step.after - 1].t), end = clock(imu.back().t);
+  for (const char* stream : {"mocap", "pose"}) {
+    const std::vector<AttitudeSample> attitude = AttitudesOf(e->log, stream);
+    if (attitude.size() < 100 || e->IsCopy(stream)) continue;
+    if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
+    const auto turns = TurnsOf(attitude, clock, 2 * kMostTurns);
+    const double reach = step.seconds + 0.5;
+    const auto before = MatchPart(gyro, turns, 0.0, at, 0.5);
+    const auto after = MatchPart(gyro, turns, at, end, reach);
+    if (!before || !after) continue;
+    const double jump = before->lag - after->lag;
+    if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
+    std::erase_if(e->result.findings, [](const Finding& f) { return f.id == "gaps"; });
+    AddImuJump(e, stream, step, jump);
+    return;
+  }
+}
+
 }  // namespace
 
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
@@ -308,6 +386,7 @@ void CheckRates(Examination* e) {
   for (const char* stream : {"mocap", "pose"}) {
     if (RepeatsAttitude(e->fixed, AttitudesOf(e->fixed, stream))) e->copies.emplace_back(stream);
   }
+  CheckImuJump(e, gyro);
   for (const char* stream : {"attitude", "mocap", "pose"}) CheckStream(e, stream, gyro);
 }
 

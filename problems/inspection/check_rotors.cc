@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "problems/inspection/examination.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -15,6 +16,10 @@ constexpr double kLeastExplained = 0.3;   // share of the angular acceleration
 constexpr double kFits = 0.8;             // cosine of effects found and stated
 constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
 constexpr double kLeastMotorLag = 0.12;   // s, of commands, which motors follow late
+
+constexpr double kMostThrustRatio = 3.0;  // thrust stated against weight; more is no wrong k_f
+constexpr double kAlikeSpeeds = 0.25;     // of the logarithm of a factor of the speeds
+constexpr double kNearImu = 0.05;         // s
 
 // Torque per squared speed by each rotor as the vehicle file states it, one column a rotor.
 Eigen::Matrix3Xd Stated(const std::vector<Rotor>& rotors) {
@@ -191,9 +196,79 @@ void CheckLayout(Examination* e, const RotorLayout& layout) {
   }
 }
 
+// N, of all rotors as the vehicle file states them.
+double ThrustOf(const std::vector<Rotor>& rotors, const ChannelsSample& sample) {
+  double thrust = 0.0;
+  for (std::size_t i = 0; i < rotors.size(); ++i) {
+    thrust += rotors[i].k_f * sample.values[i] * sample.values[i];
+  }
+  return thrust;
+}
+
+// Thrust over mass and specific force, at every sample of the rotors in flight; 1 if all is right.
+// A vehicle that idles on the ground has much less thrust than in flight.
+std::vector<double> ThrustRatios(const FlightLog& log) {
+  std::vector<double> all;
+  for (const ChannelsSample& sample : log.rotors) {
+    all.push_back(ThrustOf(log.vehicle->rotors, sample));
+  }
+  const double usual = LowerMedian(all);
+  std::vector<double> ratios;
+  for (std::size_t i = 0, k = 0; i < all.size(); ++i) {
+    while (k + 1 < log.imu.size() && log.imu[k + 1].t <= log.rotors[i].t) ++k;
+    const double force = log.imu[k].accel.norm();
+    if (std::abs(SecondsBetween(log.imu[k].t, log.rotors[i].t)) > kNearImu) continue;
+    if (all[i] < 0.5 * usual || force < 0.5 * log.gravity) continue;
+    ratios.push_back(all[i] / (*log.vehicle->mass * force));
+  }
+  return ratios;
+}
+
+bool StatesThrust(const FlightLog& log) {
+  if (!log.vehicle || !log.vehicle->mass || log.vehicle->rotors.empty()) return false;
+  return log.rotors.size() >= 100 && log.rotors.front().values.size() == log.vehicle->rotors.size();
+}
+
+// Speeds in rpm, or in revolutions per second, that are read as rad/s give the thrust of another
+// vehicle.
+void CheckThrust(Examination* e) {
+  if (!StatesThrust(e->fixed)) return;
+  const std::vector<double> ratios = ThrustRatios(e->fixed);
+  if (ratios.size() < 50) return;
+  const double ratio = LowerMedian(ratios);
+  if (!(ratio > 0.0) || std::abs(std::log(ratio)) < std::log(kMostThrustRatio)) return;
+  const double factor = 1.0 / std::sqrt(ratio);  // of the speeds
+  const auto is = [&](double unit) { return std::abs(std::log(factor / unit)) < kAlikeSpeeds; };
+  const bool rpm = is(kRpm), unit = rpm || is(2.0 * M_PI);
+  Finding finding;
+  finding.id = unit ? "rotor_unit" : "rotor_thrust";
+  finding.stream = "rotors";
+  finding.level = unit ? Level::kFatal : Level::kBiases;
+  finding.size = ratio;
+  finding.unit = "1";
+  finding.error = e->log.gravity * std::min(1.0, std::abs(1.0 - ratio));
+  finding.text = fmt::format(
+      "in flight the rotors of rotors.csv give {:.3g} times the thrust that mass times specific "
+      "force needs, by k_f, mass and speeds as stated{}",
+      ratio,
+      unit ? fmt::format(": the speeds are in {}, not in rad/s", rpm ? "rpm" : "revolutions per s")
+           : "");
+  finding.remedy = rpm    ? "state `unit: rpm` for the rotors"
+                   : unit ? "multiply the speeds by 2 pi (`scale: 6.2831853`)"
+                          : "check k_f of the rotors, the mass and the unit of the speeds (rad/s)";
+  finding.repaired = unit;
+  if (unit) {
+    StreamRepair change;
+    change.channel_scale = rpm ? kRpm : 2.0 * M_PI;
+    e->Repair("rotors", change);
+  }
+  e->Add(finding);
+}
+
 }  // namespace
 
 void CheckRotors(Examination* e) {
+  CheckThrust(e);
   for (const char* stream : {"rotors", "motors"}) {
     const bool speeds = std::string(stream) == "rotors";
     const auto& channels = speeds ? e->fixed.rotors : e->fixed.motors;

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "problems/common/units.h"
-#include "problems/inspection/examination.h"
+#include "problems/inspection/force_fit.h"
+#include "problems/inspection/heading.h"
+#include "problems/inspection/position_witness.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -16,6 +18,7 @@ constexpr double kCalmForce = 1.5;  // m/s^2, from gravity
 constexpr double kLeastCalm = 2.0;  // s
 constexpr double kAlong = 0.85;     // cosine of a direction that is along an axis
 constexpr double kLeastLean = 60.0 * kDegree;
+constexpr double kMuchLess = 0.75;  // of a residual that another explanation leaves
 
 // Mean specific force (m/s^2) in the body over the calm parts; zero where there are too few.
 Eigen::Vector3d CalmForce(const FlightLog& log) {
@@ -149,9 +152,87 @@ void CheckBodyUp(Examination* e) {
   e->Add(finding);
 }
 
+Eigen::Vector3d ForceBy(const Examination& e, const std::string& stream) {
+  return CalmForceInEarth(e.fixed, AttitudesOf(e.fixed, stream));
+}
+
+// Whether the specific force, turned to earth by a stream, points along +z.
+bool PointsUp(const Examination& e, const std::string& stream) {
+  const Eigen::Vector3d force = ForceBy(e, stream);
+  return force.norm() > 0.7 * e.log.gravity && force.z() > kAlong * force.norm();
+}
+
+std::vector<AttitudeSample> WithEarthUp(std::vector<AttitudeSample> attitude) {
+  const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
+  for (AttitudeSample& sample : attitude) sample.q_Ep_I = flip * sample.q_Ep_I;
+  return attitude;
+}
+
+// m/s^2, rms that an earth with z up leaves, at the best heading of the positions.
+double ResidualOfEarthUp(const Examination& e, PositionWitness witness) {
+  witness.attitude = WithEarthUp(witness.attitude);
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
+  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
+  if (!match) return 0.0;
+  for (Bend& bend : witness.bends) bend.acceleration = match->turn.transpose() * bend.acceleration;
+  return ForceResidual(BodyForce(e.fixed, witness.attitude), witness.bends,
+                       Eigen::Matrix3d::Identity());
+}
+
+// The accelerometer with z reversed and some x and y, by changes of velocity between passes.
+std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
+  if (e.fixed.attitude.size() < 30 || e.fixed.fixes.empty()) return std::nullopt;
+  auto reversed = BestLateralTurn(e.fixed, "fixes", -1.0);
+  if (!reversed) return std::nullopt;
+  FlightLog up = e.fixed;
+  up.attitude = WithEarthUp(up.attitude);
+  const auto heading = HeadingOf(up, "fixes");
+  if (heading && reversed->heading.left > kMuchLess * heading->left) return std::nullopt;
+  return reversed;
+}
+
+void AddReversed(Examination* e, const TurnedForce& reversed) {
+  Finding finding;
+  finding.id = "accelerometer_axes";
+  finding.stream = "imu";
+  finding.level = Level::kFatal;
+  finding.size = 180.0;
+  finding.unit = "deg";
+  finding.error = 2.0 * e->log.gravity;
+  finding.text = fmt::format(
+      "the accelerometer's z is reversed: attitude and gyroscope agree with each other, and with "
+      "the accelerometer as {} they explain {:.0f} % of the changes of velocity of fixes.csv{}",
+      AxesText(reversed.turn), 100.0 * (1.0 - reversed.heading.left),
+      reversed.clear ? "" : "; the signs of x and y are not shown");
+  finding.remedy = "take the accelerometer's axes so";
+  finding.repaired = true;
+  StreamRepair change;
+  change.accel = reversed.turn;
+  e->Repair("imu", change);
+  e->Add(finding);
+}
+
+// Gravity points up by every attitude, and these agree with the gyroscope: either their earths have
+// z up, or the accelerometer alone is turned. Positions show which. True for the accelerometer.
+bool IsAccelerometerReversed(Examination* e) {
+  for (const RateWitness& witness : e->rates) {
+    if (!PointsUp(*e, witness.stream)) return false;
+  }
+  if (e->rates.empty()) return false;
+  for (const char* stream : {"mocap", "pose"}) {
+    const auto witness = PositionWitnessOf(*e, stream);
+    if (!witness) continue;
+    const auto fit = FitForce(BodyForce(e->fixed, witness->attitude), witness->bends, {});
+    // CheckAccelerometer() then finds the axes.
+    if (fit) return fit->residual < kMuchLess * ResidualOfEarthUp(*e, *witness);
+  }
+  const auto reversed = ReversedByPasses(*e);
+  if (reversed) AddReversed(e, *reversed);
+  return reversed.has_value();
+}
+
 void CheckEarthUp(Examination* e, const RateWitness& witness) {
-  const Eigen::Vector3d force = CalmForceInEarth(e->fixed, AttitudesOf(e->fixed, witness.stream));
-  if (force.norm() < 0.7 * e->log.gravity || force.z() < kAlong * force.norm()) return;
+  if (!PointsUp(*e, witness.stream)) return;
   Finding finding;
   finding.id = "earth_up";
   finding.stream = witness.stream;
@@ -163,7 +244,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
       "the specific force, turned to earth axes by {}.csv, points along its +z axis ({:.1f} "
       "m/s^2): "
       "the attitude's earth has z up, where north-east-down is stated",
-      witness.stream, force.z());
+      witness.stream, ForceBy(*e, witness.stream).z());
   finding.remedy =
       "state `earth: NWU` (or ENU, which differs by a quarter turn of heading) for the stream";
   finding.repaired = true;
@@ -232,6 +313,7 @@ void CheckGravity(Examination* e) {
 void CheckVertical(Examination* e) {
   CheckGravityMissing(e);
   CheckBodyUp(e);
+  if (IsAccelerometerReversed(e)) return;
   for (const RateWitness& witness : e->rates) CheckEarthUp(e, witness);
 }
 

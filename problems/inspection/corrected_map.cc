@@ -119,6 +119,7 @@ void CorrectStream(const YAML::Node& map, const SourceAxes& outer, const StreamR
   }
   CorrectAttitude(stream, outer, repair);
   CorrectOrder(stream, repair.order);
+  if (repair.channel_scale != 1.0) Multiply(stream, "scale", repair.channel_scale, true);
   CorrectTime(map, stream, repair.time_offset);
 }
 

@@ -25,6 +25,17 @@ inline constexpr double kOtherUnit = 0.2;
 // rad, by which a force seems turned if an axis reads another multiple of it (lateral_force).
 inline constexpr double kTurnOfForce = 30.0 * kDegree;
 
+// A unit that was read as the SI unit, and what makes SI of its numbers.
+struct KnownUnit {
+  const char* si;
+  const char* name;
+  double factor;
+};
+// The unit whose factor is `factor` but for a usual bias of a sensor (5 %); null if there is none.
+const KnownUnit* UnitNear(const std::string& si, double factor);
+// "; it is the factor of g (9.80665), which is used"; empty for null.
+std::string UnitText(const KnownUnit* unit);
+
 struct Examination {
   const FlightLog& log;
   const AttitudeSources& sources;
@@ -38,6 +49,7 @@ struct Examination {
   bool HasFinding(const std::string& id, const std::string& stream) const;
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
+  void Remove(const std::string& id);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
 };
 

@@ -23,9 +23,9 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
   if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
-  for (const char* id :
-       {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor", "clock_jump",
-        "position_spread", "accelerometer_scale", "lateral_force", "heading_offset"}) {
+  for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
+                         "clock_jump", "position_spread", "accelerometer_scale", "lateral_force",
+                         "heading_offset", "rotor_thrust"}) {
     if (finding.id == id) return true;
   }
   return false;

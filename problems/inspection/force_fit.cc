@@ -10,6 +10,9 @@ namespace trueline {
 namespace {
 
 constexpr int kForceBlocks = 10;
+constexpr double kUsualBodyBias = 0.3;     // m/s^2, of a bias and of a tilt of the IMU by 1.5 deg
+constexpr double kLeastForceNoise = 0.05;  // m/s^2, of a bend
+constexpr double kAlikeBends = 10.0;       // neighbours whose errors are one error
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
@@ -42,7 +45,8 @@ struct Row {
   int block;
   Vector9 x;  // of L
   Eigen::Vector3d of_bias;
-  double y;
+  double y;        // m/s^2, the acceleration less gravity
+  double gravity;  // m/s^2, along the row's axis
 };
 
 // Normal equations of the flight, and of each of its parts.
@@ -70,13 +74,76 @@ std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& be
     for (std::size_t i = 0; i < bends.size(); ++i) {
       const Bend& bend = bends[i];
       if (!force.Knows(bend)) continue;
+      const double gravity = axis == 2 ? force.gravity() : 0.0;
       rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()), force.Force(axis, bend),
-                      force.Axes(axis, bend),
-                      bend.acceleration[axis] - (axis == 2 ? force.gravity() : 0.0)});
+                      force.Axes(axis, bend), bend.acceleration[axis] - gravity, gravity});
     }
   }
   return rows;
 }
+
+// Least squares of N numbers beside a bias of the body, which is zero but for its usual size.
+template <int N>
+class BiasedFit {
+ public:
+  static constexpr int kAll = N + 3;
+  struct Solution {
+    Eigen::Vector<double, N> value, sigma;
+  };
+
+  void Add(int block, const Eigen::Vector<double, N>& x, const Eigen::Vector3d& of_bias, double y) {
+    Eigen::Vector<double, kAll> row;
+    row << x, of_bias;
+    Sums& sums = each_[static_cast<std::size_t>(block)];
+    sums.a += row * row.transpose();
+    sums.b += y * row;
+    all_.a += row * row.transpose();
+    all_.b += y * row;
+    yy_ += y * y;
+    n_ += 1.0;
+  }
+
+  Solution Solve() const {
+    double square = kLeastForceNoise * kLeastForceNoise;  // of a row's noise
+    Eigen::Vector<double, kAll> best;
+    for (int pass = 0; pass < 3; ++pass) {
+      best = Best(all_, square);
+      const double rest = yy_ - 2.0 * all_.b.dot(best) + best.dot(all_.a * best);
+      square = std::max(rest / n_, kLeastForceNoise * kLeastForceNoise);
+    }
+    const Matrix open = kAlikeBends * square * Weighed(all_, square).inverse();
+    Solution solution{best.template head<N>(), {}};
+    for (int k = 0; k < N; ++k) {
+      std::vector<double> without;
+      for (const Sums& block : each_) {
+        without.push_back(Best({all_.a - block.a, all_.b - block.b}, square)[k]);
+      }
+      solution.sigma[k] = std::hypot(JackknifeSigma(without), std::sqrt(open(k, k)));
+    }
+    return solution;
+  }
+
+ private:
+  using Matrix = Eigen::Matrix<double, kAll, kAll>;
+  struct Sums {
+    Matrix a = Matrix::Zero();
+    Eigen::Vector<double, kAll> b = Eigen::Vector<double, kAll>::Zero();
+  };
+
+  static Matrix Weighed(const Sums& sums, double square) {
+    Matrix a = sums.a;
+    a.template bottomRightCorner<3, 3>() +=
+        kAlikeBends * square / (kUsualBodyBias * kUsualBodyBias) * Eigen::Matrix3d::Identity();
+    return a;
+  }
+  static Eigen::Vector<double, kAll> Best(const Sums& sums, double square) {
+    return Weighed(sums, square).ldlt().solve(sums.b);
+  }
+
+  std::array<Sums, kForceBlocks> each_;
+  Sums all_;
+  double yy_ = 0.0, n_ = 0.0;
+};
 
 // The rotation about `start` that lowers the cost, by Gauss-Newton on angles and scale.
 Eigen::Matrix3d Refine(const Normal& normal, Eigen::Matrix3d turn) {
@@ -195,21 +262,36 @@ std::optional<LateralForce> FitLateralForce(const BodyForce& force,
                                             const std::vector<Bend>& bends) {
   const std::vector<Row> rows = RowsOfBends(force, bends);
   if (rows.size() < 300) return std::nullopt;
-  const Blocks blocks(rows);
-  const auto lateral = [](const Normal& normal) -> Eigen::Vector<double, 6> {
-    return normal.a.ldlt().solve(normal.b).head<6>();
-  };
-  const Eigen::Vector<double, 6> all = lateral(blocks.all);
+  BiasedFit<9> biased;
+  for (const Row& row : rows) biased.Add(row.block, row.x, row.of_bias, row.y);
+  const auto solution = biased.Solve();
   LateralForce fit;
   for (int k = 0; k < 6; ++k) {
-    std::vector<double> without;
-    for (const Normal& block : blocks.each) {
-      without.push_back(lateral(Without(blocks.all, block))[k]);
-    }
-    fit.share(k / 3, k % 3) = all[k];
-    fit.sigma(k / 3, k % 3) = JackknifeSigma(without);
+    fit.share(k / 3, k % 3) = solution.value[k];
+    fit.sigma(k / 3, k % 3) = solution.sigma[k];
   }
   return fit;
+}
+
+std::optional<PositionScale> FitPositionScale(const BodyForce& force,
+                                              const std::vector<Bend>& bends) {
+  const std::vector<Row> rows = RowsOfBends(force, bends);
+  if (rows.size() < 300) return std::nullopt;
+  const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
+  double seen = 0.0, sure = 0.0;
+  for (const Row& row : rows) {
+    seen += std::pow(row.y + row.gravity, 2);
+    sure += std::pow(row.x.dot(one) + row.gravity, 2);
+  }
+  if (!(seen > 0.0) || !(sure > 0.0)) return std::nullopt;
+  const double unit = std::sqrt(seen / sure);  // in which a bias has its usual size
+  BiasedFit<1> biased;
+  for (const Row& row : rows) {
+    biased.Add(row.block, Eigen::Vector<double, 1>(row.x.dot(one) + row.gravity), row.of_bias,
+               (row.y + row.gravity) / unit);
+  }
+  const auto solution = biased.Solve();
+  return PositionScale{unit * solution.value[0], unit * solution.sigma[0]};
 }
 
 std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vector<Bend>& bends) {

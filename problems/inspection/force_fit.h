@@ -50,15 +50,26 @@ struct ForceScale {
 };
 std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vector<Bend>& bends);
 
+// Acceleration of positions = value (R f + g) + R b: the scale of distances beside a bias b of the
+// accelerometer in the body, which also stands for a tilt of its axes. On laps of one direction b
+// turns as the acceleration does and looks like a scale in every part of the flight, so that the
+// jackknife alone does not show it: `sigma` contains what a usual b leaves open.
+struct PositionScale {
+  double value, sigma;
+};
+std::optional<PositionScale> FitPositionScale(const BodyForce& force,
+                                              const std::vector<Bend>& bends);
+
 // m/s^2, rms by axis of what a multiple of L = `turn` leaves; infinite for fewer than 100 bends.
 double ForceResidual(const BodyForce& force, const std::vector<Bend>& bends,
                      const Eigen::Matrix3d& turn);
 
 // Rows x and y of L, nine free numbers: what the body's lateral force is made of. Both are small
 // beside thrust, so that a wrong axis hardly shows in the residual; drag is read from nothing else.
+// A bias in the body stands beside L: drag at a steady speed looks like one.
 struct LateralForce {
   Eigen::Matrix<double, 2, 3> share;  // of the readings along x, y, z
-  Eigen::Matrix<double, 2, 3> sigma;  // by the jackknife
+  Eigen::Matrix<double, 2, 3> sigma;  // by the jackknife, and by what a usual bias leaves open
 };
 std::optional<LateralForce> FitLateralForce(const BodyForce& force, const std::vector<Bend>& bends);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "problems/common/units.h"
 #include "problems/inspection/motion.h"
 #include "problems/vgd/line_fit.h"
 #include "problems/vgd/passes.h"
@@ -18,6 +19,8 @@ constexpr double kLeastFit = 0.5;      // of the changes' square that is explain
 constexpr double kFilterGain = 0.05;   // 1/s, prior sigma of k
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
 constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
+constexpr double kNoHeading = 10.0 * kDegree;
+constexpr double kClearlyLess = 0.8;  // of the share that is left unexplained
 constexpr std::size_t kLeastArcs = 8;
 constexpr std::size_t kHeadingBlocks = 10;
 
@@ -133,20 +136,50 @@ std::optional<Heading> HeadingByArcs(const std::vector<Arc>& arcs) {
   const Eigen::Vector2d across =
       Eigen::Vector2d(-fit.x[1], fit.x[0]) / fit.x.head<2>().squaredNorm();
   const double by_noise = std::sqrt(across.dot(fit.covariance.topLeftCorner<2, 2>() * across));
-  return Heading{fit.Angle(), std::max(by_noise, JackknifeSigma(without))};
+  return Heading{fit.Angle(), std::max(by_noise, JackknifeSigma(without)), fit.left / fit.all};
+}
+
+// The eight signed permutations of x and y, with z times `z`.
+std::vector<Eigen::Matrix3d> LateralTurns(double z) {
+  std::vector<Eigen::Matrix3d> turns;
+  for (Eigen::Matrix3d m : SignedPermutations()) {
+    if (m(2, 2) != 1.0) continue;
+    m(2, 2) = z;
+    turns.push_back(m);
+  }
+  return turns;
 }
 
 }  // namespace
 
-std::optional<Heading> HeadingOf(const Examination& e, const std::string& stream) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, e.fixed.attitude);
+std::optional<Heading> HeadingOf(const FlightLog& log, const std::string& stream) {
+  const RunningIntegral<3> force = ForceIntegral(log, log.attitude);
   if (stream == "mocap") {
-    return HeadingByArcs(
-        ArcsOf(SpansOfStream(e.fixed, PositionsOf(e.fixed.mocap), force, 0.4, 1.0)));
+    return HeadingByArcs(ArcsOf(SpansOfStream(log, PositionsOf(log.mocap), force, 0.4, 1.0)));
   }
-  const std::vector<Arc> of_passes = ArcsOf(SpansOfPasses(e.fixed, force));
+  const std::vector<Arc> of_passes = ArcsOf(SpansOfPasses(log, force));
   if (of_passes.size() >= kLeastArcs) return HeadingByArcs(of_passes);
-  return HeadingByArcs(ArcsOf(SpansOfStream(e.fixed, PositionsOf(e.fixed.fixes), force, 2.0, 2.0)));
+  return HeadingByArcs(ArcsOf(SpansOfStream(log, PositionsOf(log.fixes), force, 2.0, 2.0)));
+}
+
+std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::string& stream,
+                                           double z) {
+  FlightLog turned = log;
+  std::optional<TurnedForce> best;
+  double second = 1.0;
+  for (const Eigen::Matrix3d& turn : LateralTurns(z)) {
+    for (std::size_t i = 0; i < log.imu.size(); ++i) turned.imu[i].accel = turn * log.imu[i].accel;
+    const auto heading = HeadingOf(turned, stream);
+    if (!heading || std::abs(heading->angle) > kNoHeading) continue;
+    if (best && heading->left >= best->heading.left) {
+      second = std::min(second, heading->left);
+      continue;
+    }
+    if (best) second = std::min(second, best->heading.left);
+    best = TurnedForce{turn, *heading, false};
+  }
+  if (best) best->clear = best->heading.left < kClearlyLess * second;
+  return best;
 }
 
 }  // namespace trueline

@@ -11,6 +11,30 @@
 namespace trueline {
 namespace {
 
+constexpr double kAlikeUnit = 0.05;  // of the logarithm of a factor
+constexpr double kMetresOfFoot = 0.3048;
+
+constexpr auto kReadAsSi = std::to_array<KnownUnit>({
+    {"m/s^2", "g", 9.80665},
+    {"m/s^2", "thousandths of g", 9.80665e-3},
+    {"m/s^2", "cm/s^2", 1e-2},
+    {"m/s^2", "mm/s^2", 1e-3},
+    {"m/s^2", "ft/s^2", kMetresOfFoot},
+    {"m/s^2", "m/s^2 converted as if from g", 1.0 / 9.80665},
+    {"rad/s", "deg/s", kDegree},
+    {"rad/s", "thousandths of deg/s", 1e-3 * kDegree},
+    {"rad/s", "rpm", kRpm},
+    {"rad/s", "revolutions per second", 60.0 * kRpm},
+    {"rad/s", "thousandths of rad/s", 1e-3},
+    {"rad/s", "rad/s converted as if from deg/s", 1.0 / kDegree},
+    {"m", "cm", 1e-2},
+    {"m", "mm", 1e-3},
+    {"m", "km", 1e3},
+    {"m", "ft", kMetresOfFoot},
+    {"m", "m converted as if from ft", 1.0 / kMetresOfFoot},
+    {"m", "m converted as if from mm", 1e3},
+});
+
 std::string SignedAxis(const Eigen::RowVector3d& row) {
   Eigen::Index axis = 0;
   row.cwiseAbs().maxCoeff(&axis);
@@ -34,6 +58,7 @@ void Combine(const StreamRepair& change, StreamRepair* all) {
   all->accel_scale *= change.accel_scale;
   all->gyro_scale *= change.gyro_scale;
   all->position_scale *= change.position_scale;
+  all->channel_scale *= change.channel_scale;
   if (!change.order.empty()) all->order = change.order;
 }
 
@@ -53,11 +78,29 @@ bool Examination::HasFinding(const std::string& id, const std::string& stream) c
                      [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
+void Examination::Remove(const std::string& id) {
+  std::erase_if(result.findings, [&](const Finding& f) { return f.id == id; });
+}
+
 void Examination::Repair(const std::string& stream, const StreamRepair& change) {
   Combine(change, &result.repairs.streams[stream]);
   Repairs alone;
   alone.streams[stream] = change;
   ApplyRepairs(alone, sources, &fixed);
+}
+
+const KnownUnit* UnitNear(const std::string& si, double factor) {
+  for (const KnownUnit& unit : kReadAsSi) {
+    if (si == unit.si && std::abs(std::log(factor / unit.factor)) < kAlikeUnit) return &unit;
+  }
+  return nullptr;
+}
+
+std::string UnitText(const KnownUnit* unit) {
+  return unit == nullptr
+             ? ""
+             : fmt::format(": the factor of {} ({:.6g}) but for a usual bias, which is used",
+                           unit->name, unit->factor);
 }
 
 std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream) {

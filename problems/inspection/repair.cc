@@ -39,8 +39,9 @@ void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<Fix>* fix
 }
 
 void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ChannelsSample>* channels) {
-  if (repair.order.empty()) return;
   for (ChannelsSample& sample : *channels) {
+    for (double& value : sample.values) value *= repair.channel_scale;
+    if (repair.order.empty()) continue;
     const std::vector<double> old = sample.values;
     for (std::size_t i = 0; i < old.size(); ++i) sample.values[i] = old[repair.order[i]];
   }
@@ -52,7 +53,7 @@ bool StreamRepair::IsNone() const {
   const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
   return same_order && time_offset == 0.0 && IsOne(earth) && IsOne(body) && IsOne(accel) &&
          IsOne(gyro) && IsOne(position) && accel_scale == 1.0 && gyro_scale == 1.0 &&
-         position_scale == 1.0;
+         position_scale == 1.0 && channel_scale == 1.0;
 }
 
 bool Repairs::IsNone() const {

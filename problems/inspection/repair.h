@@ -26,6 +26,7 @@ struct StreamRepair {
   Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d position = Eigen::Matrix3d::Identity();
   double accel_scale = 1.0, gyro_scale = 1.0, position_scale = 1.0;
+  double channel_scale = 1.0;  // of rotor speeds
   // Channel i of the right stream is channel order[i] of this one; empty: as it is.
   std::vector<std::size_t> order;
 

@@ -6,9 +6,10 @@
 namespace trueline {
 namespace {
 
-constexpr std::size_t kLeastRun = 10;  // repeats; a shorter stretch harms no fit
-constexpr double kChance = 1e-9;       // that an ordinary signal stays for as long, in one column
-constexpr double kCalm = 0.05;         // more repeats of a neighbour than elsewhere: all is calm
+constexpr std::size_t kLeastDead = 100;  // samples
+constexpr std::size_t kLeastRun = 10;    // repeats; a shorter stretch harms no fit
+constexpr double kChance = 1e-9;         // that an ordinary signal stays for as long, in one column
+constexpr double kCalm = 0.05;           // more repeats of a neighbour than elsewhere: all is calm
 
 using Values = std::vector<double>;
 
@@ -96,6 +97,15 @@ bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
   return IsOdd(sensor.columns[k], run) && !IsCalm(sensor, k, run);
 }
 
+// "x, y and z"
+std::string NamesOf(const Sensor& sensor) {
+  std::string text = sensor.names.front();
+  for (std::size_t k = 1; k < sensor.names.size(); ++k) {
+    text += (k + 1 < sensor.names.size() ? ", " : " and ") + sensor.names[k];
+  }
+  return text;
+}
+
 template <class Sample>
 std::vector<Sensor> SensorsOf(const Stream& stream, const std::vector<Sample>& samples) {
   std::vector<Sensor> sensors;
@@ -145,10 +155,24 @@ std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<
   return FrozenStretch{samples[run.first].t, samples[run.last - 1].t};
 }
 
+template <class Sample>
+std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample>& samples) {
+  std::vector<std::string> dead;
+  if (samples.size() < kLeastDead) return dead;
+  for (const Sensor& sensor : SensorsOf(stream, samples)) {
+    const bool still =
+        std::all_of(sensor.columns.begin(), sensor.columns.end(), [](const Values& column) {
+          const double first = column.front();
+          return std::all_of(column.begin(), column.end(), [=](double v) { return v == first; });
+        });
+    if (still) dead.push_back(NamesOf(sensor));
+  }
+  return dead;
+}
+
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples) {
-  constexpr std::size_t kLeast = 100;
   std::vector<std::size_t> still;
-  if (samples.size() < kLeast) return still;
+  if (samples.size() < kLeastDead) return still;
   const std::vector<double>& first = samples.front().values;
   for (std::size_t k = 0; k < first.size(); ++k) {
     const bool changes = std::any_of(samples.begin(), samples.end(), [&](const ChannelsSample& s) {
@@ -165,6 +189,11 @@ template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<Fix
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<PoseSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ChannelsSample>&);
 template std::vector<StuckColumn> FindStuck(const Stream&, const std::vector<ScalarSample>&);
+
+template std::vector<std::string> FindDead(const Stream&, const std::vector<ImuSample>&);
+template std::vector<std::string> FindDead(const Stream&, const std::vector<AttitudeSample>&);
+template std::vector<std::string> FindDead(const Stream&, const std::vector<Fix>&);
+template std::vector<std::string> FindDead(const Stream&, const std::vector<PoseSample>&);
 
 template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
 template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);

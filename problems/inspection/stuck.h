@@ -32,6 +32,11 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
 template <class Sample>
 std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples);
 
+// The columns of each sensor of a stream (accelerometer, gyroscope, orientation, position) that
+// keeps one value in all of at least 100 samples, as "gx, gy and gz".
+template <class Sample>
+std::vector<std::string> FindDead(const Stream& stream, const std::vector<Sample>& samples);
+
 // Channels, from 0, that have one value in all of at least 100 samples.
 std::vector<std::size_t> StillChannels(const std::vector<ChannelsSample>& samples);
 

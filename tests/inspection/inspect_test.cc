@@ -141,6 +141,16 @@ INSTANTIATE_TEST_SUITE_P(
                                for (ImuSample& sample : log->imu)
                                  sample.accel.x() = -sample.accel.x();
                              }},
+                    PutFault{"AccelerometerZ", "accelerometer_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 sample.accel.z() = -sample.accel.z();
+                             }},
+                    PutFault{"GyroAboutDown", "imu_axes of imu",
+                             [](FlightLog* log) {
+                               for (ImuSample& sample : log->imu)
+                                 sample.gyro.z() = -sample.gyro.z();
+                             }},
                     PutFault{"ClockASecondLate", "clock_offset of mocap",
                              [](FlightLog* log) {
                                for (PoseSample& pose : log->mocap) pose.t += FromSeconds(1.0);
@@ -180,6 +190,78 @@ TEST(Inspect, FindsNothingInAGoodLog) {
   const Inspection inspection = Inspect(GoodLog(), {});
   EXPECT_THAT(Harmful(inspection), IsEmpty());
   EXPECT_TRUE(inspection.repairs.IsNone());
+}
+
+// A bias and a tilt of the IMU turn with the vehicle as the acceleration of its laps does: they are
+// no scale of the distances.
+TEST(Inspect, ABodyBiasIsNoScaleOfDistances) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.accel += Eigen::Vector3d(0.15, -0.3, 0.1);
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Not(Contains("position_scale of mocap")));
+}
+
+// Only the accelerometer is wrong where attitude, gyroscope and positions agree.
+TEST(Inspect, BlamesTheAccelerometerAlone) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu)
+    sample.accel = Eigen::Vector3d(1, -1, -1).asDiagonal() * sample.accel;
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Each("accelerometer_axes of imu"));
+  log.mocap.clear();
+  EXPECT_THAT(Harmful(Inspect(log, {})), testing::Each("accelerometer_axes of imu"));
+}
+
+// The factor of the unit is exact; what was measured holds a bias.
+TEST(Inspect, RepairsAKnownUnitByItsFactor) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.accel /= 9.80665;
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), testing::ElementsAre("accelerometer_scale of imu"));
+  EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").accel_scale, 9.80665);
+}
+
+// Half a lap looks like a turn of the axes, where only the clock is wrong.
+TEST(Inspect, PutsFixesIntoMocapByTheirClock) {
+  FlightLog log = GoodLog();
+  for (Fix& fix : log.fixes) fix.t += FromSeconds(3.0);
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), testing::ElementsAre("clock_offset of fixes"));
+  EXPECT_NEAR(inspection.repairs.streams.at("fixes").time_offset, -3.0, 0.1);
+}
+
+TEST(Inspect, TakesTheHandednessOfFixesFromTheirPlaces) {
+  FlightLog log = GoodLog();
+  for (Fix& fix : log.fixes) std::swap(fix.p_E.x(), fix.p_E.y());
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), testing::ElementsAre("position_axes of fixes"));
+  Eigen::Matrix3d swap;
+  swap << 0, 1, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_TRUE(inspection.repairs.streams.at("fixes").position.isApprox(swap));
+}
+
+TEST(Inspect, TellsAClockOfTheImuThatJumpsFromAGap) {
+  FlightLog log = GoodLog();
+  const TimeNs at = log.imu.front().t + FromSeconds(20.0);
+  for (ImuSample& sample : log.imu) sample.t += sample.t > at ? FromSeconds(5.0) : 0;
+  for (AttitudeSample& sample : log.attitude) sample.t += sample.t > at ? FromSeconds(5.0) : 0;
+  const auto harmful = Harmful(Inspect(log, {}));
+  EXPECT_THAT(harmful, Contains("clock_jump of imu"));
+  EXPECT_THAT(harmful, testing::Not(Contains("gaps of imu")));
+}
+
+TEST(Inspect, NamesTheUnitOfStamps) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.t *= 1000;
+  const auto harmful = Harmful(Inspect(log, {}));
+  EXPECT_THAT(harmful, Contains("time_unit of imu"));
+  EXPECT_THAT(harmful, testing::Not(Contains("cover of attitude")));
+}
+
+// Without mocap a reversed axis and a turned attitude look alike.
+TEST(Inspect, DoesNotTurnAnAttitudeForTheAccelerometer) {
+  FlightLog log = GoodLog();
+  log.mocap.clear();
+  for (ImuSample& sample : log.imu) sample.accel.x() = -sample.accel.x();
+  EXPECT_TRUE(Inspect(log, {}).repairs.IsNone());
 }
 
 // From the fixes alone, as from mocap. Calibration would find neither heading nor drag.
@@ -262,6 +344,23 @@ TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
   const FlightLog turned = Repaired(bad, &inspection);
   EXPECT_THAT(Harmful(inspection), Contains("rotor_spins_reversed of rotors"));
   EXPECT_EQ(turned.vehicle->rotors[0].spin, good.vehicle->rotors[0].spin);
+}
+
+TEST(Inspect, FindsTheUnitOfRotorSpeeds) {
+  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
+  config.duration = 30.0;
+  const FlightLog good = testing_simulation::Fly(config, 3).log;
+  FlightLog bad = good;
+  for (ChannelsSample& sample : bad.rotors) {
+    for (double& value : sample.values) value *= 30.0 / M_PI;
+  }
+  Inspection inspection;
+  const FlightLog repaired = Repaired(bad, &inspection);
+  EXPECT_THAT(Harmful(inspection), Contains("rotor_unit of rotors"));
+  EXPECT_NEAR(repaired.rotors[100].values[0], good.rotors[100].values[0], 1e-3);
+  bad = good;
+  for (Rotor& rotor : bad.vehicle->rotors) rotor.k_f *= 5.0;
+  EXPECT_THAT(Harmful(Inspect(bad, {})), Contains("rotor_thrust of rotors"));
 }
 
 // Components in another order, read as they come: if no right repair is found none is offered.

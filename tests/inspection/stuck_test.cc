@@ -79,6 +79,27 @@ TEST(FirstLookAtStreams, FindsOneThatStandsStillWhileTheVehicleTurns) {
   EXPECT_THAT(FirstLook(imu), testing::Contains(HasSubstr("the attitude turns by")));
 }
 
+// No number of a sensor ever changes: there is nothing to compare the stretch with.
+TEST(FirstLookAtStreams, FindsSensorsThatMeasureNothing) {
+  FlightLog gyro = Flight(), attitude = Flight();
+  for (ImuSample& sample : gyro.imu) sample.gyro.setZero();
+  EXPECT_THAT(FirstLook(gyro),
+              testing::Contains(HasSubstr("dead_axis (fatal): imu.csv: gx, gy and gz keep one")));
+  for (AttitudeSample& sample : attitude.attitude) sample.q_Ep_I = attitude.attitude[0].q_Ep_I;
+  EXPECT_THAT(FirstLook(attitude),
+              testing::Contains(HasSubstr("stuck (fatal): attitude.csv: qw, qx, qy and qz")));
+}
+
+// An attitude that never changes is right where the vehicle does not turn, whatever its bias.
+TEST(FirstLookAtStreams, AVehicleThatDoesNotTurnMayKeepItsAttitude) {
+  FlightLog log = Flight();
+  for (AttitudeSample& sample : log.attitude) sample.q_Ep_I = log.attitude[0].q_Ep_I;
+  for (std::size_t i = 0; i < log.imu.size(); ++i) {
+    log.imu[i].gyro = {0.05, i % 2 == 0 ? 0.3 : -0.3, 0.0};
+  }
+  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("keep one value"))));
+}
+
 TEST(FirstLookAtStreams, AVehicleAtRestMayRepeat) {
   FlightLog log = Flight();
   Freeze(20.0, 23.0, &log.mocap);
