@@ -1,8 +1,6 @@
 // Where the clock of a recording steps back, as after a restart of the logger.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -24,78 +22,10 @@ struct ClockPart {
   std::vector<ClockRun> runs = {};  // of several rows; a part may lack times that another has
 };
 
-inline constexpr std::size_t kClockRows = 11;  // around a step, whose median tells it from spikes
-inline constexpr std::size_t kFewestRows = 6;  // on either side of a step
-inline constexpr double kClockStep = 1.0;      // s; loggers write rows out of order by less
-
-inline TimeNs MedianStamp(const std::vector<TimeNs>& stamps, std::size_t first, std::size_t last) {
-  std::vector<TimeNs> some(stamps.begin() + static_cast<std::ptrdiff_t>(first),
-                           stamps.begin() + static_cast<std::ptrdiff_t>(last));
-  const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-  std::nth_element(some.begin(), middle, some.end());
-  return *middle;
-}
-
-// Whether the time before row `i` of the part from `begin` on is not reached again soon after it.
-// Single stamps may be damaged, forwards or backwards.
-inline bool StepsBack(const std::vector<TimeNs>& stamps, std::size_t begin, std::size_t i) {
-  const auto later = [](TimeNs a, TimeNs b) { return ToSeconds(a) - ToSeconds(b) > kClockStep; };
-  if (!later(stamps[i - 1], stamps[i])) return false;
-  const std::size_t first = i > begin + kClockRows ? i - kClockRows : begin;
-  const std::size_t last = std::min(stamps.size(), i + kClockRows);
-  if (i - first < kFewestRows || last - i < kFewestRows) return false;
-  return later(MedianStamp(stamps, first, i), MedianStamp(stamps, i, last));
-}
-
-inline std::vector<ClockRun> RunsOf(const std::vector<TimeNs>& stamps, std::size_t begin,
-                                    std::size_t end) {
-  std::vector<ClockRun> runs;
-  for (std::size_t i = begin; i < end; ++i) {
-    const bool jumps =
-        i > begin && std::abs(ToSeconds(stamps[i]) - ToSeconds(stamps[i - 1])) > kClockStep;
-    if (i == begin || jumps) runs.push_back({stamps[i], stamps[i], 0});
-    runs.back().from = std::min(runs.back().from, stamps[i]);
-    runs.back().to = std::max(runs.back().to, stamps[i]);
-    ++runs.back().count;
-  }
-  std::erase_if(runs, [](const ClockRun& run) { return run.count < kFewestRows; });
-  return runs;
-}
-
 // `stamps` in the order of the file, and their places there. A part for each time between steps.
-inline std::vector<ClockPart> PartsByClock(const std::vector<TimeNs>& stamps,
-                                           const std::vector<std::size_t>& places) {
-  std::vector<ClockPart> parts;
-  const auto close = [&](std::size_t begin, std::size_t end) {
-    const std::size_t few = std::min(kFewestRows, end - begin);
-    parts.push_back({parts.empty() ? 0 : places[begin],
-                     end == stamps.size() ? places.back() + 1 : places[end], end - begin,
-                     MedianStamp(stamps, begin, begin + few), MedianStamp(stamps, end - few, end),
-                     RunsOf(stamps, begin, end)});
-  };
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
-    if (!StepsBack(stamps, begin, i)) continue;
-    close(begin, i);
-    begin = i;
-  }
-  if (!stamps.empty()) close(begin, stamps.size());
-  return parts;
-}
-
+std::vector<ClockPart> PartsByClock(const std::vector<TimeNs>& stamps,
+                                    const std::vector<std::size_t>& places);
 // Whether parts have the same times, by more than rows out of order explain.
-inline bool AnyOverlap(const std::vector<ClockPart>& parts) {
-  if (parts.size() < 2) return false;
-  std::vector<ClockRun> runs;
-  for (const ClockPart& part : parts) runs.insert(runs.end(), part.runs.begin(), part.runs.end());
-  std::sort(runs.begin(), runs.end(),
-            [](const ClockRun& a, const ClockRun& b) { return a.from < b.from; });
-  TimeNs last = runs.empty() ? 0 : runs.front().to;
-  for (std::size_t i = 1; i < runs.size(); ++i) {
-    if (ToSeconds(last) - ToSeconds(runs[i].from) > kClockStep) return true;
-    last = std::max(last, runs[i].to);
-  }
-  return false;
-}
+bool AnyOverlap(const std::vector<ClockPart>& parts);
 
 }  // namespace trueline
