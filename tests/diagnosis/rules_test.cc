@@ -151,6 +151,12 @@ TEST(Rules, FourArcsNameNothing) {
   EXPECT_EQ(Why(CauseWith(four, kNone, "confirms")), "");
 }
 
+// A mean of 0.1 whose two-sided 95 % interval holds zero narrowly, and clearly.
+TEST(Rules, AGainIsPositiveWith95PercentOnOneSide) {
+  EXPECT_TRUE(ClearGain(GainOf(0.3, 0.2, -0.01, 0.21), kNone));
+  EXPECT_FALSE(ClearGain(GainOf(0.3, 0.2, -0.03, 0.23), kNone));
+}
+
 TEST(Rules, AnIntervalNeedsSixArcs) {
   const std::map<int, double> before{{0, 0.3},  {1, 0.4},  {2, 0.35},
                                      {3, 0.33}, {4, 0.34}, {5, 0.36}},
