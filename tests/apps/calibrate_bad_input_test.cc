@@ -87,9 +87,11 @@ TEST_F(BadFlight, NoSuchLog) {
   ExpectRefused({"log", "is no directory"});
 }
 
-TEST_F(BadFlight, NeitherFixesNorMocap) {
+TEST_F(BadFlight, MocapTooShortWithoutFixes) {
   std::filesystem::remove(root_ / "log/fixes.csv");
-  std::filesystem::remove(root_ / "log/mocap.csv");
+  auto lines = Lines("mocap.csv");
+  lines.resize(4);
+  WriteLines("mocap.csv", lines);
   ExpectRefused({"fixes.csv: there are no fixes to fit to", "trueline-convert"});
 }
 
