@@ -129,12 +129,15 @@ bool MayMoveFixes(const Factors& variable) {
 }
 
 // A gust pushes the vehicle, and the controller turns the thrust against the push a little later.
-// So every controlled vehicle shows a force correlated with a lagging turn rate.
+// So every controlled vehicle shows a force correlated with a lagging turn rate. A vehicle that
+// holds its heading shows it along the earth's axes, too.
 bool IsControl(TermOn on, int axis, const Factors& variable) {
   if (on != TermOn::kForce || variable[0].lag == 0.0) return false;
-  constexpr std::array kTurnsThrust = {TermQuantity::kRateY, TermQuantity::kRateX,
-                                       TermQuantity::kThrust};
-  return !IsEarth(axis) && variable[0].of == kTurnsThrust[static_cast<std::size_t>(axis)];
+  const TermQuantity of = variable[0].of;
+  if (axis % 3 == 2) return of == TermQuantity::kThrust;  // z_B and down
+  const bool pitches = of == TermQuantity::kRateY, rolls = of == TermQuantity::kRateX;
+  if (IsEarth(axis)) return pitches || rolls;
+  return axis == 0 ? pitches : rolls;
 }
 
 }  // namespace

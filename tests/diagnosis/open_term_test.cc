@@ -83,6 +83,7 @@ TEST(OpenTerms, HaveHistoryVoltageErrorsOfFixesAndSlopesOfPlaces) {
   });
   EXPECT_NE(slope, names.end());
   EXPECT_EQ(names.count("force_y lag(p;0.1)"), 0u) << "a controller answers gusts this way";
+  EXPECT_EQ(names.count("force_north lag(q;1)"), 0u) << "the same at one heading";
 }
 
 TEST(OpenTerms, HumpsLieWhereTheFlightHasBeen) {
