@@ -77,12 +77,9 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   if (turn.isIdentity(1e-9) || !better) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   Finding finding;
-  finding.id = "accelerometer_axes";
-  finding.stream = "imu";
   const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   const bool mirrored = turn.determinant() < 0.0;
   finding.size = mirrored ? 180.0 : angle / kDegree;
-  finding.unit = "deg";
   finding.error = fit->as_read - fit->residual;
   finding.level = mirrored || angle > 15.0 * kDegree ? Level::kFatal : Level::kBiases;
   finding.text = fmt::format(
@@ -93,11 +90,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
                                                               : "beside the gyroscope's repair",
       fit->residual, witness.stream, fit->as_read);
   finding.remedy = "take the accelerometer's axes so";
-  finding.repaired = true;
-  StreamRepair change;
-  change.accel = turn;
-  e->Repair("imu", change);
-  e->Add(finding);
+  AddAccelerometerAxes(e, turn, finding);
 }
 
 void AddScale(Examination* e, double factor, double sigma, const std::string& why) {
@@ -210,6 +203,17 @@ bool AreOfAnotherUnit(const std::vector<Bend>& bends, double gravity) {
 }
 
 }  // namespace
+
+void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding) {
+  finding.id = "accelerometer_axes";
+  finding.stream = "imu";
+  finding.unit = "deg";
+  finding.repaired = true;
+  StreamRepair change;
+  change.accel = turn;
+  e->Repair("imu", change);
+  e->Add(std::move(finding));
+}
 
 void CheckAccelerometer(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {

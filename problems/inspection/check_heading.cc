@@ -17,7 +17,7 @@ constexpr double kOtherHeading = 15.0 * kDegree;
 constexpr double kAlikeLeft = 1.1;       // of the share that two explanations leave
 constexpr double kHeadingClearly = 4.0;  // sigmas
 
-void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
+Finding OffsetOf(const Heading& heading, double gravity) {
   Finding finding;
   finding.id = "heading_offset";
   finding.stream = "attitude";
@@ -25,7 +25,12 @@ void TurnAttitude(Examination* e, const std::string& stream, const Heading& head
   finding.size = heading.angle / kDegree;
   finding.sigma = heading.sigma / kDegree;
   finding.unit = "deg";
-  finding.error = e->log.gravity * std::abs(std::sin(heading.angle));
+  finding.error = gravity * std::abs(std::sin(heading.angle));
+  return finding;
+}
+
+void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
+  Finding finding = OffsetOf(heading, e->log.gravity);
   finding.text = fmt::format(
       "north of {}.csv is turned by {:.0f} +- {:.1g} deg from that of attitude.csv, by "
       "changes of velocity: a calibration takes up to {:.0f} deg for an error of the AHRS",
@@ -42,14 +47,8 @@ void TurnAttitude(Examination* e, const std::string& stream, const Heading& head
 // Passes alone do not tell an attitude of another heading from an accelerometer of other axes.
 void AddUndecided(Examination* e, const std::string& stream, const Heading& heading,
                   const TurnedForce& other) {
-  Finding finding;
-  finding.id = "heading_offset";
-  finding.stream = "attitude";
+  Finding finding = OffsetOf(heading, e->log.gravity);
   finding.level = Level::kFatal;
-  finding.size = heading.angle / kDegree;
-  finding.sigma = heading.sigma / kDegree;
-  finding.unit = "deg";
-  finding.error = e->log.gravity * std::abs(std::sin(heading.angle));
   finding.text = fmt::format(
       "the changes of velocity of {}.csv do not fit attitude and accelerometer as read: either "
       "north "

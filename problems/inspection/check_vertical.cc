@@ -193,11 +193,8 @@ std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
 
 void AddReversed(Examination* e, const TurnedForce& reversed) {
   Finding finding;
-  finding.id = "accelerometer_axes";
-  finding.stream = "imu";
   finding.level = Level::kFatal;
   finding.size = 180.0;
-  finding.unit = "deg";
   finding.error = 2.0 * e->log.gravity;
   finding.text = fmt::format(
       "the accelerometer's z is reversed: attitude and gyroscope agree with each other, and with "
@@ -205,11 +202,7 @@ void AddReversed(Examination* e, const TurnedForce& reversed) {
       AxesText(reversed.turn), 100.0 * (1.0 - reversed.heading.left),
       reversed.clear ? "" : "; the signs of x and y are not shown");
   finding.remedy = "take the accelerometer's axes so";
-  finding.repaired = true;
-  StreamRepair change;
-  change.accel = reversed.turn;
-  e->Repair("imu", change);
-  e->Add(finding);
+  AddAccelerometerAxes(e, reversed.turn, finding);
 }
 
 // Gravity points up by every attitude, and these agree with the gyroscope: either their earths have

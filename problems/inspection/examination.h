@@ -86,6 +86,10 @@ void CheckRest(Examination* e);
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
                    const std::string& reference, double least);
 
+// Adds `finding`, whose size, error, text and remedy are stated, as one of the accelerometer's
+// axes, and turns the accelerometer.
+void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+
 // Texts shared by the steps.
 // "multiply its stamps by ... and add ..."; drift in s/s, about the log's start.
 std::string DriftRemedy(const FlightLog& log, double drift);

@@ -105,22 +105,15 @@ std::string ShareText(const LateralForce& fit, int row) {
 
 void AddExchange(Examination* e, const std::string& stream, const ShownAxes& shown) {
   Finding finding;
-  finding.id = "accelerometer_axes";
-  finding.stream = "imu";
   finding.level = Level::kFatal;
   finding.size = 180.0;
-  finding.unit = "deg";
   finding.error = kLateralForce;
   finding.text = fmt::format(
       "the accelerometer's x and y are not the body's: by the acceleration of {}, of the force "
       "along the body's axes {}, {}",
       stream, ShareText(shown.fit, 0), ShareText(shown.fit, 1));
   finding.remedy = fmt::format("take the accelerometer's axes as {}", AxesText(shown.Turn()));
-  finding.repaired = true;
-  StreamRepair change;
-  change.accel = shown.Turn();
-  e->Repair("imu", change);
-  e->Add(finding);
+  AddAccelerometerAxes(e, shown.Turn(), finding);
 }
 
 // The share of an axis where it is off by as much at every width; none else.
