@@ -30,7 +30,7 @@ std::vector<std::filesystem::path> ShippedMaps() {
 // CSV: a map knows a file by the names of its columns, so it must read a header.
 bool ReadsNamesOf(const InputMap& input, const Recording& recording) {
   const CsvLayout layout = GuessCsvLayout(recording.file());
-  return input.dialect.header && input.dialect.skip_lines == 0 && layout.header &&
+  return input.dialect.header && input.dialect.skip_lines == layout.skip_lines && layout.header &&
          layout.warning.empty() && input.dialect.separators == layout.separators;
 }
 

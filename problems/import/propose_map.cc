@@ -2,32 +2,80 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/log/csv_text.h"
+#include "problems/log/units.h"
 
 namespace trueline {
 namespace {
 
+struct Spelling {
+  std::string_view text, unit;
+};
+
+// How names spell units, in lower case.
+constexpr auto kSpellings = std::to_array<Spelling>({
+    {"m/s^2", "m/s^2"},
+    {"m/s2", "m/s^2"},
+    {"m/s/s", "m/s^2"},
+    {"m s^-2", "m/s^2"},
+    {"mps2", "m/s^2"},
+    {"m_s2", "m/s^2"},
+    {"g", "g"},
+    {"rad/s", "rad/s"},
+    {"rad s^-1", "rad/s"},
+    {"rad_s", "rad/s"},
+    {"radps", "rad/s"},
+    {"deg/s", "deg/s"},
+    {"deg s^-1", "deg/s"},
+    {"deg_s", "deg/s"},
+    {"dps", "deg/s"},
+    {"m", "m"},
+    {"cm", "cm"},
+    {"mm", "mm"},
+});
+
+// "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
+struct NameAndUnit {
+  std::string name;  // in lower case
+  std::string_view unit;
+};
+
+NameAndUnit SplitUnit(const ChannelField& field) {
+  const std::string name = LowerCase(field.name);
+  for (const auto& [text, unit] : kSpellings) {
+    if (field.unit == text) return {name, unit};
+    for (const std::string& end :
+         {fmt::format("[{}]", text), fmt::format("({})", text), fmt::format("_{}", text)}) {
+      if (!name.ends_with(end) || name.size() == end.size()) continue;
+      return {std::string(TrimmedField(name.substr(0, name.size() - end.size()))), unit};
+    }
+  }
+  return {name, ""};
+}
+
 // Fields of a channel that differ only in their last part: x, y, z or [0], [1], [2].
 struct FieldGroup {
   std::string stem;                          // in lower case
+  std::string_view unit;                     // of the first; empty if no name states it
   std::map<std::string, std::string> parts;  // field by last part
 };
 
 std::vector<FieldGroup> GroupsOf(const Channel& channel) {
   std::vector<FieldGroup> groups;
   for (const ChannelField& field : channel.fields) {
-    const std::string name = LowerCase(field.name);
+    const auto [name, unit] = SplitUnit(field);
     const std::size_t start = name.ends_with(']') ? name.rfind('[') : name.size() - 1;
     if (name.empty() || start == std::string::npos) continue;
     const std::string stem = name.substr(0, start), last = name.substr(start);
     auto group = std::find_if(groups.begin(), groups.end(),
                               [&](const FieldGroup& g) { return g.stem == stem; });
-    if (group == groups.end()) group = groups.insert(group, {stem, {}});
+    if (group == groups.end()) group = groups.insert(group, {stem, unit, {}});
     group->parts[last] = field.name;
   }
   return groups;
@@ -54,48 +102,58 @@ bool Mentions(const std::string& stem, const std::vector<std::string>& words) {
                      [&](const std::string& word) { return stem.find(word) != std::string::npos; });
 }
 
-std::string ColumnsText(const std::vector<std::string>& fields) {
-  return fmt::format("columns: [{}]", fmt::join(fields, ", "));
+// Three columns of a map, with their unit.
+struct Vector {
+  std::string text;         // empty for none
+  bool states_unit = true;  // else the SI unit is a guess
+};
+
+Vector VectorFrom(const FieldGroup& group, const std::vector<std::string>& fields,
+                  std::string_view si) {
+  const bool stated = UnitFactor(si, group.unit).has_value();
+  return {fmt::format("columns: [{}], unit: {}", fmt::join(fields, ", "), stated ? group.unit : si),
+          stated};
 }
 
 // The first vector whose name has one of the words.
-std::string VectorOf(const std::vector<FieldGroup>& groups, const std::vector<std::string>& words) {
+Vector VectorOf(const std::vector<FieldGroup>& groups, const std::vector<std::string>& words,
+                std::string_view si) {
   for (const FieldGroup& group : groups) {
     const std::vector<std::string> three = ThreeOf(group);
     if (three.empty() || group.parts.contains("w") || !Mentions(group.stem, words)) continue;
     if (Mentions(group.stem, {"cov", "bias", "offset"})) continue;
-    return ColumnsText(three);
+    return VectorFrom(group, three, si);
   }
-  return "";
+  return {};
 }
 
 // The vector of short names, such as ax, ay, az.
-std::string ShortVectorOf(const std::vector<FieldGroup>& groups,
-                          const std::vector<std::string>& stems) {
+Vector ShortVectorOf(const std::vector<FieldGroup>& groups, const std::vector<std::string>& stems,
+                     std::string_view si) {
   for (const std::string& stem : stems) {
     for (const FieldGroup& group : groups) {
       const std::vector<std::string> three = ThreeOf(group);
-      if (group.stem == stem && !three.empty()) return ColumnsText(three);
+      if (group.stem == stem && !three.empty()) return VectorFrom(group, three, si);
     }
   }
-  return "";
+  return {};
 }
 
-std::string AccelerometerOf(const std::vector<FieldGroup>& groups) {
-  std::string named = VectorOf(groups, {"acc", "a_rs"});
-  return named.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}) : named;
+Vector AccelerometerOf(const std::vector<FieldGroup>& groups) {
+  const Vector named = VectorOf(groups, {"acc", "a_rs"}, "m/s^2");
+  return named.text.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}, "m/s^2") : named;
 }
 
-std::string GyroscopeOf(const std::vector<FieldGroup>& groups) {
-  std::string named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
-  if (!named.empty()) return named;
-  std::string short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
-  if (!short_name.empty()) return short_name;
+Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
+  const Vector named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"}, "rad/s");
+  if (!named.text.empty()) return named;
+  const Vector short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"}, "rad/s");
+  if (!short_name.text.empty()) return short_name;
   for (const FieldGroup& group : groups) {
     const std::vector<std::string> rates = PartsOf(group, {"p", "q", "r"});
-    if (group.stem.empty() && !rates.empty()) return ColumnsText(rates);
+    if (group.stem.empty() && !rates.empty()) return VectorFrom(group, rates, "rad/s");
   }
-  return "";
+  return {};
 }
 
 std::string QuaternionOf(const std::vector<FieldGroup>& groups) {
@@ -112,18 +170,18 @@ void ProposeStreams(const Channel& channel, bool is_csv,
                     std::map<std::string, std::string>* lines) {
   const std::vector<FieldGroup> groups = GroupsOf(channel);
   const std::string from = is_csv ? "" : fmt::format("channel: \"{}\", ", channel.Label());
-  const std::string accel = AccelerometerOf(groups);
-  const std::string gyro = GyroscopeOf(groups);
-  if (!accel.empty() && !gyro.empty()) {
-    lines->try_emplace("imu", fmt::format("imu: {{{}accel: {{{}, unit: m/s^2}}, gyro: {{{}, unit: "
-                                          "rad/s}}}}  # or g, deg/s",
-                                          from, accel, gyro));
+  const Vector accel = AccelerometerOf(groups);
+  const Vector gyro = GyroscopeOf(groups);
+  if (!accel.text.empty() && !gyro.text.empty()) {
+    const bool stated = accel.states_unit && gyro.states_unit;
+    lines->try_emplace("imu", fmt::format("imu: {{{}accel: {{{}}}, gyro: {{{}}}}}{}", from,
+                                          accel.text, gyro.text, stated ? "" : "  # or g, deg/s"));
   }
   const std::string q = QuaternionOf(groups);
-  const std::string p = VectorOf(groups, {"pos", "transl", "p_rs", "point"});
-  if (!q.empty() && !p.empty()) {
+  const Vector p = VectorOf(groups, {"pos", "transl", "p_rs", "point"}, "m");
+  if (!q.empty() && !p.text.empty()) {
     lines->try_emplace(
-        "mocap", fmt::format("mocap: {{{}position: {{{}, unit: m}}, {}}}  # if truth", from, p, q));
+        "mocap", fmt::format("mocap: {{{}position: {{{}}}, {}}}  # if truth", from, p.text, q));
   } else if (!q.empty()) {
     lines->try_emplace("attitude", fmt::format("attitude: {{{}{}}}", from, q));
   }
@@ -147,9 +205,9 @@ std::string CsvInput(const Recording& recording) {
                                                    : std::string(1, separator);
   // Names that fit no column are a line to skip.
   const bool named = layout.header && layout.warning.empty();
-  const std::string header = named           ? ""
-                             : layout.header ? ", skip_lines: 1, header: false"
-                                             : ", header: false";
+  const int skip = layout.skip_lines + (layout.header && !named ? 1 : 0);
+  const std::string header =
+      (skip > 0 ? fmt::format(", skip_lines: {}", skip) : "") + (named ? "" : ", header: false");
   const std::string time = layout.time_column ? layout.columns[*layout.time_column] : "t";
   return fmt::format("{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}",
                      delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "problems/common/error.h"
 #include "problems/log/csv_text.h"
 
 namespace trueline {
@@ -35,9 +36,19 @@ bool LineReader::Next(std::string_view* line) {
   if (!terminated_ && end == position_) return false;
   *line = std::string_view(buffer_).substr(position_, end - position_);
   position_ = terminated_ ? end + 1 : end;
-  if (line_number_++ == 0 && line->substr(0, 3) == kByteOrderMark) line->remove_prefix(3);
   if (!line->empty() && line->back() == '\r') line->remove_suffix(1);
+  if (line_number_++ == 0) {
+    CheckEncoding(*line);
+    if (line->starts_with(kByteOrderMark)) line->remove_prefix(kByteOrderMark.size());
+  }
   return true;
+}
+
+void LineReader::CheckEncoding(std::string_view first_line) const {
+  if (IsUtf16(first_line)) throw ErrorAt(file(), 1, "is UTF-16 text; save it as UTF-8");
+  if (first_line.find('\r') != std::string_view::npos) {
+    throw ErrorAt(file(), 1, "has lines that end in CR alone; save it with LF or CR LF");
+  }
 }
 
 bool LineReader::NextFilled(std::string_view* line) {

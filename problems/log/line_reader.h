@@ -12,7 +12,8 @@ namespace trueline {
 
 class LineReader {
  public:
-  // Throws InputError when the file can't be opened; Next() and AtEnd() where it is damaged.
+  // Throws InputError when the file can't be opened; Next() and AtEnd() where it is damaged, UTF-16,
+  // or has lines that end in CR alone.
   explicit LineReader(const std::filesystem::path& path);
 
   // The next line without its end (LF or CR LF), valid until the next call. False at the end.
@@ -28,6 +29,7 @@ class LineReader {
 
  private:
   bool Refill();
+  void CheckEncoding(std::string_view first_line) const;
 
   TextFile in_;
   std::string buffer_;

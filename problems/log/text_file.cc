@@ -39,6 +39,10 @@ void TextFile::Check() const {
   throw ErrorAt(file_, 0, "is damaged or cut off (gzip); copy it again");
 }
 
+bool IsUtf16(std::string_view start) {
+  return start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF");
+}
+
 std::string FirstText(const std::filesystem::path& path, std::size_t count) {
   std::string text(count, '\0');
   text.resize(TextFile(path).Read(text.data(), count));

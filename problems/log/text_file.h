@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 struct gzFile_s;
 
@@ -28,6 +29,8 @@ class TextFile {
 };
 
 constexpr char kGzipMagic[] = "\x1f\x8b";
+
+bool IsUtf16(std::string_view start);  // by the byte order mark
 
 // The first bytes of the text, at most `count`.
 std::string FirstText(const std::filesystem::path& path, std::size_t count);

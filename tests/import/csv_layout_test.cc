@@ -55,6 +55,22 @@ TEST_F(CsvLayoutOf, NamesThatFitNoColumnsAreNotUsed) {
   EXPECT_FALSE(layout.time_column);
 }
 
+// "# t,x" before numbers has names; a comment is followed by names or by another comment.
+TEST_F(CsvLayoutOf, CommentsBeforeTheNamesAreSkipped) {
+  const std::string text = "# flight 7\n# wind, none\n\nt,a\n1,2\n2,3\n";
+  const CsvLayout layout = Guess(text);
+  EXPECT_EQ(layout.skip_lines, 3);
+  EXPECT_EQ(layout.columns, (std::vector<std::string>{"t", "a"}));
+  EXPECT_EQ(layout.time_column, 0U);
+  EXPECT_THAT(List(text), HasSubstr("rows                                        2"));
+  EXPECT_THAT(ProposeMap(*OpenRecording(files_.Write("log.csv", text))),
+              HasSubstr(", skip_lines: 3, time: {column: \"t\""));
+  const CsvLayout names = Guess("# flight 7\n# t,a\n1,2\n2,3\n");
+  EXPECT_EQ(names.skip_lines, 1);
+  EXPECT_EQ(names.columns, (std::vector<std::string>{"# t", "a"}));
+  EXPECT_EQ(names.time_column, 0U);
+}
+
 TEST_F(CsvLayoutOf, FindsTheTimeAndItsUnit) {
   EXPECT_EQ(Guess("thrust,theta,t\n3,2,0.00\n2,1,0.01\n5,4,0.02\n").time_column, 2U);
   const CsvLayout falls = Guess("t,time_left\n5,3\n4,2\n3,1\n");
@@ -87,6 +103,14 @@ TEST_F(CsvLayoutOf, AShippedMapIsFoundByItsNames) {
   }
   EXPECT_FALSE(FindShippedMap(*OpenRecording(files_.Write("b.csv", wide))));
   EXPECT_FALSE(FindShippedMap(*OpenRecording(files_.Write("c.csv", "t,a\n1,2\n2,3\n"))));
+}
+
+TEST_F(CsvLayoutOf, OtherEncodingsAreRefusedWithARemedy) {
+  const auto refusal = [&](const std::string& text) {
+    return trueline::ErrorOf([&] { OpenRecording(files_.Write("log.csv", text)); });
+  };
+  EXPECT_THAT(refusal({"\xFF\xFEt\0,\0a\0\n\0", 10}), HasSubstr("log.csv:1: is UTF-16 text"));
+  EXPECT_THAT(refusal("t,a\r1,2\r2,3\r"), HasSubstr("log.csv:1: has lines that end in CR alone"));
 }
 
 TEST_F(CsvLayoutOf, SaysWhatIsMissing) {

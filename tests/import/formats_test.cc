@@ -737,6 +737,19 @@ TEST(Blackbox, TimesGoOnWhereTheClockWrapsInAPause) {
               ElementsAre(kBeforeWrapNs, after + 4 * kMs, after + 8 * kMs));
 }
 
+// Betaflight adds the reason for disarming to the end's text; INAV logs failures of its filter.
+TEST(Blackbox, EventsOfNewerFirmwareAreNoDamage) {
+  const ImportFiles files;
+  const std::string failure = "E\x28\x02", end("E\xFF"
+                                               "End of log (disarm reason:4)\0",
+                                               31);
+  const auto log =
+      OpenRecording(files.Write("log.bbl", kBlackboxHeader + BlackboxIntra(0, 1000) + failure +
+                                               BlackboxIntra(4, 5000) + end + "I am no frame"));
+  EXPECT_THAT(TimesOf(RowsOf(log.get(), "main")), ElementsAre(1 * kMs, 5 * kMs));
+  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+}
+
 // Coordinates are differences to the home position, which an H frame states.
 TEST(Blackbox, GpsFramesBeforeTheHomePositionAreLeftOut) {
   const ImportFiles files;

@@ -144,8 +144,12 @@ class BlackboxSession {
         ReadBlackboxUnsigned(cursor);
         ReadBlackboxUnsigned(cursor);
         break;
+      case 40:  // the attitude filter failed (INAV): kind of failure
+        ReadBlackboxUnsigned(cursor);
+        break;
       case 255:
-        ended_ = cursor->Bytes(11) == std::string_view("End of log\0", 11);
+        // Newer firmware adds the reason for disarming.
+        ended_ = cursor->Until('\0').starts_with("End of log") && cursor->ok();
         return ended_;
       default:
         return false;

@@ -74,12 +74,29 @@ CsvSeparators SeparatorsOf(std::string_view line) {
   return {DelimiterOf(line), false};
 }
 
-std::vector<std::string> FirstLines(const std::filesystem::path& path) {
+// A line that starts with '#' and that no row of numbers follows. "# t,x,y" before rows has names.
+bool IsComment(std::string_view line, std::string_view next) {
+  if (!line.starts_with('#')) return false;
+  double number = 0.0;
+  return next.starts_with('#') || !ParseNumber(Split(next, SeparatorsOf(next)).front(), &number);
+}
+
+// The line of names and rows, or rows.
+struct FirstLines {
+  int skipped = 0;  // lines before them
+  std::vector<std::string> lines;
+};
+
+FirstLines ReadFirstLines(const std::filesystem::path& path) {
   LineReader lines(path);
-  std::vector<std::string> first;
+  FirstLines first;
   std::string_view line;
-  while (first.size() <= kSampleRows && lines.NextFilled(&line)) first.emplace_back(line);
-  if (first.empty()) {
+  while (first.lines.size() <= kSampleRows && lines.NextFilled(&line)) {
+    if (first.lines.size() == 1 && IsComment(first.lines.front(), line)) first.lines.clear();
+    if (first.lines.empty()) first.skipped = lines.line_number() - 1;
+    first.lines.emplace_back(line);
+  }
+  if (first.lines.empty()) {
     throw ErrorAt(path.string(), 0, "has no line with text; copy the log again");
   }
   return first;
@@ -87,7 +104,7 @@ std::vector<std::string> FirstLines(const std::filesystem::path& path) {
 
 bool IsTimeName(const std::string& column) {
   std::string name = LowerCase(column);
-  if (name.starts_with('#')) name.erase(0, 1);
+  if (name.starts_with('#')) name = TrimmedField(name.substr(1));
   if (name.starts_with("time") || name.starts_with("stamp")) return true;
   // "t", "t_s", "t [ms]", but not "theta".
   return name.starts_with('t') &&
@@ -165,8 +182,9 @@ void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLa
 }  // namespace
 
 CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
-  const std::vector<std::string> lines = FirstLines(path);
+  const auto [skipped, lines] = ReadFirstLines(path);
   CsvLayout layout;
+  layout.skip_lines = skipped;
   layout.separators = SeparatorsOf(lines.size() > 1 ? lines[1] : lines[0]);
   auto first = Split(lines.front(), layout.separators);
   if (!AreNumbers(first)) first = Split(lines.front(), {layout.separators.delimiter, false});
@@ -188,7 +206,7 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
       sink->AddChannel({"rows", 0, ""}, [&] { return std::make_unique<CsvRowDecoder>(layout); });
   LineReader lines(path);
   std::string_view line;
-  if (layout.header) lines.NextFilled(&line);
+  for (int i = 0; i < layout.skip_lines + (layout.header ? 1 : 0); ++i) lines.Next(&line);
   ValueSplitter splitter(layout.separators);
   std::vector<std::string_view> texts;
   while (lines.NextFilled(&line)) {

@@ -15,7 +15,8 @@ namespace trueline {
 // name. Names are ignored where there are more or fewer than columns.
 struct CsvLayout {
   CsvSeparators separators;
-  bool header = true;  // the first line holds names
+  int skip_lines = 0;  // comments, which start with '#', and blank lines before names or rows
+  bool header = true;  // a line of names follows
   std::vector<std::string> columns;
   std::optional<std::size_t> time_column;  // by its name, if its values increase
   int time_exponent = 9;                   // of its unit, for ParseTime(): 9 for s, 6 for ms, ...

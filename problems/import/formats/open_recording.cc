@@ -34,6 +34,11 @@ struct KnownFormat {
 
 bool IsText(std::string_view start) { return start.find('\0') == std::string_view::npos; }
 
+// UTF-16 too, which the reader of its lines refuses with the remedy.
+bool IsCsv(const fs::path& path, std::string_view start) {
+  return !fs::is_directory(path) && !start.empty() && (IsText(start) || IsUtf16(start));
+}
+
 constexpr std::array<KnownFormat, 10> kFormats = {{
     {{"ulog", "PX4 ULog", WalkULog},
      [](const fs::path&, std::string_view start) {
@@ -63,10 +68,7 @@ constexpr std::array<KnownFormat, 10> kFormats = {{
      [](const fs::path& path, std::string_view) { return fs::is_directory(path) && IsAsl(path); }},
     {{"tum", "TUM trajectory", WalkTum},
      [](const fs::path&, std::string_view start) { return IsText(start) && IsTum(start); }},
-    {{kCsvFormat, "CSV", WalkCsv},
-     [](const fs::path& path, std::string_view start) {
-       return !fs::is_directory(path) && IsText(start) && !start.empty();
-     }},
+    {{kCsvFormat, "CSV", WalkCsv}, IsCsv},
 }};
 
 // What to do with known formats that are not read.
