@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/score_test.h"
@@ -13,6 +15,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr int kMostTerms = 3;
+constexpr std::size_t kMostRejected = 4;  // by the fit with them in the model
 constexpr int kChunk = 128;     // columns at a time: the cost of a chunk grows with its square
 constexpr double kAlike = 6.0;  // of the gain
 constexpr std::size_t kTestedAgain = 6;
@@ -127,15 +130,26 @@ class OpenSearch {
       std::vector<TestedOpenTerm> tested = TestAll();
       if (result.tested.empty()) result.tested = Sizes(tested);
       AddRefined(&tested);
-      const TestedOpenTerm* best = Best(&tested);
-      if (best == nullptr) break;
-      result.described.push_back(Described(*best, tested));
-      if (!Add(*best, &result.described)) break;
+      if (!AddBest(&tested, &result.described)) break;
     }
     return result;
   }
 
  private:
+  // The best term that the model keeps once the flight is fitted with it. One that it does not
+  // keep, because its constants take over what the term says, may hide another: a force with the
+  // sideways speed one with the roll rate. False if there is none.
+  bool AddBest(std::vector<TestedOpenTerm>* tested, std::vector<DescribedTerm>* described) {
+    while (rejected_.size() < kMostRejected) {
+      const TestedOpenTerm* best = Best(tested);
+      if (best == nullptr) return false;
+      described->push_back(Described(*best, *tested));
+      if (Add(*best, described)) return true;
+      rejected_.insert(best->term.Name());
+    }
+    return false;
+  }
+
   std::vector<TestedOpenTerm> TestAll() const {
     std::vector<TestedOpenTerm> tested;
     for (std::size_t begin = 0; begin < terms_.size(); begin += kChunk) {
@@ -200,9 +214,12 @@ class OpenSearch {
     return sizes;
   }
 
-  static std::vector<TestedOpenTerm*> ByGain(std::vector<TestedOpenTerm>* tested) {
+  // The best of those that the constants do not imitate.
+  std::vector<TestedOpenTerm*> ByGain(std::vector<TestedOpenTerm>* tested) const {
     std::vector<TestedOpenTerm*> order;
-    for (TestedOpenTerm& t : *tested) order.push_back(&t);
+    for (TestedOpenTerm& t : *tested) {
+      if (t.own >= kLeastOwn && !rejected_.contains(t.term.Name())) order.push_back(&t);
+    }
     std::sort(order.begin(), order.end(), HasMoreGain);
     order.resize(std::min(order.size(), kTestedAgain));
     return order;
@@ -362,7 +379,8 @@ class OpenSearch {
   std::size_t causes_;
   std::vector<TermMotion> motions_;
   std::vector<TermForm> terms_;
-  std::vector<TermForm> beside_;  // columns beside the model, which can't have them
+  std::vector<TermForm> beside_;    // columns beside the model, which can't have them
+  std::set<std::string> rejected_;  // names
   double each_ = 0.0;
 };
 
