@@ -61,16 +61,6 @@ trueline::FileLock LockJobs(const std::filesystem::path& folder) {
                              "its end, or give another --out");
 }
 
-// Writes the page if `report`, makes the result the one in --out, prints the table.
-void Publish(const std::string& verb, bool report, const std::string& table,
-             trueline::ResultFolder* out) {
-  const std::string failure =
-      report ? trueline::RenderReport(verb, {"--result=" + out->path().string()}, out->path()) : "";
-  out->Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", table);
-  trueline::RequireReport(failure);
-}
-
 // Warns of flights without a result and publishes the others.
 int Finish(const trueline::ExperimentRun& run, const std::string& verb, const std::string& table,
            trueline::ResultFolder* out) {
@@ -81,7 +71,7 @@ int Finish(const trueline::ExperimentRun& run, const std::string& verb, const st
                    FLAGS_quiet);
   }
   const bool any = std::any_of(run.outcomes.begin(), run.outcomes.end(), HasResult);
-  Publish(verb, FLAGS_report && (any || verb == "benchmark"), table, out);
+  trueline::Publish(verb, FLAGS_report && (any || verb == "benchmark"), FLAGS_quiet, table, out);
   return any ? trueline::kExitDone : trueline::kExitNoResult;
 }
 
@@ -107,7 +97,8 @@ int RunMultiStep() {
   const trueline::MultiStepResult result = trueline::RunMultiStepExperiment(
       experiment, FLAGS_data, FLAGS_test, FLAGS_threads, FLAGS_quiet);
   trueline::WriteMultiStep(experiment, result, out.path());
-  Publish("multi_step", FLAGS_report, trueline::MultiStepTable(experiment, result), &out);
+  trueline::Publish("multi_step", FLAGS_report, FLAGS_quiet,
+                    trueline::MultiStepTable(experiment, result), &out);
   return trueline::kExitDone;
 }
 
@@ -123,7 +114,8 @@ int RunWrench() {
   const trueline::WrenchResult result =
       trueline::RunWrenchExperiment(experiment, FLAGS_data, FLAGS_threads, FLAGS_quiet);
   trueline::WriteWrench(experiment, result, out.path());
-  Publish("wrench", FLAGS_report, trueline::WrenchTable(experiment, result), &out);
+  trueline::Publish("wrench", FLAGS_report, FLAGS_quiet, trueline::WrenchTable(experiment, result),
+                    &out);
   return trueline::kExitDone;
 }
 

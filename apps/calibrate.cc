@@ -1,5 +1,4 @@
 // trueline-calibrate: a flight log in, the calibrated model with its uncertainties out.
-#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include "problems/calibration/calibration.h"
@@ -60,15 +59,7 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
-// Adds the report, makes the result the one in --out, prints the table.
-int Finish(const std::string& report, const std::vector<std::string>& arguments,
-           const trueline::Verdict& verdict, const std::string& table,
-           trueline::ResultFolder* out) {
-  const std::string failure =
-      FLAGS_report ? trueline::RenderReport(report, arguments, out->path()) : "";
-  out->Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", table);
-  trueline::RequireReport(failure);
+int ExitCode(const trueline::Verdict& verdict) {
   return verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
 }
 
@@ -85,12 +76,13 @@ int RunImu() {
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
   trueline::JudgeLog(faults, &calibration.verdict);
-  for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
                              out.path());
-  return Finish("calibration", {"--result=" + out.path().string(), "--log=" + log.directory},
-                calibration.verdict, trueline::CalibrationTable(calibration), &out);
+  trueline::Publish("calibration", FLAGS_report, FLAGS_quiet,
+                    trueline::CalibrationTable(calibration), &out, {"--log=" + log.directory});
+  return ExitCode(calibration.verdict);
 }
 
 int RunRotors() {
@@ -104,12 +96,13 @@ int RunRotors() {
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
   trueline::JudgeLog(faults, &calibration.verdict);
-  for (const std::string& warning : calibration.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
                                   out.path());
-  return Finish("rotors", {"--result=" + out.path().string()}, calibration.verdict,
-                trueline::RotorCalibrationTable(calibration), &out);
+  trueline::Publish("rotors", FLAGS_report, FLAGS_quiet,
+                    trueline::RotorCalibrationTable(calibration), &out);
+  return ExitCode(calibration.verdict);
 }
 
 int Run() {

@@ -86,14 +86,14 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   const std::string moved =
       map.mocap_on_imu_clock ? AlignMocap(map.fixes_from_mocap.has_value(), &converted) : "";
   if (!moved.empty()) Warn(moved, FLAGS_quiet);
-  for (const std::string& warning : converted.warnings) Warn(warning, FLAGS_quiet);
+  WarnAll(converted.warnings, FLAGS_quiet);
   if (FLAGS_map.empty()) {
     for (const std::string& lack : Shortcomings(converted, FLAGS_in)) Warn(lack, FLAGS_quiet);
   }
   if (!proposed.empty()) WriteFileAtomically(out.path() / kProposed, proposed);
   WriteNativeLog(converted, out.path());
   const FlightLog log = ReadAndLook(out.path());
-  for (const std::string& warning : log.warnings) Warn(warning, FLAGS_quiet);
+  WarnAll(log.warnings, FLAGS_quiet);
   out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));
   return kExitDone;
@@ -126,7 +126,7 @@ int WithoutMap() {
   const std::string proposed =
       shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(*recording);
   if (shipped && !FLAGS_out.empty()) return ConvertOrPropose(*shipped, proposed);
-  for (const std::string& warning : recording->warnings()) Warn(warning, FLAGS_quiet);
+  WarnAll(recording->warnings(), FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
   if (FLAGS_out.empty()) return kExitDone;
   Propose(proposed);

@@ -1,5 +1,4 @@
 // trueline-design: flights that show chosen parameters as well as the limits allow.
-#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include "problems/common/app.h"
@@ -48,13 +47,8 @@ int Run() {
   const auto progress = [](const std::string& what) { trueline::Announce(what, FLAGS_quiet); };
   const trueline::DesignOutcome outcome = trueline::RunDesignTask(task, progress);
   trueline::WriteDesign(task, outcome, out.path());
-  const std::string failure =
-      FLAGS_report
-          ? trueline::RenderReport("design", {"--result=" + out.path().string()}, out.path())
-          : "";
-  out.Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", trueline::DesignTable(task, outcome));
-  trueline::RequireReport(failure);
+  trueline::Publish("design", FLAGS_report, FLAGS_quiet, trueline::DesignTable(task, outcome),
+                    &out);
   return trueline::kExitDone;
 }
 

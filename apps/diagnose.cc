@@ -51,19 +51,14 @@ std::vector<trueline::FlightLog> ReadLogs(std::vector<trueline::LogFault>* fault
 int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
           const YAML::Node& provenance, trueline::ResultFolder* out) {
   trueline::AddLogFaults(faults, &diagnosis);
-  for (const std::string& warning : diagnosis.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
   trueline::WriteDiagnosis(diagnosis, provenance, out->path());
-  const std::string failure =
-      FLAGS_report
-          ? trueline::RenderReport("diagnosis", {"--result=" + out->path().string()}, out->path())
-          : "";
-  out->Commit(FLAGS_quiet);
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::DiagnosisTable(diagnosis),
+                    out);
   if (!FLAGS_quiet) {
-    fmt::print("{}", trueline::DiagnosisTable(diagnosis));
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
   }
-  trueline::RequireReport(failure);
   return trueline::kExitDone;
 }
 

@@ -134,18 +134,14 @@ std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const R
 int InspectLog(ResultFolder* out) {
   Opened opened = Open();
   TakeVehicle(&opened.log);
-  for (const std::string& warning : opened.log.warnings) Warn(warning, FLAGS_quiet);
+  WarnAll(opened.log.warnings, FLAGS_quiet);
   const Inspection inspection = Inspect(opened.log, opened.sources);
   const std::string command = WriteCorrected(opened, inspection.repairs, *out);
   WriteFileAtomically(out->path() / "inspection.yaml",
                       InspectionYaml(inspection, FLAGS_log, command));
-  const std::string failure =
-      FLAGS_report ? RenderReport("inspection", {"--result=" + out->path().string()}, out->path())
-                   : "";
-  out->Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", InspectionTable(inspection));
-  if (!FLAGS_quiet && !command.empty()) fmt::print("\nTo repair:\n  {}\n", command);
-  RequireReport(failure);
+  std::string table = InspectionTable(inspection);
+  if (!command.empty()) table += fmt::format("\nTo repair:\n  {}\n", command);
+  Publish("inspection", FLAGS_report, FLAGS_quiet, table, out);
   return kExitDone;
 }
 

@@ -54,7 +54,7 @@ int Rank(const std::optional<trueline::YamlMap>& config, trueline::ResultFolder*
     inputs.trajectories.push_back(file);
   for (const auto& log : trueline::SplitList(FLAGS_log)) inputs.logs.push_back(log);
   const trueline::Ranking ranking = trueline::RankByE2log(inputs, progress);
-  for (const std::string& warning : ranking.warnings) trueline::Warn(warning, FLAGS_quiet);
+  trueline::WarnAll(ranking.warnings, FLAGS_quiet);
   trueline::WriteFileAtomically(
       out->path() / "ranking.yaml",
       trueline::RankingYaml(ranking,
@@ -84,19 +84,12 @@ int Run() {
       FLAGS_log.empty()
           ? trueline::RunObserveConfig(*config, progress)
           : trueline::RunObserveLog(trueline::ReadAndLook(FLAGS_log), config, progress);
-  for (const auto& result : cases) {
-    for (const std::string& warning : result.warnings) trueline::Warn(warning, FLAGS_quiet);
-  }
+  for (const auto& result : cases) trueline::WarnAll(result.warnings, FLAGS_quiet);
   trueline::WriteFileAtomically(
       out.path() / "observability.yaml",
       trueline::ObservabilityYaml(cases, FLAGS_log.empty() ? FLAGS_config : FLAGS_log));
-  const std::string failure =
-      FLAGS_report
-          ? trueline::RenderReport("observe", {"--result=" + out.path().string()}, out.path())
-          : "";
-  out.Commit(FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}", trueline::ObservabilityTable(cases));
-  trueline::RequireReport(failure);
+  trueline::Publish("observe", FLAGS_report, FLAGS_quiet, trueline::ObservabilityTable(cases),
+                    &out);
   return trueline::kExitDone;
 }
 

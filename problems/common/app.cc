@@ -121,6 +121,10 @@ void Warn(const std::string& message, bool quiet) {
   if (!quiet) fmt::print(stderr, "warning: {}\n", Printable(WithFinalNames(message)));
 }
 
+void WarnAll(const std::vector<std::string>& messages, bool quiet) {
+  for (const std::string& message : messages) Warn(message, quiet);
+}
+
 std::vector<std::string> SplitList(const std::string& text, char separator) {
   std::vector<std::string> parts;
   std::istringstream stream(text);

@@ -27,6 +27,7 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
 
 // A warning on standard error, unless quiet.
 void Warn(const std::string& message, bool quiet);
+void WarnAll(const std::vector<std::string>& messages, bool quiet);
 
 // Splits "a,b,c"; empty parts are left out.
 std::vector<std::string> SplitList(const std::string& text, char separator = ',');

@@ -78,7 +78,16 @@ std::string RenderReport(const std::string& verb, const std::vector<std::string>
                                  "give --report=false");
 }
 
-void RequireReport(const std::string& failure) {
+void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,
+             ResultFolder* out, const std::vector<std::string>& more) {
+  std::string failure;
+  if (report) {
+    std::vector<std::string> arguments = {"--result=" + out->path().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    failure = RenderReport(verb, arguments, out->path());
+  }
+  out->Commit(quiet);
+  if (!quiet) fmt::print("{}", table);
   if (!failure.empty()) throw InputError(failure);
 }
 

@@ -5,15 +5,20 @@
 #include <string>
 #include <vector>
 
+#include "problems/common/result_folder.h"
+
 namespace trueline {
 
 // Runs report.py VERB with `arguments`, which writes directory/report.html. A failure (no Python,
 // no plotly, no space) is returned as a text, empty on success: the other results are worth writing
-// and printing before RequireReport() turns it into the end of the run.
+// and printing before the run ends in it.
 std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
                          const std::filesystem::path& directory);
 
-// Throws InputError with the text, if it is not empty.
-void RequireReport(const std::string& failure);
+// Ends a run: renders the report VERB if `report`, commits the result folder, prints the table
+// unless `quiet`. report.py gets the result folder and the arguments in `more`. Throws InputError
+// at the end if the report failed.
+void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,
+             ResultFolder* out, const std::vector<std::string>& more = {});
 
 }  // namespace trueline
