@@ -77,11 +77,9 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   if (turn.isIdentity(1e-9) || !better) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   Finding finding;
-  const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
-  const bool mirrored = turn.determinant() < 0.0;
-  finding.size = mirrored ? 180.0 : angle / kDegree;
+  finding.size = TurnSize(turn);
   finding.error = fit->as_read - fit->residual;
-  finding.level = mirrored || angle > 15.0 * kDegree ? Level::kFatal : Level::kBiases;
+  finding.level = finding.size > 15.0 ? Level::kFatal : Level::kBiases;
   finding.text = fmt::format(
       "the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} m/s^2 (rms) "
       "of the acceleration of {} unexplained, otherwise {:.2f}",

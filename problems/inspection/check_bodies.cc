@@ -95,16 +95,14 @@ bool ShowsTooLittle(const RateWitness& witness) {
 
 Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
                     const std::string& stream, const Eigen::Matrix3d& repair) {
-  const double angle = TurnBetween(repair, Eigen::Matrix3d::Identity()).norm();
   Finding finding;
   finding.id = id;
   finding.stream = stream;
-  const bool mirrored = repair.determinant() < 0.0;
-  finding.size = mirrored ? 180.0 : angle / kDegree;
+  finding.size = TurnSize(repair);
   finding.sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree;
   finding.unit = "deg";
-  finding.error = mirrored ? 2.0 * e.log.gravity : 2.0 * e.log.gravity * std::sin(0.5 * angle);
-  finding.level = mirrored || angle > 15.0 * kDegree ? Level::kFatal : Level::kBiases;
+  finding.error = 2.0 * e.log.gravity * std::sin(0.5 * finding.size * kDegree);
+  finding.level = finding.size > 15.0 ? Level::kFatal : Level::kBiases;
   finding.repaired = true;
   return finding;
 }

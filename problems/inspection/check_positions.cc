@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "problems/common/units.h"
 #include "problems/inspection/fix_pairs.h"
@@ -54,29 +55,25 @@ void AddLag(Examination* e, const std::string& stream, const VectorMatch& match,
   const double rest = 1.0 - std::pow(match.correlation, 2);
   if (rest > kLagExplains * (1.0 - std::pow(match.unshifted, 2))) return;
   Finding finding;
-  finding.id = reference.own_clock ? "clock_offset" : "position_late";
   finding.stream = stream;
   finding.error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag));
   finding.level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases;
-  finding.size = match.lag;
   finding.sigma = match.lag_sigma;
-  finding.unit = "s";
   finding.text = fmt::format(
       "the positions of {}.csv come {} than {} shows{} (correlation {:.3f}, as stamped {:.3f})",
       stream, LateText(match.lag), reference.what,
       match.or_else ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
       match.correlation, match.unshifted);
   if (reference.own_clock) {
-    finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -match.lag);
-    finding.repaired = true;
-    StreamRepair change;
-    change.time_offset = -match.lag;
-    e->Repair(stream, change);
-  } else {
-    finding.remedy =
-        "its attitude is in time: position and attitude of the poses were not measured "
-        "at one time; state the position's own time";
+    AddClockOffset(e, match.lag, finding);
+    return;
   }
+  finding.id = "position_late";
+  finding.size = match.lag;
+  finding.unit = "s";
+  finding.remedy =
+      "its attitude is in time: position and attitude of the poses were not measured "
+      "at one time; state the position's own time";
   e->Add(finding);
 }
 
@@ -84,29 +81,19 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
              const Reference& reference) {
   const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn);
   if (turn.isIdentity(1e-9)) return;
-  const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   // A force along an axis that reads another multiple points elsewhere.
+  const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   if (e->HasFinding("lateral_force", "imu") && angle < kTurnOfForce) return;
   if (reference.any_heading && IsHeading(turn)) return;  // CheckHeading() judges it
   Finding finding;
-  finding.id = "position_axes";
   finding.stream = stream;
-  const bool mirrored = turn.determinant() < 0.0;
-  finding.size = mirrored ? 180.0 : angle / kDegree;
   finding.sigma = std::sqrt(match.turn_cov.trace()) / kDegree;
-  finding.unit = "deg";
-  finding.error = match.seen_rms * (mirrored ? 2.0 : 2.0 * std::sin(0.5 * angle));
-  finding.level = Level::kFatal;
+  finding.error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree);
   finding.text = fmt::format(
       "the positions of {}.csv are in other axes: taken as {} they agree with {} to a correlation "
       "of {:.3f}, as read to {:.3f}",
       stream, AxesText(turn.transpose()), reference.what, match.correlation, match.unturned);
-  finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
-  finding.repaired = true;
-  StreamRepair change;
-  change.position = turn.transpose();
-  e->Repair(stream, change);
-  e->Add(finding);
+  AddPositionAxes(e, turn, finding);
 }
 
 bool IsOffScale(const VectorMatch& match) {
@@ -249,12 +236,9 @@ Placement BestPlacementByAxes(const VectorSums& sums) {
 
 void AddPlacedClock(Examination* e, const Placement& placement, double as_stamped) {
   Finding finding;
-  finding.id = "clock_offset";
   finding.stream = "fixes";
   finding.level = Level::kFatal;
-  finding.size = placement.lag;
   finding.sigma = kPlacementStep;
-  finding.unit = "s";
   finding.error = e->log.gravity;
   finding.text = fmt::format(
       "the positions of fixes.csv come {} than mocap shows: so they differ from it by {:.2f} m "
@@ -263,35 +247,19 @@ void AddPlacedClock(Examination* e, const Placement& placement, double as_stampe
       placement.or_else
           ? fmt::format("; {} is nearly as good, as laps repeat", LateText(*placement.or_else))
           : "");
-  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -placement.lag);
-  finding.repaired = true;
-  StreamRepair change;
-  change.time_offset = -placement.lag;
-  e->Repair("fixes", change);
-  e->Add(finding);
+  AddClockOffset(e, placement.lag, finding);
 }
 
 void AddPlacedAxes(Examination* e, const Placement& placement, double as_read) {
   Finding finding;
-  finding.id = "position_axes";
   finding.stream = "fixes";
-  const bool mirrored = placement.turn.determinant() < 0.0;
-  const double angle = TurnBetween(placement.turn, Eigen::Matrix3d::Identity()).norm();
-  finding.size = mirrored ? 180.0 : angle / kDegree;
-  finding.unit = "deg";
   finding.error = e->log.gravity;
-  finding.level = Level::kFatal;
   finding.text = fmt::format(
       "the positions of fixes.csv are in other axes: taken as {} they differ from mocap by {:.2f} "
       "m "
       "(rms), as read by {:.2f} m",
       AxesText(placement.turn.transpose()), placement.rms, as_read);
-  finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
-  finding.repaired = true;
-  StreamRepair change;
-  change.position = placement.turn.transpose();
-  e->Repair("fixes", change);
-  e->Add(finding);
+  AddPositionAxes(e, placement.turn, finding);
 }
 
 // Where fixes and mocap share an origin their positions themselves show a clock, or other axes;
@@ -396,6 +364,19 @@ void CheckSpread(Examination* e) {
 }
 
 }  // namespace
+
+void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding) {
+  finding.id = "position_axes";
+  finding.level = Level::kFatal;
+  finding.size = TurnSize(turn);
+  finding.unit = "deg";
+  finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
+  finding.repaired = true;
+  StreamRepair change;
+  change.position = turn.transpose();
+  e->Repair(finding.stream, change);
+  e->Add(std::move(finding));
+}
 
 void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {

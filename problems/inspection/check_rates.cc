@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
@@ -143,15 +144,12 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
   if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < 5.0 * match.lag_sigma) return;
   const bool other = match.or_else.has_value();
   Finding finding;
-  finding.id = "clock_offset";
   finding.stream = stream;
   finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
   finding.level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
                   : finding.error > 0.15                    ? Level::kBiases
                                                             : Level::kWidens;
-  finding.size = match.lag;
   finding.sigma = match.lag_sigma;
-  finding.unit = "s";
   finding.text = fmt::format(
       "the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, as stamped "
       "{:.3f}): the clocks disagree",
@@ -159,12 +157,7 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
       other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
       match.correlation, match.unshifted);
   if (match.correlation < kLike) finding.text += ", or it is of another flight of such laps";
-  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -match.lag);
-  finding.repaired = true;
-  StreamRepair change;
-  change.time_offset = -match.lag;
-  e->Repair(stream, change);
-  e->Add(finding);
+  AddClockOffset(e, match.lag, finding);
 }
 
 std::string NotShown(const VectorMatch& match) {
@@ -353,6 +346,18 @@ void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
 }
 
 }  // namespace
+
+void AddClockOffset(Examination* e, double lag, Finding finding) {
+  finding.id = "clock_offset";
+  finding.size = lag;
+  finding.unit = "s";
+  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag);
+  finding.repaired = true;
+  StreamRepair change;
+  change.time_offset = -lag;
+  e->Repair(finding.stream, change);
+  e->Add(std::move(finding));
+}
 
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
                    const std::string& reference, double least) {

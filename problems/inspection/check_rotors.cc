@@ -149,24 +149,16 @@ void CheckLag(Examination* e, const RotorLayout& layout) {
   const bool off = layout.lag > least || layout.lag < -kLeastRotorLag;
   if (!off) return;
   Finding finding;
-  finding.id = "clock_offset";
   finding.stream = layout.stream;
   finding.level = Level::kBiases;
-  finding.size = -layout.lag;
   finding.sigma = 0.01;
-  finding.unit = "s";
   finding.text = fmt::format(
       "the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
       "accelerations "
       "explained to {:.0f}, {:.0f} and {:.0f} %)",
       std::abs(layout.lag), layout.lag > 0.0 ? "later" : "earlier", layout.stream,
       100.0 * layout.explained.x(), 100.0 * layout.explained.y(), 100.0 * layout.explained.z());
-  finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", layout.lag);
-  finding.repaired = true;
-  StreamRepair change;
-  change.time_offset = layout.lag;
-  e->Repair(layout.stream, change);
-  e->Add(finding);
+  AddClockOffset(e, -layout.lag, finding);
 }
 
 void CheckLayout(Examination* e, const RotorLayout& layout) {

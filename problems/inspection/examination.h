@@ -86,9 +86,20 @@ void CheckRest(Examination* e);
 void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch& match,
                    const std::string& reference, double least);
 
+// Adds `finding`, whose stream, error, level and text are stated, as an offset of the stream's
+// clock (its stamps are too large by `lag`, s), and moves the stream.
+void AddClockOffset(Examination* e, double lag, Finding finding);
+
 // Adds `finding`, whose size, error, text and remedy are stated, as one of the accelerometer's
 // axes, and turns the accelerometer.
 void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+
+// Adds `finding`, whose stream, error and text are stated, as one of the stream's axes of position,
+// which differ from the right ones by `turn`, and turns the positions back.
+void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+
+// deg, by which a rotation turns; 180 if `turn` is a reflection.
+double TurnSize(const Eigen::Matrix3d& turn);
 
 // Texts shared by the steps.
 // "multiply its stamps by ... and add ..."; drift in s/s, about the log's start.

@@ -120,6 +120,11 @@ std::string AxesText(const Eigen::Matrix3d& turn) {
                      angle.z());
 }
 
+double TurnSize(const Eigen::Matrix3d& turn) {
+  if (turn.determinant() < 0.0) return 180.0;
+  return TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() / kDegree;
+}
+
 std::string DriftRemedy(const FlightLog& log, double drift) {
   const double scale = 1.0 / (1.0 + drift);
   return fmt::format("multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",
