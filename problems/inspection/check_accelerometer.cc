@@ -1,6 +1,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/common/units.h"
 #include "problems/inspection/force_fit.h"
@@ -29,12 +30,10 @@ constexpr double kUpright = 0.35;       // horizontal over vertical part of the 
 // The residual if the earth axes of position were turned instead.
 double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
                            std::vector<Bend> bends) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
+  const auto match = MatchBends(e, witness.attitude, bends);
   if (!match) return std::numeric_limits<double>::infinity();
-  for (Bend& bend : bends) bend.acceleration = match->turn.transpose() * bend.acceleration;
-  const auto fit = FitForce(BodyForce(e.fixed, witness.attitude), bends, {});
-  return fit ? fit->as_read : std::numeric_limits<double>::infinity();
+  TurnBends(match->turn.transpose(), &bends);
+  return ForceResidual(BodyForce(e.fixed, witness.attitude), bends, Eigen::Matrix3d::Identity());
 }
 
 Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
@@ -58,9 +57,10 @@ void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
   alone.streams["imu"] = back;
   FlightLog as_read = e->fixed;
   ApplyRepairs(alone, e->sources, &as_read);
-  const auto with = FitForce(BodyForce(e->fixed, witness.attitude), bends, {});
-  const auto without = FitForce(BodyForce(as_read, witness.attitude), bends, {});
-  if (with && without && without->as_read < with->as_read) e->Repair("imu", back);
+  const auto residual = [&](const FlightLog& log) {
+    return ForceResidual(BodyForce(log, witness.attitude), bends, Eigen::Matrix3d::Identity());
+  };
+  if (residual(as_read) < residual(e->fixed)) e->Repair("imu", back);
 }
 
 void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {

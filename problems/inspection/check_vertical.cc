@@ -171,10 +171,9 @@ std::vector<AttitudeSample> WithEarthUp(std::vector<AttitudeSample> attitude) {
 // m/s^2, rms that an earth with z up leaves, at the best heading of the positions.
 double ResidualOfEarthUp(const Examination& e, PositionWitness witness) {
   witness.attitude = WithEarthUp(witness.attitude);
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
+  const auto match = MatchBends(e, witness.attitude, witness.bends);
   if (!match) return 0.0;
-  for (Bend& bend : witness.bends) bend.acceleration = match->turn.transpose() * bend.acceleration;
+  TurnBends(match->turn.transpose(), &witness.bends);
   return ForceResidual(BodyForce(e.fixed, witness.attitude), witness.bends,
                        Eigen::Matrix3d::Identity());
 }

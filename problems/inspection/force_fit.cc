@@ -235,7 +235,6 @@ std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>
   const Blocks blocks(rows);
   const Normal& all = blocks.all;
   ForceFit fit;
-  fit.count = static_cast<int>(rows.size() / 3);
   fit.turn = BestTurn(all, hints);
   const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
   fit.as_read = std::sqrt(ScaledCost(all, one) / all.n);

@@ -29,7 +29,6 @@ class BodyForce {
 };
 
 struct ForceFit {
-  int count = 0;
   double as_read = 0.0;   // m/s^2, rms of the residual by axis, for L a multiple of 1
   double residual = 0.0;  // the same for multiples of `turn`
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // orthogonal

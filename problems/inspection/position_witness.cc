@@ -53,10 +53,20 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
   return witness;
 }
 
+std::optional<VectorMatch> MatchBends(const Examination& e,
+                                      const std::vector<AttitudeSample>& attitude,
+                                      const std::vector<Bend>& bends) {
+  const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
+  return MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
+}
+
+void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends) {
+  for (Bend& bend : *bends) bend.acceleration = turn * bend.acceleration;
+}
+
 std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
                                                    const PositionWitness& witness) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, witness.bends), {0.0, 0.02});
+  const auto match = MatchBends(e, witness.attitude, witness.bends);
   if (!match) return std::nullopt;
   std::vector<Bend> bends = witness.bends;
   if (witness.stream != "fixes") return bends;
@@ -65,17 +75,15 @@ std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
   const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
   const Eigen::Matrix3d yaw =
       Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  for (Bend& bend : bends) bend.acceleration = yaw.transpose() * bend.acceleration;
+  TurnBends(yaw.transpose(), &bends);
   return bends;
 }
 
 void TurnLikePositions(const Examination& e, const PositionWitness& witness,
                        std::vector<Bend>* bends) {
-  const RunningIntegral<3> force = ForceIntegral(e.fixed, witness.attitude);
-  const auto match = MatchVectors(AccelerationPairs(force, *bends), {0.0, 0.02});
+  const auto match = MatchBends(e, witness.attitude, *bends);
   if (!match || match->correlation < kAlikeForce) return;
-  const Eigen::Matrix3d turn = PlainTurn(*match, kLeastTurnOfEarth);
-  for (Bend& bend : *bends) bend.acceleration = turn.transpose() * bend.acceleration;
+  TurnBends(PlainTurn(*match, kLeastTurnOfEarth).transpose(), bends);
 }
 
 }  // namespace trueline

@@ -22,6 +22,14 @@ struct PositionWitness {
 std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std::string& stream,
                                                  double wider = 1.0);
 
+// The bends' accelerations against the specific force that an attitude turns to earth axes, as they
+// are stamped.
+std::optional<VectorMatch> MatchBends(const Examination& e,
+                                      const std::vector<AttitudeSample>& attitude,
+                                      const std::vector<Bend>& bends);
+
+void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends);
+
 // The bends in the earth of the attitude, where the two differ by a heading alone. None where they
 // are too unlike to say.
 std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,

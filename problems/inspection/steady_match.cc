@@ -182,7 +182,6 @@ std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& sear
   match.lag_sigma = JackknifeSigma(lags);
   const VectorSums total = Total(about.sums[1]);
   if (total.n < kLeastPairs || !(total.Scale() > 0.0)) return std::nullopt;
-  match.count = static_cast<int>(total.n);
   match.correlation = Correlation(total);
   match.unturned = Correlation(total, false);
   match.plain = PlainCorrelation(total);

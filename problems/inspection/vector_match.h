@@ -21,7 +21,6 @@ struct VectorPair {
 using PairsAt = std::function<std::vector<VectorPair>(double lag)>;
 
 struct VectorMatch {
-  int count = 0;                  // pairs
   double lag = 0.0;               // s; positive: the stream's stamps are too large; mid-flight
   double lag_sigma = 0.0;         // s
   double drift = 0.0;             // s/s, of the lag over the flight
