@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/inspection/normal_sums.h"
+
 namespace trueline {
 namespace {
 
@@ -15,30 +17,12 @@ constexpr double kLeastForceNoise = 0.05;  // m/s^2, of a bend
 constexpr double kAlikeBends = 10.0;       // neighbours whose errors are one error
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
-using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-// Normal equations of y = X l, l the rows of L one after another.
-struct Normal {
-  Matrix9 a = Matrix9::Zero();
-  Vector9 b = Vector9::Zero();
-  double yy = 0.0, n = 0.0;
+// Of y = X l, l the rows of L one after another.
+using Normal = NormalSums<9>;
 
-  void Add(const Vector9& x, double y) {
-    a += x * x.transpose();
-    b += y * x;
-    yy += y * y;
-    n += 1.0;
-  }
-  double Cost(const Vector9& l) const { return std::max(0.0, yy - 2.0 * b.dot(l) + l.dot(a * l)); }
-  double BestScale(const Vector9& l) const { return b.dot(l) / std::max(1e-12, l.dot(a * l)); }
-};
-
-Normal Without(Normal all, const Normal& block) {
-  all.a -= block.a;
-  all.b -= block.b;
-  all.yy -= block.yy;
-  all.n -= block.n;
-  return all;
+double BestScale(const Normal& normal, const Vector9& l) {
+  return normal.b.dot(l) / std::max(1e-12, l.dot(normal.a * l));
 }
 
 struct Row {
@@ -94,13 +78,8 @@ class BiasedFit {
   void Add(int block, const Eigen::Vector<double, N>& x, const Eigen::Vector3d& of_bias, double y) {
     Eigen::Vector<double, kAll> row;
     row << x, of_bias;
-    Sums& sums = each_[static_cast<std::size_t>(block)];
-    sums.a += row * row.transpose();
-    sums.b += y * row;
-    all_.a += row * row.transpose();
-    all_.b += y * row;
-    yy_ += y * y;
-    n_ += 1.0;
+    each_[static_cast<std::size_t>(block)].Add(row, y);
+    all_.Add(row, y);
   }
 
   Solution Solve() const {
@@ -108,16 +87,13 @@ class BiasedFit {
     Eigen::Vector<double, kAll> best;
     for (int pass = 0; pass < 3; ++pass) {
       best = Best(all_, square);
-      const double rest = yy_ - 2.0 * all_.b.dot(best) + best.dot(all_.a * best);
-      square = std::max(rest / n_, kLeastForceNoise * kLeastForceNoise);
+      square = std::max(all_.Cost(best) / all_.n, kLeastForceNoise * kLeastForceNoise);
     }
     const Matrix open = kAlikeBends * square * Weighed(all_, square).inverse();
     Solution solution{best.template head<N>(), {}};
     for (int k = 0; k < N; ++k) {
       std::vector<double> without;
-      for (const Sums& block : each_) {
-        without.push_back(Best({all_.a - block.a, all_.b - block.b}, square)[k]);
-      }
+      for (const Sums& block : each_) without.push_back(Best(all_ - block, square)[k]);
       solution.sigma[k] = std::hypot(JackknifeSigma(without), std::sqrt(open(k, k)));
     }
     return solution;
@@ -125,10 +101,7 @@ class BiasedFit {
 
  private:
   using Matrix = Eigen::Matrix<double, kAll, kAll>;
-  struct Sums {
-    Matrix a = Matrix::Zero();
-    Eigen::Vector<double, kAll> b = Eigen::Vector<double, kAll>::Zero();
-  };
+  using Sums = NormalSums<kAll>;
 
   static Matrix Weighed(const Sums& sums, double square) {
     Matrix a = sums.a;
@@ -142,13 +115,12 @@ class BiasedFit {
 
   std::array<Sums, kForceBlocks> each_;
   Sums all_;
-  double yy_ = 0.0, n_ = 0.0;
 };
 
 // The rotation about `start` that lowers the cost, by Gauss-Newton on angles and scale.
 Eigen::Matrix3d Refine(const Normal& normal, Eigen::Matrix3d turn) {
   for (int pass = 0; pass < 8; ++pass) {
-    const double scale = normal.BestScale(RowsOf(turn));
+    const double scale = BestScale(normal, RowsOf(turn));
     Eigen::Matrix<double, 9, 4> j;
     for (int k = 0; k < 3; ++k) {
       Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
@@ -171,7 +143,7 @@ Eigen::Matrix3d Refine(const Normal& normal, Eigen::Matrix3d turn) {
 
 double ScaledCost(const Normal& normal, const Eigen::Matrix3d& turn) {
   const Vector9 l = RowsOf(turn);
-  return normal.Cost(std::max(0.0, normal.BestScale(l)) * l);
+  return normal.Cost(std::max(0.0, BestScale(normal, l)) * l);
 }
 
 Eigen::Matrix3d BestTurn(const Normal& normal, const std::vector<Eigen::Matrix3d>& hints) {
@@ -190,20 +162,15 @@ struct ThreeFit {
   double rms;             // m/s^2, of the residual
 };
 ThreeFit FitThree(const std::vector<Row>& rows, const Vector9& l, bool factor, int without) {
-  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  double yy = 0.0, n = 0.0;
+  NormalSums<3> sums;
   for (const Row& row : rows) {
     if (row.block == without) continue;
     const double force = row.x.dot(l), y = factor ? row.y : row.y - force;
-    const Eigen::Vector3d x(factor ? force : row.of_bias.z(), row.of_bias.x(), row.of_bias.y());
-    a += x * x.transpose();
-    b += y * x;
-    yy += y * y;
-    n += 1.0;
+    sums.Add({factor ? force : row.of_bias.z(), row.of_bias.x(), row.of_bias.y()}, y);
   }
-  const Eigen::Vector3d value = a.ldlt().solve(b);
-  return {value, std::sqrt(std::max(0.0, yy - b.dot(value)) / std::max(1.0, n))};
+  const Eigen::Vector3d value = sums.a.ldlt().solve(sums.b);
+  const double rest = std::max(0.0, sums.yy - sums.b.dot(value));
+  return {value, std::sqrt(rest / std::max(1.0, sums.n))};
 }
 
 }  // namespace
@@ -242,7 +209,7 @@ std::optional<ForceFit> FitForce(const BodyForce& force, const std::vector<Bend>
   std::vector<double> gains;  // in cost, without each block
   const double gain = ScaledCost(all, one) - ScaledCost(all, fit.turn);
   for (const Normal& block : blocks.each) {
-    const Normal rest = Without(all, block);
+    const Normal rest = all - block;
     gains.push_back(ScaledCost(rest, one) - ScaledCost(rest, fit.turn));
   }
   fit.clearly = gain / std::max(1e-9, JackknifeSigma(gains));

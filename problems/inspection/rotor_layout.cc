@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "problems/inspection/normal_sums.h"
+
 namespace trueline {
 namespace {
 
 constexpr int kMostRotors = 8;
 constexpr int kOthers = 7;  // a constant, three rates, three products of rates
 constexpr int kTerms = kMostRotors + kOthers;
+constexpr int kConstant = kMostRotors;  // index of the constant
 constexpr int kLayoutBlocks = 10;
 constexpr double kHalf = 0.05;        // s, half width of the triangle over which all is averaged
 constexpr double kLayoutStep = 0.01;  // s, of lags
@@ -19,26 +22,8 @@ constexpr std::size_t kMostTimes = 2000;
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 using Squares = Eigen::Matrix<double, kMostRotors, 1>;
 
-struct LayoutNormal {
-  Eigen::Matrix<double, kTerms, kTerms> a = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Eigen::Matrix<double, kTerms, 3> b = Eigen::Matrix<double, kTerms, 3>::Zero();
-  Eigen::Vector3d y = Eigen::Vector3d::Zero(), yy = Eigen::Vector3d::Zero();
-  double n = 0.0;
-
-  void Add(const Terms& x, const Eigen::Vector3d& angular) {
-    a += x * x.transpose();
-    b += x * angular.transpose();
-    y += angular;
-    yy += angular.cwiseAbs2();
-    n += 1.0;
-  }
-  void Subtract(const LayoutNormal& o) {
-    a -= o.a;
-    b -= o.b;
-    y -= o.y;
-    yy -= o.yy;
-    n -= o.n;
-  }
+// Of the angular acceleration by axis.
+struct LayoutNormal : NormalSums<kTerms, 3> {
   // Unused terms have no data; a small ridge keeps them at zero.
   Eigen::Matrix<double, kTerms, 3> Solve() const {
     const Eigen::VectorXd ridge = 1e-9 * a.diagonal().array() + 1e-12;
@@ -46,6 +31,7 @@ struct LayoutNormal {
   }
   Eigen::Vector3d Explained() const {
     const Eigen::Matrix<double, kTerms, 3> s = Solve();
+    const Eigen::RowVector3d y = b.row(kConstant);  // sums
     Eigen::Vector3d share;
     for (int axis = 0; axis < 3; ++axis) {
       const double total = yy[axis] - y[axis] * y[axis] / n;
@@ -113,13 +99,7 @@ class LayoutFit {
   }
   static LayoutNormal Total(const std::array<LayoutNormal, kLayoutBlocks>& blocks) {
     LayoutNormal total;
-    for (const LayoutNormal& block : blocks) {
-      total.a += block.a;
-      total.b += block.b;
-      total.y += block.y;
-      total.yy += block.yy;
-      total.n += block.n;
-    }
+    for (const LayoutNormal& block : blocks) total += block;
     return total;
   }
   double scale() const { return scale_; }
@@ -209,7 +189,7 @@ std::optional<RotorLayout> FindLayout(const FlightLog& log,
   }
   for (const LayoutNormal& block : blocks) {
     LayoutNormal rest = total;
-    rest.Subtract(block);
+    rest -= block;
     if (rest.n < 50.0) continue;
     const Eigen::Matrix<double, kTerms, 3> without = rest.Solve();
     for (std::size_t i = 0; i < count; ++i) {
