@@ -101,9 +101,7 @@ void TakeVehicle(FlightLog* log) {
   if (FLAGS_vehicle.empty()) return;
   const YamlMap map = YamlMap::FromFile(FLAGS_vehicle);
   Vehicle vehicle;
-  for (const Rotor& rotor : ReadRotors(map.Child("vehicle").Children("rotors"))) {
-    vehicle.rotors.push_back({rotor.position, rotor.axis, rotor.spin, rotor.k_f, rotor.k_m});
-  }
+  vehicle.rotors = ReadRotors(map.Child("vehicle").Children("rotors"));
   if (vehicle.rotors.empty()) map.Fail("vehicle", "states no rotors");
   log->vehicle = vehicle;
 }

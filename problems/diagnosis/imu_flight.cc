@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "problems/diagnosis/imu_open_terms.h"
 #include "problems/diagnosis/imu_terms.h"
@@ -243,12 +244,9 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
                                                           bool terms) const {
   const int ordinary = OrdinaryCount();
   int at = kThetaSize + ordinary;
-  const auto next = [&at](Eigen::Index count) {
-    at += static_cast<int>(count);
-    return Range(at - static_cast<int>(count), static_cast<int>(count));
-  };
+  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
   const auto effect = [&](std::size_t size) {
-    const auto count = static_cast<Eigen::Index>(size);
+    const auto count = static_cast<int>(size);
     return EffectColumns{next(count), Eigen::VectorXd::Ones(count)};
   };
   std::vector<EffectColumns> found_columns, candidate_columns;
@@ -264,7 +262,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   const std::vector<ImuTerm> library =
       terms ? ImuTerms(flight_.get(), fit_.x) : std::vector<ImuTerm>();
   for (const ImuTerm& term : library) {
-    term_columns.push_back({term.name, next(term.columns.cols()), term.ordinary});
+    term_columns.push_back({term.name, next(static_cast<int>(term.columns.cols())), term.ordinary});
     parts.push_back(&term.columns);
   }
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());

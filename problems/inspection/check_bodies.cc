@@ -15,14 +15,11 @@ constexpr double kLongBaseline = 0.35;  // s
 constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
 
-bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-9); }
-
-// Angle (rad) between the mean specific force and the body's -z.
-double Lean(const FlightLog& log, const Eigen::Matrix3d& turn) {
+// Lean of the mean specific force if the accelerometer were turned.
+double MeanLean(const FlightLog& log, const Eigen::Matrix3d& turn) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const ImuSample& sample : log.imu) sum += sample.accel;
-  const double up = -(turn * sum).z() / sum.norm();
-  return std::acos(std::clamp(up, -1.0, 1.0));
+  return LeanOf(turn * sum);
 }
 
 bool SameTurn(const RateWitness& a, const RateWitness& b) {
@@ -50,8 +47,8 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
     if (!SameTurn(first, *other)) return {false, "the attitudes differ from each other as well"};
   }
   if (turned.size() > 1) return {true, "two attitudes agree against it"};
-  const double before = Lean(e.fixed, Eigen::Matrix3d::Identity());
-  const double after = Lean(e.fixed, first.turn);
+  const double before = MeanLean(e.fixed, Eigen::Matrix3d::Identity());
+  const double after = MeanLean(e.fixed, first.turn);
   if (after < before - kClearLean) {
     return {true, fmt::format("the mean specific force leans by {:.0f} deg as read and by {:.0f} "
                               "deg after the turn",
@@ -72,7 +69,7 @@ Blame WhoIsTurned(const Examination& e, const std::vector<const RateWitness*>& t
 
 // Whether the accelerometer, turned along with the gyroscope, reads gravity as upright as before.
 bool StaysUpright(const Examination& e, const Eigen::Matrix3d& turn) {
-  return Lean(e.fixed, turn) < Lean(e.fixed, Eigen::Matrix3d::Identity()) + kClearLean;
+  return MeanLean(e.fixed, turn) < MeanLean(e.fixed, Eigen::Matrix3d::Identity()) + kClearLean;
 }
 
 // A turn that moves gravity away from the body's -z, where its mirror image does not, is replaced

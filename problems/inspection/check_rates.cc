@@ -339,7 +339,7 @@ void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
     if (!before || !after) continue;
     const double jump = before->lag - after->lag;
     if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
-    std::erase_if(e->result.findings, [](const Finding& f) { return f.id == "gaps"; });
+    e->Remove("gaps");
     AddImuJump(e, stream, step, jump);
     return;
   }

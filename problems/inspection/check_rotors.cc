@@ -99,9 +99,7 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read, c
   finding.repaired = true;
   StreamRepair change;
   change.order = best.channel;
-  for (const char* stream : {"rotors", "motors"}) {
-    if (stream == layout.stream) e->Repair(stream, change);
-  }
+  e->Repair(layout.stream, change);
   e->Add(finding);
 }
 

@@ -94,11 +94,6 @@ Eigen::Matrix3d ToUpright(const Eigen::Vector3d& force) {
   return best;
 }
 
-// Angle (rad) between a specific force and that of level flight, along -z.
-double LeanOf(const Eigen::Vector3d& force) {
-  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
-}
-
 // Whether an attitude that agrees with the gyroscope has the body upright on average.
 bool IsUprightByAttitude(const Examination& e) {
   if (e.rates.empty()) return false;

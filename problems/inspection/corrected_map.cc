@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::array<const char*, 4> kComponents = {"w", "x", "y", "z"};
 
-bool IsOneMatrix(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
-
 SourceAxes AxesOf(const YAML::Node& node, const SourceAxes& fallback) {
   return ReadAxes(YamlMap(node, "map", ""), fallback);
 }
@@ -32,13 +30,13 @@ void Multiply(YAML::Node node, const char* key, double factor, bool if_missing) 
 // A vector's axes and scale. `body`: whether its native axes are those of the body.
 void CorrectVector(YAML::Node stream, const char* field, const SourceAxes& outer, bool body,
                    const Eigen::Matrix3d& turn, double scale) {
-  if (IsOneMatrix(turn) && scale == 1.0) return;
+  if (IsIdentity(turn) && scale == 1.0) return;
   YAML::Node node = stream[field];
   const SourceAxes axes = AxesOf(node, AxesOf(stream, outer));
-  if (!IsOneMatrix(turn) && body && node["attitude"]) {  // given in earth axes
+  if (!IsIdentity(turn) && body && node["attitude"]) {  // given in earth axes
     const SourceAxes own = AxesOf(node["attitude"], axes);
     node["attitude"]["body"] = AxesNode(turn * own.body);
-  } else if (!IsOneMatrix(turn)) {
+  } else if (!IsIdentity(turn)) {
     node[body ? "body" : "earth"] = AxesNode(turn * (body ? axes.body : axes.earth));
   }
   if (scale == 1.0 || node["geodetic"]) return;
@@ -62,11 +60,11 @@ void CorrectAttitude(YAML::Node stream, const SourceAxes& outer, const StreamRep
   }
   const SourceAxes axes = AxesOf(stream, outer);
   // A position of the stream keeps its own earth.
-  if (!IsOneMatrix(repair.earth) && stream["position"] && !stream["position"]["earth"]) {
+  if (!IsIdentity(repair.earth) && stream["position"] && !stream["position"]["earth"]) {
     stream["position"]["earth"] = AxesNode(axes.earth);
   }
-  if (!IsOneMatrix(repair.earth)) stream["earth"] = AxesNode(repair.earth * axes.earth);
-  if (!IsOneMatrix(repair.body)) stream["body"] = AxesNode(repair.body * axes.body);
+  if (!IsIdentity(repair.earth)) stream["earth"] = AxesNode(repair.earth * axes.earth);
+  if (!IsIdentity(repair.body)) stream["body"] = AxesNode(repair.body * axes.body);
 }
 
 void AddOffset(YAML::Node time, double seconds) {

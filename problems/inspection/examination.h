@@ -100,6 +100,8 @@ void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding findin
 
 // deg, by which a rotation turns; 180 if `turn` is a reflection.
 double TurnSize(const Eigen::Matrix3d& turn);
+// rad, between a specific force and that of level flight, along -z.
+double LeanOf(const Eigen::Vector3d& force);
 
 // Texts shared by the steps.
 // "multiply its stamps by ... and add ..."; drift in s/s, about the log's start.

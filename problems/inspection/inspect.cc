@@ -125,6 +125,10 @@ double TurnSize(const Eigen::Matrix3d& turn) {
   return TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() / kDegree;
 }
 
+double LeanOf(const Eigen::Vector3d& force) {
+  return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
+}
+
 std::string DriftRemedy(const FlightLog& log, double drift) {
   const double scale = 1.0 / (1.0 + drift);
   return fmt::format("multiply its stamps by {:.7f} and add {:.3f} s (time: column, scale, offset)",

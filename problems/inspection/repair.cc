@@ -5,8 +5,6 @@
 namespace trueline {
 namespace {
 
-bool IsOne(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
-
 template <class Samples>
 void Shift(double seconds, Samples* samples) {
   if (seconds == 0.0) return;
@@ -49,11 +47,13 @@ void Repair(const StreamRepair& repair, const SourceAxes&, std::vector<ChannelsS
 
 }  // namespace
 
+bool IsIdentity(const Eigen::Matrix3d& m) { return m.isIdentity(1e-12); }
+
 bool StreamRepair::IsNone() const {
   const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
-  return same_order && time_offset == 0.0 && IsOne(earth) && IsOne(body) && IsOne(accel) &&
-         IsOne(gyro) && IsOne(position) && accel_scale == 1.0 && gyro_scale == 1.0 &&
-         position_scale == 1.0 && channel_scale == 1.0;
+  return same_order && time_offset == 0.0 && IsIdentity(earth) && IsIdentity(body) &&
+         IsIdentity(accel) && IsIdentity(gyro) && IsIdentity(position) && accel_scale == 1.0 &&
+         gyro_scale == 1.0 && position_scale == 1.0 && channel_scale == 1.0;
 }
 
 bool Repairs::IsNone() const {

@@ -12,6 +12,8 @@
 
 namespace trueline {
 
+bool IsIdentity(const Eigen::Matrix3d& m);  // but for rounding
+
 // Of one stream, in native axes; the identity unless stated.
 struct StreamRepair {
   double time_offset = 0.0;  // s, added to the stamps

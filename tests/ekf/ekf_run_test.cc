@@ -5,10 +5,10 @@
 
 #include "problems/calibration/estimators.h"
 #include "problems/common/error.h"
-#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
 #include "problems/vgd/gyro_scatter.h"
+#include "tests/common/arcs.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -18,8 +18,7 @@ const Eigen::Vector3d kAccelBias(0.12, -0.10, 0.15), kGyroBias(0.006, -0.004, 0.
 
 const FlightLog& Hippodrome() {
   static const FlightLog log = [] {
-    SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(
-        std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/simulate/hippodrome.yaml"));
+    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
     config.duration = 50.0;
     config.warm_up = 5.0;
     config.imu.rate = 256.0;
@@ -58,13 +57,7 @@ TEST(EkfRunTest, ConvergesToBiasesAndPredictsArcs) {
       EXPECT_EQ(found.status, "identified") << found.name;
     }
     EXPECT_LT(Quantile(Errors(run, 5), 0.5), 0.7);
-    int inside = 0, count = 0;
-    for (const WindowEstimate& window : run.windows) {
-      if (!window.arc) continue;
-      inside += window.arc->Inside95();
-      ++count;
-    }
-    EXPECT_GE(BinomialCdf(inside, count, 0.95), 0.01) << inside << " of " << count;
+    ExpectCovered(CountArcs(run));
   }
 }
 

@@ -6,13 +6,13 @@
 #include "problems/simulation/simulate.h"
 #include "problems/simulation/variant.h"
 #include "problems/vgd/vgd.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
 
 SimulationConfig ExactHippodrome() {
-  SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(
-      std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/simulate/hippodrome_exact.yaml"));
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact");
   config.duration = 16.0;
   config.warm_up = 5.0;
   config.imu.rate = 256.0;

@@ -8,6 +8,7 @@
 
 #include "cost_functions/fix_step_residual.h"
 #include "problems/common/error.h"
+#include "tests/common/arcs.h"
 #include "tests/vgd/flights.h"
 
 namespace trueline {
@@ -191,14 +192,9 @@ TEST(Passes, AFlightWithoutGatesCalibrates) {
   SimulationConfig config = Outdoors(90.0);
   const testing_vgd::Flight flight(config, 7, options);
   const EstimatorRun run = RunVgd(flight.data, options);
-  int arcs = 0, inside = 0;
-  for (const WindowEstimate& window : run.windows) {
-    if (!window.arc) continue;
-    ++arcs;
-    inside += window.arc->Inside95();
-  }
-  EXPECT_GE(arcs, 12);
-  EXPECT_GE(inside, 0.75 * arcs);
+  const ArcCount arcs = CountArcs(run);
+  EXPECT_GE(arcs.count, 12);
+  EXPECT_GE(arcs.inside, 0.75 * arcs.count);
   const WindowEstimate& last = run.windows.back();
   const ParameterEstimate& drag = testing_vgd::Find(last, "K_x");
   EXPECT_LT(std::abs(drag.value - config.vehicle.drag.x()), 4.0 * drag.sigma);

@@ -3,9 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "problems/result/distributions.h"
 #include "problems/result/statistics.h"
 #include "problems/simulation/simulate.h"
+#include "tests/common/arcs.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
@@ -14,8 +15,7 @@ const Eigen::Vector3d kAccelBias(0.12, -0.10, 0.15), kGyroBias(0.006, -0.004, 0.
 
 // Exact physics and near-exact fixes; AHRS off by a constant 0.7 to 1.1 deg.
 FlightLog BiasedFlight() {
-  SimulationConfig config = ReadSimulationConfig(YamlMap::FromFile(
-      std::filesystem::path(TRUELINE_TEST_SOURCE_DIR) / "config/simulate/hippodrome_exact.yaml"));
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome_exact");
   config.duration = 20.0;
   config.warm_up = 5.0;
   config.imu.accel_bias = kAccelBias;
@@ -72,15 +72,9 @@ TEST_F(VgdKinematicTest, WithoutInitialAttitudeTheAhrsErrorRemains) {
 }
 
 TEST_F(VgdKinematicTest, CovarianceCoversTheArcsEnd) {
-  const EstimatorRun run = Run(KinematicOptions());
-  int inside = 0, count = 0;
-  for (const WindowEstimate& window : run.windows) {
-    if (!window.arc) continue;
-    inside += window.arc->Inside95();
-    ++count;
-  }
-  EXPECT_GE(count, 3);
-  EXPECT_GE(BinomialCdf(inside, count, 0.95), 0.01);
+  const ArcCount arcs = CountArcs(Run(KinematicOptions()));
+  EXPECT_GE(arcs.count, 3);
+  ExpectCovered(arcs);
 }
 
 }  // namespace
