@@ -57,7 +57,7 @@ constexpr char kCorrectedMap[] = "corrected_map.yaml";
 struct Opened {
   FlightLog log;
   YAML::Node map;
-  AttitudeSources sources;
+  FileAttitudes sources;
   std::vector<std::string> files;  // of the map's inputs
 };
 
@@ -79,7 +79,7 @@ Opened OpenForeign() {
   opened.map = YAML::LoadFile(map.file);
   map.cut.min_height.reset();
   map.fixes_from_mocap.reset();
-  opened.sources = AttitudeSourcesOf(map);
+  opened.sources = FileAttitudesOf(map);
   opened.log = ConvertLog(map, opened.files, {});
   return opened;
 }

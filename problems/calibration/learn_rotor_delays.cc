@@ -48,7 +48,7 @@ double LearnGyroDelay(const RotorAeroModel& model, const FlightLog& log, const R
   const double range = period * std::exp2(std::ceil(std::log2(kDelayRange / period)));
   const auto likelihood = [&](double delay) {
     RotorData shifted = data;
-    TakeGyroLater(log, delay, &shifted);
+    DelayGyro(log, delay, &shifted);
     return RunOrDiverge(model, shifted, options).log_likelihood;
   };
   return Peak(likelihood, period * std::round(centre / period), range, 1.5 * period);

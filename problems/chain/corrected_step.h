@@ -27,10 +27,10 @@ struct ChainStep {
 
 class StepCorrector {
  public:
-  // Before another solve.
-  void Forget() { last_.reset(); }
-  // The part of the last step that was taken.
-  void Took(double part) { part_ = part; }
+  // Forgets the last step, before another solve.
+  void Reset() { last_.reset(); }
+  // Sets the part of the last step that was taken.
+  void SetPart(double part) { part_ = part; }
   // The step to take instead of `proposed`, which Gauss-Newton proposes now; none where the last
   // step tells nothing of this one. `hessian`: of the border, the nodes at their best; it measures
   // steps.
@@ -47,8 +47,8 @@ class StepCorrector {
     step.Add(-share, change);
     return step;
   }
-  // That the corrected step is taken; else it is the proposed one.
-  void Takes(const ChainStep& corrected) { last_->step = corrected; }
+  // States that the corrected step is taken; otherwise the proposed one is.
+  void UseCorrected(const ChainStep& corrected) { last_->step = corrected; }
 
  private:
   static constexpr double kLeast = -0.5, kMost = 0.9;  // of the correction

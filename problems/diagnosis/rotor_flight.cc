@@ -1,21 +1,16 @@
 #include "problems/diagnosis/rotor_flight.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "problems/calibration/learn_rotor_noise.h"
-#include "problems/chain/bounded_step.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
-constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
-constexpr double kLearnOn = 10.0;      // s of flight that noise is learned on
-constexpr double kNearStep = 0.4;      // of the logarithm, where noise is learned again
+constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
+constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
 constexpr int kHalvings = 3;
 constexpr int kMostSteps = 4;  // of a refinement
 // A search that rejects a cause returns to the fit before it.
@@ -24,23 +19,6 @@ constexpr std::size_t kMostKept = 3;
 constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
 constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
 constexpr double kRough = 0.01;      // that tolerance while causes are refined
-
-class RotorLinearisation : public Linearisation {
- public:
-  explicit RotorLinearisation(RotorNormal normal) : normal_(std::move(normal)) {
-    nuisances = Range(0, normal_.constants());
-  }
-  const Eigen::MatrixXd& M() const override { return normal_.M(); }
-  const Eigen::VectorXd& b() const override { return normal_.b(); }
-  int clusters() const override { return normal_.clusters(); }
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
-                                  const Eigen::MatrixXd& v) const override {
-    return normal_.ClusterProducts(e, v);
-  }
-
- private:
-  RotorNormal normal_;
-};
 
 // Lowest height of the flight above the floor (p_z = 0), m.
 double LowestHeight(const RotorData& data) {
@@ -58,14 +36,6 @@ bool AppliesTo(const RotorSetup& setup, const EffectInfo& info) {
   }
   if (info.id == "motor_lag") return !setup.data->motors;
   return info.id != "ground_effect" || LowestHeight(*setup.data) > kOnTheFloor;
-}
-
-// The size of each parameter that one unit of a column at this value stands for.
-Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
-  const double share = value == candidate.Neutral() ? 1.0 : kLocal;
-  Eigen::VectorXd units(candidate.size());
-  for (int i = 0; i < units.size(); ++i) units[i] = share * candidate.info->parameters[i].step;
-  return units;
 }
 
 // `found` with values halfway to those of `to`, which has the same causes.
@@ -150,31 +120,6 @@ RotorBatchOptions RotorDrivenFlight::BatchOptions() const {
   return {options_.noise, fit_.setup->prior, options_.robust_pose};
 }
 
-std::vector<RotorVariant> RotorDrivenFlight::VariantsFor(const Candidate& candidate,
-                                                         const Eigen::VectorXd& value,
-                                                         const std::vector<Effect>& others) const {
-  const Eigen::VectorXd moves = UnitsAt(candidate, value);
-  std::vector<RotorVariant> variants;
-  for (int i = 0; i < value.size(); ++i) {
-    std::vector<Effect> effects = others;
-    effects.push_back(candidate.At(value + moves[i] * Eigen::VectorXd::Unit(value.size(), i)));
-    variants.push_back(VariantOf(log_, options_, *lagged_, *fit_.setup, effects));
-  }
-  return variants;
-}
-
-std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
-  std::vector<RotorVariant> variants;
-  for (std::size_t k = 0; k < fit_.found.size(); ++k) {
-    std::vector<Effect> others = EffectsOf(fit_.found);
-    others.erase(others.begin() + static_cast<long>(k));
-    for (RotorVariant& v : VariantsFor(fit_.found[k].candidate, fit_.found[k].value, others)) {
-      variants.push_back(std::move(v));
-    }
-  }
-  return variants;
-}
-
 void RotorDrivenFlight::Solve(const std::vector<Found>& found, const RotorBatchResult* start,
                               const RotorWeights* weights, double negligible) {
   fit_.found = found;
@@ -221,46 +166,6 @@ RotorBatchResult RotorDrivenFlight::WithCovariance() const {
   if (fit_.batch.cov.size() > 0) return fit_.batch;
   const RotorWeights weights = fit_.weights.By();
   return RunRotorBatch(fit_.setup->model, *fit_.setup->data, BatchOptions(), &fit_.batch, &weights);
-}
-
-const RotorNormal& RotorDrivenFlight::Normal() const {
-  if (!normal_) {
-    normal_.emplace(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                    ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster);
-  }
-  return *normal_;
-}
-
-int RotorDrivenFlight::clusters() const { return ClusterCount(*fit_.setup->data, kRotorCluster); }
-
-bool RotorDrivenFlight::Step(std::vector<Found>* found) const {
-  constexpr double kSmall = 0.1;  // sigmas
-  const RotorWeights weights = fit_.weights.By();
-  const RotorNormal normal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                           ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster,
-                           &weights);
-  Eigen::VectorXd lowest = Eigen::VectorXd::Constant(normal.border(), -INFINITY);
-  int at = constants();
-  for (const Found& f : *found) {
-    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
-    for (int i = 0; i < f.value.size(); ++i, ++at) {
-      const EffectParameterInfo& info = f.candidate.info->parameters[i];
-      if (!info.either_sign) lowest[at] = (1e-3 * info.step - f.value[i]) / units[i];
-    }
-  }
-  const Eigen::VectorXd highest = Eigen::VectorXd::Constant(normal.border(), INFINITY);
-  const Eigen::VectorXd z = BoundedStep(normal.M(), normal.b(), lowest, highest);
-  const Eigen::VectorXd sigma = normal.Covariance().diagonal().cwiseSqrt();
-  bool settled = true;
-  at = constants();
-  for (Found& f : *found) {
-    const Eigen::VectorXd units = UnitsAt(f.candidate, f.value);
-    for (int i = 0; i < f.value.size(); ++i, ++at) {
-      f.value[i] += z[at] * units[i];
-      settled = settled && std::abs(z[at]) < kSmall * sigma[at];
-    }
-  }
-  return settled;
 }
 
 std::vector<Found> RotorDrivenFlight::AtLastFit(const std::vector<Found>& found,
@@ -361,56 +266,6 @@ void RotorDrivenFlight::Keep() {
   if (kept_.size() > kMostKept) kept_.pop_back();
 }
 
-std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
-    const std::vector<Candidate>& candidates, bool terms) const {
-  std::vector<RotorVariant> variants;
-  if (!candidates.empty() || terms) variants = VariantsOfFound();
-  const std::vector<Effect> effects = EffectsOf(fit_.found);
-  for (const Candidate& c : candidates) {
-    for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
-  }
-  const RotorTerms library = terms ? MakeRotorTerms(*fit_.setup) : RotorTerms();
-  auto fit =
-      candidates.empty() && !terms
-          ? std::make_unique<RotorLinearisation>(Normal())
-          : std::make_unique<RotorLinearisation>(RotorNormal(
-                fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                ColumnsOf(*fit_.setup, std::move(variants), terms ? &library.columns : nullptr),
-                kRotorCluster));
-  int at = constants();
-  const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
-  for (const Found& f : fit_.found) {
-    fit->found.push_back({next(f.candidate.size()), UnitsAt(f.candidate, f.value)});
-  }
-  for (const Candidate& c : candidates) {
-    fit->candidates.push_back({next(c.size()), UnitsAt(c, c.Neutral())});
-  }
-  for (const RotorTerm& term : library.terms) {
-    fit->terms.push_back(
-        {term.name, next(term.count), Eigen::VectorXd::Zero(term.count), term.held});
-  }
-  return fit;
-}
-
-std::vector<TermMotion> RotorDrivenFlight::Motions() const {
-  return MotionsOf(*fit_.setup, fit_.batch);
-}
-
-std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
-    const std::vector<TermForm>& terms) const {
-  const RotorColumns columns = OpenRotorTerms(*fit_.setup, terms);
-  std::vector<RotorVariant> variants = VariantsOfFound();
-  const int modelled = constants() + static_cast<int>(variants.size());
-  auto fit = std::make_unique<RotorLinearisation>(
-      RotorNormal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                  ColumnsOf(*fit_.setup, std::move(variants), &columns), kRotorCluster));
-  fit->nuisances = Range(0, modelled);
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});
-  }
-  return fit;
-}
-
 std::vector<std::string> RotorDrivenFlight::Constants() const {
   std::vector<std::string> names;
   for (const int constant : fit_.setup->prior.Free())
@@ -420,37 +275,6 @@ std::vector<std::string> RotorDrivenFlight::Constants() const {
 
 std::vector<Effect> RotorDrivenFlight::KnownEffects() const {
   return EffectsBesideConstants(options_.effects, fit_.setup->prior);
-}
-
-std::vector<std::string> RotorDrivenFlight::ExtraordinaryNoise() const {
-  constexpr double kTimesStated = 3.0;
-  constexpr double kForce = 0.5;  // m/s^2/sqrt(Hz)
-  constexpr double kTurn = 10.0;  // rad/s^2/sqrt(Hz)
-  constexpr double kDrift = 5.0;  // rad/s^2
-  const RotorNoise& learned = options_.noise;
-  std::vector<std::string> findings;
-  const auto sensor = [&](double is, double said, const std::string& what) {
-    if (is > kTimesStated * said) {
-      findings.push_back(fmt::format("{} that scatters {:.1f} times as stated", what, is / said));
-    }
-  };
-  sensor(learned.accel, stated_.accel, "an accelerometer");
-  sensor(learned.gyro, stated_.gyro, "a gyro");
-  sensor(learned.position, stated_.position, "a position");
-  sensor(learned.attitude, stated_.attitude, "an attitude");
-  if (learned.force_density > kForce) {
-    findings.push_back(
-        fmt::format("unmodelled white forces of {:.2f} m/s^2/sqrt(Hz)", learned.force_density));
-  }
-  if (learned.angular_density > kTurn) {
-    findings.push_back(fmt::format("unmodelled white moments of {:.1f} rad/s^2/sqrt(Hz)",
-                                   learned.angular_density));
-  }
-  if (learned.angular_drift > kDrift) {
-    findings.push_back(fmt::format("unmodelled moments that last, of {:.1f} rad/s^2 for {:.1f} s",
-                                   learned.angular_drift, learned.angular_drift_time));
-  }
-  return findings;
 }
 
 }  // namespace trueline

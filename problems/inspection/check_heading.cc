@@ -51,8 +51,7 @@ void AddUndecided(Examination* e, const std::string& stream, const Heading& head
   finding.level = Level::kFatal;
   finding.text = fmt::format(
       "the changes of velocity of {}.csv do not fit attitude and accelerometer as read: either "
-      "north "
-      "of attitude.csv is turned by {:.0f} +- {:.1g} deg ({:.0f} % explained), or the "
+      "north of attitude.csv is turned by {:.0f} +- {:.1g} deg ({:.0f} % explained), or the "
       "accelerometer's axes are {} ({:.0f} %). The log does not show which of the two is wrong",
       stream, finding.size, finding.sigma, 100.0 * (1.0 - heading.left), AxesText(other.turn),
       100.0 * (1.0 - other.heading.left));

@@ -74,7 +74,7 @@ std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
                                 const std::vector<AttitudeSample>& attitude,
                                 const RunningIntegral<3>& gyro, double lag) {
   const auto own = e.sources.find(stream);
-  const AttitudeSource source = own == e.sources.end() ? AttitudeSource{} : own->second;
+  const FileAttitude source = own == e.sources.end() ? FileAttitude{} : own->second;
   std::vector<FormTrial> trials;
   for (const Form& form : kForms) {
     if (!source.is_quaternion && form.order != kForms.front().order) continue;

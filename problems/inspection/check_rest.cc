@@ -92,8 +92,7 @@ void CheckRest(Examination* e) {
                     rest.seconds, rest.rate.x(), rest.rate.y(), rest.rate.z());
     finding.remedy =
         "subtract it (gyro: offset in the map, in the file's own axes: for body: FLU with the "
-        "signs "
-        "of y and z changed), or let the vehicle rest at the start";
+        "signs of y and z changed), or let the vehicle rest at the start";
     e->Add(finding);
   }
 }

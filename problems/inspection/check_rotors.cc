@@ -152,8 +152,7 @@ void CheckLag(Examination* e, const RotorLayout& layout) {
   finding.sigma = 0.01;
   finding.text = fmt::format(
       "the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
-      "accelerations "
-      "explained to {:.0f}, {:.0f} and {:.0f} %)",
+      "accelerations explained to {:.0f}, {:.0f} and {:.0f} %)",
       std::abs(layout.lag), layout.lag > 0.0 ? "later" : "earlier", layout.stream,
       100.0 * layout.explained.x(), 100.0 * layout.explained.y(), 100.0 * layout.explained.z());
   AddClockOffset(e, -layout.lag, finding);

@@ -122,8 +122,7 @@ void CheckBodyUp(Examination* e) {
   finding.error = e->log.gravity * 2.0 * std::sin(0.5 * lean);
   finding.text = fmt::format(
       "in calm flight or at rest the specific force is ({:.1f}, {:.1f}, {:.1f}) m/s^2, where a "
-      "body "
-      "in forward-right-down axes reads (0, 0, {:.1f})",
+      "body in forward-right-down axes reads (0, 0, {:.1f})",
       force.x(), force.y(), force.z(), -e->log.gravity);
   if (repair.isIdentity()) {
     finding.remedy =
@@ -229,8 +228,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   finding.error = 2.0 * e->log.gravity;
   finding.text = fmt::format(
       "the specific force, turned to earth axes by {}.csv, points along its +z axis ({:.1f} "
-      "m/s^2): "
-      "the attitude's earth has z up, where north-east-down is stated",
+      "m/s^2): the attitude's earth has z up, where north-east-down is stated",
       witness.stream, ForceBy(*e, witness.stream).z());
   finding.remedy =
       "state `earth: NWU` (or ENU, which differs by a quarter turn of heading) for the stream";

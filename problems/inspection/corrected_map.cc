@@ -123,8 +123,8 @@ void CorrectStream(const YAML::Node& map, const SourceAxes& outer, const StreamR
 
 }  // namespace
 
-AttitudeSources AttitudeSourcesOf(const ImportMap& map) {
-  AttitudeSources sources;
+FileAttitudes FileAttitudesOf(const ImportMap& map) {
+  FileAttitudes sources;
   for (const auto& [name, stream] : map.streams) {
     for (const FieldSource& field : stream.fields) {
       if (*field.key.c_str() != '\0' || !field.attitude) continue;

@@ -20,7 +20,7 @@ struct NativeMap {
 NativeMap MapOfNativeLog(const FlightLog& log);
 
 // How the map's attitudes are stated in their files, by stream.
-AttitudeSources AttitudeSourcesOf(const ImportMap& map);
+FileAttitudes FileAttitudesOf(const ImportMap& map);
 
 // `map` (the file's content) with the repairs. Streams that are a list are repaired in each entry.
 YAML::Node CorrectMap(const YAML::Node& map, const Repairs& repairs);

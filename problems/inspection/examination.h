@@ -33,12 +33,12 @@ struct KnownUnit {
 };
 // The unit whose factor is `factor` but for a usual bias of a sensor (5 %); null if there is none.
 const KnownUnit* UnitNear(const std::string& si, double factor);
-// "; it is the factor of g (9.80665), which is used"; empty for null.
+// ": the factor of g (9.80665) but for a usual bias, which is used"; empty for null.
 std::string UnitText(const KnownUnit* unit);
 
 struct Examination {
   const FlightLog& log;
-  const AttitudeSources& sources;
+  const FileAttitudes& sources;
   FlightLog fixed;
   Inspection result;
   std::vector<RateWitness> rates;
@@ -74,6 +74,10 @@ void CheckGravity(Examination* e);
 void CheckHeading(Examination* e);
 // Axes, scale and clock of positions, by the accelerometer.
 void CheckPositions(Examination* e);
+// Clock or axes of the fixes, by mocap with the same origin.
+void CheckPlacement(Examination* e);
+// One column of the fixes that differs from mocap's far more than the others.
+void CheckSpread(Examination* e);
 // Whether a part of the fixes fits mocap at another lag than the rest.
 void CheckClockJump(Examination* e);
 // Order and spin of rotors, by the body's angular acceleration; clock of rotors and motors.

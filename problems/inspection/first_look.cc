@@ -63,7 +63,7 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   const bool is_long =
       log.imu.size() > 1 && SecondsBetween(log.imu.front().t, log.imu.back().t) > 2.0 * kExcerpt;
   if (!is_long) return Inspect(log, {}).findings;
-  const AttitudeSources sources;
+  const FileAttitudes sources;
   Examination whole{log, sources, {}, {}, {}, {}};
   CheckCover(&whole);
   std::vector<Finding> findings = whole.result.findings;

@@ -139,7 +139,7 @@ std::string LateText(double seconds) {
   return fmt::format("{:.3f} s {}", std::abs(seconds), seconds > 0.0 ? "later" : "earlier");
 }
 
-Inspection Inspect(const FlightLog& log, const AttitudeSources& sources) {
+Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
   Examination e{log, sources, log, {}, {}, {}};
   e.result.streams = CheckStreams(log, &e.result.findings);
   CheckCover(&e);

@@ -31,6 +31,6 @@ struct Inspection {
 };
 
 // `sources`: see repair.h. Nothing of `log` is changed.
-Inspection Inspect(const FlightLog& log, const AttitudeSources& sources);
+Inspection Inspect(const FlightLog& log, const FileAttitudes& sources);
 
 }  // namespace trueline

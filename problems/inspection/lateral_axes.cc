@@ -30,7 +30,7 @@ struct Look {
 
 // The clock of mocap and poses is known by their turns. Fixes that are late take a part of thrust
 // for a lateral force.
-void TakeOutLag(const Examination& e, PositionWitness* witness) {
+void RemoveLag(const Examination& e, PositionWitness* witness) {
   const RunningIntegral<3> force = ForceIntegral(e.fixed, witness->attitude);
   const auto match = MatchVectors(AccelerationPairs(force, witness->bends), kPositionLag);
   if (!match) return;
@@ -42,7 +42,7 @@ std::vector<Look> LooksAt(const Examination& e, const std::string& stream) {
   for (const double wider : kWidths) {
     auto witness = PositionWitnessOf(e, stream, wider);
     if (!witness || witness->noise > kMostNoise) continue;
-    if (stream == "fixes") TakeOutLag(e, &*witness);
+    if (stream == "fixes") RemoveLag(e, &*witness);
     const auto bends = InEarthOfAttitude(e, *witness);
     if (!bends) continue;
     looks.push_back({*witness, *bends, *bends});

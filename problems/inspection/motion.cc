@@ -46,7 +46,7 @@ RunningIntegral<N> IntegralAtImu(const FlightLog& log, const std::vector<Attitud
   AtImu(log, attitude, [&](std::size_t i, const Eigen::Quaterniond& q) {
     once.Add(clock(log.imu[i].t), value(q, log.imu[i].accel));
   });
-  return std::move(once).Again();
+  return std::move(once).Integrated();
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repai
       .normalized();
 }
 
-void ApplyRepairs(const Repairs& repairs, const AttitudeSources& sources, FlightLog* log) {
+void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLog* log) {
   ForEachStream(*log, [&](const Stream& stream, auto& samples) {
     const auto found = repairs.streams.find(stream.name);
     if (found == repairs.streams.end()) return;

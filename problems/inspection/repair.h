@@ -44,17 +44,17 @@ struct Repairs {
 
 // How the file states an attitude. The order of a quaternion's components is that in the file's
 // axes.
-struct AttitudeSource {
+struct FileAttitude {
   SourceAxes axes;
   bool is_quaternion = true;  // otherwise Euler angles
 };
 // By stream; NED, FRD and a quaternion where none is stated.
-using AttitudeSources = std::map<std::string, AttitudeSource>;
+using FileAttitudes = std::map<std::string, FileAttitude>;
 
 // The quaternion that the file's components mean when they are read as `repair` says.
 Eigen::Quaterniond Reread(const Eigen::Quaterniond& q, const StreamRepair& repair,
                           const SourceAxes& axes);
 
-void ApplyRepairs(const Repairs& repairs, const AttitudeSources& sources, FlightLog* log);
+void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLog* log);
 
 }  // namespace trueline

@@ -68,7 +68,7 @@ RunningIntegral<kMostRotors> SquaresOf(const FlightLog& log,
     if (t < -kAround || t > end + kAround) continue;
     squares.Add(t, squares_of(sample) / *scale);
   }
-  return std::move(squares).Again();
+  return std::move(squares).Integrated();
 }
 
 class LayoutFit {

@@ -30,7 +30,7 @@ class RunningIntegral {
   }
 
   // The integral of the integral.
-  RunningIntegral Again() && {
+  RunningIntegral Integrated() && {
     Vector before = Vector::Zero(), sum = Vector::Zero();
     for (std::size_t k = 0; k < integral_.size(); ++k) {
       if (k > 0) sum += 0.5 * step_ * (before + integral_[k]);

@@ -75,8 +75,7 @@ std::string RankingTable(const Ranking& ranking) {
   std::string text = fmt::format(
       "sigma_min of the E2LOG Gramian of {}, order {}, segments of {:g} s {}, other states {}, "
       "outputs weighted by {}, columns scaled by {}\nsigma: Cramer-Rao bound by the sensors' "
-      "noise, "
-      "all states unknown\n\n{:>4}  {:>11} {:>10}",
+      "noise, all states unknown\n\n{:>4}  {:>11} {:>10}",
       fmt::join(options.show, ", "), options.e2log.order, options.e2log.segment,
       options.e2log.chained ? "chained" : "summed",
       options.marginalise ? "marginalised" : "taken as known",

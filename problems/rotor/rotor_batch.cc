@@ -137,7 +137,7 @@ class Batch {
     if (!corrected) return slope;
     const double of_corrected = slope_to(*corrected);
     if (of_corrected > kDescent * slope) return slope;
-    corrector_.Takes(*corrected);
+    corrector_.UseCorrected(*corrected);
     step_ = *corrected;
     return of_corrected;
   }
@@ -145,7 +145,7 @@ class Batch {
   bool Try(double part, double* cost) {
     RotorConstants step = RotorConstants::Zero();
     step(options_.prior.Free()) = part * step_.border;
-    corrector_.Took(part);
+    corrector_.SetPart(part);
     at_.chart = flat_.empty() ? MovedInChart(start_.chart, step) : start_.chart + step;
     for (std::size_t i = 0; i < at_.nodes.size(); ++i) {
       at_.nodes[i] = Plus(start_.nodes[i], RotorNodeError(part * step_.nodes[i]));
@@ -250,7 +250,7 @@ class Batch {
     flat_.clear();
     freed_ = false;
     do {
-      corrector_.Forget();
+      corrector_.Reset();
       const DampedResult solved = MinimiseDamped(this, options_.max_iterations);
       result->converged = solved.converged;
       result->iterations += solved.iterations;

@@ -164,7 +164,7 @@ void AddImuAndPoses(const FlightLog& log, const std::vector<PoseSample>& poses, 
                     "has a gap there, choose another part by start and end",
                     data->imu.size(), data->poses.size(), SecondsBetween(span.begin, span.end)));
   }
-  if (options.gyro_delay != 0.0) TakeGyroLater(log, options.gyro_delay, data);
+  if (options.gyro_delay != 0.0) DelayGyro(log, options.gyro_delay, data);
 }
 
 }  // namespace
@@ -177,9 +177,9 @@ const RotorPose* PoseNear(const RotorData& data, double t) {
   return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
 }
 
-void RotorData::TakeSpeeds(const Eigen::MatrixXd& taken) {
-  for (Eigen::Index i = 0; i < taken.rows(); ++i) {
-    for (Eigen::Index r = 0; r < taken.cols(); ++r) speeds[i][r] = taken(i, r);
+void RotorData::SetSpeeds(const Eigen::MatrixXd& smooth) {
+  for (Eigen::Index i = 0; i < smooth.rows(); ++i) {
+    for (Eigen::Index r = 0; r < smooth.cols(); ++r) speeds[i][r] = smooth(i, r);
   }
   if (speed_lag > 0.0) Follow(speed_lag, this);
 }
@@ -239,7 +239,7 @@ void RotorData::SimulateMotors(const MotorValues& at) {
   }
 }
 
-void TakeGyroLater(const FlightLog& log, double delay, RotorData* data) {
+void DelayGyro(const FlightLog& log, double delay, RotorData* data) {
   auto after = log.imu.begin();
   for (RotorImu& row : data->imu) {
     const TimeNs t = data->origin + FromSeconds(row.t + delay);
@@ -284,7 +284,7 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
   if (options.smooth_rotors) measured.model = LearnSpeedModel(data.speed_times, measured.speeds);
   if (options.weigh_speed_noise) data.speed_density = DensityOf(measured.model, data.speed_times);
   data.speed_lag = options.motor_lag;
-  data.TakeSpeeds(SmoothSpeeds(data.speed_times, measured.speeds, measured.model));
+  data.SetSpeeds(SmoothSpeeds(data.speed_times, measured.speeds, measured.model));
   return data;
 }
 

@@ -66,8 +66,8 @@ struct RotorData {
   double added_lag = 0.0;  // s, of the motors beyond the unknown motor_lag
   std::vector<std::vector<MotorValues>> slopes;
 
-  // Takes these (rad/s, by time, then rotor) for the measured speeds without their noise.
-  void TakeSpeeds(const Eigen::MatrixXd& taken);
+  // Replaces the measured speeds by these without noise (rad/s, by time, then rotor).
+  void SetSpeeds(const Eigen::MatrixXd& smooth);
   // Recomputes the speeds from the commands at other values of the unknowns, or at the nearest that
   // motors can have.
   void SimulateMotors(const MotorValues& at);
@@ -96,9 +96,9 @@ struct RotorDataOptions {
   double duration = 0.0;    // s; 0: to the end
 };
 
-// Takes the gyroscope's readings of `data` from `log` again, this much (s) after their stamps:
-// linear between samples, constant outside.
-void TakeGyroLater(const FlightLog& log, double delay, RotorData* data);
+// Reads the gyroscope of `data` from `log` again, `delay` (s) after its stamps: linear between
+// samples, constant outside.
+void DelayGyro(const FlightLog& log, double delay, RotorData* data);
 
 // Cuts the log to the time that all streams cover. Throws InputError naming a stream that is
 // missing, too short or not positive (battery), or for a motor lag that is not positive.

@@ -206,7 +206,7 @@ std::vector<SegmentModel> WeighedSegments(const RotorAeroModel& model, const Rot
   const std::vector<SegmentModel> weighed =
       SegmentsWeighedAt(weights.model, weights.data, options, weights.at);
   ParallelRuns(static_cast<int>(segments.size()), kSegmentsInARow,
-               [&](int i) { segments[i].TakeWeight(weighed[i]); });
+               [&](int i) { segments[i].CopyWeight(weighed[i]); });
   return segments;
 }
 

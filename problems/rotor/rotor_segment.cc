@@ -250,7 +250,7 @@ void SegmentModel::SetWeight(const SegmentPath& path) {
   weight_.End(Weight::State::Constant(kFloor * kFloor));
 }
 
-void SegmentModel::TakeWeight(const SegmentModel& other) {
+void SegmentModel::CopyWeight(const SegmentModel& other) {
   CHECK_EQ(segment_.num_imu, other.segment_.num_imu) << "another segment";
   weight_ = other.weight_;
   weight_arm_ = other.weight_arm_;

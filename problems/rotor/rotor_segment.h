@@ -79,7 +79,7 @@ class SegmentModel {
   // Evaluates the covariance of the rows along this path, for Whiten.
   void SetWeight(const SegmentPath& path);
   // Whitens as `other` does, a model of the same segment.
-  void TakeWeight(const SegmentModel& other);
+  void CopyWeight(const SegmentModel& other);
   // False if there is none (SegmentWeight::IsRegular).
   bool HasWeight() const { return weight_.IsRegular(); }
   // Multiplies by L^-1 of the covariance L L'.

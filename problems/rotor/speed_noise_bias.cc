@@ -33,7 +33,7 @@ RotorBatchResult WithoutSpeedNoiseBias(const RotorAeroModel& model, const RotorD
   RotorData trial = data;
   const auto fit = [&](const Eigen::MatrixXd& speeds, const RotorBatchOptions& how,
                        const RotorBatchResult& start) {
-    trial.TakeSpeeds(SmoothSpeeds(data.speed_times, speeds, measured.model, kAgain));
+    trial.SetSpeeds(SmoothSpeeds(data.speed_times, speeds, measured.model, kAgain));
     return RunRotorBatch(model, trial, how, &start);
   };
   RotorBatchResult corrected = fit(measured.speeds, options, batch);

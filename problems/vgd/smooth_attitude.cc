@@ -21,9 +21,9 @@ Quaterniond Turn(const Vector3d& v) {
 }
 
 // The gyroscope's integral, for times that ascend. Samples are joined by straight lines.
-class GyroIntegral {
+class GyroCursor {
  public:
-  GyroIntegral(const std::vector<ImuSample>& imu, double max_gap) : imu_(imu), max_gap_(max_gap) {}
+  GyroCursor(const std::vector<ImuSample>& imu, double max_gap) : imu_(imu), max_gap_(max_gap) {}
 
   // rad in I; none outside of the stream or in a gap.
   std::optional<Vector3d> At(TimeNs t) {
@@ -128,7 +128,7 @@ std::vector<AttitudeSample> SmoothAttitude(const std::vector<ImuSample>& imu,
   if (attitude.empty() || imu.empty()) return attitude;
   std::vector<Vector3d> changes;  // rad in E', of the attitude less those of the gyroscope
   std::vector<double> seconds;
-  GyroIntegral gyro(imu, max_gap);
+  GyroCursor gyro(imu, max_gap);
   auto begin = gyro.At(attitude.front().t);
   for (std::size_t i = 0; i + 1 < attitude.size(); ++i) {
     const auto end = gyro.At(attitude[i + 1].t);

@@ -39,10 +39,10 @@ int Steps(const Cost& cost, bool correct, double part = 1.0) {
   for (; z.norm() > 1e-9 && count < 100; ++count) {
     ChainStep step = cost.Proposed(z);
     if (const auto corrected = corrector.Correct(cost.known(), step); corrected && correct) {
-      corrector.Takes(*corrected);
+      corrector.UseCorrected(*corrected);
       step = *corrected;
     }
-    corrector.Took(part);
+    corrector.SetPart(part);
     z += part * step.border;
     node += part * step.nodes[0].col(0);
     EXPECT_NEAR((node - Cost::NodeOf(z)).norm(), 0.0, 1e-9);
@@ -72,7 +72,7 @@ TEST(CorrectedStep, FirstStepOfASolveIsGaussNewtons) {
   const ChainStep step = cost.Proposed({1.0, 2.0, 3.0});
   EXPECT_FALSE(corrector.Correct(cost.known(), step));
   EXPECT_TRUE(corrector.Correct(cost.known(), cost.Proposed({-0.7, -1.4, -2.1})));
-  corrector.Forget();
+  corrector.Reset();
   EXPECT_FALSE(corrector.Correct(cost.known(), step));
 }
 

@@ -46,7 +46,7 @@ TEST(RunningIntegral, IsThatOfStraightLinesAndKnowsGaps) {
   EXPECT_TRUE(once.Knows(0.1, 1.9));
   EXPECT_FALSE(once.Knows(1.9, 3.1));
   EXPECT_FALSE(once.Knows(4.0, 5.1));
-  const RunningIntegral<1> twice = std::move(once).Again();
+  const RunningIntegral<1> twice = std::move(once).Integrated();
   const auto exact = [](double t) { return 0.5 * t * t + t * t * t / 3.0; };
   EXPECT_NEAR(twice.At(1.5)[0], exact(1.5), 1e-3);
 }
