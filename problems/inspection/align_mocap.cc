@@ -7,7 +7,7 @@
 
 #include "problems/inspection/examination.h"
 #include "problems/inspection/motion.h"
-#include "problems/vgd/attitude_cursor.h"
+#include "problems/log/attitude_cursor.h"
 
 namespace trueline {
 namespace {

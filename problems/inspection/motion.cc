@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
-#include "problems/vgd/attitude_cursor.h"
 
 namespace trueline {
 namespace {

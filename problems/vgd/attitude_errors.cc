@@ -6,7 +6,7 @@
 
 #include "cost_functions/models/complementary_filter.h"
 #include "problems/common/units.h"
-#include "problems/vgd/attitude_cursor.h"
+#include "problems/log/attitude_cursor.h"
 #include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "problems/common/error.h"
+#include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
-#include "problems/vgd/attitude_cursor.h"
 #include "problems/vgd/term_series.h"
 
 namespace trueline {

@@ -6,7 +6,7 @@
 
 #include "problems/common/random.h"
 #include "problems/common/units.h"
-#include "problems/vgd/attitude_cursor.h"
+#include "problems/log/attitude_cursor.h"
 #include "problems/vgd/rough_path.h"
 #include "tests/simulation/short_flight.h"
 #include "tests/vgd/tilt_noise.h"
