@@ -98,9 +98,7 @@ int FlightPlan::ClusterAt(TimeNs t) const {
 }
 
 int FlightPlan::SegmentOf(TimeNs t) const {
-  const auto it =
-      std::lower_bound(segments.begin(), segments.end(), t,
-                       [](const SegmentSpan& s, TimeNs value) { return s.end < value; });
+  const auto it = std::ranges::lower_bound(segments, t, {}, &SegmentSpan::end);
   return it == segments.end() ? static_cast<int>(segments.size()) - 1
                               : static_cast<int>(it - segments.begin());
 }

@@ -111,8 +111,7 @@ void ReplayFrom(const Replays& replays, int segment, const std::vector<double>& 
 
 // Gate of the nearest fix within a second, and the distance to it (m).
 void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, ReplaySituation* at) {
-  const auto after = std::lower_bound(log.fixes.begin(), log.fixes.end(), t,
-                                      [](const Fix& f, TimeNs value) { return f.t < value; });
+  const auto after = std::ranges::lower_bound(log.fixes, t, {}, &Fix::t);
   double nearest = 1.0;  // s
   const auto consider = [&](const Fix& fix) {
     if (fix.gate < 0 || std::abs(SecondsBetween(t, fix.t)) > nearest) return;
@@ -172,8 +171,7 @@ ReplaySituation ImuDrivenFlight::SituationOf(const ReplayError& replay) const {
     at.acceleration = (next - v_E).norm() / h;
   }
   at.thrust = -drive.a_z;
-  const auto imu = std::lower_bound(log.imu.begin(), log.imu.end(), middle,
-                                    [](const ImuSample& i, TimeNs t) { return i.t < t; });
+  const auto imu = std::ranges::lower_bound(log.imu, middle, {}, &ImuSample::t);
   at.rate = imu == log.imu.end() ? kNone : imu->gyro.norm();
   at.heading = Heading(drive.R_Ep_I);
   at.gate = -1;

@@ -118,8 +118,7 @@ std::vector<MisfitShare> SharesOf(const std::vector<MisfitRow>& rows, double hor
 }  // namespace
 
 double LastBefore(const std::vector<ScalarSample>& samples, TimeNs t) {
-  const auto after = std::upper_bound(samples.begin(), samples.end(), t,
-                                      [](TimeNs at, const ScalarSample& s) { return at < s.t; });
+  const auto after = std::ranges::upper_bound(samples, t, {}, &ScalarSample::t);
   return after == samples.begin() ? std::numeric_limits<double>::quiet_NaN()
                                   : std::prev(after)->value;
 }

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include "cost_functions/models/rotation.h"
 #include "problems/log/imu_health.h"
+#include "problems/log/samples_between.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 
@@ -31,19 +34,10 @@ Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
   return Quaterniond((1.0 - share) * a.coeffs() + share * sign * b.coeffs()).normalized();
 }
 
-// Samples of a stream from `from` to `to`, as indices.
-template <class Samples>
-std::pair<std::size_t, std::size_t> Inside(const Samples& samples, TimeNs from, TimeNs to) {
-  const auto before = [](const auto& s, TimeNs t) { return s.t < t; };
-  const auto first = std::lower_bound(samples.begin(), samples.end(), from, before);
-  const auto last = std::lower_bound(first, samples.end(), to, before);
-  return {first - samples.begin(), last - samples.begin()};
-}
-
-// Weight of sample i in the trapezoidal rule over samples first to last - 1, s.
-template <class Samples>
-double Span(const Samples& samples, std::size_t i, std::size_t first, std::size_t last) {
-  const std::size_t before = i > first ? i - 1 : i, after = i + 1 < last ? i + 1 : i;
+// Weight of sample i in the trapezoidal rule over all samples, s.
+template <class Sample>
+double Weight(std::span<const Sample> samples, std::size_t i) {
+  const std::size_t before = i > 0 ? i - 1 : i, after = i + 1 < samples.size() ? i + 1 : i;
   return 0.5 * SecondsBetween(samples[before].t, samples[after].t);
 }
 
@@ -105,9 +99,9 @@ bool MocapComparison::Covers(TimeNs from, TimeNs to) const {
 std::optional<PoseSample> MocapComparison::PoseAt(TimeNs t) const {
   const auto p_E = PositionAt(log_.mocap, t, kLongestGap);
   if (!p_E) return std::nullopt;
-  const auto [first, none] = Inside(log_.mocap, t, t);
-  if (first == 0) return log_.mocap.front();
-  const PoseSample &a = log_.mocap[first - 1], &b = log_.mocap[first];
+  const auto after = std::ranges::lower_bound(log_.mocap, t, {}, &PoseSample::t);
+  if (after == log_.mocap.begin()) return log_.mocap.front();
+  const PoseSample &a = *std::prev(after), &b = *after;
   const double share = SecondsBetween(a.t, t) / SecondsBetween(a.t, b.t);
   return PoseSample{t, *p_E, Between(a.q_E, b.q_E, share)};
 }
@@ -115,17 +109,16 @@ std::optional<PoseSample> MocapComparison::PoseAt(TimeNs t) const {
 // The integral of kernel'' p is that of kernel p''. A chord is taken off first: its bend is zero,
 // but not that of the trapezoidal rule.
 Vector3d MocapComparison::SecondDerivative(TimeNs middle) const {
-  const auto& mocap = log_.mocap;
-  const auto [first, last] =
-      Inside(mocap, middle - FromSeconds(reach_), middle + FromSeconds(reach_));
-  const double length = SecondsBetween(mocap[first].t, mocap[last - 1].t);
-  const Vector3d slope = (mocap[last - 1].p_E - mocap[first].p_E) / length;
+  const TimeNs reach = FromSeconds(reach_);
+  const auto mocap = SamplesBetween(log_.mocap, middle - reach, middle + reach);
+  const PoseSample &first = mocap.front(), &last = mocap.back();
+  const Vector3d slope = (last.p_E - first.p_E) / SecondsBetween(first.t, last.t);
   Vector3d sum = Vector3d::Zero();
   double weights = 0.0;
-  for (std::size_t i = first; i < last; ++i) {
+  for (std::size_t i = 0; i < mocap.size(); ++i) {
     const double u = SecondsBetween(middle, mocap[i].t) / reach_;
-    const double span = Span(mocap, i, first, last);
-    const Vector3d chord = mocap[first].p_E + slope * SecondsBetween(mocap[first].t, mocap[i].t);
+    const double span = Weight(mocap, i);
+    const Vector3d chord = first.p_E + slope * SecondsBetween(first.t, mocap[i].t);
     sum += span * KernelBend(u) * (mocap[i].p_E - chord);
     weights += span * Kernel(u);
   }
@@ -141,10 +134,10 @@ void MocapComparison::FindWindows() {
   const TimeNs end = std::min(log_.mocap.back().t, log_.imu.back().t) - reach - margin;
   TimeNs t = std::max(log_.mocap.front().t, log_.imu.front().t) + reach + margin;
   for (; t < end; t += reach) {
-    const auto [first, last] = Inside(log_.mocap, t - reach, t + reach);
-    bool whole = last > first + static_cast<std::size_t>(kSamples);
-    for (std::size_t i = first + 1; i < last; ++i) {
-      whole = whole && SecondsBetween(log_.mocap[i - 1].t, log_.mocap[i].t) < 3.0 * interval;
+    const auto mocap = SamplesBetween(log_.mocap, t - reach, t + reach);
+    bool whole = mocap.size() > static_cast<std::size_t>(kSamples);
+    for (std::size_t i = 1; i < mocap.size(); ++i) {
+      whole = whole && SecondsBetween(mocap[i - 1].t, mocap[i].t) < 3.0 * interval;
     }
     if (whole && Covers(t - reach, t + reach)) windows_.push_back({t, SecondDerivative(t)});
   }
@@ -236,19 +229,19 @@ MocapRows MocapComparison::Acceleration(const FlightLog& corrected) const {
   MocapRows rows = EmptyRows(windows_.size(), own_attitude_ ? 9 : 10);
   if (!own_attitude_ && log_.attitude.size() < 2) return {};
   const std::vector<Quaterniond> q_E_I = AttitudesOfImu(corrected);
-  const auto& imu = corrected.imu;
   for (const Window& window : windows_) {
     const auto row = static_cast<Eigen::Index>(3 * rows.t.size());
     rows.t.push_back(SecondsBetween(log_.imu.front().t, window.middle));
     const TimeNs reach = FromSeconds(reach_);
-    const auto [first, last] = Inside(imu, window.middle - reach, window.middle + reach);
+    const auto imu = SamplesBetween(corrected.imu, window.middle - reach, window.middle + reach);
+    const auto first = static_cast<std::size_t>(imu.data() - corrected.imu.data());
     double weights = 0.0;
     Vector3d f_E = Vector3d::Zero();
     Matrix3d turned = Matrix3d::Zero(), misaligned = Matrix3d::Zero();
-    for (std::size_t i = first; i < last; ++i) {
+    for (std::size_t i = 0; i < imu.size(); ++i) {
       const double u = SecondsBetween(window.middle, imu[i].t) / reach_;
-      const double weight = Span(imu, i, first, last) * Kernel(u);
-      const Matrix3d R_E_I = q_E_I[i].toRotationMatrix();
+      const double weight = Weight(imu, i) * Kernel(u);
+      const Matrix3d R_E_I = q_E_I[first + i].toRotationMatrix();
       weights += weight;
       f_E += weight * (R_E_I * imu[i].accel);
       turned += weight * R_E_I;

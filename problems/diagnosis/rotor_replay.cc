@@ -16,8 +16,7 @@ constexpr double kReplaySpacing = 0.1;                 // s, between starts
 // The pose nearest to t.
 std::size_t NearestPose(const RotorData& data, double t) {
   const auto& poses = data.poses;
-  const auto after = std::lower_bound(poses.begin(), poses.end(), t,
-                                      [](const RotorPose& p, double at) { return p.t < at; });
+  const auto after = std::ranges::lower_bound(poses, t, {}, &RotorPose::t);
   if (after == poses.begin()) return 0;
   const auto nearest =
       after == poses.end() || t - std::prev(after)->t < after->t - t ? std::prev(after) : after;

@@ -86,9 +86,7 @@ std::string NameOf(EntersAt enters) {
 }
 
 const Eigen::Quaterniond& AttitudeNear(const FlightLog& log, TimeNs t) {
-  const auto after =
-      std::lower_bound(log.attitude.begin(), log.attitude.end(), t,
-                       [](const AttitudeSample& s, TimeNs value) { return s.t < value; });
+  const auto after = std::ranges::lower_bound(log.attitude, t, {}, &AttitudeSample::t);
   return after == log.attitude.end() ? log.attitude.back().q_Ep_I : after->q_Ep_I;
 }
 

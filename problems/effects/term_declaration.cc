@@ -43,9 +43,7 @@ class TermMotionOfLog {
   // Place, and velocity in E; at rest before and after the path.
   void SetPlace(TimeNs t, TermState<double>* state) const {
     if (path_.empty()) return;
-    const auto after =
-        std::lower_bound(path_.begin(), path_.end(), t,
-                         [](const VelocitySample& s, TimeNs value) { return s.t < value; });
+    const auto after = std::ranges::lower_bound(path_, t, {}, &VelocitySample::t);
     if (after == path_.begin() || after == path_.end()) {
       state->p_E = after == path_.end() ? path_.back().p_E : path_.front().p_E;
       return;

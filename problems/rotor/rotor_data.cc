@@ -45,9 +45,7 @@ double DensityOf(const SpeedModel& model, const std::vector<double>& t) {
 
 // Battery voltage (V) at `t`: linear between readings, constant outside.
 double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
-  const auto after =
-      std::upper_bound(battery.begin(), battery.end(), t,
-                       [](TimeNs time, const ScalarSample& sample) { return time < sample.t; });
+  const auto after = std::ranges::upper_bound(battery, t, {}, &ScalarSample::t);
   if (after == battery.begin()) return battery.front().value;
   if (after == battery.end()) return battery.back().value;
   const ScalarSample &a = *(after - 1), &b = *after;
@@ -171,9 +169,7 @@ void AddImuAndPoses(const FlightLog& log, const std::vector<PoseSample>& poses, 
 
 const RotorPose* PoseNear(const RotorData& data, double t) {
   constexpr double kEarlier = 0.005, kLater = 0.02;  // s
-  const auto nearest =
-      std::lower_bound(data.poses.begin(), data.poses.end(), t - kEarlier,
-                       [](const RotorPose& pose, double time) { return pose.t < time; });
+  const auto nearest = std::ranges::lower_bound(data.poses, t - kEarlier, {}, &RotorPose::t);
   return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
 }
 

@@ -9,9 +9,8 @@ constexpr double kHalfSlope = 0.05;  // s
 constexpr double kHalfMean = 0.01;   // s
 
 Eigen::Vector3d MeanGyro(const RotorData& data, double t) {
-  const auto before = [](const RotorImu& sample, double time) { return sample.t < time; };
-  auto first = std::lower_bound(data.imu.begin(), data.imu.end(), t - kHalfMean, before);
-  auto last = std::lower_bound(data.imu.begin(), data.imu.end(), t + kHalfMean, before);
+  auto first = std::ranges::lower_bound(data.imu, t - kHalfMean, {}, &RotorImu::t);
+  auto last = std::ranges::lower_bound(data.imu, t + kHalfMean, {}, &RotorImu::t);
   if (first == last) {  // a gap: use the next sample, or the last one
     if (first == data.imu.end()) --first;
     last = first + 1;
@@ -23,9 +22,7 @@ Eigen::Vector3d MeanGyro(const RotorData& data, double t) {
 
 // Index of the last pose not after `t`.
 int PoseBefore(const RotorData& data, double t) {
-  const auto after =
-      std::upper_bound(data.poses.begin(), data.poses.end(), t,
-                       [](double time, const RotorPose& pose) { return time < pose.t; });
+  const auto after = std::ranges::upper_bound(data.poses, t, {}, &RotorPose::t);
   return std::max(0, static_cast<int>(after - data.poses.begin()) - 1);
 }
 

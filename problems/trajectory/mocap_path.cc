@@ -23,8 +23,7 @@ std::vector<Eigen::Vector3d> PathVelocity(const std::vector<PoseSample>& mocap) 
 
 std::optional<Eigen::Vector3d> PositionAt(const std::vector<PoseSample>& mocap, TimeNs t,
                                           double max_gap) {
-  const auto after = std::lower_bound(mocap.begin(), mocap.end(), t,
-                                      [](const PoseSample& pose, TimeNs x) { return pose.t < x; });
+  const auto after = std::ranges::lower_bound(mocap, t, {}, &PoseSample::t);
   if (after == mocap.end()) return std::nullopt;
   if (after->t == t) return after->p_E;
   if (after == mocap.begin()) return std::nullopt;

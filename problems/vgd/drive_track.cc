@@ -107,9 +107,7 @@ bool DriveTrack::Covers(TimeNs t0, TimeNs t1) const {
 }
 
 std::size_t DriveTrack::StepAt(TimeNs t) const {
-  const auto after =
-      std::upper_bound(steps_.begin(), steps_.end(), t,
-                       [](TimeNs value, const StoredStep& s) { return value < s.t; });
+  const auto after = std::ranges::upper_bound(steps_, t, {}, &StoredStep::t);
   return after == steps_.begin() ? 0 : static_cast<std::size_t>(after - steps_.begin()) - 1;
 }
 

@@ -4,19 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/log/samples_between.h"
+
 namespace trueline {
 namespace {
 
 constexpr TimeNs kPathStep = 100'000'000;  // 0.1 s
-
-// Those of `samples` (ascending) with from <= t < before.
-template <class Sample>
-std::span<const Sample> Between(std::span<const Sample> samples, TimeNs from, TimeNs before) {
-  const auto earlier = [](const Sample& sample, TimeNs t) { return sample.t < t; };
-  const auto first = std::lower_bound(samples.begin(), samples.end(), from, earlier);
-  const auto last = std::lower_bound(first, samples.end(), before, earlier);
-  return samples.subspan(first - samples.begin(), last - first);
-}
 
 }  // namespace
 
@@ -24,8 +17,8 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
                                      TimeNs to, const ParameterScaling& scaling, double max_block) {
   const TimeNs before = to == data.end ? to + 1 : to;
   std::vector<TimeNs> times{to}, force_times;
-  for (const Fix& fix : Between(data.fixes, from, before)) times.push_back(fix.t);
-  for (const ForceSample& force : Between(data.forces, from, before)) {
+  for (const Fix& fix : SamplesBetween(data.fixes, from, before)) times.push_back(fix.t);
+  for (const ForceSample& force : SamplesBetween(data.forces, from, before)) {
     force_times.push_back(force.t);
   }
   // An arc without force samples has no nodes of its own: add some for the trajectory plot.

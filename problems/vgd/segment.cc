@@ -132,9 +132,7 @@ std::size_t Segment::IndexOf(TimeNs t) const {
 
 const Segment::Force& Segment::FindForce(TimeNs t) const {
   const std::size_t index = IndexOf(t);
-  const auto it = std::lower_bound(
-      forces_.begin(), forces_.end(), index,
-      [](const Force& force, std::size_t value) { return force.time_index < value; });
+  const auto it = std::ranges::lower_bound(forces_, index, {}, &Force::time_index);
   CHECK(it != forces_.end() && it->time_index == index);
   return *it;
 }

@@ -1,6 +1,6 @@
 #include "problems/vgd/window_data.h"
 
-#include <algorithm>
+#include "problems/log/samples_between.h"
 
 namespace trueline {
 
@@ -23,11 +23,7 @@ WindowData CutWindowUntil(const FlightData& flight, const VgdOptions& options, i
   data.force_sigma = flight.forces.sigma;
   if (flight.continuous) data.noise = flight.continuous->noise;
   if (options.drag_measurement.enabled) {
-    const auto& samples = flight.forces.samples;
-    const auto before = [](const ForceSample& s, TimeNs t) { return s.t < t; };
-    const auto begin = std::lower_bound(samples.begin(), samples.end(), data.begin, before);
-    const auto last = std::lower_bound(begin, samples.end(), data.end, before);
-    data.forces = std::span(samples).subspan(begin - samples.begin(), last - begin);
+    data.forces = SamplesBetween(flight.forces.samples, data.begin, data.end);
   }
   return data;
 }
