@@ -73,6 +73,11 @@ inline Eigen::Vector3d RotationVector(const Eigen::Quaterniond& q) {
   return turn.angle() * turn.axis();
 }
 
+// The rotation by a vector (rad); the identity for zero.
+inline Eigen::Quaterniond RotationByVector(const Eigen::Vector3d& v) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(v.norm(), v.stableNormalized()));
+}
+
 // Takes body rates (p, q, r) to Euler angle rates (eq. 11, with -sin(phi) in the middle row, where
 // the paper prints -sin(theta)). Singular at theta = +-pi/2.
 template <typename T>

@@ -44,9 +44,7 @@ void UndoAccelerationError(const Effect& effect, const CorrectionContext& contex
 }
 
 void TurnBy(const Vector3d& angles_Ep, AttitudeSample* sample) {
-  const double angle = angles_Ep.norm();
-  if (angle == 0.0) return;
-  sample->q_Ep_I = Quaterniond(Eigen::AngleAxisd(angle, angles_Ep / angle)) * sample->q_Ep_I;
+  sample->q_Ep_I = RotationByVector(angles_Ep) * sample->q_Ep_I;
 }
 
 // The angle between the body's z axis and down, less s times the true one; heading and direction

@@ -1,6 +1,7 @@
 // What estimators do about terms of the open catalogue.
 #include <algorithm>
 
+#include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
 #include "problems/effects/rotor_extension.h"
 #include "problems/vgd/term_series.h"
@@ -63,9 +64,7 @@ class TermMotionOfLog {
 void UndoAttitudeTerm(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
   const TermMotionOfLog motion(context, SizedOf(effect));
   for (AttitudeSample& s : log->attitude) {
-    const Vector3d error_B = motion.At(s.t, s.q_Ep_I);
-    s.q_Ep_I =
-        s.q_Ep_I * Quaterniond(Eigen::AngleAxisd(-error_B.norm(), error_B.stableNormalized()));
+    s.q_Ep_I = s.q_Ep_I * RotationByVector(-motion.At(s.t, s.q_Ep_I));
   }
 }
 

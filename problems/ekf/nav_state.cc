@@ -2,6 +2,8 @@
 
 #include <ceres/jet.h>
 
+#include "cost_functions/models/rotation.h"
+
 namespace trueline {
 namespace {
 
@@ -91,8 +93,7 @@ NavState Moved(AttitudeForm form, const NavState& x, const Vector15d& error) {
   if (form == AttitudeForm::kEuler) {
     moved.motion.q_E_I = QuaternionFromEuler<double>(EulerFromQuaternion(x.motion.q_E_I) + turn);
   } else {
-    const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-    moved.motion.q_E_I = (x.motion.q_E_I * Eigen::Quaterniond(rotation)).normalized();
+    moved.motion.q_E_I = (x.motion.q_E_I * RotationByVector(turn)).normalized();
   }
   return moved;
 }

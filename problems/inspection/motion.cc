@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cost_functions/models/rotation.h"
 #include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
 
@@ -16,12 +17,6 @@ constexpr double kMostTurn = 0.8;     // rad, over which a mean rate stands for 
 constexpr double kAttitudeGap = 0.3;  // s, over which an attitude is not interpolated
 
 double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
-
-Eigen::Vector3d RateOf(Eigen::Quaterniond turn, double dt) {
-  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
-  const Eigen::AngleAxisd angle(turn);
-  return angle.angle() / dt * angle.axis();
-}
 
 // Calls visit(i, q) for the IMU samples at which the attitude is known.
 template <class Visit>
@@ -114,8 +109,8 @@ std::vector<AttitudeTurn> TurnsOf(const std::vector<AttitudeSample>& attitude,
     const Eigen::Quaterniond &first = attitude[k].q_Ep_I, &last = attitude[i].q_Ep_I;
     if (first.angularDistance(last) > kMostTurn) continue;
     turns.push_back({clock(attitude[k].t), clock(attitude[i].t),
-                     RateOf(first.conjugate() * last, dt), RateOf(last * first.conjugate(), dt),
-                     first, last});
+                     RotationVector(first.conjugate() * last) / dt,
+                     RotationVector(last * first.conjugate()) / dt, first, last});
   }
   return turns;
 }

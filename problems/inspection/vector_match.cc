@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "cost_functions/models/rotation.h"
 #include "problems/inspection/drifting_match.h"
 
 namespace trueline {
@@ -51,8 +52,7 @@ double JackknifeSigma(const std::vector<double>& values) {
 Eigen::Vector3d TurnBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   Eigen::Matrix3d turn = a * b.transpose();
   if (turn.determinant() < 0.0) turn = -turn;
-  const Eigen::AngleAxisd angle(turn);
-  return angle.angle() * angle.axis();
+  return RotationVector(Eigen::Quaterniond(turn));
 }
 
 bool Differs(const VectorMatch& match, const Eigen::Matrix3d& other, double least) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cost_functions/models/complementary_filter.h"
+#include "cost_functions/models/rotation.h"
 #include "problems/common/units.h"
 #include "problems/log/attitude_cursor.h"
 #include "problems/vgd/smooth_attitude.h"
@@ -29,11 +30,6 @@ constexpr double kFilledBefore = 30.0;
 // Memory of a filter: s in which an error without hold decays to 1/e.
 constexpr double kForgetsBias = 10.0;
 constexpr double kForgetsPull = 30.0;
-
-Quaterniond Rotation(const Vector3d& v) {
-  const double angle = v.norm();
-  return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Quaterniond::Identity();
-}
 
 // Root density of consecutive residuals (rows of x and y, over these seconds) over runs of `count`.
 double Density(const Eigen::MatrixX2d& residuals, const Eigen::VectorXd& seconds,
@@ -109,7 +105,7 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
     const bool next_known =
         dt <= options.max_gap && cursor.At(after.t + latency, options.max_gap, &q_next);
     if (known && next_known) {
-      turn = turn * Rotation(0.5 * dt * (before.gyro + after.gyro));
+      turn = turn * RotationByVector(0.5 * dt * (before.gyro + after.gyro));
       const Vector3d pull =
           options.uses_accelerometer
               ? ComplementaryFilter<double>::TiltError(0.5 * (before.accel + after.accel), q_next)
@@ -305,11 +301,11 @@ Vector3d AttitudeErrors::FeedbackAt(TimeNs t) const {
 }
 
 Quaterniond AttitudeErrors::Corrected(TimeNs t, const Quaterniond& q_Ep_I) const {
-  return hold_ > 0.0 ? Rotation(-FeedbackAt(t)) * q_Ep_I : q_Ep_I;
+  return hold_ > 0.0 ? RotationByVector(-FeedbackAt(t)) * q_Ep_I : q_Ep_I;
 }
 
 Quaterniond AttitudeErrors::Logged(TimeNs t, const Quaterniond& corrected) const {
-  return hold_ > 0.0 ? Rotation(FeedbackAt(t)) * corrected : corrected;
+  return hold_ > 0.0 ? RotationByVector(FeedbackAt(t)) * corrected : corrected;
 }
 
 AttitudeErrors::Slopes AttitudeErrors::MeanOver(TimeNs t0, TimeNs t1) const {

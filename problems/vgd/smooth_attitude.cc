@@ -6,7 +6,6 @@
 #include <limits>
 #include <optional>
 
-#include "cost_functions/models/kinematic_model.h"
 #include "cost_functions/models/rotation.h"
 
 namespace trueline {
@@ -14,11 +13,6 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-Quaterniond Turn(const Vector3d& v) {
-  const Vector3d half = 0.5 * v;
-  return RotationFromHalfVector<double>(half);
-}
 
 // The gyroscope's integral, for times that ascend. Samples are joined by straight lines.
 class GyroCursor {
@@ -135,7 +129,7 @@ std::vector<AttitudeSample> SmoothAttitude(const std::vector<ImuSample>& imu,
     seconds.push_back(SecondsBetween(attitude[i].t, attitude[i + 1].t));
     Vector3d change = Vector3d::Zero();
     if (begin && end && seconds.back() <= max_gap) {
-      const Quaterniond turned = attitude[i].q_Ep_I * Turn(*end - *begin);
+      const Quaterniond turned = attitude[i].q_Ep_I * RotationByVector(*end - *begin);
       change = RotationVector(attitude[i + 1].q_Ep_I * turned.conjugate());
     }
     changes.push_back(change);
@@ -146,7 +140,7 @@ std::vector<AttitudeSample> SmoothAttitude(const std::vector<ImuSample>& imu,
   const std::vector<Vector3d> fast = FastPart(changes, seconds, memory);
   std::vector<AttitudeSample> smooth = attitude;
   for (std::size_t i = 0; i < smooth.size(); ++i) {
-    smooth[i].q_Ep_I = Turn(-fast[i]) * attitude[i].q_Ep_I;
+    smooth[i].q_Ep_I = RotationByVector(-fast[i]) * attitude[i].q_Ep_I;
   }
   return smooth;
 }

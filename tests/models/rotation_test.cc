@@ -41,6 +41,14 @@ TEST(Rotation, EulerAnglesReturn) {
   }
 }
 
+TEST(Rotation, ByVectorTurnsByItsNormAboutIt) {
+  const Vector3d v(0.3, -0.5, 0.9);
+  const Quaterniond reference(AngleAxisd(v.norm(), v / v.norm()));
+  EXPECT_LT(RotationByVector(v).angularDistance(reference), 1e-7);
+  EXPECT_LT((RotationVector(RotationByVector(v)) - v).norm(), 1e-14);
+  EXPECT_EQ(RotationByVector(Vector3d::Zero()).coeffs(), Quaterniond::Identity().coeffs());
+}
+
 TEST(Rotation, NoseUpIsPositiveTheta) {
   const Matrix3d R_B_E = RotationFromEuler(Vector3d(0.0, 0.1, 0.0));
   const Vector3d nose_E = R_B_E.transpose() * Vector3d::UnitX();
