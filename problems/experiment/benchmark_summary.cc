@@ -16,10 +16,12 @@ struct Group {
   std::vector<std::vector<const Row*>> flights;
 };
 
-// Groups the rows of all jobs by (log, sweep value, key of the row), in order of first occurrence.
-template <class Row, class KeyOf>
-std::vector<Group<Row>> GroupRows(const std::vector<JobOutcome>& outcomes,
-                                  std::vector<Row> JobResult::*rows, const KeyOf& key_of) {
+// Groups the rows of all jobs by (log, sweep value, key of the row), in order of first occurrence;
+// one summary of each group.
+template <class Row, class KeyOf, class Summary>
+std::vector<Summary> SummariseRows(const std::vector<JobOutcome>& outcomes,
+                                   std::vector<Row> JobResult::*rows, const KeyOf& key_of,
+                                   Summary (*summarise)(const Group<Row>&)) {
   using Key = decltype(key_of(std::declval<Row>()));
   std::map<std::tuple<std::string, int, Key>, std::size_t> index;
   std::vector<Group<Row>> groups;
@@ -33,7 +35,9 @@ std::vector<Group<Row>> GroupRows(const std::vector<JobOutcome>& outcomes,
     }
     for (auto& [group, members] : of_job) groups[group].flights.push_back(std::move(members));
   }
-  return groups;
+  std::vector<Summary> summaries;
+  for (const Group<Row>& group : groups) summaries.push_back(summarise(group));
+  return summaries;
 }
 
 template <class Row>
@@ -116,34 +120,22 @@ ForecastSummary SummariseForecast(const Group<ForecastRow>& rows) {
 }  // namespace
 
 std::vector<GroupSummary> SummariseGroups(const std::vector<JobOutcome>& outcomes) {
-  std::vector<GroupSummary> summaries;
-  for (const auto& group : GroupRows(outcomes, &JobResult::arcs, [](const ArcRow& row) {
-         return std::pair(row.label, row.gamma);
-       })) {
-    summaries.push_back(SummariseGroup(group));
-  }
-  return summaries;
+  const auto key = [](const ArcRow& row) { return std::pair(row.label, row.gamma); };
+  return SummariseRows(outcomes, &JobResult::arcs, key, SummariseGroup);
 }
 
 std::vector<ForecastSummary> SummariseForecasts(const std::vector<JobOutcome>& outcomes) {
-  std::vector<ForecastSummary> summaries;
-  for (const auto& group : GroupRows(outcomes, &JobResult::forecasts, [](const ForecastRow& row) {
-         return std::tuple(row.label, row.gamma, row.horizon);
-       })) {
-    summaries.push_back(SummariseForecast(group));
-  }
-  return summaries;
+  const auto key = [](const ForecastRow& row) {
+    return std::tuple(row.label, row.gamma, row.horizon);
+  };
+  return SummariseRows(outcomes, &JobResult::forecasts, key, SummariseForecast);
 }
 
 std::vector<ConvergenceSummary> SummariseConvergence(const std::vector<JobOutcome>& outcomes) {
-  std::vector<ConvergenceSummary> summaries;
-  for (const auto& group :
-       GroupRows(outcomes, &JobResult::convergence, [](const ConvergenceRow& row) {
-         return std::tuple(row.label, row.gamma, row.quantity);
-       })) {
-    summaries.push_back(SummariseTimes(group));
-  }
-  return summaries;
+  const auto key = [](const ConvergenceRow& row) {
+    return std::tuple(row.label, row.gamma, row.quantity);
+  };
+  return SummariseRows(outcomes, &JobResult::convergence, key, SummariseTimes);
 }
 
 }  // namespace trueline

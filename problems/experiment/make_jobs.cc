@@ -7,6 +7,7 @@
 #include "problems/common/sha256.h"
 #include "problems/experiment/run_jobs.h"
 #include "problems/import/read_fixes_from_mocap.h"
+#include "problems/result/yaml_text.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {
@@ -101,7 +102,7 @@ std::string FilesText(const FlightSource& source) {
 
 std::string SettingsText(const std::vector<Setting>& settings) {
   std::string text;
-  for (const Setting& s : settings) text += fmt::format("{}: {}\n", s.path, YamlText(s.value));
+  for (const Setting& s : settings) text += fmt::format("{}: {}", s.path, TextOf(s.value));
   return text;
 }
 
@@ -119,8 +120,8 @@ std::string DescriptionOf(const Job& job, const FlightSource& source, const Swee
     const JobEstimator& estimator = job.estimators[i];
     text += fmt::format("{} {}\n", estimator.name, estimator.label);
     for (const int gamma : estimator.gammas) text += fmt::format("{} ", gamma);
-    text += YamlText(ToYaml(estimator.options)) + "\n";
-    text += YamlText(OptionsNode(experiment.estimators[i], source, point)) + "\n";
+    text += TextOf(ToYaml(estimator.options));
+    text += TextOf(OptionsNode(experiment.estimators[i], source, point));
   }
   return text;
 }

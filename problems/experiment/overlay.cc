@@ -129,10 +129,4 @@ std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key)
   return path;
 }
 
-std::string YamlText(const YAML::Node& node) {
-  YAML::Emitter emitter;
-  emitter << node;
-  return emitter.c_str();
-}
-
 }  // namespace trueline

@@ -47,7 +47,4 @@ std::filesystem::path ReadFolderPath(const YamlMap& map, const std::string& key)
 std::string ReadName(const YamlMap& map, const std::string& key, const std::string& fallback);
 std::string ReadName(const YamlMap& map, const std::string& key);
 
-// Deterministic text of a node, for checksums and provenance.
-std::string YamlText(const YAML::Node& node);
-
 }  // namespace trueline

@@ -15,6 +15,7 @@
 #include "problems/experiment/row_text.h"
 #include "problems/experiment/run_jobs.h"
 #include "problems/observability/bound_design.h"
+#include "problems/result/yaml_text.h"
 #include "problems/rotor/speed_noise_bias.h"
 #include "problems/simulation/flown.h"
 #include "problems/trajectory/feasible_flight.h"
@@ -115,10 +116,9 @@ void RunOrdinaryFilter(const RotorAeroModel& model, const Flown& flown, const Ro
 
 // Inputs of a kind's flights except the seed, and of its path.
 std::string DescriptionOf(const RotorExperiment& experiment, const FlightKindSource& kind) {
-  return fmt::format("{}\n{} {} {} {} {} {} {} {}\n", YamlText(experiment.config),
-                     experiment.duration, experiment.seed, experiment.learn_noise, kind.name,
-                     kind.kind, kind.best_of, kind.evaluations,
-                     kind.file.empty() ? "" : Sha256OfFile(kind.file));
+  return fmt::format("{}{} {} {} {} {} {} {} {}\n", TextOf(experiment.config), experiment.duration,
+                     experiment.seed, experiment.learn_noise, kind.name, kind.kind, kind.best_of,
+                     kind.evaluations, kind.file.empty() ? "" : Sha256OfFile(kind.file));
 }
 
 // Result of the work before a kind's flights, as it is stored.

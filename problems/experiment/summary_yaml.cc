@@ -7,25 +7,24 @@
 #include "problems/common/app.h"
 #include "problems/common/sha256.h"
 #include "problems/experiment/benchmark_summary.h"
+#include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
 
-double FourDigits(double value) {  // for readability of the YAML
-  return std::isfinite(value) ? std::stod(fmt::format("{:.4g}", value)) : value;
-}
+constexpr int kSummaryDigits = 4;
 
 void Put(YAML::Node* node, const std::string& key, double value) {  // skips NaN
-  if (!std::isnan(value)) (*node)[key] = FourDigits(value);
+  if (!std::isnan(value)) (*node)[key] = Rounded(value, kSummaryDigits);
 }
 
 void Put(YAML::Node* node, const std::string& key, const std::optional<Interval>& interval) {
   if (!interval) return;
   YAML::Node list;
-  list.push_back(FourDigits(interval->low));
-  list.push_back(FourDigits(interval->high));
+  list.push_back(Rounded(interval->low, kSummaryDigits));
+  list.push_back(Rounded(interval->high, kSummaryDigits));
   list.SetStyle(YAML::EmitterStyle::Flow);
   (*node)[key] = list;
 }
@@ -51,8 +50,8 @@ YAML::Node GroupNode(const GroupSummary& g) {
   error.SetStyle(YAML::EmitterStyle::Flow);
   node["final_point_error"] = error;
   const int arcs = g.error.count + g.diverged;
-  if (arcs > 0) node["inside_95_ellipse"] = FourDigits(double(g.inside_95) / arcs);
-  node["iterations"]["mean"] = FourDigits(g.iterations_mean);
+  if (arcs > 0) node["inside_95_ellipse"] = Rounded(double(g.inside_95) / arcs, kSummaryDigits);
+  node["iterations"]["mean"] = Rounded(g.iterations_mean, kSummaryDigits);
   node["iterations"]["max"] = g.iterations_max;
   node["iterations"].SetStyle(YAML::EmitterStyle::Flow);
   Put(&node, "bound_rms_m", g.bound_rms);
@@ -89,7 +88,7 @@ YAML::Node ForecastNode(const ForecastSummary& f) {
   Put(&node, "median_error_m", f.median_error);
   for (std::size_t i = 0; i < f.inside.size(); ++i) {
     const std::string level = fmt::format("region_{:.0f}", 100.0 * kRegionLevels[i]);
-    node["inside"][level] = FourDigits(double(f.inside[i]) / f.count);
+    node["inside"][level] = Rounded(double(f.inside[i]) / f.count, kSummaryDigits);
   }
   node["inside"].SetStyle(YAML::EmitterStyle::Flow);
   return node;
@@ -118,8 +117,8 @@ YAML::Node StartsNode(const std::vector<JobOutcome>& outcomes) {
     node["gamma"] = key.second;
     node["windows"] = total.windows;
     node["starts"] = total.starts;
-    node["same_optimum"] = FourDigits(double(total.same) / total.starts);
-    node["iterations"]["mean"] = FourDigits(total.iterations / total.starts);
+    node["same_optimum"] = Rounded(double(total.same) / total.starts, kSummaryDigits);
+    node["iterations"]["mean"] = Rounded(total.iterations / total.starts, kSummaryDigits);
     node["iterations"]["max"] = total.iterations_max;
     list.push_back(node);
   }
@@ -182,7 +181,7 @@ std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run) 
     node["failures"].push_back(failure);
   }
   node["provenance"] = ProvenanceNode(experiment);
-  return YamlText(node) + "\n";
+  return TextOf(node);
 }
 
 }  // namespace trueline

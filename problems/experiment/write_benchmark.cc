@@ -4,9 +4,9 @@
 #include <fmt/ostream.h>
 
 #include <cmath>
-#include <thread>
 
 #include "problems/common/atomic_file.h"
+#include "problems/common/parallel.h"
 #include "problems/experiment/summary_yaml.h"
 
 namespace trueline {
@@ -38,10 +38,10 @@ void WriteTable(const ExperimentRun& run, std::vector<Row> JobResult::*rows,
 }
 
 void WriteTiming(const ExperimentRun& run, int threads, const std::filesystem::path& path) {
-  if (threads <= 0) threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  WriteFileAtomically(path, fmt::format("threads: {}\nwall_time: {:.3f}  # s\nflights: {}\n"
-                                        "flights_reused: {}  # from an earlier run\n",
-                                        threads, run.wall_time, run.outcomes.size(), run.reused));
+  WriteFileAtomically(
+      path, fmt::format("threads: {}\nwall_time: {:.3f}  # s\nflights: {}\n"
+                        "flights_reused: {}  # from an earlier run\n",
+                        CoresFor(threads), run.wall_time, run.outcomes.size(), run.reused));
 }
 
 std::string Share(int part, int whole) {
