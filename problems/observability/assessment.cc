@@ -44,18 +44,9 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
-                      const std::vector<int>& columns) {
-  Eigen::MatrixXd block(rows.size(), columns.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < columns.size(); ++j) block(i, j) = matrix(rows[i], columns[j]);
-  }
-  return block;
-}
-
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info) {
-  Eigen::MatrixXd asked = Block(information, states, states);
+  Eigen::MatrixXd asked = information(states, states);
   DropUseless(states, info, &asked);
   const Eigen::VectorXd scale = UnitDiagonalScale(asked);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * asked *
@@ -80,13 +71,23 @@ Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& st
   return result;
 }
 
+std::vector<double> SigmasOf(const Assessment& assessment, const std::vector<int>& interest) {
+  const std::vector<int>& states = assessment.rank.states;
+  std::vector<double> sigmas;
+  for (const int state : interest) {
+    const auto at = std::find(states.begin(), states.end(), state);
+    sigmas.push_back(assessment.sigma[at - states.begin()]);
+  }
+  return sigmas;
+}
+
 Eigen::MatrixXd SchurComplement(const Eigen::MatrixXd& information, const std::vector<int>& kept,
                                 const std::vector<int>& dropped) {
-  Eigen::MatrixXd own = Block(information, kept, kept);
+  Eigen::MatrixXd own = information(kept, kept);
   if (dropped.empty()) return own;
-  const Eigen::MatrixXd cross = Block(information, kept, dropped);
+  const Eigen::MatrixXd cross = information(kept, dropped);
   const Eigen::MatrixXd left =
-      own - cross * PseudoInverse(Block(information, dropped, dropped)) * cross.transpose();
+      own - cross * PseudoInverse(information(dropped, dropped)) * cross.transpose();
   return 0.5 * (left + left.transpose());
 }
 

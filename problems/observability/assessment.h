@@ -22,9 +22,8 @@ struct Assessment {
 Assessment Assess(const Eigen::MatrixXd& information, const std::vector<int>& states,
                   const std::vector<StateInfo>& info);
 
-// Some rows and columns of a matrix.
-Eigen::MatrixXd Block(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
-                      const std::vector<int>& columns);
+// Sigmas of `interest`, which are among the states assessed.
+std::vector<double> SigmasOf(const Assessment& assessment, const std::vector<int>& interest);
 
 // Information on `kept` when `dropped` are unknown too: the Schur complement, with a pseudo-inverse
 // where the dropped block is singular.

@@ -19,8 +19,8 @@ std::vector<int> StatesNamed(const YamlMap& map, const std::string& key,
                              const std::vector<StateInfo>& info) {
   std::vector<int> states;
   for (const std::string& name : names) {
-    const int state = FindState(info, name);
-    if (state < 0 || info[state].moving) {
+    const int state = FindConstant(info, name);
+    if (state < 0) {
       map.Fail(key, fmt::format("'{}' is no parameter; use m, I_x ... I_z, r_BM_x ..., r_BP_x ..., "
                                 "r_BI_x ..., b_a_x ..., b_w_x ..., k_f, k_m",
                                 name));

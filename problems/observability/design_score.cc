@@ -105,10 +105,8 @@ SoftMinimum LogSoftMinimum(const Eigen::MatrixXd& gramian, const DesignTarget& t
   Eigen::MatrixXd lift = Eigen::MatrixXd::Zero(gramian.rows(), target.interest.size());
   for (std::size_t i = 0; i < target.interest.size(); ++i) lift(target.interest[i], i) = 1.0;
   if (!others.empty()) {
-    const Eigen::MatrixXd solved = Block(scaled, others, others)
-                                       .selfadjointView<Eigen::Lower>()
-                                       .ldlt()
-                                       .solve(Block(scaled, others, target.interest));
+    const Eigen::MatrixXd own = scaled(others, others), cross = scaled(others, target.interest);
+    const Eigen::MatrixXd solved = own.selfadjointView<Eigen::Lower>().ldlt().solve(cross);
     for (std::size_t i = 0; i < others.size(); ++i) lift.row(others[i]) = -solved.row(i);
   }
   lift = scale.asDiagonal() * lift;

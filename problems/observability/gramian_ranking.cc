@@ -28,8 +28,8 @@ std::vector<int> ConstantsNamed(const std::vector<std::string>& names,
                                 const RotorDrivenSystem& system) {
   std::vector<int> states;
   for (const std::string& name : names) {
-    const int state = FindState(system.errors(), name);
-    if (state < 0 || system.errors()[state].moving) {
+    const int state = FindConstant(system.errors(), name);
+    if (state < 0) {
       throw InputError(
           fmt::format("e2log: '{}' is no constant of the rotor-driven model; use m, "
                       "I_x ..., r_BM_x ..., r_BP_x ..., r_BI_x ..., b_a_x ..., "
@@ -72,11 +72,8 @@ RankedFlight ScoreOf(const std::string& name, double duration, const Flight& fli
   exact.chained = true;
   const Eigen::MatrixXd information =
       E2log(question.system, flight, question.system.OutputWeights(), exact);
-  const Assessment assessment = Assess(information, question.asked, question.system.errors());
-  for (const int state : question.shown) {
-    const auto at = std::find(question.asked.begin(), question.asked.end(), state);
-    ranked.sigma.push_back(assessment.sigma[at - question.asked.begin()]);
-  }
+  ranked.sigma =
+      SigmasOf(Assess(information, question.asked, question.system.errors()), question.shown);
   return ranked;
 }
 
@@ -139,13 +136,8 @@ class Ranker {
   void ScorePath(const std::string& name, const PiecewisePolynomial& path) {
     if (progress_) progress_(name);
     const RotorFlight flight(question_->vehicle, path);
-    const LimitUse use = CheckLimits(flight, limits_, 0.005);
-    if (use.worst > 1.0) {
-      ranking_.warnings.push_back(
-          fmt::format("{}: the trajectory breaks the limit on {} ({:.2f} "
-                      "times)",
-                      name, use.binding, use.worst));
-    }
+    const std::string warning = LimitWarning(name, flight, limits_);
+    if (!warning.empty()) ranking_.warnings.push_back(warning);
     ranking_.flights.push_back(
         ScoreOf(name, path.duration(), flight, *question_, ranking_.options));
   }

@@ -149,11 +149,8 @@ class ConfigRun {
   }
 
   void WarnOfLimits(const RotorFlight& flight, CaseResult* result) const {
-    const LimitUse use = CheckLimits(flight, limits_, 0.005);
-    if (use.worst <= 1.0) return;
-    result->warnings.push_back(
-        fmt::format("{}: the trajectory breaks the limit on {} ({:.2f} times)", result->name,
-                    use.binding, use.worst));
+    const std::string warning = LimitWarning(result->name, flight, limits_);
+    if (!warning.empty()) result->warnings.push_back(warning);
   }
 
   const YamlMap& config_;

@@ -65,13 +65,7 @@ std::vector<double> GramianBounds(const GramianCriterion& criterion, const Rotor
   const DesignTarget& target = criterion.target;
   const Eigen::MatrixXd information =
       VariationalGramian(system, flight.Nominal(), system.OutputWeights(), 0.01);
-  const Assessment assessment = Assess(information, target.asked, system.errors());
-  std::vector<double> sigma;
-  for (const int state : target.interest) {
-    const auto at = std::find(target.asked.begin(), target.asked.end(), state);
-    sigma.push_back(assessment.sigma[at - target.asked.begin()]);
-  }
-  return sigma;
+  return SigmasOf(Assess(information, target.asked, system.errors()), target.interest);
 }
 
 DesignOutcome DesignByGramian(const DesignTask& task, const GramianCriterion& criterion,

@@ -27,4 +27,10 @@ inline int FindState(const std::vector<StateInfo>& states, const std::string& na
   return -1;
 }
 
+// The same of a state that does not move; -1 for others.
+inline int FindConstant(const std::vector<StateInfo>& states, const std::string& name) {
+  const int state = FindState(states, name);
+  return state >= 0 && states[state].moving ? -1 : state;
+}
+
 }  // namespace trueline

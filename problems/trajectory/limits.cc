@@ -1,5 +1,7 @@
 #include "problems/trajectory/limits.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -84,6 +86,15 @@ LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, doub
   Extremes extremes;
   for (const double t : Grid(flight.path(), step)) extremes.Add(flight, t);
   return UseOf(extremes, limits);
+}
+
+std::string LimitWarning(const std::string& name, const RotorFlight& flight,
+                         const FlightLimits& limits) {
+  constexpr double kStep = 0.005;  // s
+  const LimitUse use = CheckLimits(flight, limits, kStep);
+  if (use.worst <= 1.0) return "";
+  return fmt::format("{}: the trajectory breaks the limit on {} ({:.2f} times)", name, use.binding,
+                     use.worst);
 }
 
 PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,

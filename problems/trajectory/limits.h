@@ -31,6 +31,10 @@ struct LimitUse {
 // Steps of at most `step` seconds, ends included.
 LimitUse CheckLimits(const RotorFlight& flight, const FlightLimits& limits, double step);
 
+// Says which limit the flight `name` breaks most; empty where it keeps all.
+std::string LimitWarning(const std::string& name, const RotorFlight& flight,
+                         const FlightLimits& limits);
+
 // The trajectory scaled about its start by the largest factor up to `largest` that keeps the limits
 // on the grid, found by bisection; a small enough factor always does, because hover keeps them.
 PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,
