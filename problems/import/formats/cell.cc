@@ -1,5 +1,6 @@
 #include "problems/import/formats/cell.h"
 
+#include <Eigen/Core>
 #include <cmath>
 
 #include "problems/import/formats/bytes.h"
@@ -10,15 +11,7 @@ namespace {
 
 // IEEE 754 binary16.
 double HalfToDouble(std::uint16_t half) {
-  const int exponent = (half >> 10) & 31;
-  const double sign = (half & 0x8000) != 0 ? -1.0 : 1.0;
-  const int fraction = half & 1023;
-  if (exponent == 31) {
-    return fraction != 0 ? std::numeric_limits<double>::quiet_NaN()
-                         : sign * std::numeric_limits<double>::infinity();
-  }
-  return sign *
-         (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25));
+  return static_cast<double>(static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(half)));
 }
 
 template <class T>
