@@ -54,9 +54,8 @@ YAML::Node ModelNode(const std::vector<ParameterEstimate>& parameters,
                      const std::vector<Effect>& effects, const YAML::Node& provenance) {
   YAML::Node node;
   node["parameters"] = ParameterNode(parameters);
-  node["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  node["effects"] = EffectsNode(effects);
   node["effects"].SetStyle(YAML::EmitterStyle::Flow);
-  for (const Effect& effect : effects) node["effects"].push_back(ToYaml(effect));
   node["provenance"] = provenance;
   return node;
 }

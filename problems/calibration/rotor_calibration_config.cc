@@ -160,7 +160,7 @@ YAML::Node ToYaml(const RotorCalibrationOptions& given) {
   archive.Value("drive", &drive);
   Serialize(&archive, &options);
   YAML::Node node = archive.node();
-  for (const Effect& effect : options.effects) node["effects"].push_back(ToYaml(effect));
+  if (!options.effects.empty()) node["effects"] = EffectsNode(options.effects);
   for (const Rotor& rotor : options.vehicle.model.rotors()) {
     YAML::Node entry;
     for (const double value : rotor.position) entry["position"].push_back(value);

@@ -174,13 +174,6 @@ YAML::Node CandidateNode(const CandidateReport& report) {
   return Flow(node);
 }
 
-YAML::Node EffectsNode(const std::vector<Effect>& effects) {
-  YAML::Node node(YAML::NodeType::Sequence);
-  for (const Effect& effect : effects) node.push_back(ToYaml(effect));
-  if (node.size() == 0) node.SetStyle(YAML::EmitterStyle::Flow);
-  return node;
-}
-
 YAML::Node AxesNode(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
                     const std::array<const char*, 3>& names) {
   YAML::Node node;

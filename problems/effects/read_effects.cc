@@ -99,4 +99,11 @@ YAML::Node ToYaml(const Effect& effect) {
   return node;
 }
 
+YAML::Node EffectsNode(const std::vector<Effect>& effects) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (const Effect& effect : effects) node.push_back(ToYaml(effect));
+  if (effects.empty()) node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
 }  // namespace trueline

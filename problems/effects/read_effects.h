@@ -16,5 +16,7 @@ std::vector<Effect> ReadEffects(const YamlMap& model, DriveKind drive = DriveKin
 Effect ReadTerm(const YamlMap& entry);
 // An entry of that list.
 YAML::Node ToYaml(const Effect& effect);
+// That list; [] if it is empty.
+YAML::Node EffectsNode(const std::vector<Effect>& effects);
 
 }  // namespace trueline
