@@ -20,6 +20,7 @@ constexpr double kMargin = 1.0;  // s at a log's end that a latency may shift ou
 // One unknown of the evidence: the option it sets, and its unit in the search.
 struct Unknown {
   std::string name, unit;
+  double& (*in)(VgdOptions*);  // the option
   double start, prior_sigma, reach;
   bool logarithm;
 
@@ -31,23 +32,22 @@ class Evidence {
   Evidence(const std::vector<FlightShare>& flights, const FlightProblemOptions& options,
            const WholeFlightOptions& whole)
       : flights_(flights), options_(options) {
-    const ProcessNoise& process = options.vgd.process;
-    const auto add = [&](const char* name, const char* unit, double start) {
-      if (start > 0.0) {
-        unknowns_.push_back({name, unit, std::log(start), kLogSpread, kReach, true});
-      }
-    };
+    using Options = VgdOptions*;
     if (whole.learn_strengths) {
-      add("tilt_drift", "rad", process.tilt);
-      add("acceleration", "m/s^2/sqrt(Hz)", process.acceleration);
+      AddStrength("tilt_drift", "rad", [](Options o) -> double& { return o->process.tilt; });
+      AddStrength("acceleration", "m/s^2/sqrt(Hz)",
+                  [](Options o) -> double& { return o->process.acceleration; });
       if (options.vgd.UsesGusts()) {
-        add("gust", "m/s^2", process.gust);
-        add("force_scale", "1", options.vgd.drag_measurement.scale);
+        AddStrength("gust", "m/s^2", [](Options o) -> double& { return o->process.gust; });
+        AddStrength("force_scale", "1",
+                    [](Options o) -> double& { return o->drag_measurement.scale; });
       }
     }
     if (whole.attitude_latency > 0.0) {
-      unknowns_.push_back({"attitude_latency", "s", options.vgd.drive.attitude_latency,
-                           whole.attitude_latency, kLatencyReach * whole.attitude_latency, false});
+      unknowns_.push_back({"attitude_latency", "s",
+                           [](Options o) -> double& { return o->drive.attitude_latency; },
+                           options.vgd.drive.attitude_latency, whole.attitude_latency,
+                           kLatencyReach* whole.attitude_latency, false});
     }
     for (FlightShare& share : flights_)
       share.passes = PassesWithin(*share.flight, whole.learn_time);
@@ -58,12 +58,7 @@ class Evidence {
   VgdOptions With(const Eigen::VectorXd& z) const {
     VgdOptions vgd = options_.vgd;
     for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-      const double value = unknowns_[i].Value(z[i]);
-      if (unknowns_[i].name == "tilt_drift") vgd.process.tilt = value;
-      if (unknowns_[i].name == "acceleration") vgd.process.acceleration = value;
-      if (unknowns_[i].name == "gust") vgd.process.gust = value;
-      if (unknowns_[i].name == "force_scale") vgd.drag_measurement.scale = value;
-      if (unknowns_[i].name == "attitude_latency") vgd.drive.attitude_latency = value;
+      unknowns_[i].in(&vgd) = unknowns_[i].Value(z[i]);
     }
     return vgd;
   }
@@ -110,6 +105,13 @@ class Evidence {
   }
 
  private:
+  // Where the option is not zero.
+  void AddStrength(const char* name, const char* unit, double& (*in)(VgdOptions*)) {
+    const double start = in(&options_.vgd);
+    if (start > 0.0) {
+      unknowns_.push_back({name, unit, in, std::log(start), kLogSpread, kReach, true});
+    }
+  }
   // Of the first `passes`. If all are asked for, `b` may lack some at the end.
   static bool HaveTheSameArcs(const FlightData& a, const FlightData& b, int passes) {
     const int in_a = static_cast<int>(a.passes.size()), in_b = static_cast<int>(b.passes.size());
