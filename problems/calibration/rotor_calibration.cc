@@ -98,19 +98,18 @@ std::vector<double> ErrorsAt(double horizon, const std::vector<OpenLoopError>& a
 void ScorePredictions(const RotorAeroModel& model, const RotorData& fitted,
                       const RotorData& held_out, const RotorCalibrationOptions& options,
                       RotorCalibration* result) {
-  constexpr double kSpacing = 0.1;  // s
-  result->open_loop = ForecastOpenLoop(model, held_out, result->noise, result->batch.mean,
-                                       options.horizons, kSpacing);
+  constexpr double kSpacing = 0.1;                        // s
+  const std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
+  result->open_loop =
+      ForecastOpenLoop(model, held_out, result->noise, result->batch.mean, horizons, kSpacing);
   for (RotorForecast& forecast : result->open_loop) {
     forecast.t += SecondsBetween(result->origin, held_out.origin);
   }
-  const std::vector<OpenLoopError> before =
-      PredictOpenLoop(model, held_out, result->noise, result->batch.mean, options.prior.mean,
-                      options.horizons, kSpacing);
-  const std::vector<OpenLoopError> learned =
-      PredictOpenLoop(model, fitted, result->noise, result->batch.mean, result->batch.mean,
-                      options.horizons, kSpacing);
-  for (const double horizon : options.horizons) {
+  const std::vector<OpenLoopError> before = PredictOpenLoop(
+      model, held_out, result->noise, result->batch.mean, options.prior.mean, horizons, kSpacing);
+  const std::vector<OpenLoopError> learned = PredictOpenLoop(
+      model, fitted, result->noise, result->batch.mean, result->batch.mean, horizons, kSpacing);
+  for (const double horizon : horizons) {
     HorizonScore score{horizon};
     double squares = 0.0;
     for (const double error : ErrorsAt(horizon, before)) score.before += error;

@@ -36,9 +36,8 @@ struct RotorCalibrationOptions {
   double robust_pose = 3.0;        // sigmas, see RotorBatchOptions
   bool widen = true;               // see RotorBatchOptions
   std::vector<ConsideredEffect> considered;
-  double wander = 0.0;  // random walk of the filter's constants, see RotorEkfOptions
-  std::vector<double> horizons = {0.25, 0.5, 1.0};  // s
-  std::vector<std::string> warnings;                // from reading
+  double wander = 0.0;                // random walk of the filter's constants, see RotorEkfOptions
+  std::vector<std::string> warnings;  // from reading
 
   explicit RotorCalibrationOptions(RotorVehicle nominal)
       : vehicle(std::move(nominal)), prior(PriorFromVehicle(vehicle)) {}

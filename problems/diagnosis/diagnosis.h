@@ -24,7 +24,6 @@ using MakeFlight = std::function<std::unique_ptr<DiagnosedFlight>(const FlightLo
 
 struct SearchOptions {
   double alpha = 0.01;  // chance of a false cause, over the whole catalogue
-  int max_causes = 4;
   bool measure_gain = true;
 };
 

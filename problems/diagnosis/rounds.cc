@@ -17,6 +17,8 @@ void Rounds::Remove(std::size_t which) {
 
 namespace {
 
+constexpr int kMostCauses = 4;
+
 CandidateReport Report(const Tested& t, double alpha, int clusters) {
   const EffectInfo& info = *t.candidate.info;
   CandidateReport report = NamedReport(t.candidate, t.test.z(), t.p);
@@ -63,15 +65,15 @@ class CauseSearch {
         alpha_(options.alpha / tried_) {}
 
   Rounds Run() {
-    for (int round = 0; round <= options_.max_causes; ++round) {
+    for (int round = 0; round <= kMostCauses; ++round) {
       const Outcome outcome = TestAll();
       const Explanation& best = outcome.best;
       const std::vector<TestedTerm>& remaining = outcome.remaining;
       if (round == 0) StoreReports(*outcome.evidence);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
-      const bool last = best.effects.empty() || round == options_.max_causes ||
-                        static_cast<int>(rounds_.found.size()) >= options_.max_causes;
+      const bool last = best.effects.empty() || round == kMostCauses ||
+                        static_cast<int>(rounds_.found.size()) >= kMostCauses;
       if (BeyondEffects(remaining)) {
         if (!last && AddOnTrial(best)) continue;
         DropApproximations(outcome);

@@ -115,10 +115,9 @@ DesignedFigure DesignFigure(const BoundDesign& design,
       };
     };
     const Eigen::VectorXd units = OvertoneUnits(size, kYawSize);
-    x = Evolve(cost, x, units, {rough, 12, 0.1, design.seed, design.threads, watch(0)}).x;
+    x = Evolve(cost, x, units, {rough, 0.1, design.seed, design.threads, watch(0)}).x;
     if (whole_cost(x) > whole_cost(start)) x = start;  // the sketch was wrong
-    x = Evolve(whole_cost, x, units, {whole, 12, 0.05, design.seed, design.threads, watch(rough)})
-            .x;
+    x = Evolve(whole_cost, x, units, {whole, 0.05, design.seed, design.threads, watch(rough)}).x;
   }
   return {Scaled(design, path(x), 0.001, 1.0), whole_cost(start)};
 }

@@ -13,6 +13,8 @@ namespace {
 
 using Eigen::VectorXd;
 
+constexpr int kOffspring = 12;  // of a generation, evaluated in parallel
+
 // Weights and rates as in Hansen's tutorial (table 1), those of the covariance raised by
 // (n + 2) / 3 for its diagonal alone (Ros and Hansen, eq. 6).
 struct EvolutionRates {
@@ -37,22 +39,22 @@ struct EvolutionRates {
 
 Evolved Evolve(const std::function<double(const VectorXd&)>& cost, const VectorXd& start,
                const VectorXd& unit, const EvolveOptions& options) {
-  const int n = static_cast<int>(start.size()), parents = options.offspring / 2;
+  const int n = static_cast<int>(start.size()), parents = kOffspring / 2;
   const EvolutionRates rates(n, parents);
   Random random(options.seed, "evolve");
   Evolved best{start, cost(start)};
   VectorXd mean = start, variance = unit.cwiseAbs2();
   VectorXd path = VectorXd::Zero(n), step_path = path;
   double step = options.step;
-  for (int tried = 1; tried < options.evaluations; tried += options.offspring) {
-    std::vector<VectorXd> moves(options.offspring, VectorXd(n));
+  for (int tried = 1; tried < options.evaluations; tried += kOffspring) {
+    std::vector<VectorXd> moves(kOffspring, VectorXd(n));
     for (VectorXd& move : moves) {
       for (int j = 0; j < n; ++j) move[j] = std::sqrt(variance[j]) * random.Normal();
     }
-    std::vector<double> values(options.offspring);
-    ParallelFor(options.offspring, options.threads,
+    std::vector<double> values(kOffspring);
+    ParallelFor(kOffspring, options.threads,
                 [&](int i) { values[i] = cost(mean + step * moves[i]); });
-    std::vector<int> order(options.offspring);
+    std::vector<int> order(kOffspring);
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(),
                      [&](int a, int b) { return values[a] < values[b]; });
@@ -71,7 +73,7 @@ Evolved Evolve(const std::function<double(const VectorXd&)>& cost, const VectorX
                rates.rank * spread;
     const double damping = 1.0 + rates.step_path;
     step *= std::exp(rates.step_path / damping * (step_path.norm() / rates.walk - 1.0));
-    const int done = std::min(tried + options.offspring, options.evaluations);
+    const int done = std::min(tried + kOffspring, options.evaluations);
     const bool tenth = 10 * done / options.evaluations > 10 * tried / options.evaluations;
     if (options.watch && tenth) options.watch(done, best.value);
   }

@@ -11,8 +11,7 @@ namespace trueline {
 
 struct EvolveOptions {
   int evaluations = 1800;
-  int offspring = 12;  // of a generation, evaluated in parallel
-  double step = 0.1;   // of the first generation, in the units given
+  double step = 0.1;  // of the first generation, in the units given
   std::uint64_t seed = 0;
   int threads = 0;  // 0: all cores; the result does not depend on it
   std::function<void(int tried, double best)> watch = nullptr;  // called after each tenth

@@ -17,6 +17,9 @@ namespace {
 
 using Model = RotorAeroModel;
 constexpr int kNoise = 6;
+constexpr double kStartSeconds = 2.0;  // s, the start of the flight, filtered several times
+// Sigmas of the moving state before the first pose: rad, m, m/s, rad/s.
+constexpr double kSigmaAttitude = 0.2, kSigmaPosition = 1.0, kSigmaVelocity = 1.0, kSigmaRate = 1.0;
 constexpr double kSettling = 1.0;    // s, before innovations are judged
 constexpr double kFarBehind = 30.0;  // of log likelihood
 constexpr double kSettled = 0.1;     // sigmas, by which a pass may still move its constants
@@ -42,12 +45,12 @@ class Filter {
     bool settled = false;
     for (int pass = 0; pass < passes && !settled; ++pass) {
       Start();
-      FlyUntil(begin + options_.start_seconds);
+      FlyUntil(begin + kStartSeconds);
       settled = MovePoint();
     }
     if (!settled) {
       Start();
-      if (passes > 0) FlyUntil(begin + options_.start_seconds);
+      if (passes > 0) FlyUntil(begin + kStartSeconds);
     }
     held_ = false;
     FlyUntil(data_.poses.back().t);
@@ -63,10 +66,9 @@ class Filter {
     x_ = Joined(RoughNodes(data_, options_.prior.mean).front().motion, options_.prior.mean);
     drift_.setZero();
     Eigen::VectorXd sigma(unknowns_.size());
-    sigma.head<kMoving>() << Eigen::Vector3d::Constant(options_.sigma_attitude),
-        Eigen::Vector3d::Constant(options_.sigma_position),
-        Eigen::Vector3d::Constant(options_.sigma_velocity),
-        Eigen::Vector3d::Constant(options_.sigma_rate);
+    sigma.head<kMoving>() << Eigen::Vector3d::Constant(kSigmaAttitude),
+        Eigen::Vector3d::Constant(kSigmaPosition), Eigen::Vector3d::Constant(kSigmaVelocity),
+        Eigen::Vector3d::Constant(kSigmaRate);
     sigma.segment<3>(kDriftError).setConstant(options_.noise.angular_drift);
     for (int k = 0; k < unknowns_.num_constants(); ++k) {
       sigma[kNodeErrors + k] = options_.prior.sigma[unknowns_.constant(k)];

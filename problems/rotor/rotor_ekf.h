@@ -45,13 +45,8 @@ struct RotorEkfOptions {
   RotorPrior prior;
   // Densities of the constants' Wiener processes, as shares of their prior sigma, 1/sqrt(s).
   double wander = 0.0;
-  // Sigmas of the moving state before the first pose.
-  double sigma_attitude = 0.2;  // rad
-  double sigma_position = 1.0;  // m
-  double sigma_velocity = 1.0;  // m/s
-  double sigma_rate = 1.0;      // rad/s
-  double start_seconds = 2.0;   // s, the start of the flight, filtered up to `passes` times
-  int passes = 8;               // 0: an ordinary extended filter from the start
+  // The start of the flight is filtered up to so many times; 0: an ordinary extended filter.
+  int passes = 8;
   // Linearisation point of the first pass; the prior's mean if left out.
   std::optional<RotorConstants> point = {};
   // RotorEkfRun::likelihoods of another run on the same flight, or null. A run that falls far

@@ -16,7 +16,6 @@ struct NavigatorConfig {
   double attitude_gain = 0.3;            // share of a pose's difference that is taken over
   double position_gain = 0.3;
   double velocity_gain = 2.0;  // 1/s
-  double rate_filter = 0.008;  // s, of the gyro
 };
 
 class Navigator {
@@ -34,7 +33,7 @@ class Navigator {
     state_.p_E += dt * (state_.v_E + 0.5 * dt * a_E);
     state_.v_E += dt * a_E;
     state_.q_E_B = (q * RotationByVector(dt * w)).normalized().coeffs();
-    state_.w_B += (1.0 - std::exp(-dt / config_.rate_filter)) * (w - state_.w_B);
+    state_.w_B += (1.0 - std::exp(-dt / kRateFilter)) * (w - state_.w_B);
   }
 
   void AddPose(const Vector3d& p_E, const Quaterniond& q_E_P) {
@@ -46,6 +45,8 @@ class Navigator {
   }
 
  private:
+  static constexpr double kRateFilter = 0.008;  // s, of the gyro
+
   NavigatorConfig config_;
   BodyState state_;
 };

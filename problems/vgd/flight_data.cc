@@ -80,7 +80,7 @@ ArcPrediction FlightData::ArcAfter(int tau) const {
     arc.truth_source = "fixes";
     arc.truth_sigma =
         std::sqrt(continuous->noise.StepVariance(first.sigma, SecondsBetween(last.t, first.t)));
-  } else if (const auto truth = TruthAtPass(log, next, TruthOptions())) {
+  } else if (const auto truth = TruthAtPass(log, next)) {
     arc.truth = truth->p_E.head<2>();
     arc.truth_source = truth->from_mocap ? "mocap" : "fixes";
     arc.truth_sigma = truth->sigma;

@@ -36,7 +36,7 @@ std::vector<Forecast> ForecastAfter(const FlightData& flight, const VgdOptions& 
   for (const double horizon : horizons) {
     const TimeNs end = flight.passes[tau - 1].end + FromSeconds(horizon);
     if (end > flight.passes[tau].begin) continue;
-    const auto truth = PositionAt(flight.log.mocap, end, TruthOptions().max_mocap_gap);
+    const auto truth = PositionAt(flight.log.mocap, end, kLongestMocapGap);
     if (truth) forecasts.push_back(ForecastAt(flight, options, tau, start, horizon, *truth));
   }
   return forecasts;

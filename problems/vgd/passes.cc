@@ -54,13 +54,13 @@ std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions&
   return passes;
 }
 
-std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
-                                    const TruthOptions& options) {
+std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next) {
+  constexpr int kFixes = 5;  // of the next pass
   if (!log.mocap.empty()) {
-    const auto p_E = PositionAt(log.mocap, next.begin, options.max_mocap_gap);
+    const auto p_E = PositionAt(log.mocap, next.begin, kLongestMocapGap);
     return p_E ? std::optional<ArcTruth>({*p_E, true, 0.0}) : std::nullopt;
   }
-  const std::size_t last = std::min(next.last, next.first + options.fixes - 1);
+  const std::size_t last = std::min(next.last, next.first + kFixes - 1);
   const LineFit line = FitLine(log.fixes, next.first, last, next.begin);
   return ArcTruth{line.p, false, line.sigma};
 }

@@ -38,16 +38,11 @@ struct ArcTruth {
   double sigma;         // m, of each axis; zero for mocap
 };
 
-struct TruthOptions {
-  // Mocap is interpolated between samples at most this far apart (s); a longer outage gives no
-  // truth.
-  double max_mocap_gap = 0.12;
-  int fixes = 5;  // of the next pass, for the truth of a log without mocap
-};
+// s; mocap is interpolated between samples at most this far apart. A longer outage gives no truth.
+inline constexpr double kLongestMocapGap = 0.12;
 
 // Truth at the first fix of `next`, from mocap; empty during a mocap outage. If the log has no
 // mocap, it is that of a robust line fit to the first fixes of `next`.
-std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next,
-                                    const TruthOptions& options);
+std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next);
 
 }  // namespace trueline

@@ -111,7 +111,7 @@ FlightLog WithMocap() {
 TEST(TruthAtPass, InterpolatesMocap) {
   const FlightLog log = WithMocap();
   Pass next{0, 0, FromSeconds(1.234), FromSeconds(1.5)};
-  const auto truth = TruthAtPass(log, next, TruthOptions());
+  const auto truth = TruthAtPass(log, next);
   ASSERT_TRUE(truth.has_value());
   EXPECT_TRUE(truth->from_mocap);
   EXPECT_LT((truth->p_E - LineAt(1.234)).norm(), 1e-9);
@@ -119,10 +119,10 @@ TEST(TruthAtPass, InterpolatesMocap) {
 
 TEST(TruthAtPass, IsUnknownInAnOutageOfMocap) {
   const FlightLog log = WithMocap();
-  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(2.5), 0}, TruthOptions()).has_value());
-  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(9.0), 0}, TruthOptions()).has_value());
-  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(-1.0), 0}, TruthOptions()).has_value());
-  EXPECT_TRUE(TruthAtPass(log, {0, 0, FromSeconds(3.0), 0}, TruthOptions()).has_value());
+  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(2.5), 0}).has_value());
+  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(9.0), 0}).has_value());
+  EXPECT_FALSE(TruthAtPass(log, {0, 0, FromSeconds(-1.0), 0}).has_value());
+  EXPECT_TRUE(TruthAtPass(log, {0, 0, FromSeconds(3.0), 0}).has_value());
 }
 
 TEST(TruthAtPass, WithoutMocapFollowsTheNextPassRobustly) {
@@ -132,7 +132,7 @@ TEST(TruthAtPass, WithoutMocapFollowsTheNextPassRobustly) {
   for (Fix& fix : log.fixes) fix.p_E += 0.05 * random.NormalVector3();
   log.fixes[2].p_E += Vector3d(3, 3, 0);  // a false gate among the first five
   const Pass next{0, log.fixes.size() - 1, log.fixes.front().t, log.fixes.back().t};
-  const auto truth = TruthAtPass(log, next, TruthOptions());
+  const auto truth = TruthAtPass(log, next);
   ASSERT_TRUE(truth.has_value());
   EXPECT_FALSE(truth->from_mocap);
   EXPECT_LT((truth->p_E - LineAt(5.0)).norm(), 0.25);
