@@ -98,12 +98,16 @@ Columns FreeColumns(const Eigen::MatrixXd& d_rows) {
 ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
                                    int ordinary_errors, const Columns& more,
                                    const NoiseStrengths& noise)
-    : flight_(std::move(flight)),
+    : ImuLinearisation(std::move(flight), fit, ordinary_errors, noise, fit.columns.With(more)) {}
+
+ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
+                                   int ordinary_errors, const NoiseStrengths& noise, Columns all)
+    : Linearisation(
+          ChainSystem(LinearFlight{*flight, fit.rows, fit.x, fit.weight, all}, noise).ByCluster()),
+      flight_(std::move(flight)),
       fit_(fit),
       ordinary_errors_(ordinary_errors),
-      columns_(fit.columns.With(more)),
-      system_(ChainSystem(LinearFlight{*flight_, fit.rows, fit.x, fit.weight, columns_}, noise)
-                  .ByCluster()) {
+      columns_(std::move(all)) {
   nuisances = Range(0, kThetaSize + ordinary_errors);
 }
 

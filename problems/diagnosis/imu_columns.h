@@ -37,21 +37,16 @@ class ImuLinearisation : public Linearisation {
   ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
                    int ordinary_errors, const Columns& more, const NoiseStrengths& noise);
 
-  const Eigen::MatrixXd& M() const override { return system_.M(); }
-  const Eigen::VectorXd& b() const override { return system_.b(); }
-  int clusters() const override { return system_.clusters(); }
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
-                                  const Eigen::MatrixXd& v) const override {
-    return system_.ClusterProducts(e, v);
-  }
   std::vector<Relearned> Relearn(const std::vector<std::vector<int>>& sets) const override;
 
  private:
+  ImuLinearisation(std::shared_ptr<const BaseFlight> flight, const BaseFit& fit,
+                   int ordinary_errors, const NoiseStrengths& noise, Columns all);
+
   std::shared_ptr<const BaseFlight> flight_;
   const BaseFit& fit_;
   int ordinary_errors_;
   Columns columns_;
-  ReducedSystem system_;
 };
 
 // Learned noise far beyond that of ordinary flights, in words.

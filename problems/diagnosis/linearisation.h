@@ -5,8 +5,10 @@
 #include <Eigen/Core>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "problems/chain/reduced_system.h"
 #include "problems/effects/declaration.h"
 
 namespace trueline {
@@ -34,18 +36,17 @@ struct TermColumns {
 
 class Linearisation {
  public:
+  // The border of `system` are the columns: first the model's constants.
+  explicit Linearisation(ReducedSystem system) : system_(std::move(system)) {}
   virtual ~Linearisation() = default;
 
-  // The cost is 1/2 z'Mz + b'z + const over the columns z, minimised over the states; it includes
-  // the model's constants, the first columns, and priors.
-  virtual const Eigen::MatrixXd& M() const = 0;
-  virtual const Eigen::VectorXd& b() const = 0;
-  virtual int clusters() const = 0;
-  // For each cluster of time the sum over its rows of e_i v_i: e are the whitened residuals at the
-  // columns' values `e` (one more entry multiplies the residual itself), v those at each column of
-  // `v`. Clusters x columns of v.
-  virtual Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
-                                          const Eigen::MatrixXd& v) const = 0;
+  // See ReducedSystem.
+  const Eigen::MatrixXd& M() const { return system_.M(); }
+  const Eigen::VectorXd& b() const { return system_.b(); }
+  int clusters() const { return system_.clusters(); }
+  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e, const Eigen::MatrixXd& v) const {
+    return system_.ClusterProducts(e, v);
+  }
 
   // A fit with noise learned again while one effect or term is in the model. Noise that was learned
   // without it contains what it explains.
@@ -66,6 +67,9 @@ class Linearisation {
   std::vector<int> Modelled() const;
   // The same without those of cause `which`.
   std::vector<int> Beside(std::size_t which) const;
+
+ private:
+  ReducedSystem system_;
 };
 
 // Indices `first`, `first` + 1, ... and lists one after another.

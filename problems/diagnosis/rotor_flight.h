@@ -108,7 +108,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   RotorBatchOptions BatchOptions() const;
   // The result of the last Solve with covariance.
   RotorBatchResult WithCovariance() const;
-  // Normal equations of the last Solve, with the columns of its causes; computed at the first use.
+  // Normal equations of the last Solve with these columns.
+  RotorNormal NormalWith(const RotorColumns& columns) const;
+  // The same with the columns of its causes; computed at the first use.
   const RotorNormal& Normal() const;
   int constants() const { return static_cast<int>(fit_.setup->prior.Free().size()); }
   std::vector<RotorVariant> VariantsFor(const Candidate& candidate, const Eigen::VectorXd& value,

@@ -15,23 +15,6 @@ namespace {
 constexpr double kRotorCluster = 1.0;  // s, over which residuals may be correlated
 constexpr double kLocal = 0.1;         // share of a parameter's step, for slopes at a value
 
-class RotorLinearisation : public Linearisation {
- public:
-  explicit RotorLinearisation(RotorNormal normal) : normal_(std::move(normal)) {
-    nuisances = Range(0, normal_.constants());
-  }
-  const Eigen::MatrixXd& M() const override { return normal_.M(); }
-  const Eigen::VectorXd& b() const override { return normal_.b(); }
-  int clusters() const override { return normal_.clusters(); }
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd& e,
-                                  const Eigen::MatrixXd& v) const override {
-    return normal_.ClusterProducts(e, v);
-  }
-
- private:
-  RotorNormal normal_;
-};
-
 // The size of each parameter that one unit of a column at this value stands for.
 Eigen::VectorXd UnitsAt(const Candidate& candidate, const Eigen::VectorXd& value) {
   const double share = value == candidate.Neutral() ? 1.0 : kLocal;
@@ -67,11 +50,12 @@ std::vector<RotorVariant> RotorDrivenFlight::VariantsOfFound() const {
   return variants;
 }
 
+RotorNormal RotorDrivenFlight::NormalWith(const RotorColumns& columns) const {
+  return {fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch, columns, kRotorCluster};
+}
+
 const RotorNormal& RotorDrivenFlight::Normal() const {
-  if (!normal_) {
-    normal_.emplace(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                    ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr), kRotorCluster);
-  }
+  if (!normal_) normal_ = NormalWith(ColumnsOf(*fit_.setup, VariantsOfFound(), nullptr));
   return *normal_;
 }
 
@@ -116,13 +100,12 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
     for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
   }
   const RotorTerms library = terms ? MakeRotorTerms(*fit_.setup) : RotorTerms();
-  auto fit =
-      candidates.empty() && !terms
-          ? std::make_unique<RotorLinearisation>(Normal())
-          : std::make_unique<RotorLinearisation>(RotorNormal(
-                fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                ColumnsOf(*fit_.setup, std::move(variants), terms ? &library.columns : nullptr),
-                kRotorCluster));
+  const bool as_fitted = candidates.empty() && !terms;
+  auto fit = std::make_unique<Linearisation>(
+      as_fitted ? Normal()
+                : NormalWith(ColumnsOf(*fit_.setup, std::move(variants),
+                                       terms ? &library.columns : nullptr)));
+  fit->nuisances = Range(0, constants());
   int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
   for (const Found& f : fit_.found) {
@@ -147,9 +130,8 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::LineariseTerms(
   const RotorColumns columns = OpenRotorTerms(*fit_.setup, terms);
   std::vector<RotorVariant> variants = VariantsOfFound();
   const int modelled = constants() + static_cast<int>(variants.size());
-  auto fit = std::make_unique<RotorLinearisation>(
-      RotorNormal(fit_.setup->model, *fit_.setup->data, BatchOptions(), fit_.batch,
-                  ColumnsOf(*fit_.setup, std::move(variants), &columns), kRotorCluster));
+  auto fit = std::make_unique<Linearisation>(
+      NormalWith(ColumnsOf(*fit_.setup, std::move(variants), &columns)));
   fit->nuisances = Range(0, modelled);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     fit->terms.push_back({terms[i].Name(), {modelled + static_cast<int>(i)}, {}});

@@ -188,28 +188,20 @@ TEST(Verdict, ExplainedNeedsCausesThatCanBeReliedOnAndLeaveNothing) {
 }
 
 // Two constants with priors of one, and a cause that is seen through their sum with the first.
-class TwoConstants : public Linearisation {
- public:
-  explicit TwoConstants(double apart) {
-    // Rows: (constant 1 + cause) with weight 100, the cause alone with weight `apart`.
-    M_ = Eigen::Matrix3d::Zero();
-    M_.diagonal() << 1.0, 1.0 + 50.0, 0.0;
-    const Eigen::Vector3d sum(1.0, 0.0, 1.0), cause(0.0, 0.0, 1.0);
-    M_ += 100.0 * sum * sum.transpose() + apart * cause * cause.transpose();
-    nuisances = {0, 1};
-    found = {{{2}, Eigen::VectorXd::Ones(1)}};
-  }
-  const Eigen::MatrixXd& M() const override { return M_; }
-  const Eigen::VectorXd& b() const override { return b_; }
-  int clusters() const override { return 1; }
-  Eigen::MatrixXd ClusterProducts(const Eigen::VectorXd&, const Eigen::MatrixXd&) const override {
-    return {};
-  }
-
- private:
-  Eigen::MatrixXd M_;
-  Eigen::VectorXd b_ = Eigen::VectorXd::Zero(3);
-};
+Linearisation TwoConstants(double apart) {
+  // Rows: (constant 1 + cause) with weight 100, constant 2 with weight 50, the cause alone with
+  // weight `apart`.
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(4, 4);
+  const Eigen::Vector4d sum(1.0, 0.0, 1.0, 0.0);
+  gram += 100.0 * sum * sum.transpose();
+  gram(1, 1) += 50.0;
+  gram(2, 2) += apart;
+  Linearisation fit(
+      ReducedSystem({gram}, {Eigen::Vector3d(1.0, 1.0, 0.0), Eigen::Vector3d::Zero()}, 0.0, 0.0));
+  fit.nuisances = {0, 1};
+  fit.found = {{{2}, Eigen::VectorXd::Ones(1)}};
+  return fit;
+}
 
 TEST(Confused, ACauseThatOnlyThePriorOfAConstantShows) {
   const Candidate candidate{&InfoOf("fix_scale"), {}};
