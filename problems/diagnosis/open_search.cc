@@ -19,7 +19,8 @@ constexpr std::size_t kMostRejected = 4;  // by the fit with them in the model
 constexpr int kChunk = 128;     // columns at a time: the cost of a chunk grows with its square
 constexpr double kAlike = 6.0;  // of the gain
 constexpr std::size_t kTestedAgain = 6;
-constexpr std::size_t kRefined = 2;  // humps
+constexpr std::size_t kRefined = 2;     // humps
+constexpr double kNearlyShown = 100.0;  // of the level: noise that is learned again changes p
 // Of a term's information, left beside the model's constants. Below it they imitate the term, and
 // its size says nothing: a moment with the pitch rate beside a constant for just that.
 constexpr double kLeastOwn = 0.01;
@@ -48,7 +49,8 @@ struct TestedOpenTerm {
   double p = 1.0;
   double sigma = 0.0;  // of test.value; with few clusters larger than test.sigma
 
-  double gain() const { return std::min(test.gain, test.chi2_cluster); }
+  // Terms compete by the likelihood. The scatter between clusters says what is significant.
+  double gain() const { return test.gain; }
   // Each half predicts the other one better.
   bool Repeats() const {
     const auto gains = [](const SizeWithSigma& of, const SizeWithSigma& by) {
@@ -214,11 +216,12 @@ class OpenSearch {
     return sizes;
   }
 
-  // The best of those that the constants do not imitate.
+  // The best of those that are shown, or nearly, and that the constants do not imitate.
   std::vector<TestedOpenTerm*> ByGain(std::vector<TestedOpenTerm>* tested) const {
     std::vector<TestedOpenTerm*> order;
     for (TestedOpenTerm& t : *tested) {
-      if (t.own >= kLeastOwn && !rejected_.contains(t.term.Name())) order.push_back(&t);
+      const bool shown = t.p < kNearlyShown * each_ && t.own >= kLeastOwn;
+      if (shown && !rejected_.contains(t.term.Name())) order.push_back(&t);
     }
     std::sort(order.begin(), order.end(), HasMoreGain);
     order.resize(std::min(order.size(), kTestedAgain));
