@@ -69,13 +69,13 @@ int RunImu() {
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
-      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults);
+      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults, trueline::DrivenBy::kImu);
   trueline::ForgetOwnModel(FLAGS_model, logs, &options);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
-  trueline::JudgeLog(faults, &calibration.verdict);
+  trueline::JudgeLog(faults, trueline::DelaysOf(calibration), &calibration.verdict);
   trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
                              trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
@@ -91,11 +91,12 @@ int RunRotors() {
   }
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
   std::vector<trueline::LogFault> faults;
-  const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log, &faults);
+  const trueline::FlightLog log =
+      trueline::ReadAndLook(FLAGS_log, &faults, trueline::DrivenBy::kRotors);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
-  trueline::JudgeLog(faults, &calibration.verdict);
+  trueline::JudgeLog(faults, trueline::DelaysOf(calibration), &calibration.verdict);
   trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),

@@ -44,8 +44,9 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
-std::vector<trueline::FlightLog> ReadLogs(std::vector<trueline::LogFault>* faults) {
-  return trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults);
+std::vector<trueline::FlightLog> ReadLogs(trueline::DrivenBy driven_by,
+                                          std::vector<trueline::LogFault>* faults) {
+  return trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults, driven_by);
 }
 
 int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
@@ -65,7 +66,7 @@ int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& 
 int RunRotors() {
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
   std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(&faults);
+  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::DrivenBy::kRotors, &faults);
   trueline::RotorDiagnosisOptions options(
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
   options.alpha = FLAGS_alpha;
@@ -83,7 +84,7 @@ int RunImu() {
   options.alpha = FLAGS_alpha;
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
   std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(&faults);
+  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::DrivenBy::kImu, &faults);
   return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }

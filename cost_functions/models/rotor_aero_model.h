@@ -178,11 +178,18 @@ class RotorAeroModel {
     Base::Read(x, acceleration.force, acceleration.turn, y);
   }
 
-  // Position of P in E [m] as stamped.
+  // Position of P in E [m] as stamped: that of M and the arm, moved back over the delay (first
+  // order in the delay).
   template <class T>
   static void Position(const T* x, T* y) {
-    Base::Position(x, y);
-    for (int i = 0; i < 3; ++i) y[i] -= x[kPoseDelay] * x[Base::kVelocity + i];
+    const T& delay = x[kPoseDelay];
+    const Vec4<T> q(x[0], x[1], x[2], x[3]);
+    const Vec3<T> arm = Base::Vector(x, Base::kPoseArm) - Base::Vector(x, Base::kCentre);
+    const Vec3<T> turned = Cross(Base::Vector(x, Base::kRate), arm);
+    const Vec3<T> before = RotateByUnit(q, Vec3<T>(arm - Vec3<T>(delay * turned)));
+    for (int i = 0; i < 3; ++i) {
+      y[i] = x[Base::kPosition + i] - delay * x[Base::kVelocity + i] + before[i];
+    }
   }
 
   // Attitude as stamped: q_E_M, w x y z, rotated back over the delay (first order in the delay).

@@ -160,10 +160,31 @@ void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
   AddReasons(reasons, verdict);
 }
 
-void JudgeLog(const std::vector<LogFault>& faults, Verdict* verdict) {
+std::vector<StreamDelay> DelaysOf(const Calibration& calibration) {
+  const std::vector<WindowEstimate>& windows = calibration.Reported().windows;
+  if (windows.empty() || !windows.back().fix_latency) return {};
+  const ParameterEstimate& delay = *windows.back().fix_latency;
+  return {{"fixes", delay.value, delay.sigma}};
+}
+
+namespace {
+
+bool IsEstimated(const LogFault& fault, const std::vector<StreamDelay>& delays) {
+  constexpr double kSigmas = 3.0, kOfFirstLook = 0.03;  // s, its own error
+  return fault.id == "clock_offset" && !fault.fatal &&
+         std::any_of(delays.begin(), delays.end(), [&](const StreamDelay& delay) {
+           return delay.stream == fault.stream &&
+                  std::abs(delay.value - fault.size) < kSigmas * delay.sigma + kOfFirstLook;
+         });
+}
+
+}  // namespace
+
+void JudgeLog(const std::vector<LogFault>& faults, const std::vector<StreamDelay>& delays,
+              Verdict* verdict) {
   std::vector<std::string> reasons;
-  reasons.reserve(faults.size());
   for (const LogFault& fault : faults) {
+    if (IsEstimated(fault, delays)) continue;
     reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault.text);
   }
   AddReasons(reasons, verdict);

@@ -58,8 +58,18 @@ Verdict Judge(const EstimatorRun& run);
 // Adds what the whole flight's learned strengths tell: a model with much noise explains anything.
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict);
 
-// Adds faults of the log, which make parameters wrong however well the model fits.
-void JudgeLog(const std::vector<LogFault>& faults, Verdict* verdict);
+// Delays of streams that the fit has estimated: late fixes are no fault of a log whose fit allows
+// for them.
+struct StreamDelay {
+  std::string stream;
+  double value, sigma;  // s
+};
+std::vector<StreamDelay> DelaysOf(const Calibration& calibration);
+
+// Adds faults of the log, which make parameters wrong however well the model fits. A clock that is
+// off by a delay that the fit has found as well is none.
+void JudgeLog(const std::vector<LogFault>& faults, const std::vector<StreamDelay>& delays,
+              Verdict* verdict);
 
 // One estimator with one window length.
 struct PlannedRun {

@@ -175,6 +175,39 @@ std::vector<std::string> LargeBiases(const RotorCalibration& c) {
   return texts;
 }
 
+const ParameterEstimate* Named(const std::string& name, const RotorCalibration& c) {
+  const auto found = std::ranges::find(c.parameters, name, &ParameterEstimate::name);
+  return found == c.parameters.end() ? nullptr : &*found;
+}
+
+// The pose's residual is linear in the delay.
+template <class Poor>
+void JudgeDelay(const RotorCalibration& c, const Poor& poor) {
+  constexpr double kLinear = 0.04;  // s
+  const ParameterEstimate* delay = Named("pose_delay", c);
+  if (delay == nullptr || std::abs(delay->value) < kLinear) return;
+  poor(
+      fmt::format("the poses come {:.3f} s late, more than the model allows for ({} s); move their "
+                  "stamps by that (trueline-inspect writes the corrected map)",
+                  delay->value, kLinear));
+}
+
+// One segment lasts from a pose to the next. Errors of the forces add up over it.
+template <class Poor>
+void JudgePauses(const RotorCalibration& c, const Poor& poor) {
+  constexpr double kLongest = 0.6;  // s
+  double longest = 0.0;
+  for (std::size_t i = 1; i < c.pose_times.size(); ++i) {
+    longest = std::max(longest, c.pose_times[i] - c.pose_times[i - 1]);
+  }
+  if (longest < kLongest) return;
+  poor(
+      fmt::format("the poses pause for up to {:.2f} s: over pauses of more than {} s the errors of "
+                  "the forces add up, and constants come out wrong; fit a stretch without a pause "
+                  "(start, duration)",
+                  longest, kLongest));
+}
+
 Verdict JudgeRotors(const RotorCalibration& c) {
   Verdict verdict{"usable", {}};
   const auto poor = [&](const std::string& reason) {
@@ -201,6 +234,8 @@ Verdict JudgeRotors(const RotorCalibration& c) {
       poor("motor_lag is not above 0 s: the commands come later than what they do; check clocks");
     }
   }
+  JudgeDelay(c, poor);
+  JudgePauses(c, poor);
   for (const std::string& text : LargeBiases(c)) poor(text);
   for (const std::string& fault : FaultsOfPredictions(c.predictions)) poor(fault);
   if (!c.batch.converged || identified < 3) {
@@ -313,6 +348,12 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   }
   result.verdict = JudgeRotors(result);
   return result;
+}
+
+std::vector<StreamDelay> DelaysOf(const RotorCalibration& calibration) {
+  const ParameterEstimate* delay = Named("pose_delay", calibration);
+  if (delay == nullptr) return {};
+  return {{"pose", delay->value, delay->sigma}, {"mocap", delay->value, delay->sigma}};
 }
 
 }  // namespace trueline

@@ -77,6 +77,8 @@ struct RotorCalibration {
   Verdict verdict;
   std::vector<std::string> warnings;
 };
+// Of the poses, if their delay is one of the constants that were fitted.
+std::vector<StreamDelay> DelaysOf(const RotorCalibration& calibration);
 
 // The model of the vehicle with its effects.
 RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog& log);

@@ -93,11 +93,19 @@ void WarnOfOtherVehicle(const std::string& config, const FlightLog& log,
 
 }  // namespace
 
+// Of four simulated flights the height of the centre of mass was 0.2 to 2.4 sigmas off at 125 Hz
+// and 3.5 to 8 at 250 Hz.
+constexpr double kHighestPoseRate = 60.0;
+
 void Serialize(YamlArchive* a, RotorCalibrationOptions* o) {
   RotorDataOptions* data = &o->data;
   a->Choice("fit_to", &data->source, {{"mocap", PoseSource::kMocap}, {"pose", PoseSource::kPose}});
   a->Value("attitude", &data->attitude);
   a->Positive("pose_rate", &data->pose_rate);
+  a->Require(data->pose_rate <= kHighestPoseRate, "pose_rate",
+             fmt::format("is at most {} Hz: over shorter segments the accelerometer's noise looks "
+                         "like a turn, and the centre of mass comes out wrong",
+                         kHighestPoseRate));
   a->NotNegative("start", &data->start);
   a->NotNegative("end", &data->end);
   a->NotNegative("hold_out", &o->hold_out);

@@ -92,10 +92,11 @@ void CheckTimeUnit(Examination* e) {
   });
 }
 
-void CheckAttitudeIsThere(Examination* e) {
-  const FlightLog& log = e->log;
-  if (!log.attitude.empty() || !log.rotors.empty() || log.imu.size() < 2) return;
-  if (SecondsBetween(log.imu.front().t, log.imu.back().t) < kLeastOverlap) return;
+}  // namespace
+
+std::optional<Finding> MissingAttitude(const FlightLog& log) {
+  if (!log.attitude.empty() || log.imu.size() < 2) return std::nullopt;
+  if (SecondsBetween(log.imu.front().t, log.imu.back().t) < kLeastOverlap) return std::nullopt;
   Finding finding;
   finding.id = "attitude_missing";
   finding.stream = "attitude";
@@ -105,10 +106,8 @@ void CheckAttitudeIsThere(Examination* e) {
       "attitude.csv is missing: the program's own filter gives the attitude, with a heading that "
       "starts at zero and a tilt that is wrong by degrees in turns";
   finding.remedy = "log the autopilot's attitude";
-  e->Add(finding);
+  return finding;
 }
-
-}  // namespace
 
 void CheckCover(Examination* e) {
   CheckTimeUnit(e);
@@ -118,7 +117,8 @@ void CheckCover(Examination* e) {
   CheckStreamCover(e->log.pose, "pose", e);
   CheckStreamCover(e->log.rotors, "rotors", e);
   CheckStreamCover(e->log.motors, "motors", e);
-  CheckAttitudeIsThere(e);
+  const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;
+  if (missing) e->Add(*missing);
 }
 
 }  // namespace trueline

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include "problems/common/units.h"
@@ -56,8 +57,11 @@ struct Examination {
 // The attitudes of a stream of the repaired log: attitude, mocap or pose.
 std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream);
 
-// Time that streams share with the IMU; whether there is an attitude.
+// Time that streams share with the IMU; whether there is an attitude, unless rotor speeds may drive
+// the model.
 void CheckCover(Examination* e);
+// That the log has no attitude.
+std::optional<Finding> MissingAttitude(const FlightLog& log);
 // Streams that stand still while the vehicle turns.
 void CheckFrozen(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.

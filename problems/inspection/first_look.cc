@@ -79,9 +79,13 @@ bool MakesWrong(const Finding& finding) {
          (finding.level == Level::kBiases && finding.id != "spikes");
 }
 
-std::vector<Finding> FindingsForAll(const FlightLog& log) {
+std::vector<Finding> FindingsForAll(const FlightLog& log, DrivenBy driven_by) {
   std::vector<Finding> findings = FindingsOf(log);
   std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
+  if (driven_by == DrivenBy::kNotKnown) return findings;
+  std::erase_if(findings, [](const Finding& f) { return f.id == "attitude_missing"; });
+  const auto missing = driven_by == DrivenBy::kImu ? MissingAttitude(log) : std::nullopt;
+  if (missing) findings.push_back(*missing);
   return findings;
 }
 
@@ -102,12 +106,13 @@ bool IsSameRecording(const FlightLog& a, const FlightLog& b) {
 
 }  // namespace
 
-FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults) {
+FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults,
+                      DrivenBy driven_by) {
   FlightLog log = ReadNativeLog(directory);
-  for (const Finding& finding : FindingsForAll(log)) {
+  for (const Finding& finding : FindingsForAll(log, driven_by)) {
     log.warnings.push_back(WarningOf(finding));
     if (faults != nullptr && MakesWrong(finding)) {
-      faults->push_back({finding.id, finding.level == Level::kFatal,
+      faults->push_back({finding.id, finding.stream, finding.size, finding.level == Level::kFatal,
                          fmt::format("{}: {}", finding.id, finding.text)});
     }
   }
@@ -115,10 +120,10 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
 }
 
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults) {
+                                   std::vector<LogFault>* faults, DrivenBy driven_by) {
   std::vector<FlightLog> logs;
   for (const std::string& directory : directories) {
-    FlightLog log = ReadAndLook(directory, faults);
+    FlightLog log = ReadAndLook(directory, faults, driven_by);
     for (const FlightLog& other : logs) {
       if (!IsSameRecording(log, other)) continue;
       throw ErrorAt(directory, 0,
@@ -132,7 +137,9 @@ std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
 
 std::vector<std::string> FirstLook(const FlightLog& log) {
   std::vector<std::string> warnings;
-  for (const Finding& finding : FindingsForAll(log)) warnings.push_back(WarningOf(finding));
+  for (const Finding& finding : FindingsForAll(log, DrivenBy::kNotKnown)) {
+    warnings.push_back(WarningOf(finding));
+  }
   return warnings;
 }
 

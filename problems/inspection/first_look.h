@@ -11,20 +11,25 @@ namespace trueline {
 
 // A finding that makes parameters wrong, as results state it.
 struct LogFault {
-  std::string id;
+  std::string id, stream;
+  double size;  // in the finding's unit
   bool fatal;
   std::string text;  // "id: what is wrong"
 };
 
+// What drives the model: the IMU, which needs an attitude, or the rotors, which do not.
+enum class DrivenBy { kImu, kRotors, kNotKnown };
+
 // ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
 // those that make parameters wrong.
 FlightLog ReadAndLook(const std::filesystem::path& directory,
-                      std::vector<LogFault>* faults = nullptr);
+                      std::vector<LogFault>* faults = nullptr,
+                      DrivenBy driven_by = DrivenBy::kNotKnown);
 
 // ReadAndLook for several flights. Throws InputError where two of them are one recording, which
 // would count its data twice and confirm itself.
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults = nullptr);
+                                   std::vector<LogFault>* faults, DrivenBy driven_by);
 
 // What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
 // remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle

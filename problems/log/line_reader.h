@@ -12,8 +12,8 @@ namespace trueline {
 
 class LineReader {
  public:
-  // Throws InputError when the file can't be opened; Next() and AtEnd() where it is damaged, UTF-16,
-  // or has lines that end in CR alone.
+  // Throws InputError when the file can't be opened; Next() and AtEnd() where it is damaged,
+  // UTF-16, or has lines that end in CR alone.
   explicit LineReader(const std::filesystem::path& path);
 
   // The next line without its end (LF or CR LF), valid until the next call. False at the end.

@@ -245,6 +245,22 @@ TEST(SummariseArcs, MocapOutranksFixesAsTruth) {
   EXPECT_EQ(SummariseArcs(run).error.count, 14);
 }
 
+// Fixes of a receiver are late. A fit that estimates by how much has no fault to report.
+TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
+  const LogFault late{"clock_offset", "fixes", 0.11, false,
+                      "clock_offset: fixes come 0.110 s later"};
+  const auto reasons = [&](const std::vector<StreamDelay>& delays, const LogFault& fault) {
+    Verdict verdict{"usable", {}};
+    JudgeLog({fault}, delays, &verdict);
+    return verdict.reasons.size();
+  };
+  EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, late), 0U);
+  EXPECT_EQ(reasons({{"fixes", 0.3, 0.022}}, late), 1U);   // contradicts it
+  EXPECT_EQ(reasons({{"pose", 0.126, 0.022}}, late), 1U);  // another stream
+  EXPECT_EQ(reasons({}, late), 1U);
+  EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, {"stuck", "fixes", 0.11, false, "stuck: x"}), 1U);
+}
+
 TEST(ArcPrediction, EllipseFollowsTheCovariance) {
   ArcPrediction arc;
   arc.cov << 1.0, 0.9, 0.9, 1.0;

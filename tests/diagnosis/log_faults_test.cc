@@ -15,7 +15,8 @@ std::string VerdictWith(const std::string& verdict, const LogFault& fault) {
 }
 
 TEST(LogFaults, AFatalFaultExplainsNothing) {
-  const LogFault axes{"accelerometer_axes", true, "accelerometer_axes: x and y are exchanged"};
+  const LogFault axes{"accelerometer_axes", "", 0.0, true,
+                      "accelerometer_axes: x and y are exchanged"};
   EXPECT_EQ(VerdictWith("clean", axes), "unexplained");
   EXPECT_EQ(VerdictWith("explained", axes), "unexplained");
 }
@@ -25,22 +26,22 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
   diagnosis.in_model = {Effect{}};
   diagnosis.open.described.resize(1);
   diagnosis.open.described[0].in_model = true;
-  AddLogFaults({{"stuck", false, "stuck"}}, &diagnosis);
+  AddLogFaults({{"stuck", "", 0.0, false, "stuck"}}, &diagnosis);
   EXPECT_EQ(diagnosis.in_model.size(), 1U);
-  AddLogFaults({{"accelerometer_axes", true, "accelerometer_axes"}}, &diagnosis);
+  AddLogFaults({{"accelerometer_axes", "", 0.0, true, "accelerometer_axes"}}, &diagnosis);
   EXPECT_TRUE(diagnosis.in_model.empty());
   EXPECT_FALSE(diagnosis.open.described[0].in_model);
   EXPECT_THAT(diagnosis.model_lacks, testing::HasSubstr("fatal"));
 }
 
 TEST(LogFaults, AnotherFaultIsNotClean) {
-  const LogFault stuck{"stuck", false, "stuck: mocap.csv stands still"};
+  const LogFault stuck{"stuck", "", 0.0, false, "stuck: mocap.csv stands still"};
   EXPECT_EQ(VerdictWith("clean", stuck), "unexplained");
   EXPECT_EQ(VerdictWith("explained", stuck), "explained");
 }
 
 TEST(LogFaults, WhatTheCatalogueStatesIsJudgedByTheSearch) {
-  const LogFault scale{"accelerometer_scale", false, "accelerometer_scale: 0.9"};
+  const LogFault scale{"accelerometer_scale", "", 0.0, false, "accelerometer_scale: 0.9"};
   EXPECT_EQ(VerdictWith("clean", scale), "clean");
   EXPECT_EQ(VerdictWith("ambiguous", scale), "ambiguous");
 }

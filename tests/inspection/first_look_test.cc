@@ -4,11 +4,14 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/common/units.h"
 #include "problems/inspection/align_mocap.h"
 #include "problems/inspection/inspection.h"
+#include "problems/log/native_log.h"
+#include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
 
 namespace trueline {
@@ -143,6 +146,23 @@ TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
   FlightLog log = Hippodrome();
   log.attitude.clear();
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv is missing")));
+}
+
+// Rotor speeds need no attitude, and do not replace it where the IMU drives the model.
+TEST(ReadAndLook, AsksForAnAttitudeWhereTheImuDrivesTheModel) {
+  FlightLog log = Hippodrome();
+  log.attitude.clear();
+  for (const ImuSample& sample : log.imu) log.rotors.push_back({sample.t, {500, 500, 500, 500}});
+  const TestFolder folder;
+  WriteNativeLog(log, folder / "log");
+  const auto faults = [&](DrivenBy driven_by) {
+    std::vector<LogFault> found;
+    ReadAndLook(folder / "log", &found, driven_by);
+    return std::ranges::count(found, std::string("attitude_missing"), &LogFault::id);
+  };
+  EXPECT_EQ(faults(DrivenBy::kImu), 1);
+  EXPECT_EQ(faults(DrivenBy::kRotors), 0);
+  EXPECT_EQ(faults(DrivenBy::kNotKnown), 0);
 }
 
 // The middle of a long flight shows a clock; the whole of it shows cover.
