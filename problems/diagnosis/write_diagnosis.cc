@@ -35,7 +35,7 @@ YAML::Node ParametersNode(const Cause& cause) {
   YAML::Node node;
   for (const auto& [name, value] : cause.candidate.fixed) {
     node[name] = FlowMap(
-        {{"value", Rounded(value, 6)}, {"unit", UnitOf(cause.candidate.info->indices, name)}});
+        {{"value", RoundedOrWhole(value, 6)}, {"unit", UnitOf(cause.candidate.info->indices, name)}});
   }
   for (int i = 0; i < cause.value.size(); ++i) {
     const EffectParameterInfo& info = cause.candidate.info->parameters[i];

@@ -94,7 +94,7 @@ YAML::Node ToYaml(const Effect& effect) {
     node["unit"] = effect.term->Unit();
     node["text"] = effect.term->Text(effect["size"], effect["sigma"]);
   }
-  for (const auto& [name, value] : effect.values) node[name] = Rounded(value, 6);
+  for (const auto& [name, value] : effect.values) node[name] = RoundedOrWhole(value, 6);
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }

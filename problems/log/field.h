@@ -8,6 +8,8 @@ namespace trueline {
 
 enum class FrameAxes { kNone, kEarth, kBody };
 
+inline constexpr int kNoGate = -1;  // of a fix that no gate gave
+inline constexpr int kMostId = 1'000'000'000;
 inline constexpr double kLeastSigma = 1e-6;  // m; no detector is better, and weights stay finite
 
 struct Field {

@@ -86,6 +86,7 @@ std::vector<Gate> ReadGates(const YamlMap& parent) {
   for (const YamlMap& map : parent.Children("gates")) {
     Gate gate{map.Get<int>("id"), map.GetVector3("position"), map.Get<double>("yaw", 0.0)};
     map.Finish();
+    if (gate.id < 0) map.Fail("id", "must be 0 or more; give the gate and its fixes another id");
     if (!ids.insert(gate.id).second) {
       map.Fail("id",
                fmt::format("gate {} occurs twice; give every gate an id of its own", gate.id));

@@ -88,8 +88,11 @@ class RowParser {
   }
   void operator()(const Field& field, int& id) {
     const double value = Next();
-    if (value != std::floor(value)) {
-      row_->Fail(field.columns[0], fmt::format("found {}; an id is a whole number", value));
+    const bool good = value == std::floor(value) && value >= kNoGate && value <= kMostId;
+    if (!good) {
+      row_->Fail(field.columns[0],
+                 fmt::format("found {}; an id is a whole number from 0 to {}, or {} for none",
+                             value, kMostId, kNoGate));
     }
     id = static_cast<int>(value);
   }

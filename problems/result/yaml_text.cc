@@ -18,6 +18,11 @@ std::string Rounded(double value, int digits) {
   return text;
 }
 
+std::string RoundedOrWhole(double value, int digits) {
+  constexpr int kDigitsOfWhole = 15;
+  return Rounded(value, value == std::round(value) ? kDigitsOfWhole : digits);
+}
+
 std::string Quoted(const std::string& text) {
   YAML::Emitter emitter;
   emitter << YAML::DoubleQuoted << text;

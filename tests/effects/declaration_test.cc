@@ -103,5 +103,13 @@ INSTANTIATE_TEST_SUITE_P(Drives, Declared, testing::Values(DriveKind::kImu, Driv
                            return info.param == DriveKind::kImu ? "imu" : "rotors";
                          });
 
+// The id of a gate has more digits than a size.
+TEST(EffectsInYaml, IndicesAreExact) {
+  const Effect moved{"gate_moved", {{"gate", 7654321.0}, {"dx", 0.123456789}}};
+  const YAML::Node node = ToYaml(moved);
+  EXPECT_EQ(node["gate"].Scalar(), "7654321");
+  EXPECT_EQ(node["dx"].Scalar(), "0.123457");
+}
+
 }  // namespace
 }  // namespace trueline

@@ -285,6 +285,15 @@ TEST(BadInput, GateThatIsNoWholeNumber) {
   EXPECT_THAT(log.Error(), HasSubstr("fixes.csv:2: column 'gate': found 0.5"));
 }
 
+// Below 0 stands "no gate".
+TEST(BadInput, GateBelowZero) {
+  const LogFiles fix, gate;
+  ReplaceIn(fix / "fixes.csv", "0.1,0", "0.1,-7");
+  EXPECT_THAT(fix.Error(), HasSubstr("fixes.csv:2: column 'gate': found -7; an id is a whole"));
+  ReplaceIn(gate / "log.yaml", "gravity: 9.81", "gates:\n  - {id: -7, position: [0, 0, 0]}");
+  EXPECT_THAT(gate.Error(), HasSubstr("log.yaml:5: 'gates[0].id': must be 0 or more"));
+}
+
 TEST(BadInput, UnknownColumnsAreIgnoredOnce) {
   const LogFiles log;
   WriteText(log / "range.csv", "quality [1],t [s],range [m],spare\n9,1.0,1.5,x\n9,1.1,1.6,y\n");
