@@ -34,8 +34,8 @@ std::string UnitOf(const std::vector<EffectIndexInfo>& indices, const std::strin
 YAML::Node ParametersNode(const Cause& cause) {
   YAML::Node node;
   for (const auto& [name, value] : cause.candidate.fixed) {
-    node[name] = FlowMap(
-        {{"value", RoundedOrWhole(value, 6)}, {"unit", UnitOf(cause.candidate.info->indices, name)}});
+    node[name] = FlowMap({{"value", RoundedOrWhole(value, 6)},
+                          {"unit", UnitOf(cause.candidate.info->indices, name)}});
   }
   for (int i = 0; i < cause.value.size(); ++i) {
     const EffectParameterInfo& info = cause.candidate.info->parameters[i];

@@ -32,6 +32,14 @@ std::size_t LastOfPass(const std::vector<Fix>& fixes, std::size_t first, std::si
   return last;
 }
 
+// False for mocap that is too slow throughout.
+bool CanInterpolate(const std::vector<PoseSample>& mocap) {
+  const auto close = [](const PoseSample& a, const PoseSample& b) {
+    return SecondsBetween(a.t, b.t) <= kLongestMocapGap;
+  };
+  return std::ranges::adjacent_find(mocap, close) != mocap.end();
+}
+
 }  // namespace
 
 std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions& options,
@@ -56,7 +64,7 @@ std::vector<Pass> DividePasses(const std::vector<Fix>& fixes, const PassOptions&
 
 std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next) {
   constexpr int kFixes = 5;  // of the next pass
-  if (!log.mocap.empty()) {
+  if (CanInterpolate(log.mocap)) {
     const auto p_E = PositionAt(log.mocap, next.begin, kLongestMocapGap);
     return p_E ? std::optional<ArcTruth>({*p_E, true, 0.0}) : std::nullopt;
   }

@@ -42,7 +42,8 @@ struct ArcTruth {
 inline constexpr double kLongestMocapGap = 0.12;
 
 // Truth at the first fix of `next`, from mocap; empty during a mocap outage. If the log has no
-// mocap, it is that of a robust line fit to the first fixes of `next`.
+// mocap, or one that is slower than that throughout, it is that of a robust line fit to the first
+// fixes of `next`.
 std::optional<ArcTruth> TruthAtPass(const FlightLog& log, const Pass& next);
 
 }  // namespace trueline

@@ -1,6 +1,8 @@
 // Passes, truth at their start, robust lines and rough paths, preintegrated chains.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "problems/common/random.h"
 #include "problems/vgd/force_samples.h"
 #include "problems/vgd/motion_chain.h"
@@ -136,6 +138,20 @@ TEST(TruthAtPass, WithoutMocapFollowsTheNextPassRobustly) {
   ASSERT_TRUE(truth.has_value());
   EXPECT_FALSE(truth->from_mocap);
   EXPECT_LT((truth->p_E - LineAt(5.0)).norm(), 0.25);
+}
+
+TEST(TruthAtPass, MocapThatIsTooSlowToInterpolateIsNoTruth) {
+  FlightLog log = WithMocap();
+  log.fixes = LineFixes(1.0, 2.0, 0.05);
+  const std::vector<PoseSample> all = std::exchange(log.mocap, {});
+  for (const PoseSample& pose : all) {
+    if (log.mocap.empty() || SecondsBetween(log.mocap.back().t, pose.t) > 0.3) {
+      log.mocap.push_back(pose);
+    }
+  }
+  const auto truth = TruthAtPass(log, {0, log.fixes.size() - 1, log.fixes.front().t, 0});
+  ASSERT_TRUE(truth.has_value());
+  EXPECT_FALSE(truth->from_mocap);
 }
 
 // The preintegrated chain against direct integration, over irregular times and a long stretch.
