@@ -69,7 +69,7 @@ int RunImu() {
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
-      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults, trueline::DrivenBy::kImu);
+      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults, trueline::ForDrive::kImu);
   trueline::ForgetOwnModel(FLAGS_model, logs, &options);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
@@ -92,7 +92,7 @@ int RunRotors() {
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
   std::vector<trueline::LogFault> faults;
   const trueline::FlightLog log =
-      trueline::ReadAndLook(FLAGS_log, &faults, trueline::DrivenBy::kRotors);
+      trueline::ReadAndLook(FLAGS_log, &faults, trueline::ForDrive::kRotors);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);

@@ -44,9 +44,12 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
-std::vector<trueline::FlightLog> ReadLogs(trueline::DrivenBy driven_by,
+std::vector<trueline::FlightLog> ReadLogs(trueline::ForDrive drive,
                                           std::vector<trueline::LogFault>* faults) {
-  return trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults, driven_by);
+  std::vector<trueline::FlightLog> logs =
+      trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults, drive);
+  trueline::LeaveOutFaultyFlights(&logs, faults);
+  return logs;
 }
 
 int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
@@ -66,11 +69,16 @@ int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& 
 int RunRotors() {
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
   std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::DrivenBy::kRotors, &faults);
+  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kRotors, &faults);
   trueline::RotorDiagnosisOptions options(
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
   options.alpha = FLAGS_alpha;
-  return Store(trueline::Diagnose(logs, options), faults,
+  trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
+  if (FLAGS_fit_to != "fixes") {
+    diagnosis.warnings.emplace_back(
+        "--fit_to is not used with --drive=rotors; fit_to in the --config names the poses");
+  }
+  return Store(std::move(diagnosis), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)), &out);
 }
 
@@ -84,7 +92,7 @@ int RunImu() {
   options.alpha = FLAGS_alpha;
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
   std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::DrivenBy::kImu, &faults);
+  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kImu, &faults);
   return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }

@@ -45,9 +45,9 @@ class FlightDiagnosis {
     Rounds rounds = Search();
     for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
-    diagnosis_.unexplained_by = rounds.goes_with;
     others_.Confirm(&diagnosis_.causes);
     DescribeTerms(&rounds);
+    AddRemaining(rounds);
     AddSignificantAside(rounds);
     Describe(before, replays, rounds);
     const auto& terms = diagnosis_.open.described;
@@ -84,9 +84,6 @@ class FlightDiagnosis {
     OpenCatalogue& open = diagnosis_.open;
     open = DescribeMisfit(flight_.get(), &all, options_.alpha);
     others_.Confirm(&open.described);
-    for (const DescribedTerm& t : open.described) {
-      if (!TermRepeats(t)) diagnosis_.unexplained_by.push_back(t.term.Name());
-    }
     if (all.size() > rounds->found.size() && !TermsGain(rounds->found, all)) {
       for (DescribedTerm& t : open.described) t.in_model = false;
       if (ClearLoss(diagnosis_.terms_gain, diagnosis_.terms_open_loop)) {
@@ -101,9 +98,18 @@ class FlightDiagnosis {
     if (terms_.empty()) return;
     // Causes and terms were fitted together.
     std::copy(all.begin(), terms_at, rounds->found.begin());
-    const std::size_t false_data = diagnosis_.causes.size() - rounds->found.size();
     for (std::size_t i = 0; i < rounds->found.size(); ++i) {
-      diagnosis_.causes[false_data + i].value = rounds->found[i].value;
+      diagnosis_.causes[FalseData(*rounds) + i].value = rounds->found[i].value;
+    }
+  }
+
+  // What is correlated with the residual, tested again where terms are in the model, and terms that
+  // no other flight shows.
+  void AddRemaining(const Rounds& rounds) {
+    std::vector<std::string>& by = diagnosis_.unexplained_by;
+    by = terms_.empty() ? rounds.goes_with : RemainingTerms(*flight_, options_.alpha);
+    for (const DescribedTerm& t : diagnosis_.open.described) {
+      if (!TermRepeats(t)) by.push_back(t.term.Name());
     }
   }
 
@@ -127,7 +133,9 @@ class FlightDiagnosis {
   }
 
   // A cause that is set aside and still significant beside the others and the terms is a misfit
-  // that nothing explains. Without any of these the verdict says so by itself.
+  // that nothing explains, and moves their sizes. One that is no longer significant, and beside
+  // which less than half of a cause is left, explains the same misfit. Without causes or terms the
+  // verdict says so by itself.
   void AddSignificantAside(const Rounds& rounds) {
     std::vector<Candidate> aside;
     for (const Cause& cause : diagnosis_.set_aside) {
@@ -138,9 +146,37 @@ class FlightDiagnosis {
     const double alpha = options_.alpha / std::max(1, DistinctIds(AllCandidates(*flight_)));
     const FlightEvidence evidence(*flight_, aside);
     for (const Tested& tested : evidence.tested()) {
-      if (!tested.Significant(alpha)) continue;
-      diagnosis_.unexplained_by.push_back(tested.candidate.Label() + ", which is set aside");
+      const bool remains = tested.Significant(alpha);
+      if (remains) {
+        diagnosis_.unexplained_by.push_back(tested.candidate.Label() + ", which is set aside");
+      }
+      for (std::size_t i = 0; i < rounds.found.size(); ++i) {
+        Compare(rounds.found[i], TestFound(evidence.fit(), rounds.found, i, tested.columns.columns),
+                tested, remains, &diagnosis_.causes[FalseData(rounds) + i]);
+      }
     }
+  }
+
+  // `beside`: the test of the cause beside the one that is set aside.
+  void Compare(const Found& found, const ScoreTest& beside, const Tested& aside, bool remains,
+               Cause* cause) const {
+    if (remains) {
+      const Eigen::VectorXd moved = beside.value - (found.value - found.candidate.Neutral());
+      cause->sigma = (cause->sigma.cwiseAbs2() + moved.cwiseAbs2()).cwiseSqrt();
+    } else if (!RetainsHalf(found, beside) && !IsRefuted(aside.candidate)) {
+      cause->confused_with.push_back(aside.candidate.Label());
+    }
+  }
+
+  bool IsRefuted(const Candidate& candidate) const {
+    return std::ranges::any_of(diagnosis_.set_aside, [&](const Cause& cause) {
+      return Refuted(cause) && cause.candidate.Label() == candidate.Label();
+    });
+  }
+
+  // Causes that are false data, which come first and are not in the fit.
+  std::size_t FalseData(const Rounds& rounds) const {
+    return diagnosis_.causes.size() - rounds.found.size();
   }
 
   void Describe(const Residuals& before, const std::vector<ReplayError>& replays,

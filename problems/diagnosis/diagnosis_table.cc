@@ -76,6 +76,17 @@ std::string CauseText(const Cause& cause) {
   return text;
 }
 
+std::string TermText(const DescribedTerm& term) {
+  std::string text =
+      fmt::format("  {} (p {:.1g}){}\n", term.term.Text(term.size.value, term.size.sigma), term.p,
+                  term.in_model ? ", in model.yaml" : "");
+  for (const TermRepeat& repeat : term.repeats) {
+    text += fmt::format("    on {}: {:.3g} +- {:.2g}, {}\n", repeat.log, repeat.size.value,
+                        repeat.size.sigma, repeat.repeats ? "repeats" : "does not repeat");
+  }
+  return text;
+}
+
 std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
   std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
                                   "estimate", "detectable from");
@@ -96,12 +107,13 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
     table += "  the log has a fault, of which all below may be traces: " + fault + "\n";
   }
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
+  if (diagnosis.causes.size() > 1)
+    table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
+  for (const DescribedTerm& term : diagnosis.open.described) table += TermText(term);
   for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
   if (!diagnosis.model_lacks.empty()) table += "model.yaml lacks " + diagnosis.model_lacks + "\n";
   if (!diagnosis.set_aside.empty()) table += "set aside:\n";
   for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
-  if (diagnosis.causes.size() > 1)
-    table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
   table += fmt::format("{}: {:.2f} sigma before, {:.2f} after\n", diagnosis.residual_of,
                        diagnosis.rms_before, diagnosis.rms_after);
   return table;

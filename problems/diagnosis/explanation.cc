@@ -33,15 +33,17 @@ const Tested* Simplest(const std::vector<Tested>& tested, double alpha, double m
   return simplest;
 }
 
-// Ids of the other effects that fit equally well.
+// The other effects that fit equally well, by id; by label where it is the same effect of another
+// gate or rotor. A step at a neighbouring time is the same step.
 Ids FitAsWell(const std::vector<Tested>& tested, const Tested& best) {
   Ids ids;
   for (const Tested& t : tested) {
-    if (t.Merit() > best.Merit() - kAsGood && Plausible(t.candidate, t.value)) {
-      ids.insert(t.candidate.id());
-    }
+    if (t.Merit() <= best.Merit() - kAsGood || !Plausible(t.candidate, t.value)) continue;
+    const bool same = t.IsOf(best.candidate.id());
+    if (same && t.candidate.IsStep()) continue;
+    ids.insert(same ? t.candidate.Label() : t.candidate.id());
   }
-  ids.erase(best.candidate.id());
+  ids.erase(best.candidate.Label());
   return ids;
 }
 

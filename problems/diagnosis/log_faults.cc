@@ -1,5 +1,7 @@
 #include "problems/diagnosis/log_faults.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace trueline {
@@ -28,6 +30,25 @@ void AddLogFaults(const std::vector<LogFault>& faults, Diagnosis* diagnosis) {
   if (std::any_of(faults.begin(), faults.end(), blocks)) diagnosis->verdict = "unexplained";
   const auto fatal = [](const LogFault& fault) { return fault.fatal; };
   if (std::any_of(faults.begin(), faults.end(), fatal)) LeaveOutOfModel(diagnosis);
+}
+
+void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* faults) {
+  std::vector<std::string>& warnings = logs->front().warnings;
+  const auto is_fatal = [&](const FlightLog& log) {
+    return std::ranges::any_of(
+        *faults, [&](const LogFault& fault) { return fault.fatal && fault.log == log.directory; });
+  };
+  for (std::size_t i = logs->size(); i-- > 1;) {
+    const FlightLog& log = (*logs)[i];
+    for (const std::string& warning : log.warnings) {
+      warnings.push_back(fmt::format("{}: {}", log.directory, warning));
+    }
+    if (!is_fatal(log)) continue;
+    warnings.push_back(log.directory + ": has a fatal fault, so it confirms nothing; correct it");
+    logs->erase(logs->begin() + static_cast<long>(i));
+  }
+  std::erase_if(*faults,
+                [&](const LogFault& fault) { return fault.log != logs->front().directory; });
 }
 
 }  // namespace trueline

@@ -12,4 +12,8 @@ namespace trueline {
 // and nothing is explained where a fault is fatal: constants and causes may be its traces.
 void AddLogFaults(const std::vector<LogFault>& faults, Diagnosis* diagnosis);
 
+// Keeps the faults of the first flight, which is diagnosed; its warnings get those of the further
+// ones. A further flight with a fatal fault confirms nothing: it is left out, with a warning.
+void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* faults);
+
 }  // namespace trueline

@@ -358,6 +358,7 @@ class OpenSearch {
     }
     DescribedTerm& of = *InModel(k, described);
     of.size = {found_[k].value[0], t.sigma};
+    of.p = std::min(1.0, t.p * of.tried);
     of.halves = t.halves;
     return t.p < each_ && t.Repeats();
   }
@@ -370,11 +371,14 @@ class OpenSearch {
                         [&](const DescribedTerm& d) { return d.in_model && left-- == 0; });
   }
 
+  // And those that are not shown without it.
   void Drop(std::size_t k, std::vector<DescribedTerm>* described) {
     described->erase(InModel(k, described));
     found_.erase(found_.begin() + static_cast<long>(k));
     flight_.Fit(&found_);
-    for (std::size_t left = causes_; left < found_.size(); ++left) IsShownInModel(left, described);
+    for (std::size_t left = causes_; left < found_.size(); ++left) {
+      if (!IsShownInModel(left, described)) return Drop(left, described);
+    }
   }
 
   DiagnosedFlight& flight_;

@@ -15,6 +15,13 @@ void Rounds::Remove(std::size_t which) {
   confused.erase(confused.begin() + static_cast<long>(which));
 }
 
+bool RetainsHalf(const Found& f, const ScoreTest& test) {
+  const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
+  const Eigen::VectorXd beside =
+      (test.value - (f.value - f.candidate.Neutral())).cwiseQuotient(test.sigma);
+  return alone.dot(beside) > -0.5 * alone.squaredNorm();
+}
+
 namespace {
 
 constexpr int kMostCauses = 4;
@@ -44,14 +51,6 @@ std::vector<TestedTerm> Remaining(const FlightEvidence& evidence, double alpha, 
 bool BeyondEffects(const std::vector<TestedTerm>& remaining) {
   return std::any_of(remaining.begin(), remaining.end(),
                      [](const TestedTerm& t) { return !t.held && !t.columns.empty(); });
-}
-
-// True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
-bool RetainsHalf(const Found& f, const ScoreTest& test) {
-  const Eigen::VectorXd alone = (f.value - f.candidate.Neutral()).cwiseQuotient(test.sigma);
-  const Eigen::VectorXd beside =
-      (test.value - (f.value - f.candidate.Neutral())).cwiseQuotient(test.sigma);
-  return alone.dot(beside) > -0.5 * alone.squaredNorm();
 }
 
 class CauseSearch {
@@ -184,6 +183,14 @@ class CauseSearch {
 Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
                     DiagnosedFlight* flight) {
   return CauseSearch(candidates, options, flight).Run();
+}
+
+std::vector<std::string> RemainingTerms(const DiagnosedFlight& flight, double alpha) {
+  std::vector<std::string> names;
+  for (const TestedTerm& term : Remaining(FlightEvidence(flight, {}), alpha, 0.0)) {
+    names.push_back(term.name);
+  }
+  return names;
 }
 
 }  // namespace trueline

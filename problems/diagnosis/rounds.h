@@ -3,6 +3,7 @@
 #pragma once
 
 #include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/score_test.h"
 
 namespace trueline {
 
@@ -21,5 +22,11 @@ struct Rounds {
 // fitted with the causes found.
 Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOptions& options,
                     DiagnosedFlight* flight);
+
+// True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
+bool RetainsHalf(const Found& f, const ScoreTest& test);
+
+// Terms that are no effect and that the last Fit leaves significant, strongest first.
+std::vector<std::string> RemainingTerms(const DiagnosedFlight& flight, double alpha);
 
 }  // namespace trueline

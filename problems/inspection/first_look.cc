@@ -8,12 +8,14 @@
 
 #include "problems/common/error.h"
 #include "problems/inspection/examination.h"
+#include "problems/inspection/same_recording.h"
 #include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
+constexpr double kLeastShared = 0.05;    // of two logs that hold one recording
 constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
@@ -79,12 +81,12 @@ bool MakesWrong(const Finding& finding) {
          (finding.level == Level::kBiases && finding.id != "spikes");
 }
 
-std::vector<Finding> FindingsForAll(const FlightLog& log, DrivenBy driven_by) {
+std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
   std::vector<Finding> findings = FindingsOf(log);
   std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
-  if (driven_by == DrivenBy::kNotKnown) return findings;
+  if (drive == ForDrive::kAny) return findings;
   std::erase_if(findings, [](const Finding& f) { return f.id == "attitude_missing"; });
-  const auto missing = driven_by == DrivenBy::kImu ? MissingAttitude(log) : std::nullopt;
+  const auto missing = drive == ForDrive::kImu ? MissingAttitude(log) : std::nullopt;
   if (missing) findings.push_back(*missing);
   return findings;
 }
@@ -95,24 +97,16 @@ std::string WarningOf(const Finding& finding) {
                      finding.repaired ? "writes the corrected map" : "tells more");
 }
 
-// Two copies of one recording have the same stamps and the same noise.
-bool IsSameRecording(const FlightLog& a, const FlightLog& b) {
-  const auto same = [](const ImuSample& x, const ImuSample& y) {
-    return x.t == y.t && x.accel == y.accel && x.gyro == y.gyro;
-  };
-  return !a.imu.empty() && a.imu.size() == b.imu.size() &&
-         std::equal(a.imu.begin(), a.imu.end(), b.imu.begin(), same);
-}
-
 }  // namespace
 
 FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults,
-                      DrivenBy driven_by) {
+                      ForDrive drive) {
   FlightLog log = ReadNativeLog(directory);
-  for (const Finding& finding : FindingsForAll(log, driven_by)) {
+  for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));
     if (faults != nullptr && MakesWrong(finding)) {
-      faults->push_back({finding.id, finding.stream, finding.size, finding.level == Level::kFatal,
+      faults->push_back({directory.string(), finding.id, finding.stream, finding.size,
+                         finding.level == Level::kFatal,
                          fmt::format("{}: {}", finding.id, finding.text)});
     }
   }
@@ -120,15 +114,17 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
 }
 
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults, DrivenBy driven_by) {
+                                   std::vector<LogFault>* faults, ForDrive drive) {
   std::vector<FlightLog> logs;
   for (const std::string& directory : directories) {
-    FlightLog log = ReadAndLook(directory, faults, driven_by);
+    FlightLog log = ReadAndLook(directory, faults, drive);
     for (const FlightLog& other : logs) {
-      if (!IsSameRecording(log, other)) continue;
+      const double shared = SharedRecording(log, other);
+      if (shared < kLeastShared) continue;
       throw ErrorAt(directory, 0,
-                    fmt::format("is the same recording as {}; give each flight once, in --log",
-                                other.directory));
+                    fmt::format("is the same recording as {} ({:.0f} % of its IMU samples are the "
+                                "same); give each flight once, in --log",
+                                other.directory, 100.0 * shared));
     }
     logs.push_back(std::move(log));
   }
@@ -137,7 +133,7 @@ std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
 
 std::vector<std::string> FirstLook(const FlightLog& log) {
   std::vector<std::string> warnings;
-  for (const Finding& finding : FindingsForAll(log, DrivenBy::kNotKnown)) {
+  for (const Finding& finding : FindingsForAll(log, ForDrive::kAny)) {
     warnings.push_back(WarningOf(finding));
   }
   return warnings;

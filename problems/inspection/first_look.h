@@ -11,6 +11,7 @@ namespace trueline {
 
 // A finding that makes parameters wrong, as results state it.
 struct LogFault {
+  std::string log;  // its directory
   std::string id, stream;
   double size;  // in the finding's unit
   bool fatal;
@@ -18,18 +19,17 @@ struct LogFault {
 };
 
 // What drives the model: the IMU, which needs an attitude, or the rotors, which do not.
-enum class DrivenBy { kImu, kRotors, kNotKnown };
+enum class ForDrive { kImu, kRotors, kAny };
 
 // ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
 // those that make parameters wrong.
 FlightLog ReadAndLook(const std::filesystem::path& directory,
-                      std::vector<LogFault>* faults = nullptr,
-                      DrivenBy driven_by = DrivenBy::kNotKnown);
+                      std::vector<LogFault>* faults = nullptr, ForDrive drive = ForDrive::kAny);
 
-// ReadAndLook for several flights. Throws InputError where two of them are one recording, which
-// would count its data twice and confirm itself.
+// ReadAndLook for several flights. Throws InputError where two of them hold one recording, whole or
+// a part of it, which would count its data twice and confirm itself.
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults, DrivenBy driven_by);
+                                   std::vector<LogFault>* faults, ForDrive drive);
 
 // What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
 // remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle

@@ -258,7 +258,8 @@ TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
   EXPECT_EQ(reasons({{"fixes", 0.3, 0.022}}, late), 1U);   // contradicts it
   EXPECT_EQ(reasons({{"pose", 0.126, 0.022}}, late), 1U);  // another stream
   EXPECT_EQ(reasons({}, late), 1U);
-  EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, {"stuck", "fixes", 0.11, false, "stuck: x"}), 1U);
+  EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, {"log", "stuck", "fixes", 0.11, false, "stuck: x"}),
+            1U);
 }
 
 TEST(ArcPrediction, EllipseFollowsTheCovariance) {

@@ -15,8 +15,8 @@ std::string VerdictWith(const std::string& verdict, const LogFault& fault) {
 }
 
 TEST(LogFaults, AFatalFaultExplainsNothing) {
-  const LogFault axes{"accelerometer_axes", "", 0.0, true,
-                      "accelerometer_axes: x and y are exchanged"};
+  const LogFault axes{
+      "log", "accelerometer_axes", "", 0.0, true, "accelerometer_axes: x and y are exchanged"};
   EXPECT_EQ(VerdictWith("clean", axes), "unexplained");
   EXPECT_EQ(VerdictWith("explained", axes), "unexplained");
 }
@@ -26,22 +26,22 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
   diagnosis.in_model = {Effect{}};
   diagnosis.open.described.resize(1);
   diagnosis.open.described[0].in_model = true;
-  AddLogFaults({{"stuck", "", 0.0, false, "stuck"}}, &diagnosis);
+  AddLogFaults({{"log", "stuck", "", 0.0, false, "stuck"}}, &diagnosis);
   EXPECT_EQ(diagnosis.in_model.size(), 1U);
-  AddLogFaults({{"accelerometer_axes", "", 0.0, true, "accelerometer_axes"}}, &diagnosis);
+  AddLogFaults({{"log", "accelerometer_axes", "", 0.0, true, "accelerometer_axes"}}, &diagnosis);
   EXPECT_TRUE(diagnosis.in_model.empty());
   EXPECT_FALSE(diagnosis.open.described[0].in_model);
   EXPECT_THAT(diagnosis.model_lacks, testing::HasSubstr("fatal"));
 }
 
 TEST(LogFaults, AnotherFaultIsNotClean) {
-  const LogFault stuck{"stuck", "", 0.0, false, "stuck: mocap.csv stands still"};
+  const LogFault stuck{"log", "stuck", "", 0.0, false, "stuck: mocap.csv stands still"};
   EXPECT_EQ(VerdictWith("clean", stuck), "unexplained");
   EXPECT_EQ(VerdictWith("explained", stuck), "explained");
 }
 
 TEST(LogFaults, WhatTheCatalogueStatesIsJudgedByTheSearch) {
-  const LogFault scale{"accelerometer_scale", "", 0.0, false, "accelerometer_scale: 0.9"};
+  const LogFault scale{"log", "accelerometer_scale", "", 0.0, false, "accelerometer_scale: 0.9"};
   EXPECT_EQ(VerdictWith("clean", scale), "clean");
   EXPECT_EQ(VerdictWith("ambiguous", scale), "ambiguous");
 }
@@ -51,6 +51,23 @@ TEST(LogFaults, NoneLeaveTheVerdict) {
   diagnosis.verdict = "clean";
   AddLogFaults({}, &diagnosis);
   EXPECT_EQ(diagnosis.verdict, "clean");
+}
+
+TEST(LogFaults, AFurtherFlightThatIsWrongConfirmsNothing) {
+  std::vector<FlightLog> logs(3);
+  const char* const names[] = {"a", "b", "c"};
+  for (std::size_t i = 0; i < logs.size(); ++i) logs[i].directory = names[i];
+  logs[2].warnings = {"stuck (biases): x"};
+  std::vector<LogFault> faults = {{"a", "stuck", "mocap", 0.0, false, "stuck: a"},
+                                  {"b", "clock_offset", "imu", 1.0, true, "clock_offset: b"},
+                                  {"c", "stuck", "imu", 0.0, false, "stuck: c"}};
+  LeaveOutFaultyFlights(&logs, &faults);
+  ASSERT_EQ(logs.size(), 2U);
+  EXPECT_EQ(logs[1].directory, "c");
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].log, "a");
+  EXPECT_THAT(logs[0].warnings, testing::UnorderedElementsAre("c: stuck (biases): x",
+                                                              testing::HasSubstr("b: has a")));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "problems/common/units.h"
 #include "problems/inspection/align_mocap.h"
 #include "problems/inspection/inspection.h"
+#include "problems/inspection/same_recording.h"
 #include "problems/log/native_log.h"
 #include "tests/common/test_files.h"
 #include "tests/simulation/short_flight.h"
@@ -155,14 +156,27 @@ TEST(ReadAndLook, AsksForAnAttitudeWhereTheImuDrivesTheModel) {
   for (const ImuSample& sample : log.imu) log.rotors.push_back({sample.t, {500, 500, 500, 500}});
   const TestFolder folder;
   WriteNativeLog(log, folder / "log");
-  const auto faults = [&](DrivenBy driven_by) {
+  const auto faults = [&](ForDrive drive) {
     std::vector<LogFault> found;
-    ReadAndLook(folder / "log", &found, driven_by);
+    ReadAndLook(folder / "log", &found, drive);
     return std::ranges::count(found, std::string("attitude_missing"), &LogFault::id);
   };
-  EXPECT_EQ(faults(DrivenBy::kImu), 1);
-  EXPECT_EQ(faults(DrivenBy::kRotors), 0);
-  EXPECT_EQ(faults(DrivenBy::kNotKnown), 0);
+  EXPECT_EQ(faults(ForDrive::kImu), 1);
+  EXPECT_EQ(faults(ForDrive::kRotors), 0);
+  EXPECT_EQ(faults(ForDrive::kAny), 0);
+}
+
+// Whatever was cut off, and whatever the stamps: noise does not repeat.
+TEST(SharedRecording, IsThatOfPartsAndOfShiftedStamps) {
+  const FlightLog log = Hippodrome();
+  FlightLog later = log, half = log, other = log;
+  Shift(5.0, &later.imu);
+  later.imu.erase(later.imu.begin(), later.imu.begin() + 5);
+  EXPECT_GT(SharedRecording(log, later), 0.95);
+  half.imu.erase(half.imu.begin(), half.imu.begin() + static_cast<long>(half.imu.size() / 2));
+  EXPECT_GT(SharedRecording(half, log), 0.95);
+  for (ImuSample& sample : other.imu) sample.accel.x() += 1e-6;
+  EXPECT_EQ(SharedRecording(log, other), 0.0);
 }
 
 // The middle of a long flight shows a clock; the whole of it shows cover.

@@ -1,0 +1,55 @@
+#include "problems/inspection/same_recording.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <iterator>
+#include <vector>
+
+namespace trueline {
+namespace {
+
+constexpr std::size_t kRun = 8;      // samples; of a quantised sensor single ones repeat
+constexpr std::uint64_t kOneOf = 8;  // of the runs that are compared, chosen by their content
+constexpr std::uint64_t kPrime = 1099511628211U;  // FNV-1a
+
+std::uint64_t Mixed(std::uint64_t hash, std::uint64_t value) {
+  hash = (hash ^ value) * kPrime;
+  return hash ^ (hash >> 29);
+}
+
+std::uint64_t HashOf(const ImuSample& sample) {
+  std::uint64_t hash = 14695981039346656037U;
+  for (const Eigen::Vector3d* v : {&sample.accel, &sample.gyro}) {
+    for (const double x : *v) hash = Mixed(hash, std::bit_cast<std::uint64_t>(x));
+  }
+  return hash;
+}
+
+// Sorted, each once.
+std::vector<std::uint64_t> RunsOf(const std::vector<ImuSample>& imu) {
+  std::vector<std::uint64_t> samples, runs;
+  samples.reserve(imu.size());
+  std::ranges::transform(imu, std::back_inserter(samples), HashOf);
+  for (std::size_t i = 0; i + kRun <= samples.size(); ++i) {
+    if (samples[i] % kOneOf != 0) continue;
+    std::uint64_t run = 0;
+    for (std::size_t k = 0; k < kRun; ++k) run = Mixed(run, samples[i + k]);
+    runs.push_back(run);
+  }
+  std::ranges::sort(runs);
+  runs.erase(std::unique(runs.begin(), runs.end()), runs.end());
+  return runs;
+}
+
+}  // namespace
+
+double SharedRecording(const FlightLog& a, const FlightLog& b) {
+  const std::vector<std::uint64_t> of_a = RunsOf(a.imu), of_b = RunsOf(b.imu);
+  std::vector<std::uint64_t> shared;
+  std::ranges::set_intersection(of_a, of_b, std::back_inserter(shared));
+  const std::size_t shorter = std::min(of_a.size(), of_b.size());
+  return shorter == 0 ? 0.0 : static_cast<double>(shared.size()) / static_cast<double>(shorter);
+}
+
+}  // namespace trueline
