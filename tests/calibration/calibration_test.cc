@@ -247,8 +247,8 @@ TEST(SummariseArcs, MocapOutranksFixesAsTruth) {
 
 // Fixes of a receiver are late. A fit that estimates by how much has no fault to report.
 TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
-  const LogFault late{"clock_offset", "fixes", 0.11, false,
-                      "clock_offset: fixes come 0.110 s later"};
+  const LogFault late{"log", "clock_offset", "fixes",
+                      0.11,  false,          "clock_offset: fixes come 0.110 s later"};
   const auto reasons = [&](const std::vector<StreamDelay>& delays, const LogFault& fault) {
     Verdict verdict{"usable", {}};
     JudgeLog({fault}, delays, &verdict);
