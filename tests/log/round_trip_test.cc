@@ -17,7 +17,7 @@ FlightLog RandomLog() {
   log.name = "round trip";
   log.gravity = 9.8105;
   log.environment = "indoors";
-  log.gates = {{3, {3.0, 0.1, -1.5}, 0.25}, {-1, {1.0 / 3.0, 5.0, -1.0}, -2.0}};
+  log.gates = {{3, {3.0, 0.1, -1.5}, 0.25}, {5, {1.0 / 3.0, 5.0, -1.0}, -2.0}};
   log.vehicle = Vehicle{0.2463, {{{0.071, 0.08, 0.0}, {0, 0, -1}, 1, 3.81e-7, 3.62e-9}}};
   log.source = {{"dataset", "none: made up"}};
   for (int i = 0; i < 1000; ++i) {
@@ -85,7 +85,7 @@ TEST(RoundTrip, KeepsTheDescription) {
   EXPECT_EQ(back.environment, "indoors");
   EXPECT_EQ(back.source, log.source);
   ASSERT_EQ(back.gates.size(), 2U);
-  EXPECT_EQ(back.gates[1].id, -1);
+  EXPECT_EQ(back.gates[1].id, 5);
   EXPECT_EQ(back.gates[1].position, log.gates[1].position);
   EXPECT_EQ(back.gates[0].yaw, 0.25);
   ASSERT_TRUE(back.vehicle.has_value());
