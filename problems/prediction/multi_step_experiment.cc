@@ -35,10 +35,18 @@ namespace {
 std::vector<PublishedScore> ReadPublished(const YamlMap& map) {
   std::vector<PublishedScore> published;
   for (const YamlMap& entry : map.Children("published")) {
+    const auto four = [&](const char* key) {
+      const auto values = entry.Get<std::vector<double>>(key);
+      if (values.size() != 4) entry.Fail(key, "needs p, v, R and w");
+      return values;
+    };
     published.push_back({entry.Get<std::string>("name"),
                          entry.GetChoice("average", {"concatenated", "within"}, "concatenated"),
-                         entry.Get<std::vector<double>>("sums")});
-    if (published.back().sums.size() != 4) entry.Fail("sums", "needs p, v, R and w");
+                         four("sums"),
+                         {}});
+    for (const char* horizon : {"h1", "h10", "h50"}) {
+      if (entry.Has(horizon)) published.back().at.emplace_back(horizon, four(horizon));
+    }
     entry.Finish();
   }
   return published;

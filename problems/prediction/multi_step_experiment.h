@@ -22,7 +22,8 @@ namespace trueline {
 
 struct PublishedScore {
   std::string name, average;
-  std::vector<double> sums;  // p, v, R, w
+  std::vector<double> sums;                                     // over all steps: p, v, R, w
+  std::vector<std::pair<std::string, std::vector<double>>> at;  // the same at h1, h10, h50
 };
 
 struct MultiStepExperiment : PredictionExperiment {

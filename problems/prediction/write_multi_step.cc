@@ -77,6 +77,10 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
     entry["average"] = published.average;
     entry["sums"] = published.sums;
     entry["sums"].SetStyle(YAML::EmitterStyle::Flow);
+    for (const auto& [horizon, values] : published.at) {
+      entry[horizon] = values;
+      entry[horizon].SetStyle(YAML::EmitterStyle::Flow);
+    }
     node["published"].push_back(entry);
   }
   node["fit"] = FitNode(experiment.setup, result.fit, result.trained_on);

@@ -13,6 +13,7 @@ from yaml_file import read_mapping
 VERB_HELP = "the result of trueline-benchmark for kind: multi_step"
 REMEDY = "--result must be a folder that trueline-benchmark has written"
 QUANTITIES = {"p": "Position [m]", "v": "Velocity [m/s]", "R": "Attitude [rad]", "w": "Rate [rad/s]"}
+HORIZONS = ("h1", "h10", "h50", "sum")
 COLOURS = ["#8a94a3", "#e07b00", "#b0389a", "#1f6feb"]
 AVERAGES = {
     "concatenated": "Runs in a row, as the repository's metric: the published table is of this kind",
@@ -49,26 +50,35 @@ def build(arguments):
 
 
 def _scores(scores):
-    headers = [("Trajectory", False), ("Predictor", False)]
-    headers += [(f"{q} {h}", True) for q in QUANTITIES for h in ("h=1", "10", "50", "sum")]
+    headers = [("Trajectory", False), ("Predictor", False), *_columns()]
     blocks = []
     for average, meaning in AVERAGES.items():
         rows = [[escape(s["trajectory"]), escape(s["predictor"])]
-                + [number(s[average][q][h], 4) for q in QUANTITIES
-                   for h in ("h1", "h10", "h50", "sum")] for s in scores]
+                + _cells(s[average]) for s in scores]
         blocks += [f"<h3>{escape(meaning)}</h3>", table(headers, rows)]
     return blocks
 
 
+def _columns():
+    return [(f"{q} {h}", True) for q in QUANTITIES for h in ("h=1", "10", "50", "sum")]
+
+
+def _cells(errors):
+    """Of {quantity: {horizon: error}}; empty where nothing is stated."""
+    return [number(errors[q][h], 4) if h in errors[q] else "" for q in QUANTITIES for h in HORIZONS]
+
+
 def _published(summary):
-    rows = [[escape(p["name"]), escape(p["average"]), *(number(x, 4) for x in p["sums"])]
-            for p in summary["published"]]
+    rows = []
+    for p in summary["published"]:
+        stated = {"sum": p["sums"], **{h: p[h] for h in HORIZONS if h in p}}
+        rows.append([escape(p["name"]), escape(p["average"]), *_cells(
+            {q: {h: values[i] for h, values in stated.items()} for i, q in enumerate(QUANTITIES)})])
     for score in summary["scores"]:
         for average in AVERAGES:
             rows.append([escape(f"this run: {score['predictor']}, {score['trajectory']}"), average]
-                        + [number(score[average][q]["sum"], 4) for q in QUANTITIES])
-    return table([("Model", False), ("Average", False),
-                  *((f"sum {q}", True) for q in QUANTITIES)], rows)
+                        + _cells(score[average]))
+    return table([("Model", False), ("Average", False), *_columns()], rows)
 
 
 def _curves(part, title):
