@@ -1,6 +1,7 @@
 #include "problems/prediction/prediction_run.h"
 
 #include <cmath>
+#include <regex>
 
 #include "problems/common/error.h"
 #include "problems/prediction/gzip_columns.h"
@@ -8,13 +9,23 @@
 namespace trueline {
 namespace {
 
+// "melon" of "melon_20251017_run1", "melon-2" and "Melon run 3"; runs with nothing but a number are
+// of one trajectory.
+std::string TrajectoryOf(const std::string& name) {
+  const std::size_t end = name.find('_');
+  if (end != std::string::npos) return name.substr(0, end);
+  static const std::regex number("[ .-]*(run)?[ .-]*[0-9]+$", std::regex::icase);
+  const std::string trajectory = std::regex_replace(name, number, "");
+  return trajectory.empty() ? "run" : trajectory;
+}
+
 PredictionRun ReadRun(const std::filesystem::path& file) {
   const Eigen::MatrixXd rows =
       ReadColumns(file, {"t", "x", "y", "z", "vx", "vy", "vz", "qw", "qx", "qy", "qz", "wx", "wy",
                          "wz", "m1_rads", "m2_rads", "m3_rads", "m4_rads"});
   PredictionRun run;
   run.name = NameOfColumnFile(file);
-  run.trajectory = run.name.substr(0, run.name.find('_'));
+  run.trajectory = TrajectoryOf(run.name);
   run.states = rows.middleCols<13>(1).transpose();
   run.speeds = rows.rightCols<4>().transpose();
   if (run.num_windows() < 1) {

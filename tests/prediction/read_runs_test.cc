@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <array>
 #include <fstream>
 
 #include "problems/prediction/gzip_columns.h"
@@ -42,6 +43,19 @@ TEST(ReadRuns, PlainAndCompressedAlike) {
   state << 1, 2, 3, 4, 5, 6, 0.8, 0, 0, 0.6, 7, 8, 9;  // w first in memory, last in the file
   EXPECT_EQ(runs[0].states.col(0), state);
   EXPECT_EQ(runs[0].speeds(3, 2), 106.0);
+}
+
+TEST(ReadRuns, RunsOfOneTrajectoryDifferByTheirNumber) {
+  for (const auto& [names, trajectory] : {std::pair{std::array{"melon_1", "melon_2"}, "melon"},
+                                          {{"Melon run 1", "Melon run 2"}, "Melon"},
+                                          {{"melon-1", "melon-2"}, "melon"},
+                                          {{"run1", "run2"}, "run"}}) {
+    const TestFolder folder;
+    for (const char* name : names) Write(folder / fmt::format("{}.csv", name), RunText(60));
+    for (const PredictionRun& run : ReadPredictionRuns(folder.directory())) {
+      EXPECT_EQ(run.trajectory, trajectory) << run.name;
+    }
+  }
 }
 
 TEST(ReadRuns, RefusesWhatIsNoRun) {
