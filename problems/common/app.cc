@@ -70,7 +70,7 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
     return body();
   } catch (const InputError& error) {
     fmt::print(stderr, "{}: error: {}\n", program, Printable(WithFinalNames(error.what())));
-    return kExitBadInput;
+    return dynamic_cast<const NoUsableResult*>(&error) ? kExitNoResult : kExitBadInput;
   } catch (const std::filesystem::filesystem_error& error) {
     fmt::print(stderr, "{}: error: {}: {}; check the path and its permissions\n", program,
                Printable(error.path1().string()), error.code().message());

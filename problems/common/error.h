@@ -15,6 +15,12 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Good input that the asked result can't be made of. Executables exit with 3.
+class NoUsableResult : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 // "file:line: message" or, for line 0, "file: message".
 inline InputError ErrorAt(const std::string& file, int line, const std::string& message) {
   return InputError(line > 0 ? fmt::format("{}:{}: {}", file, line, message)

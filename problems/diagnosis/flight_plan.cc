@@ -84,7 +84,7 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
     }
   }
   if (plan.clusters < kMinClusters || plan.segments.empty()) {
-    throw InputError(
+    throw NoUsableResult(
         fmt::format("{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
                     "fly more laps, or fit to mocap (--fit_to=mocap) if it covers more",
                     flight.log.directory, plan.clusters, kMinClusters));

@@ -190,6 +190,7 @@ TEST(Diagnose, SaysWhatIsMissing) {
   options.fit_to_mocap = false;
   log.fixes.resize(30);
   EXPECT_THAT(error(), HasSubstr("fly more laps"));
+  EXPECT_THROW(Diagnose({log}, options), NoUsableResult);
   log.fixes.clear();
   log.mocap.push_back({0, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()});
   EXPECT_THAT(error(), HasSubstr("use --fit_to=mocap"));

@@ -158,6 +158,16 @@ TEST(BadInput, AnotherBodyFrame) {
   EXPECT_THAT(log.Error(), HasSubstr("log.yaml:3: 'body': found 'FLU'"));
 }
 
+// A section that is left empty says nothing.
+TEST(BadInput, AnUnknownKeyIsRefusedBesideAllThatAreKnown) {
+  const LogFiles empty, unknown;
+  ReplaceIn(empty / "log.yaml", "gravity: 9.81", "gravity: 9.81\nvehicle:");
+  EXPECT_EQ(empty.Error(), "");
+  ReplaceIn(unknown / "log.yaml", "gravity: 9.81", "gravity: 9.81\nvehicel: {mass: 1}");
+  EXPECT_THAT(unknown.Error(), AllOf(HasSubstr("'vehicel': unknown key"), HasSubstr("vehicle"),
+                                     HasSubstr("environment")));
+}
+
 TEST(BadInput, GateIdTwice) {
   const LogFiles log;
   ReplaceIn(log / "log.yaml", "gravity: 9.81",
