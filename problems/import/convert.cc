@@ -212,6 +212,19 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
   log->gravity = map.gravity;
   log->environment = map.environment;
   log->gates = map.gates;
+// States in `source` the channels that each stream of a recording is read from.
+void DescribeChannels(const std::map<std::string, StreamMap>& streams, const Recordings& recordings,
+                      FlightLog* log) {
+  for (const auto& [name, stream] : streams) {
+    if (!recordings[stream.input]) continue;
+    std::vector<std::string> labels;
+    for (const std::size_t channel : stream.channel) {
+      labels.push_back(recordings[stream.input]->channels()[channel].Label());
+    }
+    log->source[name] = fmt::format("{}", fmt::join(labels, " + "));
+  }
+}
+
   log->vehicle = map.vehicle;
   std::vector<std::string> names;
   std::vector<std::string> digests;
@@ -255,6 +268,7 @@ void AddSampledFixes(const FixesFromMocap& options, const std::string& file, std
   Random random(seed, "fixes");
   log->fixes = SampleFixes(log->mocap, straights, options.sampler, random);
   log->gates = GatesOf(straights);
+  DescribeChannels(resolved.streams, recordings, &log);
 }
 
 }  // namespace
