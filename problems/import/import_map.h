@@ -39,9 +39,12 @@
 //     range:    {column: sonar, unit: m}
 //
 // Streams of a recording state their `channel`, [name, pattern*, ...], the first that has records
-// counts, or the `type` of its messages. `with: [name]` adds the last values of other channels;
-// `optional: true` lets the log lack it. Columns are fields: "q[0]", "q[0..3]". A list of streams
-// means the first that the log has.
+// counts, or the `type` of its messages, of which the channel with most rows counts. `with: [name]`
+// adds the last values of other channels; `optional: true` lets the log lack it. Columns are
+// fields: "q[0]", "q[0..3]". A list of streams means the first of which the log has ten usable
+// rows, or a tenth of the rows of another. `prefer: [pattern*, ...]` names channels that count
+// before those of all streams of the list, `avoid` those that count after them; letters of either
+// case fit.
 //
 //     fixes:    {channel: GPS, position: {geodetic: [Lat, Lng, Alt]}, ...}  # deg and m, by scale;
 //                            # NED about the first one
@@ -112,6 +115,8 @@ struct StreamMap {
   std::vector<std::string> channels;
   std::string type;
   std::vector<std::string> with;     // names of further channels, whose last record completes a row
+  // Patterns of channels that count before all others, and after all others.
+  std::vector<std::string> prefer, avoid;
   std::vector<std::size_t> channel;  // places of the channel and of these, once found
   bool optional = false;             // a recording may lack it
   std::vector<StreamMap> otherwise;  // in its place, in order, where its channel or columns lack

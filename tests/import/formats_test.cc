@@ -10,6 +10,7 @@
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 #include "tests/import/import_files.h"
+#include "tests/import/mcap_writer.h"
 
 namespace trueline {
 namespace {
@@ -17,29 +18,6 @@ namespace {
 using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-// Bytes of little-endian numbers and texts, one after another.
-class Bytes {
- public:
-  template <class T>
-  Bytes& Add(T value) {
-    text_.append(reinterpret_cast<const char*>(&value), sizeof(value));
-    return *this;
-  }
-  Bytes& Text(const std::string& text) {
-    text_ += text;
-    return *this;
-  }
-  Bytes& Padded(const std::string& text, std::size_t size) {
-    text_ += text;
-    text_.append(size - text.size(), '\0');
-    return *this;
-  }
-  const std::string& str() const { return text_; }
-
- private:
-  std::string text_;
-};
 
 const Channel& ChannelOf(const Recording& recording, const std::string& label) {
   for (const Channel& channel : recording.channels()) {
@@ -481,34 +459,6 @@ TEST(RosBag, ATopicMayHaveTwoDefinitions) {
 }
 
 // --- MCAP
-
-std::string McapRecord(char op, const std::string& content) {
-  return Bytes()
-      .Text(std::string(1, op))
-      .Add(static_cast<std::uint64_t>(content.size()))
-      .Text(content)
-      .str();
-}
-
-std::string McapText(const std::string& text) {
-  return Bytes().Add(static_cast<std::uint32_t>(text.size())).Text(text).str();
-}
-
-const std::string kMcapStart = "\x89MCAP0\r\n";
-
-// A channel of JSON, with the id given.
-std::string McapJson(std::uint16_t id, const std::string& topic) {
-  return McapRecord(4, Bytes()
-                           .Add(id)
-                           .Add(std::uint16_t{0})
-                           .Text(McapText(topic) + McapText("json") + std::string(4, '\0'))
-                           .str());
-}
-
-std::string McapMessage(std::uint16_t id, std::uint64_t time, const std::string& message) {
-  return McapRecord(5,
-                    Bytes().Add(id).Add(std::uint32_t{0}).Add(time).Add(time).Text(message).str());
-}
 
 TEST(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
   const ImportFiles files;
