@@ -8,10 +8,11 @@
 //                            # show (align_mocap.h); own: the stamps are kept
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
-//       delimiter: ","       # or ";", tab, space (runs of blanks)
+//       delimiter: ","       # or ";", "|", tab, space (runs of blanks)
 //       decimal: "."         # or ",", beside another delimiter
 //       skip_lines: 0        # before the header
 //       header: true         # false: no names, columns by number
+//       units_line: false    # true: the line below the names states units; it is skipped
 //       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}
 //       unsorted: refuse     # or drop, or sort: rows whose time does not increase
 //     flight: {format: [ros1, ros2, mcap]}  # a recording of one of these formats in place of CSV;
@@ -114,9 +115,9 @@ struct StreamMap {
   // the type of its messages.
   std::vector<std::string> channels;
   std::string type;
-  std::vector<std::string> with;     // names of further channels, whose last record completes a row
   // Patterns of channels that count before all others, and after all others.
   std::vector<std::string> prefer, avoid;
+  std::vector<std::string> with;     // names of further channels, whose last record completes a row
   std::vector<std::size_t> channel;  // places of the channel and of these, once found
   bool optional = false;             // a recording may lack it
   std::vector<StreamMap> otherwise;  // in its place, in order, where its channel or columns lack

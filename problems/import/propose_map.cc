@@ -22,15 +22,18 @@ std::string CsvInput(const Recording& recording) {
                                                    : std::string(1, separator);
   // Names that fit no column are a line to skip.
   const bool named = layout.header && layout.warning.empty();
-  const int skip = layout.skip_lines + (layout.header && !named ? 1 : 0);
-  const std::string header =
-      (skip > 0 ? fmt::format(", skip_lines: {}", skip) : "") + (named ? "" : ", header: false");
+  const int skip =
+      layout.skip_lines + (layout.header && !named ? 1 : 0) + (layout.units_line && !named ? 1 : 0);
+  const std::string header = (skip > 0 ? fmt::format(", skip_lines: {}", skip) : "") +
+                             (named ? "" : ", header: false") +
+                             (named && layout.units_line ? ", units_line: true" : "");
   const std::string time = layout.time_column ? layout.columns[*layout.time_column] : "t";
-  return fmt::format("{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}",
-                     delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,
-                     UnitOfExponent(layout.time_exponent),
-                     layout.time_column ? "check the unit: s, ms, us or ns"
-                                        : "no name tells the time column; give it, or its number");
+  return fmt::format(
+      "{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}", delimiter,
+      decimal_comma ? ", decimal: \",\"" : "", header, time, UnitOfExponent(layout.time_exponent),
+      layout.is_time_named ? "check the unit: s, ms, us or ns"
+      : layout.time_column ? "the first column that rises; check it and its unit"
+                           : "no column rises as time does; give its name or number");
 }
 
 // A map without a stream is still a mapping.

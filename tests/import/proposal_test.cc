@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/import/find_map.h"
+#include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
 #include "tests/import/import_files.h"
 
@@ -81,6 +83,35 @@ TEST_F(Proposal, AxesAndUnitsFollowTheMeanForce) {
   EXPECT_NEAR(log.imu[0].gyro.z(), -300 * M_PI / 180, 1e-12) << map_;
   Convert(std::string(kImuNames) + "\n", kImuRow);
   EXPECT_THAT(map_, HasSubstr("body: FRD"));
+}
+
+TEST_F(Proposal, TimesHaveManyNames) {
+  const std::string rest = std::string(kImuNames).substr(4) + "\n";
+  for (const char* time : {"# time", "%time", "__time", "elapsed_time", "log_time [s]", "clock"}) {
+    const FlightLog log = Convert(time + rest, kImuRow);
+    EXPECT_EQ(log.imu.size(), 3U) << map_;
+    EXPECT_EQ(log.imu[2].t, 20'000'000) << map_;
+  }
+}
+
+TEST_F(Proposal, UnitsMayHaveALineOfTheirOwn) {
+  for (const char* units :
+       {"s,g,g,g,deg/s,deg/s,deg/s", "[s],[g],[g],[g],[deg/s],[deg/s],[deg/s]"}) {
+    const FlightLog log = Convert(fmt::format("{}\n{}\n", kImuNames, units), ",0,0,-1,0,0,90");
+    ASSERT_EQ(log.imu.size(), 3U) << map_;
+    EXPECT_THAT(map_, HasSubstr("units_line: true"));
+    EXPECT_NEAR(log.imu[0].accel.z(), -9.80665, 1e-12) << map_;
+    EXPECT_NEAR(log.imu[0].gyro.z(), M_PI / 2, 1e-12) << map_;
+  }
+  // A first row with gaps is none.
+  EXPECT_FALSE(GuessCsvLayout(files_.Write("gaps.csv", "t,a,b\n1,,\n2,3,4\n")).units_line);
+}
+
+TEST_F(Proposal, BarsMaySeparate) {
+  std::string names = kImuNames, row = kImuRow;
+  std::replace(names.begin(), names.end(), ',', '|');
+  std::replace(row.begin(), row.end(), ',', '|');
+  EXPECT_EQ(Convert(names + "\n", row).imu.size(), 3U) << map_;
 }
 
 TEST_F(Proposal, AxesMayComeFirst) {
