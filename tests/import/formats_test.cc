@@ -517,6 +517,64 @@ TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
       Bytes().Text("\xA3\x95\x06").Add(std::uint64_t{0}).Text("C").Add(1e-3).str() +
       Bytes().Text("\xA3\x95\x07").Add(std::uint64_t{0}).Text("m").Padded("m", 64).str() +
       Bytes()
+// --- Crazyflie
+
+// A log of one event with one record.
+std::string UsdLog(const std::vector<std::string>& variables, const std::string& values) {
+  Bytes log;
+  log.Add(std::uint8_t{0xBC}).Add(std::uint16_t{2}).Add(std::uint16_t{1}).Add(std::uint16_t{0});
+  log.Text(std::string("fixedFrequency") + '\0').Add(static_cast<std::uint16_t>(variables.size()));
+  for (const std::string& variable : variables) log.Text(variable + '\0');
+  return log.Add(std::uint16_t{0}).Add(std::uint64_t{1000}).Text(values).Text("none").str();
+}
+
+// The packed words follow the firmware's description: the largest component is left out.
+TEST(Crazyflie, UnpacksQuaternions) {
+  const ImportFiles files;
+  const auto numbers = [&](std::uint32_t packed) {
+    const auto log =
+        OpenRecording(files.Write("a", UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"},
+                                              Bytes().Add(std::uint8_t{7}).Add(packed).str())));
+    EXPECT_THAT(NamesOf(log->channels()[0]),
+                ElementsAre("a.b", "stateEstimateZ.quat", "stateEstimateZ.qx", "stateEstimateZ.qy",
+                            "stateEstimateZ.qz", "stateEstimateZ.qw"));
+    std::vector<double> row = RowsOf(log.get(), "fixedFrequency").at(0).numbers;
+    row.erase(row.begin(), row.begin() + 2);
+    return row;
+  };
+  const auto near = [](double x) { return testing::DoubleNear(x, 1e-3); };
+  constexpr std::uint32_t kSize = 434, kMinus = 1 << 9;  // 434 / 511 sqrt(1/2) = 0.6006
+  EXPECT_THAT(numbers(3U << 30 | kSize << 10), ElementsAre(near(0), near(0.6), near(0), near(0.8)));
+  EXPECT_THAT(numbers(kMinus | kSize), ElementsAre(near(0.8), near(0), near(0), near(-0.6)));
+}
+
+TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
+  const ImportFiles files;
+  const ImportMap map =
+      ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/crazyflie.yaml");
+  std::vector<std::string> variables = {"acc.x(f)",  "acc.y(f)",  "acc.z(f)",
+                                        "gyro.x(f)", "gyro.y(f)", "gyro.z(f)"};
+  Bytes values;
+  for (int i = 0; i < 6; ++i) values.Add(1.0F);
+  const auto attitude = [&](const std::vector<std::string>& more, const std::string& bytes) {
+    std::vector<std::string> all = variables;
+    all.insert(all.end(), more.begin(), more.end());
+    const FlightLog log =
+        ConvertLog(map, {files.Write("a", UsdLog(all, values.str() + bytes))}, {});
+    return log.attitude.at(0).q_Ep_I;
+  };
+  // 2 asin(0.6) = 73.74 deg nose up, which turns about -y of axes forward-left-up.
+  constexpr std::uint32_t kNoseUp = 3U << 30 | (1 << 9 | 434) << 10;
+  const Eigen::Quaterniond nose_up(0.8, 0.0, 0.6, 0.0);
+  const Eigen::Quaterniond packed =
+      attitude({"stateEstimateZ.quat(I)"}, Bytes().Add(kNoseUp).str());
+  EXPECT_LT(packed.angularDistance(nose_up), 2e-3);
+  const Eigen::Quaterniond angles =
+      attitude({"stateEstimate.roll(f)", "stateEstimate.pitch(f)", "stateEstimate.yaw(f)"},
+               Bytes().Add(0.0F).Add(73.739795F).Add(0.0F).str());
+  EXPECT_LT(angles.angularDistance(nose_up), 1e-6);
+}
+
           .Text("\xA3\x95\x08")
           .Add(std::uint64_t{0})
           .Add(std::uint8_t{5})
