@@ -97,6 +97,19 @@ TEST_F(Candidates, MocapCountsBeforeAnEstimateWhateverItsType) {
   EXPECT_EQ(log.mocap[0].p_E.y(), 3.0);
 }
 
+TEST_F(Candidates, MoreThanFourMotorsAreReported) {
+  const auto topics = [](const char* speeds) {
+    return Topics()
+        .Add("/imu", kImuType, ImuMessage(true), 20)
+        .Add("/motors", "mav_msgs/MotorSpeed", fmt::format(R"({{"motor_speed":[{}]}})", speeds),
+             20);
+  };
+  const auto is_reported = Contains(HasSubstr("rotors: 20 rows are of more than four motors"));
+  EXPECT_THAT(Convert(topics("9,9,9,9,9,9")).warnings, is_reported);
+  EXPECT_THAT(Convert(topics("9,9,9,9,0,0")).warnings, Not(is_reported));
+  EXPECT_THAT(Convert(topics("9,9,9,9")).warnings, Not(is_reported));
+}
+
 // A receiver without a fix and a pose sensor that starts up leave rows that no stream can use.
 class UsableRows : public Candidates {
  protected:

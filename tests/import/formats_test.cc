@@ -217,6 +217,36 @@ std::vector<double> FirstMotor(const FlightLog& log) {
 }
 
 // Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
+// Until 1.13 PX4 names the numbers of mocap x, y and z, since then position[0..2].
+TEST(ULog, TheShippedMapReadsMocapOfOldVersions) {
+  const ImportFiles files;
+  const std::string log =
+      ULogStart(
+          "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;") +
+      ULogRecord('F',
+                 "vehicle_mocap_odometry:uint64_t timestamp;float x;float y;float z;float[4] q;") +
+      ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
+      ULogRecord('D', Bytes()
+                          .Add(std::uint16_t{1})
+                          .Add(std::uint64_t{1000})
+                          .Text(std::string(6 * sizeof(float), '\0'))
+                          .str()) +
+      ULogRecord('D', Bytes()
+                          .Add(std::uint16_t{2})
+                          .Add(std::uint64_t{1000})
+                          .Add(1.0F)
+                          .Add(2.0F)
+                          .Add(3.0F)
+                          .Add(1.0F)
+                          .Text(std::string(3 * sizeof(float), '\0'))
+                          .str());
+  const FlightLog converted =
+      ConvertLog(ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml"),
+                 {files.Write("a.ulg", log)}, {});
+  EXPECT_EQ(converted.fixes.at(0).p_E, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(converted.pose.at(0).p_E, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
   const ImportFiles files;
   const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
@@ -487,36 +517,6 @@ TEST(Mcap, SaysWhatIsNotRead) {
       ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
 }
 
-// --- DataFlash
-
-std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
-                     const std::string& letters, const std::string& columns) {
-  return Bytes()
-      .Text("\xA3\x95\x80")
-      .Add(type)
-      .Add(length)
-      .Padded(name, 4)
-      .Padded(letters, 16)
-      .Padded(columns, 64)
-      .str();
-}
-
-std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hundredths, float x) {
-  return Bytes().Text("\xA3\x95\x05").Add(time).Add(sensor).Add(hundredths).Add(x).str();
-}
-
-TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
-  const ImportFiles files;
-  const std::string log_text =
-      FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
-      FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X") +
-      FlashFmt(6, 20, "MULT", "Qbd", "TimeUS,Id,Mult") +
-      FlashFmt(7, 76, "UNIT", "QbZ", "TimeUS,Id,Label") +
-      FlashFmt(8, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds") +
-      FlashSample(1'000'000, 0, 250, 4.0F) + "noise" + FlashSample(1'100'000, 1, 300, 5.0F) +
-      Bytes().Text("\xA3\x95\x06").Add(std::uint64_t{0}).Text("C").Add(1e-3).str() +
-      Bytes().Text("\xA3\x95\x07").Add(std::uint64_t{0}).Text("m").Padded("m", 64).str() +
-      Bytes()
 // --- Crazyflie
 
 // A log of one event with one record.
@@ -575,6 +575,36 @@ TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
   EXPECT_LT(angles.angularDistance(nose_up), 1e-6);
 }
 
+// --- DataFlash
+
+std::string FlashFmt(std::uint8_t type, std::uint8_t length, const std::string& name,
+                     const std::string& letters, const std::string& columns) {
+  return Bytes()
+      .Text("\xA3\x95\x80")
+      .Add(type)
+      .Add(length)
+      .Padded(name, 4)
+      .Padded(letters, 16)
+      .Padded(columns, 64)
+      .str();
+}
+
+std::string FlashSample(std::uint64_t time, std::uint8_t sensor, std::int16_t hundredths, float x) {
+  return Bytes().Text("\xA3\x95\x05").Add(time).Add(sensor).Add(hundredths).Add(x).str();
+}
+
+TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
+  const ImportFiles files;
+  const std::string log_text =
+      FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+      FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X") +
+      FlashFmt(6, 20, "MULT", "Qbd", "TimeUS,Id,Mult") +
+      FlashFmt(7, 76, "UNIT", "QbZ", "TimeUS,Id,Label") +
+      FlashFmt(8, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds") +
+      FlashSample(1'000'000, 0, 250, 4.0F) + "noise" + FlashSample(1'100'000, 1, 300, 5.0F) +
+      Bytes().Text("\xA3\x95\x06").Add(std::uint64_t{0}).Text("C").Add(1e-3).str() +
+      Bytes().Text("\xA3\x95\x07").Add(std::uint64_t{0}).Text("m").Padded("m", 64).str() +
+      Bytes()
           .Text("\xA3\x95\x08")
           .Add(std::uint64_t{0})
           .Add(std::uint8_t{5})
