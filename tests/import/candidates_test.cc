@@ -80,6 +80,15 @@ TEST_F(Candidates, TheAttitudeIsOfAnImuThatHasOne) {
   EXPECT_THAT(log.warnings, Not(Contains(HasSubstr("stream 'attitude'"))));
 }
 
+// Its axes are not those of the vehicle.
+TEST_F(Candidates, TheImuOfACameraCountsLast) {
+  const FlightLog log = Convert(Topics()
+                                    .Add("/camera/imu", kImuType, ImuMessage(false), 90)
+                                    .Add("/imu/data", kImuType, ImuMessage(true), 30));
+  EXPECT_EQ(log.source.at("imu"), "/imu/data");
+  EXPECT_EQ(log.imu.size(), 30U);
+}
+
 TEST_F(Candidates, MocapCountsBeforeAnEstimateWhateverItsType) {
   const auto topics = [] {
     return Topics()
