@@ -124,7 +124,7 @@ int WithoutMap() {
   const std::unique_ptr<Recording> recording = OpenRecording(FLAGS_in);
   const std::optional<ImportMap> shipped = FindShippedMap(*recording);
   const std::string proposed =
-      shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(*recording);
+      shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(recording.get());
   if (shipped && !FLAGS_out.empty()) return ConvertOrPropose(*shipped, proposed);
   WarnAll(recording->warnings(), FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
@@ -133,7 +133,7 @@ int WithoutMap() {
   throw NoUsableLog(
       fmt::format("{}: {}. If it can be read otherwise, edit {}/proposed_map.yaml and give that by "
                   "--map",
-                  FLAGS_in, WhyNoMapFits(*recording), FLAGS_out));
+                  FLAGS_in, WhyNoMapFits(recording.get()), FLAGS_out));
 }
 
 // A remedy where another map that ships fits the log.

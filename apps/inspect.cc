@@ -68,7 +68,7 @@ ImportMap MapFor(const std::vector<std::string>& files) {
   const auto shipped = FindShippedMap(*recording);
   if (shipped) return *shipped;
   throw NoUsableLog(fmt::format("{}: {}. trueline-convert --in={} proposes a map", files.front(),
-                                WhyNoMapFits(*recording), files.front()));
+                                WhyNoMapFits(recording.get()), files.front()));
 }
 
 // Take-off and landing are inspected too; parts that the map cuts by time are not.

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <set>
+#include <map>
 
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
-#include "problems/import/channel_row.h"
 #include "problems/import/cut.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/text_tables.h"
+#include "problems/import/read_channels.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/import/stream_import.h"
 
@@ -109,29 +109,17 @@ void KeepOnePartOfEach(const std::string& file, const std::vector<StreamImport*>
   }
 }
 
-// Reads the records of the channels that the streams come from.
+// Reads the streams that come from a recording.
 void ReadRecording(Recording* recording, const std::vector<StreamImport*>& streams,
                    std::vector<std::string>* warnings) {
-  std::vector<ChannelRow> rows;
-  std::set<std::size_t> channels;
-  for (const StreamImport* stream : streams) {
-    rows.emplace_back(*recording, stream->map().channel);
-    channels.insert(stream->map().channel.begin(), stream->map().channel.end());
-  }
-  const std::vector<std::size_t> wanted(channels.begin(), channels.end());
-  const std::vector<std::size_t> undecoded =
-      recording->Visit(wanted, [&](std::size_t channel, const Record& record) {
-        for (std::size_t i = 0; i < streams.size(); ++i) {
-          if (rows[i].AddRecord(channel, record)) streams[i]->AddRow(rows[i]);
-        }
-      });
+  const std::map<std::size_t, std::size_t> undecoded = ReadChannels(recording, streams);
   const std::vector<std::string>& damage = recording->warnings();
   warnings->insert(warnings->end(), damage.begin(), damage.end());
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (undecoded[i] == 0) continue;
+  for (const auto& [channel, count] : undecoded) {
+    if (count == 0) continue;
     warnings->push_back(fmt::format("{}: {} messages of {} are cut or malformed; they are left out",
-                                    recording->file(), undecoded[i],
-                                    recording->channels()[wanted[i]].Label()));
+                                    recording->file(), count,
+                                    recording->channels()[channel].Label()));
   }
   const std::string format = recording->format().key;
   if (format != "asl") {  // whose files are read one after the other
@@ -224,6 +212,19 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
   if (!map.dataset.empty()) log->source["dataset"] = map.dataset;
 }
 
+// States in `source` the channels that each stream of a recording is read from.
+void DescribeChannels(const std::map<std::string, StreamMap>& streams, const Recordings& recordings,
+                      FlightLog* log) {
+  for (const auto& [name, stream] : streams) {
+    if (!recordings[stream.input]) continue;
+    std::vector<std::string> labels;
+    for (const std::size_t channel : stream.channel) {
+      labels.push_back(recordings[stream.input]->channels()[channel].Label());
+    }
+    log->source[name] = fmt::format("{}", fmt::join(labels, " + "));
+  }
+}
+
 // The straights: given for the first pattern that matches the file's name, or found by curvature.
 std::vector<Straight> StraightsOf(const FixesFromMocap& options, const std::string& file,
                                   const std::vector<PoseSample>& mocap) {
@@ -267,6 +268,7 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
   const Recordings recordings = OpenRecordings(map, files);
   ImportMap resolved = map;
   resolved.streams = ResolveChannels(map, recordings, &log.warnings);
+  DescribeChannels(resolved.streams, recordings, &log);
   const auto imports = MakeImports(resolved, files, options.fix_sigma, &log);
   for (std::size_t i = 0; i < files.size(); ++i) {
     std::vector<StreamImport*> of_file;

@@ -31,7 +31,8 @@ std::vector<std::filesystem::path> ShippedMaps() {
 bool ReadsNamesOf(const InputMap& input, const Recording& recording) {
   const CsvLayout layout = GuessCsvLayout(recording.file());
   return input.dialect.header && input.dialect.skip_lines == layout.skip_lines && layout.header &&
-         layout.warning.empty() && input.dialect.separators == layout.separators;
+         input.dialect.units_line == layout.units_line && layout.warning.empty() &&
+         input.dialect.separators == layout.separators;
 }
 
 bool IsFor(const ImportMap& map, const Recording& recording) {

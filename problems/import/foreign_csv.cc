@@ -36,6 +36,7 @@ ForeignCsv::ForeignCsv(const std::filesystem::path& path, const CsvDialect& dial
   if (!dialect.header) return;
   SplitFields(line, delimiter_, &fields_);
   names_.assign(fields_.begin(), fields_.end());
+  if (dialect.units_line) lines_.Next(&line);
 }
 
 bool ForeignCsv::Next() {

@@ -14,8 +14,9 @@ namespace trueline {
 
 struct CsvDialect {
   CsvSeparators separators;
-  int skip_lines = 0;  // before the header, or before the first row
-  bool header = true;  // a line of names follows
+  int skip_lines = 0;       // before the header, or before the first row
+  bool header = true;       // a line of names follows
+  bool units_line = false;  // and below that a line of units, which is skipped
 };
 
 class ForeignCsv : public ForeignRow {

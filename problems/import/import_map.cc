@@ -46,6 +46,8 @@ InputMap ReadInput(const std::string& name, const YamlMap& map) {
   input.dialect.skip_lines = map.Get<int>("skip_lines", 0);
   if (input.dialect.skip_lines < 0) map.Fail("skip_lines", "must not be negative");
   input.dialect.header = map.Get<bool>("header", true);
+  input.dialect.units_line = map.Get<bool>("units_line", false);
+  if (input.dialect.units_line && !input.dialect.header) map.Fail("units_line", "needs a header");
   input.formats = ReadFormats(map);
   const bool is_csv = input.formats.empty();
   input.time.of_row = !is_csv && !map.Has("time");

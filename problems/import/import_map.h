@@ -8,10 +8,11 @@
 //                            # show (align_mocap.h); own: the stamps are kept
 //   inputs:                  # one for each file of --in, in this order
 //     board:                 # a name of your own
-//       delimiter: ","       # or ";", tab, space (runs of blanks)
+//       delimiter: ","       # or ";", "|", tab, space (runs of blanks)
 //       decimal: "."         # or ",", beside another delimiter
 //       skip_lines: 0        # before the header
 //       header: true         # false: no names, columns by number
+//       units_line: false    # true: the line below the names states units; it is skipped
 //       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}
 //       unsorted: refuse     # or drop, or sort: rows whose time does not increase
 //     flight: {format: [ros1, ros2, mcap]}  # a recording of one of these formats in place of CSV;
@@ -39,9 +40,12 @@
 //     range:    {column: sonar, unit: m}
 //
 // Streams of a recording state their `channel`, [name, pattern*, ...], the first that has records
-// counts, or the `type` of its messages. `with: [name]` adds the last values of other channels;
-// `optional: true` lets the log lack it. Columns are fields: "q[0]", "q[0..3]". A list of streams
-// means the first that the log has.
+// counts, or the `type` of its messages, of which the channel with most rows counts. `with: [name]`
+// adds the last values of other channels; `optional: true` lets the log lack it. Columns are
+// fields: "q[0]", "q[0..3]". A list of streams means the first of which the log has ten usable
+// rows, or a tenth of the rows of another. `prefer: [pattern*, ...]` names channels that count
+// before those of all streams of the list, `avoid` those that count after them; letters of either
+// case fit.
 //
 //     fixes:    {channel: GPS, position: {geodetic: [Lat, Lng, Alt]}, ...}  # deg and m, by scale;
 //                            # NED about the first one
@@ -111,6 +115,8 @@ struct StreamMap {
   // the type of its messages.
   std::vector<std::string> channels;
   std::string type;
+  // Patterns of channels that count before all others, and after all others.
+  std::vector<std::string> prefer, avoid;
   std::vector<std::string> with;     // names of further channels, whose last record completes a row
   std::vector<std::size_t> channel;  // places of the channel and of these, once found
   bool optional = false;             // a recording may lack it

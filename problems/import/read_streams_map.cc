@@ -29,7 +29,7 @@ std::size_t ReadInputName(const YamlMap& map, const std::vector<InputMap>& input
   return 0;
 }
 
-// `channel` or `type`, and `optional`: of streams of a recording.
+// `channel` or `type`, and what goes with them: of streams of a recording.
 void ReadChannel(const YamlMap& map, const InputMap& input, StreamMap* stream) {
   if (input.formats.empty()) return;
   const YAML::Node node = map.RawNode("channel");
@@ -38,6 +38,8 @@ void ReadChannel(const YamlMap& map, const InputMap& input, StreamMap* stream) {
                                          : std::vector{map.Get<std::string>("channel")};
   }
   stream->type = map.Get<std::string>("type", "");
+  stream->prefer = map.Get<std::vector<std::string>>("prefer", {});
+  stream->avoid = map.Get<std::vector<std::string>>("avoid", {});
   stream->with = map.Get<std::vector<std::string>>("with", {});
   stream->optional = map.Get<bool>("optional", false);
   if (stream->channels.empty() == stream->type.empty()) {

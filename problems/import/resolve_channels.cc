@@ -1,87 +1,25 @@
 #include "problems/import/resolve_channels.h"
 
 #include <fmt/ranges.h>
-#include <fnmatch.h>
 
 #include <algorithm>
+#include <deque>
+#include <tuple>
 
-#include "problems/import/channel_row.h"
-#include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/ros_types.h"
-#include "problems/import/stream_import.h"
+#include "problems/import/find_channels.h"
+#include "problems/import/read_channels.h"
 
 namespace trueline {
 namespace {
 
-bool HasRecords(const Channel& channel) { return channel.count > 0 && !channel.fields.empty(); }
+// A candidate is useful from as many rows on, or from this share of the most that another one has.
+constexpr std::size_t kUsefulRows = 10;
+constexpr double kUsefulShare = 0.1;
 
-// Of several instances: the session that the file prefers, or the first one that has not much fewer
-// records than the others.
-std::optional<std::size_t> BestInstance(const Recording& recording,
-                                        const std::vector<std::size_t>& found) {
-  std::size_t most = 0;
-  for (const std::size_t i : found) most = std::max(most, recording.channels()[i].count);
-  std::optional<std::size_t> best;
-  for (const std::size_t i : found) {
-    const Channel& channel = recording.channels()[i];
-    if (recording.preferred_instance() == channel.instance) return i;
-    if (!best && 2 * channel.count >= most) best = i;
-  }
-  return best;
-}
-
-std::optional<std::size_t> FindByName(const Recording& recording, const std::string& pattern) {
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < recording.channels().size(); ++i) {
-    const Channel& channel = recording.channels()[i];
-    if (!HasRecords(channel)) continue;
-    if (fmt::format("{}[{}]", channel.name, channel.instance) == pattern) return i;
-    if (fnmatch(pattern.c_str(), channel.name.c_str(), 0) == 0) found.push_back(i);
-  }
-  return BestInstance(recording, found);
-}
-
-// Whether the topic's name says that it holds what a controller wants, not what was measured.
-bool IsSetpoint(const std::string& name) {
-  for (const char* word : {"setpoint", "command", "target", "reference", "goal", "desired"}) {
-    if (name.find(word) != std::string::npos) return true;
-  }
-  return false;
-}
-
-// The channel of this type with the most messages.
-std::optional<std::size_t> FindByType(const Recording& recording, const std::string& type) {
-  std::optional<std::size_t> best;
-  for (std::size_t i = 0; i < recording.channels().size(); ++i) {
-    const Channel& channel = recording.channels()[i];
-    if (!HasRecords(channel) || RosTypeName(channel.type) != RosTypeName(type)) continue;
-    if (IsSetpoint(channel.name)) continue;
-    if (!best || channel.count > recording.channels()[*best].count) best = i;
-  }
-  return best;
-}
-
-std::optional<std::size_t> FindChannel(const Recording& recording, const StreamMap& stream) {
-  if (!stream.type.empty()) return FindByType(recording, stream.type);
-  for (const std::string& name : stream.channels) {
-    if (const auto found = FindByName(recording, name)) return found;
-  }
-  return std::nullopt;
-}
-
-// The stream's channel and those of `with`; empty if one of them is missing. A CSV file has one.
-std::vector<std::size_t> FindChannels(const Recording& recording, const StreamMap& stream) {
-  if (recording.format().key == std::string(kCsvFormat)) {
-    return std::vector<std::size_t>(recording.channels().empty() ? 0 : 1, 0);
-  }
-  std::vector<std::size_t> found;
-  if (const auto channel = FindChannel(recording, stream)) found.push_back(*channel);
-  for (const std::string& name : stream.with) {
-    if (const auto channel = FindByName(recording, name)) found.push_back(*channel);
-  }
-  if (found.size() != 1 + stream.with.size()) found.clear();
-  return found;
-}
+struct Counted {
+  StreamCandidate candidate;
+  std::size_t rows = 0;  // that become samples
+};
 
 std::string Wanted(const StreamMap& stream) {
   std::vector<std::string> names;
@@ -97,24 +35,95 @@ std::string Wanted(const StreamMap& stream) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Finds the first of the alternatives that the log has. `why` becomes the last error of a column.
-std::optional<StreamMap> FirstThatFits(const Recording& recording, const StreamMap& stream,
-                                       std::string* why) {
-  std::vector<StreamMap> all = {stream};
-  all.insert(all.end(), stream.otherwise.begin(), stream.otherwise.end());
-  for (StreamMap& one : all) {
-    one.channel = FindChannels(recording, one);
-    if (one.channel.empty()) continue;
-    one.otherwise.clear();
-    StreamMap bound = one;
-    try {
-      BindColumns(ChannelRow(recording, one.channel), &bound);
-      return one;
-    } catch (const InputError& error) {
-      *why = error.what();
+// By stream.
+using Candidates = std::map<std::string, std::vector<Counted>>;
+
+std::unique_ptr<StreamImport> MakeTrial(const std::string& name, const StreamMap& stream,
+                                        const std::string& file, FlightLog* log) {
+  ImportMap map;
+  map.streams[name] = stream;
+  map.streams[name].input = 0;
+  map.streams[name].unsorted = Unsorted::kSort;  // the order of rows is no reason to refuse it
+  return std::move(MakeImports(map, {file}, std::nullopt, log).front());
+}
+
+// Reads the candidates of streams that have several, on trial and into logs of their own.
+void CountRows(Recording* recording, Candidates* candidates) {
+  std::deque<FlightLog> trials;
+  std::vector<std::unique_ptr<StreamImport>> imports;
+  std::vector<StreamImport*> streams;
+  std::vector<Counted*> counted;
+  for (auto& [name, all] : *candidates) {
+    if (all.size() == 1) continue;
+    for (Counted& one : all) {
+      imports.push_back(
+          MakeTrial(name, one.candidate.stream, recording->file(), &trials.emplace_back()));
+      streams.push_back(imports.back().get());
+      counted.push_back(&one);
     }
   }
-  return std::nullopt;
+  if (streams.empty()) return;
+  ReadChannels(recording, streams);
+  for (std::size_t i = 0; i < streams.size(); ++i) counted[i]->rows = streams[i]->rows();
+}
+
+// By rank, then in the order of the map; channels of one type by their rows.
+void SortByPreference(std::vector<Counted>* counted) {
+  const auto key = [](const Counted& c) {
+    const std::size_t by_rows = c.candidate.stream.type.empty() ? 0 : c.rows;
+    return std::tuple(c.candidate.rank, c.candidate.alternative, -static_cast<double>(by_rows));
+  };
+  std::stable_sort(counted->begin(), counted->end(),
+                   [&](const Counted& a, const Counted& b) { return key(a) < key(b); });
+}
+
+bool IsUseful(const Counted& one, const std::vector<Counted>& all) {
+  const auto most = std::max_element(all.begin(), all.end(),
+                                     [](const auto& a, const auto& b) { return a.rows < b.rows; });
+  return one.rows >= kUsefulRows ||
+         static_cast<double>(one.rows) >= kUsefulShare * static_cast<double>(most->rows);
+}
+
+std::string LabelOf(const Recording& recording, const Counted& one) {
+  return fmt::format("{} ({} usable rows)",
+                     recording.channels()[one.candidate.stream.channel.front()].Label(), one.rows);
+}
+
+// States why the channel is not the first of the map, and which others of its type are there.
+void WarnOfRivals(const std::string& name, const Recording& recording,
+                  const std::vector<Counted>& counted, std::size_t chosen,
+                  std::vector<std::string>* warnings) {
+  const StreamCandidate& taken = counted[chosen].candidate;
+  std::vector<std::string> poor, rivals;
+  for (std::size_t i = 0; i < counted.size(); ++i) {
+    const StreamCandidate& other = counted[i].candidate;
+    if (i == chosen || other.stream.channel == taken.stream.channel) continue;
+    const bool same_type = !taken.stream.type.empty() && other.alternative == taken.alternative;
+    if (i < chosen) poor.push_back(LabelOf(recording, counted[i]));
+    if (i > chosen && same_type && IsUseful(counted[i], counted)) {
+      rivals.push_back(LabelOf(recording, counted[i]));
+    }
+  }
+  if (poor.empty() && rivals.empty()) return;
+  std::string text = fmt::format("{}: stream '{}' is read from {}", recording.file(), name,
+                                 LabelOf(recording, counted[chosen]));
+  if (!poor.empty()) text += fmt::format("; too few are in {}", fmt::join(poor, ", "));
+  if (!rivals.empty()) {
+    text += fmt::format("; {} would do, too: name it by 'channel' in a map to read it instead",
+                        fmt::join(rivals, ", "));
+  }
+  warnings->push_back(text);
+}
+
+// The first useful candidate.
+StreamMap Choose(const std::string& name, std::vector<Counted> counted, const Recording& recording,
+                 std::vector<std::string>* warnings) {
+  if (counted.size() == 1) return counted.front().candidate.stream;
+  SortByPreference(&counted);
+  std::size_t chosen = 0;
+  while (!IsUseful(counted[chosen], counted)) ++chosen;
+  WarnOfRivals(name, recording, counted, chosen, warnings);
+  return counted[chosen].candidate.stream;
 }
 
 // A topic may have two definitions or encodings; each has a channel of its own, and only one is
@@ -137,34 +146,56 @@ void WarnOfTwin(const Recording& recording, std::size_t channel,
   if (is_new) warnings->push_back(warning);
 }
 
+// Throws for a stream that the log lacks and that is not optional.
+void RefuseLack(const std::string& name, const StreamMap& stream, const Recording& recording,
+                const std::string& why) {
+  const std::string lack = why.empty() ? fmt::format("{}: has no records of {} for stream '{}'",
+                                                     recording.file(), Wanted(stream), name)
+                                       : why;
+  if (name == "imu") throw NoUsableLog(lack + "; log the IMU's samples, at 100 Hz or more");
+  if (!stream.optional) throw InputError(lack + "; correct 'channel', or set 'optional: true'");
+}
+
+// The streams that come from one recording.
+std::map<std::string, StreamMap> ResolveInput(const std::map<std::string, StreamMap>& streams,
+                                              Recording* recording,
+                                              std::vector<std::string>* warnings) {
+  Candidates candidates;
+  std::vector<std::string> lacking;  // optional streams
+  for (const auto& [name, stream] : streams) {
+    std::string why;
+    for (const StreamCandidate& one : FindCandidates(*recording, stream, &why)) {
+      candidates[name].push_back({one});
+    }
+    if (candidates.contains(name)) continue;
+    RefuseLack(name, stream, *recording, why);
+    lacking.push_back(fmt::format("{} ({})", name, Wanted(stream)));
+  }
+  CountRows(recording, &candidates);
+  std::map<std::string, StreamMap> resolved;
+  for (const auto& [name, counted] : candidates) {
+    resolved[name] = Choose(name, counted, *recording, warnings);
+    for (const std::size_t channel : resolved[name].channel) {
+      WarnOfTwin(*recording, channel, warnings);
+    }
+  }
+  if (!lacking.empty()) {
+    warnings->push_back(fmt::format("{}: has not what the map would also take: {}",
+                                    recording->file(), fmt::join(lacking, "; ")));
+  }
+  return resolved;
+}
+
 }  // namespace
 
 std::map<std::string, StreamMap> ResolveChannels(const ImportMap& map, const Recordings& recordings,
                                                  std::vector<std::string>* warnings) {
   std::map<std::string, StreamMap> resolved;
-  std::map<std::string, std::vector<std::string>> lacking;  // optional streams, by file
-  for (const auto& [name, stream] : map.streams) {
-    const Recording* recording = recordings[stream.input].get();
-    if (recording == nullptr) {
-      resolved[name] = stream;
-      continue;
-    }
-    std::string why;
-    if (const auto found = FirstThatFits(*recording, stream, &why)) {
-      resolved[name] = *found;
-      for (const std::size_t channel : found->channel) WarnOfTwin(*recording, channel, warnings);
-      continue;
-    }
-    const std::string lack = why.empty() ? fmt::format("{}: has no records of {} for stream '{}'",
-                                                       recording->file(), Wanted(stream), name)
-                                         : why;
-    if (name == "imu") throw NoUsableLog(lack + "; log the IMU's samples, at 100 Hz or more");
-    if (!stream.optional) throw InputError(lack + "; correct 'channel', or set 'optional: true'");
-    lacking[recording->file()].push_back(fmt::format("{} ({})", name, Wanted(stream)));
-  }
-  for (const auto& [file, streams] : lacking) {
-    warnings->push_back(fmt::format("{}: has not what the map would also take: {}", file,
-                                    fmt::join(streams, "; ")));
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    std::map<std::string, StreamMap> streams = map.streams;
+    std::erase_if(streams, [i](const auto& stream) { return stream.second.input != i; });
+    if (recordings[i]) streams = ResolveInput(streams, recordings[i].get(), warnings);
+    resolved.merge(streams);
   }
   return resolved;
 }
@@ -173,7 +204,7 @@ int CountStreams(const ImportMap& map, const Recording& recording) {
   int count = 0;
   for (const auto& [name, stream] : map.streams) {
     std::string why;
-    if (FirstThatFits(recording, stream, &why)) {
+    if (!FindCandidates(recording, stream, &why).empty()) {
       ++count;
     } else if (!stream.optional) {
       return 0;

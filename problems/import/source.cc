@@ -139,8 +139,10 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
     if (!columns.Has(key)) columns.Fail(key, "is missing; give its column");
     columns_[i] = SourceColumn(columns.RawNode(key), map.file());
   }
-  scale_ = columns.Get<double>("scale", 1.0);
-  if (!is_quaternion_) scale_ *= ReadUnit(columns, "rad");
+  scale_ = is_quaternion_ ? std::vector<double>(4, columns.Get<double>("scale", 1.0))
+                          : ReadForEach(columns, "scale", 1.0, 3);
+  const double unit = is_quaternion_ ? 1.0 : ReadUnit(columns, "rad");
+  for (double& scale : scale_) scale *= unit;
   inverse_ = columns.Get<bool>("inverse", false);
   columns.Finish();
   axes_ = ReadAxes(map, axes);
@@ -172,8 +174,8 @@ InputError SourceAttitude::NormError(const ForeignRow& row, double norm) const {
 std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(
     const ForeignRow& row, std::optional<double>* bad_norm) const {
   constexpr double kTolerance = 0.03;  // of a norm of columns rounded to few digits
-  const Eigen::Quaterniond q(scale_ * columns_[0].Value(row), scale_ * columns_[1].Value(row),
-                             scale_ * columns_[2].Value(row), scale_ * columns_[3].Value(row));
+  const auto value = [&](std::size_t i) { return scale_[i] * columns_[i].Value(row); };
+  const Eigen::Quaterniond q(value(0), value(1), value(2), value(3));
   const double norm = q.norm();
   if (!std::isfinite(norm) || norm == 0.0) return std::nullopt;
   if (std::abs(norm - 1.0) > kTolerance) {
@@ -184,12 +186,12 @@ std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(
 }
 
 std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignRow& row) const {
-  const Eigen::Vector3d angles(columns_[0].Value(row), columns_[1].Value(row),
-                               columns_[2].Value(row));
+  const auto value = [&](std::size_t i) { return scale_[i] * columns_[i].Value(row); };
+  const Eigen::Vector3d angles(value(0), value(1), value(2));
   if (!angles.allFinite()) return std::nullopt;
-  return Eigen::AngleAxisd(scale_ * angles.z(), Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(scale_ * angles.y(), Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(scale_ * angles.x(), Eigen::Vector3d::UnitX());
+  return Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX());
 }
 
 }  // namespace trueline

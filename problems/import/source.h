@@ -66,10 +66,10 @@ class NumberSource {
   std::vector<double> offset_;
 };
 
-// quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad}
-// (z-y-x). With `inverse: true` beside the columns they are the rotation from earth to body.
-// Otherwise the file's rotation is from the source's body to its earth; Value() returns that from
-// FRD to NED.
+// quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad,
+// scale: s or [s, s, s]} (z-y-x). With `inverse: true` beside the columns they are the rotation
+// from earth to body. Otherwise the file's rotation is from the source's body to its earth; Value()
+// returns that from FRD to NED.
 class SourceAttitude {
  public:
   SourceAttitude() = default;
@@ -93,7 +93,7 @@ class SourceAttitude {
 
   bool is_quaternion_ = false;
   std::array<SourceColumn, 4> columns_;
-  double scale_ = 1.0;
+  std::vector<double> scale_;  // of the columns, in their order
   bool inverse_ = false;
   SourceAxes axes_;
   Eigen::Quaterniond to_earth_ = Eigen::Quaterniond::Identity();

@@ -234,6 +234,7 @@ class SampleImport : public StreamImport {
     places_.push_back(row.Place());
   }
 
+  std::size_t rows() const override { return places_.size(); }
   const char* name() const override { return stream_.name; }
 
   std::vector<ClockPart> Parts() const override {

@@ -104,7 +104,8 @@ struct FlightLog {
   std::string environment;  // indoors: the air is still; outdoors; empty: not stated
   std::vector<Gate> gates;
   std::optional<Vehicle> vehicle;
-  std::map<std::string, std::string> source;  // dataset, file, sha256: what an importer read
+  // What an importer read: dataset, file, sha256, and for each stream of a recording its channel.
+  std::map<std::string, std::string> source;
 
   std::vector<ImuSample> imu;
   std::vector<AttitudeSample> attitude;

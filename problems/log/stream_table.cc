@@ -12,8 +12,11 @@ std::string StreamTable(const FlightLog& log) {
     const TimeNs from = samples.front().t, to = samples.back().t;
     const double span = SecondsBetween(from, to);
     const double rate = span > 0.0 ? static_cast<double>(samples.size() - 1) / span : 0.0;
-    table += fmt::format("{:<10}{:>9}{:>12.2f}{:>18.3f}{:>18.3f}{:>11.3f}\n", stream.name,
+    table += fmt::format("{:<10}{:>9}{:>12.2f}{:>18.3f}{:>18.3f}{:>11.3f}", stream.name,
                          samples.size(), rate, ToSeconds(from), ToSeconds(to), span);
+    const auto channel = log.source.find(stream.name);
+    if (channel != log.source.end()) table += "  " + channel->second;
+    table += "\n";
   });
   if (!log.gates.empty()) table += fmt::format("{} gates\n", log.gates.size());
   return table;

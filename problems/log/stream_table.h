@@ -7,7 +7,8 @@
 
 namespace trueline {
 
-// One line for each stream that is there: samples, mean rate (Hz), first and last stamp (s).
+// One line for each stream that is there: samples, mean rate (Hz), first and last stamp (s), and
+// the channel of the foreign log, where one is known.
 std::string StreamTable(const FlightLog& log);
 
 }  // namespace trueline

@@ -154,6 +154,15 @@ TEST_F(ConvertApp, RefusesBadInput) {
   EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
+TEST_F(ConvertApp, SaysThatALogIsNative) {
+  ASSERT_EQ(Run(Usual()).exit_code, 0);
+  for (const std::string& map : {std::string(), fmt::format("--map='{}'", map_)}) {
+    const Outcome again = Run(fmt::format("{} --in='{}' --out='{}2'", map, out_, out_));
+    EXPECT_EQ(again.exit_code, 2);
+    EXPECT_THAT(again.err, HasSubstr("is a native log already"));
+  }
+}
+
 TEST_F(ConvertApp, ListsALogAndProposesAMap) {
   const Outcome listed = Run(fmt::format("--in='{}'", csv_));
   EXPECT_EQ(listed.exit_code, 0) << listed.err;

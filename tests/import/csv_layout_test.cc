@@ -63,7 +63,7 @@ TEST_F(CsvLayoutOf, CommentsBeforeTheNamesAreSkipped) {
   EXPECT_EQ(layout.columns, (std::vector<std::string>{"t", "a"}));
   EXPECT_EQ(layout.time_column, 0U);
   EXPECT_THAT(List(text), HasSubstr("rows                                        2"));
-  EXPECT_THAT(ProposeMap(*OpenRecording(files_.Write("log.csv", text))),
+  EXPECT_THAT(ProposeMap(OpenRecording(files_.Write("log.csv", text)).get()),
               HasSubstr(", skip_lines: 3, time: {column: \"t\""));
   const CsvLayout names = Guess("# flight 7\n# t,a\n1,2\n2,3\n");
   EXPECT_EQ(names.skip_lines, 1);
@@ -115,7 +115,7 @@ TEST_F(CsvLayoutOf, OtherEncodingsAreRefusedWithARemedy) {
 
 TEST_F(CsvLayoutOf, SaysWhatIsMissing) {
   const auto why = [&](const std::string& text) {
-    return WhyNoMapFits(*OpenRecording(files_.Write("log", text)));
+    return WhyNoMapFits(OpenRecording(files_.Write("log", text)).get());
   };
   EXPECT_THAT(why("t,a\n1,2\n2,3\n"), HasSubstr("has no IMU"));
   EXPECT_THAT(why("t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n1,2,3,4,5,6,7\n"),

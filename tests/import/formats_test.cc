@@ -10,6 +10,7 @@
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 #include "tests/import/import_files.h"
+#include "tests/import/mcap_writer.h"
 
 namespace trueline {
 namespace {
@@ -17,29 +18,6 @@ namespace {
 using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-// Bytes of little-endian numbers and texts, one after another.
-class Bytes {
- public:
-  template <class T>
-  Bytes& Add(T value) {
-    text_.append(reinterpret_cast<const char*>(&value), sizeof(value));
-    return *this;
-  }
-  Bytes& Text(const std::string& text) {
-    text_ += text;
-    return *this;
-  }
-  Bytes& Padded(const std::string& text, std::size_t size) {
-    text_ += text;
-    text_.append(size - text.size(), '\0');
-    return *this;
-  }
-  const std::string& str() const { return text_; }
-
- private:
-  std::string text_;
-};
 
 const Channel& ChannelOf(const Recording& recording, const std::string& label) {
   for (const Channel& channel : recording.channels()) {
@@ -239,6 +217,36 @@ std::vector<double> FirstMotor(const FlightLog& log) {
 }
 
 // Values that PWM has, too: 1000 of DShot is half of its range, of PWM it is none.
+// Until 1.13 PX4 names the numbers of mocap x, y and z, since then position[0..2].
+TEST(ULog, TheShippedMapReadsMocapOfOldVersions) {
+  const ImportFiles files;
+  const std::string log =
+      ULogStart(
+          "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;") +
+      ULogRecord('F',
+                 "vehicle_mocap_odometry:uint64_t timestamp;float x;float y;float z;float[4] q;") +
+      ULogSubscription(1, "sensor_combined") + ULogSubscription(2, "vehicle_mocap_odometry") +
+      ULogRecord('D', Bytes()
+                          .Add(std::uint16_t{1})
+                          .Add(std::uint64_t{1000})
+                          .Text(std::string(6 * sizeof(float), '\0'))
+                          .str()) +
+      ULogRecord('D', Bytes()
+                          .Add(std::uint16_t{2})
+                          .Add(std::uint64_t{1000})
+                          .Add(1.0F)
+                          .Add(2.0F)
+                          .Add(3.0F)
+                          .Add(1.0F)
+                          .Text(std::string(3 * sizeof(float), '\0'))
+                          .str());
+  const FlightLog converted =
+      ConvertLog(ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/px4.yaml"),
+                 {files.Write("a.ulg", log)}, {});
+  EXPECT_EQ(converted.fixes.at(0).p_E, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(converted.pose.at(0).p_E, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(ULog, OutputsAreDshotWhereTheParameterSaysSo) {
   const ImportFiles files;
   const FlightLog log = ConvertPx4(files, ULogOfOutputs(600, {0.0F, 110.0F, 999.5F, 1999.0F}));
@@ -482,34 +490,6 @@ TEST(RosBag, ATopicMayHaveTwoDefinitions) {
 
 // --- MCAP
 
-std::string McapRecord(char op, const std::string& content) {
-  return Bytes()
-      .Text(std::string(1, op))
-      .Add(static_cast<std::uint64_t>(content.size()))
-      .Text(content)
-      .str();
-}
-
-std::string McapText(const std::string& text) {
-  return Bytes().Add(static_cast<std::uint32_t>(text.size())).Text(text).str();
-}
-
-const std::string kMcapStart = "\x89MCAP0\r\n";
-
-// A channel of JSON, with the id given.
-std::string McapJson(std::uint16_t id, const std::string& topic) {
-  return McapRecord(4, Bytes()
-                           .Add(id)
-                           .Add(std::uint16_t{0})
-                           .Text(McapText(topic) + McapText("json") + std::string(4, '\0'))
-                           .str());
-}
-
-std::string McapMessage(std::uint16_t id, std::uint64_t time, const std::string& message) {
-  return McapRecord(5,
-                    Bytes().Add(id).Add(std::uint32_t{0}).Add(time).Add(time).Text(message).str());
-}
-
 TEST(Mcap, FieldsAreThoseOfTheFullestOfTheFirstMessages) {
   const ImportFiles files;
   const auto log = OpenRecording(files.Write(
@@ -535,6 +515,64 @@ TEST(Mcap, SaysWhatIsNotRead) {
   EXPECT_THAT(
       OpenRecording(files.Write("a.mcap", start + chunk + McapRecord(15, "1234")))->warnings(),
       ElementsAre(HasSubstr("ends within a record; the 13 bytes")));
+}
+
+// --- Crazyflie
+
+// A log of one event with one record.
+std::string UsdLog(const std::vector<std::string>& variables, const std::string& values) {
+  Bytes log;
+  log.Add(std::uint8_t{0xBC}).Add(std::uint16_t{2}).Add(std::uint16_t{1}).Add(std::uint16_t{0});
+  log.Text(std::string("fixedFrequency") + '\0').Add(static_cast<std::uint16_t>(variables.size()));
+  for (const std::string& variable : variables) log.Text(variable + '\0');
+  return log.Add(std::uint16_t{0}).Add(std::uint64_t{1000}).Text(values).Text("none").str();
+}
+
+// The packed words follow the firmware's description: the largest component is left out.
+TEST(Crazyflie, UnpacksQuaternions) {
+  const ImportFiles files;
+  const auto numbers = [&](std::uint32_t packed) {
+    const auto log =
+        OpenRecording(files.Write("a", UsdLog({"a.b(B)", "stateEstimateZ.quat(I)"},
+                                              Bytes().Add(std::uint8_t{7}).Add(packed).str())));
+    EXPECT_THAT(NamesOf(log->channels()[0]),
+                ElementsAre("a.b", "stateEstimateZ.quat", "stateEstimateZ.qx", "stateEstimateZ.qy",
+                            "stateEstimateZ.qz", "stateEstimateZ.qw"));
+    std::vector<double> row = RowsOf(log.get(), "fixedFrequency").at(0).numbers;
+    row.erase(row.begin(), row.begin() + 2);
+    return row;
+  };
+  const auto near = [](double x) { return testing::DoubleNear(x, 1e-3); };
+  constexpr std::uint32_t kSize = 434, kMinus = 1 << 9;  // 434 / 511 sqrt(1/2) = 0.6006
+  EXPECT_THAT(numbers(3U << 30 | kSize << 10), ElementsAre(near(0), near(0.6), near(0), near(0.8)));
+  EXPECT_THAT(numbers(kMinus | kSize), ElementsAre(near(0.8), near(0), near(0), near(-0.6)));
+}
+
+TEST(Crazyflie, TheShippedMapReadsAttitudesOfAllKinds) {
+  const ImportFiles files;
+  const ImportMap map =
+      ReadImportMap(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/crazyflie.yaml");
+  std::vector<std::string> variables = {"acc.x(f)",  "acc.y(f)",  "acc.z(f)",
+                                        "gyro.x(f)", "gyro.y(f)", "gyro.z(f)"};
+  Bytes values;
+  for (int i = 0; i < 6; ++i) values.Add(1.0F);
+  const auto attitude = [&](const std::vector<std::string>& more, const std::string& bytes) {
+    std::vector<std::string> all = variables;
+    all.insert(all.end(), more.begin(), more.end());
+    const FlightLog log =
+        ConvertLog(map, {files.Write("a", UsdLog(all, values.str() + bytes))}, {});
+    return log.attitude.at(0).q_Ep_I;
+  };
+  // 2 asin(0.6) = 73.74 deg nose up, which turns about -y of axes forward-left-up.
+  constexpr std::uint32_t kNoseUp = 3U << 30 | (1 << 9 | 434) << 10;
+  const Eigen::Quaterniond nose_up(0.8, 0.0, 0.6, 0.0);
+  const Eigen::Quaterniond packed =
+      attitude({"stateEstimateZ.quat(I)"}, Bytes().Add(kNoseUp).str());
+  EXPECT_LT(packed.angularDistance(nose_up), 2e-3);
+  const Eigen::Quaterniond angles =
+      attitude({"stateEstimate.roll(f)", "stateEstimate.pitch(f)", "stateEstimate.yaw(f)"},
+               Bytes().Add(0.0F).Add(73.739795F).Add(0.0F).str());
+  EXPECT_LT(angles.angularDistance(nose_up), 1e-6);
 }
 
 // --- DataFlash

@@ -192,7 +192,7 @@ TEST_F(RecordingMap, ProposesAMap) {
                                        "pos_z;q_w;q_x;q_y;q_z;volt\n"
                                        "1;0;0;-9.81;0;0;0.1;1;2;3;1;0;0;0;11\n"
                                        "2;0;0;-9.81;0;0;0.2;1;2;3;1;0;0;0;12\n");
-  const std::string proposed = ProposeMap(*OpenRecording(csv));
+  const std::string proposed = ProposeMap(OpenRecording(csv).get());
   const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
   ASSERT_EQ(log.imu.size(), 2U) << proposed;
   EXPECT_EQ(log.imu[1].gyro.z(), 0.2);
@@ -205,7 +205,7 @@ TEST_F(RecordingMap, ProposesAnImuOfShortNames) {
     const std::string csv = files_.Write(
         "flight.csv",
         fmt::format("t,ax,ay,az,{}\n1,0,0,-9.81,0,0,0.1\n2,0,0,-9.81,0,0,0.2\n", rates));
-    const std::string proposed = ProposeMap(*OpenRecording(csv));
+    const std::string proposed = ProposeMap(OpenRecording(csv).get());
     const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
     ASSERT_EQ(log.imu.size(), 2U) << proposed;
     EXPECT_EQ(log.imu[1].gyro.z(), 0.2) << proposed;
@@ -224,7 +224,7 @@ TEST_F(RecordingMap, AProposalHasTheUnitsThatNamesState) {
     }
     const std::string csv =
         files_.Write("flight.csv", header + "\n1,0,0,-1,0,0,90\n2,0,0,-1,0,0,90\n");
-    const std::string proposed = ProposeMap(*OpenRecording(csv));
+    const std::string proposed = ProposeMap(OpenRecording(csv).get());
     const FlightLog log = ConvertLog(ReadImportMap(files_.Write("map.yaml", proposed)), {csv}, {});
     ASSERT_EQ(log.imu.size(), 2U) << proposed;
     EXPECT_NEAR(log.imu[1].gyro.z(), M_PI / 2, 1e-12) << proposed;

@@ -481,6 +481,8 @@ TEST(ShippedMaps, TumBesidePx4) {
                  {});
   EXPECT_EQ(log.mocap.size(), 1000U);
   EXPECT_EQ(log.imu.size(), 8189U);
+  EXPECT_EQ(log.attitude.size(), 830U);
+  EXPECT_EQ(log.motors.size(), 416U);
 }
 
 TEST(Recordings, RefusesWhatItDoesNotReadWithARemedy) {

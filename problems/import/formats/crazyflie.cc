@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <boost/crc.hpp>
+#include <cmath>
+#include <iterator>
+#include <numbers>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
@@ -25,6 +30,62 @@ struct UsdEvent {
   std::vector<PackedField> fields;
   std::size_t size = 0;  // bytes of the variables
   std::size_t channel = 0;
+};
+
+// Quaternions of stateEstimateZ are packed: the place of the largest component of x, y, z, w in the
+// two top bits, then a sign and 9 bits of size for each of the others, in units of sqrt(1/2) / 511.
+bool IsPackedQuaternion(const PackedField& field) {
+  return field.name.ends_with(".quat") && field.type == Scalar::kU32;
+}
+
+std::array<double, 4> UnpackQuaternion(std::uint32_t packed) {
+  constexpr double kStep = std::numbers::sqrt2 / 2.0 / 511.0;
+  const std::size_t largest = packed >> 30;
+  std::array<double, 4> q{};
+  double rest = 1.0;
+  for (std::size_t i = 4; i-- > 0;) {
+    if (i == largest) continue;
+    q[i] = kStep * static_cast<double>(packed & 511) * ((packed >> 9 & 1) != 0 ? -1.0 : 1.0);
+    rest -= q[i] * q[i];
+    packed >>= 10;
+  }
+  q[largest] = std::sqrt(std::max(0.0, rest));
+  return q;
+}
+
+// Appends to an event's variables "group.qx", y, z and w of its packed quaternions.
+class UsdDecoder final : public MessageDecoder {
+ public:
+  UsdDecoder(const std::vector<PackedField>& fields, std::size_t size)
+      : variables_(fields, size, "", 0), count_(fields.size()) {
+    std::copy_if(fields.begin(), fields.end(), std::back_inserter(packed_), IsPackedQuaternion);
+  }
+
+  bool Describe(std::string_view message, Channel* channel) override {
+    if (!variables_.Describe(message, channel)) return false;
+    for (const PackedField& field : packed_) {
+      const std::string group = field.name.substr(0, field.name.size() - 4);
+      for (const char axis : {'x', 'y', 'z', 'w'}) {
+        channel->fields.push_back({fmt::format("{}q{}", group, axis), ""});
+      }
+    }
+    return true;
+  }
+
+  bool Decode(std::string_view message, std::vector<Cell>* cells) const override {
+    cells->resize(count_);
+    if (!variables_.Decode(message, cells)) return false;
+    for (const PackedField& field : packed_) {
+      const auto packed = LoadLittle<std::uint32_t>(message.data() + field.offset);
+      for (const double component : UnpackQuaternion(packed)) cells->emplace_back(component);
+    }
+    return true;
+  }
+
+ private:
+  PackedDecoder variables_;
+  std::size_t count_;  // of the variables
+  std::vector<PackedField> packed_;
 };
 
 // "group.name(t)"
@@ -77,9 +138,8 @@ class UsdWalk {
     crc_.process_bytes(header.data(), header.size());
     for (auto& [id, event] : events_) {
       const ChannelKey key{event.name, 0, "", PackedLayout(event.fields)};
-      event.channel = sink_->AddChannel(key, [&event = event] {
-        return std::make_unique<PackedDecoder>(event.fields, event.size, "", 0);
-      });
+      event.channel = sink_->AddChannel(
+          key, [&event = event] { return std::make_unique<UsdDecoder>(event.fields, event.size); });
     }
   }
 

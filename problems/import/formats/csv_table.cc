@@ -9,6 +9,7 @@
 #include "problems/import/formats/text_tables.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
+#include "problems/log/units.h"
 
 namespace trueline {
 namespace {
@@ -18,7 +19,9 @@ constexpr std::size_t kSampleRows = 200;  // that show the time column and its u
 class CsvRowDecoder : public MessageDecoder {
  public:
   explicit CsvRowDecoder(const CsvLayout& layout) : separators_(layout.separators) {
-    for (const std::string& column : layout.columns) fields_.push_back({column, ""});
+    for (std::size_t i = 0; i < layout.columns.size(); ++i) {
+      fields_.push_back({layout.columns[i], layout.units.empty() ? "" : layout.units[i]});
+    }
   }
 
   bool Describe(std::string_view, Channel* channel) override {
@@ -56,7 +59,7 @@ bool AreNumbers(const std::vector<std::string>& texts) {
 char DelimiterOf(std::string_view line) {
   const auto count = [line](char c) { return std::count(line.begin(), line.end(), c); };
   char best = ',';
-  for (const char candidate : {';', '\t'}) {
+  for (const char candidate : {';', '\t', '|'}) {
     if (count(candidate) > count(best)) best = candidate;
   }
   return count(best) > 0 ? best : ' ';
@@ -64,7 +67,7 @@ char DelimiterOf(std::string_view line) {
 
 // Commas are decimal where all fields are numbers once they are points, and only then.
 CsvSeparators SeparatorsOf(std::string_view line) {
-  for (const char delimiter : {';', '\t'}) {
+  for (const char delimiter : {';', '\t', '|'}) {
     if (line.find(delimiter) == std::string_view::npos) continue;
     const CsvSeparators separators{delimiter, true};
     if (AreNumbers(Split(line, separators)) && !AreNumbers(Split(line, {delimiter, false}))) {
@@ -102,10 +105,18 @@ FirstLines ReadFirstLines(const std::filesystem::path& path) {
   return first;
 }
 
+// A time column's name starts or ends with one of these, after marks as in "# time" and "%time".
 bool IsTimeName(const std::string& column) {
   std::string name = LowerCase(column);
-  if (name.starts_with('#')) name = TrimmedField(name.substr(1));
-  if (name.starts_with("time") || name.starts_with("stamp")) return true;
+  name.erase(0, std::min(name.find_first_not_of("#%*_/ "), name.size()));
+  const std::string bare =
+      std::string(TrimmedField(std::string_view(name).substr(0, name.find_first_of("[("))));
+  for (const char* word : {"time", "timestamp", "stamp"}) {
+    if (name.starts_with(word) || bare.ends_with(word)) return true;
+  }
+  for (const char* end : {"time_s", "time_ms", "time_us", "time_ns"}) {
+    if (bare.ends_with(end)) return true;
+  }
   // "t", "t_s", "t [ms]", but not "theta".
   return name.starts_with('t') &&
          (name.size() == 1 || std::isalpha(static_cast<unsigned char>(name[1])) == 0);
@@ -123,6 +134,12 @@ std::vector<double> ColumnOf(const std::vector<std::vector<std::string>>& rows,
   return values;
 }
 
+bool Rises(const std::vector<double>& values) {
+  const auto not_after = [](double a, double b) { return !(b > a); };
+  return values.size() > 1 &&
+         std::adjacent_find(values.begin(), values.end(), not_after) == values.end();
+}
+
 bool Increases(const std::vector<double>& values) {
   return !values.empty() && std::is_sorted(values.begin(), values.end()) &&
          (values.size() == 1 || values.back() > values.front());
@@ -130,11 +147,12 @@ bool Increases(const std::vector<double>& values) {
 
 // By the name, else by the size of a stamp since 1970, else by the step between rows: logs have 20
 // Hz to 20 kHz.
-int TimeExponent(const std::string& column, const std::vector<double>& values) {
+int TimeExponent(const std::string& column, const std::string& stated,
+                 const std::vector<double>& values) {
   const std::string name = LowerCase(column);
-  const auto says = [&name](const char* unit) {
+  const auto says = [&](const char* unit) {
     const std::string end = unit;
-    return name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||
+    return stated == end || name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||
            name.ends_with("(" + end + ")");
   };
   if (says("ns")) return 0;
@@ -152,15 +170,54 @@ int TimeExponent(const std::string& column, const std::vector<double>& values) {
   return step >= 1.0 ? 6 : 9;
 }
 
-void FindTime(const std::vector<std::vector<std::string>>& rows, CsvLayout* layout) {
+// True if a column is taken as the time.
+template <class Fits>
+bool FindTime(const std::vector<std::vector<std::string>>& rows, const Fits& fits,
+              CsvLayout* layout) {
   for (std::size_t i = 0; i < layout->columns.size(); ++i) {
-    if (!IsTimeName(layout->columns[i])) continue;
     const std::vector<double> values = ColumnOf(rows, i);
-    if (!Increases(values)) continue;
+    if (!fits(layout->columns[i], values)) continue;
     layout->time_column = i;
-    layout->time_exponent = TimeExponent(layout->columns[i], values);
-    return;
+    layout->time_exponent = TimeExponent(
+        layout->columns[i], layout->units.empty() ? "" : LowerCase(layout->units[i]), values);
+    return true;
   }
+  return false;
+}
+
+void FindTime(const std::vector<std::vector<std::string>>& rows, CsvLayout* layout) {
+  layout->is_time_named = FindTime(
+      rows,
+      [](const std::string& name, const auto& values) {
+        return IsTimeName(name) && Increases(values);
+      },
+      layout);
+  if (layout->is_time_named) return;
+  FindTime(
+      rows, [](const std::string&, const auto& values) { return Rises(values); }, layout);
+}
+
+// "m/s^2", "[rad/s]" or "(s)" without its brackets.
+std::string UnitText(const std::string& text) {
+  const bool bracketed = text.size() > 1 && (text.front() == '[' || text.front() == '(');
+  return bracketed ? text.substr(1, text.size() - 2) : text;
+}
+
+// A line of units: each is known, in brackets, or none.
+bool IsUnitsLine(const std::vector<std::string>& texts) {
+  const auto is_unit = [](const std::string& text) {
+    const std::string unit = UnitText(text);
+    if (unit != text || unit.empty() || unit == "1" || unit == "-") return true;
+    for (const char* si : {"s", "m", "m/s^2", "rad", "rad/s", "V"}) {
+      if (UnitFactor(si, unit)) return true;
+    }
+    return false;
+  };
+  const auto has_letter = [](const std::string& text) {
+    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c); });
+  };
+  return std::any_of(texts.begin(), texts.end(), has_letter) &&
+         std::all_of(texts.begin(), texts.end(), is_unit);
 }
 
 // The names of the first line, or numbers.
@@ -179,18 +236,31 @@ void NameColumns(const std::vector<std::string>& first, std::size_t width, CsvLa
   for (std::size_t i = 1; i <= width; ++i) layout->columns.push_back(std::to_string(i));
 }
 
+// The line after names and units that shows how numbers are written.
+const std::string& FirstRow(const std::vector<std::string>& lines) {
+  if (lines.size() < 2) return lines.front();
+  const bool units = IsUnitsLine(Split(lines[1], SeparatorsOf(lines[1])));
+  return lines.size() > 2 && units ? lines[2] : lines[1];
+}
+
 }  // namespace
 
 CsvLayout GuessCsvLayout(const std::filesystem::path& path) {
   const auto [skipped, lines] = ReadFirstLines(path);
   CsvLayout layout;
   layout.skip_lines = skipped;
-  layout.separators = SeparatorsOf(lines.size() > 1 ? lines[1] : lines[0]);
+  layout.separators = SeparatorsOf(FirstRow(lines));
   auto first = Split(lines.front(), layout.separators);
   if (!AreNumbers(first)) first = Split(lines.front(), {layout.separators.delimiter, false});
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(Split(lines[i], layout.separators));
+  layout.units_line = rows.size() > 1 && !AreNumbers(first) && IsUnitsLine(rows.front());
+  if (layout.units_line) {
+    for (const std::string& text : rows.front()) layout.units.push_back(UnitText(text));
+    rows.erase(rows.begin());
+  }
   NameColumns(first, rows.empty() ? first.size() : rows.front().size(), &layout);
+  layout.units.resize(layout.units_line ? layout.columns.size() : 0);
   if (rows.size() > 1) rows.pop_back();  // the last line may be cut off
   FindTime(rows, &layout);
   return layout;
@@ -206,7 +276,8 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
       sink->AddChannel({"rows", 0, ""}, [&] { return std::make_unique<CsvRowDecoder>(layout); });
   LineReader lines(path);
   std::string_view line;
-  for (int i = 0; i < layout.skip_lines + (layout.header ? 1 : 0); ++i) lines.Next(&line);
+  const int before = layout.skip_lines + (layout.header ? 1 : 0) + (layout.units_line ? 1 : 0);
+  for (int i = 0; i < before; ++i) lines.Next(&line);
   ValueSplitter splitter(layout.separators);
   std::vector<std::string_view> texts;
   while (lines.NextFilled(&line)) {

@@ -15,12 +15,16 @@ namespace trueline {
 // name. Names are ignored where there are more or fewer than columns.
 struct CsvLayout {
   CsvSeparators separators;
-  int skip_lines = 0;  // comments, which start with '#', and blank lines before names or rows
-  bool header = true;  // a line of names follows
+  int skip_lines = 0;       // comments, which start with '#', and blank lines before names or rows
+  bool header = true;       // a line of names follows
+  bool units_line = false;  // and below that one of units, as "s,m/s^2"
   std::vector<std::string> columns;
-  std::optional<std::size_t> time_column;  // by its name, if its values increase
-  int time_exponent = 9;                   // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
-  std::string warning;                     // empty, or why the names are not used
+  std::vector<std::string> units;  // of the columns, without brackets; empty if no line states them
+  // By its name, if its values increase; else the first column whose values do.
+  std::optional<std::size_t> time_column;
+  bool is_time_named = false;
+  int time_exponent = 9;  // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
+  std::string warning;    // empty, or why the names are not used
 };
 
 // Throws InputError for a file without text.

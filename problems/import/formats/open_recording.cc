@@ -71,6 +71,13 @@ constexpr std::array<KnownFormat, 10> kFormats = {{
     {{kCsvFormat, "CSV", WalkCsv}, IsCsv},
 }};
 
+void RefuseNative(const fs::path& path) {
+  if (!fs::is_regular_file(path / "log.yaml")) return;
+  throw ErrorAt(path.string(), 0,
+                "is a native log already (it has a log.yaml); give it to the other programs by "
+                "--log");
+}
+
 // What to do with known formats that are not read.
 void RefuseUnread(const std::string& file, std::string_view start) {
   const auto refuse = [&](const char* what) { throw ErrorAt(file, 0, what); };
@@ -121,6 +128,7 @@ std::unique_ptr<Recording> OpenRecording(const fs::path& path) {
   if (!fs::exists(path, error)) {
     throw ErrorAt(path.string(), 0, "does not exist; give the path of a recorded log");
   }
+  RefuseNative(path);
   const std::string start = StartOf(path);
   RefuseUnread(path.string(), start);
   if (const KnownFormat* known = Recognise(path, start)) {
@@ -131,6 +139,7 @@ std::unique_ptr<Recording> OpenRecording(const fs::path& path) {
 }
 
 std::string FormatOf(const fs::path& path) {
+  RefuseNative(path);
   const KnownFormat* known = Recognise(path, StartOf(path));
   return known == nullptr ? "" : known->format.key;
 }

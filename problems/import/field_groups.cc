@@ -1,0 +1,125 @@
+#include "problems/import/field_groups.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "problems/log/csv_text.h"
+
+namespace trueline {
+namespace {
+
+struct Spelling {
+  std::string_view text, unit;
+};
+
+// How names spell units, in lower case.
+constexpr auto kSpellings = std::to_array<Spelling>({
+    {"m/s^2", "m/s^2"},    {"m/s2", "m/s^2"},  {"m/s/s", "m/s^2"}, {"m s^-2", "m/s^2"},
+    {"mps2", "m/s^2"},     {"m_s2", "m/s^2"},  {"g", "g"},         {"rad/s", "rad/s"},
+    {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"}, {"radps", "rad/s"}, {"deg/s", "deg/s"},
+    {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"}, {"dps", "deg/s"},   {"deg", "deg"},
+    {"rad", "rad"},        {"m", "m"},         {"cm", "cm"},       {"mm", "mm"},
+});
+
+// "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
+struct NameAndUnit {
+  std::string name;  // in lower case
+  std::string_view unit;
+};
+
+NameAndUnit SplitUnit(const ChannelField& field) {
+  const std::string name = LowerCase(field.name);
+  for (const std::string_view none : {" [1]", " [-]"}) {  // of ratios; "q[1]" is an element
+    if (name.ends_with(none)) return {name.substr(0, name.size() - none.size()), ""};
+  }
+  for (const auto& [text, unit] : kSpellings) {
+    if (LowerCase(field.unit) == text) return {name, unit};
+    for (const std::string& end :
+         {fmt::format("[{}]", text), fmt::format("({})", text), fmt::format("_{}", text)}) {
+      if (!name.ends_with(end) || name.size() == end.size()) continue;
+      return {std::string(TrimmedField(name.substr(0, name.size() - end.size()))), unit};
+    }
+  }
+  return {name, ""};
+}
+
+bool IsSeparator(char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '['; }
+
+void Add(const std::string& stem, const std::string& part, std::string_view unit,
+         const ChannelField& field, std::vector<FieldGroup>* groups) {
+  auto group = std::find_if(groups->begin(), groups->end(),
+                            [&](const FieldGroup& g) { return g.stem == stem; });
+  if (group == groups->end()) group = groups->insert(group, {stem, unit, {}});
+  if (group->unit.empty()) group->unit = unit;
+  group->parts[part] = field.name;
+}
+
+// The words of a name in lower case.
+std::vector<std::string> WordsOf(const std::string& name) {
+  std::vector<std::string> words(1);
+  for (const char c : LowerCase(name)) {
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+      words.back() += c;
+    } else if (!words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  return words;
+}
+
+bool IsOfSetpoint(const std::string& word) {
+  for (const char* whole : {"ref", "des", "set", "sp", "cmd", "target", "goal", "est"}) {
+    if (word == whole) return true;
+  }
+  for (const char* start : {"setpoint", "command", "reference", "desired", "estimat"}) {
+    if (word.starts_with(start)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool IsSetpointOrEstimate(const std::string& name) {
+  const std::vector<std::string> words = WordsOf(name);
+  return std::any_of(words.begin(), words.end(), IsOfSetpoint);
+}
+
+std::vector<FieldGroup> GroupsOf(const Channel& channel) {
+  std::vector<FieldGroup> groups;
+  for (const ChannelField& field : channel.fields) {
+    const auto [name, unit] = SplitUnit(field);
+    const std::size_t start = name.ends_with(']') ? name.rfind('[') : name.size() - 1;
+    if (name.empty() || start == std::string::npos) continue;
+    Add(name.substr(0, start), name.substr(start), unit, field, &groups);
+    const bool axis_first = name.size() > 2 && IsSeparator(name[1]);
+    if (axis_first) Add(name.substr(2), name.substr(0, 1), unit, field, &groups);
+  }
+  std::stable_partition(groups.begin(), groups.end(),
+                        [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
+  return groups;
+}
+
+FieldGroup EulerAnglesOf(const Channel& channel) {
+  constexpr std::array<std::array<const char*, 2>, 3> kAngles = {
+      {{"roll", "phi"}, {"pitch", "theta"}, {"yaw", "psi"}}};
+  std::vector<FieldGroup> groups;
+  for (const ChannelField& field : channel.fields) {
+    const auto [name, unit] = SplitUnit(field);
+    for (std::size_t i = 0; i < kAngles.size(); ++i) {
+      for (std::size_t spelling = 0; spelling < 2; ++spelling) {
+        const std::string angle = kAngles[i][spelling];
+        if (!name.ends_with(angle)) continue;
+        const std::string stem = name.substr(0, name.size() - angle.size());
+        Add(fmt::format("{}:{}", spelling, stem), kAngles[i][0], unit, field, &groups);
+      }
+    }
+  }
+  std::erase_if(groups, [](const FieldGroup& g) { return g.parts.size() < 3; });
+  std::stable_partition(groups.begin(), groups.end(),
+                        [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
+  return groups.empty() ? FieldGroup{} : groups.front();
+}
+
+}  // namespace trueline

@@ -1,0 +1,24 @@
+// The channels of a recording that the streams of a map may be read from.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/import/formats/recording.h"
+#include "problems/import/import_map.h"
+
+namespace trueline {
+
+// A stream as one of its alternatives reads it from one of the channels that fit.
+struct StreamCandidate {
+  StreamMap stream;             // with `channel`, and without `otherwise`
+  std::size_t alternative = 0;  // 0: the stream itself, else its place in `otherwise` from 1
+  int rank = 0;                 // by `prefer` and `avoid`; the lowest counts first
+};
+
+// All that have records and every column, in the order of the map; `why` becomes the last error of
+// a column. Of a type, the channel with the most messages comes first.
+std::vector<StreamCandidate> FindCandidates(const Recording& recording, const StreamMap& stream,
+                                            std::string* why);
+
+}  // namespace trueline

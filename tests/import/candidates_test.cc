@@ -1,0 +1,167 @@
+// Which channel a stream is read from, where a log has several that would fit.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "problems/log/stream_table.h"
+#include "tests/import/import_files.h"
+#include "tests/import/mcap_writer.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr char kImuType[] = "sensor_msgs/Imu";
+constexpr char kPoseType[] = "geometry_msgs/PoseStamped";
+constexpr char kTransformType[] = "geometry_msgs/TransformStamped";
+
+std::string ImuMessage(bool oriented) {
+  return fmt::format(
+      R"({{"linear_acceleration":{{"x":0,"y":0,"z":9.8}},"angular_velocity":{{"x":0,"y":0,"z":0}},)"
+      R"("orientation":{{"w":{0},"x":0,"y":0,"z":0}},"orientation_covariance":[{1}]}})",
+      oriented ? 1 : 0, oriented ? 0 : -1);
+}
+
+std::string PoseMessage(double x) {
+  return fmt::format(
+      R"({{"pose":{{"position":{{"x":{},"y":0,"z":0}},"orientation":{{"w":1,"x":0,"y":0,"z":0}}}}}})",
+      x);
+}
+
+std::string TransformMessage(double x) {
+  return fmt::format(R"({{"transform":{{"translation":{{"x":{},"y":0,"z":0}},)"
+                     R"("rotation":{{"w":1,"x":0,"y":0,"z":0}}}}}})",
+                     x);
+}
+
+// A log of topics, each with one message again and again.
+class Topics {
+ public:
+  Topics& Add(const std::string& topic, const std::string& type, const std::string& message,
+              int count) {
+    const auto id = static_cast<std::uint16_t>(++ids_);
+    text_ += McapType(id, type) + McapJson(id, topic, id);
+    for (int i = 0; i < count; ++i) {
+      text_ += McapMessage(id, static_cast<std::uint64_t>(10'000'000 * (i + 1)), message);
+    }
+    return *this;
+  }
+  std::string str() const { return kMcapStart + text_ + McapRecord(15, "1234"); }
+
+ private:
+  std::string text_;
+  int ids_ = 0;
+};
+
+class Candidates : public testing::Test {
+ protected:
+  FlightLog Convert(const Topics& topics) const {
+    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
+    return ConvertLog(ReadImportMap(map), {files_.Write("a.mcap", topics.str())}, {});
+  }
+  ImportFiles files_;
+};
+
+TEST_F(Candidates, TheAttitudeIsOfAnImuThatHasOne) {
+  const FlightLog log = Convert(Topics()
+                                    .Add("/imu/data_raw", kImuType, ImuMessage(false), 60)
+                                    .Add("/imu/data", kImuType, ImuMessage(true), 30));
+  EXPECT_EQ(log.imu.size(), 60U);
+  EXPECT_EQ(log.attitude.size(), 30U);
+  EXPECT_EQ(log.source.at("imu"), "/imu/data_raw");
+  EXPECT_EQ(log.source.at("attitude"), "/imu/data");
+  EXPECT_THAT(StreamTable(log), HasSubstr("  /imu/data_raw\n"));
+  EXPECT_THAT(log.warnings,
+              Contains(AllOf(HasSubstr("stream 'imu' is read from /imu/data_raw (60 usable rows)"),
+                             HasSubstr("; /imu/data (30 usable rows) would do, too"))));
+  EXPECT_THAT(log.warnings, Not(Contains(HasSubstr("stream 'attitude'"))));
+}
+
+// Its axes are not those of the vehicle.
+TEST_F(Candidates, TheImuOfACameraCountsLast) {
+  const FlightLog log = Convert(Topics()
+                                    .Add("/camera/imu", kImuType, ImuMessage(false), 90)
+                                    .Add("/imu/data", kImuType, ImuMessage(true), 30));
+  EXPECT_EQ(log.source.at("imu"), "/imu/data");
+  EXPECT_EQ(log.imu.size(), 30U);
+}
+
+TEST_F(Candidates, MocapCountsBeforeAnEstimateWhateverItsType) {
+  const auto topics = [] {
+    return Topics()
+        .Add("/imu", kImuType, ImuMessage(true), 50)
+        .Add("/fcu/local_position/pose", kPoseType, PoseMessage(1), 50);
+  };
+  EXPECT_EQ(Convert(topics()).source.at("mocap"), "/fcu/local_position/pose");
+  EXPECT_EQ(Convert(topics().Add("/uav1/pose", kPoseType, PoseMessage(2), 20)).mocap[0].p_E.y(),
+            2.0);
+  const FlightLog log = Convert(topics()
+                                    .Add("/uav1/pose", kPoseType, PoseMessage(2), 20)
+                                    .Add("/Vicon/uav", kTransformType, TransformMessage(3), 15));
+  EXPECT_EQ(log.source.at("mocap"), "/Vicon/uav");
+  EXPECT_EQ(log.mocap.size(), 15U);
+  EXPECT_EQ(log.mocap[0].p_E.y(), 3.0);
+}
+
+TEST_F(Candidates, MoreThanFourMotorsAreReported) {
+  const auto topics = [](const char* speeds) {
+    return Topics()
+        .Add("/imu", kImuType, ImuMessage(true), 20)
+        .Add("/motors", "mav_msgs/MotorSpeed", fmt::format(R"({{"motor_speed":[{}]}})", speeds),
+             20);
+  };
+  const auto is_reported = Contains(HasSubstr("rotors: 20 rows are of more than four motors"));
+  EXPECT_THAT(Convert(topics("9,9,9,9,9,9")).warnings, is_reported);
+  EXPECT_THAT(Convert(topics("9,9,9,9,0,0")).warnings, Not(is_reported));
+  EXPECT_THAT(Convert(topics("9,9,9,9")).warnings, Not(is_reported));
+}
+
+// A receiver without a fix and a pose sensor that starts up leave rows that no stream can use.
+class UsableRows : public Candidates {
+ protected:
+  // Vision with `good` rows of 40, beside GNSS of 50 rows.
+  FlightLog ConvertVision(int good) const {
+    std::string imu = "#timestamp [ns],a[0],a[1],a[2]\n", vision = "#timestamp [ns],x,y,z\n",
+                gnss = "#timestamp [ns],n,e,d\n";
+    for (int i = 0; i < 50; ++i) {
+      imu += fmt::format("{},0,0,-9.81\n", i);
+      gnss += fmt::format("{},7,0,0\n", i);
+      if (i < 40) vision += fmt::format("{},{},0,0\n", i, i < good ? "1" : "nan");
+    }
+    for (const auto& [sensor, text] :
+         {std::pair{"imu0", imu}, {"vision", vision}, {"gnss", gnss}}) {
+      std::filesystem::create_directories(files_ / ("log/" + std::string(sensor)));
+      files_.Write(fmt::format("log/{}/data.csv", sensor), text);
+    }
+    const std::string map =
+        "inputs: {log: {format: asl}}\n"
+        "streams:\n"
+        "  imu: {channel: imu0, accel: {columns: \"a[0..2]\"}, gyro: {columns: \"a[0..2]\"}}\n"
+        "  fixes:\n"
+        "    - {channel: vision, skip_missing: true, position: {columns: [x, y, z]},\n"
+        "       sigma: {constant: 1}}\n"
+        "    - {channel: gnss, position: {columns: [n, e, d]}, sigma: {constant: 1}}\n";
+    return ConvertLog(ReadImportMap(files_.Write("map.yaml", map)), {(files_ / "log").string()},
+                      {});
+  }
+};
+
+TEST_F(UsableRows, DecideBetweenAlternatives) {
+  for (const int few : {0, 3}) {
+    const FlightLog log = ConvertVision(few);
+    EXPECT_EQ(log.source.at("fixes"), "gnss");
+    EXPECT_EQ(log.fixes.size(), 50U);
+    EXPECT_THAT(log.warnings,
+                Contains(HasSubstr(fmt::format("stream 'fixes' is read from gnss (50 usable rows); "
+                                               "too few are in vision ({} usable rows)",
+                                               few))));
+  }
+  EXPECT_EQ(ConvertVision(10).source.at("fixes"), "vision");
+  EXPECT_EQ(ConvertVision(10).fixes.size(), 10U);
+}
+
+}  // namespace
+}  // namespace trueline

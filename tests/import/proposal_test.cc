@@ -1,0 +1,140 @@
+// The map that is proposed for a CSV file of unknown columns: each converts as it is.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/import/find_map.h"
+#include "problems/import/formats/csv_table.h"
+#include "problems/import/formats/open_recording.h"
+#include "tests/import/import_files.h"
+
+namespace trueline {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Proposal : public testing::Test {
+ protected:
+  // The log of three equal rows below the lines given; each has the time before it.
+  FlightLog Convert(const std::string& names, const std::string& row) {
+    std::string csv = names;
+    for (const char* t : {"0.00", "0.01", "0.02"}) csv += std::string(t) + row + "\n";
+    const std::string file = files_.Write("flight.csv", csv);
+    map_ = ProposeMap(OpenRecording(file).get());
+    return ConvertLog(ReadImportMap(files_.Write("map.yaml", map_)), {file}, {});
+  }
+
+  ImportFiles files_;
+  std::string map_;
+};
+
+constexpr char kImuNames[] = "time,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z";
+constexpr char kImuRow[] = ",0,0,-9.81,0,0,0.5";
+
+TEST_F(Proposal, APositionWithoutAnAttitudeIsAFix) {
+  for (const char* position : {"pos_x,pos_y,pos_z", "x,y,z", "tx,ty,tz", "x_pos,y_pos,z_pos"}) {
+    const FlightLog log =
+        Convert(fmt::format("{},{}\n", kImuNames, position), std::string(kImuRow) + ",1,2,3");
+    ASSERT_EQ(log.fixes.size(), 3U) << map_;
+    EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
+    EXPECT_TRUE(log.mocap.empty());
+  }
+}
+
+TEST_F(Proposal, AttitudesMayBeAngles) {
+  const auto q = [&](const char* names, const char* row) {
+    const FlightLog log =
+        Convert(std::string(kImuNames) + names + "\n", std::string(kImuRow) + row);
+    return log.attitude.empty() ? Eigen::Quaterniond::Identity() : log.attitude[0].q_Ep_I;
+  };
+  const Eigen::Quaterniond yawed(std::cos(0.5), 0, 0, std::sin(0.5));
+  EXPECT_LT(q(",roll,pitch,yaw", ",0,0,1").angularDistance(yawed), 1e-9) << map_;
+  EXPECT_LT(q(",roll_deg,pitch_deg,yaw_deg", ",0,0,57.29577951308232").angularDistance(yawed), 1e-9)
+      << map_;
+  // No name states the unit: no angle is as large in rad.
+  EXPECT_LT(q(",roll,pitch,yaw", ",0,0,57.29577951308232").angularDistance(yawed), 1e-9) << map_;
+  EXPECT_LT(q(",qw [1],qx [1],qy [1],qz [1]", ",0.8775825618903728,0,0,0.479425538604203")
+                .angularDistance(yawed),
+            1e-9)
+      << map_;
+  EXPECT_LT(q(",q0,q1,q2,q3", ",0.8775825618903728,0,0,0.479425538604203").angularDistance(yawed),
+            1e-9)
+      << map_;
+}
+
+TEST_F(Proposal, WhatIsMeasuredCountsBeforeSetpointsAndEstimates) {
+  const FlightLog log = Convert(
+      "t,ref_pos_x,ref_pos_y,ref_pos_z,est_acc_x,est_acc_y,est_acc_z,imu_acc_x,imu_acc_y,imu_acc_z,"
+      "gyro_x,gyro_y,gyro_z,pos_x,pos_y,pos_z\n",
+      ",9,9,9,0,0,0,0,0,-9.81,0,0,0,1,2,3");
+  EXPECT_EQ(log.imu[0].accel.z(), -9.81) << map_;
+  EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
+  const FlightLog only = Convert(std::string(kImuNames) + ",ref_pos_x,ref_pos_y,ref_pos_z\n",
+                                 std::string(kImuRow) + ",1,2,3");
+  EXPECT_EQ(only.fixes.size(), 3U) << map_;
+}
+
+TEST_F(Proposal, AxesAndUnitsFollowTheMeanForce) {
+  const FlightLog log = Convert(std::string(kImuNames) + "\n", ",0,0,1,0,0,300");
+  EXPECT_THAT(map_, HasSubstr("body: FLU"));
+  EXPECT_NEAR(log.imu[0].accel.z(), -9.80665, 1e-12) << map_;
+  EXPECT_NEAR(log.imu[0].gyro.z(), -300 * M_PI / 180, 1e-12) << map_;
+  Convert(std::string(kImuNames) + "\n", kImuRow);
+  EXPECT_THAT(map_, HasSubstr("body: FRD"));
+}
+
+TEST_F(Proposal, TimesHaveManyNames) {
+  const std::string rest = std::string(kImuNames).substr(4) + "\n";
+  for (const char* time : {"# time", "%time", "__time", "elapsed_time", "log_time [s]", "clock"}) {
+    const FlightLog log = Convert(time + rest, kImuRow);
+    EXPECT_EQ(log.imu.size(), 3U) << map_;
+    EXPECT_EQ(log.imu[2].t, 20'000'000) << map_;
+  }
+}
+
+TEST_F(Proposal, UnitsMayHaveALineOfTheirOwn) {
+  for (const char* units :
+       {"s,g,g,g,deg/s,deg/s,deg/s", "[s],[g],[g],[g],[deg/s],[deg/s],[deg/s]"}) {
+    const FlightLog log = Convert(fmt::format("{}\n{}\n", kImuNames, units), ",0,0,-1,0,0,90");
+    ASSERT_EQ(log.imu.size(), 3U) << map_;
+    EXPECT_THAT(map_, HasSubstr("units_line: true"));
+    EXPECT_NEAR(log.imu[0].accel.z(), -9.80665, 1e-12) << map_;
+    EXPECT_NEAR(log.imu[0].gyro.z(), M_PI / 2, 1e-12) << map_;
+  }
+  // A first row with gaps is none.
+  EXPECT_FALSE(GuessCsvLayout(files_.Write("gaps.csv", "t,a,b\n1,,\n2,3,4\n")).units_line);
+}
+
+TEST_F(Proposal, BarsMaySeparate) {
+  std::string names = kImuNames, row = kImuRow;
+  std::replace(names.begin(), names.end(), ',', '|');
+  std::replace(row.begin(), row.end(), ',', '|');
+  EXPECT_EQ(Convert(names + "\n", row).imu.size(), 3U) << map_;
+}
+
+TEST_F(Proposal, AxesMayComeFirst) {
+  for (const char* names :
+       {"x_acc,y_acc,z_acc,x_gyro,y_gyro,z_gyro", "acc x,acc y,acc z,gyro x,gyro y,gyro z",
+        "ax [m/s^2],ay,az,gx [rad/s],gy,gz"}) {
+    const FlightLog log = Convert(fmt::format("t,{}\n", names), kImuRow);
+    EXPECT_EQ(log.imu[0].accel.z(), -9.81) << map_;
+    EXPECT_EQ(log.imu[0].gyro.z(), 0.5) << map_;
+  }
+}
+
+// The error is about the IMU that is missing, not about the map's syntax.
+TEST_F(Proposal, WithoutAStreamIsStillAMap) {
+  EXPECT_THAT(ErrorOf([&] { Convert("t,a\n", ",1"); }), HasSubstr("streams.imu"));
+}
+
+TEST_F(Proposal, ATrajectoryHasPositions) {
+  const std::string file = files_.Write("a.txt", "1.0 1 2 3 0 0 0 1\n1.1 1 2 3 0 0 0 1\n");
+  EXPECT_THAT(ProposeMap(OpenRecording(file).get()),
+              HasSubstr("position: {columns: [\"tx\", \"ty\", \"tz\"], unit: m}, quaternion: {w: "
+                        "\"qw\""));
+}
+
+}  // namespace
+}  // namespace trueline
