@@ -12,16 +12,17 @@ Trajectory RunFlight(const FlightSetup& setup, const BodyState& start, const Air
   log->imu.reserve(setup.last + 1);
   Trajectory trajectory(setup.imu.rate);
   BodyState state = start;
+  RotorArray command = start.rotors;  // that the rotors follow until the sample
   for (int k = setup.first; k <= setup.last; ++k) {
     const double t = setup.time(k);
     if (setup.progress && k % 4096 == 0) setup.progress(t);
     const Disturbance now = air(state);
-    const BodyRate rate = airframe.Rate(t, state, state.rotors, now.gust_E, now.twist_B);
+    const BodyRate rate = airframe.Rate(t, state, command, now.gust_E, now.twist_B);
     const Motion motion{t, dt, state.Attitude(), rate.rate.v_E, state.w_B, rate.rate.w_B};
     const ImuReading reading = imu.Sample(motion, rate.f_B, state.rotors);
     if (k >= 0) log->imu.push_back({FromSeconds(t), reading.accel, reading.gyro});
     const Quaterniond q_Ep_I = ahrs ? ahrs->Update(motion, reading) : Quaterniond::Identity();
-    const RotorArray command = pilot({k, t, dt, state, rate, reading});
+    command = pilot({k, t, dt, state, rate, reading});
     trajectory.Add({t, state.p_E, state.v_E, motion.q_E_B, state.w_B, motion.dw_B, rate.f_B,
                     motion.a_E, state.rotors, command, rate.thrust, q_Ep_I, reading.accel_walk});
     for (int j = 0; j < setup.substeps; ++j) {

@@ -73,6 +73,33 @@ TEST(SimulateRotorFlight, ImuReadsWhatTheModelSays) {
   }
 }
 
+// m: of an IMU 0.1 m ahead of the centre of mass, how its sideways reading follows the turn about z
+// that its own gyro shows.
+double MeasuredArm(double rotor_inertia) {
+  RotorSimulation sim = Quiet();
+  sim.imu_rate = 1000.0;
+  sim.rotor_inertia = rotor_inertia;
+  auto& parameters = sim.vehicle.parameters;
+  for (int i = 0; i < 3; ++i) {
+    parameters[RotorDrivenModel::kImuArm + i] = parameters[RotorDrivenModel::kCentre + i];
+  }
+  parameters[RotorDrivenModel::kImuArm] += 0.1;
+  const std::vector<ImuSample> imu = SimulateRotorFlight(sim, RandomPath(5.0, 2), 1).imu;
+  double both = 0.0, squared = 0.0;
+  for (std::size_t k = 1; k + 1 < imu.size(); ++k) {
+    const double turn = 0.5 * sim.imu_rate * (imu[k + 1].gyro - imu[k - 1].gyro).z();
+    const double swing = 0.1 * imu[k].gyro.x() * imu[k].gyro.y();
+    both += turn * (imu[k].accel.y() - swing);
+    squared += turn * turn;
+  }
+  return both / squared;
+}
+
+TEST(SimulateRotorFlight, ImuFeelsTheTurnThatSpeedingRotorsCause) {
+  EXPECT_NEAR(MeasuredArm(0.0), 0.1, 0.003);
+  EXPECT_NEAR(MeasuredArm(1e-5), 0.1, 0.003);
+}
+
 TEST(SimulateRotorFlight, RatesAndSeeds) {
   const RotorSimulation sim{WuestVehicle()};
   const PiecewisePolynomial path = RandomPath(4.0, 1);
