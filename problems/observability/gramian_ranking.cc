@@ -36,7 +36,7 @@ std::vector<int> ConstantsNamed(const std::vector<std::string>& names,
                       "b_w_x ..., k_f, k_m",
                       name));
     }
-    states.push_back(state);
+    AddStates({state}, &states);
   }
   return states;
 }
@@ -47,12 +47,8 @@ RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
   const RotorDrivenSystem& system = question.system;
   question.shown = ConstantsNamed(options.show, system);
   question.asked = system.PaperStates();
-  std::vector<int> more = ConstantsNamed(options.free, system);
-  more.insert(more.end(), question.shown.begin(), question.shown.end());
-  for (const int state : more) {
-    const bool there = std::count(question.asked.begin(), question.asked.end(), state) > 0;
-    if (!there) question.asked.push_back(state);
-  }
+  AddStates(ConstantsNamed(options.free, system), &question.asked);
+  AddStates(question.shown, &question.asked);
   question.scale = FindColumnScale(system, vehicle, question.asked, options.scale);
   question.weights = system.OutputWeights();
   if (!options.weigh_by_noise) std::fill(question.weights.begin(), question.weights.end(), 1.0);

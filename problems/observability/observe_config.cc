@@ -36,8 +36,7 @@ std::vector<int> AskedStates(const YamlMap& map, std::vector<int> states,
     map.Fail(key, fmt::format("'{}' is no state; use one of: {}", name, fmt::join(names, ", ")));
   };
   for (const auto& name : map.Get<std::vector<std::string>>("free", {})) {
-    const int state = find("free", name);
-    if (std::count(states.begin(), states.end(), state) == 0) states.push_back(state);
+    AddStates({find("free", name)}, &states);
   }
   for (const auto& name : map.Get<std::vector<std::string>>("known", {})) {
     const int state = find("known", name);
