@@ -224,13 +224,19 @@ CaseResult AskImuLog(const FlightLog& log) {
   const bool fixes = !log.fixes.empty();
   const auto count = static_cast<double>(fixes ? log.fixes.size() : log.mocap.size());
   const ImuDrivenSystem system(log.gravity, count / duration,
-                               fixes ? MedianSigma(log.fixes) : 0.01);
+                               fixes ? MedianSigma(log.fixes) : kMocapSigma);
   FlightQuestion question;
   question.name = "imu_driven";
   question.flight = log.name;
   question.states = system.AllStates();
   question.horizon = 10.0;
-  return ObserveFlight(system, flight, question);
+  CaseResult result = ObserveFlight(system, flight, question);
+  if (log.mocap.empty()) {
+    result.warnings.emplace_back(
+        "imu_driven: velocities are fitted to fixes, and what is left of their error looks like "
+        "motion; where the speed hardly changes, sigmas may be several times too small");
+  }
+  return result;
 }
 
 }  // namespace
@@ -250,14 +256,15 @@ std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<
         config->file(), 0,
         "states a vehicle with rotors, and the log has no rotors.csv; leave --config out");
   }
-  if (!log.attitude.empty() && (!log.fixes.empty() || !log.mocap.empty())) {
+  const bool places = !log.fixes.empty() || !log.mocap.empty();
+  if (places && (!log.attitude.empty() || (results.empty() && !log.imu.empty()))) {
     if (progress) progress("imu_driven");
     results.push_back(AskImuLog(log));
   }
   if (results.empty()) {
     throw ErrorAt(log.directory, 0,
-                  "neither rotor speeds with a vehicle nor attitude with fixes: there is no model "
-                  "to ask; add rotors.csv and 'vehicle', or attitude.csv and fixes.csv");
+                  "neither rotor speeds with a vehicle nor fixes: there is no model "
+                  "to ask; add rotors.csv and 'vehicle', or fixes.csv");
   }
   return results;
 }
