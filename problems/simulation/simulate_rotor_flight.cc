@@ -319,6 +319,10 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     if (effect.id == "ground_effect" && config->height == 0.0) {
       entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
     }
+    simulation::Actors flight;
+    flight.rotors = config->vehicle.model.num_rotors();
+    const std::string idle = simulation::WhyIdle(effect, flight);
+    if (!idle.empty()) entry.Fail("id", effect.id + ": " + idle);
     config->effects.push_back(effect);
   }
   config->forces = simulation::ReadUnnamedForces(map, &config->terms);

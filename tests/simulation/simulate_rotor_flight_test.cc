@@ -130,6 +130,8 @@ RotorSimulation Read(const std::string& text) {
 
 TEST(SimulateRotorFlight, UnknownEffectIsRefused) {
   EXPECT_THROW(Read("effects: [{id: gremlins, k: 1.0}]"), InputError);
+  EXPECT_THROW(Read("effects: [{id: rotor_loss, rotor: 4, factor: 0.9}]"), InputError);
+  EXPECT_THROW(Read("effects: [{id: fix_scale, s: 0.1}]"), InputError);  // it has no fixes
 }
 
 TEST(SimulateRotorFlight, TruthFileStatesAllThatWasFlown) {
