@@ -10,6 +10,7 @@
 #include "problems/observability/write_observability.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
+#include "problems/trajectory/trajectory_config.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -111,6 +112,13 @@ TEST(ObserveConfig, MistakesAreNamed) {
   ExpectRefused("[]", "names no case");
   ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: lissajous, amplitude: [1, 2]}}]",
                 "needs 4 numbers");
+  ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: file}}]", "file' is missing");
+  ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: hover, seed: 3}}]", "unknown key");
+}
+
+TEST(FlightLimits, ASpeedStatedTwiceIsRefused) {
+  const YamlMap map(YAML::Load("{max_speed: 1500, max_speed_rpm: 16400}"), "limits.yaml", "");
+  EXPECT_THROW(ReadLimits(map), InputError);
 }
 
 TEST(VehicleConfig, BodiesThatCannotExistAreRefused) {
