@@ -92,6 +92,7 @@ int RunRotorFlight(const YamlMap& map) {
                      "flight states its effects, vehicle and trajectory in its configuration");
   }
   const RotorFlightConfig config = ReadRotorFlight(map);
+  if (!config.warning.empty()) WarnAll({config.warning}, FLAGS_quiet);
   ResultFolder out(FLAGS_out, NativeLogFiles());  // fails before the work
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);

@@ -1,11 +1,27 @@
 #include "problems/simulation/flight.h"
 
+#include "problems/common/error.h"
+
 namespace trueline::simulation {
+namespace {
+
+// Runge-Kutta steps much longer than the rotors' lag would make their speeds grow without bound.
+void CheckLag(double lag, double step) {
+  constexpr double kLongest = 2.5;  // steps in lags; 2.79 is where they grow
+  if (lag > 0.0 && step <= kLongest * lag) return;
+  throw InputError(fmt::format(
+      "a motor lag of {:g} s can't be integrated in steps of {:g} s; state a lag of {:.2g} s or "
+      "more, or a higher rate of the IMU",
+      lag, step, step / kLongest));
+}
+
+}  // namespace
 
 Trajectory RunFlight(const FlightSetup& setup, const BodyState& start, const Air& air,
                      const Pilot& pilot, std::uint64_t seed, FlightLog* log) {
   const double dt = 1.0 / setup.imu.rate, h = dt / setup.substeps;
   const Airframe airframe(setup.vehicle, setup.gravity, setup.stages);
+  CheckLag(airframe.motor_lag(), h);
   Imu imu(setup.imu, static_cast<int>(setup.vehicle.rotors.size()), seed, setup.stages);
   std::optional<Ahrs> ahrs;
   if (setup.ahrs) ahrs.emplace(*setup.ahrs, setup.imu, setup.gravity, seed, setup.stages);

@@ -70,6 +70,12 @@ TEST(Config, UnknownKeysAndBadValuesAreRefused) {
   EXPECT_THAT(ErrorOf(kCourse + "randomise: {K_w: [0, 1]}\n"), HasSubstr("K_x"));
 }
 
+TEST(Config, ALagTooShortForTheIntegrationIsRefused) {
+  const SimulationConfig config =
+      Parse(kCourse + "imu: {rate: 100}\nvehicle: {motor_lag: 0.003}\n");
+  EXPECT_THAT(trueline::ErrorOf([&] { Simulate(config, 1); }), HasSubstr("a motor lag of 0.003 s"));
+}
+
 TEST(Config, CoursesThatCannotBeFlownAreRefused) {
   EXPECT_THAT(ErrorOf("course: {radius: 2, corners: [{position: [2, 0]}, {position: [2, 2]},"
                       " {position: [0, 2]}, {position: [0, 0]}]}\n"),

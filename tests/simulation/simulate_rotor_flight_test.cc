@@ -2,12 +2,14 @@
 // estimators' model, which shares no code with the simulator's physics.
 #include "problems/simulation/simulate_rotor_flight.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
 #include "problems/simulation/flown.h"
+#include "problems/simulation/rotor_flight_config.h"
 #include "problems/simulation/truth_file.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
@@ -169,6 +171,19 @@ TEST(SimulateRotorFlight, TruthFileStatesAllThatWasFlown) {
   EXPECT_EQ(again.forces[0].size, 1.5);
   ASSERT_EQ(again.terms.size(), 1u);
   EXPECT_EQ(again.terms[0]["size"], 0.1);
+}
+
+std::string Warning(double amplitude) {
+  YAML::Node file =
+      YAML::LoadFile(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/rotors/random.yaml");
+  file["trajectory"] = YAML::Load("{kind: lissajous, duration: 5, frequency: [0, 0, 1.2, 0]}");
+  file["trajectory"]["amplitude"] = std::vector<double>{0.0, 0.0, amplitude, 0.0};
+  return ReadRotorFlight(YamlMap(file, "flight.yaml", "")).warning;
+}
+
+TEST(RotorFlightConfig, WarnsOfAPathThatBreaksTheLimits) {
+  EXPECT_EQ(Warning(0.02), "");
+  EXPECT_THAT(Warning(0.4), testing::HasSubstr("flight.yaml: the trajectory breaks the limit on"));
 }
 
 TEST(DrawGuess, LeavesKnownConstantsAtTheirStatedValues) {
