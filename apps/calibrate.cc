@@ -1,4 +1,5 @@
 // trueline-calibrate: a flight log in, the calibrated model with its uncertainties out.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include "problems/calibration/calibration.h"
@@ -85,7 +86,18 @@ int RunImu() {
   return ExitCode(calibration.verdict);
 }
 
+// Options of fits that the IMU drives would be without effect.
+void RefuseFlagsOfImuDrive() {
+  for (const char* name : {"estimator", "gamma", "gamma_sweep", "thrust"}) {
+    const gflags::CommandLineFlagInfo flag = gflags::GetCommandLineFlagInfoOrDie(name);
+    if (flag.current_value == flag.default_value) continue;
+    throw trueline::InputError(
+        fmt::format("--{}={}: is for --drive=imu; leave it out", name, flag.current_value));
+  }
+}
+
 int RunRotors() {
+  RefuseFlagsOfImuDrive();
   if (trueline::SplitList(FLAGS_log).size() > 1) {
     throw trueline::InputError("--log: --drive=rotors takes one flight");
   }

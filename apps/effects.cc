@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 #include <gflags/gflags.h>
 
+#include <algorithm>
+
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
@@ -35,6 +37,20 @@ f_B is specific force in body axes, v_B velocity through the air in body axes, w
 T the specific thrust, E the earth frame (north, east, down), E' that of the attitude filter.
 
 Exit codes: 0 done, 2 bad input or usage.)";
+
+// The open catalogue has no list: a diagnosis forms its terms.
+constexpr char kTerm[] =
+    R"(term: where, with, size [unit of where over with]
+  something that no other effect describes
+  defined as: size times the product `with` is added to `where`: a force_x, moment_y,
+    attitude_roll, accel_y, fix_z, ...; `with` is of named quantities such as q, v_x*T, sin(2*psi)
+    or place(8.0,2.0;2.5)
+)";
+
+bool AsksForTerm() {
+  const std::vector<std::string> ids = trueline::SplitList(FLAGS_id);
+  return ids.empty() || std::find(ids.begin(), ids.end(), "term") != ids.end();
+}
 
 template <class Parameter>
 std::string WithUnit(const Parameter& parameter) {
@@ -78,11 +94,12 @@ YAML::Node ToYaml(const EffectInfo& info) {
 std::vector<const EffectInfo*> Asked() {
   std::vector<const EffectInfo*> asked;
   for (const std::string& id : trueline::SplitList(FLAGS_id)) {
+    if (id == "term") continue;
     asked.push_back(trueline::FindDeclared(id));
     if (asked.back() != nullptr) continue;
     throw trueline::InputError(fmt::format("'{}' is no effect; `trueline effects` lists them", id));
   }
-  if (!asked.empty()) return asked;
+  if (!FLAGS_id.empty()) return asked;
   for (const DriveKind drive : {DriveKind::kImu, DriveKind::kRotors}) {
     if (FLAGS_drive == (drive == DriveKind::kImu ? "rotors" : "imu")) continue;
     const auto causes = trueline::CausesOf(drive);
@@ -103,6 +120,7 @@ void PrintText(const std::vector<const EffectInfo*>& asked) {
     }
     Print(*info);
   }
+  if (AsksForTerm()) fmt::print("{}", kTerm);
 }
 
 int Run() {
@@ -114,7 +132,7 @@ int Run() {
     PrintText(asked);
     return trueline::kExitDone;
   }
-  YAML::Node all;
+  YAML::Node all(YAML::NodeType::Sequence);
   for (const EffectInfo* info : asked) all.push_back(ToYaml(*info));
   fmt::print("{}", trueline::TextOf(all));
   return trueline::kExitDone;

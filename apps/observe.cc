@@ -35,7 +35,7 @@ constexpr char kUsage[] =
       predicted sigmas of mass, inertia, levers and biases for given trajectories
   trueline-observe --log=flight --out=result
       what a recorded flight shows: of the rotor-driven model where it has rotor speeds,
-      of the model of Li et al. 2019 where it has attitude and fixes
+      of the model of Li et al. 2019 where it has attitude or no rotor speeds, and positions
   trueline-observe --log=flight --config=vehicle.yaml --out=result
       the same with inertia and levers of the vehicle (keys 'vehicle' and 'sensors')
   trueline-observe --score=e2log --config=config/observe/e2log.yaml \

@@ -92,6 +92,7 @@ int RunRotorFlight(const YamlMap& map) {
                      "flight states its effects, vehicle and trajectory in its configuration");
   }
   const RotorFlightConfig config = ReadRotorFlight(map);
+  if (!config.warning.empty()) WarnAll({config.warning}, FLAGS_quiet);
   ResultFolder out(FLAGS_out, NativeLogFiles());  // fails before the work
   RotorTruth truth;
   const FlightLog log = SimulateRotorFlight(config.simulation, config.path, FLAGS_seed, &truth);
@@ -116,6 +117,10 @@ int Run() {
   if (FLAGS_duration > 0.0) config.duration = FLAGS_duration;
   if (!FLAGS_model.empty()) config = WithModel(config, YamlMap::FromFile(FLAGS_model));
   if (FLAGS_randomise) config = DrawVariant(config, FLAGS_seed);
+  if (FLAGS_randomise && config.randomise.empty()) {
+    WarnAll({FLAGS_config + ": --randomise draws nothing, as `randomise` states no ranges"},
+            FLAGS_quiet);
+  }
   ResultFolder out(FLAGS_out, NativeLogFiles());
   SimulationTruth truth;
   const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "problems/common/error.h"
 
@@ -56,9 +55,6 @@ YAML::Node YamlMap::Required(const std::string& key) const {
 Eigen::Vector3d YamlMap::GetVector3(const std::string& key) const {
   const auto values = Get<std::vector<double>>(key);
   if (values.size() != 3) Fail(key, fmt::format("needs 3 numbers, found {}", values.size()));
-  for (const double value : values) {
-    if (!std::isfinite(value)) Fail(key, "must be finite numbers");
-  }
   return {values[0], values[1], values[2]};
 }
 

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -70,12 +71,27 @@ class YamlMap {
   YAML::Node Required(const std::string& key) const;
   std::string PathOf(const std::string& key) const;
 
+  // Of a number, and of each number in a list, also of lists.
+  template <class T>
+  static bool AllFinite(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) {
+      return std::isfinite(value);
+    } else if constexpr (requires {
+                           typename T::value_type;
+                           value.begin();
+                         }) {
+      return std::all_of(value.begin(), value.end(), [](const auto& x) { return AllFinite(x); });
+    } else {
+      return true;
+    }
+  }
+
   template <class T>
   T Convert(const YAML::Node& value, const std::string& key) const {
     try {
       T converted = value.as<T>();
-      if constexpr (std::is_same_v<T, double>) {
-        if (!std::isfinite(converted)) Fail(key, "must be a finite number");
+      if (!AllFinite(converted)) {
+        Fail(key, value.IsScalar() ? "must be a finite number" : "must be finite numbers");
       }
       return converted;
     } catch (const YAML::Exception&) {

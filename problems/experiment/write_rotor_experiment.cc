@@ -110,16 +110,13 @@ std::vector<Moment> MomentsOf(const std::vector<const TrialRow*>& trials) {
 
 std::string HistoryCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
   std::string text = "kind,t [s],parameter,unit,truth,mean_error,spread,rmse,sigma\n";
-  const RotorSimulation& sim = experiment.simulation;
+  const RotorConstants truth = TrueConstants(experiment.simulation);
   for (const FlightKindSource& kind : experiment.kinds) {
     for (const Moment& m : MomentsOf(TrialsOf(run.outcomes, kind.name))) {
       for (const int i : experiment.prior.Free()) {
         const double mean = m.error[i] / m.count, square = m.square[i] / m.count;
-        const double truth = i + RotorAeroModel::kMoving < RotorDrivenModel::kStates
-                                 ? sim.vehicle.parameters[i + RotorAeroModel::kMoving]
-                                 : 0.0;
         text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", kind.name, m.t,
-                            kRotorConstants[i].name, kRotorConstants[i].unit, truth, mean,
+                            kRotorConstants[i].name, kRotorConstants[i].unit, truth[i], mean,
                             std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
                             std::sqrt(m.variance[i] / m.count));
       }

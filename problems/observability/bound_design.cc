@@ -119,7 +119,10 @@ DesignedFigure DesignFigure(const BoundDesign& design,
     if (whole_cost(x) > whole_cost(start)) x = start;  // the sketch was wrong
     x = Evolve(whole_cost, x, units, {whole, 0.05, design.seed, design.threads, watch(rough)}).x;
   }
-  return {Scaled(design, path(x), 0.001, 1.0), whole_cost(start)};
+  const auto within_limits = [&](const Overtones& x) {
+    return Scaled(design, path(x), 0.001, 1.0);
+  };
+  return {within_limits(x), FlownBound(design, within_limits(start))};
 }
 
 }  // namespace trueline

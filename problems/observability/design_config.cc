@@ -25,7 +25,7 @@ std::vector<int> StatesNamed(const YamlMap& map, const std::string& key,
                                 "r_BI_x ..., b_a_x ..., b_w_x ..., k_f, k_m",
                                 name));
     }
-    if (std::count(states.begin(), states.end(), state) == 0) states.push_back(state);
+    AddStates({state}, &states);
   }
   return states;
 }
@@ -68,9 +68,7 @@ DesignTarget ReadTarget(const YamlMap& config, const RotorDrivenSystem& system) 
   };
   target.interest = named("show", config.Get<std::vector<std::string>>("show"));
   target.asked = system.PaperStates();
-  for (const int state : named("free", config.Get<std::vector<std::string>>("free", {}))) {
-    target.asked.push_back(state);
-  }
+  AddStates(named("free", config.Get<std::vector<std::string>>("free", {})), &target.asked);
   for (const int state : target.interest) {
     if (std::count(target.asked.begin(), target.asked.end(), state) == 0) {
       config.Fail("show", fmt::format("'{}' is taken as known; name it under 'free' too",
@@ -113,6 +111,7 @@ DesignTask ReadBoundTask(const YamlMap& config, const DesignOptions& common) {
     if (!(bound.prior.sigma[constant] > 0.0)) {
       config.Fail("show", "'" + name + "' is taken as known; give it a sigma under 'prior'");
     }
+    if (std::count(bound.show.begin(), bound.show.end(), constant) > 0) continue;
     bound.show.push_back(constant);
     shown.push_back({name, kRotorConstants[constant].unit});
   }

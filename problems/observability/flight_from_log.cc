@@ -6,6 +6,8 @@
 
 #include "problems/common/error.h"
 #include "problems/observability/imu_driven_system.h"
+#include "problems/observability/smoothed_path.h"
+#include "problems/vgd/drive_track.h"
 
 namespace trueline {
 namespace {
@@ -38,25 +40,6 @@ class Curve {
     Vector sum = Vector::Zero(values_.front().size());
     for (auto i = first; i < last; ++i) sum += values_[i];
     return sum / static_cast<double>(last - first);
-  }
-  // Slope of the straight line through the samples within `half` seconds, widened until there are
-  // three.
-  Vector Slope(double t, double half) const {
-    for (;; half *= 2.0) {
-      const auto first = std::lower_bound(times_.begin(), times_.end(), t - half) - times_.begin();
-      const auto last = std::upper_bound(times_.begin(), times_.end(), t + half) - times_.begin();
-      const bool all = first == 0 && last == static_cast<std::ptrdiff_t>(times_.size());
-      if (last - first < 3 && !all) continue;
-      double mean_t = 0.0, square = 0.0;
-      for (auto i = first; i < last; ++i) mean_t += times_[i] / static_cast<double>(last - first);
-      Vector slope = Vector::Zero(values_.front().size());
-      for (auto i = first; i < last; ++i) {
-        slope += (times_[i] - mean_t) * values_[i];
-        square += (times_[i] - mean_t) * (times_[i] - mean_t);
-      }
-      if (square == 0.0) return slope;
-      return slope / square;
-    }
   }
 
  private:
@@ -134,26 +117,48 @@ NominalFlight RotorFlightFromLog(const FlightLog& log, const RotorVehicle& vehic
   return flight;
 }
 
+namespace {
+
+// The attitude that drives the model: the log's, or that of the program's own filter, whose heading
+// starts at zero.
+std::vector<AttitudeSample> DrivingAttitude(const FlightLog& log) {
+  return log.attitude.empty() ? RunComplementaryFilter(log.imu, {}) : log.attitude;
+}
+
+std::vector<PositionReading> PositionsOf(const FlightLog& log) {
+  std::vector<PositionReading> positions;
+  for (const PoseSample& sample : log.mocap) {
+    positions.push_back({sample.t, sample.p_E, kMocapSigma});
+  }
+  if (!positions.empty()) return positions;
+  for (const Fix& fix : log.fixes) positions.push_back({fix.t, fix.p_E, fix.sigma});
+  return positions;
+}
+
+}  // namespace
+
 NominalFlight ImuFlightFromLog(const FlightLog& log) {
-  if (log.attitude.empty()) Refuse(log, "has no attitude.csv, which drives this model");
-  auto attitude = std::make_shared<Curve>(
-      AttitudeCurve(log.attitude, [](const AttitudeSample& s) { return s.q_Ep_I; }));
+  const std::vector<PositionReading> positions = PositionsOf(log);
+  if (positions.empty()) Refuse(log, "has neither fixes.csv nor mocap.csv; positions are needed");
+  const std::vector<AttitudeSample> samples = DrivingAttitude(log);
+  if (samples.empty()) Refuse(log, "has neither attitude.csv nor imu.csv; attitude is needed");
+  const auto attitude = std::make_shared<Curve>(
+      AttitudeCurve(samples, [](const AttitudeSample& sample) { return sample.q_Ep_I; }));
   auto accel = std::make_shared<Curve>();
   for (const ImuSample& sample : log.imu) accel->Add(sample.t, sample.accel.tail<1>());
-  auto position = std::make_shared<Curve>();
-  if (!log.mocap.empty()) {
-    for (const PoseSample& sample : log.mocap) position->Add(sample.t, sample.p_E);
-  } else {
-    for (const Fix& fix : log.fixes) position->Add(fix.t, fix.p_E);
-  }
-  if (position->empty()) Refuse(log, "has neither fixes.csv nor mocap.csv; positions are needed");
-  NominalFlight flight =
-      Between(log, std::max({attitude->start(), accel->start(), position->start()}),
-              std::min({attitude->end(), accel->end(), position->end()}));
-  flight.at = [=](double t) {
-    NominalPoint point{ImuDrivenSystem::Typical(), {}};
-    const Vector v = position->Slope(t, 0.15), q = attitude->At(t).normalized();
-    for (int i = 0; i < 3; ++i) point.x[ImuDrivenSystem::kVelocity + i] = v[i];
+  if (accel->empty()) Refuse(log, "has no imu.csv, which drives this model");
+  const double first = ToSeconds(positions.front().t), last = ToSeconds(positions.back().t);
+  NominalFlight flight = Between(log, std::max({attitude->start(), accel->start(), first}),
+                                 std::min({attitude->end(), accel->end(), last}));
+  const auto path =
+      std::make_shared<const SmoothedPath>(SmoothPath(log.imu, samples, positions, log.gravity));
+  flight.at = [attitude, accel, path](double t) {
+    using ImuSystem = ImuDrivenSystem;
+    NominalPoint point{ImuSystem::Typical(), {}};
+    point.x[ImuSystem::kParameters + kAhrsInTheta + 2] = path->heading;
+    const Eigen::Vector3d v_E = path->VelocityAt(t);
+    const Vector q = attitude->At(t).normalized();
+    for (int i = 0; i < 3; ++i) point.x[ImuSystem::kVelocity + i] = v_E[i];
     const Eigen::Matrix3d R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
     for (int i = 0; i < 9; ++i) point.u.push_back(R(i / 3, i % 3));
     point.u.push_back(accel->Smooth(t, 0.02)[0]);

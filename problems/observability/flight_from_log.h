@@ -14,8 +14,12 @@ namespace trueline {
 // InputError where attitude or rotor speeds are missing or do not overlap in time.
 NominalFlight RotorFlightFromLog(const FlightLog& log, const RotorVehicle& vehicle);
 
-// IMU-driven (Li et al. 2019): attitude from the AHRS, thrust-axis acceleration from the IMU,
-// velocity from straight lines through mocap positions or, without mocap, fixes.
+inline constexpr double kMocapSigma = 0.01;  // m, each axis
+
+// IMU-driven (Li et al. 2019): attitude from the AHRS, or from the program's own filter where none
+// is logged; thrust-axis acceleration from the IMU; velocity from mocap positions or, without
+// mocap, fixes (smoothed_path.h). Throws InputError where a stream is missing or they do not
+// overlap.
 NominalFlight ImuFlightFromLog(const FlightLog& log);
 
 }  // namespace trueline

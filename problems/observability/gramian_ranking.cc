@@ -36,9 +36,15 @@ std::vector<int> ConstantsNamed(const std::vector<std::string>& names,
                       "b_w_x ..., k_f, k_m",
                       name));
     }
-    states.push_back(state);
+    AddStates({state}, &states);
   }
   return states;
+}
+
+std::vector<double> WeightsOf(const RotorDrivenSystem& system, const RankingOptions& options) {
+  std::vector<double> weights = system.OutputWeights();
+  if (!options.weigh_by_noise) std::fill(weights.begin(), weights.end(), 1.0);
+  return weights;
 }
 
 RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
@@ -47,15 +53,10 @@ RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
   const RotorDrivenSystem& system = question.system;
   question.shown = ConstantsNamed(options.show, system);
   question.asked = system.PaperStates();
-  std::vector<int> more = ConstantsNamed(options.free, system);
-  more.insert(more.end(), question.shown.begin(), question.shown.end());
-  for (const int state : more) {
-    const bool there = std::count(question.asked.begin(), question.asked.end(), state) > 0;
-    if (!there) question.asked.push_back(state);
-  }
+  AddStates(ConstantsNamed(options.free, system), &question.asked);
+  AddStates(question.shown, &question.asked);
   question.scale = FindColumnScale(system, vehicle, question.asked, options.scale);
-  question.weights = system.OutputWeights();
-  if (!options.weigh_by_noise) std::fill(question.weights.begin(), question.weights.end(), 1.0);
+  question.weights = WeightsOf(system, options);
   return question;
 }
 
@@ -114,10 +115,11 @@ class Ranker {
     config.Get<double>("horizon", 0.0);  // of observability alone
     limits_ = ReadLimits(config.ChildOrEmpty("limits"));
     ranking_.options = ReadRankingOptions(config.ChildOrEmpty("e2log"));
-    noise_ = FromYaml<SensorSet>(config.ChildOrEmpty("sensors"));
+    stated_ = config.ChildOrEmpty("sensors");
     const RotorVehicle vehicle =
         ReadRotorVehicle(config.Child("vehicle"), config.Get<double>("gravity", 9.81));
-    Ask(vehicle, WithSensors(noise_, ranking_.options.sensors, config, "e2log"));
+    Ask(vehicle,
+        WithSensors(FromYaml<SensorSet>(*stated_), ranking_.options.sensors, config, "e2log"));
     for (const YamlMap& map : config.Children("cases")) {
       if (!map.Has("trajectory")) continue;
       ScorePath(map.Get<std::string>("name"),
@@ -142,6 +144,19 @@ class Ranker {
         ScoreOf(name, path.duration(), flight, *question_, ranking_.options));
   }
 
+  // The question about one log: it is asked by the log's own rates, where the configuration does
+  // not state others.
+  RankingQuestion AboutLog(const FlightLog& log) const {
+    const SensorSet& asked = question_->system.sensors();
+    SensorSet sensors = SensorsOf(log);
+    if (stated_) FromYaml(*stated_, &sensors);
+    sensors.imu = asked.imu, sensors.position = asked.position, sensors.pose = asked.pose;
+    RankingQuestion question = *question_;
+    question.system = RotorDrivenSystem(question.vehicle.model, sensors);
+    question.weights = WeightsOf(question.system, ranking_.options);
+    return question;
+  }
+
   void ScoreLog(const fs::path& directory) {
     if (progress_) progress_(directory.string());
     const FlightLog log = ReadAndLook(directory);
@@ -149,17 +164,16 @@ class Ranker {
       std::string warning;
       const RotorVehicle vehicle = VehicleFromLog(log, &warning);
       if (!warning.empty()) ranking_.warnings.push_back(warning);
-      SensorSet sensors;
-      Ask(vehicle, sensors);
+      Ask(vehicle, SensorsOf(log));
     }
     const NominalFlight flight = RotorFlightFromLog(log, question_->vehicle);
     ranking_.flights.push_back(ScoreOf(directory.string(), flight.end - flight.start, flight,
-                                       *question_, ranking_.options));
+                                       AboutLog(log), ranking_.options));
   }
 
   const RankingInputs& inputs_;
   const std::function<void(const std::string&)>& progress_;
-  SensorSet noise_;
+  std::optional<YamlMap> stated_;  // `sensors` of the configuration
   FlightLimits limits_;
   std::optional<RankingQuestion> question_;
   Ranking ranking_;

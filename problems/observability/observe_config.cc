@@ -10,7 +10,6 @@
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/gramian_ranking.h"
 #include "problems/observability/sensor_config.h"
-#include "problems/result/statistics.h"
 #include "problems/trajectory/rotor_flight.h"
 #include "problems/trajectory/trajectory_config.h"
 
@@ -36,8 +35,7 @@ std::vector<int> AskedStates(const YamlMap& map, std::vector<int> states,
     map.Fail(key, fmt::format("'{}' is no state; use one of: {}", name, fmt::join(names, ", ")));
   };
   for (const auto& name : map.Get<std::vector<std::string>>("free", {})) {
-    const int state = find("free", name);
-    if (std::count(states.begin(), states.end(), state) == 0) states.push_back(state);
+    AddStates({find("free", name)}, &states);
   }
   for (const auto& name : map.Get<std::vector<std::string>>("known", {})) {
     const int state = find("known", name);
@@ -48,6 +46,13 @@ std::vector<int> AskedStates(const YamlMap& map, std::vector<int> states,
   return states;
 }
 
+void ReadTimes(const YamlMap& map, FlightQuestion* question) {
+  question->horizon = map.Get<double>("horizon", question->horizon);
+  question->step = map.Get<double>("step", question->step);
+  if (!(question->horizon > 0.0)) map.Fail("horizon", "must be positive, in s");
+  if (!(question->step > 0.0 && question->step <= 0.1)) map.Fail("step", "must be in (0, 0.1] s");
+}
+
 FlightQuestion QuestionOf(const YamlMap& map, const std::string& name, std::vector<int> states,
                           double horizon) {
   FlightQuestion question;
@@ -56,10 +61,8 @@ FlightQuestion QuestionOf(const YamlMap& map, const std::string& name, std::vect
                         ? map.Child("trajectory").Get<std::string>("kind", "lissajous")
                         : "flight";
   question.states = std::move(states);
-  question.horizon = map.Get<double>("horizon", horizon);
-  question.step = map.Get<double>("step", question.step);
-  if (!(question.horizon > 0.0)) map.Fail("horizon", "must be positive, in s");
-  if (!(question.step > 0.0 && question.step <= 0.1)) map.Fail("step", "must be in (0, 0.1] s");
+  question.horizon = horizon;
+  ReadTimes(map, &question);
   return question;
 }
 
@@ -163,54 +166,52 @@ class ConfigRun {
   double horizon_;
 };
 
-double MedianSigma(const std::vector<Fix>& fixes) {
-  std::vector<double> sigmas;
-  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
-  return UpperMedian(sigmas);
-}
-
-double RateOf(std::size_t samples, double duration) {
-  return duration > 0.0 ? static_cast<double>(samples) / duration : 0.0;
-}
-
-// Rates as logged; sigmas as for the paper's sensors, but for fixes, which state theirs.
-SensorSet SensorsOf(const FlightLog& log) {
+// What is asked about a log's rotor-driven flight.
+struct RotorLogQuestion {
+  RotorVehicle vehicle;
   SensorSet sensors;
-  const auto set = [](double rate, double* at) {
-    if (rate > 0.0) *at = rate;
-  };
-  const auto duration = [](const auto& samples) {
-    return SecondsBetween(samples.front().t, samples.back().t);
-  };
-  if (!log.imu.empty()) set(RateOf(log.imu.size(), duration(log.imu)), &sensors.imu_rate);
-  const auto& poses = log.pose.empty() ? log.mocap : log.pose;
-  if (!poses.empty()) {
-    set(RateOf(poses.size(), duration(poses)), &sensors.pose_rate);
-  } else if (!log.fixes.empty()) {
-    set(RateOf(log.fixes.size(), duration(log.fixes)), &sensors.pose_rate);
-    sensors.sigma_position = MedianSigma(log.fixes);
-  }
-  return sensors;
+  FlightLimits limits;  // of advice
+  FlightQuestion question;
+  std::string warning;
+};
+
+RotorLogQuestion AskAboutLog(const FlightLog& log) {
+  std::string warning;
+  const RotorVehicle vehicle = VehicleFromLog(log, &warning);
+  return {vehicle, SensorsOf(log), {}, {}, warning};
+}
+
+// The configuration's values take the place of the log's. Its keys `system`, `cases` and `e2log`
+// are of other runs of the program.
+RotorLogQuestion AskAboutLog(const FlightLog& log, const YamlMap& config) {
+  config.GetChoice("system", {"rotor_driven"}, "rotor_driven");
+  for (const char* other : {"cases", "e2log"}) config.RawNode(other);
+  const double gravity = config.Get<double>("gravity", log.gravity);
+  RotorLogQuestion asked{ReadRotorVehicle(config.Child("vehicle"), gravity),
+                         SensorsOf(log),
+                         ReadLimits(config.ChildOrEmpty("limits")),
+                         {},
+                         {}};
+  FromYaml(config.ChildOrEmpty("sensors"), &asked.sensors);
+  ReadTimes(config, &asked.question);
+  config.Finish();
+  return asked;
 }
 
 CaseResult AskRotorLog(const FlightLog& log, const std::optional<YamlMap>& config) {
-  std::string warning;
-  const RotorVehicle vehicle = config ? ReadRotorVehicle(config->Child("vehicle"), log.gravity)
-                                      : VehicleFromLog(log, &warning);
-  SensorSet sensors =
-      config ? FromYaml<SensorSet>(config->ChildOrEmpty("sensors")) : SensorsOf(log);
-  sensors.pose = !log.pose.empty() || !log.mocap.empty();
-  sensors.position = !sensors.pose && !log.fixes.empty();
-  const RotorDrivenSystem system(vehicle.model, sensors);
-  const NominalFlight flight = RotorFlightFromLog(log, vehicle);
-  FlightQuestion question;
+  RotorLogQuestion asked = config ? AskAboutLog(log, *config) : AskAboutLog(log);
+  asked.sensors.pose = !log.pose.empty() || !log.mocap.empty();
+  asked.sensors.position = !asked.sensors.pose && !log.fixes.empty();
+  const RotorDrivenSystem system(asked.vehicle.model, asked.sensors);
+  const NominalFlight flight = RotorFlightFromLog(log, asked.vehicle);
+  FlightQuestion& question = asked.question;
   question.name = "rotor_driven";
   question.flight = log.name;
   question.states = system.PaperStates();
   CaseResult result = ObserveFlight(system, flight, question);
-  if (!warning.empty()) result.warnings.push_back(warning);
+  if (!asked.warning.empty()) result.warnings.push_back(asked.warning);
   try {
-    AdviseRotorFlight(system, vehicle, flight, question, FlightLimits{}, &result);
+    AdviseRotorFlight(system, asked.vehicle, flight, question, asked.limits, &result);
   } catch (const InputError& error) {
     result.warnings.push_back(fmt::format("no advice: {}", error.what()));
   }
@@ -223,13 +224,19 @@ CaseResult AskImuLog(const FlightLog& log) {
   const bool fixes = !log.fixes.empty();
   const auto count = static_cast<double>(fixes ? log.fixes.size() : log.mocap.size());
   const ImuDrivenSystem system(log.gravity, count / duration,
-                               fixes ? MedianSigma(log.fixes) : 0.01);
+                               fixes ? MedianSigma(log.fixes) : kMocapSigma);
   FlightQuestion question;
   question.name = "imu_driven";
   question.flight = log.name;
   question.states = system.AllStates();
   question.horizon = 10.0;
-  return ObserveFlight(system, flight, question);
+  CaseResult result = ObserveFlight(system, flight, question);
+  if (log.mocap.empty()) {
+    result.warnings.emplace_back(
+        "imu_driven: velocities are fitted to fixes, and what is left of their error looks like "
+        "motion; where the speed hardly changes, sigmas may be several times too small");
+  }
+  return result;
 }
 
 }  // namespace
@@ -244,15 +251,20 @@ std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<
   if (!log.rotors.empty() && (config || (log.vehicle && !log.vehicle->rotors.empty()))) {
     if (progress) progress("rotor_driven");
     results.push_back(AskRotorLog(log, config));
+  } else if (config) {
+    throw ErrorAt(
+        config->file(), 0,
+        "states a vehicle with rotors, and the log has no rotors.csv; leave --config out");
   }
-  if (!log.attitude.empty() && (!log.fixes.empty() || !log.mocap.empty())) {
+  const bool places = !log.fixes.empty() || !log.mocap.empty();
+  if (places && (!log.attitude.empty() || (results.empty() && !log.imu.empty()))) {
     if (progress) progress("imu_driven");
     results.push_back(AskImuLog(log));
   }
   if (results.empty()) {
     throw ErrorAt(log.directory, 0,
-                  "neither rotor speeds with a vehicle nor attitude with fixes: there is no model "
-                  "to ask; add rotors.csv and 'vehicle', or attitude.csv and fixes.csv");
+                  "neither rotor speeds with a vehicle nor fixes: there is no model "
+                  "to ask; add rotors.csv and 'vehicle', or fixes.csv");
   }
   return results;
 }

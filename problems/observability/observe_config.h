@@ -20,7 +20,8 @@ std::vector<CaseResult> RunObserveConfig(const YamlMap& config, const StepNotice
 
 // Assesses one flight, one case for each applicable model: the rotor-driven model if the log has
 // rotor speeds and a vehicle with rotors (`vehicle`, if given, replaces the log's), and that of Li
-// et al. if it has attitude and fixes. Throws InputError if neither applies.
+// et al. if it has attitude and positions, or where it is the only one that can be asked: the
+// program's own filter then gives the attitude. Throws InputError if neither applies.
 std::vector<CaseResult> RunObserveLog(const FlightLog& log, const std::optional<YamlMap>& config,
                                       const StepNotice& progress);
 

@@ -2,7 +2,16 @@
 
 #include <fmt/format.h>
 
+#include "problems/result/statistics.h"
+
 namespace trueline {
+namespace {
+
+double RateOf(std::size_t samples, double duration) {
+  return duration > 0.0 ? static_cast<double>(samples) / duration : 0.0;
+}
+
+}  // namespace
 
 void Serialize(YamlArchive* a, SensorSet* s) {
   a->Positive("imu_rate", &s->imu_rate);
@@ -29,6 +38,31 @@ SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, co
   }
   if (names.empty()) map.Fail(key, "names no sensor; use imu, position, pose");
   return noise;
+}
+
+SensorSet SensorsOf(const FlightLog& log) {
+  SensorSet sensors;
+  const auto set = [](double rate, double* at) {
+    if (rate > 0.0) *at = rate;
+  };
+  const auto duration = [](const auto& samples) {
+    return SecondsBetween(samples.front().t, samples.back().t);
+  };
+  if (!log.imu.empty()) set(RateOf(log.imu.size(), duration(log.imu)), &sensors.imu_rate);
+  const auto& poses = log.pose.empty() ? log.mocap : log.pose;
+  if (!poses.empty()) {
+    set(RateOf(poses.size(), duration(poses)), &sensors.pose_rate);
+  } else if (!log.fixes.empty()) {
+    set(RateOf(log.fixes.size(), duration(log.fixes)), &sensors.pose_rate);
+    sensors.sigma_position = MedianSigma(log.fixes);
+  }
+  return sensors;
+}
+
+double MedianSigma(const std::vector<Fix>& fixes) {
+  std::vector<double> sigmas;
+  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
+  return UpperMedian(sigmas);
 }
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/common/yaml_archive.h"
+#include "problems/log/flight_log.h"
 #include "problems/observability/rotor_driven_system.h"
 
 namespace trueline {
@@ -14,5 +15,10 @@ void Serialize(YamlArchive* a, SensorSet* s);
 // Names out of imu, position, pose.
 SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, const YamlMap& map,
                       const std::string& key);
+
+// Rates as logged; sigmas as for the paper's sensors, but for fixes, which state theirs.
+SensorSet SensorsOf(const FlightLog& log);
+// m, of at least one fix.
+double MedianSigma(const std::vector<Fix>& fixes);
 
 }  // namespace trueline

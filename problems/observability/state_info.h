@@ -1,6 +1,7 @@
 // Names of a system's error states. Frames and units are those of the model.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,14 @@ inline int FindState(const std::vector<StateInfo>& states, const std::string& na
   return -1;
 }
 
-// The same of a state that does not move; -1 for others.
+// Adds those of `more` that are not there yet: a state asked for twice would have no inverse.
+inline void AddStates(const std::vector<int>& more, std::vector<int>* states) {
+  for (const int state : more) {
+    if (std::count(states->begin(), states->end(), state) == 0) states->push_back(state);
+  }
+}
+
+// The same as FindState of a state that does not move; -1 for others.
 inline int FindConstant(const std::vector<StateInfo>& states, const std::string& name) {
   const int state = FindState(states, name);
   return state >= 0 && states[state].moving ? -1 : state;

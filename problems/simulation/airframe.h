@@ -35,6 +35,7 @@ class Airframe {
  public:
   Airframe(const VehicleConfig& vehicle, double gravity, const Stages& stages);
 
+  double motor_lag() const { return motor_lag_; }  // s, effects included
   // `command`: wanted rotor speeds (rad/s); `gust_E`: turbulence's specific force (m/s^2);
   // `twist_B`: its angular acceleration (rad/s^2).
   BodyRate Rate(double t, const BodyState& state, const RotorArray& command, const Vector3d& gust_E,

@@ -27,6 +27,14 @@ void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
   }
 }
 
+void ReadActingEffects(const YamlMap& map, SimulationConfig* config) {
+  for (const YamlMap& entry : map.Children("effects")) {
+    config->effects.push_back(ReadEffect(entry));
+    const std::string idle = WhyIdle(config->effects.back(), ActorsOf(*config));
+    if (!idle.empty()) entry.Fail("id", config->effects.back().id + ": " + idle);
+  }
+}
+
 }  // namespace
 }  // namespace simulation
 
@@ -49,9 +57,10 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   a.Nested("detector", &config.detector);
   a.Nested("gnss", &config.gnss);
   Serialize(&a, &config.sensors);
-  for (const YamlMap& effect : map.Children("effects")) {
-    config.effects.push_back(ReadEffect(effect));
+  if (map.Has("detector") && config.gnss.rate > 0.0) {
+    map.Fail("detector", "is of the gates' camera, which a flight with gnss lacks; leave it out");
   }
+  ReadActingEffects(map, &config);
   config.forces = ReadUnnamedForces(map, &config.terms);
   ReadRandomise(map.ChildOrEmpty("randomise"), &config);
   map.Finish();

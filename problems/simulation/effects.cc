@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "problems/common/error.h"
 
@@ -210,6 +211,46 @@ EffectSetting ReadEffect(const YamlMap& map) {
   }
   map.Finish();
   return effect;
+}
+
+namespace {
+
+// Of a parameter that counts gates or rotors.
+std::string WrongIndex(const std::string& name, double value, const std::vector<int>& known) {
+  const auto is = [value](int id) { return id == value; };
+  if (std::any_of(known.begin(), known.end(), is)) return "";
+  return fmt::format("{} {} is none of this flight; use one of: {}", name, value,
+                     fmt::join(known, ", "));
+}
+
+std::string WrongValue(const EffectSetting& effect, const Actors& flight) {
+  const EffectValues p(effect.values);
+  if (effect.id == "rotor_loss") {
+    std::vector<int> rotors(flight.rotors);
+    std::iota(rotors.begin(), rotors.end(), 0);
+    return WrongIndex("rotor", p["rotor"], rotors);
+  }
+  if (effect.id == "gate_moved") return WrongIndex("gate", p["gate"], flight.gates);
+  if (effect.id != "false_gate") return "";
+  if (!(p["fraction"] >= 0.0 && p["fraction"] <= 1.0)) {
+    return fmt::format("fraction {} is no share: 0 to 1", p["fraction"]);
+  }
+  std::vector<int> gates = flight.gates;
+  gates.push_back(-1);  // any gate
+  return WrongIndex("gate", p["gate"], gates);
+}
+
+}  // namespace
+
+std::string WhyIdle(const EffectSetting& effect, const Actors& flight) {
+  const Stages stages = StagesWith({effect}, 9.81);
+  const bool of_gates =
+      !stages.gate.empty() || !stages.false_gate.empty() || !stages.gate_vector.empty();
+  if (of_gates && flight.gates.empty()) return "acts on what a camera sees of gates; here is none";
+  if (!stages.fix_latency.empty() && !flight.fixes) return "acts on fixes; here are none";
+  const bool of_ahrs = !stages.ahrs_error.empty() || !stages.attitude_latency.empty();
+  if (of_ahrs && !flight.ahrs) return "acts on the attitude of an AHRS; here is none";
+  return WrongValue(effect, flight);
 }
 
 Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity) {

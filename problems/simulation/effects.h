@@ -112,6 +112,18 @@ const EffectDefinition* FindEffect(const std::string& id);
 // One entry of `effects:`, {id: wind, w_x: 1, w_y: 0}. Throws InputError naming file, line and key.
 EffectSetting ReadEffect(const YamlMap& map);
 
+// What a flight has for effects to act on.
+struct Actors {
+  std::vector<int> gates;  // ids of those that a camera sees; empty: there is no camera
+  bool fixes = false;      // of any kind
+  bool ahrs = false;
+  int rotors = 0;
+};
+
+// Why the effect would change nothing in such a flight, or has a value that means nothing; empty
+// where it acts.
+std::string WhyIdle(const EffectSetting& effect, const Actors& flight);
+
 // Throws InputError for an unknown id or a missing or unknown parameter.
 Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity);
 

@@ -28,7 +28,8 @@ RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::
   const int inertia = FindRotorConstant("I_x");
   do {
     for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
-      drawn.mean[i] = truth[i] + prior.sigma[i] * random.Normal();
+      const double error = prior.sigma[i] * random.Normal();
+      if (prior.sigma[i] > 0.0) drawn.mean[i] = truth[i] + error;
     }
   } while (!IsPhysicalInertia(drawn.mean.segment<3>(inertia)) ||
            !(drawn.mean[kMassConstant] > 0.0));

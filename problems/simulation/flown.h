@@ -24,6 +24,7 @@ Flown Fly(const RotorSimulation& simulation, const PiecewisePolynomial& path, st
 RotorAeroModel ModelOf(const RotorSimulation& simulation);
 
 // A first guess, drawn from `prior` about the true constants and limited to physical bodies.
+// Constants that the prior states as known keep its values.
 RotorPrior DrawGuess(const RotorPrior& prior, const RotorConstants& truth, std::uint64_t seed);
 
 }  // namespace trueline

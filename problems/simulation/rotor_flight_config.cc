@@ -27,7 +27,9 @@ RotorFlightConfig ReadRotorFlight(const YamlMap& map) {
   PiecewisePolynomial path =
       ReadTrajectory(map.Child("trajectory"), simulation.vehicle, simulation.limits);
   map.Finish();
-  return {simulation, path};
+  const std::string warning =
+      LimitWarning(map.file(), RotorFlight(simulation.vehicle, path), simulation.limits);
+  return {simulation, path, warning};
 }
 
 }  // namespace trueline

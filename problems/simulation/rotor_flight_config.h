@@ -8,6 +8,7 @@ namespace trueline {
 struct RotorFlightConfig {
   RotorSimulation simulation;
   PiecewisePolynomial path;
+  std::string warning;  // of a path that the vehicle can't follow within its limits; else empty
 };
 
 // True if a configuration of trueline-simulate has `trajectory`: it asks for such a flight.

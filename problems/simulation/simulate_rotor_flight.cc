@@ -182,9 +182,7 @@ class TrajectoryPilot {
 
 RotorTruth TruthOf(const RotorSimulation& config, const simulation::Trajectory& flown) {
   RotorTruth truth;
-  for (int i = Model::kMoving; i < Model::kStates; ++i) {
-    truth.constants[i - Model::kMoving] = config.vehicle.parameters[i];
-  }
+  truth.constants = TrueConstants(config);
   for (const simulation::TruthSample& now : flown.samples()) {
     const Eigen::Quaterniond& q = now.q_E_B;
     truth.states.emplace_back() << q.w(), q.x(), q.y(), q.z(), now.p_E, now.v_E, now.w_B;
@@ -193,6 +191,26 @@ RotorTruth TruthOf(const RotorSimulation& config, const simulation::Trajectory& 
 }
 
 }  // namespace
+
+RotorConstants TrueConstants(const RotorSimulation& config) {
+  using Aero = RotorAeroModel;
+  RotorConstants constants = RotorConstants::Zero();
+  const auto set = [&](int index, double value) { constants[index - Aero::kMoving] = value; };
+  for (int i = Model::kMoving; i < Model::kStates; ++i) set(i, config.vehicle.parameters[i]);
+  for (int i = 0; i < 3; ++i) set(Aero::kDrag + i, config.drag[i]);
+  set(Aero::kRotorInertia, config.rotor_inertia);
+  MotorValues motors(FlownLag(config), 0.0, 0.0);
+  if (config.motors) motors.tail<2>() << config.motors->idle, config.motors->voltage;
+  constants.segment<kMotorUnknowns>(Aero::kMotors - Aero::kMoving) = motors;
+  return constants;
+}
+
+double FlownLag(const RotorSimulation& config) {
+  double lag = config.motor_lag;
+  simulation::Apply(
+      simulation::StagesWith(config.effects, config.vehicle.model.gravity()).motor_lag, &lag);
+  return lag;
+}
 
 FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,
                               std::uint64_t seed, RotorTruth* truth) {
@@ -301,6 +319,10 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
     if (effect.id == "ground_effect" && config->height == 0.0) {
       entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
     }
+    simulation::Actors flight;
+    flight.rotors = config->vehicle.model.num_rotors();
+    const std::string idle = simulation::WhyIdle(effect, flight);
+    if (!idle.empty()) entry.Fail("id", effect.id + ": " + idle);
     config->effects.push_back(effect);
   }
   config->forces = simulation::ReadUnnamedForces(map, &config->terms);

@@ -31,7 +31,7 @@ struct RotorSimulation {
   double control_margin = 0.4;
   double height = 0.0;  // m, of the trajectory's start above the floor (p_z = 0)
 
-  // Effects that the estimators do not model.
+  // Beyond the model of Boehm et al. 2020.
   Eigen::Vector3d drag = Eigen::Vector3d::Zero();  // 1/s, K of f_B = K v_B
   double motor_lag = 0.02;                         // s
   double rotor_inertia = 0.0;                      // kg m^2, of each rotor about its axis
@@ -56,6 +56,12 @@ struct RotorTruth {
   std::vector<MovingState> states;
   double path_error_rms = 0.0;  // m
 };
+
+// The constants of the estimators' model that the vehicle flies with. `effects` come on top, except
+// that a lag among them replaces the vehicle's. Zero where the simulator lacks the constant.
+RotorConstants TrueConstants(const RotorSimulation& config);
+// s, of the rotors behind their commands; an effect may have changed it.
+double FlownLag(const RotorSimulation& config);
 
 // Throws InputError if the vehicle departs from the trajectory.
 FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePolynomial& path,

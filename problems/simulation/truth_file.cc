@@ -5,7 +5,9 @@
 
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/app.h"
+#include "problems/effects/read_effects.h"
 #include "problems/result/yaml_text.h"
+#include "problems/simulation/unnamed_forces.h"
 #include "problems/simulation/variant.h"
 
 namespace trueline {
@@ -76,15 +78,32 @@ YAML::Node AhrsErrorNode(const SimulationTruth& truth) {
   return node;
 }
 
-YAML::Node EffectsNode(const SimulationTruth& truth) {
+YAML::Node EffectNode(const simulation::EffectSetting& effect) {
+  YAML::Node entry = FlowMap({{"id", effect.id}});
+  for (const auto& [name, value] : effect.values) entry[name] = Rounded(value, kDigits);
+  return entry;
+}
+
+// [] where there is none.
+YAML::Node ListNode(const std::vector<YAML::Node>& entries) {
   YAML::Node node(YAML::NodeType::Sequence);
-  if (truth.config.effects.empty()) node.SetStyle(YAML::EmitterStyle::Flow);
-  for (const simulation::EffectSetting& effect : truth.config.effects) {
-    YAML::Node entry = FlowMap({{"id", effect.id}});
-    for (const auto& [name, value] : effect.values) entry[name] = Rounded(value, kDigits);
-    node.push_back(entry);
-  }
+  if (entries.empty()) node.SetStyle(YAML::EmitterStyle::Flow);
+  for (const YAML::Node& entry : entries) node.push_back(entry);
   return node;
+}
+
+// What acts beyond the parameters: `effects` and `forces`, as a configuration of either kind of
+// flight states them.
+template <class Config>
+void AddHidden(const Config& config, YAML::Node* node) {
+  std::vector<YAML::Node> effects, forces;
+  for (const simulation::EffectSetting& effect : config.effects) {
+    effects.push_back(EffectNode(effect));
+  }
+  for (const simulation::UnnamedForce& force : config.forces) forces.push_back(ToYaml(force));
+  for (const Effect& term : config.terms) forces.push_back(ToYaml(term));
+  (*node)["effects"] = ListNode(effects);
+  (*node)["forces"] = ListNode(forces);
 }
 
 // s, m/s and m.
@@ -112,7 +131,7 @@ std::string TruthYaml(const SimulationTruth& truth, const std::string& config_fi
   node["parameters"] = ParametersNode(truth);
   node["imu"] = ImuNode(truth);
   node["ahrs_error"] = AhrsErrorNode(truth);
-  node["effects"] = EffectsNode(truth);
+  AddHidden(truth.config, &node);
   node["flight"] = FlightNode(truth);
   return Finish(truth.seed, config_file, &node);
 }
@@ -125,7 +144,8 @@ std::string TruthYaml(const RotorTruth& truth, const RotorSimulation& simulation
     node["parameters"][info.name] = ParameterNode(truth.constants[i], kAllDigits, info.unit);
   }
   for (const double value : simulation.drag) node["drag"].push_back(Rounded(value, kAllDigits));
-  node["motor_lag"] = Rounded(simulation.motor_lag, kAllDigits);
+  node["motor_lag"] = Rounded(FlownLag(simulation), kAllDigits);
+  AddHidden(simulation, &node);
   node["path_error_rms"] = Rounded(truth.path_error_rms, kAllDigits);
   return Finish(seed, config_file, &node);
 }

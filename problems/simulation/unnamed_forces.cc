@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/result/yaml_text.h"
 #include "problems/simulation/flown_terms.h"
 
 namespace trueline::simulation {
@@ -13,6 +14,8 @@ namespace {
 const std::vector<std::string> kAxes = {"x_B", "y_B", "z_B", "north", "east", "down"};
 const std::vector<std::string> kVariables = {"forward speed", "sideways speed", "sink rate",
                                              "roll rate",     "pitch rate",     "yaw rate"};
+
+constexpr int kDigits = 12;  // in files
 
 int IndexIn(const std::vector<std::string>& names, const std::string& name) {
   const auto at = std::find(names.begin(), names.end(), name);
@@ -60,6 +63,21 @@ std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effe
     forces.push_back(force);
   }
   return forces;
+}
+
+YAML::Node ToYaml(const UnnamedForce& force) {
+  YAML::Node node;
+  node["along"] = kAxes[force.axis];
+  std::vector<std::string> names;
+  for (const int factor : force.factors) names.push_back(kVariables[factor]);
+  if (!names.empty()) node["goes_with"] = fmt::format("{}", fmt::join(names, " * "));
+  if (force.radius > 0.0) {
+    for (const double x : force.place) node["place"].push_back(Rounded(x, kDigits));
+    node["radius"] = Rounded(force.radius, kDigits);
+  }
+  node["size"] = Rounded(force.size, kDigits);
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
 }
 
 Vector3d ForceOf(const std::vector<UnnamedForce>& forces, const BodyState& state) {

@@ -21,6 +21,9 @@ namespace trueline::simulation {
 // model.yaml (flown_terms.h); they go to `terms`.
 std::vector<UnnamedForce> ReadUnnamedForces(const YamlMap& map, std::vector<Effect>* terms);
 
+// An entry of `forces`, as it is read.
+YAML::Node ToYaml(const UnnamedForce& force);
+
 // Specific force on the vehicle in E, m/s^2.
 Vector3d ForceOf(const std::vector<UnnamedForce>& forces, const BodyState& state);
 

@@ -1,5 +1,7 @@
 #include "problems/simulation/variant.h"
 
+#include <fmt/format.h>
+
 #include "cost_functions/models/imu_driven_model.h"
 #include "problems/common/error.h"
 #include "problems/common/random.h"
@@ -29,7 +31,35 @@ std::map<std::string, double*> Tunables(SimulationConfig* config) {
   return tunables;
 }
 
+// Why the value that was drawn for this parameter means nothing; empty if it does.
+std::string WhyWrong(const SimulationConfig& config, const std::string& name) {
+  const bool filter = config.ahrs.kind == simulation::AhrsKind::kComplementaryFilter;
+  if (!filter && (name == "heading_error" || name == "tilt_gain")) {
+    return "is of the complementary filter; `ahrs` is of another kind";
+  }
+  if (filter && name.ends_with("_E_Ep")) {
+    return "is the outcome of the complementary filter; draw heading_error or tilt_gain";
+  }
+  if (name == "tilt_gain" && !(config.ahrs.tilt_gain > 0.0)) return "must be above zero";
+  if (name == "turbulence_memory" && config.turbulence.memory < 0.0) return "must be zero or above";
+  for (const simulation::EffectSetting& effect : config.effects) {
+    if (name.starts_with(effect.id + ".")) return WhyIdle(effect, ActorsOf(config));
+  }
+  return "";
+}
+
 }  // namespace
+
+simulation::Actors ActorsOf(const SimulationConfig& config) {
+  simulation::Actors flight;
+  flight.fixes = flight.ahrs = true;
+  flight.rotors = static_cast<int>(config.vehicle.rotors.size());
+  if (config.gnss.rate > 0.0) return flight;
+  for (const simulation::CoursePoint& point : config.course.points) {
+    if (point.gate >= 0) flight.gates.push_back(point.gate);
+  }
+  return flight;
+}
 
 SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed) {
   SimulationConfig variant = config;
@@ -38,6 +68,8 @@ SimulationConfig DrawVariant(const SimulationConfig& config, std::uint64_t seed)
     const auto found = tunables.find(name);
     if (found == tunables.end()) throw InputError("randomise: unknown parameter '" + name + "'");
     *found->second = Random(seed, "randomise." + name).Uniform(range.low, range.high);
+    const std::string wrong = WhyWrong(variant, name);
+    if (!wrong.empty()) throw InputError(fmt::format("randomise: {} {}", name, wrong));
   }
   return variant;
 }

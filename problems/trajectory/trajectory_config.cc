@@ -21,6 +21,9 @@ Eigen::Vector4d Get4(const YamlMap& map, const std::string& key, bool required) 
 }
 
 double Speed(const YamlMap& map, const std::string& key, double fallback) {
+  if (map.Has(key) && map.Has(key + "_rpm")) {
+    map.Fail(key, fmt::format("is stated in rad/s and as {}_rpm; keep one", key));
+  }
   const double rpm = map.Get<double>(key + "_rpm", fallback / kRpm);
   return map.Get<double>(key, rpm * kRpm);
 }
@@ -53,13 +56,26 @@ FlightLimits ReadLimits(const YamlMap& map) {
   return limits;
 }
 
+namespace {
+
+// Beside the configuration, or from where the program runs.
+PiecewisePolynomial ReadStoredTrajectory(const YamlMap& map) {
+  const std::filesystem::path file = map.Get<std::string>("file");
+  map.Finish();
+  const std::filesystem::path beside = std::filesystem::path(map.file()).parent_path() / file;
+  return ReadTrajectoryFile(std::filesystem::exists(file) ? file : beside);
+}
+
+}  // namespace
+
 PiecewisePolynomial ReadTrajectory(const YamlMap& map, const RotorVehicle& vehicle,
                                    const FlightLimits& limits) {
   const std::string kind =
       map.GetChoice("kind", {"hover", "lissajous", "random", "file"}, "lissajous");
-  const std::string file = map.Get<std::string>("file", std::string());
+  if (kind == "file") return ReadStoredTrajectory(map);
   const double duration = map.Get<double>("duration", 20.0);
-  const auto seed = map.Get<std::uint64_t>("seed", 0);
+  const bool random = kind == "random";
+  const std::uint64_t seed = random ? map.Get<std::uint64_t>("seed", 0) : 0;
   Lissajous figure;
   if (kind == "lissajous") {
     figure = {Get4(map, "amplitude", true), Get4(map, "frequency", true),
@@ -67,11 +83,7 @@ PiecewisePolynomial ReadTrajectory(const YamlMap& map, const RotorVehicle& vehic
   }
   if (!(duration > 0.0 && duration <= 600.0)) map.Fail("duration", "must be in (0, 600] s");
   map.Finish();
-  if (kind == "file") {
-    const std::filesystem::path beside = std::filesystem::path(map.file()).parent_path() / file;
-    return ReadTrajectoryFile(std::filesystem::exists(file) ? std::filesystem::path(file) : beside);
-  }
-  if (kind != "random") return LissajousPath(figure, duration);
+  if (!random) return LissajousPath(figure, duration);
   return RandomFeasibleFlight(vehicle, duration, limits, seed);
 }
 

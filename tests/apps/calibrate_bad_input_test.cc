@@ -77,6 +77,16 @@ TEST_F(BadFlight, EmptyStream) {
   ExpectRefused({"imu.csv: the file is empty; write a header line"});
 }
 
+TEST_F(BadFlight, FlagsOfTheOtherDrive) {
+  for (const char* flag :
+       {"--estimator=nonsense", "--gamma=-5", "--thrust=foo", "--gamma_sweep=a,b"}) {
+    const Outcome done = Run(fmt::format("--drive=rotors --log='{}' --out='{}' {}",
+                                         (root_ / "log").string(), (root_ / "out").string(), flag));
+    EXPECT_EQ(done.exit_code, 2);
+    EXPECT_THAT(done.err, HasSubstr(std::string(flag) + ": is for --drive=imu"));
+  }
+}
+
 TEST_F(BadFlight, MissingStream) {
   std::filesystem::remove(root_ / "log/imu.csv");
   ExpectRefused({"imu.csv: is missing; every log needs"});

@@ -37,6 +37,10 @@ TEST(StrictYaml, RefusesKeysThatOccurTwiceAndNumbersThatAreNone) {
   const YamlMap numbers = Parse("{speed: .nan, place: [0, .inf, 0]}");
   EXPECT_THAT(ErrorOf([&] { numbers.Get<double>("speed"); }), HasSubstr("finite"));
   EXPECT_THAT(ErrorOf([&] { numbers.GetVector3("place"); }), HasSubstr("finite"));
+  EXPECT_THAT(ErrorOf([&] { numbers.Get<std::vector<double>>("place"); }), HasSubstr("'place'"));
+  const YamlMap rows = Parse("rows: [[0, 1], [.nan, 2]]");
+  using Rows = std::vector<std::array<double, 2>>;
+  EXPECT_THAT(ErrorOf([&] { rows.Get<Rows>("rows"); }), HasSubstr("finite"));
 }
 
 TEST(StrictYaml, NamesMissingKeysAndWrongKinds) {

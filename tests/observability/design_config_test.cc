@@ -37,6 +37,16 @@ TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
   }
 }
 
+TEST(DesignConfig, AParameterNamedTwiceIsAskedForOnce) {
+  YAML::Node file = YAML::LoadFile((kDesignConfigs / "quick.yaml").string());
+  file["free"] = std::vector<std::string>{"m", "r_BI_z", "r_BI_z"};
+  const DesignTask task = ReadDesignTask(YamlMap(file, "d.yaml", ""), 0, 1);
+  std::vector<int> asked = std::get<GramianCriterion>(task.criterion).target.asked;
+  EXPECT_EQ(asked.size(), 31u);
+  std::sort(asked.begin(), asked.end());
+  EXPECT_TRUE(std::adjacent_find(asked.begin(), asked.end()) == asked.end());
+}
+
 class QuickDesign : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

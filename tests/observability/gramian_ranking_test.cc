@@ -7,12 +7,15 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
-#include "tests/observability/test_vehicle.h"
+#include "problems/log/native_log.h"
+#include "tests/common/test_files.h"
+#include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
 namespace {
 
-const std::filesystem::path kObserve = TRUELINE_TEST_SOURCE_DIR "/config/observe";
+namespace fs = std::filesystem;
+const fs::path kObserve = TRUELINE_TEST_SOURCE_DIR "/config/observe";
 
 RotorFlight Figure(double duration) {
   const Lissajous figure{{0.4, 0.4, 0.15, 1.0}, {0.5, 0.6, 0.7, 0.4}, {0, 1.571, 1.047, 0}};
@@ -59,12 +62,48 @@ Ranking RankText(const std::string& e2log, const std::string& cases) {
   return RankByE2log({YamlMap(config, "test.yaml", ""), {}, {}}, nullptr);
 }
 
+// A simulated flight whose streams have their own rates, as a native log.
+fs::path MadeLog(const TestFolder& folder) {
+  RotorSimulation simulation(WuestVehicle());
+  simulation.imu_rate = 100.0;
+  simulation.pose_rate = 10.0;
+  WriteNativeLog(SimulateRotorFlight(simulation, RandomPath(4.0, 1), 1), folder / "log");
+  return folder / "log";
+}
+
+RankedFlight RankLog(const fs::path& log, const std::string& sensors) {
+  YAML::Node config;
+  config["vehicle"] = YAML::LoadFile((kObserve / "e2log.yaml").string())["vehicle"];
+  config["e2log"] = YAML::Load("{scale: typical}");
+  config["sensors"] = YAML::Load(sensors);
+  return RankByE2log({YamlMap(config, "test.yaml", ""), {}, {log}}, nullptr).flights.at(0);
+}
+
+TEST(GramianRanking, ALogHasItsOwnRatesUnlessTheyAreStated) {
+  const TestFolder folder;
+  const fs::path log = MadeLog(folder);
+  const RankedFlight own = RankLog(log, "{}"),
+                     wuest = RankLog(log, "{imu_rate: 250, pose_rate: 30}"),
+                     stated = RankLog(log, "{imu_rate: 100, pose_rate: 10}");
+  for (std::size_t i = 0; i < own.sigma.size(); ++i) {
+    EXPECT_NEAR(own.sigma[i] / stated.sigma[i], 1.0, 0.02);
+    EXPECT_GT(own.sigma[i], 1.3 * wuest.sigma[i]);
+  }
+}
+
 const char kCases[] =
     "[{name: hover, trajectory: {kind: hover, duration: 4}},"
     " {name: shuttle, trajectory: {kind: lissajous, duration: 4, amplitude: [0.4, 0, 0, 0],"
     "  frequency: [0.7, 0, 0, 0]}},"
     " {name: all axes, trajectory: {kind: lissajous, duration: 4, amplitude: [0.4, 0.4, 0.15, 1],"
     "  frequency: [0.5, 0.6, 0.7, 0.4]}}]";
+
+TEST(GramianRanking, AConstantNamedTwiceIsOne) {
+  const Ranking once = RankText("{scale: typical, show: [r_BP_x]}", kCases);
+  const Ranking twice = RankText("{scale: typical, show: [r_BP_x, r_BP_x], free: [m, m]}", kCases);
+  ASSERT_EQ(twice.shown.size(), 1U);
+  EXPECT_EQ(twice.flights[0].scores.sigma_min, once.flights[0].scores.sigma_min);
+}
 
 TEST(GramianRanking, PutsWhatTurnsAboutAllAxesFirst) {
   for (const char* weighting : {"noise", "none"}) {

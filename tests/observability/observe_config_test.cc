@@ -10,6 +10,7 @@
 #include "problems/observability/write_observability.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
+#include "problems/trajectory/trajectory_config.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {
@@ -111,6 +112,13 @@ TEST(ObserveConfig, MistakesAreNamed) {
   ExpectRefused("[]", "names no case");
   ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: lissajous, amplitude: [1, 2]}}]",
                 "needs 4 numbers");
+  ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: file}}]", "file' is missing");
+  ExpectRefused("[{name: a, sensors: [imu], trajectory: {kind: hover, seed: 3}}]", "unknown key");
+}
+
+TEST(FlightLimits, ASpeedStatedTwiceIsRefused) {
+  const YamlMap map(YAML::Load("{max_speed: 1500, max_speed_rpm: 16400}"), "limits.yaml", "");
+  EXPECT_THROW(ReadLimits(map), InputError);
 }
 
 TEST(VehicleConfig, BodiesThatCannotExistAreRefused) {
@@ -119,12 +127,15 @@ TEST(VehicleConfig, BodiesThatCannotExistAreRefused) {
   EXPECT_THROW(ReadRotorVehicle(YamlMap(node, "v.yaml", ""), 9.81), InputError);
 }
 
-// A log made from a trajectory gives the bounds of the trajectory.
-TEST(ObserveLog, FlightFromALogIsTheFlight) {
+RotorFlight MadeFlight() {
   Lissajous figure;
   figure.amplitude << 0.4, 0.4, 0.15, 1.0;
   figure.frequency << 0.5, 0.6, 0.7, 0.4;
-  const RotorFlight flight({TestQuadrotor(), TestNominal()}, LissajousPath(figure, 4.0));
+  return {{TestQuadrotor(), TestNominal()}, LissajousPath(figure, 4.0)};
+}
+
+// A log made from a trajectory, all streams at 1000 Hz.
+FlightLog MadeLog(const RotorFlight& flight) {
   FlightLog log;
   log.name = "made", log.directory = "made";
   for (int i = 0; i <= 4000; ++i) {
@@ -137,20 +148,52 @@ TEST(ObserveLog, FlightFromALogIsTheFlight) {
     for (const double u : point.u) speeds.push_back(std::sqrt(u));
     log.rotors.push_back({t, speeds});
   }
-  YAML::Node config;
+  return log;
+}
+
+// `keys` beside the vehicle.
+std::vector<CaseResult> AskLog(const FlightLog& log, const std::string& keys) {
+  YAML::Node config = YAML::Load(keys);
   config["vehicle"] = YAML::LoadFile((kConfigs / "table1.yaml").string())["vehicle"];
-  const auto cases = RunObserveLog(log, YamlMap(config, "v.yaml", ""), nullptr);
+  return RunObserveLog(log, YamlMap(config, "v.yaml", ""), nullptr);
+}
+
+void ExpectSameSigmas(const CaseResult& is, const CaseResult& want, double share) {
+  ASSERT_EQ(is.sigma.size(), want.sigma.size());
+  for (std::size_t i = 0; i < want.sigma.size(); ++i) {
+    if (std::isnan(want.sigma[i])) continue;
+    EXPECT_NEAR(is.sigma[i] / want.sigma[i], 1.0, share) << i;
+  }
+}
+
+// A log made from a trajectory gives the bounds of the trajectory.
+TEST(ObserveLog, FlightFromALogIsTheFlight) {
+  const RotorFlight flight = MadeFlight();
+  const auto cases = AskLog(MadeLog(flight), "{sensors: {imu_rate: 250, pose_rate: 30}}");
   ASSERT_EQ(cases.size(), 1u);
   EXPECT_EQ(cases[0].rank.rank, 30);
 
   const RotorDrivenSystem system(TestQuadrotor(), OnlySensors(true, false, true));
   FlightQuestion question;
   question.states = system.PaperStates();
-  const CaseResult want = ObserveFlight(system, flight.Nominal(), question);
-  for (std::size_t i = 0; i < question.states.size(); ++i) {
-    if (std::isnan(want.sigma[i])) continue;
-    EXPECT_NEAR(cases[0].sigma[i] / want.sigma[i], 1.0, 0.02) << system.errors()[i].name;
-  }
+  ExpectSameSigmas(cases[0], ObserveFlight(system, flight.Nominal(), question), 0.02);
+}
+
+TEST(ObserveLog, RatesAreTheLogsUnlessTheyAreStated) {
+  const FlightLog log = MadeLog(MadeFlight());
+  ExpectSameSigmas(AskLog(log, "{}")[0],
+                   AskLog(log, "{sensors: {imu_rate: 1000, pose_rate: 1000}}")[0], 0.001);
+}
+
+TEST(ObserveLog, KeysOfTheConfigurationAreUsedOrRefused) {
+  const FlightLog log = MadeLog(MadeFlight());
+  EXPECT_EQ(AskLog(log, "{horizon: 0.4}")[0].horizon, 0.4);
+  EXPECT_THROW(AskLog(log, "{nonsense: 1}"), InputError);
+  EXPECT_THROW(AskLog(log, "{limits: {nonsense: 1}}"), InputError);
+  FlightLog without = log;
+  without.rotors.clear();
+  for (const PoseSample& pose : log.mocap) without.attitude.push_back({pose.t, pose.q_E});
+  EXPECT_THROW(AskLog(without, "{}"), InputError);
 }
 
 TEST(ObserveLog, LogWithNothingToAskIsRefused) {

@@ -70,12 +70,37 @@ TEST(Config, UnknownKeysAndBadValuesAreRefused) {
   EXPECT_THAT(ErrorOf(kCourse + "randomise: {K_w: [0, 1]}\n"), HasSubstr("K_x"));
 }
 
+TEST(Config, ALagTooShortForTheIntegrationIsRefused) {
+  const SimulationConfig config =
+      Parse(kCourse + "imu: {rate: 100}\nvehicle: {motor_lag: 0.003}\n");
+  EXPECT_THAT(trueline::ErrorOf([&] { Simulate(config, 1); }), HasSubstr("a motor lag of 0.003 s"));
+}
+
 TEST(Config, CoursesThatCannotBeFlownAreRefused) {
   EXPECT_THAT(ErrorOf("course: {radius: 2, corners: [{position: [2, 0]}, {position: [2, 2]},"
                       " {position: [0, 2]}, {position: [0, 0]}]}\n"),
               HasSubstr("make the radius smaller"));
   EXPECT_THAT(ErrorOf("course: {radius: 1, corners: [{position: [2, 0]}]}\n"),
               HasSubstr("at least 3"));
+}
+
+TEST(Config, EffectsThatWouldChangeNothingAreRefused) {
+  const auto error = [](const std::string& effect) {
+    return ErrorOf(kCourse + "effects:\n  - " + effect + "\n");
+  };
+  const std::string moved = "dx: 1, dy: 0, dz: 0}";
+  EXPECT_THAT(error("{id: gate_moved, gate: 99, " + moved),
+              AllOf(HasSubstr("flight.yaml:6"), HasSubstr("gate 99 is none of this flight")));
+  EXPECT_THAT(error("{id: false_gate, fraction: 0.2, gate: 99}"), HasSubstr("gate 99"));
+  EXPECT_THAT(error("{id: false_gate, fraction: 3}"), HasSubstr("fraction 3 is no share"));
+  EXPECT_THAT(error("{id: false_gate, fraction: -1}"), HasSubstr("fraction -1"));
+  EXPECT_THAT(error("{id: rotor_loss, rotor: 9, factor: 0.9}"),
+              HasSubstr("use one of: 0, 1, 2, 3"));
+  EXPECT_THAT(error("{id: rotor_loss, rotor: 1.7, factor: 0.9}"), HasSubstr("rotor 1.7"));
+  EXPECT_THAT(ErrorOf(kCourse + "gnss: {rate: 5}\neffects: [{id: fix_scale, s: 0.1}]\n"),
+              HasSubstr("here is none"));
+  EXPECT_THAT(ErrorOf(kCourse + "gnss: {rate: 5}\ndetector: {sigma_factor: 0.1}\n"),
+              HasSubstr("'detector'"));
 }
 
 TEST(Config, EveryEffectOfTheTableIsKnown) {
@@ -123,6 +148,23 @@ TEST(Variant, DrawsWithinTheRangesAndBySeed) {
     EXPECT_TRUE(K_x >= -0.8 && K_x <= -0.3) << K_x;
   }
   EXPECT_EQ(a.vehicle.drag.z(), config.vehicle.drag.z());
+}
+
+TEST(Variant, RefusesWhatWouldChangeNothingOrMeansNothing) {
+  const auto error = [](const std::string& file, const std::string& name, double value) {
+    SimulationConfig config = ReadShipped(file);
+    config.randomise = {{name, {value, value}}};
+    return trueline::ErrorOf([&] { DrawVariant(config, 1); });
+  };
+  EXPECT_THAT(error("hippodrome", "phi_E_Ep", 0.2), HasSubstr("outcome of the complementary"));
+  EXPECT_THAT(error("hippodrome_exact", "heading_error", 0.2), HasSubstr("of another kind"));
+  EXPECT_THAT(error("hippodrome", "tilt_gain", -5.0), HasSubstr("above zero"));
+  EXPECT_THAT(error("hippodrome", "turbulence_memory", -5.0), HasSubstr("zero or above"));
+  SimulationConfig config = ReadShipped("hippodrome");
+  config.effects = {
+      {"false_gate", {{"fraction", 0.1}, {"gate", -1}, {"dx", 0}, {"dy", 1}, {"dz", 0}}}};
+  config.randomise = {{"false_gate.fraction", {3.0, 3.0}}};
+  EXPECT_THAT(trueline::ErrorOf([&] { DrawVariant(config, 1); }), HasSubstr("no share"));
 }
 
 TEST(Truth, StatesParametersEffectsAndSeedBesideTheLog) {

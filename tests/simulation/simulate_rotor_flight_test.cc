@@ -2,11 +2,15 @@
 // estimators' model, which shares no code with the simulator's physics.
 #include "problems/simulation/simulate_rotor_flight.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_step.h"
+#include "problems/simulation/flown.h"
+#include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/truth_file.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 
 namespace trueline {
@@ -49,11 +53,17 @@ TEST(SimulateRotorFlight, EstimatorsModelPredictsItWithoutDisturbances) {
   EXPECT_LT(FarthestOpenLoop(Quiet()), 2e-3);
 }
 
-TEST(SimulateRotorFlight, EffectsAreNotInTheEstimatorsModel) {
+TEST(SimulateRotorFlight, TrueConstantsHoldDragAndRotorInertia) {
   RotorSimulation sim = Quiet();
   sim.drag = {-0.4, -0.4, -0.2};
-  EXPECT_GT(FarthestOpenLoop(sim), 5e-3);
+  EXPECT_LT(FarthestOpenLoop(sim), 2e-3);
   sim = Quiet();
+  sim.rotor_inertia = 1e-5;
+  EXPECT_LT(FarthestOpenLoop(sim), 2e-3);
+}
+
+TEST(SimulateRotorFlight, EffectsAreNotInTheEstimatorsModel) {
+  RotorSimulation sim = Quiet();
   sim.effects = {{"rotor_loss", {{"rotor", 0.0}, {"factor", 0.95}}}};
   EXPECT_GT(FarthestOpenLoop(sim), 5e-2);
 }
@@ -73,6 +83,33 @@ TEST(SimulateRotorFlight, ImuReadsWhatTheModelSays) {
   }
 }
 
+// m: of an IMU 0.1 m ahead of the centre of mass, how its sideways reading follows the turn about z
+// that its own gyro shows.
+double MeasuredArm(double rotor_inertia) {
+  RotorSimulation sim = Quiet();
+  sim.imu_rate = 1000.0;
+  sim.rotor_inertia = rotor_inertia;
+  auto& parameters = sim.vehicle.parameters;
+  for (int i = 0; i < 3; ++i) {
+    parameters[RotorDrivenModel::kImuArm + i] = parameters[RotorDrivenModel::kCentre + i];
+  }
+  parameters[RotorDrivenModel::kImuArm] += 0.1;
+  const std::vector<ImuSample> imu = SimulateRotorFlight(sim, RandomPath(5.0, 2), 1).imu;
+  double both = 0.0, squared = 0.0;
+  for (std::size_t k = 1; k + 1 < imu.size(); ++k) {
+    const double turn = 0.5 * sim.imu_rate * (imu[k + 1].gyro - imu[k - 1].gyro).z();
+    const double swing = 0.1 * imu[k].gyro.x() * imu[k].gyro.y();
+    both += turn * (imu[k].accel.y() - swing);
+    squared += turn * turn;
+  }
+  return both / squared;
+}
+
+TEST(SimulateRotorFlight, ImuFeelsTheTurnThatSpeedingRotorsCause) {
+  EXPECT_NEAR(MeasuredArm(0.0), 0.1, 0.003);
+  EXPECT_NEAR(MeasuredArm(1e-5), 0.1, 0.003);
+}
+
 TEST(SimulateRotorFlight, RatesAndSeeds) {
   const RotorSimulation sim{WuestVehicle()};
   const PiecewisePolynomial path = RandomPath(4.0, 1);
@@ -86,10 +123,78 @@ TEST(SimulateRotorFlight, RatesAndSeeds) {
   EXPECT_EQ(a.vehicle->rotors.size(), 4u);
 }
 
-TEST(SimulateRotorFlight, UnknownEffectIsRefused) {
-  const YamlMap map(YAML::Load("effects: [{id: gremlins, k: 1.0}]"), "test.yaml", "");
+RotorSimulation Read(const std::string& text) {
+  const YamlMap map(YAML::Load(text), "test.yaml", "");
   RotorSimulation sim{WuestVehicle()};
-  EXPECT_THROW(ReadRotorSimulation(map, &sim), InputError);
+  ReadRotorSimulation(map, &sim);
+  return sim;
+}
+
+TEST(SimulateRotorFlight, UnknownEffectIsRefused) {
+  EXPECT_THROW(Read("effects: [{id: gremlins, k: 1.0}]"), InputError);
+  EXPECT_THROW(Read("effects: [{id: rotor_loss, rotor: 4, factor: 0.9}]"), InputError);
+  EXPECT_THROW(Read("effects: [{id: fix_scale, s: 0.1}]"), InputError);  // it has no fixes
+}
+
+TEST(SimulateRotorFlight, TruthFileStatesAllThatWasFlown) {
+  const RotorSimulation sim = Read(
+      "drag: [-0.3, -0.2, -0.1]\n"
+      "rotor_inertia: 5.0e-6\n"
+      "effects: [{id: motor_lag, tau: 0.03}, {id: rotor_inflow, k: 1.0e-5}]\n"
+      "forces: [{along: east, goes_with: yaw rate * sink rate, place: [8, 2], radius: 2, size: "
+      "1.5},"
+      " {id: term, where: force_x, with: q, size: 0.1, unit: m/s^2 for each rad/s}]\n");
+  RotorTruth truth;
+  truth.constants = TrueConstants(sim);
+  const YAML::Node file = YAML::Load(TruthYaml(truth, sim, 1, "a.yaml"));
+  const auto value = [&](const char* name) {
+    return file["parameters"][name]["value"].as<double>();
+  };
+  EXPECT_EQ(value("m"), sim.vehicle.parameters[RotorDrivenModel::kMass]);
+  EXPECT_EQ(value("K_x"), -0.3);
+  EXPECT_EQ(value("K_z"), -0.1);
+  EXPECT_EQ(value("J_r"), 5e-6);
+  EXPECT_EQ(value("motor_lag"), 0.03);
+  EXPECT_EQ(file["motor_lag"].as<double>(), 0.03);
+  YAML::Node hidden;
+  hidden["effects"] = file["effects"];
+  hidden["forces"] = file["forces"];
+  const RotorSimulation again = Read(YAML::Dump(hidden));
+  ASSERT_EQ(again.effects.size(), 2u);
+  EXPECT_EQ(again.effects[1].id, "rotor_inflow");
+  EXPECT_EQ(again.effects[1].values, sim.effects[1].values);
+  ASSERT_EQ(again.forces.size(), 1u);
+  EXPECT_EQ(again.forces[0].axis, sim.forces[0].axis);
+  EXPECT_EQ(again.forces[0].factors, sim.forces[0].factors);
+  EXPECT_EQ(again.forces[0].place, sim.forces[0].place);
+  EXPECT_EQ(again.forces[0].radius, 2.0);
+  EXPECT_EQ(again.forces[0].size, 1.5);
+  ASSERT_EQ(again.terms.size(), 1u);
+  EXPECT_EQ(again.terms[0]["size"], 0.1);
+}
+
+std::string Warning(double amplitude) {
+  YAML::Node file =
+      YAML::LoadFile(std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/rotors/random.yaml");
+  file["trajectory"] = YAML::Load("{kind: lissajous, duration: 5, frequency: [0, 0, 1.2, 0]}");
+  file["trajectory"]["amplitude"] = std::vector<double>{0.0, 0.0, amplitude, 0.0};
+  return ReadRotorFlight(YamlMap(file, "flight.yaml", "")).warning;
+}
+
+TEST(RotorFlightConfig, WarnsOfAPathThatBreaksTheLimits) {
+  EXPECT_EQ(Warning(0.02), "");
+  EXPECT_THAT(Warning(0.4), testing::HasSubstr("flight.yaml: the trajectory breaks the limit on"));
+}
+
+TEST(DrawGuess, LeavesKnownConstantsAtTheirStatedValues) {
+  const RotorSimulation sim = Read("drag: [-0.6, -0.6, -0.3]");
+  RotorPrior prior = PriorFromVehicle(sim.vehicle);
+  const int K_x = FindRotorConstant("K_x"), K_y = FindRotorConstant("K_y");
+  prior.sigma[K_x] = 1e-3;
+  prior.mean[K_y] = -0.5;
+  const RotorPrior guess = DrawGuess(prior, TrueConstants(sim), 1);
+  EXPECT_NEAR(guess.mean[K_x], -0.6, 0.01);
+  EXPECT_EQ(guess.mean[K_y], -0.5);
 }
 
 }  // namespace
