@@ -10,12 +10,29 @@ namespace {
 
 // The AHRS may err by some degrees, and this comparison as well.
 constexpr double kMostHeading = 10.0 * kDegree;
-// Calibration takes as much for an error of the AHRS. It does not find a larger one, and drag and
-// misalignment come out wrong.
-constexpr double kFoundByFit = 6.0 * kDegree;
 constexpr double kOtherHeading = 15.0 * kDegree;
-constexpr double kAlikeLeft = 1.1;       // of the share that two explanations leave
-constexpr double kHeadingClearly = 4.0;  // sigmas
+constexpr double kAlikeLeft = 1.1;                  // of the share that two explanations leave
+constexpr double kHeadingClearly = 4.0;             // sigmas
+constexpr double kOrdinarilyShown = 2.5;            // sigmas, with an attitude filter in order
+constexpr double kTurnByFilter = 15.0 * kDegree;    // of the IMU
+constexpr double kHardlyUncertain = 5.0 * kDegree;  // of a heading, sigma
+
+// The heading with an attitude filter in order, and with one of any gain.
+struct HeadingPair {
+  Heading ordinary, any;
+
+  bool IsShown(double least) const {
+    const double a = std::abs(ordinary.angle), b = std::abs(any.angle);
+    const double apart = std::abs(std::remainder(ordinary.angle - any.angle, 2.0 * M_PI));
+    const bool zero_between = apart > std::max(a, b);
+    return std::min(a, b) > least && !zero_between && ordinary.none_excluded > kOrdinarilyShown &&
+           any.none_excluded > kHeadingClearly;
+  }
+  bool IsPrecise() const {
+    return std::abs(ordinary.angle) > kHeadingClearly * ordinary.sigma &&
+           std::abs(any.angle) > kHeadingClearly * any.sigma;
+  }
+};
 
 Finding OffsetOf(const Heading& heading, double gravity) {
   Finding finding;
@@ -29,12 +46,22 @@ Finding OffsetOf(const Heading& heading, double gravity) {
   return finding;
 }
 
-void TurnAttitude(Examination* e, const std::string& stream, const Heading& heading) {
+void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pair) {
+  const Heading& heading = pair.ordinary;
   Finding finding = OffsetOf(heading, e->log.gravity);
   finding.text = fmt::format(
       "north of {}.csv is turned by {:.0f} +- {:.1g} deg from that of attitude.csv, by "
       "changes of velocity: a calibration takes up to {:.0f} deg for an error of the AHRS",
-      stream, finding.size, finding.sigma, kFoundByFit / kDegree);
+      stream, finding.size, finding.sigma, kAbsorbedHeading / kDegree);
+  if (!pair.IsPrecise()) {
+    finding.text += fmt::format(
+        ". The turn is uncertain: {:.0f} +- {:.0f} deg if the attitude filter takes acceleration "
+        "for tilt",
+        pair.any.angle / kDegree, pair.any.sigma / kDegree);
+    finding.remedy = "check the attitude's north in the map";
+    e->Add(finding);
+    return;
+  }
   finding.remedy = fmt::format("turn the attitude's earth by {:+.1f} deg about down", finding.size);
   finding.repaired = true;
   StreamRepair change;
@@ -59,6 +86,23 @@ void AddUndecided(Examination* e, const std::string& stream, const Heading& head
   e->Add(finding);
 }
 
+void NoteUndecided(Examination* e, const std::string& stream, const HeadingPair& pair) {
+  e->result.notes.push_back(fmt::format(
+      "the heading of {}.csv against that of attitude.csv: {:.0f} +- {:.0f} deg for an attitude "
+      "filter in order, {:.0f} +- {:.0f} deg for one that may take acceleration for tilt "
+      "(ahrs_acceleration_error). An offset of the heading and such a filter look alike here",
+      stream, pair.ordinary.angle / kDegree, pair.ordinary.sigma / kDegree,
+      pair.any.angle / kDegree, pair.any.sigma / kDegree));
+}
+
+// An attitude filter that takes acceleration for tilt turns at other rates than the gyroscope,
+// which looks like a small turn of the IMU.
+bool MayFollowAcceleration(const Examination& e) {
+  return std::any_of(e.result.findings.begin(), e.result.findings.end(), [](const Finding& f) {
+    return f.id == "imu_axes" && f.size < kTurnByFilter / kDegree;
+  });
+}
+
 }  // namespace
 
 void CheckHeading(Examination* e) {
@@ -66,18 +110,25 @@ void CheckHeading(Examination* e) {
   for (const char* stream : {"mocap", "fixes"}) {
     // By another clock, which may be a lap off, they are compared once that is repaired.
     if (e->HasFinding("clock_offset", stream)) continue;
-    const auto heading = HeadingOf(e->fixed, stream);
+    const auto heading = HeadingOf(e->fixed, stream, kOrdinaryGain);
     if (!heading) continue;
     // A force along an axis that reads another multiple points elsewhere.
     const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kMostHeading;
-    const double least = std::max(most, kHeadingClearly * heading->sigma);
-    if (std::abs(heading->angle) < least) return;
+    const double beyond = std::abs(heading->angle) - most;
+    if (beyond < 0.0 && heading->sigma < kHardlyUncertain) return;
+    const auto any = HeadingOf(e->fixed, stream, kAnyGain);
+    if (!any) continue;
+    const HeadingPair pair{*heading, *any};
+    if (!pair.IsShown(most) || MayFollowAcceleration(*e)) {
+      NoteUndecided(e, stream, pair);
+      return;
+    }
     const auto other =
         std::string(stream) == "fixes" ? BestLateralTurn(e->fixed, stream, 1.0) : std::nullopt;
     if (other && other->heading.left < kAlikeLeft * heading->left) {
       AddUndecided(e, stream, *heading, *other);
     } else {
-      TurnAttitude(e, stream, *heading);
+      AddOffset(e, stream, pair);
     }
     return;
   }

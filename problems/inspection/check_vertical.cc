@@ -179,7 +179,7 @@ std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
   if (!reversed) return std::nullopt;
   FlightLog up = e.fixed;
   up.attitude = WithEarthUp(up.attitude);
-  const auto heading = HeadingOf(up, "fixes");
+  const auto heading = HeadingOf(up, "fixes", kOrdinaryGain);
   if (heading && reversed->heading.left > kMuchLess * heading->left) return std::nullopt;
   return reversed;
 }

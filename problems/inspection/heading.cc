@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
+#include <vector>
 
 #include "problems/common/units.h"
 #include "problems/inspection/motion.h"
@@ -16,47 +18,77 @@ namespace {
 using Complex = std::complex<double>;  // north + i east
 
 constexpr double kLeastFit = 0.5;      // of the changes' square that is explained
-constexpr double kFilterGain = 0.05;   // 1/s, prior sigma of k
+constexpr double kHighestGain = 3.0;   // 1/s, as the catalogue of effects has it
+constexpr double kLowestGain = 0.02;   // 1/s
+constexpr double kGainStep = 1.4;      // from one gain that is tried to the next
+constexpr double kForceScale = 0.05;   // prior sigma of |c|
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
+constexpr double kBodyForce = 0.25;    // m/s^2, prior sigma of d, each axis: a bias and a tilt
 constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
 constexpr double kNoHeading = 10.0 * kDegree;
 constexpr double kClearlyLess = 0.8;  // of the share that is left unexplained
+constexpr double kPathStep = 0.05;    // s
+constexpr int kAngles = 120;          // that are tried
+constexpr double kAngleStep = 2.0 * M_PI / kAngles;
 constexpr std::size_t kLeastArcs = 8;
 constexpr std::size_t kHeadingBlocks = 10;
 
 // Velocity over a span, by positions and by the specific force from an unknown start.
 struct Span {
-  double t;            // s, of the middle
-  Complex p, v, sure;  // m, m/s, m/s
+  double from, to;     // s
+  Complex p, v, sure;  // m (of the middle), m/s, m/s
+  Complex x, y;        // s, integrals of the body's axes, like `sure`
+  double Middle() const { return 0.5 * (from + to); }
+  Complex At(double t) const { return p + (t - Middle()) * v; }
 };
 
 // From one span to the next.
 struct Arc {
-  Complex seen, sure, moved;  // m/s, m/s, m
-  double time;                // s
+  Complex seen, sure;  // m/s
+  Complex x, y;        // s
+  double time;         // s
+  std::size_t span;    // at its end
+};
+
+// The specific force and the body's axes in the earth of attitude.csv.
+struct Integrals {
+  RunningIntegral<3> force, north, east;
+
+  explicit Integrals(const FlightLog& log)
+      : force(ForceIntegral(log, log.attitude)),
+        north(AxisIntegral(log, log.attitude, 0)),
+        east(AxisIntegral(log, log.attitude, 1)) {}
 };
 
 void AddSpan(double from, double to, const Eigen::Vector3d& p, const Eigen::Vector3d& v,
-             const RunningIntegral<3>& force, std::vector<Span>* spans) {
-  if (!(to > from) || !force.Knows(from, to)) return;
-  const Eigen::Vector3d sure = (force.At(to) - force.At(from)) / (to - from);
-  spans->push_back({0.5 * (from + to), {p.x(), p.y()}, {v.x(), v.y()}, {sure.x(), sure.y()}});
+             const Integrals& integrals, std::vector<Span>* spans) {
+  if (!(to > from) || !integrals.force.Knows(from, to)) return;
+  const Eigen::Vector3d sure = integrals.force.Mean(from, to);
+  const Eigen::Vector3d north = integrals.north.Mean(from, to);
+  const Eigen::Vector3d east = integrals.east.Mean(from, to);
+  spans->push_back({from,
+                    to,
+                    {p.x(), p.y()},
+                    {v.x(), v.y()},
+                    {sure.x(), sure.y()},
+                    {north.x(), east.x()},
+                    {north.y(), east.y()}});
 }
 
-std::vector<Span> SpansOfPasses(const FlightLog& log, const RunningIntegral<3>& force) {
+std::vector<Span> SpansOfPasses(const FlightLog& log, const Integrals& integrals) {
   const LogClock clock(log);
   std::vector<Span> spans;
   for (const Pass& pass : FindPasses(log.fixes, {})) {
     const TimeNs middle = pass.begin + (pass.end - pass.begin) / 2;
     const LineFit line = FitLine(log.fixes, pass.first, pass.last, middle);
-    AddSpan(clock(pass.begin), clock(pass.end), line.p, line.v, force, &spans);
+    AddSpan(clock(pass.begin), clock(pass.end), line.p, line.v, integrals, &spans);
   }
   return spans;
 }
 
 // Spans of `length` (s), one every `step`.
 std::vector<Span> SpansOfStream(const FlightLog& log, const std::vector<PositionSample>& positions,
-                                const RunningIntegral<3>& force, double length, double step) {
+                                const Integrals& integrals, double length, double step) {
   const LogClock clock(log);
   std::vector<Span> spans;
   for (std::size_t i = 0, k = 0; i < positions.size();) {
@@ -66,7 +98,7 @@ std::vector<Span> SpansOfStream(const FlightLog& log, const std::vector<Position
     const double to = clock(positions[k].t);
     const Eigen::Vector3d &first = positions[i].p_E, &last = positions[k].p_E;
     if (to - from < 2.0 * length) {
-      AddSpan(from, to, 0.5 * (first + last), (last - first) / (to - from), force, &spans);
+      AddSpan(from, to, 0.5 * (first + last), (last - first) / (to - from), integrals, &spans);
     }
     while (i < positions.size() && clock(positions[i].t) < from + step) ++i;
     k = std::max(k, i);
@@ -79,64 +111,207 @@ std::vector<Arc> ArcsOf(const std::vector<Span>& spans) {
   std::vector<Arc> arcs;
   for (std::size_t i = 1; i < spans.size(); ++i) {
     const Span &a = spans[i - 1], &b = spans[i];
-    if (b.t - a.t > longest) continue;
-    arcs.push_back({b.v - a.v, b.sure - a.sure, b.p - a.p, b.t - a.t});
+    const double time = b.Middle() - a.Middle();
+    if (time <= longest)
+      arcs.push_back({b.v - a.v, b.sure - a.sure, b.x - a.x, b.y - a.y, time, i});
   }
   return arcs;
 }
 
-// Least squares for Re c, Im c, k, Re b, Im b.
-using Normal5 = Eigen::Matrix<double, 5, 5>;
-using Vector5 = Eigen::Matrix<double, 5, 1>;
-struct ArcFit {
-  Vector5 x;
-  Normal5 covariance;
-  double left, all;  // squares of the changes, (m/s)^2
-  double Angle() const { return std::atan2(x[1], x[0]); }
+// The velocity that an attitude filter of gain k misses, du/dt = k (v - u): the filter takes the
+// low-passed acceleration du/dt for tilt. v is constant within spans. Between them v is the cubic's
+// that joins their positions and velocities.
+class MissedVelocity {
+ public:
+  MissedVelocity(const std::vector<Span>& spans, double gain) : gain_(gain) {
+    // A slow filter has the mean velocity. A fast one forgets where it starts.
+    const Span &first = spans.front(), &last = spans.back();
+    u_ = (last.p - first.p) / (last.Middle() - first.Middle());
+    for (std::size_t i = 0; i < spans.size(); ++i) {
+      if (i > 0) FollowGap(spans[i - 1], spans[i]);
+      const Span& span = spans[i];
+      means_.push_back(Follow(span.to - span.from, [&](double) { return span.v; }));
+    }
+  }
+
+  // m/s, mean of u over each span.
+  const std::vector<Complex>& means() const { return means_; }
+
+ private:
+  // Returns the mean of u over `length` (s). `velocity` takes the share of the length.
+  template <class Velocity>
+  Complex Follow(double length, const Velocity& velocity) {
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / kPathStep)));
+    const double share = -std::expm1(-gain_ * length / steps);
+    Complex sum = 0.0;
+    for (int i = 0; i < steps; ++i) {
+      const Complex before = u_;
+      u_ += share * (velocity((i + 0.5) / steps) - u_);
+      sum += 0.5 * (before + u_);
+    }
+    return sum / static_cast<double>(steps);
+  }
+
+  void FollowGap(const Span& a, const Span& b) {
+    const double length = b.from - a.to;
+    if (!(length > 0.0)) return;
+    const Complex mean = (b.At(b.from) - a.At(a.to)) / length;
+    Follow(length, [&](double s) {
+      return 6.0 * s * (1.0 - s) * mean + (1.0 - s) * (1.0 - 3.0 * s) * a.v +
+             s * (3.0 * s - 2.0) * b.v;
+    });
+  }
+
+  double gain_;  // 1/s
+  Complex u_;    // m/s
+  std::vector<Complex> means_;
 };
 
-ArcFit FitArcs(const std::vector<Arc>& arcs, double noise, std::size_t without) {
-  Normal5 a = Normal5::Zero();
-  Vector5 b = Vector5::Zero();
-  a.diagonal() << 0.0, 0.0, std::pow(noise / kFilterGain, 2),
-      Eigen::Vector2d::Constant(std::pow(noise / kSteadyForce, 2));
-  double all = 0.0;
+// Sums of least squares for Re c, Im c, Re b, Im b and the two of d, with k given.
+using Normal6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+struct ArcSums {
+  Normal6 a = Normal6::Zero();
+  Vector6 b = Vector6::Zero();
+  double rest = 0.0, all = 0.0;  // (m/s)^2, squares of the changes but for k's part, and of all
+};
+
+ArcSums SumArcs(const std::vector<Arc>& arcs, const std::vector<Complex>& missed,
+                std::size_t without) {
+  ArcSums sums;
   const auto block = [&](std::size_t i) { return i * kHeadingBlocks / arcs.size(); };
-  Eigen::Matrix<double, 2, 5> j;
+  Eigen::Matrix<double, 2, 6> j;
   for (std::size_t i = 0; i < arcs.size(); ++i) {
     if (block(i) == without) continue;
     const Arc& arc = arcs[i];
-    j << arc.sure.real(), -arc.sure.imag(), arc.moved.real(), arc.time, 0.0,  //
-        arc.sure.imag(), arc.sure.real(), arc.moved.imag(), 0.0, arc.time;
-    const Eigen::Vector2d seen(arc.seen.real(), arc.seen.imag());
-    a += j.transpose() * j;
-    b += j.transpose() * seen;
-    all += seen.squaredNorm();
+    j << arc.sure.real(), -arc.sure.imag(), arc.time, 0.0, arc.x.real(), arc.y.real(),  //
+        arc.sure.imag(), arc.sure.real(), 0.0, arc.time, arc.x.imag(), arc.y.imag();
+    const Complex rest = arc.seen - (missed[arc.span] - missed[arc.span - 1]);
+    const Eigen::Vector2d seen(rest.real(), rest.imag());
+    sums.a += j.transpose() * j;
+    sums.b += j.transpose() * seen;
+    sums.rest += seen.squaredNorm();
+    sums.all += std::norm(arc.seen);
   }
-  const Vector5 x = a.ldlt().solve(b);
-  return {x, noise * noise * a.inverse(), std::max(0.0, all - b.dot(x)), all};
+  return sums;
 }
 
-std::optional<Heading> HeadingByArcs(const std::vector<Arc>& arcs) {
-  if (arcs.size() < kLeastArcs) return std::nullopt;
-  const double n = 2.0 * static_cast<double>(arcs.size());
-  double noise = kLeastNoise;
-  ArcFit fit = FitArcs(arcs, noise, kHeadingBlocks);
-  for (int pass = 0; pass < 3; ++pass) {
-    noise = std::max(kLeastNoise, std::sqrt(fit.left / (n - 5.0)));
-    fit = FitArcs(arcs, noise, kHeadingBlocks);
+// (m/s)^2 that c of this angle, |c|, b and d leave, the priors' part included.
+double LeftAtAngle(const ArcSums& sums, double noise, double angle) {
+  using Vector5 = Eigen::Matrix<double, 5, 1>;
+  Eigen::Matrix<double, 6, 5> turn = Eigen::Matrix<double, 6, 5>::Zero();  // of |c|, b and d
+  turn(0, 0) = std::cos(angle);
+  turn(1, 0) = std::sin(angle);
+  turn.bottomRightCorner<4, 4>().setIdentity();
+  const auto weight = [&](double sigma) { return noise * noise / (sigma * sigma); };
+  Vector5 weights;
+  weights << weight(kForceScale), Eigen::Vector2d::Constant(weight(kSteadyForce)),
+      Eigen::Vector2d::Constant(weight(kBodyForce));
+  Eigen::Matrix<double, 5, 5> a = turn.transpose() * sums.a * turn;
+  a.diagonal() += weights;
+  Vector5 b = turn.transpose() * sums.b;
+  b[0] += weights[0];  // |c| is 1
+  return std::max(0.0, sums.rest + weights[0] - b.dot(a.ldlt().solve(b)));
+}
+
+// The gains of an attitude filter that are tried.
+std::vector<double> Gains() {
+  std::vector<double> gains = {0.0};
+  for (double k = kLowestGain; k <= kHighestGain; k *= kGainStep) gains.push_back(k);
+  return gains;
+}
+
+// The best gain at an angle of c.
+struct AngleFit {
+  double angle;  // rad
+  double cost;   // of the gain's prior, too; 1 is one sigma
+  double left;   // (m/s)^2
+};
+
+struct AngleProfile {
+  std::vector<AngleFit> fits;  // from -180 deg on
+  std::size_t best = 0;
+
+  const AngleFit& Best() const { return fits[best]; }
+  double CostBeyondBest(std::size_t i) const { return fits[i].cost - Best().cost; }
+  // The parabola through the best angle and its neighbours.
+  double Curvature() const { return Beside(1) - 2.0 * Best().cost + Beside(kAngles - 1); }
+  double Angle() const {
+    const double off = 0.5 * (Beside(kAngles - 1) - Beside(1)) / std::max(1e-9, Curvature());
+    return Best().angle + off * kAngleStep;
   }
-  if (!(fit.left < kLeastFit * fit.all) || fit.x.head<2>().norm() < 0.5) return std::nullopt;
+
+ private:
+  double Beside(std::size_t steps) const { return fits[(best + steps) % kAngles].cost; }
+};
+
+AngleProfile ProfileOf(const std::vector<ArcSums>& of_gains, double noise, double gain_sigma) {
+  const std::vector<double> gains = Gains();
+  AngleProfile profile;
+  for (int i = 0; i < kAngles; ++i) {
+    AngleFit best{(i - kAngles / 2) * kAngleStep, std::numeric_limits<double>::infinity(), 0.0};
+    for (std::size_t g = 0; g < gains.size(); ++g) {
+      const double left = LeftAtAngle(of_gains[g], noise, best.angle);
+      const double cost = left / (noise * noise) + std::pow(gains[g] / gain_sigma, 2);
+      if (cost < best.cost) best = {best.angle, cost, left};
+    }
+    profile.fits.push_back(best);
+    if (best.cost < profile.Best().cost) profile.best = profile.fits.size() - 1;
+  }
+  return profile;
+}
+
+// rad, by the cost alone; of several minima, by the spread between them.
+double SigmaOf(const AngleProfile& profile) {
+  double weights = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < profile.fits.size(); ++i) {
+    const double weight = std::exp(-0.5 * profile.CostBeyondBest(i));
+    const double off = std::remainder(profile.fits[i].angle - profile.Angle(), 2.0 * M_PI);
+    weights += weight;
+    squares += weight * off * off;
+  }
+  // Narrower than the steps between angles.
+  const double at_best = kAngleStep * std::sqrt(2.0 / std::max(1e-9, profile.Curvature()));
+  return at_best < kAngleStep ? at_best : std::sqrt(squares / weights);
+}
+
+// The sums of every gain, for all arcs but those of the block `without`.
+std::vector<ArcSums> SumsOfGains(const std::vector<Arc>& arcs,
+                                 const std::vector<MissedVelocity>& missed, std::size_t without) {
+  std::vector<ArcSums> sums;
+  for (const MissedVelocity& of_gain : missed) {
+    sums.push_back(SumArcs(arcs, of_gain.means(), without));
+  }
+  return sums;
+}
+
+std::optional<Heading> HeadingBySpans(const std::vector<Span>& spans, double gain_sigma) {
+  const std::vector<Arc> arcs = ArcsOf(spans);
+  if (arcs.size() < kLeastArcs) return std::nullopt;
+  std::vector<MissedVelocity> missed;
+  for (const double gain : Gains()) missed.emplace_back(spans, gain);
+  const std::vector<ArcSums> sums = SumsOfGains(arcs, missed, kHeadingBlocks);
+  const double freedom = 2.0 * static_cast<double>(arcs.size()) - 7.0;
+  double noise = kLeastNoise;
+  AngleProfile profile = ProfileOf(sums, noise, gain_sigma);
+  for (int pass = 0; pass < 3; ++pass) {
+    noise = std::max(kLeastNoise, std::sqrt(profile.Best().left / freedom));
+    profile = ProfileOf(sums, noise, gain_sigma);
+  }
+  const double left = profile.Best().left / sums.front().all;
+  if (!(left < kLeastFit)) return std::nullopt;
   std::vector<double> without;
   for (std::size_t block = 0; block < kHeadingBlocks; ++block) {
-    const double angle = FitArcs(arcs, noise, block).Angle();
-    without.push_back(std::remainder(angle - fit.Angle(), 2.0 * M_PI));
+    const auto part = ProfileOf(SumsOfGains(arcs, missed, block), noise, gain_sigma);
+    without.push_back(std::remainder(part.Angle() - profile.Angle(), 2.0 * M_PI));
   }
-  // Across c, by the noise and the priors.
-  const Eigen::Vector2d across =
-      Eigen::Vector2d(-fit.x[1], fit.x[0]) / fit.x.head<2>().squaredNorm();
-  const double by_noise = std::sqrt(across.dot(fit.covariance.topLeftCorner<2, 2>() * across));
-  return Heading{fit.Angle(), std::max(by_noise, JackknifeSigma(without)), fit.left / fit.all};
+  double none = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < profile.fits.size(); ++i) {
+    if (std::abs(profile.fits[i].angle) > kAbsorbedHeading) continue;
+    none = std::min(none, profile.CostBeyondBest(i));
+  }
+  return Heading{std::remainder(profile.Angle(), 2.0 * M_PI),
+                 std::max(SigmaOf(profile), JackknifeSigma(without)), left, std::sqrt(none)};
 }
 
 // The eight signed permutations of x and y, with z times `z`.
@@ -152,14 +327,17 @@ std::vector<Eigen::Matrix3d> LateralTurns(double z) {
 
 }  // namespace
 
-std::optional<Heading> HeadingOf(const FlightLog& log, const std::string& stream) {
-  const RunningIntegral<3> force = ForceIntegral(log, log.attitude);
-  if (stream == "mocap") {
-    return HeadingByArcs(ArcsOf(SpansOfStream(log, PositionsOf(log.mocap), force, 0.4, 1.0)));
-  }
-  const std::vector<Arc> of_passes = ArcsOf(SpansOfPasses(log, force));
-  if (of_passes.size() >= kLeastArcs) return HeadingByArcs(of_passes);
-  return HeadingByArcs(ArcsOf(SpansOfStream(log, PositionsOf(log.fixes), force, 2.0, 2.0)));
+std::optional<Heading> HeadingOf(const FlightLog& log, const std::string& stream,
+                                 double gain_sigma) {
+  const Integrals integrals(log);
+  const auto of_stream = [&](const std::vector<PositionSample>& positions, double length,
+                             double step) {
+    return HeadingBySpans(SpansOfStream(log, positions, integrals, length, step), gain_sigma);
+  };
+  if (stream == "mocap") return of_stream(PositionsOf(log.mocap), 0.4, 1.0);
+  const std::vector<Span> of_passes = SpansOfPasses(log, integrals);
+  if (ArcsOf(of_passes).size() >= kLeastArcs) return HeadingBySpans(of_passes, gain_sigma);
+  return of_stream(PositionsOf(log.fixes), 2.0, 2.0);
 }
 
 std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::string& stream,
@@ -169,7 +347,7 @@ std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::stri
   double second = 1.0;
   for (const Eigen::Matrix3d& turn : LateralTurns(z)) {
     for (std::size_t i = 0; i < log.imu.size(); ++i) turned.imu[i].accel = turn * log.imu[i].accel;
-    const auto heading = HeadingOf(turned, stream);
+    const auto heading = HeadingOf(turned, stream, kOrdinaryGain);
     if (!heading || std::abs(heading->angle) > kNoHeading) continue;
     if (best && heading->left >= best->heading.left) {
       second = std::min(second, heading->left);

@@ -264,9 +264,10 @@ TEST(Inspect, DoesNotTurnAnAttitudeForTheAccelerometer) {
   EXPECT_TRUE(Inspect(log, {}).repairs.IsNone());
 }
 
-// From the fixes alone, as from mocap. Calibration would find neither heading nor drag.
+// From the fixes alone, as from mocap, on a course that turns both ways. Calibration would find
+// neither heading nor drag.
 TEST(Inspect, FindsTheHeadingOfFixes) {
-  FlightLog log = GoodLog();
+  FlightLog log = testing_simulation::Fly(testing_simulation::ReadShipped("fast"), 1).log;
   log.mocap.clear();
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(-0.4, Eigen::Vector3d::UnitZ()));
   for (AttitudeSample& s : log.attitude) s.q_Ep_I = turn * s.q_Ep_I;
@@ -274,6 +275,21 @@ TEST(Inspect, FindsTheHeadingOfFixes) {
   ASSERT_THAT(Harmful(inspection), Contains("heading_offset of attitude"));
   const Eigen::Matrix3d& repair = inspection.repairs.streams.at("attitude").earth;
   EXPECT_NEAR(std::atan2(repair(1, 0), repair(0, 0)), 0.4, 0.1);  // with that of the AHRS
+}
+
+// Without mocap, an attitude filter that takes acceleration for tilt looks like another heading on
+// laps of one direction.
+TEST(Inspect, AFilterThatFollowsAccelerationIsNoHeading) {
+  for (const char* course : {"hippodrome", "iros2016"}) {
+    SimulationConfig config = testing_simulation::ReadShipped(course);
+    config.effects = {{"ahrs_acceleration_error", {{"k", 0.5}}}};
+    FlightLog log = testing_simulation::Fly(config, 1).log;
+    log.mocap.clear();
+    const Inspection inspection = Inspect(log, {});
+    EXPECT_THAT(Harmful(inspection), testing::Not(Contains("heading_offset of attitude")));
+    EXPECT_EQ(inspection.repairs.streams.count("attitude"), 0u);
+    EXPECT_THAT(inspection.notes, Contains(testing::HasSubstr("ahrs_acceleration_error")));
+  }
 }
 
 // Drag would be read from it twice as large.
