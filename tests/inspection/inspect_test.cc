@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <functional>
+#include <random>
 
 #include "problems/import/convert.h"
 #include "problems/import/find_map.h"
@@ -344,6 +345,69 @@ TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
   const FlightLog turned = Repaired(bad, &inspection);
   EXPECT_THAT(Harmful(inspection), Contains("rotor_spins_reversed of rotors"));
   EXPECT_EQ(turned.vehicle->rotors[0].spin, good.vehicle->rotors[0].spin);
+}
+
+// Six rotors on a ring that a mixer drives by thrust and three moments: their squared speeds span
+// four directions, so that the effects of single rotors are not determined.
+FlightLog SixRotors() {
+  FlightLog log;
+  log.gravity = 9.81;
+  Vehicle vehicle;
+  Eigen::Matrix<double, 4, 6> effects;  // on thrust and moments
+  for (int i = 0; i < 6; ++i) {
+    const double angle = M_PI / 6.0 + i * M_PI / 3.0;
+    Rotor rotor;
+    rotor.position = {0.11 * std::cos(angle), 0.11 * std::sin(angle), 0.0};
+    rotor.spin = i % 2 == 0 ? -1 : 1;
+    rotor.k_f = 2.6e-7;
+    rotor.k_m = 2.5e-9;
+    vehicle.rotors.push_back(rotor);
+    effects.col(i) << rotor.k_f,
+        rotor.k_f * rotor.position.cross(rotor.axis) + rotor.spin * rotor.k_m * rotor.axis;
+  }
+  log.vehicle = vehicle;
+  const Eigen::Matrix<double, 6, 4> mixer =
+      effects.transpose() * (effects * effects.transpose()).inverse();
+  const Eigen::Vector3d inertia(6e-4, 7e-4, 1.1e-3);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Eigen::Vector4d wanted = Eigen::Vector4d::Zero();  // of unit size
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 5000; ++i) {
+    const TimeNs t = FromSeconds(0.004 * i);
+    for (int k = 0; k < 4; ++k) wanted[k] += 0.004 / 0.1 * (2.0 * normal(random) - wanted[k]);
+    const Eigen::Vector3d moment(3e-2 * wanted[1], 3e-2 * wanted[2], 4e-3 * wanted[3]);
+    Eigen::Vector4d command;
+    command << 2.4 + 0.3 * wanted[0], moment;
+    const Eigen::VectorXd squares = (mixer * command).cwiseMax(1e4);
+    const Eigen::Vector3d noise(normal(random), normal(random), normal(random));
+    w += 0.004 * (moment.cwiseQuotient(inertia) - 2.0 * w);
+    log.imu.push_back({t, {0.0, 0.0, -9.81}, w + 0.1 * noise});
+    const Eigen::VectorXd speeds = squares.cwiseSqrt();
+    log.rotors.push_back({t, {speeds.begin(), speeds.end()}});
+  }
+  return log;
+}
+
+TEST(Inspect, DoesNotCallARightOrderWrongWhereSpeedsSpanLess) {
+  const Inspection inspection = Inspect(SixRotors(), {});
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains(testing::HasSubstr("rotor"))));
+  ASSERT_TRUE(inspection.rotors.has_value());
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(inspection.rotors->RightOf(i), 0);
+}
+
+TEST(Inspect, FindsTwoOfSixChannelsExchanged) {
+  FlightLog log = SixRotors();
+  for (ChannelsSample& sample : log.rotors) std::swap(sample.values[0], sample.values[1]);
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("rotor_order of rotors"));
+  EXPECT_EQ(inspection.repairs.streams.count("rotors"), 0U);  // other orders fit alike
+}
+
+TEST(Inspect, FindsSixSpinsTurnedRound) {
+  FlightLog log = SixRotors();
+  for (Rotor& rotor : log.vehicle->rotors) rotor.spin = -rotor.spin;
+  EXPECT_THAT(Harmful(Inspect(log, {})), Contains("rotor_spins_reversed of rotors"));
 }
 
 TEST(Inspect, FindsTheUnitOfRotorSpeeds) {
