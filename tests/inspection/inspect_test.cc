@@ -220,6 +220,59 @@ TEST(Inspect, RepairsAKnownUnitByItsFactor) {
   EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").accel_scale, 9.80665);
 }
 
+FlightLog LongLog() {
+  return testing_simulation::Fly(testing_simulation::ReadShipped("hippodrome"), 3).log;
+}
+
+// The mean force in earth is gravity; a bias of 0.9 g beside positions in another unit is not.
+TEST(Inspect, RepairsTheAccelerometersUnitBeforeItJudgesPositions) {
+  FlightLog log = LongLog();
+  std::vector<ImuSample> every_second;
+  for (std::size_t i = 0; i < log.imu.size(); i += 2) {
+    every_second.push_back(log.imu[i]);
+    every_second.back().accel /= 9.80665;
+  }
+  log.imu = every_second;
+  const Inspection inspection = Inspect(log, {});
+  const auto harmful = Harmful(inspection);
+  EXPECT_THAT(harmful, Contains("accelerometer_scale of imu"));
+  EXPECT_THAT(harmful, testing::Not(Contains("gravity_missing of imu")));
+  EXPECT_THAT(harmful, testing::Not(Contains("accelerometer_bias of imu")));
+  EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").accel_scale, 9.80665);
+  EXPECT_EQ(inspection.repairs.streams.count("mocap"), 0U);
+}
+
+// Positions can't be in another unit by an accelerometer that reads no gravity.
+TEST(Inspect, ScalesNoPositionsByAForceWithoutGravity) {
+  FlightLog log = LongLog();
+  std::size_t k = 0;
+  for (ImuSample& sample : log.imu) {
+    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= sample.t) ++k;
+    const Eigen::Vector3d up(0.0, 0.0, log.gravity);
+    sample.accel += log.attitude[k].q_Ep_I.conjugate() * up;
+  }
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("gravity_missing of imu"));
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains("accelerometer_bias of imu")));
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains("position_scale of mocap")));
+}
+
+// Noise of mocap's attitude makes the ratio of rates larger than the factor of degrees.
+TEST(Inspect, NamesTheGyroscopesUnitByANoisyAttitude) {
+  FlightLog log = GoodLog();
+  log.attitude.clear();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0.0, 0.018);  // rad
+  for (PoseSample& pose : log.mocap) {
+    const Eigen::Vector3d error(normal(random), normal(random), normal(random));
+    pose.q_E = pose.q_E * Eigen::AngleAxisd(error.norm(), error.normalized());
+  }
+  for (ImuSample& sample : log.imu) sample.gyro *= 180.0 / M_PI;
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("gyro_scale of imu"));
+  EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").gyro_scale, M_PI / 180.0);
+}
+
 // Half a lap looks like a turn of the axes, where only the clock is wrong.
 TEST(Inspect, PutsFixesIntoMocapByTheirClock) {
   FlightLog log = GoodLog();
