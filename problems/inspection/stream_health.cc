@@ -75,23 +75,6 @@ Spikes FindSpikes(const std::vector<double>& values, double least) {
   return spikes.count < kRareSpikes * static_cast<double>(values.size()) ? spikes : Spikes();
 }
 
-// The least step between different values, if the others are its multiples.
-double QuantumOf(const std::vector<double>& values) {
-  std::vector<double> distinct = values;
-  std::sort(distinct.begin(), distinct.end());
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  if (distinct.size() < 4 || distinct.size() > values.size() / 3) return 0.0;
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < distinct.size(); ++i) steps.push_back(distinct[i] - distinct[i - 1]);
-  const double least = *std::min_element(steps.begin(), steps.end());
-  const double range = distinct.back() - distinct.front();
-  if (!(least > 1e-9 * range)) return 0.0;
-  const auto multiples = std::count_if(steps.begin(), steps.end(), [least](double s) {
-    return std::abs(s / least - std::round(s / least)) < 0.1;
-  });
-  return static_cast<double>(multiples) > 0.9 * static_cast<double>(steps.size()) ? least : 0.0;
-}
-
 template <class Sample>
 StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples) {
   StreamHealth health;
