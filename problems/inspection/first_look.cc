@@ -21,7 +21,7 @@ constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 // A fault of single samples of rotors or motors, which harms the models that they drive.
 bool IsOfRotorSamples(const Finding& finding) {
   if (finding.stream != "rotors" && finding.stream != "motors") return false;
-  return finding.id == "spikes" || finding.id == "gaps";
+  return finding.id == "spikes" || finding.id == "gaps" || finding.id == "rotors_slow";
 }
 
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.

@@ -22,6 +22,9 @@ constexpr double kUsualVibration = 5.0;  // m/s^2
 // Of a rotor's speed about a sample: motors take longer than one sample to change by as much.
 constexpr double kLeastRotorSpike = 0.25;
 constexpr double kTurning = 0.25;  // of the speed in flight; what stands still drives nothing
+// s, that motors take to change their speed: a shorter step loses none of it.
+constexpr double kMotorLag = 0.01;
+constexpr double kMostLostSpeed = 0.01;  // of the mean speed
 // Gaps of rotors and motors: shorter ones are bridged by a straight line without harm.
 constexpr double kLongChannelStep = 10.0;  // median steps
 constexpr double kLongChannelGap = 0.1;    // s
@@ -149,6 +152,25 @@ RotorSpikes SpikesOfRotors(const std::vector<ChannelsSample>& samples) {
   return most;
 }
 
+// Of the mean speed: rms error of a straight line between samples. Where every second sample is
+// left out the line errs by four times as much, if the speeds are smooth; these samples show it.
+double LostBetweenSamples(const std::vector<ChannelsSample>& samples, double step) {
+  double squares = 0.0, mean = 0.0, n = 0.0;
+  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+    const ChannelsSample &before = samples[i - 1], &now = samples[i], &after = samples[i + 1];
+    const double span = SecondsBetween(before.t, after.t);
+    if (!(span > 0.0) || span > 3.0 * step) continue;
+    const double share = SecondsBetween(before.t, now.t) / span;
+    for (std::size_t k = 0; k < now.values.size(); ++k) {
+      const double line = (1.0 - share) * before.values[k] + share * after.values[k];
+      squares += std::pow(now.values[k] - line, 2);
+      mean += now.values[k];
+      n += 1.0;
+    }
+  }
+  return mean > 0.0 ? 0.25 * std::sqrt(squares * n) / mean : 0.0;
+}
+
 void AddAxes(const std::vector<ImuSample>& imu, StreamHealth* health) {
   for (std::size_t axis = 0; axis < kImuAxes.size(); ++axis) {
     std::vector<double> values;
@@ -230,6 +252,16 @@ class HealthFindings {
                       samples.front().values[k]),
           "check the column of this rotor in the map");
     }
+  }
+  void SlowRotors(const StreamHealth& h, const std::vector<ChannelsSample>& samples) {
+    if (h.stream != "rotors" || !(h.rate > 0.0) || h.rate * kMotorLag >= 1.0) return;
+    const double lost = LostBetweenSamples(samples, 1.0 / h.rate);
+    if (lost < kMostLostSpeed) return;
+    Add("rotors_slow", h, Level::kBiases, lost, "1",
+        fmt::format("the speeds are logged at {:.3g} Hz and change between two samples: a straight "
+                    "line errs by about {:.1f} % of the mean speed (rms)",
+                    h.rate, 100.0 * lost),
+        "log them at 100 Hz or more; the moments of inertia come out wrong otherwise");
   }
   // A model that is driven by rotors takes their speeds as they are.
   void SpikesOf(const StreamHealth& h, const RotorSpikes& most) {
@@ -332,6 +364,7 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding
         health.spikes = most.spikes.count;
         add.SpikesOf(health, most);
       }
+      add.SlowRotors(health, samples);
       add.DeadRotors(health, samples);
     }
     all.push_back(std::move(health));

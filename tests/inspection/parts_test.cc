@@ -227,5 +227,11 @@ TEST(StreamHealth, FindsGapsOfRotors) {
   EXPECT_THAT(NamesOfFindings(brief), testing::IsEmpty());
 }
 
+TEST(StreamHealth, FindsRotorsThatAreTooSlow) {
+  EXPECT_THAT(NamesOfFindings(TwoRotors(50.0)), testing::IsEmpty());
+  EXPECT_THAT(NamesOfFindings(TwoRotors(10.0)),
+              testing::ElementsAre("biases rotors_slow of rotors"));
+}
+
 }  // namespace
 }  // namespace trueline
