@@ -91,37 +91,6 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   AddAccelerometerAxes(e, turn, finding);
 }
 
-void AddScale(Examination* e, double factor, double sigma, const std::string& why) {
-  const KnownUnit* unit = UnitNear("m/s^2", factor);
-  Finding finding;
-  finding.id = "accelerometer_scale";
-  finding.stream = "imu";
-  finding.level = unit != nullptr ? Level::kFatal : Level::kBiases;
-  finding.size = 1.0 / factor;
-  finding.sigma = sigma / (factor * factor);
-  finding.unit = "1";
-  finding.error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
-  finding.text =
-      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
-  StreamRepair change;
-  change.accel_scale = unit != nullptr ? unit->factor : factor;
-  finding.remedy = unit != nullptr
-                       ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
-                                     unit->factor, UnitText(unit))
-                       : fmt::format(
-                             "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
-                             "and the range",
-                             factor);
-  finding.repaired = true;
-  e->Repair("imu", change);
-  // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
-  if (unit != nullptr) {
-    e->Remove("gravity_missing");
-    e->Remove("lateral_force");
-  }
-  e->Add(finding);
-}
-
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
   Finding finding;
   finding.id = "accelerometer_bias";
@@ -158,10 +127,13 @@ void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
   if (!fit) return;
   const double off = std::abs(fit->factor - 1.0);
   if (off > kLeastScale && off > 5.0 * fit->sigma && IsScale(*fit)) {
-    AddScale(e, fit->factor, fit->sigma,
-             fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
-                         "a bias {:.3f}",
-                         fit->by_factor, witness.stream, fit->by_bias));
+    AddAccelerometerScale(
+        e, fit->factor, fit->sigma,
+        fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
+                    "a bias {:.3f}",
+                    fit->by_factor, witness.stream, fit->by_bias));
+  } else if (e->HasFinding("gravity_missing", "imu")) {
+    return;  // a bias of the size of gravity says the same
   } else if (BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
     AddBias(e, fit->bias, witness.stream);
   }
@@ -171,26 +143,15 @@ void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
 void CheckMeanForce(Examination* e) {
   const std::vector<AttitudeSample>& attitude = e->fixed.attitude;
   if (attitude.size() < 100) return;
-  const RunningIntegral<3> twice = ForceIntegral(e->fixed, attitude);
-  const LogClock clock(e->fixed);
-  std::vector<double> down;
-  for (std::size_t i = 0; i < attitude.size();
-       i += std::max<std::size_t>(1, attitude.size() / 500)) {
-    const double t = clock(attitude[i].t);
-    if (!twice.Knows(t - 1.0, t + 1.0)) continue;
-    down.push_back(-(twice.At(t + 1.0) - 2.0 * twice.At(t) + twice.At(t - 1.0)).z());
-  }
-  if (down.size() < 20 || SecondsBetween(attitude.front().t, attitude.back().t) < 15.0) {
-    return;
-  }
-  double mean = 0.0;
-  for (const double d : down) mean += d / static_cast<double>(down.size());
-  const double reads = mean / e->log.gravity;
+  const auto mean = MeanForceInEarth(e->fixed, attitude, 1.0);
+  if (!mean || SecondsBetween(attitude.front().t, attitude.back().t) < 15.0) return;
+  const double reads = -mean->z() / e->log.gravity;
   if (std::abs(reads - 1.0) < 0.07) return;
   if (reads < 0.3 && UnitNear("m/s^2", 1.0 / reads) == nullptr) return;
-  AddScale(e, 1.0 / reads, 0.02,
-           "by its mean in earth axes, which is gravity; without positions a bias of the vertical "
-           "axis looks the same");
+  AddAccelerometerScale(
+      e, 1.0 / reads, 0.02,
+      "by its mean in earth axes, which is gravity; without positions a bias of the vertical "
+      "axis looks the same");
 }
 
 // Accelerations that no vehicle has on average.
@@ -201,6 +162,37 @@ bool AreOfAnotherUnit(const std::vector<Bend>& bends, double gravity) {
 }
 
 }  // namespace
+
+void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why) {
+  const KnownUnit* unit = UnitNear("m/s^2", factor);
+  Finding finding;
+  finding.id = "accelerometer_scale";
+  finding.stream = "imu";
+  finding.level = unit != nullptr ? Level::kFatal : Level::kBiases;
+  finding.size = 1.0 / factor;
+  finding.sigma = sigma / (factor * factor);
+  finding.unit = "1";
+  finding.error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
+  finding.text =
+      fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
+  StreamRepair change;
+  change.accel_scale = unit != nullptr ? unit->factor : factor;
+  finding.remedy = unit != nullptr
+                       ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
+                                     unit->factor, UnitText(unit))
+                       : fmt::format(
+                             "multiply its readings by {:.4f}; check the unit (g is 9.80665 m/s^2) "
+                             "and the range",
+                             factor);
+  finding.repaired = true;
+  e->Repair("imu", change);
+  // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
+  if (unit != nullptr) {
+    e->Remove("gravity_missing");
+    e->Remove("lateral_force");
+  }
+  e->Add(finding);
+}
 
 void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding) {
   finding.id = "accelerometer_axes";

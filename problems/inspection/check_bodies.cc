@@ -11,7 +11,8 @@ namespace {
 constexpr double kSameTurn = 8.0 * kDegree;  // of two witnesses
 constexpr double kLeastBodyTurn = 8.0 * kDegree;
 constexpr double kLeastGyroScale = 0.04;
-constexpr double kLongBaseline = 0.35;  // s
+constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
+constexpr double kLongBaseline = 0.35;     // s
 constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
 
@@ -143,6 +144,13 @@ bool IsOff(const VectorMatch& match) {
   return least > 0.0 && std::abs(match.gain - 1.0) > kLeastGyroScale;
 }
 
+// The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
+// sizes larger than the factor, that of the gyroscope smaller, by the correlation at most.
+const KnownUnit* UnitOfRates(const VectorMatch& match) {
+  return UnitNear("rad/s", match.gain,
+                  3.0 * match.gain_sigma / match.gain - std::log(match.correlation));
+}
+
 std::optional<VectorMatch> MatchOverLongTime(const Examination& e, const std::string& stream) {
   const RunningIntegral<3> gyro = GyroIntegral(e.fixed);
   const auto turns = TurnsOf(AttitudesOf(e.fixed, stream), LogClock(e.fixed), 1500, kLongBaseline);
@@ -157,9 +165,10 @@ void CheckGain(Examination* e) {
     if (e->IsCopy(witness.stream)) continue;
     if (best == nullptr || witness.match.correlation > best->match.correlation) best = &witness;
   }
-  if (best == nullptr || best->match.correlation < 0.95) return;
+  if (best == nullptr || !IsOff(best->match)) return;
   const double gain = best->match.gain;
-  if (!IsOff(best->match)) return;
+  const KnownUnit* unit = UnitOfRates(best->match);
+  if (unit == nullptr && best->match.correlation < kLeastAlikeRates) return;
   // A filter of either side changes fast turns; a scale changes slow ones as well.
   const auto slow = MatchOverLongTime(*e, best->stream);
   if (!slow || !IsOff(*slow) || std::abs(slow->gain - gain) > 0.3 * std::abs(gain - 1.0)) return;
@@ -173,7 +182,6 @@ void CheckGain(Examination* e) {
   finding.error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
   finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
                              finding.size, finding.sigma, best->stream);
-  const KnownUnit* unit = UnitNear("rad/s", gain);
   const double factor = unit != nullptr ? unit->factor : gain;
   if (unit != nullptr) finding.level = Level::kFatal;
   finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",

@@ -120,19 +120,6 @@ std::optional<VectorMatch> Rescaled(const Examination& e, const std::string& str
   return match;
 }
 
-// The unit nearest to a factor whose logarithm has this sigma.
-const KnownUnit* UnitWithin(double factor, double sigma) {
-  constexpr double kStep = 0.05;
-  const int reach = static_cast<int>(std::min(1.0, 2.0 * sigma) / kStep);
-  for (int k = 0; k <= reach; ++k) {
-    for (const double sign : {1.0, -1.0}) {
-      const KnownUnit* unit = UnitNear("m", factor * std::exp(sign * k * kStep));
-      if (unit != nullptr) return unit;
-    }
-  }
-  return nullptr;
-}
-
 void AddPositionScale(Examination* e, const std::string& stream, const VectorMatch& match,
                       const Reference& reference) {
   if (!IsOffScale(match)) return;
@@ -160,7 +147,8 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
     e->Add(finding);
     return;
   }
-  const KnownUnit* unit = UnitWithin(1.0 / match.gain, match.gain_sigma / match.gain);
+  const KnownUnit* unit =
+      UnitNear("m", 1.0 / match.gain, std::min(1.0, 2.0 * match.gain_sigma / match.gain));
   const double factor = unit != nullptr ? unit->factor : 1.0 / match.gain;
   finding.remedy =
       fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
@@ -197,7 +185,15 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   }
   AddAxes(e, stream, *comparison.match, reference);
   auto scaled = comparison.match;
-  if (std::string(reference.what) != "mocap") scaled = Rescaled(*e, stream, *scaled, 1.0);
+  const bool by_force = std::string(reference.what) != "mocap";
+  if (by_force && e->HasFinding("gravity_missing", "imu")) {
+    e->result.notes.push_back(fmt::format(
+        "the scale of distances in {}.csv is not shown: the accelerometer is in another unit, or "
+        "reads no gravity",
+        stream));
+    return;
+  }
+  if (by_force) scaled = Rescaled(*e, stream, *scaled, 1.0);
   if (!scaled) return;
   e->result.comparisons.back().match = scaled;
   AddPositionScale(e, stream, *scaled, reference);

@@ -52,15 +52,8 @@ std::optional<VectorMatch> MatchAt(const RunningIntegral<3>& gyro,
 
 // Share of the mean specific force, in the earth of the attitude, that points up or down.
 double Uprightness(const FlightLog& log, const std::vector<AttitudeSample>& attitude) {
-  const RunningIntegral<3> twice = ForceIntegral(log, attitude);
-  const LogClock clock(log);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const AttitudeSample& sample : attitude) {
-    const double t = clock(sample.t);
-    if (!twice.Knows(t - 0.5, t + 0.5)) continue;
-    sum += twice.At(t + 0.5) - 2.0 * twice.At(t) + twice.At(t - 0.5);
-  }
-  return sum.norm() > 0.0 ? std::abs(sum.z()) / sum.norm() : 0.0;
+  const auto mean = MeanForceInEarth(log, attitude, 0.5);
+  return mean && mean->norm() > 0.0 ? std::abs(mean->z()) / mean->norm() : 0.0;
 }
 
 // How well a form explains the rates; a form that needs no turn of axes and keeps gravity vertical

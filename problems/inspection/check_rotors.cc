@@ -11,9 +11,16 @@
 namespace trueline {
 namespace {
 
-constexpr double kLagReach = 1.0;         // s
-constexpr double kLeastExplained = 0.3;   // share of the angular acceleration
-constexpr double kFits = 0.8;             // cosine of effects found and stated
+constexpr double kLagReach = 1.0;        // s
+constexpr double kLeastExplained = 0.3;  // share of the angular acceleration
+constexpr double kFits = 0.8;            // cosine of effects found and stated
+constexpr std::size_t kMostOrdered = 6;  // rotors; permutations of eight take too long
+constexpr double kLeastOrderGain =
+    0.05;                             // by which another order must explain more; less may be k_f
+constexpr double kOtherSigmas = 5.0;  // the same
+constexpr double kAlikeSigmas = 3.0;  // by which the best order must be better than each other
+constexpr double kNearOrder =
+    0.5;  // of what an order explains; one that explains so much less is not alike
 constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
 constexpr double kLeastMotorLag = 0.12;   // s, of commands, which motors follow late
 
@@ -32,47 +39,81 @@ Eigen::Matrix3Xd Stated(const std::vector<Rotor>& rotors) {
   return torque;
 }
 
-Eigen::Matrix3Xd Found(const RotorLayout& layout) {
-  Eigen::Matrix3Xd effect(3, static_cast<Eigen::Index>(layout.rotors.size()));
-  for (std::size_t i = 0; i < layout.rotors.size(); ++i) {
-    effect.col(static_cast<Eigen::Index>(i)) = layout.rotors[i].value;
-  }
-  return effect;
-}
-
-// Cosine between the differences of rotors about one axis.
-double Cosine(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
-  const Eigen::RowVectorXd da = a.array() - a.mean(), db = b.array() - b.mean();
-  const double norm = da.norm() * db.norm();
-  return norm > 0.0 ? da.dot(db) / norm : 0.0;
-}
-
 struct Order {
   std::vector<std::size_t> channel;  // of each rotor of the vehicle
   double roll, pitch, yaw;           // cosines
   double Places() const { return std::min(roll, pitch); }
 };
 
-Order TryOrder(const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& stated,
-               const std::vector<std::size_t>& channel) {
-  Eigen::Matrix3Xd sorted = found;
+// What each rotor is stated to do, in the order of the channels.
+Eigen::Matrix3Xd ByChannel(const Eigen::Matrix3Xd& stated,
+                           const std::vector<std::size_t>& channel) {
+  Eigen::Matrix3Xd sorted = stated;
   for (std::size_t i = 0; i < channel.size(); ++i) {
-    sorted.col(static_cast<Eigen::Index>(i)) = found.col(static_cast<Eigen::Index>(channel[i]));
+    sorted.col(static_cast<Eigen::Index>(channel[i])) = stated.col(static_cast<Eigen::Index>(i));
   }
-  return {channel, Cosine(sorted.row(0), stated.row(0)), Cosine(sorted.row(1), stated.row(1)),
-          Cosine(sorted.row(2), stated.row(2))};
+  return sorted;
 }
 
-Order BestOrder(const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& stated) {
-  std::vector<std::size_t> channel(static_cast<std::size_t>(found.cols()));
+Order TryOrder(const MomentSums& seen, const Eigen::Matrix3Xd& stated,
+               const std::vector<std::size_t>& channel) {
+  const Eigen::Matrix3Xd effects = ByChannel(stated, channel);
+  return {channel, seen.Cosine(0, effects.row(0)), seen.Cosine(1, effects.row(1)),
+          seen.Cosine(2, effects.row(2))};
+}
+
+// Shares, added up over the axes, of what the channels explain that an order of the stated rotors
+// explains. Yaw counts where the flight shows it, whichever way all spins are turned.
+double ExplainedBy(const RotorLayout& layout, const MomentSums& seen,
+                   const Eigen::Matrix3Xd& stated, const std::vector<std::size_t>& channel) {
+  const Order order = TryOrder(seen, stated, channel);
+  const double yaw = layout.explained.z() < kLeastExplained ? 0.0 : order.yaw * order.yaw;
+  return std::copysign(order.roll * order.roll, order.roll) +
+         std::copysign(order.pitch * order.pitch, order.pitch) + yaw;
+}
+
+// The order as read, then all others.
+std::vector<std::vector<std::size_t>> OrdersOf(std::size_t count) {
+  std::vector<std::size_t> channel(count);
   std::iota(channel.begin(), channel.end(), 0U);
-  Order best = TryOrder(found, stated, channel);
-  if (channel.size() > 6) return best;  // permutations of eight take too long
-  while (std::next_permutation(channel.begin(), channel.end())) {
-    const Order order = TryOrder(found, stated, channel);
-    if (order.roll + order.pitch > best.roll + best.pitch + 1e-9) best = order;
+  std::vector<std::vector<std::size_t>> orders = {channel};
+  if (count > kMostOrdered) return orders;
+  while (std::next_permutation(channel.begin(), channel.end())) orders.push_back(channel);
+  return orders;
+}
+
+// Whether `order` explains more than `other`, in the whole flight and by the jackknife.
+bool IsBetter(const RotorLayout& layout, const Eigen::Matrix3Xd& stated,
+              const std::vector<std::size_t>& order, const std::vector<std::size_t>& other,
+              double sigmas) {
+  const auto gain = [&](const MomentSums& seen) {
+    return ExplainedBy(layout, seen, stated, order) - ExplainedBy(layout, seen, stated, other);
+  };
+  std::vector<double> gains;
+  for (const MomentSums& part : layout.without) gains.push_back(gain(part));
+  return gain(*layout.all) > std::max(kLeastOrderGain, sigmas * JackknifeSigma(gains));
+}
+
+// The order that explains the accelerations best, and how many others explain them alike.
+struct BestOrder {
+  Order order;
+  std::size_t alike = 0;
+};
+
+BestOrder FindOrder(const RotorLayout& layout, const Eigen::Matrix3Xd& stated) {
+  const auto orders = OrdersOf(layout.rotors.size());
+  std::vector<double> explained;
+  for (const auto& order : orders) {
+    explained.push_back(ExplainedBy(layout, *layout.all, stated, order));
   }
-  return best;
+  const auto most = std::max_element(explained.begin(), explained.end());
+  const auto& best = orders[static_cast<std::size_t>(most - explained.begin())];
+  BestOrder found{TryOrder(*layout.all, stated, best), 0};
+  for (std::size_t k = 0; k < orders.size(); ++k) {
+    if (*most - explained[k] > kNearOrder || orders[k] == best) continue;
+    found.alike += !IsBetter(layout, stated, best, orders[k], kAlikeSigmas);
+  }
+  return found;
 }
 
 std::string ChannelsText(const std::vector<std::size_t>& channels) {
@@ -82,7 +123,9 @@ std::string ChannelsText(const std::vector<std::size_t>& channels) {
   return fmt::format("{}", fmt::join(from_one, ", "));
 }
 
-void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read, const Order& best) {
+void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
+              const BestOrder& found) {
+  const Order& best = found.order;
   Finding finding;
   finding.id = "rotor_order";
   finding.stream = layout.stream;
@@ -91,16 +134,30 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read, c
   finding.unit = "1";
   finding.text = fmt::format(
       "the channels of {}.csv are not in the order of the vehicle's rotors: rotors 1 to {} are "
-      "channels {}. So ordered, what they do to roll and pitch agrees with the places stated "
+      "channels {}{}. So ordered, what they do to roll and pitch agrees with the places stated "
       "(cosines {:.2f}, {:.2f}); as read {:.2f}, {:.2f}",
-      layout.stream, best.channel.size(), ChannelsText(best.channel), best.roll, best.pitch,
-      as_read.roll, as_read.pitch);
+      layout.stream, best.channel.size(), ChannelsText(best.channel),
+      found.alike > 0 ? fmt::format(", or one of {} other orders that fit alike", found.alike) : "",
+      best.roll, best.pitch, as_read.roll, as_read.pitch);
+  if (found.alike > 0) {
+    finding.remedy = "check the order of the columns; the flight does not show which one is right";
+    e->Add(finding);
+    return;
+  }
   finding.remedy = "give the columns in that order";
   finding.repaired = true;
   StreamRepair change;
   change.order = best.channel;
   e->Repair(layout.stream, change);
   e->Add(finding);
+}
+
+// Whether all rotors turn the body against their stated spins, in every part of the flight.
+bool TurnsTheOtherWay(const RotorLayout& layout, const Vehicle& vehicle, const Order& order) {
+  const Eigen::RowVectorXd yaw = ByChannel(Stated(vehicle.rotors), order.channel).row(2);
+  const auto is_reversed = [&](const MomentSums& seen) { return seen.Cosine(2, yaw) < -kFits; };
+  return is_reversed(*layout.all) &&
+         std::all_of(layout.without.begin(), layout.without.end(), is_reversed);
 }
 
 void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
@@ -111,15 +168,14 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
     shown += spin != 0;
     if (spin * e->log.vehicle->rotors[i].spin < 0) wrong.push_back(i);
   }
-  if (layout.explained.z() < kLeastExplained || 2 * shown < order.channel.size() || wrong.empty()) {
-    return;
-  }
-  const bool all = wrong.size() == shown && order.yaw < -kFits;
+  if (layout.explained.z() < kLeastExplained) return;
+  const bool all = wrong.size() == shown && TurnsTheOtherWay(layout, *e->log.vehicle, order);
+  if (!all && (2 * shown < order.channel.size() || wrong.empty())) return;
   Finding finding;
   finding.id = all ? "rotor_spins_reversed" : "rotor_spin";
   finding.stream = layout.stream;
   finding.level = Level::kFatal;
-  finding.size = static_cast<double>(wrong.size());
+  finding.size = static_cast<double>(all ? order.channel.size() : wrong.size());
   finding.unit = "rotors";
   finding.text =
       all ? fmt::format(
@@ -158,6 +214,21 @@ void CheckLag(Examination* e, const RotorLayout& layout) {
   AddClockOffset(e, -layout.lag, finding);
 }
 
+std::string NoOrderText(const RotorLayout& layout, const BestOrder& best) {
+  if (best.order.Places() < kFits) {
+    return fmt::format(
+        "{}.csv: no order of its channels agrees with the rotors' places (cosines {:.2f} and "
+        "{:.2f} at best)",
+        layout.stream, best.order.roll, best.order.pitch);
+  }
+  return fmt::format(
+      "{}.csv: the flight does not show whether its channels are in the order of the vehicle's "
+      "rotors: channels {} explain the accelerations best, and other orders as well{}",
+      layout.stream, ChannelsText(best.order.channel),
+      layout.all->spans_all() ? ""
+                              : ", as the speeds move in fewer directions than there are rotors");
+}
+
 void CheckLayout(Examination* e, const RotorLayout& layout) {
   CheckLag(e, layout);
   if (!e->log.vehicle || e->log.vehicle->rotors.empty()) {
@@ -168,21 +239,20 @@ void CheckLayout(Examination* e, const RotorLayout& layout) {
     return;
   }
   if (e->log.vehicle->rotors.size() != layout.rotors.size()) return;
-  const Eigen::Matrix3Xd found = Found(layout), stated = Stated(e->log.vehicle->rotors);
-  std::vector<std::size_t> as_read(layout.rotors.size());
-  std::iota(as_read.begin(), as_read.end(), 0U);
-  const Order read = TryOrder(found, stated, as_read), best = BestOrder(found, stated);
-  if (read.Places() > kFits) {
-    CheckSpins(e, layout, read);
-  } else if (best.Places() > kFits) {
+  const Eigen::Matrix3Xd stated = Stated(e->log.vehicle->rotors);
+  const auto as_read = OrdersOf(layout.rotors.size()).front();
+  const Order read = TryOrder(*layout.all, stated, as_read);
+  const BestOrder best = FindOrder(layout, stated);
+  const bool other = best.order.Places() > kFits &&
+                     IsBetter(layout, stated, best.order.channel, as_read, kOtherSigmas);
+  if (other) {
     AddOrder(e, layout, read, best);
-    CheckSpins(e, layout, best);
-  } else {
-    e->result.notes.push_back(fmt::format(
-        "{}.csv: no order of its channels agrees with the rotors' places (cosines {:.2f} "
-        "and {:.2f} at best)",
-        layout.stream, best.roll, best.pitch));
+    if (best.alike == 0) CheckSpins(e, layout, best.order);
+    return;
   }
+  const bool fits = read.Places() > kFits;
+  if (fits) CheckSpins(e, layout, read);
+  if (!fits || best.alike > 0) e->result.notes.push_back(NoOrderText(layout, best));
 }
 
 // N, of all rotors as the vehicle file states them.

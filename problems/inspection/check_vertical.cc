@@ -18,7 +18,8 @@ constexpr double kCalmForce = 1.5;  // m/s^2, from gravity
 constexpr double kLeastCalm = 2.0;  // s
 constexpr double kAlong = 0.85;     // cosine of a direction that is along an axis
 constexpr double kLeastLean = 60.0 * kDegree;
-constexpr double kMuchLess = 0.75;  // of a residual that another explanation leaves
+constexpr double kErrorOfMean = 0.02;  // of gravity, by the mean force
+constexpr double kMuchLess = 0.75;     // of a residual that another explanation leaves
 
 // Mean specific force (m/s^2) in the body over the calm parts; zero where there are too few.
 Eigen::Vector3d CalmForce(const FlightLog& log) {
@@ -51,6 +52,20 @@ Eigen::Vector3d CalmForceInEarth(const FlightLog& log,
   return n < 50.0 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sum / n);
 }
 
+// The mean force in earth is gravity, in the unit of the readings. Where gravity is taken out it is
+// nearly zero. Repairs a known unit.
+bool IsGravityInAnotherUnit(Examination* e) {
+  if (e->rates.empty()) return false;
+  const auto mean = MeanForceInEarth(e->fixed, AttitudesOf(e->fixed, e->rates.front().stream), 1.0);
+  if (!mean || !(mean->norm() > 0.0)) return false;
+  const double factor = e->log.gravity / mean->norm();
+  if (UnitNear("m/s^2", factor) == nullptr) return false;
+  AddAccelerometerScale(
+      e, factor, kErrorOfMean * factor,
+      fmt::format("by its mean in the earth of {}.csv, which is gravity", e->rates.front().stream));
+  return true;
+}
+
 // Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
 void CheckGravityMissing(Examination* e) {
   constexpr double kLeastTime = 5.0;  // s
@@ -61,6 +76,7 @@ void CheckGravityMissing(Examination* e) {
   for (const ImuSample& s : imu) sizes.push_back(s.accel.norm());
   const double usual = LowerMedian(sizes);
   if (!(usual < 0.5 * e->log.gravity)) return;
+  if (IsGravityInAnotherUnit(e)) return;
   Finding finding;
   finding.id = "gravity_missing";
   finding.stream = "imu";

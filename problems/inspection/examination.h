@@ -32,8 +32,9 @@ struct KnownUnit {
   const char* name;
   double factor;
 };
-// The unit whose factor is `factor` but for a usual bias of a sensor (5 %); null if there is none.
-const KnownUnit* UnitNear(const std::string& si, double factor);
+// The unit whose factor is nearest to `factor`, which errs by a usual bias of a sensor (5 %) and by
+// `error` of its logarithm; null if there is none.
+const KnownUnit* UnitNear(const std::string& si, double factor, double error = 0.0);
 // ": the factor of g (9.80665) but for a usual bias, which is used"; empty for null.
 std::string UnitText(const KnownUnit* unit);
 
@@ -101,6 +102,10 @@ void AddClockOffset(Examination* e, double lag, Finding finding);
 // Adds `finding`, whose size, error, text and remedy are stated, as one of the accelerometer's
 // axes, and turns the accelerometer.
 void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
+
+// Adds a finding that the accelerometer's readings times `factor` are right, which `why` explains,
+// and repairs them; by the exact factor where it is that of a unit.
+void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why);
 
 // Adds `finding`, whose stream, error and text are stated, as one of the stream's axes of position,
 // which differ from the right ones by `turn`, and turns the positions back.

@@ -18,11 +18,18 @@ constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not 
 constexpr double kLeastShared = 0.05;    // of two logs that hold one recording
 constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
+// A fault of single samples of rotors or motors, which harms the models that they drive.
+bool IsOfRotorSamples(const Finding& finding) {
+  if (finding.stream != "rotors" && finding.stream != "motors") return false;
+  return finding.id == "spikes" || finding.id == "gaps" || finding.id == "rotors_slow";
+}
+
 // What makes a fit worthless; smaller faults are for those who ask trueline-inspect.
 bool IsForAll(const Finding& finding) {
   if (finding.level == Level::kFatal) return true;
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
+  if (IsOfRotorSamples(finding)) return finding.level == Level::kBiases;
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
   if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
@@ -75,10 +82,11 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   return findings;
 }
 
-// A single spike moves one window's bias; the other faults last for the whole flight.
+// A single spike of the IMU moves one window's bias; that of a rotor throws the whole body about.
+// The other faults last for the whole flight.
 bool MakesWrong(const Finding& finding) {
   return finding.level == Level::kFatal ||
-         (finding.level == Level::kBiases && finding.id != "spikes");
+         (finding.level == Level::kBiases && (finding.id != "spikes" || IsOfRotorSamples(finding)));
 }
 
 std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
@@ -86,6 +94,7 @@ std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
   std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
   if (drive == ForDrive::kAny) return findings;
   std::erase_if(findings, [](const Finding& f) { return f.id == "attitude_missing"; });
+  if (drive == ForDrive::kImu) std::erase_if(findings, IsOfRotorSamples);
   const auto missing = drive == ForDrive::kImu ? MissingAttitude(log) : std::nullopt;
   if (missing) findings.push_back(*missing);
   return findings;

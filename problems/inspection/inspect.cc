@@ -89,11 +89,16 @@ void Examination::Repair(const std::string& stream, const StreamRepair& change) 
   ApplyRepairs(alone, sources, &fixed);
 }
 
-const KnownUnit* UnitNear(const std::string& si, double factor) {
+const KnownUnit* UnitNear(const std::string& si, double factor, double error) {
+  const KnownUnit* nearest = nullptr;
+  double least = kAlikeUnit + error;
   for (const KnownUnit& unit : kReadAsSi) {
-    if (si == unit.si && std::abs(std::log(factor / unit.factor)) < kAlikeUnit) return &unit;
+    const double off = std::abs(std::log(factor / unit.factor));
+    if (si != unit.si || !(off < least)) continue;
+    nearest = &unit;
+    least = off;
   }
-  return nullptr;
+  return nearest;
 }
 
 std::string UnitText(const KnownUnit* unit) {

@@ -1,6 +1,7 @@
 // The motion that the streams of a log show, in a form that two streams can be compared in.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,11 @@ std::vector<Bend> BendsOf(const std::vector<PositionSample>& positions, const Lo
 
 // Specific force turned to the earth of the attitude, twice integrated.
 RunningIntegral<3> ForceIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude);
+// Mean of that (m/s^2) under triangles of half width `half` (s) about the attitude's samples: minus
+// gravity, whatever a vehicle does that ends as fast as it starts. None where too few are known.
+std::optional<Eigen::Vector3d> MeanForceInEarth(const FlightLog& log,
+                                                const std::vector<AttitudeSample>& attitude,
+                                                double half);
 // The same for each axis of the body: element 3 k + l is column k of the rotation times force l.
 RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
                                      const std::vector<AttitudeSample>& attitude, int earth_axis);

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "problems/inspection/normal_sums.h"
 
@@ -18,6 +20,9 @@ constexpr double kHalf = 0.05;        // s, half width of the triangle over whic
 constexpr double kLayoutStep = 0.01;  // s, of lags
 constexpr double kLagSigmas = 3.0;    // by which an unusual lag must be better
 constexpr std::size_t kMostTimes = 2000;
+// Of the largest eigenvalue of the channels' motion: less is what a motor's lag leaves of a mixer's
+// directions, not one of the mixer.
+constexpr double kLeastMotion = 1e-3;
 
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 using Squares = Eigen::Matrix<double, kMostRotors, 1>;
@@ -41,6 +46,19 @@ struct LayoutNormal : NormalSums<kTerms, 3> {
     return share;
   }
 };
+
+// The sums over `count` channels that remain once the other terms and the channels' sum are fitted.
+MomentSums MomentsOf(const LayoutNormal& normal, Eigen::Index count) {
+  Eigen::MatrixXd nuisance = Eigen::MatrixXd::Zero(kTerms, kOthers + 1);
+  nuisance.bottomLeftCorner(kOthers, kOthers).setIdentity();
+  nuisance.col(kOthers).head(count).setOnes();
+  const Eigen::MatrixXd seen = normal.a * nuisance;
+  const Eigen::MatrixXd own = nuisance.transpose() * seen;
+  const Eigen::MatrixXd fitted = own.ldlt().solve(seen.transpose());
+  const Eigen::MatrixXd squares = normal.a - seen * fitted;
+  const Eigen::MatrixXd moments = normal.b - fitted.transpose() * (nuisance.transpose() * normal.b);
+  return {squares.topLeftCorner(count, count), moments.topRows(count).transpose()};
+}
 
 // Channels scaled to squares of about 1, with the scale.
 RunningIntegral<kMostRotors> SquaresOf(const FlightLog& log,
@@ -160,6 +178,33 @@ bool IsClearlyBetter(const LayoutFit& fit, double lag, double other) {
 
 }  // namespace
 
+MomentSums::MomentSums(Eigen::MatrixXd squares, Eigen::Matrix3Xd moments)
+    : squares_(std::move(squares)), moments_(std::move(moments)) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> motion(squares_);
+  const double least = kLeastMotion * motion.eigenvalues().maxCoeff();
+  free_.setZero();
+  Eigen::Index spanned = 0;
+  for (Eigen::Index k = 0; k < squares_.cols(); ++k) {
+    const double size = motion.eigenvalues()[k];
+    if (!(size > least)) continue;
+    ++spanned;
+    free_ += (moments_ * motion.eigenvectors().col(k)).cwiseAbs2() / size;
+  }
+  spans_all_ = spanned + 1 >= squares_.cols();  // the channels' sum is one direction
+}
+
+double MomentSums::Explained(int axis, const Eigen::RowVectorXd& effects) const {
+  const double moment = moments_.row(axis).dot(effects);
+  const double square = effects.dot(effects * squares_);
+  return square > 0.0 ? std::copysign(moment * moment / square, moment) : 0.0;
+}
+
+double MomentSums::Cosine(int axis, const Eigen::RowVectorXd& effects) const {
+  const double explained = Explained(axis, effects);
+  if (!(free_[axis] > 0.0)) return 0.0;
+  return std::copysign(std::sqrt(std::min(1.0, std::abs(explained) / free_[axis])), explained);
+}
+
 int RotorLayout::Sign(std::size_t i, int axis, double sign) const {
   const double value = rotors[i].value[axis];
   if (!(std::abs(value) > 3.0 * rotors[i].sigma[axis])) return 0;
@@ -191,6 +236,7 @@ std::optional<RotorLayout> FindLayout(const FlightLog& log,
     LayoutNormal rest = total;
     rest -= block;
     if (rest.n < 50.0) continue;
+    layout.without.push_back(MomentsOf(rest, static_cast<Eigen::Index>(count)));
     const Eigen::Matrix<double, kTerms, 3> without = rest.Solve();
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
@@ -198,7 +244,11 @@ std::optional<RotorLayout> FindLayout(const FlightLog& log,
       layout.rotors[i].sigma += 0.9 * d.cwiseAbs2();
     }
   }
-  for (RotorEffect& rotor : layout.rotors) rotor.sigma = rotor.sigma.cwiseSqrt();
+  layout.all = MomentsOf(total, static_cast<Eigen::Index>(count));
+  for (RotorEffect& rotor : layout.rotors) {
+    rotor.sigma = rotor.sigma.cwiseSqrt();
+    if (!layout.all->spans_all()) rotor.sigma.setConstant(std::numeric_limits<double>::infinity());
+  }
   return layout;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/inspection/stuck.h"
 #include "problems/log/imu_faults.h"
@@ -18,11 +19,20 @@ constexpr double kRepeatShare = 0.3;   // of samples that count as held
 constexpr double kSpikeSigmas = 15.0;
 constexpr double kRareSpikes = 0.005;    // share: more often is no spike but vibration
 constexpr double kUsualVibration = 5.0;  // m/s^2
-constexpr double kHarmfulTurn = 0.02;    // rad, by the single sample that a spike is
-constexpr double kHarmfulSpeed = 0.3;    // m/s, the same along the thrust; shifts b_az by 2 sigma
-constexpr double kDeadShare = 0.05;      // of the noise of the quieter neighbour
-constexpr double kQuietForce = 3e-4;     // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
-constexpr double kQuietRate = 2e-5;      // rad/s/sqrt(Hz)
+// Of a rotor's speed about a sample: motors take longer than one sample to change by as much.
+constexpr double kLeastRotorSpike = 0.25;
+constexpr double kTurning = 0.25;  // of the speed in flight; what stands still drives nothing
+// s, that motors take to change their speed: a shorter step loses none of it.
+constexpr double kMotorLag = 0.01;
+constexpr double kMostLostSpeed = 0.01;  // of the mean speed
+// Gaps of rotors and motors: shorter ones are bridged by a straight line without harm.
+constexpr double kLongChannelStep = 10.0;  // median steps
+constexpr double kLongChannelGap = 0.1;    // s
+constexpr double kHarmfulTurn = 0.02;      // rad, by the single sample that a spike is
+constexpr double kHarmfulSpeed = 0.3;      // m/s, the same along the thrust; shifts b_az by 2 sigma
+constexpr double kDeadShare = 0.05;        // of the noise of the quieter neighbour
+constexpr double kQuietForce = 3e-4;       // m/s^2/sqrt(Hz): the best MEMS sensors have more noise
+constexpr double kQuietRate = 2e-5;        // rad/s/sqrt(Hz)
 
 // Archive that collects a sample's numbers.
 struct Numbers {
@@ -52,20 +62,24 @@ struct Spikes {
   double largest = 0.0;
 };
 
-// Samples that stand apart from the two on either side by many sigmas and by `least`.
-Spikes FindSpikes(const std::vector<double>& values, double least) {
+// Samples that stand apart from the two on either side by many sigmas and by `least` of the middle
+// of these.
+template <class LeastAt>
+Spikes FindSpikes(const std::vector<double>& values, const LeastAt& least) {
   if (values.size() < 50) return {};
   std::vector<double> off(values.size(), 0.0);
   for (std::size_t i = 2; i + 2 < values.size(); ++i) {
     std::array<double, 4> around = {values[i - 2], values[i - 1], values[i + 1], values[i + 2]};
     std::sort(around.begin(), around.end());
-    off[i] = values[i] - 0.5 * (around[1] + around[2]);
+    const double middle = 0.5 * (around[1] + around[2]);
+    off[i] = values[i] - middle;
+    if (std::abs(off[i]) <= least(middle)) off[i] = 0.0;
     // Beyond all of its neighbours, and these near each other.
     if (std::abs(off[i]) < 3.0 * (around[3] - around[0])) off[i] = 0.0;
   }
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
-  const double limit = std::max(least, kSpikeSigmas * SigmaByMedian(steps));
+  const double limit = kSpikeSigmas * SigmaByMedian(steps);
   Spikes spikes;
   for (const double o : off) {
     if (std::abs(o) <= limit) continue;
@@ -75,21 +89,8 @@ Spikes FindSpikes(const std::vector<double>& values, double least) {
   return spikes.count < kRareSpikes * static_cast<double>(values.size()) ? spikes : Spikes();
 }
 
-// The least step between different values, if the others are its multiples.
-double QuantumOf(const std::vector<double>& values) {
-  std::vector<double> distinct = values;
-  std::sort(distinct.begin(), distinct.end());
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  if (distinct.size() < 4 || distinct.size() > values.size() / 3) return 0.0;
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < distinct.size(); ++i) steps.push_back(distinct[i] - distinct[i - 1]);
-  const double least = *std::min_element(steps.begin(), steps.end());
-  const double range = distinct.back() - distinct.front();
-  if (!(least > 1e-9 * range)) return 0.0;
-  const auto multiples = std::count_if(steps.begin(), steps.end(), [least](double s) {
-    return std::abs(s / least - std::round(s / least)) < 0.1;
-  });
-  return static_cast<double>(multiples) > 0.9 * static_cast<double>(steps.size()) ? least : 0.0;
+Spikes FindSpikes(const std::vector<double>& values, double least) {
+  return FindSpikes(values, [least](double) { return least; });
 }
 
 template <class Sample>
@@ -131,6 +132,45 @@ int PositionSpikes(const std::vector<Sample>& samples) {
   return most;
 }
 
+// Spikes of the rotor that has most of them.
+struct RotorSpikes {
+  std::size_t rotor = 0;  // from 0
+  Spikes spikes;
+};
+
+RotorSpikes SpikesOfRotors(const std::vector<ChannelsSample>& samples) {
+  RotorSpikes most;
+  for (std::size_t k = 0; k < samples.front().values.size(); ++k) {
+    std::vector<double> values;
+    for (const ChannelsSample& sample : samples) values.push_back(sample.values[k]);
+    const double turning = kTurning * Quantile(values, 0.9);
+    const Spikes spikes = FindSpikes(values, [turning](double speed) {
+      return speed > turning ? kLeastRotorSpike * speed : std::numeric_limits<double>::infinity();
+    });
+    if (spikes.count > most.spikes.count) most = {k, spikes};
+  }
+  return most;
+}
+
+// Of the mean speed: rms error of a straight line between samples. Where every second sample is
+// left out the line errs by four times as much, if the speeds are smooth; these samples show it.
+double LostBetweenSamples(const std::vector<ChannelsSample>& samples, double step) {
+  double squares = 0.0, mean = 0.0, n = 0.0;
+  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+    const ChannelsSample &before = samples[i - 1], &now = samples[i], &after = samples[i + 1];
+    const double span = SecondsBetween(before.t, after.t);
+    if (!(span > 0.0) || span > 3.0 * step) continue;
+    const double share = SecondsBetween(before.t, now.t) / span;
+    for (std::size_t k = 0; k < now.values.size(); ++k) {
+      const double line = (1.0 - share) * before.values[k] + share * after.values[k];
+      squares += std::pow(now.values[k] - line, 2);
+      mean += now.values[k];
+      n += 1.0;
+    }
+  }
+  return mean > 0.0 ? 0.25 * std::sqrt(squares * n) / mean : 0.0;
+}
+
 void AddAxes(const std::vector<ImuSample>& imu, StreamHealth* health) {
   for (std::size_t axis = 0; axis < kImuAxes.size(); ++axis) {
     std::vector<double> values;
@@ -168,7 +208,9 @@ class HealthFindings {
     }
     const double span =
         log_.imu.empty() ? 0.0 : SecondsBetween(log_.imu.front().t, log_.imu.back().t);
-    if (h.gaps > 0 && (imu || h.stream == "attitude")) {
+    const bool drives = h.stream == "rotors" || h.stream == "motors";
+    const bool long_gap = h.longest > std::max(kLongChannelGap, kLongChannelStep / h.rate);
+    if (h.gaps > 0 && (imu || h.stream == "attitude" || (drives && long_gap))) {
       Add("gaps", h, h.lost > 0.02 * span ? Level::kBiases : Level::kWidens, h.lost, "s",
           fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),
           "log on a faster card or at a lower rate");
@@ -183,7 +225,7 @@ class HealthFindings {
               100.0 * h.repeats, h.rate),
           "keep the rows where a value changes (`new_where` in the map)");
     }
-    if (h.spikes > 0) {
+    if (h.spikes > 0 && !drives) {
       Add("spikes", h, Level::kBiases, h.spikes, "samples",
           fmt::format("{} positions stand apart from those before and after", h.spikes),
           "leave them out (`accept: [{columns: [...], median: {window: 7, within: 0.1}}]`)");
@@ -210,6 +252,25 @@ class HealthFindings {
                       samples.front().values[k]),
           "check the column of this rotor in the map");
     }
+  }
+  void SlowRotors(const StreamHealth& h, const std::vector<ChannelsSample>& samples) {
+    if (h.stream != "rotors" || !(h.rate > 0.0) || h.rate * kMotorLag >= 1.0) return;
+    const double lost = LostBetweenSamples(samples, 1.0 / h.rate);
+    if (lost < kMostLostSpeed) return;
+    Add("rotors_slow", h, Level::kBiases, lost, "1",
+        fmt::format("the speeds are logged at {:.3g} Hz and change between two samples: a straight "
+                    "line errs by about {:.1f} % of the mean speed (rms)",
+                    h.rate, 100.0 * lost),
+        "log them at 100 Hz or more; the moments of inertia come out wrong otherwise");
+  }
+  // A model that is driven by rotors takes their speeds as they are.
+  void SpikesOf(const StreamHealth& h, const RotorSpikes& most) {
+    if (most.spikes.count == 0) return;
+    Add("spikes", h, Level::kBiases, most.spikes.count, "samples",
+        fmt::format("{} samples of rotor {} stand apart from those before and after, by up to "
+                    "{:.4g} rad/s: no motor changes so fast",
+                    most.spikes.count, most.rotor, most.spikes.largest),
+        "leave them out (`accept: [{columns: [...], median: {window: 7, within: ...}}]`)");
   }
   void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {
     for (const StuckColumn& stuck : columns) {
@@ -297,7 +358,15 @@ std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding
     add.Timing(health);
     add.Stuck(health, FindStuck(stream, samples));
     if constexpr (std::is_same_v<Sample, ImuSample>) add.Imu(health);
-    if constexpr (std::is_same_v<Sample, ChannelsSample>) add.DeadRotors(health, samples);
+    if constexpr (std::is_same_v<Sample, ChannelsSample>) {
+      if (health.stream == "rotors") {
+        const RotorSpikes most = SpikesOfRotors(samples);
+        health.spikes = most.spikes.count;
+        add.SpikesOf(health, most);
+      }
+      add.SlowRotors(health, samples);
+      add.DeadRotors(health, samples);
+    }
     all.push_back(std::move(health));
   });
   return all;

@@ -28,7 +28,7 @@ struct StreamHealth {
   double longest = 0.0;          // s
   double lost = 0.0;             // s, in all gaps
   double repeats = 0.0;          // share of samples equal to the one before
-  int spikes = 0;                // of positions
+  int spikes = 0;                // of positions, or of the rotor that has most
   std::vector<AxisHealth> axes;  // of the IMU
 };
 

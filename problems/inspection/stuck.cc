@@ -93,8 +93,20 @@ bool IsOdd(const Values& column, const Run& run) {
   return log_chance < std::log(kChance);
 }
 
+// A coarse signal that moves slowly keeps its value for long and leaves it by one step. One that
+// was stuck returns to where the motion has gone meanwhile.
+bool IsSlow(const Values& column, const Run& run) {
+  const double step = QuantumOf(column);
+  const auto is_near = [&](std::size_t i) {
+    return std::abs(column[i] - column[run.first]) < 1.5 * step;
+  };
+  return (run.first == 0 || is_near(run.first - 1)) &&
+         (run.last == column.size() || is_near(run.last));
+}
+
 bool IsStuck(const Sensor& sensor, std::size_t k, const Run& run) {
-  return IsOdd(sensor.columns[k], run) && !IsCalm(sensor, k, run);
+  return IsOdd(sensor.columns[k], run) && !IsCalm(sensor, k, run) &&
+         !IsSlow(sensor.columns[k], run);
 }
 
 // "x, y and z"
@@ -130,6 +142,22 @@ Values ChangesOf(const std::vector<Sensor>& sensors, std::size_t count) {
 }
 
 }  // namespace
+
+double QuantumOf(const std::vector<double>& values) {
+  std::vector<double> distinct = values;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  if (distinct.size() < 2 || distinct.size() > values.size() / 3) return 0.0;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < distinct.size(); ++i) steps.push_back(distinct[i] - distinct[i - 1]);
+  const double least = *std::min_element(steps.begin(), steps.end());
+  const double range = distinct.back() - distinct.front();
+  if (!(least > 1e-9 * range)) return 0.0;
+  const auto multiples = std::count_if(steps.begin(), steps.end(), [least](double s) {
+    return std::abs(s / least - std::round(s / least)) < 0.1;
+  });
+  return static_cast<double>(multiples) > 0.9 * static_cast<double>(steps.size()) ? least : 0.0;
+}
 
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples) {

@@ -20,10 +20,15 @@ struct FrozenStretch {
   TimeNs from = 0, until = 0;
 };
 
+// The least step between different values, if the others are its multiples; 0 for a column that is
+// not coarse.
+double QuantumOf(const std::vector<double>& values);
+
 // Of every sample type of ForEachStream(). The longest stretch of each column of IMU, attitude and
 // positions that no ordinary signal makes. A vehicle at rest, a coarse signal or a coordinate that
 // never changes is not stuck: the stretch is compared with how often the column repeats elsewhere,
-// and how often its neighbours repeat meanwhile.
+// and how often its neighbours repeat meanwhile. A coarse column must also differ by more than one
+// step of its values before or after the stretch.
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples);
 

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <functional>
+#include <random>
 
 #include "problems/import/convert.h"
 #include "problems/import/find_map.h"
@@ -219,6 +220,59 @@ TEST(Inspect, RepairsAKnownUnitByItsFactor) {
   EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").accel_scale, 9.80665);
 }
 
+FlightLog LongLog() {
+  return testing_simulation::Fly(testing_simulation::ReadShipped("hippodrome"), 3).log;
+}
+
+// The mean force in earth is gravity; a bias of 0.9 g beside positions in another unit is not.
+TEST(Inspect, RepairsTheAccelerometersUnitBeforeItJudgesPositions) {
+  FlightLog log = LongLog();
+  std::vector<ImuSample> every_second;
+  for (std::size_t i = 0; i < log.imu.size(); i += 2) {
+    every_second.push_back(log.imu[i]);
+    every_second.back().accel /= 9.80665;
+  }
+  log.imu = every_second;
+  const Inspection inspection = Inspect(log, {});
+  const auto harmful = Harmful(inspection);
+  EXPECT_THAT(harmful, Contains("accelerometer_scale of imu"));
+  EXPECT_THAT(harmful, testing::Not(Contains("gravity_missing of imu")));
+  EXPECT_THAT(harmful, testing::Not(Contains("accelerometer_bias of imu")));
+  EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").accel_scale, 9.80665);
+  EXPECT_EQ(inspection.repairs.streams.count("mocap"), 0U);
+}
+
+// Positions can't be in another unit by an accelerometer that reads no gravity.
+TEST(Inspect, ScalesNoPositionsByAForceWithoutGravity) {
+  FlightLog log = LongLog();
+  std::size_t k = 0;
+  for (ImuSample& sample : log.imu) {
+    while (k + 1 < log.attitude.size() && log.attitude[k + 1].t <= sample.t) ++k;
+    const Eigen::Vector3d up(0.0, 0.0, log.gravity);
+    sample.accel += log.attitude[k].q_Ep_I.conjugate() * up;
+  }
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("gravity_missing of imu"));
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains("accelerometer_bias of imu")));
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains("position_scale of mocap")));
+}
+
+// Noise of mocap's attitude makes the ratio of rates larger than the factor of degrees.
+TEST(Inspect, NamesTheGyroscopesUnitByANoisyAttitude) {
+  FlightLog log = GoodLog();
+  log.attitude.clear();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0.0, 0.018);  // rad
+  for (PoseSample& pose : log.mocap) {
+    const Eigen::Vector3d error(normal(random), normal(random), normal(random));
+    pose.q_E = pose.q_E * Eigen::AngleAxisd(error.norm(), error.normalized());
+  }
+  for (ImuSample& sample : log.imu) sample.gyro *= 180.0 / M_PI;
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("gyro_scale of imu"));
+  EXPECT_DOUBLE_EQ(inspection.repairs.streams.at("imu").gyro_scale, M_PI / 180.0);
+}
+
 // Half a lap looks like a turn of the axes, where only the clock is wrong.
 TEST(Inspect, PutsFixesIntoMocapByTheirClock) {
   FlightLog log = GoodLog();
@@ -360,6 +414,69 @@ TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
   const FlightLog turned = Repaired(bad, &inspection);
   EXPECT_THAT(Harmful(inspection), Contains("rotor_spins_reversed of rotors"));
   EXPECT_EQ(turned.vehicle->rotors[0].spin, good.vehicle->rotors[0].spin);
+}
+
+// Six rotors on a ring that a mixer drives by thrust and three moments: their squared speeds span
+// four directions, so that the effects of single rotors are not determined.
+FlightLog SixRotors() {
+  FlightLog log;
+  log.gravity = 9.81;
+  Vehicle vehicle;
+  Eigen::Matrix<double, 4, 6> effects;  // on thrust and moments
+  for (int i = 0; i < 6; ++i) {
+    const double angle = M_PI / 6.0 + i * M_PI / 3.0;
+    Rotor rotor;
+    rotor.position = {0.11 * std::cos(angle), 0.11 * std::sin(angle), 0.0};
+    rotor.spin = i % 2 == 0 ? -1 : 1;
+    rotor.k_f = 2.6e-7;
+    rotor.k_m = 2.5e-9;
+    vehicle.rotors.push_back(rotor);
+    effects.col(i) << rotor.k_f,
+        rotor.k_f * rotor.position.cross(rotor.axis) + rotor.spin * rotor.k_m * rotor.axis;
+  }
+  log.vehicle = vehicle;
+  const Eigen::Matrix<double, 6, 4> mixer =
+      effects.transpose() * (effects * effects.transpose()).inverse();
+  const Eigen::Vector3d inertia(6e-4, 7e-4, 1.1e-3);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Eigen::Vector4d wanted = Eigen::Vector4d::Zero();  // of unit size
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 5000; ++i) {
+    const TimeNs t = FromSeconds(0.004 * i);
+    for (int k = 0; k < 4; ++k) wanted[k] += 0.004 / 0.1 * (2.0 * normal(random) - wanted[k]);
+    const Eigen::Vector3d moment(3e-2 * wanted[1], 3e-2 * wanted[2], 4e-3 * wanted[3]);
+    Eigen::Vector4d command;
+    command << 2.4 + 0.3 * wanted[0], moment;
+    const Eigen::VectorXd squares = (mixer * command).cwiseMax(1e4);
+    const Eigen::Vector3d noise(normal(random), normal(random), normal(random));
+    w += 0.004 * (moment.cwiseQuotient(inertia) - 2.0 * w);
+    log.imu.push_back({t, {0.0, 0.0, -9.81}, w + 0.1 * noise});
+    const Eigen::VectorXd speeds = squares.cwiseSqrt();
+    log.rotors.push_back({t, {speeds.begin(), speeds.end()}});
+  }
+  return log;
+}
+
+TEST(Inspect, DoesNotCallARightOrderWrongWhereSpeedsSpanLess) {
+  const Inspection inspection = Inspect(SixRotors(), {});
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains(testing::HasSubstr("rotor"))));
+  ASSERT_TRUE(inspection.rotors.has_value());
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(inspection.rotors->RightOf(i), 0);
+}
+
+TEST(Inspect, FindsTwoOfSixChannelsExchanged) {
+  FlightLog log = SixRotors();
+  for (ChannelsSample& sample : log.rotors) std::swap(sample.values[0], sample.values[1]);
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("rotor_order of rotors"));
+  EXPECT_EQ(inspection.repairs.streams.count("rotors"), 0U);  // other orders fit alike
+}
+
+TEST(Inspect, FindsSixSpinsTurnedRound) {
+  FlightLog log = SixRotors();
+  for (Rotor& rotor : log.vehicle->rotors) rotor.spin = -rotor.spin;
+  EXPECT_THAT(Harmful(Inspect(log, {})), Contains("rotor_spins_reversed of rotors"));
 }
 
 TEST(Inspect, FindsTheUnitOfRotorSpeeds) {

@@ -187,5 +187,51 @@ TEST(StreamHealth, NamesGapsRepeatsAndSpikes) {
               testing::UnorderedElementsAre("gaps of imu", "spikes of imu", "repeats of mocap"));
 }
 
+// Speeds (rad/s) of two rotors that change by 15 % within a quarter of a second.
+FlightLog TwoRotors(double rate) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0.0, 4.0);
+  FlightLog log;
+  for (double t = 0.0; t < 20.0; t += 1.0 / rate) {
+    const double change = 120.0 * std::sin(12.0 * t) + 20.0 * std::sin(5.0 * t);
+    log.rotors.push_back(
+        {FromSeconds(t), {800.0 + change + normal(random), 800.0 - change + normal(random)}});
+  }
+  return log;
+}
+
+std::vector<std::string> NamesOfFindings(const FlightLog& log) {
+  std::vector<Finding> findings;
+  CheckStreams(log, &findings);
+  std::vector<std::string> names;
+  for (const Finding& f : findings) {
+    names.push_back(std::string(NameOf(f.level)) + " " + f.id + " of " + f.stream);
+  }
+  return names;
+}
+
+TEST(StreamHealth, FindsSingleSamplesOfRotors) {
+  EXPECT_THAT(NamesOfFindings(TwoRotors(250.0)), testing::IsEmpty());
+  for (const double wrong : {0.0, 6e4, 300.0}) {
+    FlightLog log = TwoRotors(250.0);
+    for (std::size_t i = 7; i < log.rotors.size(); i += 500) log.rotors[i].values[1] = wrong;
+    EXPECT_THAT(NamesOfFindings(log), testing::ElementsAre("biases spikes of rotors")) << wrong;
+  }
+}
+
+TEST(StreamHealth, FindsGapsOfRotors) {
+  FlightLog log = TwoRotors(250.0), brief = log;
+  log.rotors.erase(log.rotors.begin() + 2000, log.rotors.begin() + 2250);
+  EXPECT_THAT(NamesOfFindings(log), testing::ElementsAre("biases gaps of rotors"));
+  brief.rotors.erase(brief.rotors.begin() + 2000, brief.rotors.begin() + 2008);
+  EXPECT_THAT(NamesOfFindings(brief), testing::IsEmpty());
+}
+
+TEST(StreamHealth, FindsRotorsThatAreTooSlow) {
+  EXPECT_THAT(NamesOfFindings(TwoRotors(50.0)), testing::IsEmpty());
+  EXPECT_THAT(NamesOfFindings(TwoRotors(10.0)),
+              testing::ElementsAre("biases rotors_slow of rotors"));
+}
+
 }  // namespace
 }  // namespace trueline

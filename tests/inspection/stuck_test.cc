@@ -53,6 +53,35 @@ TEST(StuckColumns, ACoarseSensorAtRestIsNotStuck) {
   EXPECT_THAT(FindStuck(Stream{"imu"}, log.imu), IsEmpty());
 }
 
+// A gyroscope in whole degrees a second, 500 Hz, that swings about z but for 0.2 s of a steady
+// turn.
+std::vector<ImuSample> CoarseSwing() {
+  constexpr double kDegree = M_PI / 180.0;
+  std::vector<ImuSample> imu;
+  for (int i = 0; i < 15000; ++i) {
+    const double t = 0.002 * i;
+    const double swing = t < 10.0 ? t : std::max(10.0, t - 0.2);
+    const Eigen::Vector3d deg(40.0 * std::sin(31.0 * t), 50.0 * std::cos(27.0 * t),
+                              200.0 * std::sin(2.5 * swing));
+    ImuSample sample{FromSeconds(t), {0.1 * std::sin(40.0 * t), 0.0, -9.81}, {}};
+    for (int k = 0; k < 3; ++k) sample.gyro[k] = kDegree * std::round(deg[k]);
+    imu.push_back(sample);
+  }
+  return imu;
+}
+
+TEST(StuckColumns, ACoarseSensorThatTurnsSlowlyIsNotStuck) {
+  EXPECT_THAT(FindStuck(Stream{"imu"}, CoarseSwing()), IsEmpty());
+}
+
+TEST(StuckColumns, ACoarseSensorThatReturnsElsewhereWasStuck) {
+  std::vector<ImuSample> imu = CoarseSwing();
+  for (std::size_t i = 3000; i < 3300; ++i) imu[i].gyro.z() = imu[3000].gyro.z();
+  const auto stuck = FindStuck(Stream{"imu"}, imu);
+  ASSERT_EQ(stuck.size(), 1U);
+  EXPECT_EQ(stuck[0].column, "gz");
+}
+
 // Samples of a stretch all become the first of it; stamps go on.
 template <class Samples>
 void Freeze(double from, double until, Samples* samples) {
