@@ -310,7 +310,7 @@ std::vector<std::string> ContradictionsOf(const FlightData& flight, const Estima
   const std::vector<ParameterEstimate> first = ShownAlone(ShareOf(flight, lagged), methods);
   for (const OtherFlight& other : others) {
     const auto alone = ShownAlone(ShareOf(*other.data, other.alone), methods);
-    for (const Conflict& c : ConflictsBetween(methods.vgd.priors, first, alone)) {
+    for (const Statements& c : ConflictsBetween(methods.vgd.priors, first, alone)) {
       contradictions.push_back(fmt::format(
           "the flights contradict each other: of {} the first alone shows {:.3g} +- {:.2g} {}, {} "
           "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither: two vehicles, or "
@@ -361,7 +361,7 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
-std::string ConflictText(const Conflict& c) {
+std::string ConflictText(const Statements& c) {
   return fmt::format(
       "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
       "{:.2g}: the model's constants are not used as a prior",
@@ -374,13 +374,13 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   Calibration calibration = CalibrateWith(log, options, others, done);
   if (!options.priors_without_model) return calibration;
-  const std::vector<Conflict> conflicts =
+  const std::vector<Statements> conflicts =
       ConflictsWithPrior(options.methods.vgd.priors, calibration.Reported());
   if (conflicts.empty()) return calibration;
   CalibrationOptions open = options;
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});
-  for (const Conflict& conflict : conflicts) {
+  for (const Statements& conflict : conflicts) {
     calibration.warnings.push_back(ConflictText(conflict));
   }
   return calibration;

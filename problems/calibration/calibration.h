@@ -1,7 +1,6 @@
 // Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -23,7 +22,7 @@ struct CalibrationOptions {
   std::vector<Effect> effects;  // of the model (trueline-diagnose), corrected in the log
   // The priors before those of the model (--model), which take their place if the flight
   // contradicts the model's.
-  std::optional<std::array<ParameterPrior, kMotionSize>> priors_without_model;
+  std::optional<MotionPriors> priors_without_model;
   std::vector<std::string> warnings;  // from reading
 };
 

@@ -121,19 +121,19 @@ EstimatorRun RunThatShows(double prior_sigma, double data, double data_sigma) {
   return run;
 }
 
-std::array<ParameterPrior, kMotionSize> PriorsWithSigma(double sigma) {
+MotionPriors PriorsWithSigma(double sigma) {
   auto priors = DefaultPriors();
   priors[0] = {0.01, sigma, -2.0, 2.0};
   return priors;
 }
 
-std::vector<Conflict> ConflictOf(double prior_sigma, double data, double data_sigma) {
+std::vector<Statements> ConflictOf(double prior_sigma, double data, double data_sigma) {
   return ConflictsWithPrior(PriorsWithSigma(prior_sigma),
                             RunThatShows(prior_sigma, data, data_sigma));
 }
 
 TEST(PriorConflict, ASharpPriorThatTheFlightContradictsIsReported) {
-  const std::vector<Conflict> conflicts = ConflictOf(0.03, -0.35, 0.15);
+  const std::vector<Statements> conflicts = ConflictOf(0.03, -0.35, 0.15);
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
   EXPECT_NEAR(conflicts[0].other, -0.35, 1e-9);
@@ -152,6 +152,27 @@ TEST(PriorConflict, EstimatesThatCarryThePastCountOnce) {
   EXPECT_THAT(ConflictsWithPrior(PriorsWithSigma(0.03), run), IsEmpty());
 }
 
+std::vector<std::string> TextsFor(double model, double model_sigma, double data) {
+  const MotionPriors wide = PriorsWithSigma(0.3), sharp = [&] {
+    MotionPriors priors = PriorsWithSigma(model_sigma);
+    priors[0].mean = model;
+    return priors;
+  }();
+  return WhyModelIsNotUsed(CompareWithModel(sharp, wide, RunThatShows(0.3, data, 0.06)));
+}
+
+TEST(PriorConflict, StatesWhatTheFlightShowsWithoutTheModel) {
+  EXPECT_THAT(TextsFor(-0.1, 0.01, -0.3),
+              ElementsAre(HasSubstr("the model's K_x of -0.1 +- 0.01 1/s contradicts this flight, "
+                                    "which alone shows -0.3 +- 0.024:")));
+}
+
+TEST(PriorConflict, ConstantsThatOnlyTogetherContradictTheFlightAreSaidTo) {
+  EXPECT_THAT(TextsFor(-0.25, 0.01, -0.3),
+              ElementsAre(HasSubstr("the model's K_x of -0.25 +- 0.01 1/s and its other constants "
+                                    "together contradict this flight, which alone shows -0.3")));
+}
+
 std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma) {
   return RunThatShows(0.3, data, data_sigma).windows.back().parameters;
 }
@@ -159,7 +180,7 @@ std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma)
 TEST(ConflictsBetween, TwoVehiclesDifferByMoreThanTheirFlightsShow) {
   const auto priors = PriorsWithSigma(0.3);
   const auto light = EstimatesThatShow(-0.3, 0.06), heavy = EstimatesThatShow(-0.7, 0.06);
-  const std::vector<Conflict> conflicts = ConflictsBetween(priors, light, heavy);  // 4.7 sigmas
+  const std::vector<Statements> conflicts = ConflictsBetween(priors, light, heavy);  // 4.7 sigmas
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
   EXPECT_NEAR(conflicts[0].other, -0.7, 1e-9);
