@@ -361,28 +361,20 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
-std::string ConflictText(const Statements& c) {
-  return fmt::format(
-      "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
-      "{:.2g}: the model's constants are not used as a prior",
-      c.name, c.one, c.one_sigma, c.unit, c.other, c.other_sigma);
-}
-
 }  // namespace
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   Calibration calibration = CalibrateWith(log, options, others, done);
   if (!options.priors_without_model) return calibration;
-  const std::vector<Statements> conflicts =
-      ConflictsWithPrior(options.methods.vgd.priors, calibration.Reported());
-  if (conflicts.empty()) return calibration;
+  const MotionPriors& model = options.methods.vgd.priors;
+  if (ConflictsWithPrior(model, calibration.Reported()).empty()) return calibration;
   CalibrationOptions open = options;
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});
-  for (const Statements& conflict : conflicts) {
-    calibration.warnings.push_back(ConflictText(conflict));
-  }
+  const std::vector<std::string> why =
+      WhyModelIsNotUsed(CompareWithModel(model, open.methods.vgd.priors, calibration.Reported()));
+  calibration.warnings.insert(calibration.warnings.end(), why.begin(), why.end());
   return calibration;
 }
 

@@ -79,7 +79,8 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// A prior of the model that the flight contradicts is not used: a warning states both.
+// Priors of the model that the flight contradicts are not used. A warning states the model's
+// constants that differ from those that the flight alone shows.
 //
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights

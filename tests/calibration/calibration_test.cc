@@ -5,6 +5,7 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/result/distributions.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
@@ -171,6 +172,29 @@ TEST(PriorConflict, ConstantsThatOnlyTogetherContradictTheFlightAreSaidTo) {
   EXPECT_THAT(TextsFor(-0.25, 0.01, -0.3),
               ElementsAre(HasSubstr("the model's K_x of -0.25 +- 0.01 1/s and its other constants "
                                     "together contradict this flight, which alone shows -0.3")));
+}
+
+// A wrong prior moves the constants that are correlated with it. The warning states the flight's
+// own values, and names what differs from those.
+TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  CalibrationOptions options;
+  options.gamma_sweep = {};
+  const MotionPriors open = options.methods.vgd.priors;
+  const Calibration alone = Calibrate(log, options);
+  options.priors_without_model = open;
+  for (const int i : {InTheta("K_x"), InTheta("b_az")}) {
+    ParameterPrior& prior = options.methods.vgd.priors[i];
+    prior.mean = alone.Reported().windows.back().parameters[i].value;
+    prior.sigma = 0.02;
+  }
+  options.methods.vgd.priors[InTheta("b_az")].mean += 1.0;
+  const Calibration calibration = Calibrate(log, options);
+  EXPECT_EQ(calibration.warnings, WhyModelIsNotUsed(CompareWithModel(options.methods.vgd.priors,
+                                                                     open, alone.Reported())));
+  EXPECT_THAT(calibration.warnings, ElementsAre(HasSubstr("the model's b_az of")));
 }
 
 std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma) {
