@@ -99,7 +99,7 @@ int RunImu() {
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
   std::vector<trueline::LogFault> faults;
   const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kImu, &faults);
-  trueline::ForgetOwnModel(FLAGS_model, logs, &calibration);
+  trueline::LimitModelTo(logs, FLAGS_model, &calibration);
   const trueline::ImuDiagnosisOptions options = OptionsFrom(calibration);
   return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);

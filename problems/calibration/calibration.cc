@@ -10,6 +10,7 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -361,6 +362,21 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
+CalibrationOptions WithoutEffects(CalibrationOptions options) {
+  options.effects.clear();
+  options.methods.vgd.drive.force_effects = {};
+  return options;
+}
+
+std::string EffectsNotUsed(const std::vector<Effect>& effects) {
+  std::vector<std::string> words;
+  for (const Effect& effect : effects) words.push_back(InWords(effect));
+  return fmt::format(
+      "the model's constants contradict this flight beside its effects and agree with it without "
+      "them: the effects are not used ({}); trueline-diagnose tells which of them this flight has",
+      fmt::join(words, ", "));
+}
+
 }  // namespace
 
 Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
@@ -368,7 +384,17 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
   Calibration calibration = CalibrateWith(log, options, others, done);
   if (!options.priors_without_model) return calibration;
   const MotionPriors& model = options.methods.vgd.priors;
-  if (ConflictsWithPrior(model, calibration.Reported()).empty()) return calibration;
+  const auto contradicts = [&](const Calibration& fit) {
+    return !ConflictsWithPrior(model, fit.Reported()).empty();
+  };
+  if (!contradicts(calibration)) return calibration;
+  if (!options.effects.empty()) {
+    calibration = CalibrateWith(log, WithoutEffects(options), others, [] {});
+    if (!contradicts(calibration)) {
+      calibration.warnings.push_back(EffectsNotUsed(options.effects));
+      return calibration;
+    }
+  }
   CalibrationOptions open = options;
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});

@@ -79,8 +79,9 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// Priors of the model that the flight contradicts are not used. A warning states the model's
-// constants that differ from those that the flight alone shows.
+// Where the flight contradicts the model, the model's effects are left out. Where it contradicts
+// the model without them, too, its effects are used and its priors are not. A warning states what
+// is left out; of the constants those that differ from what the flight alone shows.
 //
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights

@@ -197,6 +197,30 @@ TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
   EXPECT_THAT(calibration.warnings, ElementsAre(HasSubstr("the model's b_az of")));
 }
 
+// A drag of the model that the vehicle does not have pushes the constants away from the model's,
+// which hold.
+TEST(Calibrate, LeavesOutEffectsThatMakeTheModelContradictTheFlight) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  CalibrationOptions options;
+  options.gamma_sweep = {};
+  options.priors_without_model = options.methods.vgd.priors;
+  const Calibration alone = Calibrate(log, options);
+  for (const int i : {InTheta("K_x"), InTheta("K_y")}) {
+    ParameterPrior& prior = options.methods.vgd.priors[i];
+    prior.mean = alone.Reported().windows.back().parameters[i].value;
+    prior.sigma = 0.01;
+  }
+  options.effects = {{"quadratic_drag", {{"c", 0.5}}}};
+  options.methods.vgd.drive.force_effects = ForceEffectsOf(options.effects);
+  const Calibration calibration = Calibrate(log, options);
+  EXPECT_THAT(calibration.effects, IsEmpty());
+  EXPECT_THAT(calibration.warnings,
+              ElementsAre(HasSubstr("the effects are not used (quadratic_drag (c 0.5 1/m))")));
+  EXPECT_LT(calibration.Reported().windows.back().parameters[InTheta("K_x")].sigma, 0.0101);
+}
+
 std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma) {
   return RunThatShows(0.3, data, data_sigma).windows.back().parameters;
 }
