@@ -71,7 +71,7 @@ int RunImu() {
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
       trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults, trueline::ForDrive::kImu);
-  trueline::ForgetOwnModel(FLAGS_model, logs, &options);
+  trueline::LimitModelTo(logs, FLAGS_model, &options);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);

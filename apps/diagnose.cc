@@ -82,17 +82,25 @@ int RunRotors() {
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)), &out);
 }
 
-int RunImu() {
+trueline::ImuDiagnosisOptions OptionsFrom(const trueline::CalibrationOptions& calibration) {
   trueline::ImuDiagnosisOptions options;
-  const trueline::CalibrationOptions calibration =
-      trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0});
   options.vgd = calibration.methods.vgd;
   options.effects = calibration.effects;
+  options.priors_without_model = calibration.priors_without_model;
+  options.warnings = calibration.warnings;
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
+  return options;
+}
+
+int RunImu() {
+  trueline::CalibrationOptions calibration =
+      trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0});
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
   std::vector<trueline::LogFault> faults;
   const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kImu, &faults);
+  trueline::LimitModelTo(logs, FLAGS_model, &calibration);
+  const trueline::ImuDiagnosisOptions options = OptionsFrom(calibration);
   return Store(trueline::Diagnose(logs, options), faults,
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }

@@ -10,6 +10,7 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
+#include "problems/effects/declaration.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -310,7 +311,7 @@ std::vector<std::string> ContradictionsOf(const FlightData& flight, const Estima
   const std::vector<ParameterEstimate> first = ShownAlone(ShareOf(flight, lagged), methods);
   for (const OtherFlight& other : others) {
     const auto alone = ShownAlone(ShareOf(*other.data, other.alone), methods);
-    for (const Conflict& c : ConflictsBetween(methods.vgd.priors, first, alone)) {
+    for (const Statements& c : ConflictsBetween(methods.vgd.priors, first, alone)) {
       contradictions.push_back(fmt::format(
           "the flights contradict each other: of {} the first alone shows {:.3g} +- {:.2g} {}, {} "
           "alone {:.3g} +- {:.2g}; what is fitted to both holds for neither: two vehicles, or "
@@ -361,11 +362,19 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
-std::string ConflictText(const Conflict& c) {
+CalibrationOptions WithoutEffects(CalibrationOptions options) {
+  options.effects.clear();
+  options.methods.vgd.drive.force_effects = {};
+  return options;
+}
+
+std::string EffectsNotUsed(const std::vector<Effect>& effects) {
+  std::vector<std::string> words;
+  for (const Effect& effect : effects) words.push_back(InWords(effect));
   return fmt::format(
-      "the model's {} of {:.4g} +- {:.2g} {} contradicts this flight, which alone shows {:.4g} +- "
-      "{:.2g}: the model's constants are not used as a prior",
-      c.name, c.one, c.one_sigma, c.unit, c.other, c.other_sigma);
+      "the model's constants contradict this flight beside its effects and agree with it without "
+      "them: the effects are not used ({}); trueline-diagnose tells which of them this flight has",
+      fmt::join(words, ", "));
 }
 
 }  // namespace
@@ -374,15 +383,24 @@ Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
                       const std::vector<FlightLog>& others, const std::function<void()>& done) {
   Calibration calibration = CalibrateWith(log, options, others, done);
   if (!options.priors_without_model) return calibration;
-  const std::vector<Conflict> conflicts =
-      ConflictsWithPrior(options.methods.vgd.priors, calibration.Reported());
-  if (conflicts.empty()) return calibration;
+  const MotionPriors& model = options.methods.vgd.priors;
+  const auto contradicts = [&](const Calibration& fit) {
+    return !ConflictsWithPrior(model, fit.Reported()).empty();
+  };
+  if (!contradicts(calibration)) return calibration;
+  if (!options.effects.empty()) {
+    calibration = CalibrateWith(log, WithoutEffects(options), others, [] {});
+    if (!contradicts(calibration)) {
+      calibration.warnings.push_back(EffectsNotUsed(options.effects));
+      return calibration;
+    }
+  }
   CalibrationOptions open = options;
   open.methods.vgd.priors = *options.priors_without_model;
   calibration = CalibrateWith(log, open, others, [] {});
-  for (const Conflict& conflict : conflicts) {
-    calibration.warnings.push_back(ConflictText(conflict));
-  }
+  const std::vector<std::string> why =
+      WhyModelIsNotUsed(CompareWithModel(model, open.methods.vgd.priors, calibration.Reported()));
+  calibration.warnings.insert(calibration.warnings.end(), why.begin(), why.end());
   return calibration;
 }
 

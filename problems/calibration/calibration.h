@@ -1,7 +1,6 @@
 // Calibration of one flight: log in; model, trajectory, uncertainties and a verdict out.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -23,7 +22,7 @@ struct CalibrationOptions {
   std::vector<Effect> effects;  // of the model (trueline-diagnose), corrected in the log
   // The priors before those of the model (--model), which take their place if the flight
   // contradicts the model's.
-  std::optional<std::array<ParameterPrior, kMotionSize>> priors_without_model;
+  std::optional<MotionPriors> priors_without_model;
   std::vector<std::string> warnings;  // from reading
 };
 
@@ -80,7 +79,9 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// A prior of the model that the flight contradicts is not used: a warning states both.
+// Where the flight contradicts the model, the model's effects are left out. Where it contradicts
+// the model without them, too, its effects are used and its priors are not. A warning states what
+// is left out; of the constants those that differ from what the flight alone shows.
 //
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights

@@ -76,7 +76,6 @@ CalibrationOptions ResolveCalibrationOptions(const CalibrationFlags& flags) {
     options.effects = ApplyModel(flags.model, &vgd);
   }
   options.estimators = ParseEstimators(flags.estimators);
-  CheckForces(vgd.drive.force_effects, options.estimators);
   if (flags.gamma != 0) vgd.gamma = ParseGamma(std::to_string(flags.gamma));
   if (!flags.thrust.empty()) vgd.drive.thrust = ParseThrust(flags.thrust);
   options.gamma_sweep.clear();
@@ -118,11 +117,22 @@ std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* option
   return effects;
 }
 
-void ForgetOwnModel(const std::string& model_file, const std::vector<FlightLog>& logs,
-                    CalibrationOptions* options) {
+void LimitModelTo(const std::vector<FlightLog>& logs, const std::string& model_file,
+                  CalibrationOptions* options) {
+  if (model_file.empty()) return;
+  VgdOptions& vgd = options->methods.vgd;
+  const MotionPriors& without_model = *options->priors_without_model;
+  for (const std::string& changed :
+       LeaveOutOtherFlights(model_file, logs, &options->effects, &options->warnings)) {
+    for (int i = 0; i < kMotionSize; ++i) {
+      if (kTheta[i].name == changed) vgd.priors[i] = without_model[i];
+    }
+  }
+  vgd.drive.force_effects = ForceEffectsOf(options->effects);
+  CheckForces(vgd.drive.force_effects, options->estimators);
   const auto own = [&](const FlightLog& log) { return IsFittedTo(model_file, log); };
-  if (model_file.empty() || std::none_of(logs.begin(), logs.end(), own)) return;
-  options->methods.vgd.priors = *options->priors_without_model;
+  if (std::none_of(logs.begin(), logs.end(), own)) return;
+  vgd.priors = without_model;
   options->priors_without_model.reset();
   options->warnings.push_back(OwnModelWarning(model_file));
 }

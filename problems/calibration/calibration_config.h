@@ -28,10 +28,10 @@ void CheckOtherLogs(const std::vector<FlightLog>& others, const CalibrationOptio
 // force effects are set in the options.
 std::vector<Effect> ApplyModel(const std::string& model_file, VgdOptions* options);
 
-// Takes the model's constants out of the priors again, with a warning, where the model was fitted
-// to one of these flights.
-void ForgetOwnModel(const std::string& model_file, const std::vector<FlightLog>& logs,
-                    CalibrationOptions* options);
+// Leaves in the options what of the model holds for these flights, and warns of the rest (see
+// own_model.h). Throws InputError for effects that are left and that an estimator does not take.
+void LimitModelTo(const std::vector<FlightLog>& logs, const std::string& model_file,
+                  CalibrationOptions* options);
 
 // The resolved options, for provenance.
 YAML::Node ToYaml(const CalibrationOptions& options);

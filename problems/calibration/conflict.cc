@@ -1,5 +1,7 @@
 #include "problems/calibration/conflict.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -64,43 +66,94 @@ std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const Para
   return SumOf(data);
 }
 
-void AddConflict(int parameter, const Normal& one, const Normal& other,
-                 std::vector<Conflict>* conflicts) {
-  const double sigma = std::sqrt(one.variance + other.variance);
-  if (std::abs(one.mean - other.mean) < kContradicts * sigma) return;
-  conflicts->push_back({kTheta[parameter].name, kTheta[parameter].unit, one.mean,
-                        std::sqrt(one.variance), other.mean, std::sqrt(other.variance)});
+Statements Compare(int parameter, const Normal& one, const Normal& other) {
+  return {kTheta[parameter].name,
+          kTheta[parameter].unit,
+          one.mean,
+          std::sqrt(one.variance),
+          other.mean,
+          std::sqrt(other.variance)};
+}
+
+Normal DistributionOf(const ParameterPrior& prior) {
+  return {prior.mean, prior.sigma * prior.sigma};
+}
+
+std::vector<Statements> ContradictionsAmong(std::vector<Statements> compared) {
+  std::erase_if(compared, [](const Statements& c) { return !c.Contradict(); });
+  return compared;
+}
+
+std::string WhyNotUsed(const Statements& c, const char* contradicts) {
+  return fmt::format(
+      "the model's {} of {:.4g} +- {:.2g} {} {}, which alone shows {:.4g} +- {:.2g}: the model's "
+      "constants are not used as a prior",
+      c.name, c.one, c.one_sigma, c.unit, contradicts, c.other, c.other_sigma);
 }
 
 }  // namespace
 
-std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotionSize>& priors,
-                                         const EstimatorRun& run) {
-  std::vector<Conflict> conflicts;
-  for (int i = 0; i < kMotionSize; ++i) {
-    if (!IsVehicle(i)) continue;
-    const auto flight = ShownBy(run, i, priors[i]);
-    const double variance = priors[i].sigma * priors[i].sigma;
-    if (flight) AddConflict(i, {priors[i].mean, variance}, *flight, &conflicts);
-  }
-  return conflicts;
+double Statements::Sigmas() const {
+  return std::abs(one - other) / std::hypot(one_sigma, other_sigma);
 }
 
-std::vector<Conflict> ConflictsBetween(const std::array<ParameterPrior, kMotionSize>& priors,
-                                       const std::vector<ParameterEstimate>& one,
-                                       const std::vector<ParameterEstimate>& other) {
+bool Statements::Contradict() const { return Sigmas() >= kContradicts; }
+
+std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
+                                         const EstimatorRun& run) {
+  std::vector<Statements> compared;
+  for (int i = 0; i < kMotionSize; ++i) {
+    if (!IsVehicle(i)) continue;
+    const auto flight = ShownBy(run, i, fitted_with[i]);
+    if (flight) compared.push_back(Compare(i, DistributionOf(model[i]), *flight));
+  }
+  return compared;
+}
+
+std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
+                                         const std::vector<ParameterEstimate>& estimates) {
+  WindowEstimate whole;
+  whole.parameters = estimates;
+  return CompareWithModel(model, fitted_with, {"vgd", 1, {whole}, {}});
+}
+
+std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors, const EstimatorRun& run) {
+  return ContradictionsAmong(CompareWithModel(priors, priors, run));
+}
+
+std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
+                                           const std::vector<ParameterEstimate>& estimates) {
+  return ContradictionsAmong(CompareWithModel(priors, priors, estimates));
+}
+
+std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compared) {
+  std::vector<std::string> texts;
+  for (const Statements& c : ContradictionsAmong(compared)) {
+    texts.push_back(WhyNotUsed(c, "contradicts this flight"));
+  }
+  if (!texts.empty()) return texts;
+  const auto most = std::ranges::max_element(compared, {}, &Statements::Sigmas);
+  if (most == compared.end()) {
+    return {"the model's constants contradict this flight and are not used as a prior"};
+  }
+  return {WhyNotUsed(*most, "and its other constants together contradict this flight")};
+}
+
+std::vector<Statements> ConflictsBetween(const MotionPriors& priors,
+                                         const std::vector<ParameterEstimate>& one,
+                                         const std::vector<ParameterEstimate>& other) {
   const auto shown_by = [&](const std::vector<ParameterEstimate>& estimates, int parameter) {
     Pooled data;
     AddWithoutPrior(estimates, parameter, priors[parameter], &data);
     return SumOf(data);
   };
-  std::vector<Conflict> conflicts;
+  std::vector<Statements> compared;
   for (int i = 0; i < kMotionSize; ++i) {
     if (!IsAirframe(i)) continue;
     const auto a = shown_by(one, i), b = shown_by(other, i);
-    if (a && b) AddConflict(i, *a, *b, &conflicts);
+    if (a && b) compared.push_back(Compare(i, *a, *b));
   }
-  return conflicts;
+  return ContradictionsAmong(std::move(compared));
 }
 
 }  // namespace trueline

@@ -11,23 +11,42 @@
 
 namespace trueline {
 
-// Two independent statements about a parameter whose difference is larger than 4 of its standard
-// deviations.
-struct Conflict {
+// Two independent statements about a parameter.
+struct Statements {
   std::string name, unit;
   double one, one_sigma;      // of the prior, or of the first flight
   double other, other_sigma;  // what the flight alone shows
+
+  double Sigmas() const;    // of the difference
+  bool Contradict() const;  // the difference is larger than 4 of its standard deviations
 };
 
-// Vehicle parameters of which the flight alone, by windows that share no data, says something else
-// than the prior (Evans and Moshonov 2006, check of a prior by its predictive distribution).
-std::vector<Conflict> ConflictsWithPrior(const std::array<ParameterPrior, kMotionSize>& priors,
+// What a model of other flights says of the vehicle's parameters, and what the flight alone says of
+// them by windows that share no data. Parameters that the flight does not show are left out. The
+// run was estimated with the priors `fitted_with`, which take no part.
+std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
                                          const EstimatorRun& run);
+// The same by one fit of the whole flight.
+std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
+                                         const std::vector<ParameterEstimate>& estimates);
+
+// Vehicle parameters of which the flight contradicts the priors that it was estimated with (Evans
+// and Moshonov 2006, check of a prior by its predictive distribution). A wrong prior also moves
+// parameters that are correlated with it. So this tells whether the priors hold, and not which of
+// them is wrong.
+std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors, const EstimatorRun& run);
+std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
+                                           const std::vector<ParameterEstimate>& estimates);
+
+// What to tell the user where a model's constants are not used as a prior, because the flight
+// contradicts them. `compared`: with the flight estimated without the model. Names the constants
+// that differ; where only all of them together contradict the flight, the one that differs most.
+std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compared);
 
 // Parameters of the airframe of which two flights, each alone, say different things. Both were
 // estimated with `priors`, which take no part.
-std::vector<Conflict> ConflictsBetween(const std::array<ParameterPrior, kMotionSize>& priors,
-                                       const std::vector<ParameterEstimate>& one,
-                                       const std::vector<ParameterEstimate>& other);
+std::vector<Statements> ConflictsBetween(const MotionPriors& priors,
+                                         const std::vector<ParameterEstimate>& one,
+                                         const std::vector<ParameterEstimate>& other);
 
 }  // namespace trueline

@@ -1,18 +1,49 @@
 #include "problems/calibration/own_model.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 
 #include "problems/common/strict_yaml.h"
+#include "problems/effects/declaration.h"
 
 namespace trueline {
+namespace {
+
+constexpr char kStream[] = "imu.csv";
+
+// The digest of the recording that was fitted; empty if the model does not state it.
+std::string FittedDigest(const std::string& model_file) {
+  const YamlMap model = YamlMap::FromFile(model_file);
+  if (!model.Has("provenance")) return "";
+  return model.Child("provenance").ChildOrEmpty("sha256").Get<std::string>(kStream, "");
+}
+
+bool HasDigest(const FlightLog& log, const std::string& digest) {
+  const auto of_log = log.sha256.find(kStream);
+  return of_log != log.sha256.end() && of_log->second == digest;
+}
+
+std::string LeftOutWarning(const std::string& model_file, const std::vector<Effect>& effects,
+                           const std::set<std::string>& changed) {
+  std::vector<std::string> words;
+  for (const Effect& effect : effects) words.push_back(InWords(effect));
+  const std::string constants =
+      changed.empty()
+          ? ""
+          : fmt::format("; the model's {} held before that, so the configuration's priors stay",
+                        fmt::join(changed, " and "));
+  return fmt::format(
+      "{} was fitted to another flight, and what belongs to that flight is left out: {}{}. If this "
+      "flight has it too, trueline-diagnose without --model finds it",
+      model_file, fmt::join(words, ", "), constants);
+}
+
+}  // namespace
 
 bool IsFittedTo(const std::string& model_file, const FlightLog& log) {
-  constexpr char kStream[] = "imu.csv";
-  const auto digest = log.sha256.find(kStream);
-  const YamlMap model = YamlMap::FromFile(model_file);
-  if (digest == log.sha256.end() || !model.Has("provenance")) return false;
-  const YamlMap digests = model.Child("provenance").ChildOrEmpty("sha256");
-  return digests.Get<std::string>(kStream, "") == digest->second;
+  return HasDigest(log, FittedDigest(model_file));
 }
 
 std::string OwnModelWarning(const std::string& model_file) {
@@ -20,6 +51,27 @@ std::string OwnModelWarning(const std::string& model_file) {
       "{} was fitted to this very flight: its constants are not used as a prior, which would count "
       "the same data twice; its effects are. Give the model of another flight of the vehicle",
       model_file);
+}
+
+std::set<std::string> LeaveOutOtherFlights(const std::string& model_file,
+                                           std::span<const FlightLog> logs,
+                                           std::vector<Effect>* effects,
+                                           std::vector<std::string>* warnings) {
+  std::set<std::string> changed;
+  const std::string digest = FittedDigest(model_file);
+  const auto own = [&](const FlightLog& log) { return HasDigest(log, digest); };
+  if (digest.empty() || std::ranges::all_of(logs, own)) return changed;
+  const auto others = std::stable_partition(effects->begin(), effects->end(),
+                                            [](const Effect& e) { return !IsOfOneFlight(e); });
+  const std::vector<Effect> left_out(others, effects->end());
+  effects->erase(others, effects->end());
+  if (left_out.empty()) return changed;
+  for (const Effect& effect : left_out) {
+    const std::vector<std::string>& names = InfoOf(effect).changes;
+    changed.insert(names.begin(), names.end());
+  }
+  warnings->push_back(LeftOutWarning(model_file, left_out, changed));
+  return changed;
 }
 
 }  // namespace trueline

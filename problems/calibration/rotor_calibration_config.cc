@@ -39,14 +39,18 @@ void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
   options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
 }
 
-// The earlier flight's estimates and sigmas become the prior; biases keep theirs. A model of the
-// same flight gives its effects only.
+// The earlier flight's estimates and sigmas become the prior; biases keep theirs, as do constants
+// that the earlier flight ended with another value of. A model of the same flight gives its effects
+// only.
 void ApplyRotorModel(const std::string& file, const FlightLog& log,
                      RotorCalibrationOptions* options) {
   RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);
   const bool own = IsFittedTo(file, log);
   if (own) options->warnings.push_back(OwnModelWarning(file));
+  options->effects = ReadEffects(model, DriveKind::kRotors);
+  const std::set<std::string> changed =
+      LeaveOutOtherFlights(file, std::span(&log, 1), &options->effects, &options->warnings);
   const YamlMap parameters = model.Child("parameters");
   for (const std::string& name : parameters.Keys()) {
     const int i = FindRotorConstant(name);
@@ -55,13 +59,13 @@ void ApplyRotorModel(const std::string& file, const FlightLog& log,
                       "is no constant of the rotor-driven model; --model needs the "
                       "model.yaml of a calibration with --drive=rotors");
     }
-    if (own || kRotorConstants[i].group == RotorConstantGroup::kBias) continue;
+    const bool bias = kRotorConstants[i].group == RotorConstantGroup::kBias;
+    if (own || bias || changed.contains(name)) continue;
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
     if (!(prior->sigma[i] >= 0.0)) entry.Fail("sigma", "must be zero (known) or above");
   }
-  options->effects = ReadEffects(model, DriveKind::kRotors);
   const RotorExtension extension = RotorExtensionOf(options->effects);
   prior->mean += extension.added;
   options->data.motor_lag += extension.motor_lag;

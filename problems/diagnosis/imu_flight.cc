@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "problems/calibration/conflict.h"
 #include "problems/diagnosis/imu_open_terms.h"
 #include "problems/diagnosis/imu_terms.h"
 #include "problems/diagnosis/prepare_log.h"
@@ -98,13 +99,35 @@ bool AppliesTo(const FlightLog& log, bool gates, const VgdOptions& options,
   return info.enters != EntersAt::kFix || gates;
 }
 
+// Fits a flight without the model's constants if it contradicts them, and says why.
+std::unique_ptr<ImuDrivenFlight> FitWithoutCauses(const FlightLog& log,
+                                                  const ImuDiagnosisOptions& options,
+                                                  std::vector<std::string>* warnings) {
+  auto flight = std::make_unique<ImuDrivenFlight>(PrepareLog(log, options));
+  if (!options.priors_without_model) return flight;
+  const MotionPriors model = OpenPriors(options.vgd).priors;
+  if (ConflictsWithPrior(model, flight->Estimates()).empty()) return flight;
+  ImuDiagnosisOptions open = options;
+  open.vgd.priors = *options.priors_without_model;
+  flight = std::make_unique<ImuDrivenFlight>(PrepareLog(log, open));
+  *warnings =
+      WhyModelIsNotUsed(CompareWithModel(model, OpenPriors(open.vgd).priors, flight->Estimates()));
+  return flight;
+}
+
 }  // namespace
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options) {
+  std::vector<std::string> warnings = options.warnings;
   const MakeFlight make = [&](const FlightLog& log) {
-    return std::make_unique<ImuDrivenFlight>(PrepareLog(log, options));
+    std::vector<std::string> conflicts;
+    auto flight = FitWithoutCauses(log, options, &conflicts);
+    if (&log == &logs.front()) warnings.insert(warnings.end(), conflicts.begin(), conflicts.end());
+    return flight;
   };
-  return Diagnose(logs, make, options);
+  Diagnosis diagnosis = Diagnose(logs, make, options);
+  diagnosis.warnings.insert(diagnosis.warnings.end(), warnings.begin(), warnings.end());
+  return diagnosis;
 }
 
 ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)

@@ -12,7 +12,8 @@
 
 namespace trueline {
 
-// Searches causes on the first flight, see diagnosis.h.
+// Searches causes on the first flight, see diagnosis.h. A flight that contradicts the model's
+// constants (--model) is fitted without them; of the first flight a warning says so.
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options);
 
 inline constexpr double kReplaySeconds = 1.0;  // s, of held-out replays
@@ -42,6 +43,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   bool ConstantsArePhysical(const Found& found) const override;
   std::vector<std::string> ExtraordinaryNoise() const override;
   std::vector<Effect> KnownEffects() const override { return log_->options.effects; }
+  // Of the last Fit, as a calibration states them.
+  std::vector<ParameterEstimate> Estimates() const;
   std::unique_ptr<DiagnosedFlight> WithoutCauses() const override;
   HeldOutErrors ErrorsHeldOut(const std::vector<Found>& found, bool with_false_data) const override;
   std::optional<Cause> FindFalseData(double alpha) const override;

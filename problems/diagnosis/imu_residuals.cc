@@ -48,10 +48,18 @@ Residuals ImuDrivenFlight::WhitenedResiduals() const {
   return residuals;
 }
 
-void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
+std::vector<ParameterEstimate> ImuDrivenFlight::Estimates() const {
   const ThetaVector value = Parameters(), sigma = Sigmas();
+  std::vector<ParameterEstimate> estimates;
   for (int i = 0; i < kStatedSize; ++i) {
-    diagnosis->parameters.push_back({kTheta[i].name, kTheta[i].unit, value[i], sigma[i]});
+    estimates.push_back({kTheta[i].name, value[i], sigma[i], kTheta[i].unit, ""});
+  }
+  return estimates;
+}
+
+void ImuDrivenFlight::Describe(Diagnosis* diagnosis) const {
+  for (const ParameterEstimate& p : Estimates()) {
+    diagnosis->parameters.push_back({p.name, p.unit, p.value, p.sigma});
   }
   diagnosis->residual_of = "residual of fixes";
   diagnosis->warnings.insert(diagnosis->warnings.end(), data_.warnings.begin(),

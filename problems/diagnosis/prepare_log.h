@@ -2,6 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "problems/diagnosis/diagnosis.h"
 #include "problems/vgd/vgd.h"
@@ -11,9 +14,12 @@ namespace trueline {
 struct ImuDiagnosisOptions : SearchOptions {
   VgdOptions vgd;
   std::vector<Effect> effects;  // of --model: in the model from the start
-  bool fit_to_mocap = false;    // mocap positions as data, beside the gates' fixes
-  double mocap_interval = 0.1;  // s, between the mocap positions used
-  double mocap_sigma = 0.01;    // m
+  // The priors before those of --model. A flight that contradicts the model's is fitted with these.
+  std::optional<MotionPriors> priors_without_model;
+  std::vector<std::string> warnings;  // from reading
+  bool fit_to_mocap = false;          // mocap positions as data, beside the gates' fixes
+  double mocap_interval = 0.1;        // s, between the mocap positions used
+  double mocap_sigma = 0.01;          // m
 };
 
 struct PreparedLog {

@@ -69,6 +69,8 @@ std::vector<EffectInfo> AccelerometerDeclarations() {
           .drawn = {{"d", 0.0005, 0.008, true}},
           .correct_at = CorrectionStage::kImu,
           .correct = UndoAccelBiasDrift,
+          .of_one_flight = true,
+          .changes = {"b_az"},
       },
       {
           .id = "imu_lever_arm",

@@ -147,6 +147,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .drawn = {{"d", 0.001, 0.01, true}},
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoHeadingDrift,
+          .of_one_flight = true,
       },
       {
           .id = "heading_distortion",

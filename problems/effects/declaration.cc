@@ -1,5 +1,7 @@
 #include "problems/effects/declaration.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -65,6 +67,24 @@ const EffectInfo& InfoOf(const std::string& id) {
 
 const EffectInfo& InfoOf(const Effect& effect) {
   return effect.term ? TermInfo(effect.term->on) : InfoOf(effect.id);
+}
+
+bool IsOfOneFlight(const Effect& effect) {
+  if (!effect.term) return InfoOf(effect).of_one_flight;
+  return std::ranges::any_of(
+      effect.term->with, [](const TermFactor& factor) { return factor.of == TermQuantity::kTime; });
+}
+
+std::string InWords(const Effect& effect) {
+  if (effect.term) return effect.term->Text(effect["size"], effect["sigma"]);
+  const EffectInfo& info = InfoOf(effect);
+  std::vector<std::string> values;
+  const auto add = [&](const std::string& name, const std::string& unit) {
+    values.push_back(fmt::format("{} {:.3g}{}", name, effect[name], unit == "1" ? "" : " " + unit));
+  };
+  for (const EffectIndexInfo& index : info.indices) add(index.name, index.unit);
+  for (const EffectParameterInfo& parameter : info.parameters) add(parameter.name, parameter.unit);
+  return fmt::format("{} ({})", effect.id, fmt::join(values, ", "));
 }
 
 std::string NameOf(EntersAt enters) {

@@ -81,6 +81,10 @@ struct EffectInfo {
   double AttitudeErrorPriors::*replaces = nullptr;
   // The size that the gyroscope shows of it, without mocap.
   ShownByGyro AttitudeFilterFit::*by_gyro = nullptr;
+  // Another flight of the vehicle lacks the effect, or has it at another size or time.
+  bool of_one_flight = false;
+  // Constants of the vehicle that the effect changes for good: those of the fit hold before it.
+  std::vector<std::string> changes = {};
 
   bool HasIndex(const std::string& name) const;
   // Names of all parameters, indices first.
@@ -99,6 +103,12 @@ const EffectInfo& InfoOf(const std::string& id);
 const EffectInfo& InfoOf(const Effect& effect);
 // What estimators do about terms of the open catalogue that change `on`; id "term", parameter size.
 const EffectInfo& TermInfo(TermOn on);
+
+// True if another flight of the vehicle lacks the effect, or has it at another size or time. A term
+// of the open catalogue does so if it goes with time.
+bool IsOfOneFlight(const Effect& effect);
+// "wind (w_x 2.9 m/s, w_y -2 m/s)".
+std::string InWords(const Effect& effect);
 
 std::string NameOf(EntersAt enters);
 

@@ -54,6 +54,7 @@ std::vector<EffectInfo> ForceDeclarations() {
               [](const Effect& e, ForceEffects* all) {
                 all->wind_E += Eigen::Vector3d(e["w_x"], e["w_y"], 0.0);
               },
+          .of_one_flight = true,
       },
       {
           .id = "drag_step",
@@ -69,6 +70,8 @@ std::vector<EffectInfo> ForceDeclarations() {
                 all->step_time = e["t_step"];
                 all->step_factor = e["factor"];
               },
+          .of_one_flight = true,
+          .changes = {"K_x", "K_y"},
       },
   };
 }

@@ -192,6 +192,8 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
                 all->effects.payload = e["mass"];
                 all->effects.payload_time = e["t_step"];
               },
+          .of_one_flight = true,
+          .changes = {"m"},
       },
       {
           .id = "com_step",
@@ -207,6 +209,8 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
                 all->effects.com = {e["dx"], e["dy"]};
                 all->effects.com_time = e["t_step"];
               },
+          .of_one_flight = true,
+          .changes = {"r_BM_x", "r_BM_y"},
       },
       {
           .id = "rotor_tilt",

@@ -20,9 +20,10 @@ namespace trueline {
 inline double FileUnit(int parameter) {
   return std::string_view(kTheta[parameter].unit) == "rad" ? kDegree : 1.0;
 }
+using MotionPriors = std::array<ParameterPrior, kMotionSize>;
 // In the parameters' own units.
-inline std::array<ParameterPrior, kMotionSize> DefaultPriors() {
-  std::array<ParameterPrior, kMotionSize> priors;
+inline MotionPriors DefaultPriors() {
+  MotionPriors priors;
   for (int i = 0; i < kMotionSize; ++i) {
     const auto& [mean, sigma, lower, upper] = kTheta[i].prior;
     const double unit = FileUnit(i);
@@ -53,7 +54,7 @@ struct VgdOptions {
   int min_window_fixes = 8;
 
   // Of the parameters of the equation of motion, in the order of theta.
-  std::array<ParameterPrior, kMotionSize> priors = DefaultPriors();
+  MotionPriors priors = DefaultPriors();
   RangeUse ranges = RangeUse::kPrior;
   SearchStart start = SearchStart::kPrevious;
   int start_seed = 1;  // of random starts

@@ -95,6 +95,25 @@ TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForIt) {
   EXPECT_EQ(second["K_x"]["sigma"].as<double>(), first["K_x"]["sigma"].as<double>());
 }
 
+// Else the diagnosis would count the same data twice: sigmas would shrink with each repetition.
+TEST_F(CalibrateApp, TheModelOfThisFlightIsNoPriorForItsDiagnosis) {
+  ASSERT_EQ(Calibrate().exit_code, 0);
+  const auto diagnose = [&](const std::string& more) {
+    return RunProgram(program_.parent_path() / "trueline-diagnose",
+                      fmt::format("--log='{}' --out='{}' --report=false {}",
+                                  (root_ / "log").string(), (root_ / "found").string(), more));
+  };
+  const auto sigma = [&] {
+    return YAML::LoadFile(root_ / "found/model.yaml")["parameters"]["b_az"]["sigma"].as<double>();
+  };
+  ASSERT_EQ(diagnose("").exit_code, 0);
+  const double alone = sigma();
+  const Outcome done = diagnose(fmt::format("--model='{}'", (root_ / "out/model.yaml").string()));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("fitted to this very flight"));
+  EXPECT_EQ(sigma(), alone);
+}
+
 TEST_F(CalibrateApp, AnEstimatorIsNamedOnce) {
   const Outcome done = Calibrate("--estimator=vgd,vgd");
   EXPECT_EQ(done.exit_code, 2);

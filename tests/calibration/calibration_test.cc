@@ -5,6 +5,7 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/result/distributions.h"
+#include "tests/simulation/short_flight.h"
 
 namespace trueline {
 namespace {
@@ -121,19 +122,19 @@ EstimatorRun RunThatShows(double prior_sigma, double data, double data_sigma) {
   return run;
 }
 
-std::array<ParameterPrior, kMotionSize> PriorsWithSigma(double sigma) {
+MotionPriors PriorsWithSigma(double sigma) {
   auto priors = DefaultPriors();
   priors[0] = {0.01, sigma, -2.0, 2.0};
   return priors;
 }
 
-std::vector<Conflict> ConflictOf(double prior_sigma, double data, double data_sigma) {
+std::vector<Statements> ConflictOf(double prior_sigma, double data, double data_sigma) {
   return ConflictsWithPrior(PriorsWithSigma(prior_sigma),
                             RunThatShows(prior_sigma, data, data_sigma));
 }
 
 TEST(PriorConflict, ASharpPriorThatTheFlightContradictsIsReported) {
-  const std::vector<Conflict> conflicts = ConflictOf(0.03, -0.35, 0.15);
+  const std::vector<Statements> conflicts = ConflictOf(0.03, -0.35, 0.15);
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
   EXPECT_NEAR(conflicts[0].other, -0.35, 1e-9);
@@ -152,6 +153,74 @@ TEST(PriorConflict, EstimatesThatCarryThePastCountOnce) {
   EXPECT_THAT(ConflictsWithPrior(PriorsWithSigma(0.03), run), IsEmpty());
 }
 
+std::vector<std::string> TextsFor(double model, double model_sigma, double data) {
+  const MotionPriors wide = PriorsWithSigma(0.3), sharp = [&] {
+    MotionPriors priors = PriorsWithSigma(model_sigma);
+    priors[0].mean = model;
+    return priors;
+  }();
+  return WhyModelIsNotUsed(CompareWithModel(sharp, wide, RunThatShows(0.3, data, 0.06)));
+}
+
+TEST(PriorConflict, StatesWhatTheFlightShowsWithoutTheModel) {
+  EXPECT_THAT(TextsFor(-0.1, 0.01, -0.3),
+              ElementsAre(HasSubstr("the model's K_x of -0.1 +- 0.01 1/s contradicts this flight, "
+                                    "which alone shows -0.3 +- 0.024:")));
+}
+
+TEST(PriorConflict, ConstantsThatOnlyTogetherContradictTheFlightAreSaidTo) {
+  EXPECT_THAT(TextsFor(-0.25, 0.01, -0.3),
+              ElementsAre(HasSubstr("the model's K_x of -0.25 +- 0.01 1/s and its other constants "
+                                    "together contradict this flight, which alone shows -0.3")));
+}
+
+// A wrong prior moves the constants that are correlated with it. The warning states the flight's
+// own values, and names what differs from those.
+TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  CalibrationOptions options;
+  options.gamma_sweep = {};
+  const MotionPriors open = options.methods.vgd.priors;
+  const Calibration alone = Calibrate(log, options);
+  options.priors_without_model = open;
+  for (const int i : {InTheta("K_x"), InTheta("b_az")}) {
+    ParameterPrior& prior = options.methods.vgd.priors[i];
+    prior.mean = alone.Reported().windows.back().parameters[i].value;
+    prior.sigma = 0.02;
+  }
+  options.methods.vgd.priors[InTheta("b_az")].mean += 1.0;
+  const Calibration calibration = Calibrate(log, options);
+  EXPECT_EQ(calibration.warnings, WhyModelIsNotUsed(CompareWithModel(options.methods.vgd.priors,
+                                                                     open, alone.Reported())));
+  EXPECT_THAT(calibration.warnings, ElementsAre(HasSubstr("the model's b_az of")));
+}
+
+// A drag of the model that the vehicle does not have pushes the constants away from the model's,
+// which hold.
+TEST(Calibrate, LeavesOutEffectsThatMakeTheModelContradictTheFlight) {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  CalibrationOptions options;
+  options.gamma_sweep = {};
+  options.priors_without_model = options.methods.vgd.priors;
+  const Calibration alone = Calibrate(log, options);
+  for (const int i : {InTheta("K_x"), InTheta("K_y")}) {
+    ParameterPrior& prior = options.methods.vgd.priors[i];
+    prior.mean = alone.Reported().windows.back().parameters[i].value;
+    prior.sigma = 0.01;
+  }
+  options.effects = {{"quadratic_drag", {{"c", 0.5}}}};
+  options.methods.vgd.drive.force_effects = ForceEffectsOf(options.effects);
+  const Calibration calibration = Calibrate(log, options);
+  EXPECT_THAT(calibration.effects, IsEmpty());
+  EXPECT_THAT(calibration.warnings,
+              ElementsAre(HasSubstr("the effects are not used (quadratic_drag (c 0.5 1/m))")));
+  EXPECT_LT(calibration.Reported().windows.back().parameters[InTheta("K_x")].sigma, 0.0101);
+}
+
 std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma) {
   return RunThatShows(0.3, data, data_sigma).windows.back().parameters;
 }
@@ -159,7 +228,7 @@ std::vector<ParameterEstimate> EstimatesThatShow(double data, double data_sigma)
 TEST(ConflictsBetween, TwoVehiclesDifferByMoreThanTheirFlightsShow) {
   const auto priors = PriorsWithSigma(0.3);
   const auto light = EstimatesThatShow(-0.3, 0.06), heavy = EstimatesThatShow(-0.7, 0.06);
-  const std::vector<Conflict> conflicts = ConflictsBetween(priors, light, heavy);  // 4.7 sigmas
+  const std::vector<Statements> conflicts = ConflictsBetween(priors, light, heavy);  // 4.7 sigmas
   ASSERT_EQ(conflicts.size(), 1U);
   EXPECT_EQ(conflicts[0].name, "K_x");
   EXPECT_NEAR(conflicts[0].other, -0.7, 1e-9);

@@ -209,6 +209,78 @@ TEST(ApplyModel, MakesTheVehiclesConstantsThePrior) {
   EXPECT_EQ(options.priors[3].sigma, VgdOptions().priors[3].sigma);
 }
 
+CalibrationOptions OptionsOfModel(const std::string& effects, const std::string& provenance) {
+  std::string text = kModel;
+  text.replace(text.find("[]"), 2, effects);
+  return ResolveCalibrationOptions(Flags([&](auto* f) { f->model = Written(text + provenance); }));
+}
+
+std::vector<FlightLog> LogWithDigest(const std::string& digest) {
+  FlightLog log;
+  log.sha256["imu.csv"] = digest;
+  return {log};
+}
+
+const char kEffects[] =
+    "[{id: wind, w_x: 2.9, w_y: -2.0}, {id: drag_step, t_step: 49.9, factor: 2.2}, "
+    "{id: rotor_drag, k: 0.03}, "
+    "{id: term, where: force_x, with: t(50;40), size: 0.1, unit: m/s^2}]";
+const char kProvenance[] = "provenance: {sha256: {imu.csv: 00ff}}\n";
+
+std::vector<std::string> IdsOf(const std::vector<Effect>& effects) {
+  std::vector<std::string> ids;
+  for (const Effect& effect : effects) ids.push_back(effect.id);
+  return ids;
+}
+
+// The air of another day is not that of this flight, and a part that broke then may be repaired.
+TEST(LimitModelTo, LeavesOutWhatBelongsToAnotherFlight) {
+  CalibrationOptions options = OptionsOfModel(kEffects, kProvenance);
+  LimitModelTo(LogWithDigest("1234"), "", &options);
+  EXPECT_EQ(options.effects.size(), 4U);
+  const std::string file = Written(std::string(kModel) + kProvenance);
+  LimitModelTo(LogWithDigest("1234"), file, &options);
+  EXPECT_THAT(IdsOf(options.effects), testing::ElementsAre("rotor_drag"));
+  const ForceEffects& forces = options.methods.vgd.drive.force_effects;
+  EXPECT_TRUE(forces.wind_E.isZero(0.0));
+  EXPECT_EQ(forces.air_forces.size(), 1U);
+  ASSERT_EQ(options.warnings.size(), 1U);
+  EXPECT_THAT(options.warnings[0],
+              AllOf(HasSubstr("wind (w_x 2.9 m/s, w_y -2 m/s)"),
+                    HasSubstr("drag_step (t_step 49.9 s, factor 2.2)"), HasSubstr("with time"),
+                    HasSubstr("K_x and K_y held before that")));
+  // The model states drag before the step; the other constants are the vehicle's.
+  EXPECT_EQ(options.methods.vgd.priors[InTheta("K_x")].sigma, DefaultPriors()[0].sigma);
+  EXPECT_EQ(options.methods.vgd.priors[InTheta("b_az")].sigma, 0.04);
+}
+
+TEST(LimitModelTo, KeepsTheEffectsOfItsOwnFlight) {
+  CalibrationOptions options = OptionsOfModel(kEffects, kProvenance);
+  LimitModelTo(LogWithDigest("00ff"), Written(std::string(kModel) + kProvenance), &options);
+  EXPECT_EQ(options.effects.size(), 4U);
+  EXPECT_EQ(options.methods.vgd.drive.force_effects.wind_E.x(), 2.9);
+  EXPECT_EQ(options.methods.vgd.priors[InTheta("b_az")].sigma,
+            DefaultPriors()[InTheta("b_az")].sigma);
+  ASSERT_EQ(options.warnings.size(), 1U);
+  EXPECT_THAT(options.warnings[0], HasSubstr("fitted to this very flight"));
+}
+
+// What is written by hand states no flight: it is meant for this one.
+TEST(LimitModelTo, KeepsTheEffectsOfAModelThatStatesNoFlight) {
+  CalibrationOptions options = OptionsOfModel(kEffects, "");
+  LimitModelTo(LogWithDigest("1234"), Written(kModel), &options);
+  EXPECT_EQ(options.effects.size(), 4U);
+  EXPECT_TRUE(options.warnings.empty());
+}
+
+TEST(LimitModelTo, RefusesForcesThatAnEstimatorDoesNotTake) {
+  CalibrationOptions options = OptionsOfModel(kEffects, kProvenance);
+  options.estimators = {"ekf"};
+  const std::string file = Written(std::string(kModel) + kProvenance);
+  EXPECT_THAT(trueline::ErrorOf([&] { LimitModelTo(LogWithDigest("00ff"), file, &options); }),
+              HasSubstr("'ekf' does not take"));
+}
+
 TEST(ApplyModel, RefusesWhatIsWrong) {
   EXPECT_THAT(ErrorOfModel("-0.44, ", ".nan, "), HasSubstr("'parameters.K_y.value'"));
   EXPECT_THAT(ErrorOfModel("sigma: 0.03", "sigma: 0"), HasSubstr("above zero"));

@@ -251,6 +251,34 @@ TEST(RotorOptions, AnotherVehicleThanTheLogsIsSaid) {
   EXPECT_THAT(warnings[0], AllOf(HasSubstr("k_f of rotor 2"), HasSubstr("log.yaml")));
 }
 
+// Mass after the earlier flight is not the one that its model states, and nothing drops now.
+TEST(RotorOptions, AStepOfAnotherFlightIsLeftOut) {
+  FlightLog log = FlyFor(2.0);
+  log.sha256["imu.csv"] = "1234";
+  const auto file = std::filesystem::path(testing::TempDir()) / "rotor_step_model.yaml";
+  const auto options = [&](const std::string& digest) {
+    std::ofstream(file) << "parameters:\n"
+                           "  m: {value: 0.24, sigma: 0.001, unit: kg}\n"
+                           "  I_x: {value: 6e-4, sigma: 1e-6, unit: kg m^2}\n"
+                           "effects:\n"
+                           "  - {id: payload_step, t_step: 7.0, mass: 0.04}\n"
+                           "  - {id: rotor_tilt, roll: 0.02, pitch: 0.0}\n"
+                           "provenance: {sha256: {imu.csv: "
+                        << digest << "}}\n";
+    return ResolveRotorOptions(Source() / "config/calibrate/rotors.yaml", file, log);
+  };
+  const RotorCalibrationOptions other = options("5678"), own = options("1234");
+  std::filesystem::remove(file);
+  ASSERT_EQ(other.effects.size(), 1u);
+  EXPECT_EQ(other.effects[0].id, "rotor_tilt");
+  EXPECT_GT(other.prior.sigma[kMassConstant], 0.01);
+  EXPECT_EQ(other.prior.sigma[kInertiaConstants], 1e-6);
+  ASSERT_EQ(other.warnings.size(), 1u);
+  EXPECT_THAT(other.warnings[0], AllOf(HasSubstr("payload_step (t_step 7 s, mass 0.04 kg)"),
+                                       HasSubstr("the model's m held before that")));
+  EXPECT_EQ(own.effects.size(), 2u);
+}
+
 TEST(RotorOptions, WrongOnesAreRefusedByName) {
   EXPECT_THAT(ErrorOf("prior:\n  mass: 0.1"),
               AllOf(HasSubstr("rotors.yaml:2"), HasSubstr("mass"), HasSubstr("r_BM_x")));

@@ -52,6 +52,25 @@ TEST(Diagnose, ACleanFlightIsClean) {
   for (const CandidateReport& c : diagnosis.candidates) EXPECT_GT(c.detectable.minCoeff(), 0.0);
 }
 
+// An accelerometer that reads otherwise than on the model's flight has no wrong scale: a model that
+// the flight contradicts is left out.
+TEST(Diagnose, AModelThatTheFlightContradictsIsNotUsed) {
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  options.warnings = {"from reading"};
+  options.priors_without_model = options.vgd.priors;
+  ParameterPrior& b_az = options.vgd.priors[InTheta("b_az")];
+  b_az.mean = 1.2;
+  b_az.sigma = 0.02;
+  const Diagnosis diagnosis = Diagnose({FlyHiding({}, 21)}, options);
+  EXPECT_EQ(diagnosis.verdict, "clean");
+  EXPECT_THAT(diagnosis.warnings,
+              testing::IsSupersetOf({HasSubstr("from reading"),
+                                     HasSubstr("the model's b_az of 1.2 +- 0.02 m/s^2 "
+                                               "contradicts this flight, which alone shows")}));
+  EXPECT_GT(diagnosis.parameters[InTheta("b_az")].sigma, 0.02);
+}
+
 TEST(Diagnose, SlowNamesAWind) {
   const Hidden wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}, {0.036, 0.034}};
   ExpectNamed(DiagnoseQuickly(FlyHiding({{wind.id, wind.values}}, 22)), wind);
