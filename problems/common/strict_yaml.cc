@@ -29,7 +29,6 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string key_path)
 }
 
 bool YamlMap::Has(const std::string& key) const {
-  asked_.insert(key);
   return node_.IsMap() && node_[key] && !node_[key].IsNull();
 }
 

@@ -97,7 +97,7 @@ std::vector<Gate> ReadGates(const YamlMap& parent) {
 }
 
 std::string ReadEnvironment(const YamlMap& map) {
-  if (!map.Has("environment")) return "";
+  if (!map.GetOptional<std::string>("environment")) return "";
   return map.GetChoice("environment", {"indoors", "outdoors"}, "");
 }
 
@@ -120,7 +120,8 @@ void ReadLogYaml(const std::filesystem::path& path, FlightLog* log) {
   WarnOfGravity(log);
   log->environment = ReadEnvironment(map);
   log->gates = ReadGates(map);
-  if (map.Has("vehicle")) log->vehicle = ReadVehicle(map.Child("vehicle"));
+  const YamlMap vehicle = map.ChildOrEmpty("vehicle");
+  if (map.Has("vehicle")) log->vehicle = ReadVehicle(vehicle);
   log->source = ReadSource(map.ChildOrEmpty("source"));
   map.Finish();
 }

@@ -162,7 +162,7 @@ TEST(BadInput, AnotherBodyFrame) {
 TEST(BadInput, AnUnknownKeyIsRefusedBesideAllThatAreKnown) {
   const LogFiles empty, unknown;
   ReplaceIn(empty / "log.yaml", "gravity: 9.81", "gravity: 9.81\nvehicle:");
-  EXPECT_EQ(empty.Error(), "");
+  EXPECT_EQ(empty.Error(), "no error");
   ReplaceIn(unknown / "log.yaml", "gravity: 9.81", "gravity: 9.81\nvehicel: {mass: 1}");
   EXPECT_THAT(unknown.Error(), AllOf(HasSubstr("'vehicel': unknown key"), HasSubstr("vehicle"),
                                      HasSubstr("environment")));
