@@ -247,7 +247,7 @@ TEST(LimitModelTo, LeavesOutWhatBelongsToAnotherFlight) {
   ASSERT_EQ(options.warnings.size(), 1U);
   EXPECT_THAT(options.warnings[0],
               AllOf(HasSubstr("wind (w_x 2.9 m/s, w_y -2 m/s)"),
-                    HasSubstr("drag_step (t_step 49.9 s, factor 2.2)"), HasSubstr("with time"),
+                    HasSubstr("drag_step (t_step 49.9 s, factor 2.2)"), HasSubstr("times time"),
                     HasSubstr("K_x and K_y held before that")));
   // The model states drag before the step; the other constants are the vehicle's.
   EXPECT_EQ(options.methods.vgd.priors[InTheta("K_x")].sigma, DefaultPriors()[0].sigma);
