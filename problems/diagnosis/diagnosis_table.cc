@@ -114,8 +114,8 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   if (!diagnosis.model_lacks.empty()) table += "model.yaml lacks " + diagnosis.model_lacks + "\n";
   if (!diagnosis.set_aside.empty()) table += "set aside:\n";
   for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
-  table += fmt::format("{}: {:.2f} sigma before, {:.2f} after\n", diagnosis.residual_of,
-                       diagnosis.rms_before, diagnosis.rms_after);
+  table += fmt::format("{}: {:.2f} sigma before, {:.2f} after, each in its own learned noise\n",
+                       diagnosis.residual_of, diagnosis.rms_before, diagnosis.rms_after);
   return table;
 }
 

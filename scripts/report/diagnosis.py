@@ -50,7 +50,7 @@ def _verdict(result):
                         else VERDICTS[result["verdict"]]),
               tiles([(result["verdict"], "verdict"),
                      (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
-                     (number(residual["rms_after"]), "after"),
+                     (number(residual["rms_after"]), "after, each in its own learned noise"),
                      ("yes" if residual["white"] else "no", "residual white")])]
     if fixes := result.get("fixes"):
         blocks.append(paragraph(fixes[0].upper() + fixes[1:] + "."))
