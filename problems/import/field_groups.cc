@@ -107,12 +107,12 @@ FieldGroup EulerAnglesOf(const Channel& channel) {
   std::vector<FieldGroup> groups;
   for (const ChannelField& field : channel.fields) {
     const auto [name, unit] = SplitUnit(field);
-    for (std::size_t i = 0; i < kAngles.size(); ++i) {
-      for (std::size_t spelling = 0; spelling < 2; ++spelling) {
-        const std::string angle = kAngles[i][spelling];
+    for (const auto& spellings : kAngles) {
+      for (std::size_t spelling = 0; spelling < spellings.size(); ++spelling) {
+        const std::string angle = spellings[spelling];
         if (!name.ends_with(angle)) continue;
         const std::string stem = name.substr(0, name.size() - angle.size());
-        Add(fmt::format("{}:{}", spelling, stem), kAngles[i][0], unit, field, &groups);
+        Add(fmt::format("{}:{}", spelling, stem), spellings[0], unit, field, &groups);
       }
     }
   }

@@ -73,17 +73,17 @@ Vector ShortVectorOf(const std::vector<FieldGroup>& groups, const Texts& stems) 
 }
 
 Vector AccelerometerOf(const std::vector<FieldGroup>& groups) {
-  const Vector named = VectorOf(groups, {"acc", "a_rs"});
+  Vector named = VectorOf(groups, {"acc", "a_rs"});
   return named.columns.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}) : named;
 }
 
 Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
-  const Vector named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  Vector named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
   if (!named.columns.empty()) return named;
-  const Vector short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
+  Vector short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
   if (!short_name.columns.empty()) return short_name;
   for (const FieldGroup& group : groups) {
-    const Texts rates = PartsOf(group, {"p", "q", "r"});
+    Texts rates = PartsOf(group, {"p", "q", "r"});
     if (group.stem.empty() && !rates.empty()) return {rates, group.unit};
   }
   return {};
@@ -91,9 +91,9 @@ Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
 
 // Bare x, y and z are a position where a file holds nothing else, or its channel says so.
 Vector PositionOf(const std::vector<FieldGroup>& groups, bool may_be_bare) {
-  const Vector named = VectorOf(groups, {"pos", "transl", "p_rs", "point"});
+  Vector named = VectorOf(groups, {"pos", "transl", "p_rs", "point"});
   if (!named.columns.empty()) return named;
-  const Vector short_name = ShortVectorOf(groups, {"p", "p_", "t", "t_"});
+  Vector short_name = ShortVectorOf(groups, {"p", "p_", "t", "t_"});
   if (!short_name.columns.empty() || !may_be_bare) return short_name;
   return ShortVectorOf(groups, {""});
 }
@@ -101,7 +101,7 @@ Vector PositionOf(const std::vector<FieldGroup>& groups, bool may_be_bare) {
 // w, x, y, z, or numbers from 0 on, where w usually comes first.
 Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
   for (const FieldGroup& group : groups) {
-    const Texts named = PartsOf(group, {"w", "x", "y", "z"});
+    Texts named = PartsOf(group, {"w", "x", "y", "z"});
     if (!named.empty()) return named;
     const bool is_attitude = group.stem == "q" || group.stem.ends_with("_q") ||
                              group.stem.ends_with(".q") ||

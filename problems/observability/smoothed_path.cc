@@ -159,11 +159,14 @@ double BestHeading(const PathFilter& filter) {
     const double at = filter.Cost(heading);
     if (at < least) least = at, best = heading;
   };
-  for (double width = M_PI; width > 0.002; width *= 0.25) {
+  constexpr int kRefinements = 6;  // to 0.001 rad
+  double width = M_PI;
+  for (int k = 0; k < kRefinements; ++k) {
     const double centre = best;
     for (int i = -4; i <= 4; ++i) {
       if (i != 0) look(centre + 0.25 * i * width);
     }
+    width *= 0.25;
   }
   return as_stated - least > kClearly ? std::remainder(best, 2.0 * M_PI) : 0.0;
 }
