@@ -370,6 +370,7 @@ CalibrationOptions WithoutEffects(CalibrationOptions options) {
 
 std::string EffectsNotUsed(const std::vector<Effect>& effects) {
   std::vector<std::string> words;
+  words.reserve(effects.size());
   for (const Effect& effect : effects) words.push_back(InWords(effect));
   return fmt::format(
       "the model's constants contradict this flight beside its effects and agree with it without "

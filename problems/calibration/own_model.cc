@@ -28,6 +28,7 @@ bool HasDigest(const FlightLog& log, const std::string& digest) {
 std::string LeftOutWarning(const std::string& model_file, const std::vector<Effect>& effects,
                            const std::set<std::string>& changed) {
   std::vector<std::string> words;
+  words.reserve(effects.size());
   for (const Effect& effect : effects) words.push_back(InWords(effect));
   const std::string constants =
       changed.empty()
