@@ -217,7 +217,11 @@ double LeftAtAngle(const ArcSums& sums, double noise, double angle) {
 // The gains of an attitude filter that are tried.
 std::vector<double> Gains() {
   std::vector<double> gains = {0.0};
-  for (double k = kLowestGain; k <= kHighestGain; k *= kGainStep) gains.push_back(k);
+  double gain = kLowestGain;
+  while (gain <= kHighestGain) {
+    gains.push_back(gain);
+    gain *= kGainStep;
+  }
   return gains;
 }
 
@@ -249,7 +253,8 @@ AngleProfile ProfileOf(const std::vector<ArcSums>& of_gains, double noise, doubl
   const std::vector<double> gains = Gains();
   AngleProfile profile;
   for (int i = 0; i < kAngles; ++i) {
-    AngleFit best{(i - kAngles / 2) * kAngleStep, std::numeric_limits<double>::infinity(), 0.0};
+    const int from_zero = i - kAngles / 2;
+    AngleFit best{from_zero * kAngleStep, std::numeric_limits<double>::infinity(), 0.0};
     for (std::size_t g = 0; g < gains.size(); ++g) {
       const double left = LeftAtAngle(of_gains[g], noise, best.angle);
       const double cost = left / (noise * noise) + std::pow(gains[g] / gain_sigma, 2);
@@ -279,6 +284,7 @@ double SigmaOf(const AngleProfile& profile) {
 std::vector<ArcSums> SumsOfGains(const std::vector<Arc>& arcs,
                                  const std::vector<MissedVelocity>& missed, std::size_t without) {
   std::vector<ArcSums> sums;
+  sums.reserve(missed.size());
   for (const MissedVelocity& of_gain : missed) {
     sums.push_back(SumArcs(arcs, of_gain.means(), without));
   }
