@@ -125,15 +125,17 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
                                    std::vector<LogFault>* faults, ForDrive drive) {
   std::vector<FlightLog> logs;
+  std::vector<Fingerprint> fingerprints;  // of `logs`
   for (const std::string& directory : directories) {
     FlightLog log = ReadAndLook(directory, faults, drive);
-    for (const FlightLog& other : logs) {
-      const double shared = SharedRecording(log, other);
+    if (directories.size() > 1) fingerprints.push_back(FingerprintOf(log));
+    for (std::size_t i = 0; i < logs.size(); ++i) {
+      const double shared = SharedRecording(fingerprints.back(), fingerprints[i]);
       if (shared < kLeastShared) continue;
       throw ErrorAt(directory, 0,
                     fmt::format("is the same recording as {} ({:.0f} % of its IMU samples are the "
                                 "same); give each flight once, in --log",
-                                other.directory, 100.0 * shared));
+                                logs[i].directory, 100.0 * shared));
     }
     logs.push_back(std::move(log));
   }

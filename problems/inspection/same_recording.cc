@@ -26,9 +26,12 @@ std::uint64_t HashOf(const ImuSample& sample) {
   return hash;
 }
 
-// Sorted, each once.
-std::vector<std::uint64_t> RunsOf(const std::vector<ImuSample>& imu) {
-  std::vector<std::uint64_t> samples, runs;
+}  // namespace
+
+Fingerprint FingerprintOf(const FlightLog& log) {
+  const std::vector<ImuSample>& imu = log.imu;
+  std::vector<std::uint64_t> samples;
+  Fingerprint runs;
   samples.reserve(imu.size());
   std::ranges::transform(imu, std::back_inserter(samples), HashOf);
   for (std::size_t i = 0; i + kRun <= samples.size(); ++i) {
@@ -42,13 +45,10 @@ std::vector<std::uint64_t> RunsOf(const std::vector<ImuSample>& imu) {
   return runs;
 }
 
-}  // namespace
-
-double SharedRecording(const FlightLog& a, const FlightLog& b) {
-  const std::vector<std::uint64_t> of_a = RunsOf(a.imu), of_b = RunsOf(b.imu);
-  std::vector<std::uint64_t> shared;
-  std::ranges::set_intersection(of_a, of_b, std::back_inserter(shared));
-  const std::size_t shorter = std::min(of_a.size(), of_b.size());
+double SharedRecording(const Fingerprint& a, const Fingerprint& b) {
+  Fingerprint shared;
+  std::ranges::set_intersection(a, b, std::back_inserter(shared));
+  const std::size_t shorter = std::min(a.size(), b.size());
   return shorter == 0 ? 0.0 : static_cast<double>(shared.size()) / static_cast<double>(shorter);
 }
 

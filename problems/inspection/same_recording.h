@@ -1,12 +1,19 @@
 // Whether two logs hold the same recording.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "problems/log/flight_log.h"
 
 namespace trueline {
 
-// The share of the shorter log's IMU samples that the other has as well, whatever their stamps, 0
-// to 1: noise repeats in no other flight. Runs of eight equal samples count.
-double SharedRecording(const FlightLog& a, const FlightLog& b);
+// Hashes of runs of eight IMU samples, whatever their stamps; sorted, each once.
+using Fingerprint = std::vector<std::uint64_t>;
+Fingerprint FingerprintOf(const FlightLog& log);
+
+// The share of the shorter log's IMU samples that the other has as well, 0 to 1: noise repeats in
+// no other flight.
+double SharedRecording(const Fingerprint& a, const Fingerprint& b);
 
 }  // namespace trueline

@@ -174,22 +174,32 @@ TEST(PriorConflict, ConstantsThatOnlyTogetherContradictTheFlightAreSaidTo) {
                                     "together contradict this flight, which alone shows -0.3")));
 }
 
+FlightLog FlyHippodrome() {
+  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
+  config.duration = 30.0;
+  return testing_simulation::Fly(config, 3).log;
+}
+
+// The model's priors of these parameters are what the flight shows.
+void TakeAsModel(const Calibration& shown, const std::vector<int>& parameters, double sigma,
+                 CalibrationOptions* options) {
+  for (const int i : parameters) {
+    ParameterPrior& prior = options->methods.vgd.priors[i];
+    prior.mean = shown.Reported().windows.back().parameters[i].value;
+    prior.sigma = sigma;
+  }
+}
+
 // A wrong prior moves the constants that are correlated with it. The warning states the flight's
 // own values, and names what differs from those.
 TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 30.0;
-  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  const FlightLog log = FlyHippodrome();
   CalibrationOptions options;
   options.gamma_sweep = {};
   const MotionPriors open = options.methods.vgd.priors;
   const Calibration alone = Calibrate(log, options);
   options.priors_without_model = open;
-  for (const int i : {InTheta("K_x"), InTheta("b_az")}) {
-    ParameterPrior& prior = options.methods.vgd.priors[i];
-    prior.mean = alone.Reported().windows.back().parameters[i].value;
-    prior.sigma = 0.02;
-  }
+  TakeAsModel(alone, {InTheta("K_x"), InTheta("b_az")}, 0.02, &options);
   options.methods.vgd.priors[InTheta("b_az")].mean += 1.0;
   const Calibration calibration = Calibrate(log, options);
   EXPECT_EQ(calibration.warnings, WhyModelIsNotUsed(CompareWithModel(options.methods.vgd.priors,
@@ -200,18 +210,12 @@ TEST(Calibrate, StatesWhatTheFlightAloneShowsBesideAWrongModel) {
 // A drag of the model that the vehicle does not have pushes the constants away from the model's,
 // which hold.
 TEST(Calibrate, LeavesOutEffectsThatMakeTheModelContradictTheFlight) {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 30.0;
-  const FlightLog log = testing_simulation::Fly(config, 3).log;
+  const FlightLog log = FlyHippodrome();
   CalibrationOptions options;
   options.gamma_sweep = {};
   options.priors_without_model = options.methods.vgd.priors;
   const Calibration alone = Calibrate(log, options);
-  for (const int i : {InTheta("K_x"), InTheta("K_y")}) {
-    ParameterPrior& prior = options.methods.vgd.priors[i];
-    prior.mean = alone.Reported().windows.back().parameters[i].value;
-    prior.sigma = 0.01;
-  }
+  TakeAsModel(alone, {InTheta("K_x"), InTheta("K_y")}, 0.01, &options);
   options.effects = {{"quadratic_drag", {{"c", 0.5}}}};
   options.methods.vgd.drive.force_effects = ForceEffectsOf(options.effects);
   const Calibration calibration = Calibrate(log, options);
