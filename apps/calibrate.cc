@@ -76,10 +76,10 @@ int RunImu() {
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
-  trueline::JudgeLog(faults, trueline::DelaysOf(calibration), &calibration.verdict);
+  trueline::JudgeLog(log, faults, trueline::DelaysOf(calibration), &calibration.verdict);
   trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteCalibration(calibration, log,
-                             trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
+                             trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options), logs),
                              out.path());
   trueline::Publish("calibration", FLAGS_report, FLAGS_quiet,
                     trueline::CalibrationTable(calibration), &out, {"--log=" + log.directory});
@@ -108,7 +108,7 @@ int RunRotors() {
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
-  trueline::JudgeLog(faults, trueline::DelaysOf(calibration), &calibration.verdict);
+  trueline::JudgeLog(log, faults, trueline::DelaysOf(calibration), &calibration.verdict);
   trueline::WarnAll(calibration.warnings, FLAGS_quiet);
   trueline::WriteRotorCalibration(calibration, log,
                                   trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),

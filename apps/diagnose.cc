@@ -71,7 +71,7 @@ int RunRotors() {
   std::vector<trueline::LogFault> faults;
   const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kRotors, &faults);
   trueline::RotorDiagnosisOptions options(
-      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs.front()));
+      trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs));
   options.alpha = FLAGS_alpha;
   trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
   if (FLAGS_fit_to != "fixes") {

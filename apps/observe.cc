@@ -80,10 +80,14 @@ int Run() {
   std::optional<trueline::YamlMap> config;
   if (!FLAGS_config.empty()) config = trueline::YamlMap::FromFile(FLAGS_config);
   if (!FLAGS_score.empty()) return Rank(config, &out);
-  const std::vector<trueline::CaseResult> cases =
-      FLAGS_log.empty()
-          ? trueline::RunObserveConfig(*config, progress)
-          : trueline::RunObserveLog(trueline::ReadAndLook(FLAGS_log), config, progress);
+  std::vector<trueline::CaseResult> cases;
+  if (FLAGS_log.empty()) {
+    cases = trueline::RunObserveConfig(*config, progress);
+  } else {
+    const trueline::FlightLog log = trueline::ReadAndLook(FLAGS_log);
+    trueline::WarnAll(log.warnings, FLAGS_quiet);
+    cases = trueline::RunObserveLog(log, config, progress);
+  }
   for (const auto& result : cases) trueline::WarnAll(result.warnings, FLAGS_quiet);
   trueline::WriteFileAtomically(
       out.path() / "observability.yaml",

@@ -108,7 +108,7 @@ void JudgePasses(const EstimatorRun& run, Verdict* verdict) {
 }
 
 // Fixes of ten measured flights scatter by 0.4 to 1.0 times their sigmas.
-void JudgeFixes(const EstimatorRun& run, Verdict* verdict) {
+void JudgeFixes(const EstimatorRun& run, bool from_mocap, Verdict* verdict) {
   constexpr double kMedianNorm = 1.538;  // of three standard normal numbers
   constexpr double kMost = 2.0;
   std::vector<double> norms;
@@ -121,8 +121,11 @@ void JudgeFixes(const EstimatorRun& run, Verdict* verdict) {
   if (times <= kMost) return;
   verdict->reasons.push_back(
       fmt::format("the fixes scatter {:.1f} times as much as their sigmas state, so the intervals "
-                  "are too small; multiply 'sigma' in fixes.csv by it",
-                  times));
+                  "are too small; {}",
+                  times,
+                  from_mocap ? "the fixes are mocap's positions: give them as fixes.csv, with the "
+                               "sigma that they have"
+                             : "multiply 'sigma' in fixes.csv by it"));
 }
 
 // The largest strengths of ordinary flights.
@@ -181,12 +184,14 @@ bool IsEstimated(const LogFault& fault, const std::vector<StreamDelay>& delays) 
 
 }  // namespace
 
-void JudgeLog(const std::vector<LogFault>& faults, const std::vector<StreamDelay>& delays,
-              Verdict* verdict) {
+void JudgeLog(const FlightLog& log, const std::vector<LogFault>& faults,
+              const std::vector<StreamDelay>& delays, Verdict* verdict) {
   std::vector<std::string> reasons;
   for (const LogFault& fault : faults) {
-    if (IsEstimated(fault, delays)) continue;
-    reasons.push_back("the log has a fault, and its intervals do not hold it: " + fault.text);
+    const bool further = fault.log != log.directory;
+    if (!further && IsEstimated(fault, delays)) continue;
+    reasons.push_back(fmt::format("{} has a fault, which the intervals do not include: {}",
+                                  further ? fault.log : "the log", fault.text));
   }
   AddReasons(reasons, verdict);
 }
@@ -207,7 +212,7 @@ ArcSummary SummariseArcs(const EstimatorRun& run) {
   return summary;
 }
 
-Verdict Judge(const EstimatorRun& run) {
+Verdict Judge(const EstimatorRun& run, bool from_mocap) {
   if (run.windows.empty()) {
     return {
         "unusable",
@@ -236,7 +241,7 @@ Verdict Judge(const EstimatorRun& run) {
   }
   JudgeArcs(run, &verdict);
   JudgePasses(run, &verdict);
-  JudgeFixes(run, &verdict);
+  JudgeFixes(run, from_mocap, &verdict);
   if (!verdict.reasons.empty()) verdict.word = "poor";
   return verdict;
 }
@@ -332,6 +337,8 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
                           vgd.drag_measurement);
   Calibration calibration;
   calibration.warnings = log.warnings;
+  const std::vector<std::string> of_others = WarningsByFlight(others);
+  calibration.warnings.insert(calibration.warnings.end(), of_others.begin(), of_others.end());
   calibration.warnings.insert(calibration.warnings.end(), options.warnings.begin(),
                               options.warnings.end());
   calibration.effects = options.effects;
@@ -356,7 +363,8 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   const EstimatorRun& reported = calibration.Reported();
   calibration.warnings.insert(calibration.warnings.end(), reported.warnings.begin(),
                               reported.warnings.end());
-  calibration.verdict = Judge(reported);
+  calibration.verdict =
+      Judge(reported, calibration.continuous && calibration.continuous->from_mocap);
   if (calibration.whole_flight) JudgeStrengths(*calibration.whole_flight, &calibration.verdict);
   AddReasons(contradictions, &calibration.verdict);
   return calibration;
@@ -373,8 +381,8 @@ std::string EffectsNotUsed(const std::vector<Effect>& effects) {
   words.reserve(effects.size());
   for (const Effect& effect : effects) words.push_back(InWords(effect));
   return fmt::format(
-      "the model's constants contradict this flight beside its effects and agree with it without "
-      "them: the effects are not used ({}); trueline-diagnose tells which of them this flight has",
+      "with the model's effects its constants contradict this flight, without them they agree: the "
+      "effects are not used ({}); trueline-diagnose tells which of them this flight has",
       fmt::join(words, ", "));
 }
 

@@ -52,8 +52,8 @@ struct Calibration {
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
 
-// Judges a run by its last window and its arcs.
-Verdict Judge(const EstimatorRun& run);
+// Judges a run by its last window and its arcs. `from_mocap`: the fixes are mocap's positions.
+Verdict Judge(const EstimatorRun& run, bool from_mocap = false);
 // Adds what the whole flight's learned strengths tell: a model with much noise explains anything.
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict);
 
@@ -65,10 +65,10 @@ struct StreamDelay {
 };
 std::vector<StreamDelay> DelaysOf(const Calibration& calibration);
 
-// Adds faults of the log, which make parameters wrong however well the model fits. A clock that is
-// off by a delay that the fit has found as well is none.
-void JudgeLog(const std::vector<LogFault>& faults, const std::vector<StreamDelay>& delays,
-              Verdict* verdict);
+// Adds faults of `log` and of further flights, which make parameters wrong however well the model
+// fits. A clock of `log` that is off by a delay that the fit has found as well is none.
+void JudgeLog(const FlightLog& log, const std::vector<LogFault>& faults,
+              const std::vector<StreamDelay>& delays, Verdict* verdict);
 
 // One estimator with one window length.
 struct PlannedRun {

@@ -149,7 +149,9 @@ void LearnFromFlight(const RotorAeroModel& model, const FlightLog& log,
   const auto some = [&] {
     RotorDataOptions part = *streams;
     part.duration = learning.seconds;
-    return MakeRotorData(log, model.num_rotors(), part);
+    RotorData data = MakeRotorData(log, model.num_rotors(), part);
+    streams->speeds = data.measured.model;
+    return data;
   };
   const auto learn = [&] {
     const LearnedNoise learned =

@@ -13,16 +13,24 @@ namespace {
 
 constexpr char kStream[] = "imu.csv";
 
-// The digest of the recording that was fitted; empty if the model does not state it.
-std::string FittedDigest(const std::string& model_file) {
+// The digests of the recordings that were fitted; none if the model does not state them.
+std::set<std::string> FittedDigests(const std::string& model_file) {
   const YamlMap model = YamlMap::FromFile(model_file);
-  if (!model.Has("provenance")) return "";
-  return model.Child("provenance").ChildOrEmpty("sha256").Get<std::string>(kStream, "");
+  std::set<std::string> digests;
+  const auto add = [&](const YamlMap& of) {
+    digests.insert(of.ChildOrEmpty("sha256").Get<std::string>(kStream, ""));
+  };
+  if (!model.Has("provenance")) return digests;
+  const YamlMap provenance = model.Child("provenance");
+  add(provenance);
+  for (const YamlMap& further : provenance.Children("further")) add(further);
+  digests.erase("");
+  return digests;
 }
 
-bool HasDigest(const FlightLog& log, const std::string& digest) {
+bool IsAmong(const std::set<std::string>& digests, const FlightLog& log) {
   const auto of_log = log.sha256.find(kStream);
-  return of_log != log.sha256.end() && of_log->second == digest;
+  return of_log != log.sha256.end() && digests.contains(of_log->second);
 }
 
 std::string LeftOutWarning(const std::string& model_file, const std::vector<Effect>& effects,
@@ -44,7 +52,7 @@ std::string LeftOutWarning(const std::string& model_file, const std::vector<Effe
 }  // namespace
 
 bool IsFittedTo(const std::string& model_file, const FlightLog& log) {
-  return HasDigest(log, FittedDigest(model_file));
+  return IsAmong(FittedDigests(model_file), log);
 }
 
 std::string OwnModelWarning(const std::string& model_file) {
@@ -59,9 +67,9 @@ std::set<std::string> LeaveOutOtherFlights(const std::string& model_file,
                                            std::vector<Effect>* effects,
                                            std::vector<std::string>* warnings) {
   std::set<std::string> changed;
-  const std::string digest = FittedDigest(model_file);
-  const auto own = [&](const FlightLog& log) { return HasDigest(log, digest); };
-  if (digest.empty() || std::ranges::all_of(logs, own)) return changed;
+  const std::set<std::string> digests = FittedDigests(model_file);
+  const auto own = [&](const FlightLog& log) { return IsAmong(digests, log); };
+  if (digests.empty() || std::ranges::all_of(logs, own)) return changed;
   const auto others = std::stable_partition(effects->begin(), effects->end(),
                                             [](const Effect& e) { return !IsOfOneFlight(e); });
   const std::vector<Effect> left_out(others, effects->end());

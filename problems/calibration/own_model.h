@@ -13,7 +13,8 @@
 
 namespace trueline {
 
-// True if model.yaml states that this recording was fitted (provenance: the digest of imu.csv).
+// True if model.yaml states that this recording was fitted, alone or with others (provenance: the
+// digests of imu.csv).
 bool IsFittedTo(const std::string& model_file, const FlightLog& log);
 
 // What to tell the user where the model's constants are left out for that reason.

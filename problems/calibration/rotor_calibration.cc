@@ -30,6 +30,7 @@ constexpr int kEnoughStarts = 20;   // of predictions, for such a share
 RotorDataOptions Part(const RotorDataOptions& whole, double start, double duration) {
   RotorDataOptions part = whole;
   part.start += start;
+  if (start != 0.0) part.speeds.reset();
   part.duration = duration;
   return part;
 }
@@ -149,14 +150,15 @@ std::vector<std::string> FaultsOfPredictions(const std::vector<HorizonScore>& pr
                     "{} s ({:.3f} m against {:.3f} m)",
                     worse->horizon, worse->after, worse->before));
   }
-  if (predictions.empty()) return faults;
-  const HorizonScore& first = predictions.front();
-  if (first.count >= kEnoughStarts && first.inside_noise < kLeastInside) {
+  // The shortest horizon at which the poses show errors.
+  const auto first = std::ranges::find_if(
+      predictions, [](const HorizonScore& s) { return s.count >= kEnoughStarts; });
+  if (first != predictions.end() && first->inside_noise < kLeastInside) {
     faults.push_back(fmt::format(
         "the model lacks something: noise explains {:.0f} % of the errors over {} s on "
         "held-out flight where it should explain 95 %, so the intervals are too narrow; "
         "trueline-diagnose looks for what is missing",
-        100.0 * first.inside_noise, first.horizon));
+        100.0 * first->inside_noise, first->horizon));
   }
   return faults;
 }
@@ -186,10 +188,10 @@ void JudgeDelay(const RotorCalibration& c, const Poor& poor) {
   constexpr double kLinear = 0.04;  // s
   const ParameterEstimate* delay = Named("pose_delay", c);
   if (delay == nullptr || std::abs(delay->value) < kLinear) return;
-  poor(
-      fmt::format("the poses come {:.3f} s late, more than the model allows for ({} s); move their "
-                  "stamps by that (trueline-inspect writes the corrected map)",
-                  delay->value, kLinear));
+  poor(fmt::format(
+      "the poses come {:.3f} s {}, more than the model allows for ({} s); add {:+.3f} s "
+      "to their stamps (trueline-inspect writes the corrected map)",
+      std::abs(delay->value), delay->value > 0.0 ? "late" : "early", kLinear, -delay->value));
 }
 
 // One segment lasts from a pose to the next. Errors of the forces add up over it.
@@ -231,7 +233,9 @@ Verdict JudgeRotors(const RotorCalibration& c) {
   for (const ParameterEstimate& p : c.parameters) {
     if (p.status == "at_bound") poor(p.name + " ended on the bound of physical inertias");
     if (p.name == "motor_lag" && !(p.value > 0.0)) {
-      poor("motor_lag is not above 0 s: the commands come later than what they do; check clocks");
+      poor(
+          "motor_lag is not above 0 s: the commands are stamped later than the motors respond; "
+          "check clocks");
     }
   }
   JudgeDelay(c, poor);
@@ -302,7 +306,8 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   const RotorAeroModel model = ModelFor(options, log);
   const int rotors = model.num_rotors();
   RotorCalibration result;
-  result.warnings = options.warnings;
+  result.warnings = log.warnings;
+  result.warnings.insert(result.warnings.end(), options.warnings.begin(), options.warnings.end());
   const double whole = Duration(MakeRotorData(log, rotors, options.data));
   const double fitted = (1.0 - options.hold_out) * whole;
   const double shortest =

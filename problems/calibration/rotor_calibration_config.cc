@@ -42,15 +42,16 @@ void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
 // The earlier flight's estimates and sigmas become the prior; biases keep theirs, as do constants
 // that the earlier flight ended with another value of. A model of the same flight gives its effects
 // only.
-void ApplyRotorModel(const std::string& file, const FlightLog& log,
+void ApplyRotorModel(const std::string& file, std::span<const FlightLog> logs,
                      RotorCalibrationOptions* options) {
   RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);
-  const bool own = IsFittedTo(file, log);
+  const bool own =
+      std::ranges::any_of(logs, [&](const FlightLog& log) { return IsFittedTo(file, log); });
   if (own) options->warnings.push_back(OwnModelWarning(file));
   options->effects = ReadEffects(model, DriveKind::kRotors);
   const std::set<std::string> changed =
-      LeaveOutOtherFlights(file, std::span(&log, 1), &options->effects, &options->warnings);
+      LeaveOutOtherFlights(file, logs, &options->effects, &options->warnings);
   const YamlMap parameters = model.Child("parameters");
   for (const std::string& name : parameters.Keys()) {
     const int i = FindRotorConstant(name);
@@ -139,11 +140,12 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
 }
 
 RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
-                                            const FlightLog& log) {
+                                            std::span<const FlightLog> logs) {
+  const FlightLog& log = logs.front();
   if (config.empty()) {
     RotorCalibrationOptions options = OptionsFromLog(log);
     if (log.pose.empty()) options.data.source = PoseSource::kMocap;
-    if (!model.empty()) ApplyRotorModel(model, log, &options);
+    if (!model.empty()) ApplyRotorModel(model, logs, &options);
     return options;
   }
   const YamlMap map = YamlMap::FromFile(config);
@@ -154,7 +156,7 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
   if (log.pose.empty()) options.data.source = PoseSource::kMocap;
   if (map.Has("motors")) ReadMotors(map.Child("motors"), &options);
   if (map.Has("vehicle")) WarnOfOtherVehicle(config, log, &options);
-  if (!model.empty()) ApplyRotorModel(model, log, &options);
+  if (!model.empty()) ApplyRotorModel(model, logs, &options);
   ReadRotorOptions(map, &options);
   map.Finish();
   return options;

@@ -211,11 +211,18 @@ void WriteCalibration(const Calibration& calibration, const FlightLog& log,
                       TextOf(CalibrationNode(calibration, provenance)));
 }
 
-YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config) {
+YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config,
+                      std::span<const FlightLog> further) {
   YAML::Node node;
   node["version"] = Version();
   node["log"] = log.directory;
   for (const auto& [file, digest] : log.sha256) node["sha256"][file] = digest;
+  for (const FlightLog& other : further) {
+    YAML::Node entry;
+    entry["log"] = other.directory;
+    for (const auto& [file, digest] : other.sha256) entry["sha256"][file] = digest;
+    node["further"].push_back(entry);
+  }
   node["seed"] = seed;
   node["config"] = config;
   return node;

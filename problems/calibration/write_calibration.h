@@ -15,8 +15,10 @@ namespace trueline {
 void WriteCalibration(const Calibration& calibration, const FlightLog& log,
                       const YAML::Node& provenance, const std::filesystem::path& directory);
 
-// version, log, checksums, seed and the resolved configuration.
-YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config);
+// version, log, checksums, seed and the resolved configuration; under `further` the flights of the
+// vehicle that were fitted together with `log`.
+YAML::Node Provenance(const FlightLog& log, std::uint64_t seed, const YAML::Node& config,
+                      std::span<const FlightLog> further = {});
 
 // For standard output: arcs against gamma, parameters, verdict.
 std::string CalibrationTable(const Calibration& calibration);

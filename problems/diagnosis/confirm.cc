@@ -89,7 +89,7 @@ TermRepeat RepeatOfTerm(const DescribedTerm& first, const Linearisation& fit, st
   const Sizes before{Eigen::VectorXd::Constant(1, first.size.value),
                      Eigen::VectorXd::Constant(1, first.size.sigma)};
   const bool agree = Agree(before, {test.value, test.sigma}, kApartTerms);
-  return {"", {test.value[0], test.sigma[0]}, test.p() < kAlpha && agree};
+  return {"", {test.value[0], test.sigma[0]}, test.p() < kAlpha && agree ? "repeats" : "not shown"};
 }
 
 // Adds to each cause of the flight with the log `first` its estimate on `flight`.
@@ -125,7 +125,7 @@ void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* te
   std::vector<TermForm> columns;
   std::vector<DescribedTerm*> tested;
   for (DescribedTerm& t : *terms) {
-    t.repeats.push_back({other.log().directory, {}, false});
+    t.repeats.push_back({other.log().directory, {}, "can't be tested"});
     if (GoesWithVoltage(t.term) && other.log().battery.empty()) continue;
     tested.push_back(&t);
     columns.push_back(t.term);
@@ -180,7 +180,7 @@ void JudgeRepeats(std::vector<Cause>* causes) {
 
 bool TermRepeats(const DescribedTerm& term) {
   const auto count = std::count_if(term.repeats.begin(), term.repeats.end(),
-                                   [](const TermRepeat& r) { return r.repeats; });
+                                   [](const TermRepeat& r) { return r.outcome == "repeats"; });
   return 2 * count > static_cast<long>(term.repeats.size());
 }
 

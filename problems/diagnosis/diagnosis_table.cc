@@ -81,8 +81,11 @@ std::string TermText(const DescribedTerm& term) {
       fmt::format("  {} (p {:.1g}){}\n", term.term.Text(term.size.value, term.size.sigma), term.p,
                   term.in_model ? ", in model.yaml" : "");
   for (const TermRepeat& repeat : term.repeats) {
-    text += fmt::format("    on {}: {:.3g} +- {:.2g}, {}\n", repeat.log, repeat.size.value,
-                        repeat.size.sigma, repeat.repeats ? "repeats" : "does not repeat");
+    text += fmt::format("    on {}: {}", repeat.log, repeat.outcome);
+    if (repeat.size.sigma > 0.0) {
+      text += fmt::format(", {:.3g} +- {:.2g}", repeat.size.value, repeat.size.sigma);
+    }
+    text += "\n";
   }
   return text;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 namespace trueline {
 namespace {
@@ -38,11 +39,10 @@ void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* 
     return std::ranges::any_of(
         *faults, [&](const LogFault& fault) { return fault.fatal && fault.log == log.directory; });
   };
+  const std::vector<std::string> further = WarningsByFlight(std::span(*logs).subspan(1));
+  warnings.insert(warnings.end(), further.begin(), further.end());
   for (std::size_t i = logs->size(); i-- > 1;) {
     const FlightLog& log = (*logs)[i];
-    for (const std::string& warning : log.warnings) {
-      warnings.push_back(fmt::format("{}: {}", log.directory, warning));
-    }
     if (!is_fatal(log)) continue;
     warnings.push_back(log.directory + ": has a fatal fault, so it confirms nothing; correct it");
     logs->erase(logs->begin() + static_cast<long>(i));

@@ -30,7 +30,7 @@ struct SizeWithSigma {
 struct TermRepeat {
   std::string log;
   SizeWithSigma size;
-  bool repeats = false;  // see confirm.h
+  std::string outcome;  // "repeats", "not shown" or "can't be tested"; see confirm.h
 };
 
 struct DescribedTerm {

@@ -26,8 +26,10 @@ std::size_t NearestPose(const RotorData& data, double t) {
 }  // namespace
 
 std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
-  constexpr double kGap = 0.05;  // s, between the horizon and the nearest pose
   RotorData data = *fit_.setup->data;
+  const double spacing =
+      (data.poses.back().t - data.poses.front().t) / static_cast<double>(data.poses.size() - 1);
+  const double gap = std::max(0.05, 0.6 * spacing);  // s, between the horizon and the nearest pose
   if (data.motors) data.SimulateMotors(MotorsOf(fit_.batch.mean));
   std::vector<ReplayError> errors;
   double next = data.poses.front().t;
@@ -42,7 +44,7 @@ std::vector<ReplayError> RotorDrivenFlight::ReplayOpenLoop() const {
       const double asked = data.poses[i].t + horizon;
       if (asked > data.poses.back().t) break;
       const RotorPose& pose = data.poses[NearestPose(data, asked)];
-      if (pose.t <= from || std::abs(pose.t - asked) > kGap) break;
+      if (pose.t <= from || std::abs(pose.t - asked) > gap) continue;
       x = Integrated(fit_.setup->model, data, options_.noise, x, &drift, from, pose.t);
       from = pose.t;
       const Eigen::Vector3d error_E = SensedPosition(x) - p_E - (pose.p_E - data.poses[i].p_E);

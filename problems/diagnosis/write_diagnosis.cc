@@ -151,9 +151,9 @@ YAML::Node TermNode(const DescribedTerm& described) {
   if (!described.alike.empty()) node["fits_alike"] = described.alike;
   if (!described.instead_of.empty()) node["instead_of"] = described.instead_of;
   for (const TermRepeat& repeat : described.repeats) {
-    YAML::Node other = SizeNode(repeat.size);
+    YAML::Node other = repeat.size.sigma > 0.0 ? SizeNode(repeat.size) : YAML::Node();
     other["log"] = repeat.log;
-    other["outcome"] = repeat.repeats ? "repeats" : "not shown";
+    other["outcome"] = repeat.outcome;
     node["other_flights"].push_back(other);
   }
   return node;

@@ -36,8 +36,8 @@ void CopyAttitude(FlightLog* log) {
 std::string DriftText(const FlightLog& log, const VectorMatch& match) {
   if (std::abs(match.drift) < std::max(kOrdinaryDrift, kCertain * match.drift_sigma)) return "";
   return fmt::format(
-      "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which no shift "
-      "mends: {}",
+      "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which a constant "
+      "shift does not correct: {}",
       match.drift, match.drift_sigma, DriftRemedy(log, match.drift));
 }
 

@@ -188,8 +188,8 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
   e->Repair("imu", change);
   // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
   if (unit != nullptr) {
-    e->Remove("gravity_missing");
-    e->Remove("lateral_force");
+    e->Remove("gravity_missing", "imu");
+    e->Remove("lateral_force", "imu");
   }
   e->Add(finding);
 }

@@ -156,7 +156,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   StreamRepair change;
   change.position_scale = factor;
   // Positions in another unit scatter about mocap as well.
-  if (unit != nullptr && stream == "fixes") e->Remove("position_spread");
+  if (unit != nullptr && stream == "fixes") e->Remove("position_spread", "fixes");
   e->Repair(stream, change);
   e->Add(finding);
 }

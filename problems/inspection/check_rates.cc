@@ -332,7 +332,7 @@ void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
     if (!before || !after) continue;
     const double jump = before->lag - after->lag;
     if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
-    e->Remove("gaps");
+    e->Remove("gaps", "imu");
     AddImuJump(e, stream, step, jump);
     return;
   }

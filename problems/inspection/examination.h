@@ -51,7 +51,7 @@ struct Examination {
   bool HasFinding(const std::string& id, const std::string& stream) const;
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
-  void Remove(const std::string& id);
+  void Remove(const std::string& id, const std::string& stream);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
 };
 

@@ -82,19 +82,35 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   return findings;
 }
 
-// A single spike of the IMU moves one window's bias; that of a rotor throws the whole body about.
-// The other faults last for the whole flight.
+// A single spike of the IMU moves one window's bias; that of a rotor is a large moment that the
+// vehicle never felt. The other faults last for the whole flight.
 bool MakesWrong(const Finding& finding) {
   return finding.level == Level::kFatal ||
          (finding.level == Level::kBiases && (finding.id != "spikes" || IsOfRotorSamples(finding)));
 }
 
+// Whether a fit by this drive may read the stream. Which of pose.csv and mocap.csv the rotors' fit
+// reads is the configuration's choice.
+bool MayRead(ForDrive drive, const std::string& stream) {
+  const auto is_one_of = [&](const auto&... names) { return ((stream == names) || ...); };
+  switch (drive) {
+    case ForDrive::kImu:
+      return !is_one_of("rotors", "motors", "pose");
+    case ForDrive::kRotors:
+      return !is_one_of("attitude", "fixes");
+    case ForDrive::kAny:
+      break;
+  }
+  return true;
+}
+
 std::vector<Finding> FindingsForAll(const FlightLog& log, ForDrive drive) {
   std::vector<Finding> findings = FindingsOf(log);
-  std::erase_if(findings, [](const Finding& finding) { return !IsForAll(finding); });
+  std::erase_if(findings, [&](const Finding& finding) {
+    return !IsForAll(finding) || !MayRead(drive, finding.stream);
+  });
   if (drive == ForDrive::kAny) return findings;
   std::erase_if(findings, [](const Finding& f) { return f.id == "attitude_missing"; });
-  if (drive == ForDrive::kImu) std::erase_if(findings, IsOfRotorSamples);
   const auto missing = drive == ForDrive::kImu ? MissingAttitude(log) : std::nullopt;
   if (missing) findings.push_back(*missing);
   return findings;
@@ -140,6 +156,16 @@ std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
     logs.push_back(std::move(log));
   }
   return logs;
+}
+
+std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs) {
+  std::vector<std::string> warnings;
+  for (const FlightLog& log : logs) {
+    for (const std::string& warning : log.warnings) {
+      warnings.push_back(fmt::format("{}: {}", log.directory, warning));
+    }
+  }
+  return warnings;
 }
 
 std::vector<std::string> FirstLook(const FlightLog& log) {

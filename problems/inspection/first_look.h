@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ struct LogFault {
   std::string text;  // "id: what is wrong"
 };
 
-// What drives the model: the IMU, which needs an attitude, or the rotors, which do not.
+// What drives the model: the IMU, which needs an attitude, or the rotors, which do not. Findings of
+// streams that the drive does not read are left out: they do not make its results wrong.
 enum class ForDrive { kImu, kRotors, kAny };
 
 // ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
@@ -30,6 +32,9 @@ FlightLog ReadAndLook(const std::filesystem::path& directory,
 // a part of it, which would count its data twice and confirm itself.
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
                                    std::vector<LogFault>* faults, ForDrive drive);
+
+// The warnings of several flights, each with its directory.
+std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs);
 
 // What Inspect() finds that makes a fit worthless (IsForAll in first_look.cc), each with its
 // remedy; the warnings of ReadAndLook. Of a flight longer than six minutes it inspects the middle

@@ -29,10 +29,9 @@ constexpr auto kReadAsSi = std::to_array<KnownUnit>({
     {"rad/s", "rad/s converted as if from deg/s", 1.0 / kDegree},
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
-    {"m", "km", 1e3},
+    {"m", "km, or m converted as if from mm", 1e3},
     {"m", "ft", kMetresOfFoot},
     {"m", "m converted as if from ft", 1.0 / kMetresOfFoot},
-    {"m", "m converted as if from mm", 1e3},
 });
 
 std::string SignedAxis(const Eigen::RowVector3d& row) {
@@ -78,8 +77,9 @@ bool Examination::HasFinding(const std::string& id, const std::string& stream) c
                      [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
-void Examination::Remove(const std::string& id) {
-  std::erase_if(result.findings, [&](const Finding& f) { return f.id == id; });
+void Examination::Remove(const std::string& id, const std::string& stream) {
+  std::erase_if(result.findings,
+                [&](const Finding& f) { return f.id == id && f.stream == stream; });
 }
 
 void Examination::Repair(const std::string& stream, const StreamRepair& change) {

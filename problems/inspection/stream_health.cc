@@ -247,8 +247,8 @@ class HealthFindings {
     const std::vector<std::size_t> still = StillChannels(samples);
     if (still.empty() || still.size() == samples.front().values.size()) return;
     for (const std::size_t k : still) {
-      Add("dead_rotor", h, Level::kBiases, static_cast<double>(k), "1",
-          fmt::format("rotor {} stays at {:.6g} for the whole log, while others change", k,
+      Add("dead_rotor", h, Level::kBiases, static_cast<double>(k + 1), "1",
+          fmt::format("rotor {} stays at {:.6g} for the whole log, while others change", k + 1,
                       samples.front().values[k]),
           "check the column of this rotor in the map");
     }
@@ -269,7 +269,7 @@ class HealthFindings {
     Add("spikes", h, Level::kBiases, most.spikes.count, "samples",
         fmt::format("{} samples of rotor {} stand apart from those before and after, by up to "
                     "{:.4g} rad/s: no motor changes so fast",
-                    most.spikes.count, most.rotor, most.spikes.largest),
+                    most.spikes.count, most.rotor + 1, most.spikes.largest),
         "leave them out (`accept: [{columns: [...], median: {window: 7, within: ...}}]`)");
   }
   void Stuck(const StreamHealth& h, const std::vector<StuckColumn>& columns) {

@@ -160,6 +160,8 @@ class Ranker {
   void ScoreLog(const fs::path& directory) {
     if (progress_) progress_(directory.string());
     const FlightLog log = ReadAndLook(directory);
+    const std::vector<std::string> warnings = WarningsByFlight(std::span(&log, 1));
+    ranking_.warnings.insert(ranking_.warnings.end(), warnings.begin(), warnings.end());
     if (!question_) {
       std::string warning;
       const RotorVehicle vehicle = VehicleFromLog(log, &warning);

@@ -43,9 +43,10 @@ std::size_t CellOf(TimeNs t, double start, std::size_t cells) {
   return static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(cells - 1)));
 }
 
-// A step without an IMU sample takes the force of the one before.
+// A step without an IMU sample takes the force of the one before; steps before the first attitude
+// are at rest.
 void AddForces(const std::vector<ImuSample>& imu, const std::vector<AttitudeSample>& attitude,
-               double start, std::vector<PathCell>* cells) {
+               double start, double gravity, std::vector<PathCell>* cells) {
   constexpr double kAnyGap = 1e9;  // s
   AttitudeCursor cursor(attitude);
   std::vector<int> counts(cells->size(), 0);
@@ -55,8 +56,9 @@ void AddForces(const std::vector<ImuSample>& imu, const std::vector<AttitudeSamp
     const std::size_t i = CellOf(sample.t, start, cells->size());
     (*cells)[i].force_Ep += (q.normalized() * sample.accel - (*cells)[i].force_Ep) / ++counts[i];
   }
-  for (std::size_t i = 1; i < cells->size(); ++i) {
-    if (counts[i] == 0) (*cells)[i].force_Ep = (*cells)[i - 1].force_Ep;
+  for (std::size_t i = 0; i < cells->size(); ++i) {
+    if (counts[i] > 0) continue;
+    (*cells)[i].force_Ep = i > 0 ? (*cells)[i - 1].force_Ep : Vector3d(0.0, 0.0, -gravity);
   }
 }
 
@@ -197,7 +199,7 @@ SmoothedPath SmoothPath(const std::vector<ImuSample>& imu,
   path.step = kPathStep;
   const double length = SecondsBetween(imu.front().t, imu.back().t);
   std::vector<PathCell> cells(static_cast<std::size_t>(length / kPathStep) + 2);
-  AddForces(imu, attitude, path.start, &cells);
+  AddForces(imu, attitude, path.start, gravity, &cells);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     cells[i].t = path.start + kPathStep * static_cast<double>(i);
   }

@@ -342,7 +342,7 @@ RotorBatchResult SolveTurningMotors(const RotorAeroModel& model, RotorData* data
 
 InputError RunsAway() {
   return InputError(
-      "the rotor-driven model runs away from the flight within a few samples; check mass, inertia "
+      "the rotor-driven model diverges from the flight within a few samples; check mass, inertia "
       "and rotors of the configuration, and the log by trueline-inspect");
 }
 

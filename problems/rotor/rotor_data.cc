@@ -52,14 +52,15 @@ double VoltageAt(const std::vector<ScalarSample>& battery, TimeNs t) {
   return a.value + (b.value - a.value) * SecondsBetween(a.t, t) / SecondsBetween(a.t, b.t);
 }
 
-MotorCommands CommandsOf(const FlightLog& log, const MotorCurve& curve, TimeNs from) {
+MotorCommands CommandsOf(const FlightLog& log, const MotorCurve& curve, TimeNs from, TimeNs to) {
   MotorCommands motors{curve, {}, {}};
   for (const ChannelsSample& s : log.motors) {
     if (s.t < from) continue;
     motors.commands.push_back(s.values);
     motors.voltages.push_back(log.battery.empty() ? curve.nominal_voltage
                                                   : VoltageAt(log.battery, s.t));
-    if (!(motors.voltages.back() > 0.0)) {
+    const double most = *std::ranges::max_element(s.values);
+    if (s.t <= to && most > 0.0 && !(motors.voltages.back() > 0.0)) {
       throw ErrorAt(log.directory + "/battery.csv", 0,
                     fmt::format("holds {} V at {:.3f} s, where a motor turns; cut the log to where "
                                 "the battery is measured",
@@ -169,8 +170,12 @@ void AddImuAndPoses(const FlightLog& log, const std::vector<PoseSample>& poses, 
 
 const RotorPose* PoseNear(const RotorData& data, double t) {
   constexpr double kEarlier = 0.005, kLater = 0.02;  // s
-  const auto nearest = std::ranges::lower_bound(data.poses, t - kEarlier, {}, &RotorPose::t);
-  return nearest != data.poses.end() && nearest->t < t + kLater ? &*nearest : nullptr;
+  constexpr double kUneven = 1.1;                    // of the mean time between poses
+  const double spacing =
+      (data.poses.back().t - data.poses.front().t) / static_cast<double>(data.poses.size() - 1);
+  const auto next = std::ranges::lower_bound(data.poses, t - kEarlier, {}, &RotorPose::t);
+  const double latest = t + std::max(kLater, kUneven * spacing);
+  return next != data.poses.end() && next->t < latest ? &*next : nullptr;
 }
 
 void RotorData::SetSpeeds(const Eigen::MatrixXd& smooth) {
@@ -270,14 +275,17 @@ RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions
     data.speeds.push_back(s.values);
   }
   if (commands) {
-    data.motors = CommandsOf(log, *options.motors, from);
+    data.motors = CommandsOf(log, *options.motors, from, span.end);
     data.added_lag = options.motor_lag;
     data.SimulateMotors(options.motors_at);
     return data;
   }
   MeasuredSpeeds& measured = data.measured;
   measured.speeds = ToMatrix(data.speeds);
-  if (options.smooth_rotors) measured.model = LearnSpeedModel(data.speed_times, measured.speeds);
+  if (options.smooth_rotors) {
+    measured.model =
+        options.speeds ? *options.speeds : LearnSpeedModel(data.speed_times, measured.speeds);
+  }
   if (options.weigh_speed_noise) data.speed_density = DensityOf(measured.model, data.speed_times);
   data.speed_lag = options.motor_lag;
   data.SetSpeeds(SmoothSpeeds(data.speed_times, measured.speeds, measured.model));

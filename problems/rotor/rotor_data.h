@@ -76,7 +76,8 @@ struct RotorData {
   RotorInput InputAt(double t) const;
 };
 
-// The measured pose at `t`, up to 5 ms earlier or 20 ms later; null where there is none.
+// The measured pose at `t`, up to 5 ms earlier or 20 ms later, where poses are farther apart a
+// tenth more than their mean spacing later; null where there is none.
 const RotorPose* PoseNear(const RotorData& data, double t);
 
 struct RotorDataOptions {
@@ -87,6 +88,7 @@ struct RotorDataOptions {
   double motor_lag = 0.0;    // s, of the rotors behind what rotors.csv states; 0: it is measured
   RotorSource rotors = RotorSource::kRotors;
   bool smooth_rotors = true;         // rotors.csv has noise, which is learned (smooth_speeds.h)
+  std::optional<SpeedModel> speeds;  // what was learned before, from the same start on
   bool weigh_speed_noise = true;     // what is left of it acts as forces and moments (rotor_step.h)
   std::optional<MotorCurve> motors;  // where kMotors; motor_lag then adds to motors_at's
   MotorValues motors_at = MotorValues(0.03, 0.0, 1.0);

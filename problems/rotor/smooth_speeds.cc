@@ -5,6 +5,8 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 
+#include "problems/common/parallel.h"
+
 namespace trueline {
 namespace {
 
@@ -109,11 +111,10 @@ Learned LearnWalk(const VectorXd& t, const VectorXd& speeds, double noise) {
 // Variance of a sample of the greatest likelihood over all columns.
 double LearnSampleVariance(const VectorXd& t, const MatrixXd& columns) {
   const auto cost = [&](double logarithm) {
-    double sum = 0.0;
-    for (const auto& column : columns.colwise()) {
-      sum += LearnWalk(t, column, std::exp(logarithm)).cost;
-    }
-    return sum;
+    VectorXd costs(columns.cols());
+    ParallelFor(static_cast<int>(columns.cols()), FreeCores(),
+                [&](int k) { costs[k] = LearnWalk(t, columns.col(k), std::exp(logarithm)).cost; });
+    return costs.sum();
   };
   const Eigen::Index last = columns.rows() - 1;
   const double most = (columns.bottomRows(last) - columns.topRows(last)).squaredNorm() /

@@ -96,7 +96,8 @@ def _terms(result):
             text += (f" With it in the model little is left of {term['instead_of']}: they describe the "
                      "same misfit, and the model keeps the named cause.")
         for flight in term.get("other_flights") or []:
-            text += f" On {flight['log']}: {flight['outcome']}, {with_sigma(flight['value'], flight['sigma'])}."
+            size = f", {with_sigma(flight['value'], flight['sigma'])}" if "value" in flight else ""
+            text += f" On {flight['log']}: {flight['outcome']}{size}."
         text += " model.yaml has it." if term["in_model"] else " model.yaml lacks it."
         blocks.append(paragraph(text))
     return blocks

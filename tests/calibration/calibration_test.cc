@@ -322,9 +322,11 @@ TEST(SummariseArcs, MocapOutranksFixesAsTruth) {
 TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
   const LogFault late{"log", "clock_offset", "fixes",
                       0.11,  false,          "clock_offset: fixes come 0.110 s later"};
+  FlightLog log;
+  log.directory = "log";
   const auto reasons = [&](const std::vector<StreamDelay>& delays, const LogFault& fault) {
     Verdict verdict{"usable", {}};
-    JudgeLog({fault}, delays, &verdict);
+    JudgeLog(log, {fault}, delays, &verdict);
     return verdict.reasons.size();
   };
   EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, late), 0U);
@@ -333,6 +335,12 @@ TEST(JudgeLog, ADelayThatTheFitFindsIsNoFault) {
   EXPECT_EQ(reasons({}, late), 1U);
   EXPECT_EQ(reasons({{"fixes", 0.126, 0.022}}, {"log", "stuck", "fixes", 0.11, false, "stuck: x"}),
             1U);
+  // The delay is that of the first flight.
+  LogFault of_other = late;
+  of_other.log = "other";
+  Verdict verdict{"usable", {}};
+  JudgeLog(log, {of_other}, {{"fixes", 0.126, 0.022}}, &verdict);
+  EXPECT_THAT(verdict.reasons, ElementsAre(testing::StartsWith("other has a fault")));
 }
 
 TEST(ArcPrediction, EllipseFollowsTheCovariance) {

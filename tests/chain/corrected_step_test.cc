@@ -63,7 +63,7 @@ TEST(CorrectedStep, LearnsFromThePartOfAStepThatWasTaken) {
 
 TEST(CorrectedStep, LeavesStepsOfTheRightCurvatureAlone) {
   const Cost cost(1.0);
-  EXPECT_EQ(Steps(cost, true), Steps(cost, false));
+  EXPECT_EQ(Steps(cost, true, 0.5), Steps(cost, false, 0.5));
 }
 
 TEST(CorrectedStep, FirstStepOfASolveIsGaussNewtons) {

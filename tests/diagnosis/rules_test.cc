@@ -166,6 +166,9 @@ TEST(Rules, AnIntervalNeedsSixArcs) {
   EXPECT_NEAR(two.before - two.after, 0.25, 1e-12);
   EXPECT_FALSE(std::isfinite(two.low));
   EXPECT_FALSE(std::isfinite(two.high));
+  std::map<int, double> five = before;
+  five.erase(5);
+  EXPECT_FALSE(std::isfinite(GainBetween(before, five).low));
   EXPECT_TRUE(std::isfinite(GainBetween(before, before).low));
 }
 
