@@ -175,7 +175,7 @@ TEST(DiagnoseOpenTerms, SlowAForceThatGoesWithTheTurnIsDescribedAndRepeats) {
   EXPECT_NEAR(term.size.value, 0.3, 0.06);
   EXPECT_LT(term.size.sigma, 0.04);
   ASSERT_EQ(term.repeats.size(), 1u);
-  EXPECT_TRUE(term.repeats[0].repeats);
+  EXPECT_EQ(term.repeats[0].outcome, "repeats");
   EXPECT_EQ(diagnosis.verdict, "explained");
 }
 
