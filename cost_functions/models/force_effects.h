@@ -37,19 +37,31 @@ struct AirFlow {
   }
 };
 
+// Linear drag is multiplied by `factor` from `time` on.
+struct DragStep {
+  double time;  // t_step, s from the start of the log
+  double factor;
+};
+
 struct ForceEffects {
   using AirForce = ForScalars<AirFlow, PlaneForce, double, ceres::Jet<double, kMotionColumns>>;
 
   Eigen::Vector3d wind_E = Eigen::Vector3d::Zero();  // w, m/s
-  double step_time = 0.0;                            // t_step, s from the start of the log
-  double step_factor = 1.0;                          // factor, 1
+  std::vector<DragStep> drag_steps = {};
   std::vector<AirForce> air_forces = {};
   std::vector<SizedTerm> terms = {};
   // rad/s in I, for terms; null before the log is known (problems/vgd/term_series.h).
   std::array<std::shared_ptr<const TermSeries>, 3> rates = {};
 
   bool Any() const {
-    return !air_forces.empty() || !wind_E.isZero(0.0) || step_factor != 1.0 || !terms.empty();
+    return !air_forces.empty() || !wind_E.isZero(0.0) || !drag_steps.empty() || !terms.empty();
+  }
+
+  // Of linear drag at t, s from the log's start.
+  double DragFactor(double t) const {
+    double factor = 1.0;
+    for (const DragStep& step : drag_steps) factor *= t >= step.time ? step.factor : 1.0;
+    return factor;
   }
 
   // Adds force(size, air), unless the size is zero.
@@ -67,7 +79,7 @@ struct ForceEffects {
                         const Vector3<T>& wind_B, double thrust, double t) const {
     using std::sqrt;
     const Vector3<T> v = ground_B - wind_B;
-    const T step(t >= step_time ? step_factor : 1.0);
+    const T step(DragFactor(t));
     PlaneForce<T> force(K_x * (step * v[0] - ground_B[0]), K_y * (step * v[1] - ground_B[1]));
     const AirFlow<T> air{v, sqrt(v.squaredNorm() + T(1e-12)), thrust};
     for (const AirForce& term : air_forces) force += term(air);

@@ -3,7 +3,7 @@
 //   thrust sag          k_f is multiplied by 1 - d t
 //   rotor loss          one rotor's k_f is multiplied by a factor; its reaction moment is not
 //   ground effect       thrust is multiplied by 1 / (1 - (k / h)^2), h the height above p_z = 0
-//   payload, com step   mass and its centre change once
+//   payload, com steps  mass and its centre change at given times
 //   rotor tilt          all rotors' axes are turned by roll and pitch
 // The physics of forces and moments of the air stands where the effect is declared
 // (problems/effects), that of terms of the open catalogue in term_force.h.
@@ -30,19 +30,23 @@ struct RotorAirFlow {
   double speed_sum;  // rad/s, sum of the rotor speeds
 };
 
+// From `time` (s) on, mass is added and its centre moved.
+struct LoadStep {
+  double time;
+  double mass = 0.0;              // kg
+  Eigen::Vector2d com{0.0, 0.0};  // dx, dy, m
+};
+
 struct RotorEffects {
   // Four columns of derivatives at a time, or (in tests) all errors of RotorAeroModel.
   using Jet = ceres::Jet<double, 4>;
   using FullJet = ceres::Jet<double, 12 + static_cast<int>(std::size(kRotorConstants))>;
   using AirTerm = ForScalars<RotorAirFlow, Vec3, double, Jet, FullJet>;
 
-  double thrust_sag = 0.0;           // d, 1/s
-  std::map<int, double> weak = {};   // rotor's index and factor
-  double ground = 0.0;               // k, m
-  double payload = 0.0;              // kg
-  double payload_time = 0.0;         // s
-  Eigen::Vector2d com{0.0, 0.0};     // dx, dy, m
-  double com_time = 0.0;             // s
+  double thrust_sag = 0.0;          // d, 1/s
+  std::map<int, double> weak = {};  // rotor's index and factor
+  double ground = 0.0;              // k, m
+  std::vector<LoadStep> load_steps = {};
   double tilt_roll = 0.0;            // rad
   double tilt_pitch = 0.0;           // rad
   std::vector<AirTerm> forces = {};  // m/s^2, specific force beyond thrust, in body axes
@@ -70,10 +74,18 @@ struct RotorEffects {
             Eigen::AngleAxisd(tilt_roll, Eigen::Vector3d::UnitX()))
         .toRotationMatrix();
   }
-  double AddedMass(double t) const { return t >= payload_time ? payload : 0.0; }
+  double AddedMass(double t) const {
+    double mass = 0.0;
+    for (const LoadStep& step : load_steps) mass += t >= step.time ? step.mass : 0.0;
+    return mass;
+  }
   // Displacement of the centre of mass from its place as built, m.
   Eigen::Vector3d CentreShift(double t) const {
-    return t >= com_time ? Eigen::Vector3d(com.x(), com.y(), 0.0) : Eigen::Vector3d::Zero();
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    for (const LoadStep& step : load_steps) {
+      if (t >= step.time) shift.head<2>() += step.com;
+    }
+    return shift;
   }
   // The formula of Cheeseman and Bennett is valid down to about one radius: (k / h)^2 is clamped to
   // 0.81, also at and below the floor.

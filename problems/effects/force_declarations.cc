@@ -67,8 +67,7 @@ std::vector<EffectInfo> ForceDeclarations() {
           .drawn = {{"t_step", 30.0, 70.0}, {"factor", 1.3, 2.5}},
           .add_force =
               [](const Effect& e, ForceEffects* all) {
-                all->step_time = e["t_step"];
-                all->step_factor = e["factor"];
+                all->drag_steps.push_back({e["t_step"], e["factor"]});
               },
           .of_one_flight = true,
           .changes = {"K_x", "K_y"},

@@ -189,8 +189,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .drawn = {{"t_step", 4.0, 9.0}, {"mass", 0.01, 0.06, true}},
           .extend =
               [](const Effect& e, RotorExtension* all) {
-                all->effects.payload = e["mass"];
-                all->effects.payload_time = e["t_step"];
+                all->effects.load_steps.push_back({e["t_step"], e["mass"]});
               },
           .of_one_flight = true,
           .changes = {"m"},
@@ -206,8 +205,7 @@ std::vector<EffectInfo> RotorDrivenDeclarations() {
           .drawn = {{"t_step", 4.0, 9.0}, {"dx", 0.002, 0.01, true}, {"dy", 0.002, 0.01, true}},
           .extend =
               [](const Effect& e, RotorExtension* all) {
-                all->effects.com = {e["dx"], e["dy"]};
-                all->effects.com_time = e["t_step"];
+                all->effects.load_steps.push_back({e["t_step"], 0.0, {e["dx"], e["dy"]}});
               },
           .of_one_flight = true,
           .changes = {"r_BM_x", "r_BM_y"},

@@ -63,5 +63,18 @@ TEST(ForceEffects, TheChainFollowsPlainIntegration) {
   EXPECT_LT((chained.v - reference.v).norm(), 5e-3);
 }
 
+// The model of a flight may hold a step, and a diagnosis tries further ones beside it.
+TEST(ForceEffects, StepsOfDragFollowEachOther) {
+  const ForceEffects effects = ForceEffectsOf({{"drag_step", {{"t_step", 3.0}, {"factor", 0.5}}},
+                                               {"drag_step", {{"t_step", 1.5}, {"factor", 1.4}}}});
+  const Eigen::Vector3d forward(2.0, 0.0, 0.0), still = Eigen::Vector3d::Zero();
+  const auto added = [&](double t) {
+    return effects.AddedForce(-0.4, -0.6, forward, still, 9.81, t).x();
+  };
+  EXPECT_NEAR(added(1.0), 0.0, 1e-12);
+  EXPECT_NEAR(added(2.0), -0.4 * 2.0 * 0.4, 1e-12);
+  EXPECT_NEAR(added(4.0), -0.4 * 2.0 * (0.5 * 1.4 - 1.0), 1e-12);
+}
+
 }  // namespace
 }  // namespace trueline

@@ -63,6 +63,21 @@ TEST_P(RotorEffectsTest, ModelPredictsWhatTheSimulatorFlies) {
   EXPECT_GT(without.accel, 0.01);
 }
 
+TEST(RotorExtension, StepsOfTheLoadAddUp) {
+  const RotorEffects effects =
+      RotorExtensionOf({{"payload_step", {{"t_step", 2.0}, {"mass", 0.02}}},
+                        {"payload_step", {{"t_step", 1.0}, {"mass", -0.05}}},
+                        {"com_step", {{"t_step", 1.5}, {"dx", 0.005}, {"dy", 0.0}}},
+                        {"com_step", {{"t_step", 3.0}, {"dx", 0.0}, {"dy", -0.004}}}})
+          .effects;
+  EXPECT_EQ(effects.AddedMass(0.5), 0.0);
+  EXPECT_EQ(effects.AddedMass(1.5), -0.05);
+  EXPECT_NEAR(effects.AddedMass(2.5), -0.03, 1e-15);
+  EXPECT_EQ(effects.CentreShift(1.0), Eigen::Vector3d::Zero());
+  EXPECT_EQ(effects.CentreShift(2.5), Eigen::Vector3d(0.005, 0.0, 0.0));
+  EXPECT_EQ(effects.CentreShift(3.5), Eigen::Vector3d(0.005, -0.004, 0.0));
+}
+
 TEST(RotorExtension, EffectsOfOneKindAddUp) {
   const RotorEffects effects = RotorExtensionOf({{"rotor_loss", {{"rotor", 0}, {"factor", 0.8}}},
                                                  {"rotor_loss", {{"rotor", 2}, {"factor", 0.9}}},
