@@ -4,6 +4,20 @@
 #include <cmath>
 
 namespace trueline::simulation {
+namespace {
+
+// R_E_B as a quaternion: -z_B along the wanted `thrust_E`, the nose above or below `heading` (rad),
+// as trajectories state it (rotations about z, then y, then x; problems/trajectory/flatness.h).
+Quaterniond NoseTowards(const Vector3d& thrust_E, double heading) {
+  const Vector3d z = -thrust_E.normalized();
+  const Vector3d x = Vector3d(-std::sin(heading), std::cos(heading), 0.0).cross(z).normalized();
+  Eigen::Matrix3d R_E_B;
+  R_E_B << x, z.cross(x), z;
+  return Quaterniond(R_E_B);
+}
+
+}  // namespace
+
 TrajectoryTracker::TrajectoryTracker(const RotorFlight& flight, double gravity, double step,
                                      double min_speed, double max_speed, double lag,
                                      const TrackerGains& gains)
@@ -76,7 +90,7 @@ RotorArray TrajectoryTracker::Command(int k, const BodyState& state) const {
                             gains_.velocity * (wanted.v_E - state.v_E) -
                             Vector3d(0.0, 0.0, gravity_);
   const Quaterniond q_E_B = state.Attitude();
-  const Quaterniond q_B_wanted = q_E_B.conjugate() * AttitudeFor(thrust_E, wanted.yaw);
+  const Quaterniond q_B_wanted = q_E_B.conjugate() * NoseTowards(thrust_E, wanted.yaw);
   const Quaterniond q_B_reference = q_E_B.conjugate() * wanted.q_E_B;
   const Vector3d w = q_B_reference * wanted.w_B + gains_.attitude * SmallTurn(q_B_wanted);
   const Vector3d dw = q_B_reference * ahead.dw_B + gains_.rate * (w - state.w_B);

@@ -49,6 +49,22 @@ TEST(SimulateRotorFlight, FollowsItsTrajectory) {
   EXPECT_GT(truth.path_error_rms, 1e-4);  // it flies on noisy sensors
 }
 
+// Designs state yaw as the heading of the nose.
+TEST(SimulateRotorFlight, FliesTheHeadingOfItsTrajectory) {
+  RotorTruth truth;
+  const PiecewisePolynomial path = RandomPath(6.0, 1);
+  const RotorSimulation sim = Quiet();
+  SimulateRotorFlight(sim, path, 1, &truth);
+  double squares = 0.0;
+  for (std::size_t k = 0; k < truth.states.size(); ++k) {
+    const Eigen::Matrix3d R_E_B = AttitudeOf(Joined(truth.states[k], truth.constants));
+    const double heading = std::atan2(R_E_B(1, 0), R_E_B(0, 0));
+    const double t = path.start() + static_cast<double>(k) / sim.imu_rate;
+    squares += std::pow(std::remainder(heading - path.Expand(t, 0)(3, 0), 2.0 * M_PI), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(truth.states.size())), 0.02);
+}
+
 TEST(SimulateRotorFlight, EstimatorsModelPredictsItWithoutDisturbances) {
   EXPECT_LT(FarthestOpenLoop(Quiet()), 2e-3);
 }
