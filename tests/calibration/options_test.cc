@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "problems/calibration/calibration_config.h"
+#include "problems/calibration/write_calibration.h"
 #include "problems/common/error.h"
 #include "tests/common/test_files.h"
 #include "tests/vgd/flights.h"
@@ -263,6 +264,18 @@ TEST(LimitModelTo, KeepsTheEffectsOfItsOwnFlight) {
             DefaultPriors()[InTheta("b_az")].sigma);
   ASSERT_EQ(options.warnings.size(), 1U);
   EXPECT_THAT(options.warnings[0], HasSubstr("fitted to this very flight"));
+}
+
+// Each of them was data of the model.
+TEST(LimitModelTo, AModelOfSeveralFlightsIsTheOwnOfEach) {
+  YAML::Node node;
+  node["provenance"] = Provenance(LogWithDigest("00ff")[0], 0, {}, LogWithDigest("1234"));
+  const std::string provenance = YAML::Dump(node) + "\n";
+  for (const char* digest : {"00ff", "1234", "5678"}) {
+    CalibrationOptions options = OptionsOfModel("[]", provenance);
+    LimitModelTo(LogWithDigest(digest), Written(kModel + provenance), &options);
+    EXPECT_EQ(options.warnings.size(), digest == std::string("5678") ? 0U : 1U) << digest;
+  }
 }
 
 // What is written by hand states no flight: it is meant for this one.

@@ -46,7 +46,12 @@ const ParameterEstimate& Find(const RotorCalibration& c, const std::string& name
 }
 
 TEST(RotorCalibration, AnInformativeFlightIsUsable) {
-  const RotorCalibration c = CalibrateRotors(FlyFor(14.0), Nominal());
+  FlightLog log = FlyFor(14.0);
+  log.warnings = {"one of the log"};
+  RotorCalibrationOptions options = Nominal();
+  options.warnings = {"one of the configuration"};
+  const RotorCalibration c = CalibrateRotors(log, options);
+  EXPECT_THAT(c.warnings, testing::ElementsAre("one of the log", "one of the configuration"));
   EXPECT_EQ(c.verdict.word, "usable") << (c.verdict.reasons.empty() ? "" : c.verdict.reasons[0]);
   EXPECT_EQ(c.parameters.size(), 18u);
   EXPECT_EQ(Find(c, "m").status, "identified");
