@@ -76,10 +76,10 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
                       fit->as_read - fit->residual > kLeastGain && fit->clearly > kTurnClearly;
   if (turn.isIdentity(1e-9) || !better) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
-  Finding finding;
-  finding.size = TurnSize(turn);
-  finding.error = fit->as_read - fit->residual;
-  finding.level = finding.size > 15.0 ? Level::kFatal : Level::kBiases;
+  const double size = TurnSize(turn);
+  Finding finding{.level = size > 15.0 ? Level::kFatal : Level::kBiases,
+                  .size = size,
+                  .error = fit->as_read - fit->residual};
   finding.text = fmt::format(
       "the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} m/s^2 (rms) "
       "of the acceleration of {} unexplained, otherwise {:.2f}",
@@ -92,13 +92,7 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
 }
 
 void AddBias(Examination* e, const Eigen::Vector3d& bias, const std::string& stream) {
-  Finding finding;
-  finding.id = "accelerometer_bias";
-  finding.stream = "imu";
-  finding.level = Level::kBiases;
-  finding.size = bias.norm();
-  finding.unit = "m/s^2";
-  finding.error = bias.norm();
+  Finding finding{"accelerometer_bias", "imu", Level::kBiases, bias.norm(), "m/s^2", bias.norm()};
   finding.text = fmt::format(
       "the accelerometer reads ({:.2f}, {:.2f}, {:.2f}) m/s^2 too much, by the acceleration of {}",
       -bias.x(), -bias.y(), -bias.z(), stream);
@@ -165,14 +159,10 @@ bool AreOfAnotherUnit(const std::vector<Bend>& bends, double gravity) {
 
 void AddAccelerometerScale(Examination* e, double factor, double sigma, const std::string& why) {
   const KnownUnit* unit = UnitNear("m/s^2", factor);
-  Finding finding;
-  finding.id = "accelerometer_scale";
-  finding.stream = "imu";
-  finding.level = unit != nullptr ? Level::kFatal : Level::kBiases;
-  finding.size = 1.0 / factor;
+  const double error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
+  const Level level = unit != nullptr ? Level::kFatal : Level::kBiases;
+  Finding finding{"accelerometer_scale", "imu", level, 1.0 / factor, "1", error};
   finding.sigma = sigma / (factor * factor);
-  finding.unit = "1";
-  finding.error = e->log.gravity * std::abs(1.0 - 1.0 / factor);
   finding.text =
       fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
   StreamRepair change;

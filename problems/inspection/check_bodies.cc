@@ -93,16 +93,15 @@ bool ShowsTooLittle(const RateWitness& witness) {
 
 Finding TurnFinding(const Examination& e, const RateWitness& witness, const std::string& id,
                     const std::string& stream, const Eigen::Matrix3d& repair) {
-  Finding finding;
-  finding.id = id;
-  finding.stream = stream;
-  finding.size = TurnSize(repair);
-  finding.sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree;
-  finding.unit = "deg";
-  finding.error = 2.0 * e.log.gravity * std::sin(0.5 * finding.size * kDegree);
-  finding.level = finding.size > 15.0 ? Level::kFatal : Level::kBiases;
-  finding.repaired = true;
-  return finding;
+  const double size = TurnSize(repair);
+  return {.id = id,
+          .stream = stream,
+          .level = size > 15.0 ? Level::kFatal : Level::kBiases,
+          .size = size,
+          .unit = "deg",
+          .error = 2.0 * e.log.gravity * std::sin(0.5 * size * kDegree),
+          .sigma = std::sqrt(witness.match.turn_cov.trace()) / kDegree,
+          .repaired = true};
 }
 
 void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why) {
@@ -172,14 +171,9 @@ void CheckGain(Examination* e) {
   // A filter of either side changes fast turns; a scale changes slow ones as well.
   const auto slow = MatchOverLongTime(*e, best->stream);
   if (!slow || !IsOff(*slow) || std::abs(slow->gain - gain) > 0.3 * std::abs(gain - 1.0)) return;
-  Finding finding;
-  finding.id = "gyro_scale";
-  finding.stream = "imu";
-  finding.level = Level::kBiases;
-  finding.size = 1.0 / gain;
-  finding.sigma = best->match.gain_sigma / (gain * gain);
-  finding.unit = "1";
-  finding.error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
+  const double error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
+  const double sigma = best->match.gain_sigma / (gain * gain);
+  Finding finding{"gyro_scale", "imu", Level::kBiases, 1.0 / gain, "1", error, sigma};
   finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
                              finding.size, finding.sigma, best->stream);
   const double factor = unit != nullptr ? unit->factor : gain;

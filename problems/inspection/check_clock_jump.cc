@@ -158,12 +158,8 @@ void CheckClockJump(Examination* e) {
   if (fixes.size() < kFewFixes) return;
   const Division best = BestDivision(fixes);
   if (best.to == 0 || !IsJump(fixes, best, SpreadOfMocap(e->fixed))) return;
-  Finding finding;
-  finding.id = "clock_jump";
-  finding.stream = "fixes";
-  finding.level = Level::kBiases;
-  finding.size = fixes.lag(best.lag) - fixes.lag(best.rest_lag);
-  finding.unit = "s";
+  Finding finding{"clock_jump", "fixes", Level::kBiases,
+                  fixes.lag(best.lag) - fixes.lag(best.rest_lag), "s"};
   finding.text = fmt::format(
       "the clock of fixes.csv jumps: against mocap, fixes from {:.2f} to {:.2f} s come {} than the "
       "others",

@@ -30,12 +30,7 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   if (share >= kLeastCover) return;
   // Stamps in another unit explain it.
   if (e->HasFinding("time_unit", name) || e->HasFinding("time_unit", "imu")) return;
-  Finding finding;
-  finding.id = "cover";
-  finding.stream = name;
-  finding.level = share < 0.2 ? Level::kFatal : Level::kBiases;
-  finding.size = share;
-  finding.unit = "1";
+  Finding finding{"cover", name, share < 0.2 ? Level::kFatal : Level::kBiases, share, "1"};
   finding.text = fmt::format(
       "only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}", 100.0 * share,
       name, SpanOf(begin, begin, end), SpanOf(begin, samples.front().t, samples.back().t));
@@ -77,13 +72,7 @@ void CheckTimeUnit(Examination* e) {
     const char* unit = other > 0.0 && span > 0.0 ? TimeUnitOf(span / other) : nullptr;
     const double rate = static_cast<double>(samples.size()) / std::max(1e-9, span);
     if (unit == nullptr || rate > kLeastImuRate) return;
-    Finding finding;
-    finding.id = "time_unit";
-    finding.stream = stream.name;
-    finding.level = Level::kFatal;
-    finding.size = span / other;
-    finding.unit = "1";
-    finding.error = e->log.gravity;
+    Finding finding{"time_unit", stream.name, Level::kFatal, span / other, "1", e->log.gravity};
     finding.text = fmt::format(
         "the stamps of {}.csv are in {}, not in s: it lasts {:.4g} s at {:.3g} Hz, the {} {:.4g} s",
         stream.name, unit, span, rate, imu ? "other streams" : "IMU", other);
@@ -97,16 +86,15 @@ void CheckTimeUnit(Examination* e) {
 std::optional<Finding> MissingAttitude(const FlightLog& log) {
   if (!log.attitude.empty() || log.imu.size() < 2) return std::nullopt;
   if (SecondsBetween(log.imu.front().t, log.imu.back().t) < kLeastOverlap) return std::nullopt;
-  Finding finding;
-  finding.id = "attitude_missing";
-  finding.stream = "attitude";
-  finding.level = Level::kBiases;
-  finding.unit = "1";
-  finding.text =
-      "attitude.csv is missing: the program's own filter gives the attitude, with a heading that "
-      "starts at zero and a tilt that is wrong by degrees in turns";
-  finding.remedy = "log the autopilot's attitude";
-  return finding;
+  return Finding{
+      .id = "attitude_missing",
+      .stream = "attitude",
+      .level = Level::kBiases,
+      .unit = "1",
+      .text =
+          "attitude.csv is missing: the program's own filter gives the attitude, with a heading "
+          "that starts at zero and a tilt that is wrong by degrees in turns",
+      .remedy = "log the autopilot's attitude"};
 }
 
 void CheckCover(Examination* e) {

@@ -37,12 +37,7 @@ void Judge(const std::string& stream, const FrozenStretch& frozen, Examination* 
   const double seconds = SecondsBetween(frozen.from, frozen.until);
   const double turn = imu ? TurnOfAttitude(e->log, frozen) : TurnOfGyro(e->log, frozen);
   if (seconds < kLeastFrozen || turn < std::max(kMovingTurn, kMovingRate * seconds)) return;
-  Finding finding;
-  finding.id = "stuck";
-  finding.stream = stream;
-  finding.level = Level::kBiases;
-  finding.size = seconds;
-  finding.unit = "s";
+  Finding finding{"stuck", stream, Level::kBiases, seconds, "s"};
   finding.text = fmt::format(
       "{}.csv: no number changes from {:.3f} to {:.3f} s, in which time {} turns by {:.0f} deg",
       stream, ToSeconds(frozen.from), ToSeconds(frozen.until),
@@ -102,14 +97,11 @@ void JudgeDead(const std::string& stream, const std::string& columns, Examinatio
   const bool of_imu = stream == "imu", gyro = columns[0] == 'g';
   const bool by_attitude = of_imu && gyro;
   if (!(by_attitude ? TurnsByAttitude(e->log) : TurnsByGyro(e->log))) return;
-  Finding finding;
-  finding.id = of_imu ? "dead_axis" : "stuck";
-  finding.stream = stream;
   // Mocap of positions alone may come with an orientation that was never measured.
-  finding.level = stream == "mocap" && columns[0] == 'q' ? Level::kBiases : Level::kFatal;
-  finding.size = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
-  finding.unit = "s";
-  finding.error = e->log.gravity;
+  const Level level = stream == "mocap" && columns[0] == 'q' ? Level::kBiases : Level::kFatal;
+  const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
+  const char* id = of_imu ? "dead_axis" : "stuck";
+  Finding finding{id, stream, level, span, "s", e->log.gravity};
   finding.text = fmt::format(
       "{}.csv: {} keep one value for the whole log, while {} turns: they are not measured", stream,
       columns, by_attitude ? "the attitude" : "the gyroscope");

@@ -35,15 +35,10 @@ struct HeadingPair {
 };
 
 Finding OffsetOf(const Heading& heading, double gravity) {
-  Finding finding;
-  finding.id = "heading_offset";
-  finding.stream = "attitude";
-  finding.level = std::abs(heading.angle) > kOtherHeading ? Level::kFatal : Level::kBiases;
-  finding.size = heading.angle / kDegree;
-  finding.sigma = heading.sigma / kDegree;
-  finding.unit = "deg";
-  finding.error = gravity * std::abs(std::sin(heading.angle));
-  return finding;
+  const Level level = std::abs(heading.angle) > kOtherHeading ? Level::kFatal : Level::kBiases;
+  const double error = gravity * std::abs(std::sin(heading.angle));
+  const double size = heading.angle / kDegree, sigma = heading.sigma / kDegree;
+  return {"heading_offset", "attitude", level, size, "deg", error, sigma};
 }
 
 void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pair) {

@@ -72,11 +72,8 @@ Placement BestPlacementByAxes(const VectorSums& sums) {
 }
 
 void AddPlacedClock(Examination* e, const Placement& placement, double as_stamped) {
-  Finding finding;
-  finding.stream = "fixes";
-  finding.level = Level::kFatal;
-  finding.sigma = kPlacementStep;
-  finding.error = e->log.gravity;
+  Finding finding{
+      .stream = "fixes", .level = Level::kFatal, .error = e->log.gravity, .sigma = kPlacementStep};
   finding.text = fmt::format(
       "the positions of fixes.csv come {} than mocap shows: so they differ from it by {:.2f} m "
       "(rms), as stamped by {:.2f} m{}",
@@ -88,9 +85,7 @@ void AddPlacedClock(Examination* e, const Placement& placement, double as_stampe
 }
 
 void AddPlacedAxes(Examination* e, const Placement& placement, double as_read) {
-  Finding finding;
-  finding.stream = "fixes";
-  finding.error = e->log.gravity;
+  Finding finding{.stream = "fixes", .error = e->log.gravity};
   finding.text = fmt::format(
       "the positions of fixes.csv are in other axes: taken as {} they differ from mocap by {:.2f} "
       "m (rms), as read by {:.2f} m",
@@ -150,13 +145,9 @@ void CheckSpread(Examination* e) {
       axes.begin(), axes.end(),
       [](const Spread& a, const Spread& b) { return a.about_mocap < b.about_mocap; });
   if (worst->about_mocap < odd || best->about_median > 3.0 * sigma) return;
-  Finding finding;
-  finding.id = "position_spread";
-  finding.stream = "fixes";
   // A zero of its own may be meant, as of heights.
-  finding.level = worst->about_median < odd ? Level::kBiases : Level::kFatal;
-  finding.size = worst->about_mocap;
-  finding.unit = "m";
+  const Level level = worst->about_median < odd ? Level::kBiases : Level::kFatal;
+  Finding finding{"position_spread", "fixes", level, worst->about_mocap, "m"};
   const char axis = "xyz"[worst - axes.begin()];
   finding.text =
       fmt::format("{} of fixes.csv differs by {:.3g} m from mocap.csv, another axis by {:.2g} m",

@@ -43,11 +43,11 @@ void AddLag(Examination* e, const std::string& stream, const VectorMatch& match,
   // Errors of a map, gate by gate, favour some lag a little; a clock's does so clearly.
   const double rest = 1.0 - std::pow(match.correlation, 2);
   if (rest > kLagExplains * (1.0 - std::pow(match.unshifted, 2))) return;
-  Finding finding;
-  finding.stream = stream;
-  finding.error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag));
-  finding.level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases;
-  finding.sigma = match.lag_sigma;
+  Finding finding{
+      .stream = stream,
+      .level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases,
+      .error = match.seen_rms * std::min(1.0, 5.0 * std::abs(match.lag)),
+      .sigma = match.lag_sigma};
   finding.text = fmt::format(
       "the positions of {}.csv come {} than {} shows{} (correlation {:.3f}, as stamped {:.3f})",
       stream, LateText(match.lag), reference.what,
@@ -74,10 +74,9 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   if (e->HasFinding("lateral_force", "imu") && angle < kTurnOfForce) return;
   if (reference.any_heading && IsHeading(turn)) return;  // CheckHeading() judges it
-  Finding finding;
-  finding.stream = stream;
-  finding.sigma = std::sqrt(match.turn_cov.trace()) / kDegree;
-  finding.error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree);
+  Finding finding{.stream = stream,
+                  .error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree),
+                  .sigma = std::sqrt(match.turn_cov.trace()) / kDegree};
   finding.text = fmt::format(
       "the positions of {}.csv are in other axes: taken as {} they agree with {} to a correlation "
       "of {:.3f}, as read to {:.3f}",
@@ -128,14 +127,9 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   const auto slow = by_force ? Rescaled(*e, stream, match, 2.0) : std::optional(match);
   if (!slow || !IsOffScale(*slow)) return;
   if (std::abs(slow->gain - match.gain) > 0.3 * std::abs(match.gain - 1.0)) return;
-  Finding finding;
-  finding.id = "position_scale";
-  finding.stream = stream;
-  finding.level = Level::kBiases;
-  finding.size = match.gain;
-  finding.sigma = match.gain_sigma;
-  finding.unit = "1";
-  finding.error = match.seen_rms * std::abs(match.gain - 1.0);
+  const double error = match.seen_rms * std::abs(match.gain - 1.0);
+  Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
+                  match.gain_sigma};
   const bool after_repair = e->HasFinding("position_scale", reference.what);
   finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}",
                              stream, match.gain, match.gain_sigma, reference.what,

@@ -116,13 +116,8 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
   StreamRepair change;
   change.quaternion = best.form->order;
   change.inverse = best.form->inverse;
-  Finding finding;
-  finding.id = "quaternion_form";
-  finding.stream = stream;
-  finding.level = Level::kFatal;
-  finding.size = best.correlation - as_read.unturned;
-  finding.unit = "1";
-  finding.error = e->log.gravity;
+  const double size = best.correlation - as_read.unturned;
+  Finding finding{"quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity};
   finding.text = fmt::format(
       "the quaternions of {0}.csv are in another form: {1}. So read, its turn rates agree with the "
       "gyroscope's to a correlation of {2:.3f}; as read, {3:.3f}",
@@ -136,13 +131,11 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
 void AddClock(Examination* e, const std::string& stream, const VectorMatch& match) {
   if (std::abs(match.lag) < kLeastLag || std::abs(match.lag) < 5.0 * match.lag_sigma) return;
   const bool other = match.or_else.has_value();
-  Finding finding;
-  finding.stream = stream;
-  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
-  finding.level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
-                  : finding.error > 0.15                    ? Level::kBiases
-                                                            : Level::kWidens;
-  finding.sigma = match.lag_sigma;
+  const double error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.lag));
+  const Level level = match.unshifted < 0.6 * match.correlation ? Level::kFatal
+                      : error > 0.15                            ? Level::kBiases
+                                                                : Level::kWidens;
+  Finding finding{.stream = stream, .level = level, .error = error, .sigma = match.lag_sigma};
   finding.text = fmt::format(
       "the turns of {}.csv come {} than those of the gyroscope{} (correlation {:.3f}, as stamped "
       "{:.3f}): the clocks disagree",
@@ -166,13 +159,7 @@ std::string NotShown(const VectorMatch& match) {
 
 void AddDisagreement(Examination* e, const std::string& stream, const VectorMatch& match,
                      const std::string& text, const std::string& remedy) {
-  Finding finding;
-  finding.id = "rates_disagree";
-  finding.stream = stream;
-  finding.level = Level::kFatal;
-  finding.size = match.correlation;
-  finding.unit = "1";
-  finding.error = e->log.gravity;
+  Finding finding{"rates_disagree", stream, Level::kFatal, match.correlation, "1", e->log.gravity};
   finding.text = text;
   finding.remedy = remedy;
   e->Add(finding);
@@ -296,13 +283,7 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
 }
 
 void AddImuJump(Examination* e, const std::string& through, const Step& step, double jump) {
-  Finding finding;
-  finding.id = "clock_jump";
-  finding.stream = "imu";
-  finding.level = Level::kFatal;
-  finding.size = jump;
-  finding.unit = "s";
-  finding.error = e->log.gravity;
+  Finding finding{"clock_jump", "imu", Level::kFatal, jump, "s", e->log.gravity};
   finding.text = fmt::format(
       "the clock of imu.csv jumps by {:.2f} s at {:.2f} s: {}.csv runs through, and its turns come "
       "{} after the jump than before; nothing is missing",
@@ -362,15 +343,11 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
     return;
   }
   if (!(std::abs(match.drift) > std::max(least, 5.0 * match.drift_sigma))) return;
-  Finding finding;
-  finding.id = "clock_drift";
-  finding.stream = stream;
   const double span = SecondsBetween(e->log.imu.front().t, e->log.imu.back().t);
-  finding.error = e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
-  finding.level = finding.error > 0.15 ? Level::kBiases : Level::kWidens;
-  finding.size = match.drift;
-  finding.sigma = match.drift_sigma;
-  finding.unit = "s/s";
+  const double error =
+      e->log.gravity * match.seen_rms * std::min(1.0, std::abs(match.drift) * span);
+  const Level level = error > 0.15 ? Level::kBiases : Level::kWidens;
+  Finding finding{"clock_drift", stream, level, match.drift, "s/s", error, match.drift_sigma};
   finding.text =
       fmt::format("the clock of {}.csv runs {:.0f} ms a minute {} than that of {}", stream,
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference);

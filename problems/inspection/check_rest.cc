@@ -66,13 +66,8 @@ void CheckRest(Examination* e) {
   }
   const double off = rest.force.norm() - e->log.gravity;
   if (std::abs(off) > kLeastOff) {
-    Finding finding;
-    finding.id = "gravity_at_rest";
-    finding.stream = "imu";
-    finding.level = Level::kBiases;
-    finding.size = rest.force.norm() / e->log.gravity;
-    finding.unit = "1";
-    finding.error = std::abs(off);
+    const double size = rest.force.norm() / e->log.gravity;
+    Finding finding{"gravity_at_rest", "imu", Level::kBiases, size, "1", std::abs(off)};
     finding.text = fmt::format(
         "at rest ({:.1f} s) the accelerometer reads {:.3f} m/s^2, {:.3f} of gravity: its scale or "
         "bias is off",
@@ -81,12 +76,7 @@ void CheckRest(Examination* e) {
     e->Add(finding);
   }
   if (rest.rate.norm() > kLeastGyroBias) {
-    Finding finding;
-    finding.id = "gyro_bias_at_rest";
-    finding.stream = "imu";
-    finding.level = Level::kWidens;
-    finding.size = rest.rate.norm();
-    finding.unit = "rad/s";
+    Finding finding{"gyro_bias_at_rest", "imu", Level::kWidens, rest.rate.norm(), "rad/s"};
     finding.text =
         fmt::format("at rest ({:.1f} s) the gyroscope reads ({:.4f}, {:.4f}, {:.4f}) rad/s",
                     rest.seconds, rest.rate.x(), rest.rate.y(), rest.rate.z());

@@ -126,12 +126,8 @@ std::string ChannelsText(const std::vector<std::size_t>& channels) {
 void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
               const BestOrder& found) {
   const Order& best = found.order;
-  Finding finding;
-  finding.id = "rotor_order";
-  finding.stream = layout.stream;
-  finding.level = Level::kFatal;
-  finding.size = best.Places() - as_read.Places();
-  finding.unit = "1";
+  Finding finding{"rotor_order", layout.stream, Level::kFatal, best.Places() - as_read.Places(),
+                  "1"};
   finding.text = fmt::format(
       "the channels of {}.csv are not in the order of the vehicle's rotors: rotors 1 to {} are "
       "channels {}{}. So ordered, what they do to roll and pitch agrees with the places stated "
@@ -171,12 +167,8 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
   if (layout.explained.z() < kLeastExplained) return;
   const bool all = wrong.size() == shown && TurnsTheOtherWay(layout, *e->log.vehicle, order);
   if (!all && (2 * shown < order.channel.size() || wrong.empty())) return;
-  Finding finding;
-  finding.id = all ? "rotor_spins_reversed" : "rotor_spin";
-  finding.stream = layout.stream;
-  finding.level = Level::kFatal;
-  finding.size = static_cast<double>(all ? order.channel.size() : wrong.size());
-  finding.unit = "rotors";
+  Finding finding{all ? "rotor_spins_reversed" : "rotor_spin", layout.stream, Level::kFatal,
+                  static_cast<double>(all ? order.channel.size() : wrong.size()), "rotors"};
   finding.text =
       all ? fmt::format(
                 "every spin of the vehicle is turned round: the rotors that are stated to "
@@ -202,10 +194,7 @@ void CheckLag(Examination* e, const RotorLayout& layout) {
   const double least = commands ? kLeastMotorLag : kLeastRotorLag;
   const bool off = layout.lag > least || layout.lag < -kLeastRotorLag;
   if (!off) return;
-  Finding finding;
-  finding.stream = layout.stream;
-  finding.level = Level::kBiases;
-  finding.sigma = 0.01;
+  Finding finding{.stream = layout.stream, .level = Level::kBiases, .sigma = 0.01};
   finding.text = fmt::format(
       "the body answers {:.2f} s {} than the stamps of {}.csv say (roll, pitch and yaw "
       "accelerations explained to {:.0f}, {:.0f} and {:.0f} %)",
@@ -299,13 +288,9 @@ void CheckThrust(Examination* e) {
   const double factor = 1.0 / std::sqrt(ratio);  // of the speeds
   const auto is = [&](double unit) { return std::abs(std::log(factor / unit)) < kAlikeSpeeds; };
   const bool rpm = is(kRpm), unit = rpm || is(2.0 * M_PI);
-  Finding finding;
-  finding.id = unit ? "rotor_unit" : "rotor_thrust";
-  finding.stream = "rotors";
-  finding.level = unit ? Level::kFatal : Level::kBiases;
-  finding.size = ratio;
-  finding.unit = "1";
-  finding.error = e->log.gravity * std::min(1.0, std::abs(1.0 - ratio));
+  const double error = e->log.gravity * std::min(1.0, std::abs(1.0 - ratio));
+  const Level level = unit ? Level::kFatal : Level::kBiases;
+  Finding finding{unit ? "rotor_unit" : "rotor_thrust", "rotors", level, ratio, "1", error};
   finding.text = fmt::format(
       "in flight the rotors of rotors.csv give {:.3g} times the thrust that mass times specific "
       "force needs, by k_f, mass and speeds as stated{}",

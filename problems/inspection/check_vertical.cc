@@ -77,13 +77,7 @@ void CheckGravityMissing(Examination* e) {
   const double usual = LowerMedian(sizes);
   if (!(usual < 0.5 * e->log.gravity)) return;
   if (IsGravityInAnotherUnit(e)) return;
-  Finding finding;
-  finding.id = "gravity_missing";
-  finding.stream = "imu";
-  finding.level = Level::kFatal;
-  finding.size = usual;
-  finding.unit = "m/s^2";
-  finding.error = e->log.gravity;
+  Finding finding{"gravity_missing", "imu", Level::kFatal, usual, "m/s^2", e->log.gravity};
   finding.text = fmt::format(
       "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
       "about {:.1f}: gravity is taken out, or it is in another unit",
@@ -129,13 +123,8 @@ void CheckBodyUp(Examination* e) {
   // Then the accelerometer alone is turned, which CheckAccelerometer() or CheckGravity() says.
   if (IsUprightByAttitude(*e)) return;
   const Eigen::Matrix3d repair = ToUpright(force);
-  Finding finding;
-  finding.id = "body_up";
-  finding.stream = "imu";
-  finding.level = Level::kFatal;
-  finding.size = lean / kDegree;
-  finding.unit = "deg";
-  finding.error = e->log.gravity * 2.0 * std::sin(0.5 * lean);
+  const double error = e->log.gravity * 2.0 * std::sin(0.5 * lean);
+  Finding finding{"body_up", "imu", Level::kFatal, lean / kDegree, "deg", error};
   finding.text = fmt::format(
       "in calm flight or at rest the specific force is ({:.1f}, {:.1f}, {:.1f}) m/s^2, where a "
       "body in forward-right-down axes reads (0, 0, {:.1f})",
@@ -201,10 +190,7 @@ std::optional<TurnedForce> ReversedByPasses(const Examination& e) {
 }
 
 void AddReversed(Examination* e, const TurnedForce& reversed) {
-  Finding finding;
-  finding.level = Level::kFatal;
-  finding.size = 180.0;
-  finding.error = 2.0 * e->log.gravity;
+  Finding finding{.level = Level::kFatal, .size = 180.0, .error = 2.0 * e->log.gravity};
   finding.text = fmt::format(
       "the accelerometer's z is reversed: attitude and gyroscope agree with each other, and with "
       "the accelerometer as {} they explain {:.0f} % of the changes of velocity of fixes.csv{}",
@@ -235,13 +221,7 @@ bool IsAccelerometerReversed(Examination* e) {
 
 void CheckEarthUp(Examination* e, const RateWitness& witness) {
   if (!PointsUp(*e, witness.stream)) return;
-  Finding finding;
-  finding.id = "earth_up";
-  finding.stream = witness.stream;
-  finding.level = Level::kFatal;
-  finding.size = 180.0;
-  finding.unit = "deg";
-  finding.error = 2.0 * e->log.gravity;
+  Finding finding{"earth_up", witness.stream, Level::kFatal, 180.0, "deg", 2.0 * e->log.gravity};
   finding.text = fmt::format(
       "the specific force, turned to earth axes by {}.csv, points along its +z axis ({:.1f} "
       "m/s^2): the attitude's earth has z up, where north-east-down is stated",
@@ -290,13 +270,8 @@ void CheckGravity(Examination* e) {
     }
   }
   for (const auto& [stream, lean] : leaning) {
-    Finding finding;
-    finding.id = "gravity_direction";
-    finding.stream = stream;
-    finding.level = Level::kFatal;
-    finding.size = lean;
-    finding.unit = "deg";
-    finding.error = e->log.gravity * 2.0 * std::sin(0.5 * lean * kDegree);
+    const double error = e->log.gravity * 2.0 * std::sin(0.5 * lean * kDegree);
+    Finding finding{"gravity_direction", stream, Level::kFatal, lean, "deg", error};
     finding.text = fmt::format(
         "the specific force in calm flight, turned to earth by {}.csv, points {:.0f} deg away from "
         "up{}",

@@ -17,18 +17,18 @@ enum class Level {
 const char* NameOf(Level level);  // "fatal", "biases", "widens", "note"
 
 struct Finding {
-  std::string id;      // such as clock_offset; config/README.md lists them
-  std::string stream;  // of the native log
+  std::string id = {};      // such as clock_offset; config/README.md lists them
+  std::string stream = {};  // of the native log
   Level level = Level::kNote;
   double size = 0.0;
-  double sigma = std::numeric_limits<double>::quiet_NaN();  // one standard deviation of `size`
-  std::string unit;
+  std::string unit = {};
   // m/s^2, the error of the specific force in earth axes that the fault makes in this flight; the
   // order within a level. Zero where that is not the harm.
   double error = 0.0;
-  std::string text;       // one sentence, with figures
-  std::string remedy;     // one sentence
-  bool repaired = false;  // the corrected map holds the repair
+  double sigma = std::numeric_limits<double>::quiet_NaN();  // one standard deviation of `size`
+  std::string text = {};                                    // one sentence, with figures
+  std::string remedy = {};                                  // one sentence
+  bool repaired = false;                                    // the corrected map holds the repair
 };
 
 }  // namespace trueline

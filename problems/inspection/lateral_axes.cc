@@ -104,10 +104,7 @@ std::string ShareText(const LateralForce& fit, int row) {
 }
 
 void AddExchange(Examination* e, const std::string& stream, const ShownAxes& shown) {
-  Finding finding;
-  finding.level = Level::kFatal;
-  finding.size = 180.0;
-  finding.error = kLateralForce;
+  Finding finding{.level = Level::kFatal, .size = 180.0, .error = kLateralForce};
   finding.text = fmt::format(
       "the accelerometer's x and y are not the body's: by the acceleration of {}, of the force "
       "along the body's axes {}, {}",
@@ -132,14 +129,8 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
 }
 
 void AddScale(Examination* e, const PositionWitness& witness, int axis, const LateralForce& fit) {
-  Finding finding;
-  finding.id = "lateral_force";
-  finding.stream = "imu";
-  finding.level = Level::kBiases;
-  finding.size = fit.share(axis, axis);
-  finding.sigma = fit.sigma(axis, axis);
-  finding.unit = "1";
-  finding.error = kLateralForce;
+  const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
+  Finding finding{"lateral_force", "imu", Level::kBiases, share, "1", kLateralForce, sigma};
   finding.text = fmt::format(
       "the force along the body's {} that {} shows is {:.2g} +- {:.1g} times what the "
       "accelerometer reads along it{}",

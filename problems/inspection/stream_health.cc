@@ -329,12 +329,7 @@ class HealthFindings {
   }
   void Add(const char* id, const StreamHealth& h, Level level, double size, const char* unit,
            const std::string& text, const char* remedy) {
-    Finding finding;
-    finding.id = id;
-    finding.stream = h.stream;
-    finding.level = level;
-    finding.size = size;
-    finding.unit = unit;
+    Finding finding{id, h.stream, level, size, unit};
     finding.text = h.stream + ".csv: " + text;
     finding.remedy = remedy;
     findings_->push_back(finding);
