@@ -51,8 +51,7 @@ void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
   const auto repaired = e->result.repairs.streams.find("imu");
   if (repaired == e->result.repairs.streams.end() || repaired->second.accel.isIdentity(1e-9))
     return;
-  StreamRepair back;
-  back.accel = repaired->second.accel.transpose();
+  const StreamRepair back{.accel = repaired->second.accel.transpose()};
   Repairs alone;
   alone.streams["imu"] = back;
   FlightLog as_read = e->fixed;
@@ -165,8 +164,6 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
   finding.sigma = sigma / (factor * factor);
   finding.text =
       fmt::format("the accelerometer reads {:.3g} of the specific force; {}", finding.size, why);
-  StreamRepair change;
-  change.accel_scale = unit != nullptr ? unit->factor : factor;
   finding.remedy = unit != nullptr
                        ? fmt::format("state its unit, or multiply its readings by {:.6g}{}",
                                      unit->factor, UnitText(unit))
@@ -175,7 +172,7 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
                              "and the range",
                              factor);
   finding.repaired = true;
-  e->Repair("imu", change);
+  e->Repair("imu", {.accel_scale = unit != nullptr ? unit->factor : factor});
   // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
   if (unit != nullptr) {
     e->Remove("gravity_missing", "imu");
@@ -189,9 +186,7 @@ void AddAccelerometerAxes(Examination* e, const Eigen::Matrix3d& turn, Finding f
   finding.stream = "imu";
   finding.unit = "deg";
   finding.repaired = true;
-  StreamRepair change;
-  change.accel = turn;
-  e->Repair("imu", change);
+  e->Repair("imu", {.accel = turn});
   e->Add(std::move(finding));
 }
 

@@ -113,8 +113,7 @@ void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why
       AxesText(repair), witness.stream, witness.match.correlation, witness.match.unturned, why);
   finding.remedy =
       "take the axes so; the accelerometer is judged by itself where position shows it";
-  StreamRepair change;
-  change.gyro = repair;
+  StreamRepair change{.gyro = repair};
   // Of the same chip, unless gravity contradicts; CheckAccelerometer() looks whether that is so.
   if (StaysUpright(*e, repair)) change.accel = repair;
   e->Repair("imu", change);
@@ -123,16 +122,14 @@ void TurnGyro(Examination* e, const RateWitness& witness, const std::string& why
 
 void TurnAttitude(Examination* e, const RateWitness& witness, const std::string& why) {
   if (witness.turn.determinant() < 0.0) return;
-  StreamRepair change;
-  change.body = witness.turn.transpose();
-  Finding finding = TurnFinding(*e, witness, "body_axes", witness.stream, change.body);
+  const Eigen::Matrix3d repair = witness.turn.transpose();
+  Finding finding = TurnFinding(*e, witness, "body_axes", witness.stream, repair);
   finding.text = fmt::format(
       "the attitude of {}.csv is that of other body axes: its turn rates as {} agree with the "
       "gyroscope to a correlation of {:.3f}, as read to {:.3f}; {}",
-      witness.stream, AxesText(change.body), witness.match.correlation, witness.match.unturned,
-      why);
+      witness.stream, AxesText(repair), witness.match.correlation, witness.match.unturned, why);
   finding.remedy = "state the body axes of that stream so";
-  e->Repair(witness.stream, change);
+  e->Repair(witness.stream, {.body = repair});
   e->Add(finding);
 }
 
@@ -181,9 +178,7 @@ void CheckGain(Examination* e) {
   finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",
                                factor, UnitText(unit));
   finding.repaired = true;
-  StreamRepair change;
-  change.gyro_scale = factor;
-  e->Repair("imu", change);
+  e->Repair("imu", {.gyro_scale = factor});
   e->Add(finding);
 }
 

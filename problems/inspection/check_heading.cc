@@ -59,8 +59,8 @@ void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pai
   }
   finding.remedy = fmt::format("turn the attitude's earth by {:+.1f} deg about down", finding.size);
   finding.repaired = true;
-  StreamRepair change;
-  change.earth = Eigen::AngleAxisd(heading.angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::AngleAxisd turn(heading.angle, Eigen::Vector3d::UnitZ());
+  const StreamRepair change{.earth = turn.toRotationMatrix()};
   e->Repair("attitude", change);
   for (const std::string& copy : e->copies) e->Repair(copy, change);
   e->Add(finding);

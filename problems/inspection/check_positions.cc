@@ -147,11 +147,9 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   finding.remedy =
       fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
   finding.repaired = true;
-  StreamRepair change;
-  change.position_scale = factor;
   // Positions in another unit scatter about mocap as well.
   if (unit != nullptr && stream == "fixes") e->Remove("position_spread", "fixes");
-  e->Repair(stream, change);
+  e->Repair(stream, {.position_scale = factor});
   e->Add(finding);
 }
 
@@ -209,9 +207,7 @@ void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding findin
   finding.unit = "deg";
   finding.remedy = "state the earth axes of the positions so (position: {earth: ...})";
   finding.repaired = true;
-  StreamRepair change;
-  change.position = turn.transpose();
-  e->Repair(finding.stream, change);
+  e->Repair(finding.stream, {.position = turn.transpose()});
   e->Add(std::move(finding));
 }
 

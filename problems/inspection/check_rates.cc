@@ -36,9 +36,7 @@ constexpr std::array<Form, 6> kForms = {{
 
 std::vector<AttitudeSample> InForm(const std::vector<AttitudeSample>& attitude, const Form& form,
                                    const SourceAxes& axes) {
-  StreamRepair repair;
-  repair.quaternion = form.order;
-  repair.inverse = form.inverse;
+  const StreamRepair repair{.quaternion = form.order, .inverse = form.inverse};
   std::vector<AttitudeSample> read = attitude;
   for (AttitudeSample& sample : read) sample.q_Ep_I = Reread(sample.q_Ep_I, repair, axes);
   return read;
@@ -113,9 +111,6 @@ const FormTrial& BestForm(const std::vector<FormTrial>& trials) {
 
 void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_read,
                 const FormTrial& best) {
-  StreamRepair change;
-  change.quaternion = best.form->order;
-  change.inverse = best.form->inverse;
   const double size = best.correlation - as_read.unturned;
   Finding finding{"quaternion_form", stream, Level::kFatal, size, "1", e->log.gravity};
   finding.text = fmt::format(
@@ -124,7 +119,7 @@ void RepairForm(Examination* e, const std::string& stream, const FormTrial& as_r
       stream, best.form->text, best.unturned, as_read.unturned);
   finding.remedy = "give the columns in their order (and `inverse: true` where it says so)";
   finding.repaired = true;
-  e->Repair(stream, change);
+  e->Repair(stream, {.quaternion = best.form->order, .inverse = best.form->inverse});
   e->Add(finding);
 }
 
@@ -327,9 +322,7 @@ void AddClockOffset(Examination* e, double lag, Finding finding) {
   finding.unit = "s";
   finding.remedy = fmt::format("add {:+.3f} s to its stamps (time: offset)", -lag);
   finding.repaired = true;
-  StreamRepair change;
-  change.time_offset = -lag;
-  e->Repair(finding.stream, change);
+  e->Repair(finding.stream, {.time_offset = -lag});
   e->Add(std::move(finding));
 }
 

@@ -142,9 +142,7 @@ void AddOrder(Examination* e, const RotorLayout& layout, const Order& as_read,
   }
   finding.remedy = "give the columns in that order";
   finding.repaired = true;
-  StreamRepair change;
-  change.order = best.channel;
-  e->Repair(layout.stream, change);
+  e->Repair(layout.stream, {.order = best.channel});
   e->Add(finding);
 }
 
@@ -181,8 +179,8 @@ void CheckSpins(Examination* e, const RotorLayout& layout, const Order& order) {
   finding.remedy = all ? "change the sign of every `spin` (+1 is clockwise seen from above)"
                        : "check the spins of these rotors, or the order of all";
   finding.repaired = all;
-  if (all) e->result.repairs.reverse_spins = true;
   if (all) {
+    e->result.repairs.reverse_spins = true;
     for (Rotor& rotor : e->fixed.vehicle->rotors) rotor.spin = -rotor.spin;
   }
   e->Add(finding);
@@ -301,11 +299,7 @@ void CheckThrust(Examination* e) {
                    : unit ? "multiply the speeds by 2 pi (`scale: 6.2831853`)"
                           : "check k_f of the rotors, the mass and the unit of the speeds (rad/s)";
   finding.repaired = unit;
-  if (unit) {
-    StreamRepair change;
-    change.channel_scale = rpm ? kRpm : 2.0 * M_PI;
-    e->Repair("rotors", change);
-  }
+  if (unit) e->Repair("rotors", {.channel_scale = rpm ? kRpm : 2.0 * M_PI});
   e->Add(finding);
 }
 

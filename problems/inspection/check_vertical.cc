@@ -142,12 +142,8 @@ void CheckBodyUp(Examination* e) {
                        ? "state `body: FLU` if its x axis points forward"
                        : "state `body` as in the corrected map, and check which axis is forward";
   finding.repaired = true;
-  StreamRepair imu;
-  imu.accel = imu.gyro = repair;
-  e->Repair("imu", imu);
-  StreamRepair pose;
-  pose.body = repair;
-  for (const RateWitness& witness : e->rates) e->Repair(witness.stream, pose);
+  e->Repair("imu", {.accel = repair, .gyro = repair});
+  for (const RateWitness& witness : e->rates) e->Repair(witness.stream, {.body = repair});
   e->Add(finding);
 }
 
@@ -229,10 +225,8 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   finding.remedy =
       "state `earth: NWU` (or ENU, which differs by a quarter turn of heading) for the stream";
   finding.repaired = true;
-  StreamRepair change;
-  change.earth = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   // CheckPositions() judges the positions of the same stream by the repaired attitude.
-  e->Repair(witness.stream, change);
+  e->Repair(witness.stream, {.earth = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()});
   e->Add(finding);
 }
 

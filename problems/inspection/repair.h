@@ -30,7 +30,7 @@ struct StreamRepair {
   double accel_scale = 1.0, gyro_scale = 1.0, position_scale = 1.0;
   double channel_scale = 1.0;  // of rotor speeds
   // Channel i of the right stream is channel order[i] of this one; empty: as it is.
-  std::vector<std::size_t> order;
+  std::vector<std::size_t> order = {};
 
   bool IsNone() const;
 };
