@@ -27,14 +27,6 @@ void ReadRandomise(const YamlMap& map, SimulationConfig* config) {
   }
 }
 
-void ReadActingEffects(const YamlMap& map, SimulationConfig* config) {
-  for (const YamlMap& entry : map.Children("effects")) {
-    config->effects.push_back(ReadEffect(entry));
-    const std::string idle = WhyIdle(config->effects.back(), ActorsOf(*config));
-    if (!idle.empty()) entry.Fail("id", config->effects.back().id + ": " + idle);
-  }
-}
-
 }  // namespace
 }  // namespace simulation
 
@@ -60,7 +52,7 @@ SimulationConfig ReadSimulationConfig(const YamlMap& map) {
   if (map.Has("detector") && config.gnss.rate > 0.0) {
     map.Fail("detector", "is of the gates' camera, which a flight with gnss lacks; leave it out");
   }
-  ReadActingEffects(map, &config);
+  ReadActingEffects(map, ActorsOf(config), &config.effects);
   config.forces = ReadUnnamedForces(map, &config.terms);
   ReadRandomise(map.ChildOrEmpty("randomise"), &config);
   map.Finish();

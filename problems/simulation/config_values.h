@@ -3,11 +3,14 @@
 
 #include "problems/common/yaml_archive.h"
 #include "problems/simulation/config.h"
+#include "problems/simulation/motor_drive.h"
 
 namespace trueline::simulation {
 
 CourseConfig ReadCourse(const YamlMap& map);
 VehicleConfig ReadVehicle(const YamlMap& map, double gravity);
+void Serialize(YamlArchive* a, MotorDriveConfig* drive);
+void Serialize(YamlArchive* a, BladeConfig* blades);
 void Serialize(YamlArchive* a, AutopilotConfig* autopilot);
 void Serialize(YamlArchive* a, TurbulenceConfig* turbulence);
 void Serialize(YamlArchive* a, ImuConfig* imu);

@@ -250,7 +250,19 @@ std::string WhyIdle(const EffectSetting& effect, const Actors& flight) {
   if (!stages.fix_latency.empty() && !flight.fixes) return "acts on fixes; here are none";
   const bool of_ahrs = !stages.ahrs_error.empty() || !stages.attitude_latency.empty();
   if (of_ahrs && !flight.ahrs) return "acts on the attitude of an AHRS; here is none";
+  if (effect.id == "ground_effect" && !flight.above_floor) {
+    return "needs a height above the floor; set simulation: {height: ...}";
+  }
   return WrongValue(effect, flight);
+}
+
+void ReadActingEffects(const YamlMap& map, const Actors& flight,
+                       std::vector<EffectSetting>* effects) {
+  for (const YamlMap& entry : map.Children("effects")) {
+    effects->push_back(ReadEffect(entry));
+    const std::string idle = WhyIdle(effects->back(), flight);
+    if (!idle.empty()) entry.Fail("id", effects->back().id + ": " + idle);
+  }
 }
 
 Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity) {

@@ -118,11 +118,16 @@ struct Actors {
   bool fixes = false;      // of any kind
   bool ahrs = false;
   int rotors = 0;
+  bool above_floor = true;
 };
 
 // Why the effect would change nothing in such a flight, or has a value that means nothing; empty
 // where it acts.
 std::string WhyIdle(const EffectSetting& effect, const Actors& flight);
+
+// Appends the list under `effects:`. Throws InputError for an effect that is idle in this flight.
+void ReadActingEffects(const YamlMap& map, const Actors& flight,
+                       std::vector<EffectSetting>* effects);
 
 // Throws InputError for an unknown id or a missing or unknown parameter.
 Stages StagesWith(const std::vector<EffectSetting>& effects, double gravity);

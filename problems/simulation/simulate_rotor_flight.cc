@@ -4,7 +4,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/random.h"
-#include "problems/common/yaml_archive.h"
+#include "problems/simulation/config_values.h"
 #include "problems/simulation/flight.h"
 #include "problems/simulation/flown_terms.h"
 #include "problems/simulation/logged_streams.h"
@@ -246,85 +246,33 @@ FlightLog SimulateRotorFlight(const RotorSimulation& config, const PiecewisePoly
   return log;
 }
 
-namespace {
-
-simulation::MotorDriveConfig ReadMotorDrive(const YamlMap& map) {
-  simulation::MotorDriveConfig drive;
-  YamlArchive a(map);
-  a.Positive("full_speed", &drive.full_speed);
-  a.Positive("nominal_voltage", &drive.nominal_voltage);
-  a.NotNegative("idle", &drive.idle);
-  a.Require(drive.idle < 1.0, "idle", "is a share of full_speed, below 1");
-  a.NotNegative("voltage", &drive.voltage);
-  a.Positive("battery", &drive.battery);
-  a.NotNegative("drop", &drive.drop);
-  a.NotNegative("sag", &drive.sag);
-  a.NotNegative("battery_sigma", &drive.battery_sigma);
-  a.Positive("battery_rate", &drive.battery_rate);
-  map.Finish();
-  return drive;
-}
-
-simulation::BladeConfig ReadBlades(const YamlMap& map) {
-  simulation::BladeConfig blades;
-  YamlArchive a(map);
-  a.Value("count", &blades.count);
-  a.Require(blades.count >= 2 && blades.count <= 8, "count", "must be 2 to 8 blades");
-  a.Positive("radius", &blades.radius);
-  a.Positive("chord", &blades.chord);
-  a.Value("twist", &blades.twist);
-  a.Positive("lift_slope", &blades.lift_slope);
-  a.Positive("mass", &blades.mass);
-  a.Positive("flap_frequency", &blades.flap_frequency);
-  a.Positive("air_density", &blades.air_density);
-  map.Finish();
-  return blades;
-}
-
-}  // namespace
-
 void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
-  config->imu_rate = map.Get<double>("imu_rate", config->imu_rate);
-  config->pose_rate = map.Get<double>("pose_rate", config->pose_rate);
-  config->height = map.Get<double>("height", config->height);
-  if (!(config->height >= 0.0)) map.Fail("height", "must be 0 m or more");
-  if (!(config->imu_rate >= 50.0)) map.Fail("imu_rate", "must be 50 Hz or more");
-  if (!(config->pose_rate > 0.0 && config->pose_rate <= config->imu_rate)) {
-    map.Fail("pose_rate", "must be above 0 and at most imu_rate");
-  }
-  FromYaml(map.ChildOrEmpty("noise"), &config->noise);
-  config->drag = map.GetVector3("drag", config->drag);
-  config->motor_lag = map.Get<double>("motor_lag", config->motor_lag);
-  if (!(config->motor_lag > 0.0)) map.Fail("motor_lag", "must be above 0 s");
-  config->slow_moments = map.Get<double>("slow_moments", config->slow_moments);
-  if (!(config->slow_moments >= 0.0)) map.Fail("slow_moments", "must be 0 rad/s^2 or more");
-  config->rotor_inertia = map.Get<double>("rotor_inertia", config->rotor_inertia);
-  if (!(config->rotor_inertia >= 0.0)) map.Fail("rotor_inertia", "must be 0 kg m^2 or more");
-  config->speed_noise = map.Get<double>("speed_noise", config->speed_noise);
-  if (!(config->speed_noise >= 0.0)) map.Fail("speed_noise", "must be 0 or more");
-  config->speeds_late = map.Get<double>("speeds_late", config->speeds_late);
-  config->gyro_cutoff = map.Get<double>("gyro_cutoff", config->gyro_cutoff);
-  if (!(config->gyro_cutoff >= 0.0 && config->gyro_cutoff < 0.5 * config->imu_rate)) {
-    map.Fail("gyro_cutoff", "must be 0 Hz (no filter) or more, and below half of imu_rate");
-  }
-  config->log_commands = map.Get<bool>("log_commands", config->log_commands);
-  if (map.Has("motors")) config->motors = ReadMotorDrive(map.Child("motors"));
-  if (map.Has("blades")) config->blades = ReadBlades(map.Child("blades"));
-  config->log_rotors = map.Get<bool>("log_rotors", config->log_rotors);
-  if (!config->log_rotors && !config->motors) {
-    map.Fail("log_rotors", "leaves nothing of the rotors in the log; state `motors` too");
-  }
-  for (const YamlMap& entry : map.Children("effects")) {
-    const simulation::EffectSetting effect = simulation::ReadEffect(entry);
-    if (effect.id == "ground_effect" && config->height == 0.0) {
-      entry.Fail("id", "needs a height above the floor; set simulation: {height: ...}");
-    }
-    simulation::Actors flight;
-    flight.rotors = config->vehicle.model.num_rotors();
-    const std::string idle = simulation::WhyIdle(effect, flight);
-    if (!idle.empty()) entry.Fail("id", effect.id + ": " + idle);
-    config->effects.push_back(effect);
-  }
+  YamlArchive a(map);
+  a.Value("imu_rate", &config->imu_rate);
+  a.Require(config->imu_rate >= 50.0, "imu_rate", "must be 50 Hz or more");
+  a.Positive("pose_rate", &config->pose_rate);
+  a.Require(config->pose_rate <= config->imu_rate, "pose_rate", "must be at most imu_rate");
+  a.NotNegative("height", &config->height);
+  a.Nested("noise", &config->noise);
+  a.Finite("drag", &config->drag);
+  a.Positive("motor_lag", &config->motor_lag);
+  a.NotNegative("slow_moments", &config->slow_moments);
+  a.NotNegative("rotor_inertia", &config->rotor_inertia);
+  a.NotNegative("speed_noise", &config->speed_noise);
+  a.Value("speeds_late", &config->speeds_late);
+  a.NotNegative("gyro_cutoff", &config->gyro_cutoff);  // zero: no filter
+  a.Require(config->gyro_cutoff < 0.5 * config->imu_rate, "gyro_cutoff",
+            "must be below half of imu_rate");
+  a.Value("log_commands", &config->log_commands);
+  if (map.Has("motors")) a.Nested("motors", &config->motors.emplace());
+  if (map.Has("blades")) a.Nested("blades", &config->blades.emplace());
+  a.Value("log_rotors", &config->log_rotors);
+  a.Require(config->log_rotors || config->motors, "log_rotors",
+            "leaves nothing of the rotors in the log; state `motors` too");
+  simulation::Actors flight;
+  flight.rotors = config->vehicle.model.num_rotors();
+  flight.above_floor = config->height > 0.0;
+  simulation::ReadActingEffects(map, flight, &config->effects);
   config->forces = simulation::ReadUnnamedForces(map, &config->terms);
   map.Finish();
 }

@@ -86,6 +86,31 @@ VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   return vehicle;
 }
 
+void Serialize(YamlArchive* a, MotorDriveConfig* drive) {
+  a->Positive("full_speed", &drive->full_speed);
+  a->Positive("nominal_voltage", &drive->nominal_voltage);
+  a->NotNegative("idle", &drive->idle);
+  a->Require(drive->idle < 1.0, "idle", "is a share of full_speed, below 1");
+  a->NotNegative("voltage", &drive->voltage);
+  a->Positive("battery", &drive->battery);
+  a->NotNegative("drop", &drive->drop);
+  a->NotNegative("sag", &drive->sag);
+  a->NotNegative("battery_sigma", &drive->battery_sigma);
+  a->Positive("battery_rate", &drive->battery_rate);
+}
+
+void Serialize(YamlArchive* a, BladeConfig* blades) {
+  a->Value("count", &blades->count);
+  a->Require(blades->count >= 2 && blades->count <= 8, "count", "must be 2 to 8 blades");
+  a->Positive("radius", &blades->radius);
+  a->Positive("chord", &blades->chord);
+  a->Value("twist", &blades->twist);
+  a->Positive("lift_slope", &blades->lift_slope);
+  a->Positive("mass", &blades->mass);
+  a->Positive("flap_frequency", &blades->flap_frequency);
+  a->Positive("air_density", &blades->air_density);
+}
+
 void Serialize(YamlArchive* a, AutopilotConfig* autopilot) {
   a->Positive("position_gain", &autopilot->position_gain);
   a->Positive("velocity_gain", &autopilot->velocity_gain);
