@@ -5,7 +5,6 @@
 
 #include <array>
 
-#include "problems/calibration/learn_rotor_delays.h"
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
