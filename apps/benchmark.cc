@@ -9,9 +9,9 @@
 #include "problems/common/result_folder.h"
 #include "problems/experiment/write_benchmark.h"
 #include "problems/experiment/write_rotor_experiment.h"
+#include "problems/prediction/multi_step_experiment.h"
 #include "problems/prediction/prediction_experiment.h"
 #include "problems/prediction/wrench_experiment.h"
-#include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"
 
 DEFINE_string(config, "", "the experiment (YAML), as in config/experiments/");

@@ -1,12 +1,10 @@
-#include "problems/experiment/summary_yaml.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/sha256.h"
-#include "problems/experiment/benchmark_summary.h"
+#include "problems/experiment/write_benchmark.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -7,7 +7,6 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/parallel.h"
-#include "problems/experiment/summary_yaml.h"
 
 namespace trueline {
 namespace {

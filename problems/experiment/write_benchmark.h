@@ -17,6 +17,10 @@ namespace trueline {
 void WriteBenchmark(const Experiment& experiment, const ExperimentRun& run, int threads, bool times,
                     const std::filesystem::path& directory);
 
+// summary.yaml: groups, convergence, starts, failures, provenance. Independent of times and
+// threads.
+std::string SummaryYaml(const Experiment& experiment, const ExperimentRun& run);
+
 // For standard output.
 std::string BenchmarkTable(const Experiment& experiment, const ExperimentRun& run);
 

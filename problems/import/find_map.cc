@@ -10,7 +10,6 @@
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/resolve_channels.h"
-#include "problems/log/imu_faults.h"
 #include "problems/log/imu_health.h"
 
 namespace trueline {

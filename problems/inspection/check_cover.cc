@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "problems/inspection/examination.h"
-#include "problems/log/imu_faults.h"
+#include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {

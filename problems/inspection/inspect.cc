@@ -6,7 +6,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
-#include "problems/log/imu_faults.h"
+#include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {

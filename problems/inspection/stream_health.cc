@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "problems/inspection/stuck.h"
-#include "problems/log/imu_faults.h"
+#include "problems/log/imu_health.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/log/imu_faults.h"
-
 namespace trueline {
 namespace {
 

@@ -6,8 +6,6 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/common/yaml_archive.h"
-#include "problems/prediction/process_yaml.h"
 
 namespace trueline {
 

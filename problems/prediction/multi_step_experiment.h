@@ -15,10 +15,14 @@
 #include <string>
 #include <vector>
 
+#include "cost_functions/models/stabilised_process.h"
+#include "problems/common/yaml_archive.h"
 #include "problems/prediction/multi_step_score.h"
 #include "problems/prediction/prediction_experiment.h"
 
 namespace trueline {
+
+void Serialize(YamlArchive* a, StabilisedProcessNumbers* numbers);
 
 struct PublishedScore {
   std::string name, average;
@@ -60,5 +64,13 @@ struct MultiStepResult {
 MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
                                        const std::filesystem::path& training,
                                        const std::filesystem::path& test, int threads, bool quiet);
+
+// summary.yaml (scores of both averages, the fitted numbers with sigma and unit, each fold's) and
+// horizons.csv (mean errors at every horizon).
+void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult& result,
+                    const std::filesystem::path& directory);
+
+// For standard output.
+std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result);
 
 }  // namespace trueline

@@ -1,10 +1,7 @@
-#include "problems/prediction/write_multi_step.h"
-
 #include <fmt/format.h>
 
 #include "problems/common/atomic_file.h"
-#include "problems/common/yaml_archive.h"
-#include "problems/prediction/process_yaml.h"
+#include "problems/prediction/multi_step_experiment.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-#include "problems/common/ceres_problem.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/path_noise.h"
 #include "problems/vgd/solver_options.h"

@@ -3,9 +3,9 @@
 #include <chrono>
 #include <cmath>
 
-#include "problems/common/ceres_problem.h"
 #include "problems/common/time.h"
 #include "problems/vgd/segment_chain.h"
+#include "problems/vgd/solver_options.h"
 
 namespace trueline {
 

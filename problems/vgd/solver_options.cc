@@ -11,6 +11,12 @@ double ParameterTolerance(const VgdOptions& options) {
 
 }  // namespace
 
+ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback) {
+  ceres::Problem::Options options;
+  options.evaluation_callback = callback;
+  return options;
+}
+
 ceres::Solver::Options SolverOptions(const VgdOptions& options,
                                      ceres::LinearSolverType linear_solver) {
   ceres::Solver::Options result;

@@ -1,12 +1,18 @@
 // How windows are solved.
 #pragma once
 
+#include <ceres/evaluation_callback.h>
+#include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include "problems/chain/trust_region.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {
+
+// Options of a problem whose residuals share an integration, which `callback` carries out once for
+// each evaluation point.
+ceres::Problem::Options ProblemOptions(ceres::EvaluationCallback* callback);
 
 // Ceres' options for the solver in `options`, with the stopping rule of Li et al. 2019, eq. 36;
 // `linear_solver` applies to the trust region only.

@@ -6,7 +6,6 @@
 
 #include <fstream>
 
-#include "problems/prediction/write_multi_step.h"
 #include "problems/result/render.h"
 #include "tests/common/test_files.h"
 #include "tests/prediction/made_run.h"
