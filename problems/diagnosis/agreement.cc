@@ -67,7 +67,7 @@ VectorXd RobustWeightsByAxis(const VectorXd& residual) {
       if (residual[row] != 0.0) sizes.push_back(std::abs(residual[row]));
     }
     if (sizes.empty()) continue;
-    const double scale = std::max(1e-9, 1.4826 * UpperMedian(std::move(sizes)));
+    const double scale = std::max(1e-9, SigmaOfSizes(std::move(sizes)));
     for (Eigen::Index row = axis; row < residual.size(); row += 3) {
       const double u = std::abs(residual[row]) / scale;
       if (u > 0.0) weight[row] = HuberWeight(kEdge, u) / (scale * scale);

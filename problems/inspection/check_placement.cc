@@ -8,6 +8,7 @@
 #include "problems/inspection/examination.h"
 #include "problems/inspection/fix_pairs.h"
 #include "problems/inspection/vector_sums.h"
+#include "problems/log/fixes.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -137,9 +138,8 @@ void CheckPlacement(Examination* e) {
 void CheckSpread(Examination* e) {
   const std::vector<VectorPair> pairs = FixPairs(e->fixed)(0.0);
   if (pairs.size() < 30) return;
-  std::vector<double> sigmas;
-  for (const Fix& fix : e->fixed.fixes) sigmas.push_back(fix.sigma);
-  const double sigma = LowerMedian(sigmas), odd = std::max(kLeastOddSpread, kOddSpread * sigma);
+  const double sigma = MedianSigma(e->fixed.fixes);
+  const double odd = std::max(kLeastOddSpread, kOddSpread * sigma);
   const std::array<Spread, 3> axes = SpreadOfAxes(pairs);
   const auto [best, worst] = std::minmax_element(
       axes.begin(), axes.end(),

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "problems/common/units.h"
-#include "problems/result/statistics.h"
+#include "problems/log/fixes.h"
 
 namespace trueline {
 namespace {
@@ -25,10 +25,7 @@ std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string&
 }
 
 double NoiseOf(const FlightLog& log, const std::string& stream) {
-  if (stream != "fixes") return kPoseNoise;
-  std::vector<double> sigmas;
-  for (const Fix& fix : log.fixes) sigmas.push_back(fix.sigma);
-  return sigmas.empty() ? kPoseNoise : LowerMedian(sigmas);
+  return stream == "fixes" && !log.fixes.empty() ? MedianSigma(log.fixes) : kPoseNoise;
 }
 
 // Of three equal errors of position; a bend is (1, -2, 1) over the half width's square.

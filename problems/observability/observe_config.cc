@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/log/fixes.h"
 #include "problems/log/read_rotor.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/gramian_ranking.h"

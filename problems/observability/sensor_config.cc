@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "problems/result/statistics.h"
+#include "problems/log/fixes.h"
 
 namespace trueline {
 namespace {
@@ -57,12 +57,6 @@ SensorSet SensorsOf(const FlightLog& log) {
     sensors.sigma_position = MedianSigma(log.fixes);
   }
   return sensors;
-}
-
-double MedianSigma(const std::vector<Fix>& fixes) {
-  std::vector<double> sigmas;
-  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
-  return UpperMedian(sigmas);
 }
 
 }  // namespace trueline

@@ -18,7 +18,5 @@ SensorSet WithSensors(SensorSet noise, const std::vector<std::string>& names, co
 
 // Rates as logged; sigmas as for the paper's sensors, but for fixes, which state theirs.
 SensorSet SensorsOf(const FlightLog& log);
-// m, of at least one fix.
-double MedianSigma(const std::vector<Fix>& fixes);
 
 }  // namespace trueline

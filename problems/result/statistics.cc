@@ -43,11 +43,15 @@ double LowerMedian(std::vector<double> values) {
 
 double UpperMedian(std::vector<double> values) { return OrderStatistic(values, values.size() / 2); }
 
+double SigmaOfSizes(std::vector<double> sizes) {
+  return sizes.empty() ? 0.0 : 1.4826 * UpperMedian(std::move(sizes));
+}
+
 double SigmaByMedian(std::vector<double> values) {
   if (values.empty()) return 0.0;
-  const double median = LowerMedian(values);
+  const double median = UpperMedian(values);
   for (double& value : values) value = std::abs(value - median);
-  return 1.4826 * LowerMedian(std::move(values));
+  return SigmaOfSizes(std::move(values));
 }
 
 ErrorSummary Summarise(const std::vector<double>& values) {

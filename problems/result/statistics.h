@@ -18,7 +18,9 @@ double RootMeanSquare(const std::vector<double>& values);
 double LowerMedian(std::vector<double> values);
 double UpperMedian(std::vector<double> values);
 
-// Standard deviation by the median absolute deviation of a normal distribution; 0 for no values.
+// Standard deviation by the median of a normal distribution's absolute values (`sizes`), or of
+// those from the median; 0 for no values.
+double SigmaOfSizes(std::vector<double> sizes);
 double SigmaByMedian(std::vector<double> values);
 
 struct ErrorSummary {

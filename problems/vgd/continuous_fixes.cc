@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "problems/log/fixes.h"
 #include "problems/log/imu_health.h"
 #include "problems/result/statistics.h"
 
@@ -41,7 +42,6 @@ double ShareInLongRuns(const std::vector<Sample>& samples, double gap, double lo
 double WhiteSigma(const std::vector<Fix>& fixes, double interval) {
   constexpr double kFarApart = 0.3;  // s
   constexpr double kUneven = 0.2;    // of the interval
-  constexpr double kMadOfNormal = 0.6745;
   std::vector<double> differences;
   if (interval > kFarApart) return std::nan("");
   for (std::size_t i = 3; i < fixes.size(); ++i) {
@@ -57,13 +57,7 @@ double WhiteSigma(const std::vector<Fix>& fixes, double interval) {
     differences.push_back(std::abs(third.y()));
   }
   return differences.empty() ? std::nan("")
-                             : Quantile(differences, 0.5) / kMadOfNormal / std::sqrt(20.0);
-}
-
-double MedianSigma(const std::vector<Fix>& fixes) {
-  std::vector<double> sigmas;
-  for (const Fix& fix : fixes) sigmas.push_back(fix.sigma);
-  return Quantile(sigmas, 0.5);
+                             : SigmaOfSizes(std::move(differences)) / std::sqrt(20.0);
 }
 
 FixNoise NoiseOf(const FlightLog& log, const ContinuousFixOptions& options, double interval) {

@@ -16,8 +16,7 @@ double ScatterOf(const std::vector<ForceSample>& samples) {
     const Eigen::Vector2d d = samples[i].accel_xy - samples[i - 1].accel_xy;
     differences.insert(differences.end(), {std::abs(d.x()), std::abs(d.y())});
   }
-  if (differences.empty()) return 0.0;
-  return UpperMedian(std::move(differences)) / (0.6745 * std::sqrt(2.0));
+  return SigmaOfSizes(std::move(differences)) / std::sqrt(2.0);
 }
 
 }  // namespace

@@ -9,13 +9,6 @@ namespace {
 
 constexpr double kInterval = 0.25;  // s
 constexpr std::size_t kEnough = 8;  // intervals
-constexpr double kSigmaByMad = 1.4826;
-
-double RobustSigma(std::vector<double> values) {
-  const double median = UpperMedian(values);
-  for (double& value : values) value = std::abs(value - median);
-  return kSigmaByMad * UpperMedian(std::move(values));
-}
 
 // Rotation vector in I (rad, small) of the AHRS's rotation less the gyroscope's.
 Eigen::Vector3d Disagreement(const ImuInputs& imu, TimeNs t0, TimeNs t1) {
@@ -42,7 +35,8 @@ Eigen::Vector3d GyroScatter(const ImuInputs& imu) {
     for (int axis = 0; axis < 3; ++axis) turns[axis].push_back(turn[axis]);
   }
   if (turns[0].size() < kEnough) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d sigma(RobustSigma(turns[0]), RobustSigma(turns[1]), RobustSigma(turns[2]));
+  const Eigen::Vector3d sigma(SigmaByMedian(turns[0]), SigmaByMedian(turns[1]),
+                              SigmaByMedian(turns[2]));
   return sigma / std::sqrt(kInterval);
 }
 
