@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/parallel.h"
+#include "problems/result/csv_file.h"
 
 namespace trueline {
 namespace {
@@ -15,25 +17,21 @@ std::string Number(double value, const char* format = "{:.6g}") {  // empty for 
   return std::isnan(value) ? "" : fmt::format(fmt::runtime(format), value);
 }
 
-// Writes the header and calls `write(job, row)` for all rows of one kind; no file without rows,
-// except for arcs.
+// Calls `write(file, job, row)` for all rows of one kind; no file without rows, except for arcs.
 template <class Row, class Write>
 void WriteTable(const ExperimentRun& run, std::vector<Row> JobResult::*rows,
                 const std::filesystem::path& path, const char* header, const Write& write) {
-  AtomicFile file(path);
-  fmt::print(file.stream(), "{}\n", header);
-  bool any = std::is_same_v<Row, ArcRow>;
-  for (const JobOutcome& outcome : run.outcomes) {
-    for (const Row& row : outcome.result.*rows) {
-      write(file.stream(), outcome.job, row);
-      any = true;
-    }
-  }
-  if (any) {
-    file.Commit();
-  } else {
+  const bool none = std::ranges::all_of(
+      run.outcomes, [&](const JobOutcome& outcome) { return (outcome.result.*rows).empty(); });
+  if (none && !std::is_same_v<Row, ArcRow>) {
     std::filesystem::remove(path);  // of an earlier run
+    return;
   }
+  WriteCsv(path, header, [&](std::ostream& out) {
+    for (const JobOutcome& outcome : run.outcomes) {
+      for (const Row& row : outcome.result.*rows) write(out, outcome.job, row);
+    }
+  });
 }
 
 void WriteTiming(const ExperimentRun& run, int threads, const std::filesystem::path& path) {

@@ -1,12 +1,13 @@
 #include "problems/experiment/write_rotor_experiment.h"
 
-#include <fmt/format.h>
+#include <fmt/ostream.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
+#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 #include "problems/trajectory/trajectory_config.h"
 
@@ -66,23 +67,18 @@ YAML::Node SummaryNode(const RotorExperiment& experiment,
   return node;
 }
 
-std::string TrialsCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
-  std::string text =
-      "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,ordinary_error,"
-      "ordinary_sigma,batch_error,batch_sigma,bound\n";
+void PrintTrials(const RotorExperiment& experiment, const ExperimentRun& run, std::ostream& out) {
   for (const JobOutcome& outcome : run.outcomes) {
     for (const TrialRow& t : outcome.result.trials) {
       for (const int i : experiment.prior.Free()) {
         const RotorConstantInfo& info = kRotorConstants[i];
-        text +=
-            fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                        outcome.job.log, outcome.job.seed, info.name, info.unit, t.first_guess[i],
-                        t.filter_error[i], t.filter_sigma[i], t.ordinary_error[i],
-                        t.ordinary_sigma[i], t.batch_error[i], t.batch_sigma[i], t.bound[i]);
+        fmt::print(out, "{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                   outcome.job.log, outcome.job.seed, info.name, info.unit, t.first_guess[i],
+                   t.filter_error[i], t.filter_sigma[i], t.ordinary_error[i], t.ordinary_sigma[i],
+                   t.batch_error[i], t.batch_sigma[i], t.bound[i]);
       }
     }
   }
-  return text;
 }
 
 // Estimates of all flights of one kind at one time.
@@ -108,21 +104,19 @@ std::vector<Moment> MomentsOf(const std::vector<const TrialRow*>& trials) {
   return moments;
 }
 
-std::string HistoryCsv(const RotorExperiment& experiment, const ExperimentRun& run) {
-  std::string text = "kind,t [s],parameter,unit,truth,mean_error,spread,rmse,sigma\n";
+void PrintHistory(const RotorExperiment& experiment, const ExperimentRun& run, std::ostream& out) {
   const RotorConstants truth = TrueConstants(experiment.simulation);
   for (const FlightKindSource& kind : experiment.kinds) {
     for (const Moment& m : MomentsOf(TrialsOf(run.outcomes, kind.name))) {
       for (const int i : experiment.prior.Free()) {
         const double mean = m.error[i] / m.count, square = m.square[i] / m.count;
-        text += fmt::format("{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", kind.name, m.t,
-                            kRotorConstants[i].name, kRotorConstants[i].unit, truth[i], mean,
-                            std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
-                            std::sqrt(m.variance[i] / m.count));
+        fmt::print(out, "{},{:.3f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", kind.name, m.t,
+                   kRotorConstants[i].name, kRotorConstants[i].unit, truth[i], mean,
+                   std::sqrt(std::max(0.0, square - mean * mean)), std::sqrt(square),
+                   std::sqrt(m.variance[i] / m.count));
       }
     }
   }
-  return text;
 }
 
 // The path that the experiment has designed for a job's kind of flight.
@@ -146,8 +140,13 @@ void WriteRotorExperiment(const RotorExperiment& experiment, const ExperimentRun
         name.begin(), name.end(), [](char c) { return c == ' ' || c == '/'; }, '_');
     WriteFileAtomically(directory / ("trajectory_" + name + ".yaml"), TrajectoryYaml(*path));
   }
-  WriteFileAtomically(directory / "trials.csv", TrialsCsv(experiment, run));
-  WriteFileAtomically(directory / "history.csv", HistoryCsv(experiment, run));
+  WriteCsv(directory / "trials.csv",
+           "kind,seed,parameter,unit,first_guess,filter_error,filter_sigma,ordinary_error,"
+           "ordinary_sigma,batch_error,batch_sigma,bound",
+           [&](std::ostream& out) { PrintTrials(experiment, run, out); });
+  WriteCsv(directory / "history.csv",
+           "kind,t [s],parameter,unit,truth,mean_error,spread,rmse,sigma",
+           [&](std::ostream& out) { PrintHistory(experiment, run, out); });
   WriteFileAtomically(directory / "summary.yaml",
                       TextOf(SummaryNode(experiment, SummariseTrials(experiment, run.outcomes))));
 }

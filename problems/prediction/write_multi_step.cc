@@ -1,7 +1,8 @@
-#include <fmt/format.h>
+#include <fmt/ostream.h>
 
 #include "problems/common/atomic_file.h"
 #include "problems/prediction/multi_step_experiment.h"
+#include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
@@ -40,19 +41,17 @@ YAML::Node FitNode(const PredictionSetup& setup, const PredictionFit& fit,
   return node;
 }
 
-std::string HorizonsCsv(const MultiStepResult& result) {
-  std::string text = "trajectory,predictor,average,horizon [1],p [m],v [m/s],R [rad],w [rad/s]\n";
+void PrintHorizons(const MultiStepResult& result, std::ostream& out) {
   for (const MultiStepRow& row : result.rows) {
     for (const auto& [average, errors] : {std::pair{"concatenated", &row.score.concatenated},
                                           std::pair{"within", &row.score.within}}) {
       for (int k = 0; k < PredictionWindow::kSteps; ++k) {
-        text += fmt::format("\"{}\",\"{}\",{},{},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.trajectory,
-                            row.predictor, average, k + 1, errors->mean[0][k], errors->mean[1][k],
-                            errors->mean[2][k], errors->mean[3][k]);
+        fmt::print(out, "\"{}\",\"{}\",{},{},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.trajectory,
+                   row.predictor, average, k + 1, errors->mean[0][k], errors->mean[1][k],
+                   errors->mean[2][k], errors->mean[3][k]);
       }
     }
   }
-  return text;
 }
 
 }  // namespace
@@ -84,7 +83,9 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
   for (const MultiStepFold& fold : result.folds) {
     node["folds"][fold.trajectory] = FitNode(experiment.setup, fold.fit, fold.trained_on);
   }
-  WriteFileAtomically(directory / "horizons.csv", HorizonsCsv(result));
+  WriteCsv(directory / "horizons.csv",
+           "trajectory,predictor,average,horizon [1],p [m],v [m/s],R [rad],w [rad/s]",
+           [&](std::ostream& out) { PrintHorizons(result, out); });
   WriteFileAtomically(directory / "summary.yaml", TextOf(node));
 }
 
