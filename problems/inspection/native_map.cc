@@ -1,38 +1,21 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
 
 #include "problems/inspection/corrected_map.h"
 #include "problems/log/csv_text.h"
+#include "problems/log/line_reader.h"
 
 namespace trueline {
 namespace {
 
-constexpr char kByteOrderMark[] = "\xEF\xBB\xBF";
-
-struct HeaderColumn {
-  std::string text;  // as in the file
-  std::string unit;
-};
-
 // Columns by their name without the unit.
 std::map<std::string, HeaderColumn> HeaderOf(const std::filesystem::path& path) {
-  std::string line;
-  std::getline(std::ifstream(path) >> std::ws, line);
-  if (line.starts_with(kByteOrderMark)) line.erase(0, std::size(kByteOrderMark) - 1);
-  if (line.ends_with('\r')) line.pop_back();
-  std::vector<std::string_view> fields;
-  SplitFields(line, ',', &fields);
+  LineReader lines(path);
+  std::string_view line;
+  lines.NextFilled(&line);
   std::map<std::string, HeaderColumn> columns;
-  for (const std::string_view field : fields) {
-    const std::string text(field);
-    const std::size_t bracket = text.find('[');
-    const std::string name = text.substr(0, text.find_first_of(" ["));
-    const std::string unit =
-        bracket == std::string::npos ? "" : text.substr(bracket + 1, text.find(']') - bracket - 1);
-    columns[name] = {text, unit};
-  }
+  for (const HeaderColumn& column : SplitHeader(line)) columns[column.name] = column;
   return columns;
 }
 
@@ -66,7 +49,7 @@ class SourceWriter {
  private:
   HeaderColumn At(const std::string& name) const {
     const auto found = header_.find(name);
-    return found == header_.end() ? HeaderColumn{name, ""} : found->second;
+    return found == header_.end() ? HeaderColumn{name} : found->second;
   }
   static void SetUnit(const Field& field, const HeaderColumn& column, YAML::Node* node) {
     const std::string unit = column.unit.empty() ? field.unit : column.unit;

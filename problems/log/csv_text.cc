@@ -103,6 +103,20 @@ void SplitFields(std::string_view line, char delimiter, std::vector<std::string_
   }
 }
 
+std::vector<HeaderColumn> SplitHeader(std::string_view line) {
+  std::vector<std::string_view> fields;
+  SplitFields(line, ',', &fields);
+  std::vector<HeaderColumn> columns;
+  for (const std::string_view field : fields) {
+    const std::size_t open = field.find('['), close = field.rfind(']');
+    HeaderColumn& column = columns.emplace_back(HeaderColumn{std::string(field)});
+    column.name = TrimmedField(field.substr(0, open));
+    if (open == std::string_view::npos || close == std::string_view::npos) continue;
+    column.unit = TrimmedField(field.substr(open + 1, close - open - 1));
+  }
+  return columns;
+}
+
 void ValueSplitter::Split(std::string_view line, std::vector<std::string_view>* fields) {
   if (separators_.decimal_comma) {
     with_points_.assign(line);

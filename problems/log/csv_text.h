@@ -14,6 +14,14 @@ std::string_view TrimmedField(std::string_view text);  // without blanks and one
 // The fields of one line. With a `delimiter` of ' ' a run of blanks and tabs counts as one.
 void SplitFields(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 
+// A column of a native log's header, such as "x [m]".
+struct HeaderColumn {
+  std::string text;       // as in the file
+  std::string name = {};  // without the unit
+  std::string unit = {};  // empty where none is stated
+};
+std::vector<HeaderColumn> SplitHeader(std::string_view line);
+
 // How a CSV file separates.
 struct CsvSeparators {
   char delimiter = ',';        // of fields; ' ' stands for runs of blanks and tabs

@@ -34,18 +34,13 @@ void StreamReader::ReadHeader() {
   if (!lines_.Next(&line)) {
     throw ErrorAt(lines_.file(), 0, "the file is empty; write a header line such as 't [s],...'");
   }
-  SplitFields(line, ',', &fields_);
-  for (const std::string_view field : fields_) {
-    const std::size_t open = field.find('[');
-    const std::size_t close = field.rfind(']');
-    const bool has_unit = open != std::string_view::npos && close != std::string_view::npos;
-    const std::string name(TrimmedField(field.substr(0, open)));
-    if (IndexOf(names_, name) >= 0) {
-      throw ErrorAt(lines_.file(), 1, fmt::format("column '{}' occurs twice; keep one", name));
+  for (const HeaderColumn& column : SplitHeader(line)) {
+    if (IndexOf(names_, column.name) >= 0) {
+      throw ErrorAt(lines_.file(), 1,
+                    fmt::format("column '{}' occurs twice; keep one", column.name));
     }
-    names_.push_back(name);
-    units_.emplace_back(has_unit ? TrimmedField(field.substr(open + 1, close - open - 1))
-                                 : std::string_view());
+    names_.push_back(column.name);
+    units_.push_back(column.unit);
   }
 }
 
