@@ -41,12 +41,15 @@ double Weight(std::span<const Sample> samples, std::size_t i) {
   return 0.5 * SecondsBetween(samples[before].t, samples[after].t);
 }
 
-Quaterniond AttitudeAt(const std::vector<AttitudeSample>& attitude, TimeNs t, std::size_t* near) {
+// By samples near `near`, which moves on.
+template <class Sample>
+Quaterniond AttitudeAt(const std::vector<Sample>& samples, Quaterniond Sample::*q, TimeNs t,
+                       std::size_t* near) {
   std::size_t& i = *near;
-  while (i + 2 < attitude.size() && attitude[i + 1].t <= t) ++i;
-  const double span = SecondsBetween(attitude[i].t, attitude[i + 1].t);
-  const double share = std::clamp(SecondsBetween(attitude[i].t, t) / span, 0.0, 1.0);
-  return Between(attitude[i].q_Ep_I, attitude[i + 1].q_Ep_I, share);
+  while (i + 2 < samples.size() && samples[i + 1].t <= t) ++i;
+  const Sample &a = samples[i], &b = samples[i + 1];
+  const double share = std::clamp(SecondsBetween(a.t, t) / SecondsBetween(a.t, b.t), 0.0, 1.0);
+  return Between(a.*q, b.*q, share);
 }
 
 MocapRows EmptyRows(std::size_t samples, int nuisances) {
@@ -156,7 +159,8 @@ void MocapComparison::AlignHeadings() {
   std::size_t near = 0;
   for (const PoseSample& pose : log_.mocap) {
     if (pose.t < log_.attitude.front().t || pose.t > log_.attitude.back().t) continue;
-    const Quaterniond q = pose.q_E * AttitudeAt(log_.attitude, pose.t, &near).conjugate();
+    const Quaterniond q =
+        pose.q_E * AttitudeAt(log_.attitude, &AttitudeSample::q_Ep_I, pose.t, &near).conjugate();
     angles.push_back(RotationVector(q).norm());
     sum += sum.dot(q.coeffs()) < 0.0 ? Eigen::Vector4d(-q.coeffs()) : q.coeffs();
   }
@@ -182,14 +186,9 @@ std::vector<Quaterniond> MocapComparison::AttitudesOfImu(const FlightLog& correc
   q_E_I.reserve(corrected.imu.size());
   std::size_t near = 0;
   for (const ImuSample& s : corrected.imu) {
-    if (!own_attitude_) {
-      q_E_I.push_back(q_E_Ep_ * AttitudeAt(corrected.attitude, s.t, &near));
-      continue;
-    }
-    while (near + 2 < log_.mocap.size() && log_.mocap[near + 1].t <= s.t) ++near;
-    const PoseSample &a = log_.mocap[near], &b = log_.mocap[near + 1];
-    const double share = SecondsBetween(a.t, s.t) / SecondsBetween(a.t, b.t);
-    q_E_I.push_back(Between(a.q_E, b.q_E, std::clamp(share, 0.0, 1.0)));
+    q_E_I.push_back(own_attitude_ ? AttitudeAt(log_.mocap, &PoseSample::q_E, s.t, &near)
+                                  : q_E_Ep_ * AttitudeAt(corrected.attitude,
+                                                         &AttitudeSample::q_Ep_I, s.t, &near));
   }
   return q_E_I;
 }
