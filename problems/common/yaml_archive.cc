@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 namespace trueline {
 
 double YamlArchive::Value(const std::string& key, double* value, double unit) {
@@ -13,34 +11,26 @@ double YamlArchive::Value(const std::string& key, double* value, double unit) {
   return number;
 }
 
-void YamlArchive::Finite(const std::string& key, double* value) {
-  Value(key, value);
-  Require(std::isfinite(*value), key, "must be a finite number");
-}
-
-void YamlArchive::Finite(const std::string& key, Eigen::Vector3d* value) {
+void YamlArchive::Value(const std::string& key, Eigen::Vector3d* value) {
   if (map_ != nullptr) {
     *value = map_->GetVector3(key, *value);
   } else {
     node_[key] = std::vector<double>(value->begin(), value->end());
   }
-  Require(value->allFinite(), key, "must be finite numbers");
 }
 
 void YamlArchive::Positive(const std::string& key, double* value, double unit) {
   const double number = Value(key, value, unit);
-  Require(number > 0.0 && std::isfinite(number), key,
-          fmt::format("must be above zero and finite, found {}", number));
+  Require(number > 0.0, key, fmt::format("must be above zero and finite, found {}", number));
 }
 
 void YamlArchive::NotNegative(const std::string& key, double* value, double unit) {
   const double number = Value(key, value, unit);
-  Require(number >= 0.0 && std::isfinite(number), key,
-          fmt::format("must be zero or above and finite, found {}", number));
+  Require(number >= 0.0, key, fmt::format("must be zero or above and finite, found {}", number));
 }
 
 void YamlArchive::NotNegative(const std::string& key, Eigen::Vector3d* value) {
-  Finite(key, value);
+  Value(key, value);
   Require(value->minCoeff() >= 0.0, key, "must be zero or above on each axis");
 }
 

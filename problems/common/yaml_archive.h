@@ -31,7 +31,7 @@ class YamlArchive {
   // What was written.
   const YAML::Node& node() const { return node_; }
 
-  // Any value of the type.
+  // Any value of the type; numbers are finite.
   template <class T>
   void Value(const std::string& key, T* value) {
     if (map_ != nullptr) {
@@ -42,9 +42,8 @@ class YamlArchive {
   }
   // The file's number is in a unit of `unit`, such as kDegree. Returns the file's number.
   double Value(const std::string& key, double* value, double unit = 1.0);
+  void Value(const std::string& key, Eigen::Vector3d* value);
 
-  void Finite(const std::string& key, double* value);
-  void Finite(const std::string& key, Eigen::Vector3d* value);
   void Positive(const std::string& key, double* value, double unit = 1.0);
   void NotNegative(const std::string& key, double* value, double unit = 1.0);
   void NotNegative(const std::string& key, Eigen::Vector3d* value);

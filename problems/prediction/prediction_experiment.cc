@@ -50,10 +50,8 @@ RotorAirVehicle ReadRotorAirVehicle(const YamlMap& map) {
   RotorAirVehicle vehicle;
   YamlArchive a(map);
   a.Positive("mass", &vehicle.mass);
-  a.Require(vehicle.mass > 0.0, "mass", "is needed, in kg");
   a.Positive("gravity", &vehicle.gravity);
   a.Positive("radius", &vehicle.radius);
-  a.Require(vehicle.radius > 0.0, "radius", "is needed, in m");
   a.Positive("air_density", &vehicle.air_density);
   for (const YamlMap& rotor : map.Children("rotors")) {
     const int spin = rotor.Get<int>("spin");
@@ -72,7 +70,7 @@ std::vector<PredictionNumber> ReadNumbers(const YamlMap& map, int count, NumberI
     const char* name = info(i).name;
     const YamlMap entry = map.Child(name);
     YamlArchive a(entry);
-    a.Finite("start", &numbers[i].start);
+    a.Value("start", &numbers[i].start);
     const double size = std::abs(numbers[i].start);
     numbers[i].typical = size > 0.0 ? size : 1.0;
     a.Positive("typical", &numbers[i].typical);

@@ -8,11 +8,11 @@ void Serialize(YamlArchive* a, ImuConfig* imu) {
   a->Require(imu->rate >= 100.0, "rate", "the flight is integrated at this rate; use 100 or more");
   a->NotNegative("accel_noise_density", &imu->accel_noise_density);
   a->NotNegative("gyro_noise_density", &imu->gyro_noise_density);
-  a->Finite("accel_bias", &imu->accel_bias);
-  a->Finite("gyro_bias", &imu->gyro_bias);
+  a->Value("accel_bias", &imu->accel_bias);
+  a->Value("gyro_bias", &imu->gyro_bias);
   a->NotNegative("accel_bias_walk", &imu->accel_bias_walk);
   a->NotNegative("gyro_bias_walk", &imu->gyro_bias_walk);
-  a->Finite("misalignment", &imu->misalignment);
+  a->Value("misalignment", &imu->misalignment);
   a->Map("vibration", [vibration = &imu->vibration](YamlArchive* map) {
     map->Value("accel", &vibration->accel);
     map->Value("gyro", &vibration->gyro);
@@ -33,10 +33,10 @@ void Serialize(YamlArchive* a, AhrsConfig* ahrs) {
     a->Positive("tilt_gain", &ahrs->tilt_gain);
     a->NotNegative("integral_gain", &ahrs->integral_gain);
     a->NotNegative("heading_gain", &ahrs->heading_gain);
-    a->Finite("heading_error", &ahrs->heading_error);
+    a->Value("heading_error", &ahrs->heading_error);
     return;
   }
-  a->Finite("constant", &ahrs->constant);
+  a->Value("constant", &ahrs->constant);
   if (ahrs->kind == AhrsKind::kConstantError) return;
   a->NotNegative("drift_sigma", &ahrs->drift_sigma);
   a->Positive("drift_memory", &ahrs->drift_memory);
@@ -55,7 +55,7 @@ void Serialize(YamlArchive* a, DetectorConfig* detector) {
   a->Positive("range_max", &detector->range_max);
   a->Positive("fov_horizontal_deg", &detector->fov_horizontal_deg);
   a->Positive("fov_vertical_deg", &detector->fov_vertical_deg);
-  a->Finite("camera_pitch_deg", &detector->camera_pitch_deg);
+  a->Value("camera_pitch_deg", &detector->camera_pitch_deg);
   a->Positive("max_view_deg", &detector->max_view_deg);
   a->NotNegative("sigma_factor", &detector->sigma_factor);
   a->Positive("sigma_floor", &detector->sigma_floor);
@@ -63,7 +63,7 @@ void Serialize(YamlArchive* a, DetectorConfig* detector) {
   a->Require(detector->outlier_share <= 1.0, "outlier_share", "is a share: 0 to 1");
   a->Positive("outlier_size", &detector->outlier_size);
   a->NotNegative("tail_dof", &detector->tail_dof);
-  a->Finite("latency", &detector->latency);
+  a->Value("latency", &detector->latency);
   a->NotNegative("jitter", &detector->jitter);
   a->Choice("turned_by", &detector->turned_by_ahrs, {{"truth", false}, {"ahrs", true}});
 }
@@ -74,7 +74,7 @@ void Serialize(YamlArchive* a, GnssConfig* gnss) {
   a->Positive("correlation_time", &gnss->correlation_time);
   a->NotNegative("white_sigma", &gnss->white_sigma);
   a->Positive("stated_sigma", &gnss->stated_sigma);
-  a->Finite("latency", &gnss->latency);
+  a->Value("latency", &gnss->latency);
   a->NotNegative("latency_jitter", &gnss->latency_jitter);
   a->NotNegative("wave", &gnss->wave);
   a->Positive("wave_period", &gnss->wave_period);

@@ -254,7 +254,7 @@ void ReadRotorSimulation(const YamlMap& map, RotorSimulation* config) {
   a.Require(config->pose_rate <= config->imu_rate, "pose_rate", "must be at most imu_rate");
   a.NotNegative("height", &config->height);
   a.Nested("noise", &config->noise);
-  a.Finite("drag", &config->drag);
+  a.Value("drag", &config->drag);
   a.Positive("motor_lag", &config->motor_lag);
   a.NotNegative("slow_moments", &config->slow_moments);
   a.NotNegative("rotor_inertia", &config->rotor_inertia);

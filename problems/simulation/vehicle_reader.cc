@@ -72,11 +72,11 @@ VehicleConfig ReadVehicle(const YamlMap& map, double gravity) {
   VehicleConfig vehicle;
   YamlArchive a(map);
   a.Positive("mass", &vehicle.mass);
-  a.Finite("inertia", &vehicle.inertia);
+  a.Value("inertia", &vehicle.inertia);
   a.Require(vehicle.inertia.minCoeff() > 0.0, "inertia", "must be above 0 on each axis");
   a.Positive("motor_lag", &vehicle.motor_lag);
   a.Positive("max_rotor_speed", &vehicle.max_rotor_speed);
-  a.Finite("drag", &vehicle.drag);
+  a.Value("drag", &vehicle.drag);
   vehicle.rotors = ReadRotors(map.Children("rotors"));
   if (vehicle.rotors.empty()) vehicle.rotors = DefaultRotors(vehicle.mass, gravity);
   if (vehicle.rotors.size() < 4 || vehicle.rotors.size() > 8) {

@@ -29,7 +29,7 @@ void Serialize(YamlArchive* a, Options* o) {
   a->Positive("length_m", &o->length);
   a->NotNegative("angle_deg", &o->angle, kDegree);
   a->Require(o->angle < M_PI, "angle_deg", "must be below 180");
-  a->Finite("bias", &o->bias);
+  a->Value("bias", &o->bias);
   a->Choice("colour", &o->colour, {{"red", Colour::kRed}, {"blue", Colour::kBlue}});
   a->Nested("inner", &o->inner);
 }
