@@ -14,22 +14,6 @@
 namespace trueline {
 namespace {
 
-std::vector<int> StatesNamed(const YamlMap& map, const std::string& key,
-                             const std::vector<std::string>& names,
-                             const std::vector<StateInfo>& info) {
-  std::vector<int> states;
-  for (const std::string& name : names) {
-    const int state = FindConstant(info, name);
-    if (state < 0) {
-      map.Fail(key, fmt::format("'{}' is no parameter; use m, I_x ... I_z, r_BM_x ..., r_BP_x ..., "
-                                "r_BI_x ..., b_a_x ..., b_w_x ..., k_f, k_m",
-                                name));
-    }
-    AddStates({state}, &states);
-  }
-  return states;
-}
-
 int AtLeast(const YamlMap& map, const std::string& key, int fallback, int least) {
   const int value = map.Get<int>(key, fallback);
   if (value < least) map.Fail(key, fmt::format("must be at least {}", least));
@@ -64,7 +48,8 @@ void ReadOptimiser(const YamlMap& config, DesignOptions* options) {
 DesignTarget ReadTarget(const YamlMap& config, const RotorDrivenSystem& system) {
   DesignTarget target;
   const auto named = [&](const std::string& key, const std::vector<std::string>& names) {
-    return StatesNamed(config, key, names, system.errors());
+    return ConstantsNamed(system.errors(), names,
+                          [&](const std::string& text) { config.Fail(key, text); });
   };
   target.interest = named("show", config.Get<std::vector<std::string>>("show"));
   target.asked = system.PaperStates();

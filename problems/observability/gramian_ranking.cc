@@ -24,23 +24,6 @@ struct RankingQuestion {
   std::vector<double> scale, weights;
 };
 
-std::vector<int> ConstantsNamed(const std::vector<std::string>& names,
-                                const RotorDrivenSystem& system) {
-  std::vector<int> states;
-  for (const std::string& name : names) {
-    const int state = FindConstant(system.errors(), name);
-    if (state < 0) {
-      throw InputError(
-          fmt::format("e2log: '{}' is no constant of the rotor-driven model; use m, "
-                      "I_x ..., r_BM_x ..., r_BP_x ..., r_BI_x ..., b_a_x ..., "
-                      "b_w_x ..., k_f, k_m",
-                      name));
-    }
-    AddStates({state}, &states);
-  }
-  return states;
-}
-
 std::vector<double> WeightsOf(const RotorDrivenSystem& system, const RankingOptions& options) {
   std::vector<double> weights = system.OutputWeights();
   if (!options.weigh_by_noise) std::fill(weights.begin(), weights.end(), 1.0);
@@ -51,9 +34,13 @@ RankingQuestion AskAbout(const RotorVehicle& vehicle, const SensorSet& sensors,
                          const RankingOptions& options) {
   RankingQuestion question{vehicle, {vehicle.model, sensors}, {}, {}, {}, {}};
   const RotorDrivenSystem& system = question.system;
-  question.shown = ConstantsNamed(options.show, system);
+  const auto named = [&](const std::vector<std::string>& names) {
+    return ConstantsNamed(system.errors(), names,
+                          [](const std::string& text) { throw InputError("e2log: " + text); });
+  };
+  question.shown = named(options.show);
   question.asked = system.PaperStates();
-  AddStates(ConstantsNamed(options.free, system), &question.asked);
+  AddStates(named(options.free), &question.asked);
   AddStates(question.shown, &question.asked);
   question.scale = FindColumnScale(system, vehicle, question.asked, options.scale);
   question.weights = WeightsOf(system, options);

@@ -123,7 +123,7 @@ void ExpectRefused(const std::string& key, const std::string& value, const std::
 }
 
 TEST(DesignConfig, MistakesAreNamed) {
-  ExpectRefused("show", "[theta_x]", "is no parameter");
+  ExpectRefused("show", "[theta_x]", "is no constant");
   ExpectRefused("show", "[k_f]", "name it under 'free'");
   ExpectRefused("show", "[]", "names nothing");
   ExpectRefused("duration", "0.5", "must be in [2, 120] s");
