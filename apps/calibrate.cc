@@ -60,8 +60,18 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
-int ExitCode(const trueline::Verdict& verdict) {
-  return verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
+// Judges the log by what the calibration has estimated, writes the files of either drive and the
+// report `page`. Returns the exit code.
+template <class Calibration>
+int Finish(const trueline::FlightLog& log, const std::vector<trueline::LogFault>& faults,
+           const YAML::Node& provenance, const char* page, const std::vector<std::string>& more,
+           Calibration* calibration, trueline::ResultFolder* out) {
+  trueline::JudgeLog(log, faults, trueline::DelaysOf(*calibration), &calibration->verdict);
+  trueline::WarnAll(calibration->warnings, FLAGS_quiet);
+  trueline::WriteCalibration(*calibration, log, provenance, out->path());
+  trueline::Publish(page, FLAGS_report, FLAGS_quiet, trueline::CalibrationTable(*calibration), out,
+                    more);
+  return calibration->verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
 }
 
 int RunImu() {
@@ -76,14 +86,8 @@ int RunImu() {
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
-  trueline::JudgeLog(log, faults, trueline::DelaysOf(calibration), &calibration.verdict);
-  trueline::WarnAll(calibration.warnings, FLAGS_quiet);
-  trueline::WriteCalibration(calibration, log,
-                             trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options), logs),
-                             out.path());
-  trueline::Publish("calibration", FLAGS_report, FLAGS_quiet,
-                    trueline::CalibrationTable(calibration), &out, {"--log=" + log.directory});
-  return ExitCode(calibration.verdict);
+  return Finish(log, faults, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options), logs),
+                "calibration", {"--log=" + log.directory}, &calibration, &out);
 }
 
 // Options of fits that the IMU drives would be without effect.
@@ -108,14 +112,8 @@ int RunRotors() {
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
-  trueline::JudgeLog(log, faults, trueline::DelaysOf(calibration), &calibration.verdict);
-  trueline::WarnAll(calibration.warnings, FLAGS_quiet);
-  trueline::WriteRotorCalibration(calibration, log,
-                                  trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
-                                  out.path());
-  trueline::Publish("rotors", FLAGS_report, FLAGS_quiet,
-                    trueline::RotorCalibrationTable(calibration), &out);
-  return ExitCode(calibration.verdict);
+  return Finish(log, faults, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
+                "rotors", {}, &calibration, &out);
 }
 
 int Run() {

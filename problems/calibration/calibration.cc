@@ -173,7 +173,7 @@ std::vector<StreamDelay> DelaysOf(const Calibration& calibration) {
 
 namespace {
 
-bool IsEstimated(const LogFault& fault, const std::vector<StreamDelay>& delays) {
+bool IsEstimatedDelay(const LogFault& fault, const std::vector<StreamDelay>& delays) {
   constexpr double kSigmas = 3.0, kOfFirstLook = 0.03;  // s, its own error
   return fault.id == "clock_offset" && !fault.fatal &&
          std::any_of(delays.begin(), delays.end(), [&](const StreamDelay& delay) {
@@ -189,7 +189,7 @@ void JudgeLog(const FlightLog& log, const std::vector<LogFault>& faults,
   std::vector<std::string> reasons;
   for (const LogFault& fault : faults) {
     const bool further = fault.log != log.directory;
-    if (!further && IsEstimated(fault, delays)) continue;
+    if (!further && IsEstimatedDelay(fault, delays)) continue;
     reasons.push_back(fmt::format("{} has a fault, which the intervals do not include: {}",
                                   further ? fault.log : "the log", fault.text));
   }

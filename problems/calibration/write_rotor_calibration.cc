@@ -109,8 +109,8 @@ void WriteTrajectory(const RotorCalibration& c, const std::filesystem::path& pat
 
 }  // namespace
 
-void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog& log,
-                           const YAML::Node& provenance, const std::filesystem::path& directory) {
+void WriteCalibration(const RotorCalibration& calibration, const FlightLog& log,
+                      const YAML::Node& provenance, const std::filesystem::path& directory) {
   const std::string name = CsvField(log.name.empty() ? "flight" : log.name);
   WriteTrajectory(calibration, directory / "trajectory.csv");
   WriteWindows(calibration, name, directory / "windows.csv");
@@ -127,7 +127,7 @@ void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog&
                       TextOf(RotorCalibrationNode(calibration, provenance)));
 }
 
-std::string RotorCalibrationTable(const RotorCalibration& c) {
+std::string CalibrationTable(const RotorCalibration& c) {
   std::string table = fmt::format("{:<12}{:>13}{:>12}  {:<9}{:>13}  {}\n", "parameter", "batch",
                                   "sigma", "unit", "filter", "status");
   for (const ParameterEstimate& p : c.parameters) {

@@ -11,10 +11,10 @@ namespace trueline {
 // calibration.yaml, model.yaml, trajectory.csv, windows.csv (the filter's estimates every half
 // second, and the batch's at the end) and predictions.csv. Each file is written whole or not at
 // all.
-void WriteRotorCalibration(const RotorCalibration& calibration, const FlightLog& log,
-                           const YAML::Node& provenance, const std::filesystem::path& directory);
+void WriteCalibration(const RotorCalibration& calibration, const FlightLog& log,
+                      const YAML::Node& provenance, const std::filesystem::path& directory);
 
 // The result as a table for standard output.
-std::string RotorCalibrationTable(const RotorCalibration& calibration);
+std::string CalibrationTable(const RotorCalibration& calibration);
 
 }  // namespace trueline

@@ -233,7 +233,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
 // Degrees between up and the mean specific force in calm flight, by the repaired attitude of a
 // stream; none where too little is calm.
 std::optional<double> LeanBy(const Examination& e, const std::string& stream) {
-  const Eigen::Vector3d force = CalmForceInEarth(e.fixed, AttitudesOf(e.fixed, stream));
+  const Eigen::Vector3d force = ForceBy(e, stream);
   if (force.norm() < 0.5 * e.log.gravity) return std::nullopt;
   return LeanOf(force) / kDegree;
 }

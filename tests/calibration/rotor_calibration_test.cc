@@ -171,7 +171,7 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   const FlightLog log = FlyFor(6.0);
   const RotorCalibrationOptions options = Nominal();
   const RotorCalibration c = CalibrateRotors(log, options);
-  WriteRotorCalibration(c, log, Provenance(log, 0, ToYaml(options)), out);
+  WriteCalibration(c, log, Provenance(log, 0, ToYaml(options)), out);
   const YAML::Node yaml = YAML::LoadFile((out / "calibration.yaml").string());
   EXPECT_NEAR(yaml["parameters"]["m"]["value"].as<double>(), Find(c, "m").value, 1e-5);
   EXPECT_EQ(yaml["parameters"]["I_x"]["unit"].as<std::string>(), "kg m^2");
