@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "problems/common/parallel.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -152,9 +153,7 @@ double Peak(const std::function<double(double)>& value, double centre, double ra
     if (step <= finest) break;
   }
   const double before = value(best - step), after = value(best + step);
-  const double bend = before - 2.0 * most + after;
-  if (!(bend < 0.0) || !std::isfinite(bend)) return best;
-  return best + std::clamp(0.5 * step * (before - after) / bend, -step, step);
+  return best + step * ParabolaVertex(before, most, after);
 }
 
 }  // namespace

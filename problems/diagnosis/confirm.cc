@@ -6,6 +6,7 @@
 
 #include "problems/common/error.h"
 #include "problems/diagnosis/score_test.h"
+#include "problems/log/fixes.h"
 #include "problems/vgd/term_series.h"
 
 namespace trueline {
@@ -29,13 +30,6 @@ bool Agree(const Sizes& first, const Sizes& other, double apart) {
   const Eigen::VectorXd both = (other.sigma.cwiseAbs2() + first.sigma.cwiseAbs2()).cwiseSqrt();
   const double sigmas = (other.value - first.value).cwiseQuotient(both).cwiseAbs().maxCoeff();
   return sigmas < apart || (ratio > 0.5 && ratio < 2.0);
-}
-
-const Gate* GateOf(const FlightLog& log, int id) {
-  for (const Gate& gate : log.gates) {
-    if (gate.id == id) return &gate;
-  }
-  return nullptr;
 }
 
 // True if the flight can show the effect and its gate, if any, is at the same place.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "problems/diagnosis/imu_flight.h"
+#include "problems/log/fixes.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -60,11 +61,9 @@ bool HasBystanders(const BaseFlight& flight, const BaseFit& fit,
                    const std::vector<Outlier>& agreeing) {
   constexpr double kSameDistance = 0.5;  // m
   constexpr double kBystanderShare = 0.2;
-  const auto& gates = flight.log().gates;
-  const auto distance = [&](int gate, const Eigen::Vector3d& path) {
-    const auto at =
-        std::find_if(gates.begin(), gates.end(), [gate](const Gate& g) { return g.id == gate; });
-    return at == gates.end() ? 0.0 : (at->position - path).norm();
+  const auto distance = [&](int id, const Eigen::Vector3d& path) {
+    const Gate* gate = GateOf(flight.log(), id);
+    return gate == nullptr ? 0.0 : (gate->position - path).norm();
   };
   int bystanders = 0, all = 0;
   for (std::size_t i = 0; i < flight.plan().fixes.size(); ++i) {

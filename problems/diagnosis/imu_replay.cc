@@ -6,6 +6,7 @@
 #include "cost_functions/models/cubic_path.h"
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/log/fixes.h"
 #include "problems/result/statistics.h"
 #include "problems/trajectory/mocap_path.h"
 #include "problems/vgd/motion_chain.h"
@@ -16,7 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMocapGap = 0.2;  // s
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Horizons from a quarter of a second to the median arc between passes.
@@ -64,7 +64,7 @@ struct Replays {
   const DriveTrack& track;
 
   std::optional<Vector3d> Measured(TimeNs t) const {
-    if (!log.mocap.empty()) return PositionAt(log.mocap, t, kMocapGap);
+    if (!log.mocap.empty()) return PositionAt(log.mocap, t);
     return FittedAt(plan, nodes, t);
   }
 };
@@ -120,9 +120,8 @@ void NearestGate(const FlightLog& log, TimeNs t, const Eigen::Vector3d& p_E, Rep
   };
   if (after != log.fixes.end()) consider(*after);
   if (after != log.fixes.begin()) consider(*std::prev(after));
-  for (const Gate& gate : log.gates) {
-    if (gate.id == at->gate) at->gate_distance = (gate.position - p_E).norm();
-  }
+  const Gate* gate = GateOf(log, at->gate);
+  if (gate != nullptr) at->gate_distance = (gate->position - p_E).norm();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "problems/diagnosis/chain_stacks.h"
+#include "problems/log/fixes.h"
 
 namespace trueline {
 namespace {
@@ -166,10 +167,10 @@ std::vector<ImuTerm> FixTerms(const BaseFlight& flight) {
     const int row = 3 * static_cast<int>(i);
     const double s = 2.0 * SecondsBetween(log.imu.front().t, fix.t) / duration - 1.0;
     map.columns(row, 0) = map.columns(row + 1, 1) = -s;
-    for (const Gate& gate : log.gates) {
-      const Vector3d u_E = gate.position - flight.StateAtFix(i).head<3>();
-      if (gate.id == fix.gate) square.columns.col(0).segment<3>(row) = u_E * u_E.norm();
-    }
+    const Gate* gate = GateOf(log, fix.gate);
+    if (gate == nullptr) continue;
+    const Vector3d u_E = gate->position - flight.StateAtFix(i).head<3>();
+    square.columns.col(0).segment<3>(row) = u_E * u_E.norm();
   }
   std::vector<ImuTerm> terms{map};
   if (!square.columns.isZero(0.0)) terms.push_back(square);

@@ -18,7 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kLongestGap = 0.2;        // s, without mocap
 constexpr double kMovedBy = 0.3;           // s, by which effects move stamps
 constexpr double kAttitudeSpacing = 0.02;  // s, between attitudes compared
 
@@ -66,7 +65,7 @@ MocapComparison::MocapComparison(const FlightLog& log) : log_(log) {
   for (std::size_t i = 0; i < mocap.size(); ++i) {
     low = std::min(low, mocap[i].p_E.z());
     high = std::max(high, mocap[i].p_E.z());
-    if (i > 0 && SecondsBetween(mocap[i - 1].t, mocap[i].t) > kLongestGap) {
+    if (i > 0 && SecondsBetween(mocap[i - 1].t, mocap[i].t) > kMocapGap) {
       gaps_.push_back({mocap[i - 1].t, mocap[i].t});
     }
   }
@@ -100,7 +99,7 @@ bool MocapComparison::Covers(TimeNs from, TimeNs to) const {
 }
 
 std::optional<PoseSample> MocapComparison::PoseAt(TimeNs t) const {
-  const auto p_E = PositionAt(log_.mocap, t, kLongestGap);
+  const auto p_E = PositionAt(log_.mocap, t);
   if (!p_E) return std::nullopt;
   const auto after = std::ranges::lower_bound(log_.mocap, t, {}, &PoseSample::t);
   if (after == log_.mocap.begin()) return log_.mocap.front();
@@ -204,7 +203,7 @@ void MocapComparison::RemoveHeight(MocapRows* rows) const {
 FlightLog MocapComparison::WithFixesOnPath() const {
   FlightLog log = log_;
   for (Fix& fix : log.fixes) {
-    if (const auto p_E = PositionAt(log_.mocap, fix.t, kLongestGap)) fix.p_E = *p_E;
+    if (const auto p_E = PositionAt(log_.mocap, fix.t)) fix.p_E = *p_E;
   }
   return log;
 }
@@ -264,7 +263,7 @@ MocapRows MocapComparison::Fixes(const FlightLog& corrected) const {
     const auto row = static_cast<Eigen::Index>(3 * rows.t.size());
     const Fix& fix = corrected.fixes[i];
     rows.t.push_back(SecondsBetween(log_.imu.front().t, fix.t));
-    const auto p_E = PositionAt(log_.mocap, fix.t, kLongestGap);
+    const auto p_E = PositionAt(log_.mocap, fix.t);
     if (!p_E) continue;
     rows.r.segment<3>(row) = (fix.p_E - *p_E) / fix.sigma;
     rows.nuisances.block<3, 3>(row, 0) = Matrix3d::Identity() / fix.sigma;

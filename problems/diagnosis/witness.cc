@@ -206,13 +206,12 @@ SizeEstimate ImuDelay(const FlightLog& log, const MocapComparison& mocap) {
 // The share of a false gate: fixes that mocap shows to be displaced by the gate's offset.
 std::optional<SizeEstimate> FalseShare(const FlightLog& recorded, const Candidate& candidate) {
   constexpr double kVisible = 5.5;  // sigmas
-  constexpr double kGap = 0.2;      // s
   const Eigen::Vector3d offset(candidate.fixed.at("dx"), candidate.fixed.at("dy"),
                                candidate.fixed.at("dz"));
   int count = 0, displaced = 0;
   for (const Fix& fix : recorded.fixes) {
     if (fix.gate < 0 || offset.norm() < kVisible * fix.sigma) continue;
-    const auto p_E = PositionAt(recorded.mocap, fix.t, kGap);
+    const auto p_E = PositionAt(recorded.mocap, fix.t);
     if (!p_E) continue;
     ++count;
     displaced += (fix.p_E - *p_E + offset).norm() < 0.5 * offset.norm();

@@ -1,9 +1,9 @@
 // The declarations of errors of fixes (Li et al. 2019, eq. 15).
-#include <algorithm>
 #include <functional>
 
 #include "cost_functions/models/rotation.h"
 #include "problems/effects/declaration.h"
+#include "problems/log/fixes.h"
 
 namespace trueline {
 namespace {
@@ -22,9 +22,8 @@ void UndoFixLatency(const Effect& effect, const CorrectionContext&, FlightLog* l
 // Calls undo(fix, vector in E to the gate) for all fixes of gates of the map.
 void ForEachGateVector(FlightLog* log, const std::function<void(Fix*, const Vector3d&)>& undo) {
   for (Fix& fix : log->fixes) {
-    const auto gate = std::find_if(log->gates.begin(), log->gates.end(),
-                                   [&](const Gate& g) { return g.id == fix.gate; });
-    if (gate != log->gates.end()) undo(&fix, gate->position - fix.p_E);
+    const Gate* gate = GateOf(*log, fix.gate);
+    if (gate != nullptr) undo(&fix, gate->position - fix.p_E);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "problems/inspection/vector_sums.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {

@@ -6,11 +6,6 @@
 #include "problems/trajectory/mocap_path.h"
 
 namespace trueline {
-namespace {
-
-constexpr double kMocapGap = 0.2;  // s
-
-}  // namespace
 
 PairsAt FixPairs(const FlightLog& log) {
   return [&log](double lag) {
@@ -19,7 +14,7 @@ PairsAt FixPairs(const FlightLog& log) {
     const std::size_t every = std::max<std::size_t>(1, log.fixes.size() / 1500);
     for (std::size_t i = 0; i < log.fixes.size(); i += every) {
       const Fix& fix = log.fixes[i];
-      if (const auto p = PositionAt(log.mocap, fix.t - FromSeconds(lag), kMocapGap)) {
+      if (const auto p = PositionAt(log.mocap, fix.t - FromSeconds(lag))) {
         pairs.push_back({clock(fix.t), fix.p_E, *p});
       }
     }

@@ -9,6 +9,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/motion.h"
+#include "problems/result/statistics.h"
 #include "problems/vgd/line_fit.h"
 #include "problems/vgd/passes.h"
 
@@ -241,8 +242,8 @@ struct AngleProfile {
   // The parabola through the best angle and its neighbours.
   double Curvature() const { return Beside(1) - 2.0 * Best().cost + Beside(kAngles - 1); }
   double Angle() const {
-    const double off = 0.5 * (Beside(kAngles - 1) - Beside(1)) / std::max(1e-9, Curvature());
-    return Best().angle + off * kAngleStep;
+    return Best().angle +
+           kAngleStep * ParabolaVertex(-Beside(kAngles - 1), -Best().cost, -Beside(1));
   }
 
  private:

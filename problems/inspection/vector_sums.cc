@@ -62,11 +62,6 @@ VectorSums SumOf(const std::vector<VectorPair>& pairs) {
   return sums;
 }
 
-double ParabolaVertex(double low, double middle, double high) {
-  const double bend = low - 2.0 * middle + high;
-  return bend < 0.0 ? std::clamp(0.5 * (low - high) / bend, -1.0, 1.0) : 0.0;
-}
-
 LagLine FitLagLine(const std::vector<Eigen::Vector2d>& points) {
   if (points.size() < 5) return {};
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();

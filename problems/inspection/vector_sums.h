@@ -69,9 +69,6 @@ BlocksOfSums BlockSums(const std::vector<VectorPair>& pairs, double from, double
 VectorSums Total(const BlocksOfSums& blocks);
 VectorSums SumOf(const std::vector<VectorPair>& pairs);
 
-// Vertex of the parabola through three values at -1, 0 and 1, within those.
-double ParabolaVertex(double low, double middle, double high);
-
 // A line through points of time and lag, its sigma by the scatter about it.
 struct LagLine {
   double slope = 0.0;

@@ -54,6 +54,12 @@ double SigmaByMedian(std::vector<double> values) {
   return SigmaOfSizes(std::move(values));
 }
 
+double ParabolaVertex(double low, double middle, double high) {
+  const double bend = low - 2.0 * middle + high;
+  if (!(bend < 0.0) || !std::isfinite(bend)) return 0.0;
+  return std::clamp(0.5 * (low - high) / bend, -1.0, 1.0);
+}
+
 ErrorSummary Summarise(const std::vector<double>& values) {
   return {static_cast<int>(values.size()), Mean(values), Quantile(values, 0.5),
           Quantile(values, 0.95)};

@@ -23,6 +23,10 @@ double UpperMedian(std::vector<double> values);
 double SigmaOfSizes(std::vector<double> sizes);
 double SigmaByMedian(std::vector<double> values);
 
+// Where the parabola through three values at -1, 0 and 1 is greatest, within those; 0 where the
+// values have no peak.
+double ParabolaVertex(double low, double middle, double high);
+
 struct ErrorSummary {
   int count = 0;
   double mean = 0.0;

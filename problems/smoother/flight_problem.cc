@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cost_functions/prior_residuals.h"
+#include "problems/log/fixes.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
@@ -162,14 +163,12 @@ void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
   const GustSlope<6> gusts = chain_.StateGusts(s, fix.t);
   const FixError error{fix.p_E, fix.sigma};
   ceres::LossFunction* loss = MakeLoss(options_.vgd.loss, options_.vgd.loss_scale);
-  const auto& gates = flight.log.gates;
-  const auto gate = std::find_if(gates.begin(), gates.end(),
-                                 [&](const Gate& candidate) { return candidate.id == fix.gate; });
+  const Gate* gate = GateOf(flight.log, fix.gate);
   if (const auto offset = offsets_.find(section); offset != offsets_.end()) {
     const double elapsed = SecondsBetween(own.begin, fix.t);
     chain_.AddReading(s, new OffsetFixResidual(state, {error, elapsed}, gusts), loss,
                       {offset->second});
-  } else if (options_.detector.Any() && gate != gates.end()) {
+  } else if (options_.detector.Any() && gate != nullptr) {
     MountedFixError mounted{
         error, gate->position - fix.p_E,
         flight.track.steps()[flight.track.StepAt(fix.t)].drive.R_Ep_I,
