@@ -11,7 +11,7 @@ void ChooseTerms(const std::vector<Found>& terms, Diagnosis* diagnosis, std::vec
   std::size_t next = 0;
   for (DescribedTerm& t : diagnosis->open.described) {
     if (!t.in_model) continue;
-    t.in_model = t.repeats.empty() || TermRepeats(t);
+    t.in_model = !TermIsContradicted(t);
     if (t.in_model) model->push_back(terms[next]);
     ++next;
   }

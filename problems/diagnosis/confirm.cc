@@ -12,6 +12,7 @@
 namespace trueline {
 namespace {
 
+constexpr char kNotTested[] = "can't be tested";
 constexpr double kAlpha = 0.05;  // a single test: the hypothesis comes from another flight
 constexpr double kApartCauses = 3.0, kApartTerms = 2.0;  // sigmas
 constexpr double kSamePlace = 0.5;                       // m
@@ -86,6 +87,23 @@ TermRepeat RepeatOfTerm(const DescribedTerm& first, const Linearisation& fit, st
   return {"", {test.value[0], test.sigma[0]}, test.p() < kAlpha && agree ? "repeats" : "not shown"};
 }
 
+// Whether it repeats on more than half of the flights that can test it; empty if there are none. A
+// flight that lacks what belongs to another one (`of_one_flight`) does not tell.
+template <class Outcome>
+std::optional<bool> MostRepeat(const std::vector<Outcome>& outcomes, bool of_one_flight) {
+  const auto count = [&](const char* outcome) {
+    return std::ranges::count(outcomes, outcome, &Outcome::outcome);
+  };
+  const auto tested = std::ssize(outcomes) - count(kNotTested);
+  const bool most = 2 * count("repeats") > tested;
+  if (tested == 0 || (of_one_flight && !most)) return std::nullopt;
+  return most;
+}
+
+std::optional<bool> Confirmed(const DescribedTerm& term) {
+  return MostRepeat(term.repeats, IsOfOneFlight(Effect{"term", {}, term.term}));
+}
+
 // Adds to each cause of the flight with the log `first` its estimate on `flight`.
 void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cause>* causes) {
   std::vector<Found> found;
@@ -95,7 +113,7 @@ void AddRepeats(const FlightLog& first, DiagnosedFlight* flight, std::vector<Cau
   });
   if (false_gate) flight->Fit(&found);  // FindFalseData needs a fit without causes
   for (Cause& cause : *causes) {
-    cause.repeats.push_back({"", "can't be tested", {}, {}, 1.0});
+    cause.repeats.push_back({"", kNotTested, {}, {}, 1.0});
     if (cause.candidate.IsFalseGate()) {
       cause.repeats.back() = RepeatOfFalseData(cause, *flight);
     } else if (Testable(cause.candidate, first, *flight)) {
@@ -119,7 +137,7 @@ void AddTermRepeats(const DiagnosedFlight& other, std::vector<DescribedTerm>* te
   std::vector<TermForm> columns;
   std::vector<DescribedTerm*> tested;
   for (DescribedTerm& t : *terms) {
-    t.repeats.push_back({other.log().directory, {}, "can't be tested"});
+    t.repeats.push_back({other.log().directory, {}, kNotTested});
     if (GoesWithVoltage(t.term) && other.log().battery.empty()) continue;
     tested.push_back(&t);
     columns.push_back(t.term);
@@ -165,17 +183,12 @@ void FurtherFlights::Confirm(std::vector<DescribedTerm>* terms) {
 
 void JudgeRepeats(std::vector<Cause>* causes) {
   for (Cause& cause : *causes) {
-    if (cause.repeats.empty()) continue;
-    const auto count = std::count_if(cause.repeats.begin(), cause.repeats.end(),
-                                     [](const Repeat& r) { return r.outcome == "repeats"; });
-    cause.confirmed = 2 * count > static_cast<long>(cause.repeats.size());
+    cause.confirmed = MostRepeat(cause.repeats, cause.candidate.info->of_one_flight);
   }
 }
 
-bool TermRepeats(const DescribedTerm& term) {
-  const auto count = std::count_if(term.repeats.begin(), term.repeats.end(),
-                                   [](const TermRepeat& r) { return r.outcome == "repeats"; });
-  return 2 * count > static_cast<long>(term.repeats.size());
-}
+bool TermRepeats(const DescribedTerm& term) { return Confirmed(term).value_or(false); }
+
+bool TermIsContradicted(const DescribedTerm& term) { return !Confirmed(term).value_or(true); }
 
 }  // namespace trueline

@@ -43,10 +43,13 @@ class FurtherFlights {
   std::vector<std::string> warnings_;
 };
 
-// A cause is confirmed if it repeats on more than half of the further flights.
+// A cause is confirmed if it repeats on more than half of the further flights that can test it, and
+// is not if it does not. Nothing is said where none can, and of what belongs to one flight (a wind)
+// where others lack it.
 void JudgeRepeats(std::vector<Cause>* causes);
 
-// The same of a term.
+// The same of a term: confirmed, and not.
 bool TermRepeats(const DescribedTerm& term);
+bool TermIsContradicted(const DescribedTerm& term);
 
 }  // namespace trueline

@@ -64,7 +64,7 @@ struct Cause {
   Gain gain;                      // on arcs, against the model with the other causes alone
   Gain open_loop = Gain();        // of replays over a second, likewise; none without mocap
   std::vector<Repeat> repeats;    // by further flight
-  std::optional<bool> confirmed;  // by most further flights; empty if there are none
+  std::optional<bool> confirmed;  // by most further flights; empty if none can tell
   Witness witness = Witness();
   // Of the distance between the witness's stream and mocap once the cause is corrected, likewise.
   Gain agreement = Gain();

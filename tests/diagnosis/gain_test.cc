@@ -73,11 +73,14 @@ TEST(Gain, TooFewArcsGiveNoInterval) {
   EXPECT_FALSE(gain.low > 0.0 || gain.high < 0.0);
 }
 
-Cause AnyCause() { return {{}, {}, {}, 0.0, {}, {}, {}, {}, {}}; }
+Cause CauseOf(const std::string& id) {
+  return {{FindDeclared(id)}, {}, {}, 0.0, {}, {}, {}, {}, {}};
+}
 
 TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
-  const auto confirmed = [](const std::vector<std::string>& outcomes) {
-    std::vector<Cause> causes{AnyCause()};
+  const auto confirmed = [](const std::vector<std::string>& outcomes,
+                            const std::string& id = "fix_scale") {
+    std::vector<Cause> causes{CauseOf(id)};
     for (const std::string& outcome : outcomes) {
       causes[0].repeats.push_back({"", outcome, {}, {}, 1.0});
     }
@@ -87,7 +90,12 @@ TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
   EXPECT_FALSE(confirmed({}).has_value());  // a single flight confirms nothing
   EXPECT_TRUE(confirmed({"repeats"}).value());
   EXPECT_FALSE(confirmed({"differs"}).value());
-  EXPECT_FALSE(confirmed({"can't be tested"}).value());
+  EXPECT_FALSE(confirmed({"can't be tested"}).has_value());
+  EXPECT_TRUE(confirmed({"can't be tested", "repeats"}).value());
+  EXPECT_FALSE(confirmed({"can't be tested", "not shown"}).value());
+  // The wind of another day tells nothing of this one, unless it is the same.
+  EXPECT_FALSE(confirmed({"differs", "not shown"}, "wind").has_value());
+  EXPECT_TRUE(confirmed({"repeats"}, "wind").value());
   EXPECT_FALSE(confirmed({"repeats", "not shown"}).value());
   EXPECT_TRUE(confirmed({"repeats", "not shown", "repeats"}).value());
 }
