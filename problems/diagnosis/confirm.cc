@@ -101,7 +101,8 @@ std::optional<bool> MostRepeat(const std::vector<Outcome>& outcomes, bool of_one
 }
 
 std::optional<bool> Confirmed(const DescribedTerm& term) {
-  return MostRepeat(term.repeats, IsOfOneFlight(Effect{"term", {}, term.term}));
+  return MostRepeat(term.repeats,
+                    IsOfOneFlight({"term", {}, std::make_shared<TermForm>(term.term)}));
 }
 
 // Adds to each cause of the flight with the log `first` its estimate on `flight`.

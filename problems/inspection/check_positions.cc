@@ -1,5 +1,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -25,24 +26,96 @@ constexpr double kTiltOfPose = 0.3 * kDegree;
 constexpr double kTiltOfAhrs = 1.5 * kDegree;
 constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
 
+double RestOf(double correlation) { return 1.0 - correlation * correlation; }
+
+// An AHRS that takes acceleration for tilt. A force that it turns to earth axes is early, so that
+// positions that are in time look late.
+class FollowingFilter {
+ public:
+  FollowingFilter(const Examination& e, const PositionWitness& witness)
+      : log_(e.fixed), witness_(witness) {}
+
+  struct Fit {
+    double gain;  // 1/s
+    VectorMatch match;
+  };
+
+  // The gain of the best match up to `reach` (s) of lag, and that match.
+  std::optional<Fit> Best(double reach) const {
+    constexpr double kLowest = 0.01, kHighest = 3.0;  // 1/s
+    constexpr int kBits = 8;
+    const auto rest = [&](double logarithm) {
+      const auto match = MatchWith(std::exp(logarithm), reach);
+      return match ? RestOf(match->correlation) : 1.0;
+    };
+    const double logarithm =
+        boost::math::tools::brent_find_minima(rest, std::log(kLowest), std::log(kHighest), kBits)
+            .first;
+    auto match = MatchWith(std::exp(logarithm), reach);
+    if (!match) return std::nullopt;
+    return Fit{std::exp(logarithm), std::move(*match)};
+  }
+
+ private:
+  std::optional<VectorMatch> MatchWith(double gain, double reach) const {
+    const auto attitude = WithoutFollowing(log_, witness_.attitude, gain);
+    const RunningIntegral<3> force = ForceIntegral(log_, attitude);
+    return MatchVectors(AccelerationPairs(force, witness_.bends), {reach, 0.02});
+  }
+
+  const FlightLog& log_;
+  const PositionWitness& witness_;
+};
+
 // What a stream of positions was compared with.
 struct Reference {
   const char* what;  // "the accelerometer"
   bool any_heading;  // whose earth may be turned about the vertical
   bool own_clock;    // the stream has no other witness of its clock
   double least_correlation;
+  const FollowingFilter* filter = nullptr;  // that turned the accelerometer, if an AHRS did
 };
 
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
 }
 
-void AddLag(Examination* e, const std::string& stream, const VectorMatch& match,
-            const Reference& reference) {
-  if (std::abs(match.lag) < std::max(kLeastPositionLag, 5.0 * match.lag_sigma)) return;
+// The match with what the filter may add to its lag; none where the filter explains as much without
+// a lag.
+std::optional<VectorMatch> BesideFilter(Examination* e, const std::string& stream,
+                                        VectorMatch match, const FollowingFilter& filter) {
+  constexpr double kFarther = 0.1;  // s
+  const auto as_stamped = filter.Best(0.0);
+  if (as_stamped &&
+      RestOf(match.correlation) > kLagExplains * RestOf(as_stamped->match.correlation)) {
+    e->result.notes.push_back(fmt::format(
+        "the clock of {}.csv: its positions come {} than the accelerometer shows if the attitude "
+        "filter is in order; one that takes acceleration for tilt with a gain of {:.2g} 1/s "
+        "(ahrs_acceleration_error) explains as much",
+        stream, LateText(match.lag), as_stamped->gain));
+    return std::nullopt;
+  }
+  const auto beside = filter.Best(std::abs(match.lag) + kFarther);
+  if (!beside || beside->match.correlation < match.correlation) return match;
+  match.lag_sigma = std::hypot(match.lag_sigma, 0.5 * (match.lag - beside->match.lag));
+  match.lag = beside->match.lag;
+  return match;
+}
+
+bool IsLate(const VectorMatch& match) {
+  if (std::abs(match.lag) < std::max(kLeastPositionLag, 5.0 * match.lag_sigma)) return false;
   // Errors of a map, gate by gate, favour some lag a little; a clock's does so clearly.
-  const double rest = 1.0 - std::pow(match.correlation, 2);
-  if (rest > kLagExplains * (1.0 - std::pow(match.unshifted, 2))) return;
+  return RestOf(match.correlation) < kLagExplains * RestOf(match.unshifted);
+}
+
+void AddLag(Examination* e, const std::string& stream, VectorMatch match,
+            const Reference& reference) {
+  if (!IsLate(match)) return;
+  if (reference.filter != nullptr) {
+    const auto beside = BesideFilter(e, stream, match, *reference.filter);
+    if (!beside || !IsLate(*beside)) return;
+    match = *beside;
+  }
   Finding finding{
       .stream = stream,
       .level = match.unshifted < 0.6 * match.correlation ? Level::kFatal : Level::kBiases,
@@ -228,9 +301,11 @@ void CheckPositions(Examination* e) {
     const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
     const RunningIntegral<3> force = ForceIntegral(e->fixed, witness->attitude);
-    const bool copy = e->IsCopy(stream);
-    Judge(e, stream, AccelerationPairs(force, witness->bends), fixes || copy ? 5.0 : 0.5,
-          {"the accelerometer", fixes || copy, fixes || copy, kAlikeAcceleration});
+    const bool of_ahrs = witness->of_attitude == "attitude" || e->IsCopy(stream);
+    const bool any = fixes || e->IsCopy(stream);
+    const FollowingFilter filter(*e, *witness);
+    Judge(e, stream, AccelerationPairs(force, witness->bends), any ? 5.0 : 0.5,
+          {"the accelerometer", any, any, kAlikeAcceleration, of_ahrs ? &filter : nullptr});
   }
 }
 
