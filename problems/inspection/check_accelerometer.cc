@@ -107,6 +107,24 @@ double BeyondTilt(const Eigen::Vector3d& bias, double gravity) {
   return std::hypot(std::max(0.0, across), bias.z());
 }
 
+// The bias beside the error of an AHRS that follows acceleration: its tilt in a steady turn is one
+// in the body.
+Eigen::Vector3d BiasBesideFilter(Examination* e, const PositionWitness& witness,
+                                 const std::vector<Bend>& bends, const Eigen::Vector3d& bias) {
+  if (!IsOfAhrs(*e, witness)) return bias;
+  const auto filter = FollowingOf(*e, witness, 0.0);
+  if (!filter) return bias;
+  const auto attitude = WithoutFollowing(e->fixed, witness.attitude, filter->gain);
+  const auto fit = FitForceScale(BodyForce(e->fixed, attitude), bends);
+  if (!fit || BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) return bias;
+  e->result.notes.push_back(fmt::format(
+      "a bias of the accelerometer of {:.2f} m/s^2, by the acceleration of {}: an attitude filter "
+      "that takes acceleration for tilt with a gain of {:.2g} 1/s (ahrs_acceleration_error) "
+      "explains as much",
+      bias.norm(), witness.stream, filter->gain));
+  return fit->bias;
+}
+
 // True if the fit is of a scale rather than of a bias.
 bool IsScale(const ForceScale& fit) {
   if (fit.by_factor < fit.by_bias) return true;
@@ -128,7 +146,8 @@ void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend
   } else if (e->HasFinding("gravity_missing", "imu")) {
     return;  // a bias of the size of gravity says the same
   } else if (BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
-    AddBias(e, fit->bias, witness.stream);
+    const Eigen::Vector3d bias = BiasBesideFilter(e, witness, bends, fit->bias);
+    if (BeyondTilt(bias, e->log.gravity) > kLeastBias) AddBias(e, bias, witness.stream);
   }
 }
 

@@ -1,6 +1,5 @@
 #include <Eigen/Dense>
 #include <algorithm>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -18,7 +17,6 @@ constexpr double kAlikePosition = 0.9;
 constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
 constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
-constexpr double kLagExplains = 0.8;        // of the residual's square that remains
 constexpr double kLeastPositionScale = 0.06;
 // rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
 // takes the specific force for gravity.
@@ -26,76 +24,34 @@ constexpr double kTiltOfPose = 0.3 * kDegree;
 constexpr double kTiltOfAhrs = 1.5 * kDegree;
 constexpr double kDriftOfFixes = 5e-3;  // s/s, beyond what errors at gates look like
 
-double RestOf(double correlation) { return 1.0 - correlation * correlation; }
-
-// An AHRS that takes acceleration for tilt. A force that it turns to earth axes is early, so that
-// positions that are in time look late.
-class FollowingFilter {
- public:
-  FollowingFilter(const Examination& e, const PositionWitness& witness)
-      : log_(e.fixed), witness_(witness) {}
-
-  struct Fit {
-    double gain;  // 1/s
-    VectorMatch match;
-  };
-
-  // The gain of the best match up to `reach` (s) of lag, and that match.
-  std::optional<Fit> Best(double reach) const {
-    constexpr double kLowest = 0.01, kHighest = 3.0;  // 1/s
-    constexpr int kBits = 8;
-    const auto rest = [&](double logarithm) {
-      const auto match = MatchWith(std::exp(logarithm), reach);
-      return match ? RestOf(match->correlation) : 1.0;
-    };
-    const double logarithm =
-        boost::math::tools::brent_find_minima(rest, std::log(kLowest), std::log(kHighest), kBits)
-            .first;
-    auto match = MatchWith(std::exp(logarithm), reach);
-    if (!match) return std::nullopt;
-    return Fit{std::exp(logarithm), std::move(*match)};
-  }
-
- private:
-  std::optional<VectorMatch> MatchWith(double gain, double reach) const {
-    const auto attitude = WithoutFollowing(log_, witness_.attitude, gain);
-    const RunningIntegral<3> force = ForceIntegral(log_, attitude);
-    return MatchVectors(AccelerationPairs(force, witness_.bends), {reach, 0.02});
-  }
-
-  const FlightLog& log_;
-  const PositionWitness& witness_;
-};
-
 // What a stream of positions was compared with.
 struct Reference {
   const char* what;  // "the accelerometer"
   bool any_heading;  // whose earth may be turned about the vertical
   bool own_clock;    // the stream has no other witness of its clock
   double least_correlation;
-  const FollowingFilter* filter = nullptr;  // that turned the accelerometer, if an AHRS did
+  const PositionWitness* of_ahrs = nullptr;  // where an AHRS turned the accelerometer
 };
 
 bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
 }
 
-// The match with what the filter may add to its lag; none where the filter explains as much without
-// a lag.
-std::optional<VectorMatch> BesideFilter(Examination* e, const std::string& stream,
-                                        VectorMatch match, const FollowingFilter& filter) {
+// The match with what an AHRS that follows acceleration adds to its lag; none where such a filter
+// explains as much without a lag.
+std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& witness,
+                                        VectorMatch match) {
   constexpr double kFarther = 0.1;  // s
-  const auto as_stamped = filter.Best(0.0);
-  if (as_stamped &&
-      RestOf(match.correlation) > kLagExplains * RestOf(as_stamped->match.correlation)) {
+  const auto as_stamped = FollowingOf(*e, witness, 0.0);
+  if (as_stamped && RestOf(match.correlation) > kExplains * RestOf(as_stamped->match.correlation)) {
     e->result.notes.push_back(fmt::format(
         "the clock of {}.csv: its positions come {} than the accelerometer shows if the attitude "
         "filter is in order; one that takes acceleration for tilt with a gain of {:.2g} 1/s "
         "(ahrs_acceleration_error) explains as much",
-        stream, LateText(match.lag), as_stamped->gain));
+        witness.stream, LateText(match.lag), as_stamped->gain));
     return std::nullopt;
   }
-  const auto beside = filter.Best(std::abs(match.lag) + kFarther);
+  const auto beside = FollowingOf(*e, witness, std::abs(match.lag) + kFarther);
   if (!beside || beside->match.correlation < match.correlation) return match;
   match.lag_sigma = std::hypot(match.lag_sigma, 0.5 * (match.lag - beside->match.lag));
   match.lag = beside->match.lag;
@@ -105,14 +61,14 @@ std::optional<VectorMatch> BesideFilter(Examination* e, const std::string& strea
 bool IsLate(const VectorMatch& match) {
   if (std::abs(match.lag) < std::max(kLeastPositionLag, 5.0 * match.lag_sigma)) return false;
   // Errors of a map, gate by gate, favour some lag a little; a clock's does so clearly.
-  return RestOf(match.correlation) < kLagExplains * RestOf(match.unshifted);
+  return RestOf(match.correlation) < kExplains * RestOf(match.unshifted);
 }
 
 void AddLag(Examination* e, const std::string& stream, VectorMatch match,
             const Reference& reference) {
   if (!IsLate(match)) return;
-  if (reference.filter != nullptr) {
-    const auto beside = BesideFilter(e, stream, match, *reference.filter);
+  if (reference.of_ahrs != nullptr) {
+    const auto beside = BesideFilter(e, *reference.of_ahrs, match);
     if (!beside || !IsLate(*beside)) return;
     match = *beside;
   }
@@ -301,11 +257,10 @@ void CheckPositions(Examination* e) {
     const auto witness = PositionWitnessOf(*e, stream);
     if (!witness) continue;
     const RunningIntegral<3> force = ForceIntegral(e->fixed, witness->attitude);
-    const bool of_ahrs = witness->of_attitude == "attitude" || e->IsCopy(stream);
     const bool any = fixes || e->IsCopy(stream);
-    const FollowingFilter filter(*e, *witness);
     Judge(e, stream, AccelerationPairs(force, witness->bends), any ? 5.0 : 0.5,
-          {"the accelerometer", any, any, kAlikeAcceleration, of_ahrs ? &filter : nullptr});
+          {"the accelerometer", any, any, kAlikeAcceleration,
+           IsOfAhrs(*e, *witness) ? &*witness : nullptr});
   }
 }
 

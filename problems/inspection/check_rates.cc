@@ -4,6 +4,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/examination.h"
+#include "problems/inspection/following_filter.h"
 
 namespace trueline {
 namespace {
@@ -18,6 +19,7 @@ constexpr double kFormMargin = 0.04;  // correlation by which another form must 
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 constexpr double kRunsThrough = 0.2;                        // s, steps of a stream without a gap
 constexpr double kLeastTurn = 5.0 * kDegree;
+constexpr double kMostByFilter = 20.0 * kDegree;  // of a turn that an AHRS may seem to have
 constexpr double kLeastPoseTurn = 8.0 * kDegree;
 
 struct Form {
@@ -193,6 +195,33 @@ void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch
       "check that both streams are of one flight; leave this one out of the map");
 }
 
+// Where an AHRS that follows acceleration explains as much as a lag or a turn of axes does: the
+// attitude without its error, and the match with that.
+std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningIntegral<3>& gyro,
+                                              const VectorMatch& match) {
+  const bool late = std::abs(match.lag) > std::max(kLeastLag, 5.0 * match.lag_sigma);
+  if (!late && IsIdentity(PlainTurn(match, kLeastTurn))) return std::nullopt;
+  if (e->fixed.attitude.empty() ||
+      TurnBetween(match.turn, Eigen::Matrix3d::Identity()).norm() > kMostByFilter)
+    return std::nullopt;
+  const LogClock clock(e->fixed);
+  auto fit = FitFollowing(
+      e->fixed, e->fixed.attitude,
+      [&](const std::vector<AttitudeSample>& attitude) {
+        return MatchAt(gyro, TurnsOf(attitude, clock, kMostTurns), 0.0);
+      },
+      &VectorMatch::unturned);
+  if (!fit || RestOf(match.correlation) < kExplains * RestOf(fit->match.unturned)) {
+    return std::nullopt;
+  }
+  e->result.notes.push_back(fmt::format(
+      "the clock and the axes of attitude.csv against the gyroscope's: {} at best, turned by "
+      "{:.1f} deg; a filter that takes acceleration for tilt with a gain of {:.2g} 1/s "
+      "(ahrs_acceleration_error) explains as much",
+      LateText(match.lag), TurnSize(match.turn), fit->gain));
+  return fit;
+}
+
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
   std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (attitude.size() < 30) return;
@@ -209,6 +238,8 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     e->result.comparisons.push_back(comparison);
     return;
   }
+  const auto filter = stream == "attitude" ? ExplainedByFilter(e, gyro, *match) : std::nullopt;
+  if (filter) match = filter->match;
   comparison.match = match;
   comparison.not_shown = NotShown(*match);
   if (!comparison.not_shown.empty()) {
@@ -226,6 +257,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
     AddClockDrift(e, stream, *match, "the gyroscope", kLeastDrift);
   }
   attitude = AttitudesOf(e->fixed, stream);
+  if (filter) attitude = WithoutFollowing(e->fixed, attitude, filter->gain);
   auto repaired =
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});
   if (repaired) {

@@ -151,27 +151,6 @@ std::vector<Bend> BendsOf(const std::vector<PositionSample>& positions, const Lo
   return bends;
 }
 
-std::vector<AttitudeSample> WithoutFollowing(const FlightLog& log,
-                                             const std::vector<AttitudeSample>& attitude,
-                                             double gain) {
-  constexpr double kMemory = 20.0;  // s, after which an error of the integral is forgotten
-  std::vector<AttitudeSample> corrected = attitude;
-  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // m/s^2
-  std::size_t next = 0, before = 0;
-  AtImu(log, attitude, [&](std::size_t i, const Eigen::Quaterniond& q) {
-    const double dt = i == before + 1 ? SecondsBetween(log.imu[before].t, log.imu[i].t) : 0.0;
-    tilt += dt * (gain * (q * log.imu[i].accel).head<2>() - tilt / kMemory);
-    before = i;
-    for (; next < corrected.size() && corrected[next].t <= log.imu[i].t; ++next) {
-      const Eigen::Vector3d turn = Eigen::Vector3d(tilt.y(), -tilt.x(), 0.0) / log.gravity;
-      const double angle = turn.norm();
-      if (angle == 0.0) continue;
-      corrected[next].q_Ep_I = Eigen::AngleAxisd(angle, turn / angle) * corrected[next].q_Ep_I;
-    }
-  });
-  return corrected;
-}
-
 RunningIntegral<3> ForceIntegral(const FlightLog& log,
                                  const std::vector<AttitudeSample>& attitude) {
   return IntegralAtImu<3>(log, attitude, [](const Eigen::Quaterniond& q, const Eigen::Vector3d& f) {

@@ -70,13 +70,6 @@ struct Bend {
 std::vector<Bend> BendsOf(const std::vector<PositionSample>& positions, const LogClock& clock,
                           double half, std::size_t most);
 
-// `attitude` without what an AHRS of this gain (1/s) takes of the acceleration for tilt: the tilt
-// times gravity follows the acceleration, d(tilt)/dt = gain (a - tilt), and a force that is turned
-// by it reads a - tilt.
-std::vector<AttitudeSample> WithoutFollowing(const FlightLog& log,
-                                             const std::vector<AttitudeSample>& attitude,
-                                             double gain);
-
 // Specific force turned to the earth of the attitude, twice integrated.
 RunningIntegral<3> ForceIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude);
 // Mean of that (m/s^2) under triangles of half width `half` (s) about the attitude's samples: minus

@@ -57,6 +57,19 @@ std::optional<VectorMatch> MatchBends(const Examination& e,
   return MatchVectors(AccelerationPairs(force, bends), {0.0, 0.02});
 }
 
+bool IsOfAhrs(const Examination& e, const PositionWitness& witness) {
+  return witness.of_attitude == "attitude" || e.IsCopy(witness.of_attitude);
+}
+
+std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitness& witness,
+                                        double reach) {
+  const auto match = [&](const std::vector<AttitudeSample>& attitude) {
+    const RunningIntegral<3> force = ForceIntegral(e.fixed, attitude);
+    return MatchVectors(AccelerationPairs(force, witness.bends), {reach, 0.02});
+  };
+  return FitFollowing(e.fixed, witness.attitude, match, &VectorMatch::correlation);
+}
+
 void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends) {
   for (Bend& bend : *bends) bend.acceleration = turn * bend.acceleration;
 }

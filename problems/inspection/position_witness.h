@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/inspection/examination.h"
+#include "problems/inspection/following_filter.h"
 
 namespace trueline {
 
@@ -27,6 +28,13 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
 std::optional<VectorMatch> MatchBends(const Examination& e,
                                       const std::vector<AttitudeSample>& attitude,
                                       const std::vector<Bend>& bends);
+
+// Whether an AHRS gives the witness' attitude, which may follow acceleration.
+bool IsOfAhrs(const Examination& e, const PositionWitness& witness);
+// The gain of such an AHRS with which the bends fit the accelerometer best, up to `reach` (s) of
+// lag.
+std::optional<FollowingFit> FollowingOf(const Examination& e, const PositionWitness& witness,
+                                        double reach);
 
 void TurnBends(const Eigen::Matrix3d& turn, std::vector<Bend>* bends);
 
