@@ -130,14 +130,22 @@ bool MayMoveFixes(const Factors& variable) {
 
 // A gust pushes the vehicle, and the controller turns the thrust against the push a little later.
 // So every controlled vehicle shows a force correlated with a lagging turn rate. A vehicle that
-// holds its heading shows it along the earth's axes, too.
-bool IsControl(TermOn on, int axis, const Factors& variable) {
-  if (on != TermOn::kForce || variable[0].lag == 0.0) return false;
+// holds its heading shows it along the earth's axes, too. One that hovers turns for nothing else,
+// so that the rates themselves go with gusts.
+bool IsControl(TermOn on, int axis, const Factors& variable, bool hovers) {
+  if (on != TermOn::kForce || (variable[0].lag == 0.0 && !hovers)) return false;
   const TermQuantity of = variable[0].of;
   if (axis % 3 == 2) return of == TermQuantity::kThrust;  // z_B and down
   const bool pitches = of == TermQuantity::kRateY, rolls = of == TermQuantity::kRateX;
   if (IsEarth(axis)) return pitches || rolls;
   return axis == 0 ? pitches : rolls;
+}
+
+bool Hovers(const std::vector<TermMotion>& motions) {
+  constexpr double kSpeed = 1.0;  // m/s, rms
+  double squares = 0.0;
+  for (const TermMotion& motion : motions) squares += motion.v_B.squaredNorm();
+  return squares < kSpeed * kSpeed * static_cast<double>(motions.size());
 }
 
 }  // namespace
@@ -190,13 +198,14 @@ std::vector<TermForm> OpenTerms(const TermScope& scope) {
       {TermOn::kAttitude, {0, 1, 5}},
       {TermOn::kFix, {0, 1, 2, 3, 4, 5}}};
   if (rotors) changed.push_back({TermOn::kTurn, {0, 1, 2}});
+  const bool hovers = Hovers(scope.motions);
   std::vector<TermForm> terms;
   for (const Factors& variable : TermVariables(scope)) {
     const bool local = IsLocal(variable);
     for (const auto& [on, axes] : changed) {
       if (on == TermOn::kFix && !MayMoveFixes(variable)) continue;
       for (const int axis : axes) {
-        if (IsControl(on, axis, variable)) continue;
+        if (IsControl(on, axis, variable, hovers)) continue;
         const bool suits = !local || (on == TermOn::kForce && IsEarth(axis));
         if (suits || (local && on == TermOn::kAttitude && IsEarth(axis))) {
           terms.push_back({on, axis, variable});

@@ -86,6 +86,22 @@ TEST(OpenTerms, HaveHistoryVoltageErrorsOfFixesAndSlopesOfPlaces) {
   EXPECT_EQ(names.count("force_north lag(q;1)"), 0u) << "the same at one heading";
 }
 
+TEST(OpenTerms, AVehicleThatHoversTurnsForGustsAlone) {
+  std::vector<TermMotion> slow = SquareFlight();
+  for (TermMotion& motion : slow) motion.v_B *= 0.1;
+  const auto count = [](const std::vector<TermMotion>& flight, const std::string& name) {
+    const std::vector<TermForm> terms = OpenTerms({DriveKind::kImu, SquareLog(), flight});
+    return std::ranges::count_if(terms, [&](const TermForm& term) {
+      return term.Where() + " " + SymbolsOf(term.with) == name;
+    });
+  };
+  for (const char* name : {"force_x q", "force_y p"}) {
+    EXPECT_EQ(count(SquareFlight(), name), 1) << name;
+    EXPECT_EQ(count(slow, name), 0) << name;
+  }
+  EXPECT_EQ(count(slow, "force_x r"), 1);
+}
+
 TEST(OpenTerms, HumpsLieWhereTheFlightHasBeen) {
   int humps = 0;
   for (const auto& variable : TermVariables({DriveKind::kImu, SquareLog(), SquareFlight()})) {
