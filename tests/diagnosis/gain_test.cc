@@ -74,7 +74,7 @@ TEST(Gain, TooFewArcsGiveNoInterval) {
 }
 
 Cause CauseOf(const std::string& id) {
-  return {{FindDeclared(id)}, {}, {}, 0.0, {}, {}, {}, {}, {}};
+  return {{FindDeclared(id), {}}, {}, {}, 0.0, {}, {}, {}, {}, {}};
 }
 
 TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
