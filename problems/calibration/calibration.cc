@@ -10,7 +10,6 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
-#include "problems/effects/declaration.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -374,16 +373,6 @@ CalibrationOptions WithoutEffects(CalibrationOptions options) {
   options.effects.clear();
   options.methods.vgd.drive.force_effects = {};
   return options;
-}
-
-std::string EffectsNotUsed(const std::vector<Effect>& effects) {
-  std::vector<std::string> words;
-  words.reserve(effects.size());
-  for (const Effect& effect : effects) words.push_back(InWords(effect));
-  return fmt::format(
-      "with the model's effects its constants contradict this flight, without them they agree: the "
-      "effects are not used ({}); trueline-diagnose tells which of them this flight has",
-      fmt::join(words, ", "));
 }
 
 }  // namespace

@@ -1,12 +1,16 @@
 #include "problems/calibration/conflict.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <numbers>
 
 #include "problems/calibration/estimators.h"
+#include "problems/effects/declaration.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 namespace {
@@ -66,13 +70,13 @@ std::optional<Normal> ShownBy(const EstimatorRun& run, int parameter, const Para
   return SumOf(data);
 }
 
+Statements Compare(const std::string& name, const std::string& unit, const Normal& one,
+                   const Normal& other) {
+  return {name, unit, one.mean, std::sqrt(one.variance), other.mean, std::sqrt(other.variance)};
+}
+
 Statements Compare(int parameter, const Normal& one, const Normal& other) {
-  return {kTheta[parameter].name,
-          kTheta[parameter].unit,
-          one.mean,
-          std::sqrt(one.variance),
-          other.mean,
-          std::sqrt(other.variance)};
+  return Compare(kTheta[parameter].name, kTheta[parameter].unit, one, other);
 }
 
 Normal DistributionOf(const ParameterPrior& prior) {
@@ -117,6 +121,37 @@ std::vector<Statements> CompareWithModel(const MotionPriors& model, const Motion
   return CompareWithModel(model, fitted_with, {"vgd", 1, {whole}, {}});
 }
 
+std::optional<Statements> CompareWithModel(const ParameterPrior& model,
+                                           const ParameterPrior& fitted_with,
+                                           const ParameterEstimate& estimate) {
+  Pooled data;
+  AddWithoutPrior(estimate, fitted_with, &data);
+  const std::optional<Normal> flight = SumOf(data);
+  if (!flight) return std::nullopt;
+  return Compare(estimate.name, estimate.unit, DistributionOf(model), *flight);
+}
+
+bool ContradictTogether(const std::vector<Statements>& compared,
+                        const Eigen::MatrixXd& correlations) {
+  if (std::ranges::any_of(compared, &Statements::Contradict)) return true;
+  const double chance = std::erfc(kContradicts / std::numbers::sqrt2);
+  const auto n = static_cast<Eigen::Index>(compared.size());
+  if (n == 0) return false;
+  Eigen::VectorXd difference(n), one_sigma(n), other_sigma(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    difference[i] = compared[i].other - compared[i].one;
+    one_sigma[i] = compared[i].one_sigma;
+    other_sigma[i] = compared[i].other_sigma;
+  }
+  // Each in units of its difference's standard deviation.
+  const Eigen::VectorXd unit = (one_sigma.cwiseAbs2() + other_sigma.cwiseAbs2()).cwiseSqrt();
+  const Eigen::VectorXd share = other_sigma.cwiseQuotient(unit);
+  Eigen::MatrixXd cov = share.asDiagonal() * correlations * share.asDiagonal();
+  cov.diagonal().setOnes();
+  const Eigen::VectorXd sigmas = difference.cwiseQuotient(unit);
+  return ChiSquareTail(sigmas.dot(cov.ldlt().solve(sigmas)), static_cast<double>(n)) < chance;
+}
+
 std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors, const EstimatorRun& run) {
   return ContradictionsAmong(CompareWithModel(priors, priors, run));
 }
@@ -137,6 +172,16 @@ std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compar
     return {"the model's constants contradict this flight and are not used as a prior"};
   }
   return {WhyNotUsed(*most, "and its other constants together contradict this flight")};
+}
+
+std::string EffectsNotUsed(const std::vector<Effect>& effects) {
+  std::vector<std::string> words;
+  words.reserve(effects.size());
+  for (const Effect& effect : effects) words.push_back(InWords(effect));
+  return fmt::format(
+      "with the model's effects its constants contradict this flight, without them they agree: the "
+      "effects are not used ({}); trueline-diagnose tells which of them this flight has",
+      fmt::join(words, ", "));
 }
 
 std::vector<Statements> ConflictsBetween(const MotionPriors& priors,

@@ -2,10 +2,12 @@
 // of what is said to be the same vehicle.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "problems/effects/effect.h"
 #include "problems/result/estimate.h"
 #include "problems/vgd/vgd_options.h"
 
@@ -30,6 +32,17 @@ std::vector<Statements> CompareWithModel(const MotionPriors& model, const Motion
 std::vector<Statements> CompareWithModel(const MotionPriors& model, const MotionPriors& fitted_with,
                                          const std::vector<ParameterEstimate>& estimates);
 
+// The same of one constant of any model; none if the flight does not show it.
+std::optional<Statements> CompareWithModel(const ParameterPrior& model,
+                                           const ParameterPrior& fitted_with,
+                                           const ParameterEstimate& estimate);
+
+// True if the flight contradicts a constant of the model, or all of them together. `correlations`:
+// of what the flight shows, in the order of `compared`. A flight that shows a sum of two constants,
+// and neither by itself, contradicts the sum only.
+bool ContradictTogether(const std::vector<Statements>& compared,
+                        const Eigen::MatrixXd& correlations);
+
 // Vehicle parameters of which the flight contradicts the priors that it was estimated with (Evans
 // and Moshonov 2006, check of a prior by its predictive distribution). A wrong prior also moves
 // parameters that are correlated with it. So this tells whether the priors hold, and not which of
@@ -42,6 +55,8 @@ std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
 // contradicts them. `compared`: with the flight estimated without the model. Names the constants
 // that differ; where only all of them together contradict the flight, the one that differs most.
 std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compared);
+// The same where only the model's effects are not used, because its constants agree without them.
+std::string EffectsNotUsed(const std::vector<Effect>& effects);
 
 // Parameters of the airframe of which two flights, each alone, say different things. Both were
 // estimated with `priors`, which take no part.

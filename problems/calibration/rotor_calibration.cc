@@ -8,6 +8,7 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
+#include "problems/calibration/rotor_conflict.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
 #include "problems/effects/rotor_extension.h"
@@ -67,6 +68,65 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
     result->halves_parameter = kRotorConstants[i].name;
   }
   result->batch.Widen(factors);
+}
+
+// The fitted part of a flight, with what was learned of its streams and noise.
+struct FittedPart {
+  const FlightLog& log;
+  const RotorAeroModel& model;
+  const RotorDataOptions& streams;
+  const RotorData& data;
+  const RotorNoise& noise;
+  double duration;  // s
+};
+
+// The batch, with intervals that contain what the noise model lacks. `start`: a solution nearby, or
+// null.
+void EstimateConstants(const FittedPart& part, const RotorCalibrationOptions& options,
+                       const RotorBatchResult* start, RotorCalibration* result) {
+  RotorBatchOptions batch{part.noise, options.prior, options.robust_pose};
+  batch.widen = options.widen;
+  result->batch = RunRotorBatch(part.model, part.data, batch, start);
+  if (!std::isfinite(result->batch.cost)) return;
+  result->batch =
+      WithoutSpeedNoiseBias(part.model, part.data, batch, result->batch, &result->speed_noise_bias);
+  result->batch.cov += ConsideredCovariance(
+      part.model, part.data, batch, result->batch,
+      ConsideredVariants(part.log, options, Part(part.streams, 0.0, part.duration)));
+  CompareHalves(part.model, part.log, batch, part.streams, part.duration, result);
+}
+
+RotorCalibrationOptions WithoutConstants(RotorCalibrationOptions options) {
+  options.prior = *options.prior_without_model;
+  options.prior_without_model.reset();
+  if (options.data.motors) options.data.motors_at = MotorsOf(options.prior.mean);
+  return options;
+}
+
+RotorCalibrationOptions WithoutEffects(RotorCalibrationOptions options) {
+  options.prior.mean -= options.of_effects;
+  options.prior_without_model->mean -= options.of_effects;
+  options.of_effects.setZero();
+  options.data.motor_lag -= RotorExtensionOf(options.effects).motor_lag;
+  options.effects.clear();
+  return options;
+}
+
+// The batch without the model's prior, from the solution with it. That prior may be wrong and as
+// sharp as the data; what it hides, no residual and no estimate under it tells. Intervals are
+// widened as those of a calibration are: where halves of the flight disagree, its constants
+// contradict less.
+std::optional<RotorBatchResult> FitAlone(const FittedPart& part,
+                                         const RotorCalibrationOptions& options,
+                                         const RotorBatchResult& with_model) {
+  RotorCalibration alone;
+  try {
+    EstimateConstants(part, WithoutConstants(options), &with_model, &alone);
+  } catch (const InputError&) {  // a half runs away from its flight
+    return std::nullopt;
+  }
+  const bool solved = std::isfinite(alone.batch.cost) && alone.batch.converged;
+  return solved ? std::optional(alone.batch) : std::nullopt;
 }
 
 // Speeds from commands are linearised in the motors' unknowns. Filter and noise learning use the
@@ -302,7 +362,22 @@ std::vector<Effect> EffectsBesideConstants(const std::vector<Effect>& effects,
   return beside;
 }
 
-RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options) {
+namespace {
+
+// The status by what the flight shows. Beside a model as sharp as the flight, no constant's sigma
+// is much smaller than the prior's.
+void StateWhatIsShown(const RotorPrior& without_model, RotorCalibration* result) {
+  std::vector<ParameterEstimate> alone;
+  result->unobservable.clear();
+  DescribeConstants(*result->alone, without_model, &alone, &result->unobservable);
+  for (ParameterEstimate& p : result->parameters) {
+    const auto shown = std::ranges::find(alone, p.name, &ParameterEstimate::name);
+    if (shown != alone.end() && p.status != "at_bound") p.status = shown->status;
+  }
+}
+
+// CalibrateRotors, with the options as they are.
+RotorCalibration CalibrateWith(const FlightLog& log, const RotorCalibrationOptions& options) {
   const RotorAeroModel model = ModelFor(options, log);
   const int rotors = model.num_rotors();
   RotorCalibration result;
@@ -331,21 +406,17 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   result.gyro_delay = streams.gyro_delay;
   result.noise = filter.noise;
   result.filter = RunRotorEkf(model, data, filter);
-  RotorBatchOptions batch{filter.noise, options.prior, options.robust_pose};
-  batch.widen = options.widen;
-  result.batch = WithoutSpeedNoiseBias(model, data, batch, RunRotorBatch(model, data, batch),
-                                       &result.speed_noise_bias);
-  result.batch.cov +=
-      ConsideredCovariance(model, data, batch, result.batch,
-                           ConsideredVariants(log, options, Part(streams, 0.0, fitted)));
+  const FittedPart part{log, model, streams, data, filter.noise, fitted};
+  EstimateConstants(part, options, nullptr, &result);
+  if (options.prior_without_model) result.alone = FitAlone(part, options, result.batch);
   const auto nodes = static_cast<double>(result.batch.nodes.size());
   const auto constants = static_cast<double>(options.prior.Free().size());
   result.chi_square =
       2.0 * result.batch.cost / (result.batch.residuals - kNodeErrors * nodes - constants);
   result.origin = data.origin;
   for (const RotorPose& pose : data.poses) result.pose_times.push_back(pose.t);
-  CompareHalves(model, log, batch, streams, fitted, &result);
   DescribeConstants(result.batch, options.prior, &result.parameters, &result.unobservable);
+  if (result.alone) StateWhatIsShown(*options.prior_without_model, &result);
   result.effects = EffectsBesideConstants(options.effects, options.prior);
   if (options.hold_out > 0.0) {
     ScorePredictions(model, data, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
@@ -353,6 +424,39 @@ RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOpt
   }
   result.verdict = JudgeRotors(result);
   return result;
+}
+
+bool ContradictsModel(const RotorCalibration& calibration, const RotorCalibrationOptions& options) {
+  return calibration.alone &&
+         Contradicts(options.prior, *options.prior_without_model, *calibration.alone);
+}
+
+}  // namespace
+
+RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options,
+                                 RotorCalibrationOptions* used) {
+  RotorCalibration calibration = CalibrateWith(log, options);
+  if (used != nullptr) *used = options;
+  if (!ContradictsModel(calibration, options)) return calibration;
+  const auto warn = [&](const RotorCalibrationOptions& others,
+                        const std::vector<std::string>& why) {
+    calibration.warnings.insert(calibration.warnings.end(), why.begin(), why.end());
+    if (used == nullptr) return;
+    *used = others;
+    used->warnings.insert(used->warnings.end(), why.begin(), why.end());
+  };
+  if (!options.effects.empty()) {
+    const RotorCalibrationOptions bare = WithoutEffects(options);
+    calibration = CalibrateWith(log, bare);
+    if (calibration.alone && !ContradictsModel(calibration, bare)) {
+      warn(bare, {EffectsNotUsed(options.effects)});
+      return calibration;
+    }
+  }
+  const RotorCalibrationOptions open = WithoutConstants(options);
+  calibration = CalibrateWith(log, open);
+  warn(open, WhyModelIsNotUsed(CompareWithModel(options.prior, open.prior, calibration.batch)));
+  return calibration;
 }
 
 std::vector<StreamDelay> DelaysOf(const RotorCalibration& calibration) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,11 @@ struct RotorCalibrationOptions {
   std::vector<ConsideredEffect> considered;
   double wander = 0.0;                // random walk of the filter's constants, see RotorEkfOptions
   std::vector<std::string> warnings;  // from reading
+  // The prior before that of the model (--model), which takes its place if the flight contradicts
+  // the model's constants.
+  std::optional<RotorPrior> prior_without_model;
+  // What `effects` added to the means of both priors.
+  RotorConstants of_effects = RotorConstants::Zero();
 
   explicit RotorCalibrationOptions(RotorVehicle nominal)
       : vehicle(std::move(nominal)), prior(PriorFromVehicle(vehicle)) {}
@@ -58,6 +64,9 @@ struct HorizonScore {
 
 struct RotorCalibration {
   RotorBatchResult batch;
+  // What the flight alone shows: the batch with the prior without the model. None without such a
+  // prior, or where that fit finds no solution.
+  std::optional<RotorBatchResult> alone;
   RotorEkfRun filter;
   RotorNoise noise;                            // used
   double rotor_delay = 0.0, gyro_delay = 0.0;  // s, used
@@ -87,8 +96,12 @@ RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog&
 std::vector<Effect> EffectsBesideConstants(const std::vector<Effect>& effects,
                                            const RotorPrior& prior);
 
-// Throws InputError for logs that lack a required stream or are too short.
-RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options);
+// Where the flight contradicts the constants of the model (--model), tries without the model's
+// effects, then without its constants, and warns. `used`, if not null, becomes the options without
+// what is not used, with these warnings. Throws InputError for logs that lack a required stream or
+// are too short.
+RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options,
+                                 RotorCalibrationOptions* used = nullptr);
 
 // The parameters with their status, and the combinations that are unobservable on the flight.
 void DescribeConstants(const RotorBatchResult& batch, const RotorPrior& prior,

@@ -2,6 +2,7 @@
 
 #include "problems/calibration/considered.h"
 #include "problems/calibration/own_model.h"
+#include "problems/calibration/rotor_conflict.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/effects/read_effects.h"
 
@@ -39,15 +40,26 @@ void ReadMotors(const YamlMap& map, RotorCalibrationOptions* options) {
   options->prior.mean.segment<kMotorUnknowns>(FindRotorConstant("motor_lag")) = data.motors_at;
 }
 
+// A model's file (--model), or none, and what of it is taken.
+struct RotorModelSource {
+  std::string file;
+  bool constants = true, effects = true;
+};
+
+bool IsOwn(const std::string& model, std::span<const FlightLog> logs) {
+  return std::ranges::any_of(logs, [&](const FlightLog& log) { return IsFittedTo(model, log); });
+}
+
 // The earlier flight's estimates and sigmas become the prior; biases keep theirs, as do constants
 // that the earlier flight ended with another value of. A model of the same flight gives its effects
 // only.
-void ApplyRotorModel(const std::string& file, std::span<const FlightLog> logs,
+void ApplyRotorModel(const RotorModelSource& source, std::span<const FlightLog> logs,
                      RotorCalibrationOptions* options) {
+  if (source.file.empty()) return;
+  const std::string& file = source.file;
   RotorPrior* prior = &options->prior;
   const YamlMap model = YamlMap::FromFile(file);
-  const bool own =
-      std::ranges::any_of(logs, [&](const FlightLog& log) { return IsFittedTo(file, log); });
+  const bool own = IsOwn(file, logs);
   if (own) options->warnings.push_back(OwnModelWarning(file));
   options->effects = ReadEffects(model, DriveKind::kRotors);
   const std::set<std::string> changed =
@@ -61,12 +73,13 @@ void ApplyRotorModel(const std::string& file, std::span<const FlightLog> logs,
                       "model.yaml of a calibration with --drive=rotors");
     }
     const bool bias = kRotorConstants[i].group == RotorConstantGroup::kBias;
-    if (own || bias || changed.contains(name)) continue;
+    if (!source.constants || own || bias || changed.contains(name)) continue;
     const YamlMap entry = parameters.Child(name);
     prior->mean[i] = entry.Get<double>("value");
     prior->sigma[i] = entry.Get<double>("sigma");
     if (!(prior->sigma[i] >= 0.0)) entry.Fail("sigma", "must be zero (known) or above");
   }
+  if (!source.effects) options->effects.clear();
   const RotorExtension extension = RotorExtensionOf(options->effects);
   prior->mean += extension.added;
   options->data.motor_lag += extension.motor_lag;
@@ -139,13 +152,15 @@ void ReadRotorOptions(const YamlMap& map, RotorCalibrationOptions* options) {
   ShareMotors(options);
 }
 
-RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
-                                            std::span<const FlightLog> logs) {
+namespace {
+
+RotorCalibrationOptions OptionsWith(const RotorModelSource& model, const std::string& config,
+                                    std::span<const FlightLog> logs) {
   const FlightLog& log = logs.front();
   if (config.empty()) {
     RotorCalibrationOptions options = OptionsFromLog(log);
     if (log.pose.empty()) options.data.source = PoseSource::kMocap;
-    if (!model.empty()) ApplyRotorModel(model, logs, &options);
+    ApplyRotorModel(model, logs, &options);
     return options;
   }
   const YamlMap map = YamlMap::FromFile(config);
@@ -156,9 +171,23 @@ RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std
   if (log.pose.empty()) options.data.source = PoseSource::kMocap;
   if (map.Has("motors")) ReadMotors(map.Child("motors"), &options);
   if (map.Has("vehicle")) WarnOfOtherVehicle(config, log, &options);
-  if (!model.empty()) ApplyRotorModel(model, logs, &options);
+  ApplyRotorModel(model, logs, &options);
   ReadRotorOptions(map, &options);
   map.Finish();
+  return options;
+}
+
+}  // namespace
+
+RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
+                                            std::span<const FlightLog> logs) {
+  RotorCalibrationOptions options = OptionsWith({model}, config, logs);
+  if (model.empty() || IsOwn(model, logs)) return options;
+  const auto prior_with = [&](bool constants, bool effects) {
+    return OptionsWith({model, constants, effects}, config, logs).prior;
+  };
+  options.of_effects = options.prior.mean - prior_with(true, false).mean;
+  options.prior_without_model = WithoutModel(prior_with(false, true), options.prior);
   return options;
 }
 

@@ -11,8 +11,8 @@ namespace trueline {
 
 // `config`: a YAML file, or empty for the vehicle stated in the first of `logs`. `model`:
 // model.yaml of an earlier calibration of this vehicle, or empty; its constants other than biases
-// become the prior, unless it was fitted to one of `logs`. Throws InputError naming file, line and
-// key.
+// become the prior, unless it was fitted to one of `logs`; the prior without them is kept beside
+// it. Throws InputError naming file, line and key.
 RotorCalibrationOptions ResolveRotorOptions(const std::string& config, const std::string& model,
                                             std::span<const FlightLog> logs);
 inline RotorCalibrationOptions ResolveRotorOptions(const std::string& config,

@@ -57,11 +57,20 @@ std::vector<Found> WithoutEffect(std::vector<Found> found) {
   return found;
 }
 
+// The options without what of the model (--model) the whole flight contradicts.
+RotorCalibrationOptions OptionsFor(const FlightLog& log, const RotorCalibrationOptions& options) {
+  if (!options.prior_without_model) return options;
+  RotorCalibrationOptions whole = options, used = options;
+  whole.hold_out = 0.0;
+  CalibrateRotors(log, whole, &used);
+  return used;
+}
+
 }  // namespace
 
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options) {
   const MakeFlight make = [&](const FlightLog& log) {
-    return std::make_unique<RotorDrivenFlight>(log, options.calibration);
+    return std::make_unique<RotorDrivenFlight>(log, OptionsFor(log, options.calibration));
   };
   return Diagnose(logs, make, options);
 }

@@ -22,7 +22,9 @@ struct RotorDiagnosisOptions : SearchOptions {
       : calibration(std::move(options)) {}
 };
 
-// Searches causes on the first flight, see diagnosis.h.
+// Searches causes on the first flight, see diagnosis.h. A flight that contradicts the model's
+// constants (--model) is fitted without them, or without the model's effects, as a calibration
+// does; of the first flight a warning says so.
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const RotorDiagnosisOptions& options);
 
 class RotorDrivenFlight final : public DiagnosedFlight {

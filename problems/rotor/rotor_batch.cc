@@ -199,6 +199,7 @@ class Batch {
     result.nodes = at_.nodes;
     if (!options_.covariance) return result;
     result.cov = Covariance(&result.log_evidence);
+    result.noise_sigma = result.Sigma();
     result.log_evidence -= result.cost;
     return result;
   }

@@ -47,6 +47,8 @@ struct RotorBatchResult {
                               // only
   int residuals = 0;
   double solve_time = 0.0;  // s
+  // Of the constants by the noise alone, before intervals are widened; zero without `cov`.
+  RotorConstants noise_sigma = RotorConstants::Zero();
 
   // Multiplies each constant's sigma.
   void Widen(const RotorConstants& factors) {

@@ -174,6 +174,22 @@ TEST(PriorConflict, ConstantsThatOnlyTogetherContradictTheFlightAreSaidTo) {
                                     "together contradict this flight, which alone shows -0.3")));
 }
 
+// The flight shows the sum of two levers by 0.1, and each by 1.
+TEST(PriorConflict, ASumThatTheFlightShowsContradictsTheModel) {
+  const auto contradict = [](double r_BM, double r_BP) {
+    Eigen::Matrix2d correlations;
+    correlations << 1.0, -0.995, -0.995, 1.0;
+    return ContradictTogether(
+        {{"r_BM_x", "m", 0.0, 0.05, r_BM, 1.0}, {"r_BP_x", "m", 0.0, 0.05, r_BP, 1.0}},
+        correlations);
+  };
+  EXPECT_TRUE(contradict(0.6, 0.6));
+  EXPECT_FALSE(contradict(0.15, 0.15));
+  EXPECT_FALSE(contradict(3.0, -3.0));
+  EXPECT_TRUE(contradict(4.1, -4.1));
+  EXPECT_FALSE(ContradictTogether({}, {}));
+}
+
 FlightLog FlyHippodrome() {
   SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
   config.duration = 30.0;

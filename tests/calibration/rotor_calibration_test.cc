@@ -189,6 +189,96 @@ TEST(RotorCalibration, WritesWhatOthersRead) {
   std::filesystem::remove_all(out);
 }
 
+constexpr double kMass = 0.2463;  // kg, of the vehicle that flies
+
+FlightLog FlyAgain() {
+  return SimulateRotorFlight(RotorSimulation(WuestVehicle()), RandomPath(12.0, 5), 7);
+}
+
+// The model's prior of these constants is what the calibration shows.
+RotorCalibrationOptions WithModel(const RotorCalibration& shown,
+                                  const std::vector<std::string>& names) {
+  RotorCalibrationOptions options = Nominal();
+  options.prior_without_model = options.prior;
+  for (const std::string& name : names) {
+    options.prior.mean[FindRotorConstant(name)] = Find(shown, name).value;
+    options.prior.sigma[FindRotorConstant(name)] = Find(shown, name).sigma;
+  }
+  return options;
+}
+
+// The model is about as sharp as the flight, so that no sigma is half of the prior's.
+TEST(RotorModel, OneThatAgreesSharpensWhatTheFlightShows) {
+  const RotorCalibration first = CalibrateRotors(FlyFor(12.0), Nominal());
+  const FlightLog log = FlyAgain();
+  const RotorCalibration alone = CalibrateRotors(log, Nominal());
+  std::vector<std::string> vehicle;
+  for (const ParameterEstimate& p : first.parameters) {
+    if (!p.name.starts_with("b_")) vehicle.push_back(p.name);
+  }
+  const RotorCalibrationOptions options = WithModel(first, vehicle);
+  RotorCalibrationOptions used = Nominal();
+  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  EXPECT_THAT(c.warnings, testing::IsEmpty());
+  EXPECT_EQ(used.prior.mean, options.prior.mean);
+  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(alone, "m").sigma);
+  EXPECT_NEAR(Find(c, "m").value, kMass, 4.0 * Find(c, "m").sigma);
+  for (const ParameterEstimate& p : alone.parameters) {
+    EXPECT_EQ(Find(c, p.name).status, p.status) << p.name;
+  }
+}
+
+// A load of 12 % of the mass, that the model's flight did not have.
+TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
+  const FlightLog log = FlyAgain();
+  const RotorCalibration alone = CalibrateRotors(log, Nominal());
+  RotorCalibrationOptions options = WithModel(alone, {"m"});
+  options.prior.mean[kMassConstant] = 0.88 * kMass;
+  options.warnings = {"one of the configuration"};
+  RotorCalibrationOptions used = Nominal();
+  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  const auto said =
+      testing::ElementsAre("one of the configuration",
+                           AllOf(HasSubstr("the model's m of 0.2167 +-"),
+                                 HasSubstr("contradicts this flight, which alone shows 0.24"),
+                                 HasSubstr("are not used as a prior")));
+  EXPECT_THAT(c.warnings, said);
+  EXPECT_THAT(used.warnings, said);
+  EXPECT_EQ(used.prior.mean, Nominal().prior.mean);
+  for (const ParameterEstimate& p : alone.parameters) {
+    EXPECT_DOUBLE_EQ(Find(c, p.name).value, p.value) << p.name;
+    EXPECT_DOUBLE_EQ(Find(c, p.name).sigma, p.sigma) << p.name;
+    EXPECT_EQ(Find(c, p.name).status, p.status) << p.name;
+  }
+}
+
+// A pose sensor that was moved by 30 mm since. The constants beside it are the model's, too, so the
+// fit with the model can hide it in them.
+TEST(RotorModel, OneOfAnotherPlaceOfThePoseSensorIsNotUsed) {
+  const FlightLog log = FlyAgain();
+  const RotorCalibration alone = CalibrateRotors(log, Nominal());
+  RotorCalibrationOptions options = WithModel(alone, {"m", "r_BM_x", "r_BP_x"});
+  options.prior.mean[FindRotorConstant("r_BP_x")] += 0.03;
+  const RotorCalibration c = CalibrateRotors(log, options);
+  EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the model's r_BP_x of")));
+  EXPECT_DOUBLE_EQ(Find(c, "r_BP_x").value, Find(alone, "r_BP_x").value);
+}
+
+// A weak rotor that this flight does not have makes the vehicle look light.
+TEST(RotorModel, EffectsThatMakeItContradictTheFlightAreLeftOut) {
+  const FlightLog log = FlyAgain();
+  const RotorCalibration alone = CalibrateRotors(log, Nominal());
+  RotorCalibrationOptions options = WithModel(alone, {"m", "r_BM_x", "r_BM_y"});
+  options.effects = {{"rotor_loss", {{"rotor", 0}, {"factor", 0.9}}}};
+  RotorCalibrationOptions used = Nominal();
+  const RotorCalibration c = CalibrateRotors(log, options, &used);
+  EXPECT_THAT(c.effects, testing::IsEmpty());
+  EXPECT_THAT(used.effects, testing::IsEmpty());
+  EXPECT_EQ(used.prior.mean, options.prior.mean);
+  EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the effects are not used (rotor_loss")));
+  EXPECT_LT(Find(c, "m").sigma, 0.9 * Find(alone, "m").sigma);
+}
+
 // Constants that are estimated state the effects that are parts of them; model.yaml holds the rest.
 TEST(RotorCalibration, KeepsTheEffectsThatItsConstantsDoNotState) {
   RotorPrior prior = PriorFromVehicle(WuestVehicle());
@@ -281,6 +371,38 @@ TEST(RotorOptions, AStepOfAnotherFlightIsLeftOut) {
   EXPECT_THAT(other.warnings[0], AllOf(HasSubstr("payload_step (t_step 7 s, mass 0.04 kg)"),
                                        HasSubstr("the model's m held before that")));
   EXPECT_EQ(own.effects.size(), 2u);
+}
+
+// The model's drag is free; the configuration has none.
+TEST(RotorOptions, ThePriorWithoutTheModelIsKept) {
+  FlightLog log = FlyFor(2.0);
+  log.sha256["imu.csv"] = "1234";
+  const auto file = std::filesystem::path(testing::TempDir()) / "rotor_prior_model.yaml";
+  const auto options = [&](const std::string& digest) {
+    std::ofstream(file) << "parameters:\n"
+                           "  m: {value: 0.24, sigma: 0.001, unit: kg}\n"
+                           "  K_x: {value: -0.3, sigma: 0.01, unit: 1/s}\n"
+                           "effects:\n"
+                           "  - {id: linear_drag, K_x: 0.0, K_y: -0.1, K_z: 0.0}\n"
+                           "provenance: {sha256: {imu.csv: "
+                        << digest << "}}\n";
+    return ResolveRotorOptions("", file, log);
+  };
+  const RotorCalibrationOptions other = options("5678"), own = options("1234");
+  std::filesystem::remove(file);
+  EXPECT_FALSE(own.prior_without_model);
+  ASSERT_TRUE(other.prior_without_model);
+  const RotorPrior& without = *other.prior_without_model;
+  const int K_x = FindRotorConstant("K_x"), K_y = FindRotorConstant("K_y");
+  EXPECT_EQ(other.prior.sigma[kMassConstant], 0.001);
+  EXPECT_EQ(without.mean[kMassConstant], *log.vehicle->mass);
+  EXPECT_GT(without.sigma[kMassConstant], 0.01);
+  EXPECT_EQ(other.prior.sigma[K_x], 0.01);
+  EXPECT_EQ(without.mean[K_x], 0.0);
+  EXPECT_NEAR(without.sigma[K_x], 0.31, 1e-12);
+  EXPECT_NEAR(without.mean[K_y], -0.1, 1e-12);
+  EXPECT_NEAR(other.of_effects[K_y], -0.1, 1e-12);
+  EXPECT_NEAR(other.of_effects[K_x], 0.0, 1e-12);
 }
 
 TEST(RotorOptions, WrongOnesAreRefusedByName) {

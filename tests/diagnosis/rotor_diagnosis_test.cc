@@ -54,6 +54,17 @@ TEST(DiagnoseRotors, ACleanFlightIsClean) {
   EXPECT_EQ(ids.size(), 13u);
 }
 
+TEST(DiagnoseRotors, AModelThatTheFlightContradictsIsNotUsed) {
+  RotorDiagnosisOptions options = RotorOptions(false);
+  options.calibration.prior_without_model = options.calibration.prior;
+  options.calibration.prior.mean[kMassConstant] = 0.21;
+  options.calibration.prior.sigma[kMassConstant] = 0.0005;
+  const Diagnosis diagnosis = Diagnose({FlyRotorsHiding({}, 10.0, 5)}, options);
+  EXPECT_THAT(diagnosis.warnings,
+              testing::ElementsAre(testing::HasSubstr("the model's m of 0.21 +- 0.0005 kg")));
+  EXPECT_EQ(diagnosis.verdict, "clean");
+}
+
 // The search's first value of a cause may be far off. A value with which the flight fits worse than
 // without the cause is shortened.
 TEST(RotorFit, SlowAFirstValueFarOffEndsWhereANearOneDoes) {
