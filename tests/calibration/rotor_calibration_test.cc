@@ -252,13 +252,13 @@ TEST(RotorModel, OneOfAnotherMassIsNotUsed) {
   }
 }
 
-// A pose sensor that was moved by 30 mm since. The constants beside it are the model's, too, so the
+// A pose sensor that was moved by 60 mm since. The constants beside it are the model's, too, so the
 // fit with the model can hide it in them.
 TEST(RotorModel, OneOfAnotherPlaceOfThePoseSensorIsNotUsed) {
   const FlightLog log = FlyAgain();
   const RotorCalibration alone = CalibrateRotors(log, Nominal());
   RotorCalibrationOptions options = WithModel(alone, {"m", "r_BM_x", "r_BP_x"});
-  options.prior.mean[FindRotorConstant("r_BP_x")] += 0.03;
+  options.prior.mean[FindRotorConstant("r_BP_x")] += 0.06;
   const RotorCalibration c = CalibrateRotors(log, options);
   EXPECT_THAT(c.warnings, testing::ElementsAre(HasSubstr("the model's r_BP_x of")));
   EXPECT_DOUBLE_EQ(Find(c, "r_BP_x").value, Find(alone, "r_BP_x").value);
