@@ -16,39 +16,52 @@ namespace {
 
 bool HasRecords(const Channel& channel) { return channel.count > 0 && !channel.fields.empty(); }
 
-// Of several instances: the session that the file prefers, or the first one that has not much fewer
-// records than the others.
-std::optional<std::size_t> BestInstance(const Recording& recording,
-                                        const std::vector<std::size_t>& found) {
-  std::size_t most = 0;
-  for (const std::size_t i : found) most = std::max(most, recording.channels()[i].count);
-  std::optional<std::size_t> best;
-  for (const std::size_t i : found) {
-    const Channel& channel = recording.channels()[i];
-    if (recording.preferred_instance() == channel.instance) return i;
-    if (!best && 2 * channel.count >= most) best = i;
-  }
-  return best;
-}
-
-std::optional<std::size_t> FindByName(const Recording& recording, const std::string& pattern) {
+// The channels with records that fit: the one whose label is the pattern, or the session that the
+// file prefers, or all instances in the order of their numbers.
+std::vector<std::size_t> FindInstances(const Recording& recording, const std::string& pattern) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < recording.channels().size(); ++i) {
     const Channel& channel = recording.channels()[i];
     if (!HasRecords(channel)) continue;
-    if (fmt::format("{}[{}]", channel.name, channel.instance) == pattern) return i;
+    if (fmt::format("{}[{}]", channel.name, channel.instance) == pattern) return {i};
     if (fnmatch(pattern.c_str(), channel.name.c_str(), 0) == 0) found.push_back(i);
   }
-  return BestInstance(recording, found);
+  for (const std::size_t i : found) {
+    if (recording.preferred_instance() == recording.channels()[i].instance) return {i};
+  }
+  std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
+    return recording.channels()[a].instance < recording.channels()[b].instance;
+  });
+  return found;
 }
 
-std::vector<std::size_t> FindByNames(const Recording& recording,
-                                     const std::vector<std::string>& patterns) {
-  std::vector<std::size_t> found;
-  for (const std::string& pattern : patterns) {
-    const auto channel = FindByName(recording, pattern);
-    const bool is_new = channel && std::find(found.begin(), found.end(), *channel) == found.end();
-    if (is_new) found.push_back(*channel);
+// The first instance that has not much fewer records than the others.
+std::optional<std::size_t> FindByName(const Recording& recording, const std::string& pattern) {
+  const std::vector<std::size_t> found = FindInstances(recording, pattern);
+  std::size_t most = 0;
+  for (const std::size_t i : found) most = std::max(most, recording.channels()[i].count);
+  for (const std::size_t i : found) {
+    if (2 * recording.channels()[i].count >= most) return i;
+  }
+  return std::nullopt;
+}
+
+// A channel, and the place of the name in the map that it fits.
+struct FoundChannel {
+  std::size_t channel;
+  std::size_t name = 0;
+};
+
+std::vector<FoundChannel> FindByNames(const Recording& recording,
+                                      const std::vector<std::string>& patterns) {
+  std::vector<FoundChannel> found;
+  for (std::size_t name = 0; name < patterns.size(); ++name) {
+    for (const std::size_t channel : FindInstances(recording, patterns[name])) {
+      const bool is_known = std::any_of(found.begin(), found.end(), [&](const FoundChannel& one) {
+        return one.channel == channel;
+      });
+      if (!is_known) found.push_back({channel, name});
+    }
   }
   return found;
 }
@@ -61,15 +74,15 @@ bool IsSetpoint(const std::string& name) {
   return false;
 }
 
-std::vector<std::size_t> FindByType(const Recording& recording, const std::string& type) {
+std::vector<FoundChannel> FindByType(const Recording& recording, const std::string& type) {
   const std::vector<Channel>& channels = recording.channels();
-  std::vector<std::size_t> found;
+  std::vector<FoundChannel> found;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     if (!HasRecords(channels[i]) || RosTypeName(channels[i].type) != RosTypeName(type)) continue;
-    if (!IsSetpoint(channels[i].name)) found.push_back(i);
+    if (!IsSetpoint(channels[i].name)) found.push_back({i});
   }
-  std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
-    return channels[a].count > channels[b].count;
+  std::stable_sort(found.begin(), found.end(), [&](const FoundChannel& a, const FoundChannel& b) {
+    return channels[a.channel].count > channels[b.channel].count;
   });
   return found;
 }
@@ -87,9 +100,9 @@ std::optional<std::vector<std::size_t>> FindCompanions(const Recording& recordin
 }
 
 // A CSV file has one channel.
-std::vector<std::size_t> FindChannels(const Recording& recording, const StreamMap& stream) {
+std::vector<FoundChannel> FindChannels(const Recording& recording, const StreamMap& stream) {
   if (recording.format().key == std::string(kCsvFormat)) {
-    return std::vector<std::size_t>(recording.channels().empty() ? 0 : 1, 0);
+    return std::vector<FoundChannel>(recording.channels().empty() ? 0 : 1, FoundChannel{0});
   }
   return stream.type.empty() ? FindByNames(recording, stream.channels)
                              : FindByType(recording, stream.type);
@@ -127,12 +140,12 @@ std::vector<StreamCandidate> FindCandidates(const Recording& recording, const St
     const auto companions = FindCompanions(recording, all[i]);
     if (!companions) continue;
     all[i].otherwise.clear();
-    for (const std::size_t channel : FindChannels(recording, all[i])) {
+    for (const auto& [channel, name] : FindChannels(recording, all[i])) {
       StreamMap one = all[i];
       one.channel = {channel};
       one.channel.insert(one.channel.end(), companions->begin(), companions->end());
       if (!HasColumns(recording, one, why)) continue;
-      candidates.push_back({one, i, RankOf(one, recording.channels()[channel].name)});
+      candidates.push_back({one, i, RankOf(one, recording.channels()[channel].name), name});
     }
   }
   return candidates;

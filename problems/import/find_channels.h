@@ -14,10 +14,12 @@ struct StreamCandidate {
   StreamMap stream;             // with `channel`, and without `otherwise`
   std::size_t alternative = 0;  // 0: the stream itself, else its place in `otherwise` from 1
   int rank = 0;                 // by `prefer` and `avoid`; the lowest counts first
+  std::size_t name = 0;         // place of the channel's name in the map; instances share it
 };
 
 // All that have records and every column, in the order of the map; `why` becomes the last error of
-// a column. Of a type, the channel with the most messages comes first.
+// a column. Of a type, the channel with the most messages comes first; of one name, the instance
+// with the lowest number.
 std::vector<StreamCandidate> FindCandidates(const Recording& recording, const StreamMap& stream,
                                             std::string* why);
 

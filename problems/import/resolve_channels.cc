@@ -19,6 +19,7 @@ constexpr double kUsefulShare = 0.1;
 struct Counted {
   StreamCandidate candidate;
   std::size_t rows = 0;  // that become samples
+  bool is_poor = false;  // another instance has more than twice the rows
 };
 
 std::string Wanted(const StreamMap& stream) {
@@ -67,11 +68,27 @@ void CountRows(Recording* recording, Candidates* candidates) {
   for (std::size_t i = 0; i < streams.size(); ++i) counted[i]->rows = streams[i]->rows();
 }
 
-// By rank, then in the order of the map; channels of one type by their rows.
+bool AreInstances(const StreamCandidate& a, const StreamCandidate& b) {
+  return a.stream.type.empty() && a.rank == b.rank && a.alternative == b.alternative &&
+         a.name == b.name;
+}
+
+void FindPoorInstances(std::vector<Counted>* counted) {
+  for (Counted& one : *counted) {
+    one.is_poor = std::any_of(counted->begin(), counted->end(), [&](const Counted& other) {
+      return AreInstances(one.candidate, other.candidate) && other.rows > 2 * one.rows;
+    });
+  }
+}
+
+// By rank, then in the order of the map; channels of one type by their rows, instances of one name
+// by their numbers, those with few rows last.
 void SortByPreference(std::vector<Counted>* counted) {
+  FindPoorInstances(counted);
   const auto key = [](const Counted& c) {
     const std::size_t by_rows = c.candidate.stream.type.empty() ? 0 : c.rows;
-    return std::tuple(c.candidate.rank, c.candidate.alternative, -static_cast<double>(by_rows));
+    return std::tuple(c.candidate.rank, c.candidate.alternative, c.candidate.name, c.is_poor,
+                      -static_cast<double>(by_rows));
   };
   std::stable_sort(counted->begin(), counted->end(),
                    [&](const Counted& a, const Counted& b) { return key(a) < key(b); });
@@ -89,7 +106,17 @@ std::string LabelOf(const Recording& recording, const Counted& one) {
                      recording.channels()[one.candidate.stream.channel.front()].Label(), one.rows);
 }
 
-// States why the channel is not the first of the map, and which others of its type are there.
+// Not merely another definition of the same channel, of which WarnOfTwin() tells.
+bool IsOtherInstance(const Recording& recording, const StreamCandidate& a,
+                     const StreamCandidate& b) {
+  const auto label = [&](const StreamCandidate& one) {
+    return recording.channels()[one.stream.channel.front()].Label();
+  };
+  return AreInstances(a, b) && label(a) != label(b);
+}
+
+// States why the channel is not the first of the map, and which others of its type or name are
+// there.
 void WarnOfRivals(const std::string& name, const Recording& recording,
                   const std::vector<Counted>& counted, std::size_t chosen,
                   std::vector<std::string>* warnings) {
@@ -99,8 +126,12 @@ void WarnOfRivals(const std::string& name, const Recording& recording,
     const StreamCandidate& other = counted[i].candidate;
     if (i == chosen || other.stream.channel == taken.stream.channel) continue;
     const bool same_type = !taken.stream.type.empty() && other.alternative == taken.alternative;
-    if (i < chosen) poor.push_back(LabelOf(recording, counted[i]));
-    if (i > chosen && same_type && IsUseful(counted[i], counted)) {
+    if (i < chosen || (counted[i].is_poor && AreInstances(taken, other))) {
+      poor.push_back(LabelOf(recording, counted[i]));
+      continue;
+    }
+    const bool is_like = same_type || IsOtherInstance(recording, taken, other);
+    if (is_like && IsUseful(counted[i], counted)) {
       rivals.push_back(LabelOf(recording, counted[i]));
     }
   }

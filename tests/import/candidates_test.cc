@@ -163,5 +163,61 @@ TEST_F(UsableRows, DecideBetweenAlternatives) {
   EXPECT_EQ(ConvertVision(10).fixes.size(), 10U);
 }
 
+// Two receivers in one log: the first one has as many records, and no fix.
+class Instances : public Candidates {
+ protected:
+  // The fix types of receivers, in the order in which their first records come.
+  FlightLog ConvertReceivers(const std::vector<std::pair<int, int>>& instance_and_fix) const {
+    const auto fmt_record = [](int type, int length, const std::string& name,
+                               const std::string& format, const std::string& columns) {
+      return Bytes()
+          .Text("\xA3\x95\x80")
+          .Add(static_cast<std::uint8_t>(type))
+          .Add(static_cast<std::uint8_t>(length))
+          .Padded(name, 4)
+          .Padded(format, 16)
+          .Padded(columns, 64)
+          .str();
+    };
+    std::string text = fmt_record(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+                       fmt_record(1, 35, "IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ") +
+                       fmt_record(2, 25, "GPS", "QBBLLf", "TimeUS,I,Status,Lat,Lng,Alt");
+    for (int i = 0; i < 60; ++i) {
+      const auto time = static_cast<std::uint64_t>(10'000 * (i + 1));
+      text += Bytes().Text("\xA3\x95\x01").Add(time).str();
+      for (const float value : {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -9.81F}) {
+        text += Bytes().Add(value).str();
+      }
+      for (const auto& [instance, fix] : instance_and_fix) {
+        text += Bytes()
+                    .Text("\xA3\x95\x02")
+                    .Add(time)
+                    .Add(static_cast<std::uint8_t>(instance))
+                    .Add(static_cast<std::uint8_t>(fix))
+                    .Add(std::int32_t{470'000'000})
+                    .Add(std::int32_t{80'000'000})
+                    .Add(400.0F)
+                    .str();
+      }
+    }
+    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ardupilot.yaml";
+    return ConvertLog(ReadImportMap(map), {files_.Write("a.bin", text)}, {});
+  }
+};
+
+TEST_F(Instances, TheFirstWithUsableRowsIsRead) {
+  const FlightLog log = ConvertReceivers({{0, 1}, {1, 3}});
+  EXPECT_EQ(log.source.at("fixes"), "GPS[1]");
+  EXPECT_EQ(log.fixes.size(), 60U);
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("stream 'fixes' is read from GPS[1] (60 usable "
+                                               "rows); too few are in GPS (0 usable rows)")));
+}
+
+TEST_F(Instances, TheLowestOfThoseThatAreAsGoodIsRead) {
+  const FlightLog log = ConvertReceivers({{1, 3}, {0, 3}});
+  EXPECT_EQ(log.source.at("fixes"), "GPS");
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("; GPS[1] (60 usable rows) would do, too")));
+}
+
 }  // namespace
 }  // namespace trueline
