@@ -15,10 +15,15 @@ namespace {
 // A candidate is useful from as many rows on, or from this share of the most that another one has.
 constexpr std::size_t kUsefulRows = 10;
 constexpr double kUsefulShare = 0.1;
+// ... if its rows cover this share of the longest time that one of its rank or a better one covers.
+constexpr double kLeastCoverShare = 0.25;
+constexpr double kShortCover = 5.0;  // s; where none covers more, the rows alone count
+constexpr double kMuchLonger = 2.0;  // a candidate that covers so many times as much is named
 
 struct Counted {
   StreamCandidate candidate;
   std::size_t rows = 0;  // that become samples
+  double covered = 0.0;  // s, by them
   bool is_poor = false;  // another instance has more than twice the rows
 };
 
@@ -65,7 +70,10 @@ void CountRows(Recording* recording, Candidates* candidates) {
   }
   if (streams.empty()) return;
   ReadChannels(recording, streams);
-  for (std::size_t i = 0; i < streams.size(); ++i) counted[i]->rows = streams[i]->rows();
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    counted[i]->rows = streams[i]->rows();
+    counted[i]->covered = streams[i]->Covered();
+  }
 }
 
 bool AreInstances(const StreamCandidate& a, const StreamCandidate& b) {
@@ -94,11 +102,29 @@ void SortByPreference(std::vector<Counted>* counted) {
                    [&](const Counted& a, const Counted& b) { return key(a) < key(b); });
 }
 
-bool IsUseful(const Counted& one, const std::vector<Counted>& all) {
+bool HasUsefulRows(const Counted& one, const std::vector<Counted>& all) {
   const auto most = std::max_element(all.begin(), all.end(),
                                      [](const auto& a, const auto& b) { return a.rows < b.rows; });
   return one.rows >= kUsefulRows ||
          static_cast<double>(one.rows) >= kUsefulShare * static_cast<double>(most->rows);
+}
+
+// s, of the candidates that do not count after `one` by their rank.
+double LongestCover(const Counted& one, const std::vector<Counted>& all) {
+  double longest = 0.0;
+  for (const Counted& other : all) {
+    if (other.candidate.rank <= one.candidate.rank) longest = std::max(longest, other.covered);
+  }
+  return longest;
+}
+
+bool CoversEnough(const Counted& one, const std::vector<Counted>& all) {
+  const double longest = LongestCover(one, all);
+  return longest < kShortCover || one.covered >= kLeastCoverShare * longest;
+}
+
+bool IsUseful(const Counted& one, const std::vector<Counted>& all) {
+  return HasUsefulRows(one, all) && CoversEnough(one, all);
 }
 
 std::string LabelOf(const Recording& recording, const Counted& one) {
@@ -121,13 +147,26 @@ void WarnOfRivals(const std::string& name, const Recording& recording,
                   const std::vector<Counted>& counted, std::size_t chosen,
                   std::vector<std::string>* warnings) {
   const StreamCandidate& taken = counted[chosen].candidate;
-  std::vector<std::string> poor, rivals;
+  std::vector<std::string> poor, brief, longer, rivals;
+  const auto cover_of = [&](const Counted& one) {
+    return fmt::format("{} for {:.1f} s", LabelOf(recording, one), one.covered);
+  };
   for (std::size_t i = 0; i < counted.size(); ++i) {
     const StreamCandidate& other = counted[i].candidate;
     if (i == chosen || other.stream.channel == taken.stream.channel) continue;
     const bool same_type = !taken.stream.type.empty() && other.alternative == taken.alternative;
+    if (i < chosen && HasUsefulRows(counted[i], counted)) {
+      brief.push_back(cover_of(counted[i]));
+      continue;
+    }
     if (i < chosen || (counted[i].is_poor && AreInstances(taken, other))) {
       poor.push_back(LabelOf(recording, counted[i]));
+      continue;
+    }
+    const bool is_longer = counted[i].covered >= kShortCover &&
+                           counted[i].covered > kMuchLonger * counted[chosen].covered;
+    if (is_longer && HasUsefulRows(counted[i], counted)) {
+      longer.push_back(cover_of(counted[i]));
       continue;
     }
     const bool is_like = same_type || IsOtherInstance(recording, taken, other);
@@ -135,10 +174,20 @@ void WarnOfRivals(const std::string& name, const Recording& recording,
       rivals.push_back(LabelOf(recording, counted[i]));
     }
   }
-  if (poor.empty() && rivals.empty()) return;
+  if (poor.empty() && brief.empty() && longer.empty() && rivals.empty()) return;
   std::string text = fmt::format("{}: stream '{}' is read from {}", recording.file(), name,
                                  LabelOf(recording, counted[chosen]));
   if (!poor.empty()) text += fmt::format("; too few are in {}", fmt::join(poor, ", "));
+  if (!brief.empty()) {
+    text += fmt::format("; too short a time is covered by {}, where that has {:.1f} s",
+                        fmt::join(brief, ", "), counted[chosen].covered);
+  }
+  if (!longer.empty()) {
+    text += fmt::format(
+        "; it covers {:.1f} s, and {} would cover more: name it by 'channel' in a map to read it "
+        "instead",
+        counted[chosen].covered, fmt::join(longer, ", "));
+  }
   if (!rivals.empty()) {
     text += fmt::format("; {} would do, too: name it by 'channel' in a map to read it instead",
                         fmt::join(rivals, ", "));
@@ -146,13 +195,22 @@ void WarnOfRivals(const std::string& name, const Recording& recording,
   warnings->push_back(text);
 }
 
-// The first useful candidate.
+// The first useful candidate of the sorted ones; where those with enough rows cover too little, and
+// the others the reverse, the one with the most rows.
+std::size_t FirstUseful(const std::vector<Counted>& counted) {
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < counted.size(); ++i) {
+    if (IsUseful(counted[i], counted)) return i;
+    if (counted[i].rows > counted[most].rows) most = i;
+  }
+  return most;
+}
+
 StreamMap Choose(const std::string& name, std::vector<Counted> counted, const Recording& recording,
                  std::vector<std::string>* warnings) {
   if (counted.size() == 1) return counted.front().candidate.stream;
   SortByPreference(&counted);
-  std::size_t chosen = 0;
-  while (!IsUseful(counted[chosen], counted)) ++chosen;
+  const std::size_t chosen = FirstUseful(counted);
   WarnOfRivals(name, recording, counted, chosen, warnings);
   return counted[chosen].candidate.stream;
 }

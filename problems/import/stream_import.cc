@@ -200,6 +200,17 @@ std::size_t Sort(std::vector<Sample>* samples) {
   return before - samples->size();
 }
 
+// The sum of the gaps between stamps, of which a long one counts for no more than kLongGap.
+double CoveredBy(std::vector<TimeNs> stamps) {
+  constexpr double kLongGap = 2.0;  // s
+  std::sort(stamps.begin(), stamps.end());
+  double covered = 0.0;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    covered += std::min(kLongGap, ToSeconds(stamps[i]) - ToSeconds(stamps[i - 1]));
+  }
+  return covered;
+}
+
 template <class Sample>
 class SampleImport : public StreamImport {
  public:
@@ -235,6 +246,11 @@ class SampleImport : public StreamImport {
   }
 
   std::size_t rows() const override { return places_.size(); }
+  double Covered() const override {
+    std::vector<TimeNs> stamps;
+    for (const Sample& sample : *samples_) stamps.push_back(sample.t);
+    return CoveredBy(std::move(stamps));
+  }
   const char* name() const override { return stream_.name; }
 
   std::vector<ClockPart> Parts() const override {

@@ -21,6 +21,8 @@ class StreamImport {
   // Leaves out all rows but those of a part of the file. Returns how many; before Finish().
   virtual std::size_t Keep(const ClockPart& part) = 0;
   virtual std::size_t rows() const = 0;  // that became samples; before Finish()
+  // s, of the time with such rows, without long gaps; before Finish().
+  virtual double Covered() const = 0;
   virtual const char* name() const = 0;
   virtual void Finish(std::vector<std::string>* warnings) = 0;  // after the last row
   virtual const StreamMap& map() const = 0;

@@ -122,14 +122,14 @@ TEST_F(Candidates, MoreThanFourMotorsAreReported) {
 // A receiver without a fix and a pose sensor that starts up leave rows that no stream can use.
 class UsableRows : public Candidates {
  protected:
-  // Vision with `good` rows of 40, beside GNSS of 50 rows.
-  FlightLog ConvertVision(int good) const {
+  // Vision with `good` rows of 40, beside GNSS of 50 rows, at `step` (ns).
+  FlightLog ConvertVision(int good, TimeNs step = 1) const {
     std::string imu = "#timestamp [ns],a[0],a[1],a[2]\n", vision = "#timestamp [ns],x,y,z\n",
                 gnss = "#timestamp [ns],n,e,d\n";
     for (int i = 0; i < 50; ++i) {
-      imu += fmt::format("{},0,0,-9.81\n", i);
-      gnss += fmt::format("{},7,0,0\n", i);
-      if (i < 40) vision += fmt::format("{},{},0,0\n", i, i < good ? "1" : "nan");
+      imu += fmt::format("{},0,0,-9.81\n", i * step);
+      gnss += fmt::format("{},7,0,0\n", i * step);
+      if (i < 40) vision += fmt::format("{},{},0,0\n", i * step, i < good ? "1" : "nan");
     }
     for (const auto& [sensor, text] :
          {std::pair{"imu0", imu}, {"vision", vision}, {"gnss", gnss}}) {
@@ -161,6 +161,18 @@ TEST_F(UsableRows, DecideBetweenAlternatives) {
   }
   EXPECT_EQ(ConvertVision(10).source.at("fixes"), "vision");
   EXPECT_EQ(ConvertVision(10).fixes.size(), 10U);
+}
+
+// A pose sensor that starts up for a moment does not replace GNSS of the whole flight.
+TEST_F(UsableRows, MustCoverTheFlight) {
+  const FlightLog brief = ConvertVision(12, kNsPerSecond);
+  EXPECT_EQ(brief.source.at("fixes"), "gnss");
+  EXPECT_THAT(brief.warnings, Contains(HasSubstr("too short a time is covered by vision (12 usable "
+                                                 "rows) for 11.0 s, where that has 49.0 s")));
+  const FlightLog half = ConvertVision(20, kNsPerSecond);
+  EXPECT_EQ(half.source.at("fixes"), "vision");
+  EXPECT_THAT(half.warnings, Contains(HasSubstr("it covers 19.0 s, and gnss (50 usable rows) for "
+                                                "49.0 s would cover more")));
 }
 
 // Two receivers in one log: the first one has as many records, and no fix.
