@@ -66,9 +66,8 @@ class RowConverter {
     const std::vector<double> numbers = Numbers();
     vector = source_->axes * Eigen::Map<const Eigen::Vector3d>(numbers.data());
     if (source_->geodetic && !LocalFrame::IsPlace(numbers[0], numbers[1])) Add(RowFault::kMissing);
-    if (source_->geodetic && fault_ == RowFault::kNone) {
-      vector = frame_->ToNed(numbers[0], numbers[1], numbers[2]);
-    }
+    if (source_->geodetic) vector = Eigen::Vector3d(numbers.data());  // see GeodeticConverter
+    if (source_->geodetic && fault_ == RowFault::kNone) frame_->Add(vector);
     if (source_->attitude) {
       const auto q_E_B = Attitude();
       if (q_E_B) vector = q_E_B->conjugate() * vector;
@@ -160,6 +159,68 @@ class RowConverter {
   const SourceAttitude* attitude_ = nullptr;  // of the quaternion that can't be
   double norm_ = 1.0;
 };
+
+// Archive that brings a sample's geodetic positions to the local frame.
+class GeodeticConverter {
+ public:
+  GeodeticConverter(const StreamMap& map, LocalFrame* frame)
+      : source_(map.fields.begin()), frame_(frame) {}
+
+  void operator()(const Field&, Eigen::Vector3d& vector) {
+    if (source_->geodetic) {
+      position_ = vector;
+      vector = frame_->ToNed(vector);
+    }
+    ++source_;
+  }
+  template <class T>
+  void operator()(const Field&, T&) {
+    ++source_;
+  }
+
+  // As it was.
+  const std::optional<Eigen::Vector3d>& position() const { return position_; }
+
+ private:
+  std::vector<FieldSource>::const_iterator source_;
+  LocalFrame* frame_;
+  std::optional<Eigen::Vector3d> position_;
+};
+
+bool IsGeodetic(const StreamMap& map) {
+  return std::any_of(map.fields.begin(), map.fields.end(),
+                     [](const FieldSource& source) { return source.geodetic; });
+}
+
+// Where a position is: its time, in the local frame, and whether that is near the median.
+struct TimedPlace {
+  TimeNs t;
+  Eigen::Vector3d p_E;
+  bool is_near;
+};
+
+// Whether a place far from the median is reached by a speed that no vehicle has, from the nearest
+// one in time that lies near it. `places` in the order of time.
+std::vector<bool> StraysOf(const std::vector<TimedPlace>& places) {
+  constexpr double kFastest = 1000.0;  // m/s
+  std::vector<bool> strays(places.size(), false);
+  const auto judge = [&](std::size_t i, const TimedPlace* near) {
+    if (near == nullptr || places[i].is_near) return;
+    const double seconds = std::abs(SecondsBetween(near->t, places[i].t));
+    if ((places[i].p_E - near->p_E).norm() > kFastest * seconds) strays[i] = true;
+  };
+  const TimedPlace* near = nullptr;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].is_near) near = &places[i];
+    judge(i, near);
+  }
+  near = nullptr;
+  for (std::size_t i = places.size(); i-- > 0;) {
+    if (places[i].is_near) near = &places[i];
+    judge(i, near);
+  }
+  return strays;
+}
 
 // The text "stream: rows left out: 3 of a kind, 5 of another".
 class LeftOut {
@@ -293,7 +354,10 @@ class SampleImport : public StreamImport {
     places_ = {};
     const bool sort = map_.unsorted == Unsorted::kSort;
     if (sort) unsorted_ = Sort(samples_);
+    const std::size_t strays = IsGeodetic(map_) ? ToLocalFrame() : 0;
     LeftOut left_out(stream_.name);
+    left_out.Add(strays,
+                 "more than 10 km from the others, reached by a jump that no vehicle makes");
     left_out.Add(unsorted_,
                  sort ? "of the time of another, or of no possible time" : "that came too late");
     AddFaultsTo(&left_out);
@@ -314,6 +378,26 @@ class SampleImport : public StreamImport {
 
   bool IsKept(std::size_t i) const {
     return !kept_ || (places_[i] >= kept_->begin && places_[i] < kept_->end);
+  }
+
+  // Returns how many samples are left out because their position is a receiver's error.
+  std::size_t ToLocalFrame() {
+    std::vector<TimedPlace> places;
+    for (Sample& sample : *samples_) {
+      GeodeticConverter converter(map_, frame_.get());
+      Sample::Describe(converter, sample, stream_);
+      const Eigen::Vector3d position = converter.position().value_or(Eigen::Vector3d::Zero());
+      places.push_back({sample.t, frame_->ToNed(position), frame_->IsNear(position)});
+    }
+    const std::vector<bool> strays = StraysOf(places);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < strays.size(); ++i) {
+      if (strays[i]) continue;
+      if (kept != i) (*samples_)[kept] = std::move((*samples_)[i]);
+      ++kept;
+    }
+    samples_->resize(kept);
+    return strays.size() - kept;
   }
 
   // --- Rows that can't become samples

@@ -94,6 +94,28 @@ TEST_F(RecordingMap, AddsTheLastRecordOfOtherChannels) {
   EXPECT_EQ(log.fixes[0].t, 1'700'000'000'000'000'010);
 }
 
+// A receiver's first fix may be anywhere; it sets no origin, and is no position of the vehicle.
+TEST_F(RecordingMap, AWrongFirstFixSetsNoOrigin) {
+  std::string rows = "#timestamp [ns],lat,lon,h\n";
+  for (int i = 0; i < 40; ++i) {
+    // On both sides of the date line.
+    const std::string place = i == 0 ? "0.001,0.001"
+                              : i == 1
+                                  ? "47.5,179.9999"
+                                  : fmt::format("47.0000{:02},{}179.9999", i, i % 2 ? "-" : "");
+    rows += fmt::format("{},{},100\n", 1'700'000'000'000'000'000 + i * 100'000'000L, place);
+  }
+  Sensor("gnss", rows);
+  const FlightLog log =
+      Convert(std::string(kImu) +
+              "  fixes: {channel: gnss, skip_missing: true, position: {geodetic: [lat, lon, h]}, "
+              "sigma: {constant: 1}}\n");
+  ASSERT_EQ(log.fixes.size(), 38U);
+  EXPECT_LT(log.fixes[0].p_E.norm(), 1e-6);
+  EXPECT_LT(log.fixes[37].p_E.norm(), 30.0);
+  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("2 more than 10 km from the others")));
+}
+
 // Against the radii of curvature of WGS 84 at 45 deg north.
 TEST_F(RecordingMap, BringsGeodeticPositionsToALocalFrame) {
   const FlightLog log =
