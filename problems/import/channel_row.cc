@@ -67,9 +67,12 @@ InputError ChannelRow::ErrorIn(int index, const std::string& message) const {
 }
 
 InputError ChannelRow::MissingError(const std::string& stream) const {
-  return ErrorIn(
-      std::max(0, missing_),
-      fmt::format("a finite number, or a quaternion, is missing that stream '{}' needs", stream));
+  return ErrorIn(missing_,
+                 missing_ < 0
+                     ? fmt::format("all numbers are zero of the quaternion, or of the place, that "
+                                   "stream '{}' needs",
+                                   stream)
+                     : fmt::format("a finite number is missing that stream '{}' needs", stream));
 }
 
 }  // namespace trueline

@@ -119,6 +119,24 @@ TEST_F(Candidates, MoreThanFourMotorsAreReported) {
   EXPECT_THAT(Convert(topics("9,9,9,9")).warnings, Not(is_reported));
 }
 
+// A mocap system sends zeros where it does not see the vehicle.
+TEST_F(Candidates, RowsThatLackValuesAreLeftOutOfBags) {
+  const std::string unseen =
+      R"({"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"w":0,"x":0,"y":0,"z":0}}})";
+  std::string text = McapType(1, kImuType) + McapJson(1, "/imu", 1) + McapType(2, kPoseType) +
+                     McapJson(2, "/vicon/uav", 2);
+  for (int i = 1; i <= 100; ++i) {
+    const auto time = static_cast<std::uint64_t>(10'000'000 * i);
+    text += McapMessage(1, time, ImuMessage(true));
+    text += McapMessage(2, time, i % 25 == 0 ? unseen : PoseMessage(i));
+  }
+  const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
+  const std::string file = files_.Write("b.mcap", kMcapStart + text + McapRecord(15, "1234"));
+  const FlightLog log = ConvertLog(ReadImportMap(map), {file}, {});
+  EXPECT_EQ(log.mocap.size(), 96U);
+  EXPECT_THAT(log.warnings, Contains("mocap: rows left out: 4 with missing values"));
+}
+
 // A receiver without a fix and a pose sensor that starts up leave rows that no stream can use.
 class UsableRows : public Candidates {
  protected:
