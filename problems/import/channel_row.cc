@@ -25,6 +25,7 @@ bool ChannelRow::AddRecord(std::size_t channel, const Record& record) {
   }
   if (channel != channels_.front()) return false;
   time_ = record.time;
+  is_unstamped_ = record.is_unstamped;
   place_ = record.place;
   missing_ = -1;
   return true;

@@ -20,6 +20,7 @@ class ChannelRow : public ForeignRow {
   double Number(int index) const override;
   TimeNs Time(int index, int exponent) const override;
   TimeNs Stamp() const override { return time_; }
+  bool IsUnstamped() const override { return is_unstamped_; }
   std::size_t Place() const override { return place_; }
   InputError ErrorIn(int index, const std::string& message) const override;
   InputError MissingError(const std::string& stream) const override;
@@ -32,6 +33,7 @@ class ChannelRow : public ForeignRow {
   std::vector<std::size_t> starts_;  // of their fields in cells_
   std::vector<Cell> cells_;
   TimeNs time_ = 0;
+  bool is_unstamped_ = false;
   std::size_t place_ = 0;
   mutable int missing_ = -1;  // column of the row's last missing value
 };

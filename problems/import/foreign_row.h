@@ -31,6 +31,8 @@ class ForeignRow {
   virtual TimeNs Time(int index, int exponent) const = 0;
   // The row's own time, of measurement where the log states it.
   virtual TimeNs Stamp() const = 0;
+  // Whether Stamp() is the time of recording because that of measurement is not set.
+  virtual bool IsUnstamped() const { return false; }
   // Rises from row to row of a file, whatever their channels.
   virtual std::size_t Place() const = 0;
 

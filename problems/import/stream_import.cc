@@ -304,6 +304,8 @@ class SampleImport : public StreamImport {
     map_.filter.Remember(row);
     samples_->push_back(std::move(sample));
     places_.push_back(row.Place());
+    unstamped_.push_back(map_.time.of_row && row.IsUnstamped());
+    unstamped_count_ += unstamped_.back() ? 1 : 0;
   }
 
   std::size_t rows() const override { return places_.size(); }
@@ -351,11 +353,13 @@ class SampleImport : public StreamImport {
       ++kept;
     }
     samples_->resize(kept);
+    const std::size_t all = places_.size();
     places_ = {};
     const bool sort = map_.unsorted == Unsorted::kSort;
     if (sort) unsorted_ = Sort(samples_);
     const std::size_t strays = IsGeodetic(map_) ? ToLocalFrame() : 0;
     LeftOut left_out(stream_.name);
+    AddUnstampedTo(all, &left_out, warnings);
     left_out.Add(strays,
                  "more than 10 km from the others, reached by a jump that no vehicle makes");
     left_out.Add(unsorted_,
@@ -377,7 +381,31 @@ class SampleImport : public StreamImport {
   }
 
   bool IsKept(std::size_t i) const {
+    if (HasTwoClocks() && unstamped_[i] != TakesUnstamped()) return false;
     return !kept_ || (places_[i] >= kept_->begin && places_[i] < kept_->end);
+  }
+
+  // --- Rows whose time of measurement is not set, so that they have that of recording
+
+  bool HasTwoClocks() const { return unstamped_count_ > 0 && unstamped_count_ < unstamped_.size(); }
+  // Of two clocks, that of measurement, unless hardly a row has it.
+  bool TakesUnstamped() const {
+    constexpr std::size_t kFewStamped = 10;  // one row of so many
+    return kFewStamped * (unstamped_.size() - unstamped_count_) < unstamped_.size();
+  }
+  void AddUnstampedTo(std::size_t all, LeftOut* left_out,
+                      std::vector<std::string>* warnings) const {
+    if (HasTwoClocks() && !TakesUnstamped()) {
+      left_out->Add(unstamped_count_,
+                    "whose time of measurement is not set, where that of others is");
+    } else if (unstamped_count_ > 0) {
+      left_out->Add(all - unstamped_count_,
+                    "with a time of measurement, which nearly all others lack");
+      warnings->push_back(fmt::format(
+          "{}: {} rows have no time of measurement (their stamps are zero): they have the time of "
+          "recording, which is late and jitters; set the stamps where they are written",
+          stream_.name, unstamped_count_));
+    }
   }
 
   // Returns how many samples are left out because their position is a receiver's error.
@@ -461,7 +489,9 @@ class SampleImport : public StreamImport {
   std::size_t whole_ = 0;  // rows with all values
   std::array<Faults, kRowFaults> faults_;
   std::vector<std::size_t> places_;  // of the samples, in the file
-  std::optional<ClockPart> kept_;    // of the file; none: all of it
+  std::vector<bool> unstamped_;      // likewise
+  std::size_t unstamped_count_ = 0;
+  std::optional<ClockPart> kept_;  // of the file; none: all of it
   std::size_t unsorted_ = 0;
 };
 

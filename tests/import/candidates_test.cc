@@ -119,6 +119,34 @@ TEST_F(Candidates, MoreThanFourMotorsAreReported) {
   EXPECT_THAT(Convert(topics("9,9,9,9")).warnings, Not(is_reported));
 }
 
+// Two clocks in one stream make a mess of its order.
+TEST_F(Candidates, MessagesWithoutAStampAreNotMixedWithOthers) {
+  const auto convert = [&](int every, const std::string& stamp) {
+    std::string text = McapType(1, kImuType) + McapJson(1, "/imu", 1);
+    for (int i = 1; i <= 60; ++i) {
+      const std::string set = fmt::format(
+          R"("header":{{"stamp":{}}},)",
+          i % every == 0 ? R"({"sec":0,"nsec":0})" : fmt::format(fmt::runtime(stamp), i));
+      text += McapMessage(1, static_cast<std::uint64_t>(1'000'000'000L * (100 + i)),
+                          "{" + set + ImuMessage(true).substr(1));
+    }
+    const std::string map = std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import/ros.yaml";
+    const std::string file = files_.Write("c.mcap", kMcapStart + text + McapRecord(15, "1234"));
+    return ConvertLog(ReadImportMap(map), {file}, {});
+  };
+  const FlightLog half = convert(2, R"({{"sec":{},"nsec":0}})");
+  EXPECT_EQ(half.imu.size(), 30U);
+  EXPECT_EQ(half.imu[0].t, kNsPerSecond);
+  EXPECT_THAT(half.warnings, Contains(HasSubstr("imu: rows left out: 30 whose time of measurement "
+                                                "is not set")));
+  const FlightLog none = convert(1, "");
+  EXPECT_EQ(none.imu.size(), 60U);
+  EXPECT_EQ(none.imu[0].t, 101 * kNsPerSecond);
+  EXPECT_THAT(none.warnings, Contains(HasSubstr("imu: 60 rows have no time of measurement")));
+  const FlightLog text = convert(100, R"("1970-01-01T00:00:{:02}.5Z")");
+  EXPECT_EQ(text.imu[0].t, kNsPerSecond * 3 / 2);
+}
+
 // A mocap system sends zeros where it does not see the vehicle.
 TEST_F(Candidates, RowsThatLackValuesAreLeftOutOfBags) {
   const std::string unseen =

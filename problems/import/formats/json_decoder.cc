@@ -5,14 +5,22 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/import/formats/named_cells.h"
+#include "problems/log/date_time.h"
 
 namespace trueline {
 namespace {
 
 using nlohmann::json;
 
-// {sec, nsec}, {sec, nanosec} or {secs, nsecs}.
+// {sec, nsec}, {sec, nanosec} or {secs, nsecs}, or a date and time as text.
 bool JsonTime(const json& value, Cell* time) {
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    TimeNs date = 0;
+    if (text.find('-') == std::string::npos || !ParseDateTime(text, &date)) return false;
+    *time = Cell(std::int64_t{date});
+    return true;
+  }
   if (!value.is_object() || value.size() != 2) return false;
   for (const auto& [seconds, nanoseconds] :
        {std::pair{"sec", "nsec"}, {"sec", "nanosec"}, {"secs", "nsecs"}}) {

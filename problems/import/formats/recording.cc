@@ -81,6 +81,7 @@ void Recording::Add(std::size_t channel, TimeNs recorded, std::string_view messa
   if (channel >= wanted_.size() || !wanted_[channel]) return;
   const Channel& of = channels_[channel];
   record_.time = recorded;
+  record_.is_unstamped = false;
   record_.cells.assign(of.fields.size(), Cell());
   if (!decoders_[channel] || !decoders_[channel]->Decode(message, &record_.cells)) {
     ++undecoded_[channel];
@@ -94,6 +95,7 @@ void Recording::Add(std::size_t channel, TimeNs recorded, std::string_view messa
       return;
     }
     if (stamp != 0) record_.time = stamp;
+    record_.is_unstamped = stamp == 0 && recorded != 0;
   }
   (*visit_)(channel, record_);
 }

@@ -40,7 +40,10 @@ struct Channel {
 };
 
 struct Record {
-  TimeNs time = 0;          // of measurement, where the channel states it
+  TimeNs time = 0;  // of measurement, where the channel states it
+  // The channel states times of measurement, and this record's is zero or missing: `time` is that
+  // of recording.
+  bool is_unstamped = false;
   std::size_t place = 0;    // in the file: counts its messages, of all channels
   std::vector<Cell> cells;  // in the order of the channel's fields; missing ones are NaN
 };
