@@ -15,6 +15,7 @@
 namespace trueline {
 namespace {
 
+constexpr std::size_t kLeastImuSamples = 3;
 constexpr double kMaxLean = 60.0;  // deg, of the mean specific force from -z
 
 std::vector<std::filesystem::path> ShippedMaps() {
@@ -65,7 +66,17 @@ std::optional<ImportMap> FindShippedMap(const Recording& recording) {
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {
   std::vector<std::string> found;
+  if (log.imu.size() < kLeastImuSamples) {
+    throw NoUsableLog(fmt::format(
+        "{}: the IMU has no more than {} samples, which are no flight; log it at 100 Hz or more",
+        file, log.imu.size()));
+  }
   const double rate = 1.0 / MedianStep(log.imu);
+  if (rate > kFastestImuRate) {
+    throw NoUsableLog(fmt::format(
+        "{}: the IMU is logged at {:.3g} Hz, faster than any sensor; state the unit of its time",
+        file, rate));
+  }
   if (!(rate >= kLeastImuRate)) {
     throw NoUsableLog(fmt::format(
         "{}: the IMU is logged at {:.3g} Hz, too slowly to integrate; log it at 100 Hz or more "

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "problems/common/error.h"
+#include "problems/log/date_time.h"
 
 namespace trueline {
 namespace {
@@ -123,7 +124,7 @@ double ForeignCsv::Number(int index) const {
 
 TimeNs ForeignCsv::Time(int index, int exponent) const {
   TimeNs time = 0;
-  if (ParseTime(Text(index), exponent, &time)) return time;
+  if (ParseTime(Text(index), exponent, &time) || ParseDateTime(Text(index), &time)) return time;
   if (Text(index).empty()) Fail(index, "the time stamp is missing; every row needs one");
   double number = 0.0;
   const bool too_large = ParseNumber(Text(index), &number) && std::isfinite(number);
@@ -131,7 +132,9 @@ TimeNs ForeignCsv::Time(int index, int exponent) const {
        too_large ? fmt::format("'{}' is too large for a time in this unit; state the column's unit "
                                "in the map, as time: {{unit: ns}}",
                                Text(index))
-                 : fmt::format("'{}' is no time stamp; repair or remove the line", Text(index)));
+                 : fmt::format("'{}' is no time stamp; repair or remove the line, or export the "
+                               "times in seconds, or as 2024-05-01T23:59:55.010Z",
+                               Text(index)));
 }
 
 InputError ForeignCsv::ErrorIn(int index, const std::string& message) const {

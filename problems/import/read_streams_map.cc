@@ -1,20 +1,30 @@
 #include "problems/import/read_streams_map.h"
 
+#include <cmath>
+
 #include "problems/common/error.h"
 
 namespace trueline {
 namespace {
 
+// s, of a clock's shift: such that stamps stay within 64 bits.
+double OffsetOf(const YamlMap& map, const std::string& key) {
+  const auto offset = map.Get<double>(key);
+  if (!(std::abs(offset) < 9e9))
+    map.Fail(key, "is beyond the 9e9 s that a log can hold; it is in s");
+  return offset;
+}
+
 void ReadOffset(const YamlMap& map, TimeSource* time) {
   const YAML::Node node = map.RawNode("offset");
   if (!map.Has("offset")) return;
   if (!node.IsMap()) {
-    time->offset_by_file.emplace_back("*", map.Get<double>("offset"));
+    time->offset_by_file.emplace_back("*", OffsetOf(map, "offset"));
     return;
   }
   const YamlMap by_file = map.Child("offset");
   for (const std::string& pattern : by_file.Keys()) {
-    time->offset_by_file.emplace_back(pattern, by_file.Get<double>(pattern));
+    time->offset_by_file.emplace_back(pattern, OffsetOf(by_file, pattern));
   }
 }
 

@@ -13,6 +13,7 @@
 namespace trueline {
 namespace {
 
+constexpr double kLatestSeconds = 9e9;  // of a stamp: 64 bits hold 292 years of nanoseconds
 // In SI units. Reading a native log refuses twice as much, which leaves room for turned axes.
 constexpr double kLargestNumber = 5e8;
 // Of a recording's rows: as many are left out without being asked.
@@ -32,12 +33,14 @@ class StampReader {
   }
 
   TimeNs Read(const ForeignRow& row) const {
-    if (time_.of_row) return row.Stamp() + offset_;
+    if (time_.of_row) return Shifted(row, row.Stamp());
     const int column = time_.column.index();
-    if (!time_.factor) return row.Time(column, time_.exponent) + offset_;
+    if (!time_.factor) return Shifted(row, row.Time(column, time_.exponent));
     const double count = row.Number(column);
     if (!std::isfinite(count)) row.Fail(column, "the time stamp is missing; every row needs one");
-    return FromSeconds(count * *time_.factor) + offset_;
+    const double seconds = count * *time_.factor;
+    if (!(std::abs(seconds) < kLatestSeconds)) FailBeyond(row, seconds);
+    return Shifted(row, FromSeconds(seconds));
   }
 
   [[noreturn]] void FailUnsorted(const ForeignRow& row, TimeNs previous, TimeNs now) const {
@@ -48,6 +51,20 @@ class StampReader {
   }
 
  private:
+  TimeNs Shifted(const ForeignRow& row, TimeNs stamp) const {
+    const double seconds = ToSeconds(stamp) + ToSeconds(offset_);
+    // A recording may have damaged stamps, which are left out by their distance from the others.
+    if (time_.of_row && offset_ == 0) return stamp;
+    if (!(std::abs(seconds) < kLatestSeconds)) FailBeyond(row, seconds);
+    return stamp + offset_;
+  }
+  [[noreturn]] void FailBeyond(const ForeignRow& row, double seconds) const {
+    row.Fail(time_.of_row ? -1 : time_.column.index(),
+             fmt::format("a time of {:.4g} s is beyond the {:.0e} s that a log can hold; correct "
+                         "'unit', 'scale' or 'offset' of 'time' in the map",
+                         seconds, kLatestSeconds));
+  }
+
   TimeSource time_;
   TimeNs offset_ = 0;
 };

@@ -151,11 +151,13 @@ Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
   CheckFrozen(&e);
   const auto imu = std::find_if(e.result.streams.begin(), e.result.streams.end(),
                                 [](const StreamHealth& h) { return h.stream == "imu"; });
-  if (imu == e.result.streams.end() || imu->count < 100 || imu->rate < kLeastImuRate) {
+  const bool few = imu == e.result.streams.end() || imu->count < 100 || imu->rate < kLeastImuRate;
+  if (few || imu->rate > kFastestImuRate) {
     e.result.notes.push_back(
-        fmt::format("the IMU has {} samples at {:.3g} Hz: too few to compare other streams with it",
+        fmt::format("the IMU has {} samples at {:.3g} Hz: too {} to compare "
+                    "other streams with it",
                     imu == e.result.streams.end() ? 0 : imu->count,
-                    imu == e.result.streams.end() ? 0.0 : imu->rate));
+                    imu == e.result.streams.end() ? 0.0 : imu->rate, few ? "few" : "fast"));
   } else {
     CheckRates(&e);
     CheckBodies(&e);

@@ -200,6 +200,13 @@ class HealthFindings {
                                              : "fast manoeuvres are integrated poorly"),
           "log it at 100 Hz or more");
     }
+    if (imu && h.rate > kFastestImuRate) {
+      Add("imu_fast", h, Level::kFatal, h.rate, "Hz",
+          fmt::format("the IMU is logged at {:.3g} Hz, faster than any sensor: its stamps are not "
+                      "in the unit that is stated",
+                      h.rate),
+          "state the `unit` of its time; days, as a spreadsheet counts them, have `scale: 86400`");
+    }
     if (h.stream != "fixes" && h.rate > 0.0 && h.jitter > kJitterShare / h.rate) {
       Add("jitter", h, imu || h.stream == "attitude" ? Level::kWidens : Level::kNote, h.jitter, "s",
           fmt::format("the steps between stamps scatter by {:.1f} ms about {:.1f} ms",

@@ -55,6 +55,16 @@ TEST(BadMap, UnknownColumn) {
               HasSubstr("map.yaml:6: there is no column 9 in"));
 }
 
+// 64 bits of nanoseconds hold 292 years.
+TEST(BadMap, TimesThatNoLogHolds) {
+  EXPECT_THAT(MapError("unit: s}", "unit: s, offset: 1e10}"),
+              HasSubstr("map.yaml:2: 'inputs.log.time.offset': is beyond the 9e9 s"));
+  EXPECT_THAT(MapError("unit: s}", "unit: s, scale: 1e11}"),
+              AllOf(HasSubstr("log.csv:2: column 't': a time of 1e+11 s is beyond"),
+                    HasSubstr("correct 'unit', 'scale' or 'offset'")));
+  EXPECT_THAT(CsvError("\n1,0", "\n9100000000,0"), HasSubstr("log.csv:2: column 't': a time of"));
+}
+
 TEST(BadMap, WrongNumberOfColumns) {
   EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b], unit: rad"),
               HasSubstr("map.yaml:6: 'streams.imu.gyro.columns': needs 3 columns, found 2"));

@@ -84,6 +84,24 @@ TEST_F(CsvLayoutOf, FindsTheTimeAndItsUnit) {
   EXPECT_EQ(exponent("timestamp", "1403715273262142", "1403715273267142"), 3);
   EXPECT_EQ(exponent("timestamp", "1403715273262", "1403715273267"), 6);
   EXPECT_EQ(exponent("t", "1772429364.81", "1772429364.82"), 9);
+  // A clock since the computer's start has the size of another unit's since 1970.
+  EXPECT_EQ(exponent("timestamp", "5000000000000", "5000010000000"), 0);
+  EXPECT_EQ(exponent("timestamp", "5000000000000", "5000000010000"), 3);
+}
+
+TEST_F(CsvLayoutOf, DatesAndTimesOfDayAreTimes) {
+  for (const char* day : {"", "2024-05-01T", "2024-05-01 "}) {
+    const std::string text =
+        fmt::format("a,time\n1,{0}23:59:55.25\n1,{0}23:59:55.26\n1,{0}23:59:55.27\n", day);
+    EXPECT_EQ(Guess(text).time_column, 1U);
+    const std::string map =
+        "inputs: {log: {time: {column: time}}}\n"
+        "streams: {imu: {accel: {columns: [a, a, a]}, gyro: {columns: [a, a, a]}}}\n";
+    const FlightLog log = files_.Convert(map, text);
+    ASSERT_EQ(log.imu.size(), 3U);
+    EXPECT_EQ(log.imu[2].t - log.imu[0].t, 20'000'000);
+    EXPECT_EQ(log.imu[0].t % (86400 * kNsPerSecond), 86395 * kNsPerSecond + 250'000'000);
+  }
 }
 
 // The header alone tells that a shipped map fits; a map of numbers fits no file by its header.

@@ -366,6 +366,15 @@ TEST(Inspect, ComparesNothingWithASlowImu) {
   EXPECT_THAT(inspection.notes, Contains(testing::HasSubstr("too few to compare")));
 }
 
+// Days, as a spreadsheet counts them, read as seconds.
+TEST(Inspect, AnImuFasterThanAnySensorHasAnotherUnit) {
+  FlightLog log = GoodLog();
+  for (ImuSample& sample : log.imu) sample.t /= 86400;
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("imu_fast of imu"));
+  EXPECT_THAT(inspection.notes, Contains(testing::HasSubstr("too fast to compare")));
+}
+
 // Flat laps do not show the sign of one axis; gravity does.
 TEST(Inspect, KeepsGravityWhereTheHandednessIsNotShown) {
   FlightLog log = GoodLog();

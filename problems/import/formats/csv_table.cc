@@ -8,8 +8,10 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/text_tables.h"
 #include "problems/log/csv_text.h"
+#include "problems/log/date_time.h"
 #include "problems/log/line_reader.h"
 #include "problems/log/units.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
@@ -122,14 +124,17 @@ bool IsTimeName(const std::string& column) {
          (name.size() == 1 || std::isalpha(static_cast<unsigned char>(name[1])) == 0);
 }
 
-// The numbers of a column; empty if one is none.
+// The numbers of a column, in s of dates; empty if one is neither.
 std::vector<double> ColumnOf(const std::vector<std::vector<std::string>>& rows,
                              std::size_t column) {
   std::vector<double> values;
   for (const std::vector<std::string>& row : rows) {
+    if (column >= row.size()) return {};
     double value = 0.0;
-    if (column >= row.size() || !ParseNumber(row[column], &value)) return {};
-    values.push_back(value);
+    TimeNs date = 0;
+    const bool is_number = ParseNumber(row[column], &value);
+    if (!is_number && !ParseDateTime(row[column], &date)) return {};
+    values.push_back(is_number ? value : ToSeconds(date));
   }
   return values;
 }
@@ -145,8 +150,26 @@ bool Increases(const std::vector<double>& values) {
          (values.size() == 1 || values.back() > values.front());
 }
 
-// By the name, else by the size of a stamp since 1970, else by the step between rows: logs have 20
-// Hz to 20 kHz.
+// Of the columns' steps; repeated stamps have none.
+double MedianRise(const std::vector<double>& values) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] > values[i - 1]) steps.push_back(values[i] - values[i - 1]);
+  }
+  return steps.empty() ? 0.0 : UpperMedian(steps);
+}
+
+// A stamp since 1970 in a unit whose name is not known, by its size.
+int ExponentBySize(double size) { return size > 1e17 ? 0 : size > 1e14 ? 3 : size > 1e11 ? 6 : 9; }
+
+// Whether rows at such a step are those of a log.
+bool IsStepOfLog(double step, int exponent) {
+  const double seconds = step * std::pow(10.0, exponent - 9);
+  return seconds > 2e-5 && seconds < 1.5;
+}
+
+// By the name, else by the size of a stamp since 1970 if the step between rows fits that, else by
+// the step: logs have 20 Hz to 20 kHz.
 int TimeExponent(const std::string& column, const std::string& stated,
                  const std::vector<double>& values) {
   const std::string name = LowerCase(column);
@@ -159,12 +182,9 @@ int TimeExponent(const std::string& column, const std::string& stated,
   if (says("us")) return 3;
   if (says("ms")) return 6;
   if (says("s")) return 9;
-  const double size = std::abs(values.front());
-  if (size > 1e17) return 0;
-  if (size > 1e14) return 3;
-  if (size > 1e11) return 6;
-  const double step = (values.back() - values.front()) /
-                      static_cast<double>(std::max<std::size_t>(1, values.size() - 1));
+  const double step = MedianRise(values);
+  const int by_size = ExponentBySize(std::abs(values.front()));
+  if (by_size < 9 && (step == 0.0 || IsStepOfLog(step, by_size))) return by_size;
   if (step > 6e4) return 0;
   if (step > 50.0) return 3;
   return step >= 1.0 ? 6 : 9;
@@ -285,7 +305,8 @@ void WalkCsv(const std::filesystem::path& path, MessageSink* sink) {
     if (layout.time_column) {
       splitter.Split(line, &texts);
       if (*layout.time_column < texts.size()) {
-        ParseTime(texts[*layout.time_column], layout.time_exponent, &time);
+        const std::string_view text = texts[*layout.time_column];
+        if (!ParseTime(text, layout.time_exponent, &time)) ParseDateTime(text, &time);
       }
     }
     sink->Add(channel, time, line);
