@@ -625,6 +625,27 @@ TEST(DataFlash, ScalesByTheLogsMultipliersAndTellsSensorsApart) {
   EXPECT_THAT(log->warnings(), ElementsAre(HasSubstr("5 bytes in 1 places are no records")));
 }
 
+// A file of two starts of a logger, of which the second has other columns.
+TEST(DataFlash, RecordsAreReadByTheDefinitionBeforeThem) {
+  const ImportFiles files;
+  const std::string first = FlashFmt(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns") +
+                            FlashFmt(5, 18, "SENS", "QBcf", "TimeUS,I,Lean,X");
+  const std::string second = FlashFmt(5, 19, "SENS", "Qff", "TimeUS,X,Y");
+  const std::string sample =
+      Bytes().Text("\xA3\x95\x05").Add(std::uint64_t{2'000'000}).Add(7.0F).Add(8.0F).str();
+  const auto log = OpenRecording(files.Write(
+      "log.bin", first + FlashSample(1'000'000, 0, 250, 4.0F) + second + sample + sample));
+  ASSERT_EQ(log->channels().size(), 3U);  // FMT is one
+  EXPECT_THAT(log->warnings(), testing::IsEmpty());
+  std::vector<std::vector<double>> rows;
+  log->Visit({1, 2}, [&](std::size_t, const Record& record) {
+    rows.emplace_back();
+    for (const Cell& cell : record.cells) rows.back().push_back(cell.Number());
+  });
+  EXPECT_THAT(rows, ElementsAre(ElementsAre(1e6, 0, DoubleEq(2.5), 4), ElementsAre(2e6, 7, 8),
+                                ElementsAre(2e6, 7, 8)));
+}
+
 // --- Blackbox
 
 BlackboxValues DecodeAll(int encoding, std::size_t fields, const std::string& bytes) {

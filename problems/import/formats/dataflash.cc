@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "problems/import/formats/bytes.h"
@@ -14,6 +15,37 @@ namespace {
 constexpr std::string_view kRecordMagic("\xA3\x95", 2);
 constexpr std::uint8_t kFmtType = 128;
 constexpr std::size_t kFmtLength = 89;
+constexpr std::size_t kMostDefinitions = 64;  // of one number
+
+// The columns of a type. A log of two starts may define a name, or a number, again with others.
+std::string LayoutOf(const FlashType& type) {
+  std::string layout;
+  for (const FlashColumn& column : type.columns) layout += column.name + column.letter + ",";
+  return layout;
+}
+
+// A number's definitions in a log, of which the last one that was read is valid.
+class FlashDefinitions {
+ public:
+  FlashType& Now() { return types_[now_]; }
+  void Restart() { now_ = 0; }
+  void Define(FlashType type) {
+    const auto same = std::find_if(types_.begin(), types_.end(), [&](const FlashType& one) {
+      return one.name == type.name && LayoutOf(one) == LayoutOf(type);
+    });
+    if (same == types_.end() && types_.front().length == 0) {
+      types_.front() = std::move(type);
+      return;
+    }
+    if (same == types_.end() && types_.size() >= kMostDefinitions) return;  // damage
+    now_ = static_cast<std::size_t>(same - types_.begin());
+    if (same == types_.end()) types_.push_back(std::move(type));
+  }
+
+ private:
+  std::vector<FlashType> types_ = std::vector<FlashType>(1);  // in order; one of length 0: none
+  std::size_t now_ = 0;
+};
 
 class FlashWalk {
  public:
@@ -38,11 +70,12 @@ class FlashWalk {
   template <class Visit>
   void ForEachRecord(const Visit& visit) {
     file_.Seek(0);
+    for (FlashDefinitions& definitions : types_) definitions.Restart();
     skipped_ = places_ = 0;
     bool lost = false;
     for (std::string_view head; file_.Peek(3, &head);) {
       const auto id = static_cast<std::uint8_t>(head[2]);
-      const std::size_t length = id == kFmtType ? kFmtLength : types_[id].length;
+      const std::size_t length = id == kFmtType ? kFmtLength : types_[id].Now().length;
       if (head.substr(0, 2) != kRecordMagic || length < 3) {
         Skip(&lost);
         continue;
@@ -51,7 +84,7 @@ class FlashWalk {
       if (!file_.Read(length, &record)) break;  // the usual end of a log
       lost = false;
       if (id == kFmtType) Define(record);
-      visit(types_[id], record);
+      visit(types_[id].Now(), record);
     }
   }
 
@@ -67,9 +100,9 @@ class FlashWalk {
 
   void Define(std::string_view record) {
     const auto id = static_cast<std::uint8_t>(record[3]);
-    if (types_[id].length > 0) return;  // as defined before
     FlashType type;
-    if (ParseFmt(record, &type)) types_[id] = std::move(type);
+    if (!ParseFmt(record, &type) || (id == kFmtType && type.length != kFmtLength)) return;
+    types_[id].Define(std::move(type));
   }
 
   void ReadDefinitions() {
@@ -84,7 +117,7 @@ class FlashWalk {
       } else if (type.name == "FMTU") {
         const FlashColumn* of = type.Find("FmtType");
         if (of == nullptr) return;
-        FlashType& target = types_[static_cast<std::uint8_t>(record[of->offset])];
+        FlashType& target = types_[static_cast<std::uint8_t>(record[of->offset])].Now();
         target.units = TextIn(type, record, "UnitIds");
         target.multipliers = TextIn(type, record, "MultIds");
       }
@@ -127,13 +160,6 @@ class FlashWalk {
     sink_->Add(channel->second, time, record);
   }
 
-  // A log of two starts may define a name again, with other columns.
-  static std::string LayoutOf(const FlashType& type) {
-    std::string layout;
-    for (const FlashColumn& column : type.columns) layout += column.name + column.letter + ",";
-    return layout;
-  }
-
   std::unique_ptr<MessageDecoder> MakeDecoder(const FlashType& type) const {
     std::vector<PackedField> fields;
     for (std::size_t i = 0; i < type.columns.size(); ++i) {
@@ -172,7 +198,7 @@ class FlashWalk {
 
   ByteFile file_;
   MessageSink* sink_;
-  std::array<FlashType, 256> types_;
+  std::array<FlashDefinitions, 256> types_;  // by number
   std::map<char, std::string> units_;
   std::map<char, double> multipliers_;
   std::uint64_t skipped_ = 0, first_skipped_ = 0;
