@@ -8,9 +8,13 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastOverlap = 8.0;  // s
-constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
-constexpr double kLeastCover = 0.8;    // share of a stream that lies in the IMU's time
+constexpr double kLeastOverlap = 8.0;   // s
+constexpr double kAlikeSpan = 0.4;      // of the logarithm of a ratio of spans
+constexpr double kLeastCover = 0.8;     // share of a stream that lies in the IMU's time
+constexpr double kAttitudeCover = 0.8;  // share of the IMU's time that an attitude must cover
+constexpr double kPoseCover = 0.5;      // likewise, poses: a room's cameras see a part of a flight
+constexpr double kLittleCover = 0.25;   // below, an attitude biases parameters
+constexpr double kLongestStep = 2.0;    // s, that a sample covers
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
   return fmt::format("{:.1f} to {:.1f} s", SecondsBetween(origin, from),
@@ -36,6 +40,43 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
       name, SpanOf(begin, begin, end), SpanOf(begin, samples.front().t, samples.back().t));
   finding.remedy =
       "export the whole flight, or bring the clocks together (time: offset in the map)";
+  e->Add(finding);
+}
+
+// s, within the IMU's time: the steps between samples, of which a gap counts as kLongestStep.
+template <class Sample>
+double SecondsCovered(const std::vector<Sample>& samples, TimeNs begin, TimeNs end) {
+  double covered = 0.0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i - 1].t < begin || samples[i].t > end) continue;
+    covered += std::min(kLongestStep, SecondsBetween(samples[i - 1].t, samples[i].t));
+  }
+  return covered;
+}
+
+// The reverse: the share of the IMU's time that a stream covers. Rest before and after the flight
+// is no reason to log less of either; fixes come in passes and are not judged.
+template <class Sample>
+void CheckImuCover(const std::vector<Sample>& samples, const char* name, double least,
+                   Examination* e) {
+  if (samples.empty() || e->log.imu.empty()) return;
+  const TimeNs begin = e->log.imu.front().t, end = e->log.imu.back().t;
+  const double span = SecondsBetween(begin, end);
+  if (span < kLeastOverlap) return;
+  const double covered = SecondsCovered(samples, begin, end);
+  if (covered >= least * span) return;
+  for (const char* known : {"cover", "time_unit"}) {
+    if (e->HasFinding(known, name) || e->HasFinding(known, "imu")) return;
+  }
+  const bool attitude = std::string(name) == "attitude";
+  const bool biases = attitude && covered < kLittleCover * span;
+  Finding finding{"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"};
+  finding.text =
+      fmt::format("{}.csv ({} samples, {}) covers {:.1f} s, {:.0f} % of the {:.1f} s of imu.csv",
+                  name, samples.size(), SpanOf(begin, samples.front().t, samples.back().t), covered,
+                  100.0 * covered / span, span);
+  finding.remedy = attitude ? "log the attitude for the whole flight, or cut the IMU to its time"
+                            : "log it for the whole flight, or cut the log to its time";
   e->Add(finding);
 }
 
@@ -105,6 +146,9 @@ void CheckCover(Examination* e) {
   CheckStreamCover(e->log.pose, "pose", e);
   CheckStreamCover(e->log.rotors, "rotors", e);
   CheckStreamCover(e->log.motors, "motors", e);
+  CheckImuCover(e->log.attitude, "attitude", kAttitudeCover, e);
+  CheckImuCover(e->log.mocap, "mocap", kPoseCover, e);
+  CheckImuCover(e->log.pose, "pose", kPoseCover, e);
   const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;
   if (missing) e->Add(*missing);
 }

@@ -143,6 +143,28 @@ TEST(FirstLook, FindsASpikeOfThrustThatChangesTheSpeed) {
   EXPECT_THAT(FirstLook(log), IsEmpty());
 }
 
+// The rest of the flight has the program's own filter, or no truth.
+TEST(FirstLook, FindsStreamsOfTooLittleOfTheFlight) {
+  FlightLog log = Hippodrome();
+  const TimeNs start = log.imu.front().t;
+  const auto cut = [&](double seconds, auto* samples) {
+    std::erase_if(*samples, [&](const auto& s) { return s.t > start + FromSeconds(seconds); });
+  };
+  cut(20.0, &log.mocap);
+  cut(25.0, &log.attitude);
+  EXPECT_THAT(FirstLook(log), IsEmpty());
+  cut(12.0, &log.mocap);
+  cut(20.0, &log.attitude);
+  EXPECT_THAT(FirstLook(log),
+              testing::UnorderedElementsAre(HasSubstr("cover (widens): attitude.csv"),
+                                            HasSubstr("cover (widens): mocap.csv")));
+  log.attitude.resize(1);
+  log.mocap.resize(1);
+  EXPECT_THAT(FirstLook(log),
+              testing::IsSupersetOf({HasSubstr("cover (biases): attitude.csv (1 samples"),
+                                     HasSubstr("cover (widens): mocap.csv (1 samples")}));
+}
+
 TEST(FirstLook, FindsThatTheAttitudeIsMissing) {
   FlightLog log = Hippodrome();
   log.attitude.clear();
