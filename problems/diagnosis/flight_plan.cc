@@ -56,6 +56,13 @@ std::vector<TimeNs> ClusterStarts(const FlightData& flight) {
   return starts;
 }
 
+// There is mocap, and it is not among the fixes (gate -1) already.
+bool MayFitToMocap(const FlightLog& log) {
+  const bool is_fitted =
+      std::any_of(log.fixes.begin(), log.fixes.end(), [](const Fix& fix) { return fix.gate < 0; });
+  return !log.mocap.empty() && !is_fitted;
+}
+
 }  // namespace
 
 FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) {
@@ -84,10 +91,12 @@ FlightPlan FlightPlan::For(const FlightData& flight, const VgdOptions& options) 
     }
   }
   if (plan.clusters < kMinClusters || plan.segments.empty()) {
-    throw NoUsableResult(
-        fmt::format("{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
-                    "fly more laps, or fit to mocap (--fit_to=mocap) if it covers more",
-                    flight.log.directory, plan.clusters, kMinClusters));
+    throw NoUsableResult(fmt::format(
+        "{}: {} passes of fixes are too few for a diagnosis, which needs {} or more; "
+        "fly more laps{}",
+        flight.log.directory, plan.clusters, kMinClusters,
+        MayFitToMocap(flight.log) ? ", or fit to mocap (--fit_to=mocap) if it covers more"
+                                  : ", or log attitude and positions for the whole flight"));
   }
   return plan;
 }
