@@ -151,4 +151,19 @@ std::vector<StreamCandidate> FindCandidates(const Recording& recording, const St
   return candidates;
 }
 
+std::vector<std::string> UndecodableChannels(const Recording& recording, const StreamMap& stream) {
+  std::vector<StreamMap> all = {stream};
+  all.insert(all.end(), stream.otherwise.begin(), stream.otherwise.end());
+  std::vector<std::string> labels;
+  for (const Channel& channel : recording.channels()) {
+    if (channel.count == 0 || !channel.fields.empty()) continue;
+    const bool fits = std::any_of(all.begin(), all.end(), [&](const StreamMap& one) {
+      return one.type.empty() ? FitsAny(one.channels, channel.name)
+                              : RosTypeName(one.type) == RosTypeName(channel.type);
+    });
+    if (fits) labels.push_back(channel.Label());
+  }
+  return labels;
+}
+
 }  // namespace trueline

@@ -23,4 +23,7 @@ struct StreamCandidate {
 std::vector<StreamCandidate> FindCandidates(const Recording& recording, const StreamMap& stream,
                                             std::string* why);
 
+// Labels of channels that fit by name or type, and of whose messages none can be decoded.
+std::vector<std::string> UndecodableChannels(const Recording& recording, const StreamMap& stream);
+
 }  // namespace trueline

@@ -258,7 +258,16 @@ std::map<std::string, StreamMap> ResolveInput(const std::map<std::string, Stream
     }
     if (candidates.contains(name)) continue;
     RefuseLack(name, stream, *recording, why);
-    lacking.push_back(fmt::format("{} ({})", name, Wanted(stream)));
+    const std::vector<std::string> undecoded = UndecodableChannels(*recording, stream);
+    if (undecoded.empty()) {
+      lacking.push_back(fmt::format("{} ({})", name, Wanted(stream)));
+    } else {
+      warnings->push_back(fmt::format(
+          "{}: stream '{}' is left out: {} would do, but none of its messages can be decoded: "
+          "their "
+          "definition is missing or does not fit them; record again as MCAP, which stores it",
+          recording->file(), name, fmt::join(undecoded, ", ")));
+    }
   }
   CountRows(recording, &candidates);
   std::map<std::string, StreamMap> resolved;

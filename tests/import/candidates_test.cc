@@ -106,6 +106,16 @@ TEST_F(Candidates, MocapCountsBeforeAnEstimateWhateverItsType) {
   EXPECT_EQ(log.mocap[0].p_E.y(), 3.0);
 }
 
+// Of a bag that does not store the definitions, for one.
+TEST_F(Candidates, ATopicThatCantBeDecodedIsNotCalledMissing) {
+  const FlightLog log = Convert(Topics()
+                                    .Add("/imu", kImuType, ImuMessage(true), 20)
+                                    .Add("/rotors", "mav_msgs/Actuators", "{", 20));
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("stream 'rotors' is left out: /rotors would do, but "
+                                               "none of its messages can be decoded")));
+  EXPECT_THAT(log.warnings, Not(Contains(HasSubstr("mav_msgs/Actuators"))));
+}
+
 TEST_F(Candidates, MoreThanFourMotorsAreReported) {
   const auto topics = [](const char* speeds) {
     return Topics()

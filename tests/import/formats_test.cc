@@ -903,6 +903,17 @@ TEST_F(KilledRecorder, ABagWithoutItsWriteAheadLogIsReadAlone) {
   EXPECT_THAT(TimesOf(RowsOf(log.get(), "/x")), ElementsAre(10));
 }
 
+TEST_F(KilledRecorder, ABagFileThatIsNotListedIsSaid) {
+  files_.Write("copy/metadata.yaml",
+               "rosbag2_bagfile_information:\n"
+               "  relative_file_paths: [bag.db3]\n");
+  files_.Write("copy/other.db3", "");
+  const auto log = OpenRecording(Bag().parent_path());
+  EXPECT_EQ(RowsOf(log.get(), "/x").size(), 3U);
+  EXPECT_THAT(log->warnings(),
+              ElementsAre(HasSubstr("has other.db3, which metadata.yaml does not list")));
+}
+
 TEST_F(KilledRecorder, AMissingPartOfABagIsSaid) {
   files_.Write("copy/metadata.yaml",
                "rosbag2_bagfile_information:\n"

@@ -256,6 +256,22 @@ std::vector<fs::path> ListedFiles(const fs::path& folder) {
 
 bool IsMissing(const fs::path& file) { return !fs::is_regular_file(file); }
 
+// Bag files of the folder that are not read, but for decompressed copies of those that are.
+void WarnOfUnlisted(const fs::path& folder, const std::vector<fs::path>& read, MessageSink* sink) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file() || !IsBagFile(name)) continue;
+    const bool is_read = std::any_of(read.begin(), read.end(), [&](const fs::path& file) {
+      return file.filename() == name || file.filename() == name + ".zstd";
+    });
+    if (is_read) continue;
+    sink->Warn(
+        fmt::format("the folder has {}, which metadata.yaml does not list; it is not read. Give it "
+                    "by its own path, or remove metadata.yaml to read all bag files",
+                    name));
+  }
+}
+
 }  // namespace
 
 std::vector<fs::path> Rosbag2Files(const fs::path& folder) {
@@ -286,6 +302,7 @@ void WalkRosbag2(const fs::path& path, MessageSink* sink) {
                     "folder has are read",
                     listed.filename().string(), files.size()));
   }
+  WarnOfUnlisted(path, files, sink);
   for (const fs::path& file : files) WalkBagFile(file, sink);
 }
 
