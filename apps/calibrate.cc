@@ -80,7 +80,7 @@ int RunImu() {
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
-      trueline::ReadFlights(trueline::SplitList(FLAGS_log), &faults, trueline::ForDrive::kImu);
+      trueline::ReadFlights(trueline::SplitPaths(FLAGS_log), &faults, trueline::ForDrive::kImu);
   trueline::LimitModelTo(logs, FLAGS_model, &options);
   const trueline::FlightLog log = std::move(logs.front());
   logs.erase(logs.begin());
@@ -102,7 +102,7 @@ void RefuseFlagsOfImuDrive() {
 
 int RunRotors() {
   RefuseFlagsOfImuDrive();
-  if (trueline::SplitList(FLAGS_log).size() > 1) {
+  if (trueline::SplitPaths(FLAGS_log).size() > 1) {
     throw trueline::InputError("--log: --drive=rotors takes one flight");
   }
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");
@@ -120,7 +120,7 @@ int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
-  if (trueline::SplitList(FLAGS_log).empty() || FLAGS_out.empty()) {
+  if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();

@@ -65,7 +65,7 @@ constexpr char kProposed[] = "proposed_map.yaml";
 int Convert(const ImportMap& map, const std::string& proposed) {
   std::vector<std::string> files = NativeLogFiles();
   if (FLAGS_map.empty()) files.emplace_back(kProposed);  // else it may be the user's edited one
-  for (const std::string& input : SplitList(FLAGS_in)) {
+  for (const std::string& input : SplitPaths(FLAGS_in)) {
     std::error_code unknown;
     const auto folder = std::filesystem::weakly_canonical(FLAGS_out, unknown);
     if (std::filesystem::weakly_canonical(input, unknown).parent_path() == folder) {
@@ -82,7 +82,7 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
-  FlightLog converted = ConvertLog(map, SplitList(FLAGS_in), options);
+  FlightLog converted = ConvertLog(map, SplitPaths(FLAGS_in), options);
   const std::string moved =
       map.mocap_on_imu_clock ? AlignMocap(map.fixes_from_mocap.has_value(), &converted) : "";
   if (!moved.empty()) Warn(moved, FLAGS_quiet);
@@ -120,7 +120,7 @@ int ConvertOrPropose(const ImportMap& map, const std::string& proposed) {
 
 // Lists the log and proposes a map; converts by it if it ships and --out is given.
 int WithoutMap() {
-  if (SplitList(FLAGS_in).size() != 1) throw InputError("several files in --in need a --map");
+  if (SplitPaths(FLAGS_in).size() != 1) throw InputError("several files in --in need a --map");
   const std::unique_ptr<Recording> recording = OpenRecording(FLAGS_in);
   const std::optional<ImportMap> shipped = FindShippedMap(*recording);
   const std::string proposed =
@@ -138,7 +138,7 @@ int WithoutMap() {
 
 // A remedy where another map that ships fits the log.
 std::string OtherMap() {
-  if (SplitList(FLAGS_in).size() != 1) return "";
+  if (SplitPaths(FLAGS_in).size() != 1) return "";
   const std::optional<ImportMap> shipped = FindShippedMap(*OpenRecording(FLAGS_in));
   // A map fits a log that lacks some of its streams.
   if (!shipped || std::filesystem::equivalent(shipped->file, FLAGS_map)) return "";

@@ -47,7 +47,7 @@ Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a d
 std::vector<trueline::FlightLog> ReadLogs(trueline::ForDrive drive,
                                           std::vector<trueline::LogFault>* faults) {
   std::vector<trueline::FlightLog> logs =
-      trueline::ReadFlights(trueline::SplitList(FLAGS_log), faults, drive);
+      trueline::ReadFlights(trueline::SplitPaths(FLAGS_log), faults, drive);
   trueline::LeaveOutFaultyFlights(&logs, faults);
   return logs;
 }
@@ -109,7 +109,7 @@ int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
-  if (trueline::SplitList(FLAGS_log).empty() || FLAGS_out.empty()) {
+  if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-diagnose --help");
   }
   if (FLAGS_fit_to != "fixes" && FLAGS_fit_to != "mocap") {

@@ -74,7 +74,7 @@ ImportMap MapFor(const std::vector<std::string>& files) {
 // Take-off and landing are inspected too; parts that the map cuts by time are not.
 Opened OpenForeign() {
   Opened opened;
-  opened.files = SplitList(FLAGS_log);
+  opened.files = SplitPaths(FLAGS_log);
   ImportMap map = MapFor(opened.files);
   opened.map = YAML::LoadFile(map.file);
   map.cut.min_height.reset();
@@ -85,7 +85,12 @@ Opened OpenForeign() {
 }
 
 Opened Open() {
-  if (!std::filesystem::exists(std::filesystem::path(FLAGS_log) / "imu.csv")) return OpenForeign();
+  const std::filesystem::path folder = FLAGS_log;
+  if (!std::filesystem::exists(folder / "imu.csv")) {
+    if (!std::filesystem::exists(folder / "log.yaml")) return OpenForeign();
+    throw InputError((folder / "imu.csv").string() +
+                     ": is missing; a native log (a folder with log.yaml) needs it");
+  }
   if (!FLAGS_map.empty())
     throw InputError("--map is for foreign logs; " + FLAGS_log + " is native");
   Opened opened;

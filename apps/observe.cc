@@ -50,9 +50,9 @@ defect.)";
 int Rank(const std::optional<trueline::YamlMap>& config, trueline::ResultFolder* out) {
   const auto progress = [](const std::string& name) { trueline::Announce(name, FLAGS_quiet); };
   trueline::RankingInputs inputs{config, {}, {}};
-  for (const auto& file : trueline::SplitList(FLAGS_trajectory))
+  for (const auto& file : trueline::SplitPaths(FLAGS_trajectory))
     inputs.trajectories.push_back(file);
-  for (const auto& log : trueline::SplitList(FLAGS_log)) inputs.logs.push_back(log);
+  for (const auto& log : trueline::SplitPaths(FLAGS_log)) inputs.logs.push_back(log);
   const trueline::Ranking ranking = trueline::RankByE2log(inputs, progress);
   trueline::WarnAll(ranking.warnings, FLAGS_quiet);
   trueline::WriteFileAtomically(

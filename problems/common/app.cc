@@ -134,6 +134,12 @@ std::vector<std::string> SplitList(const std::string& text, char separator) {
   return parts;
 }
 
+std::vector<std::string> SplitPaths(const std::string& text) {
+  std::error_code unknown;
+  if (std::filesystem::exists(text, unknown)) return {text};
+  return SplitList(text);
+}
+
 std::string FindShared(const std::string& relative_path) {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -31,6 +31,8 @@ void WarnAll(const std::vector<std::string>& messages, bool quiet);
 
 // Splits "a,b,c"; empty parts are left out.
 std::vector<std::string> SplitList(const std::string& text, char separator = ',');
+// Paths with commas between; a text that is the path of one file, or folder, is that alone.
+std::vector<std::string> SplitPaths(const std::string& text);
 
 // Path of a file that ships with the program (config/..., report/...): beside the installed
 // program, else in the source tree. Throws InputError if it is in neither.

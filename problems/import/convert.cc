@@ -258,6 +258,18 @@ void AddSampledFixes(const FixesFromMocap& options, const std::string& file, std
   log->gates = GatesOf(straights);
 }
 
+// What the warnings say of its rows, or where to look.
+std::string WhyNoImu(const FlightLog& log) {
+  for (const std::string& warning : log.warnings) {
+    if (!warning.starts_with("imu: rows left out:")) continue;
+    const bool missing = warning.find("missing values") != std::string::npos;
+    return warning + (missing ? ". Values are missing or not a number throughout: the sensor gave "
+                                "none, or the map names the wrong columns"
+                              : ". Check 'new_where' and 'accept'");
+  }
+  return "check 'new_where' and 'accept'";
+}
+
 }  // namespace
 
 FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files,
@@ -282,8 +294,7 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
     }
   }
   if (log.imu.empty()) {
-    const std::string message =
-        map.file + ": 'streams.imu' keeps no row; check 'new_where' and 'accept'";
+    const std::string message = map.file + ": 'streams.imu' keeps no row; " + WhyNoImu(log);
     if (recordings[map.streams.at("imu").input]) throw NoUsableLog(message);
     throw InputError(message);
   }

@@ -475,6 +475,12 @@ class SampleImport : public StreamImport {
       if (most == nullptr || faults.count > most->count) most = &faults;
     }
     if (static_cast<double>(count) <= kFewFaults * static_cast<double>(all)) return;
+    if (count == all && most == &Of(RowFault::kMissing)) {
+      throw InputError(fmt::format(
+          "{}; all {} rows lack values or have 'not a number': the sensor gave none, or the map "
+          "names the wrong columns",
+          most->first, all));
+    }
     throw InputError(fmt::format("{}; {} of {} rows can't be used: {}", most->first, count, all,
                                  most == &Of(RowFault::kBeyond)
                                      ? "the log is damaged, or the map's 'unit' or 'scale' is wrong"

@@ -54,6 +54,12 @@ class ConvertApp : public testing::Test {
   std::string program_, map_, csv_, out_;
 };
 
+TEST_F(ConvertApp, AFilesNameMayHaveACommaInIt) {
+  const std::string file = files_.Write("lap 1,2.csv", ReadText(csv_));
+  const Outcome done = Run(fmt::format("--map='{}' --in='{}' --out='{}'", map_, file, out_));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+}
+
 TEST_F(ConvertApp, WritesALogAndPrintsItsStreams) {
   const Outcome done = Run(Usual());
   EXPECT_EQ(done.exit_code, 0) << done.err;

@@ -39,6 +39,14 @@ TEST_F(CsvLayoutOf, BlanksInNamesDoNotSeparate) {
   }
 }
 
+TEST_F(CsvLayoutOf, CommasMayBeDecimalBesideText) {
+  const CsvLayout layout = Guess("t;x;y;mode\n0,10;1,5;2,5;STAB\n0,11;1,5;2,5;STAB\n");
+  EXPECT_EQ(layout.separators, (CsvSeparators{';', true}));
+  EXPECT_EQ(layout.columns.size(), 4U);
+  EXPECT_EQ(layout.time_column, 0U);
+  EXPECT_EQ(Guess("t,x,note\n0.1,2,a;b\n0.2,3,c;d\n").separators, (CsvSeparators{',', false}));
+}
+
 TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {
   const CsvLayout layout = Guess("0,0.1,7\n1,0.2,8\n");
   EXPECT_FALSE(layout.header);

@@ -183,6 +183,18 @@ TEST_F(RecordingMap, SaysWhyATextIsNoTrajectory) {
                     HasSubstr("line 2 has a quaternion of norm 2, not 1")));
 }
 
+TEST_F(RecordingMap, AnImuWithoutNumbersIsSaid) {
+  Sensor("imu0",
+         "#timestamp [ns],a[0],a[1],a[2],w[0],w[1],w[2]\n"
+         "1700000000000000010,nan,0,-9.5,2,0,0\n"
+         "1700000000000000020,nan,0,-9.6,1,0,0\n");
+  EXPECT_THAT(Error(kImu), AllOf(HasSubstr("rows left out: 2 with missing values"),
+                                 HasSubstr("not a number throughout")));
+  const std::string strict =
+      "  imu: {channel: imu0, accel: {columns: \"a[0..2]\"}, gyro: {columns: \"w[0..2]\"}}\n";
+  EXPECT_THAT(Error(strict), HasSubstr("all 2 rows lack values"));
+}
+
 TEST_F(RecordingMap, UnusableLogsAreToldFromBadInput) {
   EXPECT_THROW(Convert("  imu: {channel: imu7, accel: {columns: [a, b, c]}, gyro: {columns: [a, b, "
                        "c]}}\n"),

@@ -67,14 +67,23 @@ char DelimiterOf(std::string_view line) {
   return count(best) > 0 ? best : ' ';
 }
 
-// Commas are decimal where all fields are numbers once they are points, and only then.
+std::size_t CountNumbers(const std::vector<std::string>& texts) {
+  double value = 0.0;
+  const auto count = std::count_if(texts.begin(), texts.end(), [&value](const std::string& text) {
+    return ParseNumber(text, &value);
+  });
+  return static_cast<std::size_t>(count);
+}
+
+// Commas are decimal where most fields are numbers once they are points, and fewer before.
 CsvSeparators SeparatorsOf(std::string_view line) {
   for (const char delimiter : {';', '\t', '|'}) {
     if (line.find(delimiter) == std::string_view::npos) continue;
     const CsvSeparators separators{delimiter, true};
-    if (AreNumbers(Split(line, separators)) && !AreNumbers(Split(line, {delimiter, false}))) {
-      return separators;
-    }
+    const std::vector<std::string> with_points = Split(line, separators);
+    const std::size_t numbers = CountNumbers(with_points);
+    const bool are_most = 2 * numbers > with_points.size();
+    if (are_most && CountNumbers(Split(line, {delimiter, false})) < numbers) return separators;
   }
   return {DelimiterOf(line), false};
 }
