@@ -141,6 +141,14 @@ bool IsOtherInstance(const Recording& recording, const StreamCandidate& a,
   return AreInstances(a, b) && label(a) != label(b);
 }
 
+bool IsLowerInstance(const Recording& recording, const StreamCandidate& a,
+                     const StreamCandidate& b) {
+  const auto instance = [&](const StreamCandidate& one) {
+    return recording.channels()[one.stream.channel.front()].instance;
+  };
+  return instance(a) < instance(b);
+}
+
 // States why the channel is not the first of the map, and which others of its type or name are
 // there.
 void WarnOfRivals(const std::string& name, const Recording& recording,
@@ -159,10 +167,11 @@ void WarnOfRivals(const std::string& name, const Recording& recording,
       brief.push_back(cover_of(counted[i]));
       continue;
     }
-    if (i < chosen || (counted[i].is_poor && AreInstances(taken, other))) {
+    const bool is_poor = counted[i].is_poor && AreInstances(taken, other);
+    if (i < chosen || (is_poor && IsLowerInstance(recording, other, taken))) {
       poor.push_back(LabelOf(recording, counted[i]));
-      continue;
     }
+    if (i < chosen || is_poor) continue;
     const bool is_longer = counted[i].covered >= kShortCover &&
                            counted[i].covered > kMuchLonger * counted[chosen].covered;
     if (is_longer && HasUsefulRows(counted[i], counted)) {

@@ -53,13 +53,13 @@ class StampReader {
  private:
   TimeNs Shifted(const ForeignRow& row, TimeNs stamp) const {
     const double seconds = ToSeconds(stamp) + ToSeconds(offset_);
+    if (std::abs(seconds) < kLatestSeconds) return stamp + offset_;
     // A recording may have damaged stamps, which are left out by their distance from the others.
-    if (time_.of_row && offset_ == 0) return stamp;
-    if (!(std::abs(seconds) < kLatestSeconds)) FailBeyond(row, seconds);
-    return stamp + offset_;
+    if (time_.of_row) return stamp;
+    FailBeyond(row, seconds);
   }
   [[noreturn]] void FailBeyond(const ForeignRow& row, double seconds) const {
-    row.Fail(time_.of_row ? -1 : time_.column.index(),
+    row.Fail(time_.column.index(),
              fmt::format("a time of {:.4g} s is beyond the {:.0e} s that a log can hold; correct "
                          "'unit', 'scale' or 'offset' of 'time' in the map",
                          seconds, kLatestSeconds));
@@ -420,7 +420,7 @@ class SampleImport : public StreamImport {
                     "with a time of measurement, which nearly all others lack");
       warnings->push_back(fmt::format(
           "{}: {} rows have no time of measurement (their stamps are zero): they have the time of "
-          "recording, which is late and jitters; set the stamps where they are written",
+          "recording, which comes late; where that matters, shift them by 'time: {{offset: ...}}'",
           stream_.name, unstamped_count_));
     }
   }

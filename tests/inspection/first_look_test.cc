@@ -152,12 +152,11 @@ TEST(FirstLook, FindsStreamsOfTooLittleOfTheFlight) {
   };
   cut(20.0, &log.mocap);
   cut(25.0, &log.attitude);
-  EXPECT_THAT(FirstLook(log), IsEmpty());
+  EXPECT_THAT(FirstLook(log), testing::Not(testing::Contains(HasSubstr("cover ("))));
   cut(12.0, &log.mocap);
   cut(20.0, &log.attitude);
-  EXPECT_THAT(FirstLook(log),
-              testing::UnorderedElementsAre(HasSubstr("cover (widens): attitude.csv"),
-                                            HasSubstr("cover (widens): mocap.csv")));
+  EXPECT_THAT(FirstLook(log), testing::IsSupersetOf({HasSubstr("cover (widens): attitude.csv"),
+                                                     HasSubstr("cover (widens): mocap.csv")}));
   log.attitude.resize(1);
   log.mocap.resize(1);
   EXPECT_THAT(FirstLook(log),
