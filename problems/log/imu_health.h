@@ -11,9 +11,9 @@
 
 namespace trueline {
 
-inline constexpr double kLeastImuRate = 20.0;  // Hz; below, no manoeuvre can be integrated
+inline constexpr double kLeastImuRate = 20.0;   // Hz; below, no manoeuvre can be integrated
 inline constexpr double kFastestImuRate = 1e5;  // Hz; above, the stamps are in another unit
-inline constexpr double kUsualImuRate = 90.0;  // Hz; below, fast manoeuvres are integrated poorly
+inline constexpr double kUsualImuRate = 90.0;   // Hz; below, fast manoeuvres are integrated poorly
 
 // Stretches of time that share a fault.
 struct Episodes {
