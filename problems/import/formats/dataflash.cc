@@ -29,17 +29,20 @@ class FlashDefinitions {
  public:
   FlashType& Now() { return types_[now_]; }
   void Restart() { now_ = 0; }
-  void Define(FlashType type) {
+  // True if there was another one.
+  bool Define(FlashType type) {
     const auto same = std::find_if(types_.begin(), types_.end(), [&](const FlashType& one) {
       return one.name == type.name && LayoutOf(one) == LayoutOf(type);
     });
     if (same == types_.end() && types_.front().length == 0) {
       types_.front() = std::move(type);
-      return;
+      return false;
     }
-    if (same == types_.end() && types_.size() >= kMostDefinitions) return;  // damage
+    if (same == types_.end() && types_.size() >= kMostDefinitions) return false;  // damage
+    const std::size_t before = now_;
     now_ = static_cast<std::size_t>(same - types_.begin());
     if (same == types_.end()) types_.push_back(std::move(type));
+    return now_ != before;
   }
 
  private:
@@ -53,7 +56,11 @@ class FlashWalk {
 
   void Run() {
     ReadDefinitions();
-    ForEachRecord([&](FlashType& type, std::string_view record) { Emit(type, record); });
+    FindLongestPart();
+    ForEachRecord([&](FlashType& type, std::string_view record) {
+      const std::uint64_t start = file_.position() - record.size();
+      if (start >= from_ && start < to_) Emit(type, record);
+    });
     if (untimed_ > 0) {
       sink_->Warn(
           fmt::format("{} records have no possible time stamp; they are left out", untimed_));
@@ -102,7 +109,30 @@ class FlashWalk {
     const auto id = static_cast<std::uint8_t>(record[3]);
     FlashType type;
     if (!ParseFmt(record, &type) || (id == kFmtType && type.length != kFmtLength)) return;
-    types_[id].Define(std::move(type));
+    const std::uint64_t start = file_.position() - record.size();
+    if (types_[id].Define(std::move(type))) redefined_.push_back(start);
+  }
+
+  // Types that are defined again with other columns are those of another log in the same file,
+  // whose times are others: one of them is read.
+  void FindLongestPart() {
+    to_ = file_.size();
+    if (redefined_.empty()) return;
+    std::vector<std::uint64_t> ends = redefined_;
+    ends.push_back(file_.size());
+    std::uint64_t begin = 0, longest = 0;
+    for (const std::uint64_t end : ends) {
+      if (end - begin > longest) {
+        longest = end - begin;
+        from_ = begin;
+        to_ = end;
+      }
+      begin = end;
+    }
+    sink_->Warn(fmt::format(
+        "types are defined again with other columns from byte {} on, as by another start of the "
+        "logger: the longest part is read, from byte {} to {}; cut the file there to read the rest",
+        redefined_.front(), from_, to_));
   }
 
   void ReadDefinitions() {
@@ -201,6 +231,8 @@ class FlashWalk {
   std::array<FlashDefinitions, 256> types_;  // by number
   std::map<char, std::string> units_;
   std::map<char, double> multipliers_;
+  std::vector<std::uint64_t> redefined_;  // bytes where a type has other columns from there on
+  std::uint64_t from_ = 0, to_ = 0;       // bytes, of the part that is read
   std::uint64_t skipped_ = 0, first_skipped_ = 0;
   std::size_t places_ = 0, untimed_ = 0;
 };
