@@ -11,6 +11,7 @@
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
+#include "problems/diagnosis/unmodelled_wind.h"
 #include "problems/inspection/first_look.h"
 #include "problems/result/render.h"
 
@@ -86,6 +87,7 @@ int RunImu() {
   logs.erase(logs.begin());
   trueline::CheckOtherLogs(logs, options);
   trueline::Calibration calibration = Fit(log, logs, options);
+  trueline::JudgeWind(log, options, &calibration);
   return Finish(log, faults, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options), logs),
                 "calibration", {"--log=" + log.directory}, &calibration, &out);
 }

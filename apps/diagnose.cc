@@ -83,11 +83,7 @@ int RunRotors() {
 }
 
 trueline::ImuDiagnosisOptions OptionsFrom(const trueline::CalibrationOptions& calibration) {
-  trueline::ImuDiagnosisOptions options;
-  options.vgd = calibration.methods.vgd;
-  options.effects = calibration.effects;
-  options.priors_without_model = calibration.priors_without_model;
-  options.warnings = calibration.warnings;
+  trueline::ImuDiagnosisOptions options = trueline::DiagnosisOptionsOf(calibration);
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
   return options;

@@ -142,13 +142,12 @@ constexpr Ordinary kOrdinary[] = {
      "strong gusts, or the accelerometer's x and y axes are useless (set "
      "drag_measurement: {enabled: false})"}};
 
-// A reason makes a verdict `poor` at best.
+}  // namespace
+
 void AddReasons(const std::vector<std::string>& reasons, Verdict* verdict) {
   verdict->reasons.insert(verdict->reasons.end(), reasons.begin(), reasons.end());
   if (!reasons.empty() && verdict->word == "usable") verdict->word = "poor";
 }
-
-}  // namespace
 
 void JudgeStrengths(const WholeFlight& whole, Verdict* verdict) {
   std::vector<std::string> reasons;
@@ -341,6 +340,7 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   calibration.warnings.insert(calibration.warnings.end(), options.warnings.begin(),
                               options.warnings.end());
   calibration.effects = options.effects;
+  calibration.priors = vgd.priors;
   calibration.continuous = flight.continuous;
   Estimators estimators(flight, options.methods);
   for (const PlannedRun& run : PlanRuns(options)) {

@@ -47,11 +47,15 @@ struct Calibration {
   std::optional<ContinuousFixes> continuous;  // of a flight without gates
   Verdict verdict;
   std::vector<std::string> warnings;
-  std::vector<Effect> effects;  // as given with the model, for model.yaml
+  // What the runs were estimated with: the model's, unless the flight contradicts them.
+  std::vector<Effect> effects;  // for model.yaml
+  MotionPriors priors{};
 
   const EstimatorRun& Reported() const { return runs[reported]; }
 };
 
+// A reason makes a verdict `poor` at best.
+void AddReasons(const std::vector<std::string>& reasons, Verdict* verdict);
 // Judges a run by its last window and its arcs. `from_mocap`: the fixes are mocap's positions.
 Verdict Judge(const EstimatorRun& run, bool from_mocap = false);
 // Adds what the whole flight's learned strengths tell: a model with much noise explains anything.

@@ -91,9 +91,7 @@ bool AppliesTo(const FlightLog& log, bool gates, const VgdOptions& options,
   if (info.id == "false_gate") return false;  // not a linear effect; see FindFalseData
   if (info.enters == EntersAt::kAttitude && log.attitude.empty()) return false;
   if (info.enters == EntersAt::kAccelerometer && !accelerometer) return false;
-  if (info.id == "wind" && log.environment == "indoors") return false;
-  // Without the accelerometer's x and y a wind cannot be distinguished from a tilt of E'.
-  if (info.id == "wind" && !options.drag_measurement.enabled) return false;
+  if (info.id == "wind" && !LooksForWind(log, options)) return false;
   const bool needs_map = info.id == "fix_scale" || info.id == "camera_misalignment";
   if (needs_map && log.gates.empty()) return false;
   return info.enters != EntersAt::kFix || gates;
@@ -128,6 +126,10 @@ Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions
   Diagnosis diagnosis = Diagnose(logs, make, options);
   diagnosis.warnings.insert(diagnosis.warnings.end(), warnings.begin(), warnings.end());
   return diagnosis;
+}
+
+bool LooksForWind(const FlightLog& log, const VgdOptions& options) {
+  return log.environment != "indoors" && options.drag_measurement.enabled;
 }
 
 ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)

@@ -16,6 +16,10 @@ namespace trueline {
 // constants (--model) is fitted without them; of the first flight a warning says so.
 Diagnosis Diagnose(const std::vector<FlightLog>& logs, const ImuDiagnosisOptions& options);
 
+// Whether a wind is looked for: not indoors, and not without the accelerometer's x and y, because
+// it cannot be distinguished from a tilt of E' then.
+bool LooksForWind(const FlightLog& log, const VgdOptions& options);
+
 inline constexpr double kReplaySeconds = 1.0;  // s, of held-out replays
 
 // A model fitted to a part of a flight.

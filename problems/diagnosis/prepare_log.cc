@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "problems/calibration/calibration.h"
 #include "problems/common/error.h"
 
 namespace trueline {
@@ -54,6 +55,15 @@ FlightLog LeaveOut(const std::vector<std::size_t>& fixes, const FlightLog& log) 
 }
 
 }  // namespace
+
+ImuDiagnosisOptions DiagnosisOptionsOf(const CalibrationOptions& calibration) {
+  ImuDiagnosisOptions options;
+  options.vgd = calibration.methods.vgd;
+  options.effects = calibration.effects;
+  options.priors_without_model = calibration.priors_without_model;
+  options.warnings = calibration.warnings;
+  return options;
+}
 
 std::shared_ptr<const PreparedLog> PrepareLog(const FlightLog& log,
                                               const ImuDiagnosisOptions& options) {

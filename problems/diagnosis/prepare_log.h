@@ -11,6 +11,8 @@
 
 namespace trueline {
 
+struct CalibrationOptions;  // problems/calibration/calibration.h
+
 struct ImuDiagnosisOptions : SearchOptions {
   VgdOptions vgd;
   std::vector<Effect> effects;  // of --model: in the model from the start
@@ -21,6 +23,9 @@ struct ImuDiagnosisOptions : SearchOptions {
   double mocap_interval = 0.1;        // s, between the mocap positions used
   double mocap_sigma = 0.01;          // m
 };
+
+// The options that a diagnosis shares with a calibration.
+ImuDiagnosisOptions DiagnosisOptionsOf(const CalibrationOptions& calibration);
 
 struct PreparedLog {
   FlightLog recorded;
