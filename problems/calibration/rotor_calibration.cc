@@ -59,8 +59,9 @@ void CompareHalves(const RotorAeroModel& model, const FlightLog& log,
     const double sigma = std::sqrt(a.cov(i, i) + b.cov(i, i));
     const double difference = std::abs(a.mean[i] - b.mean[i]) / sigma;
     if (difference > kHalvesDiffer) {
-      result->halves_disagree.push_back(
-          fmt::format("{} ({:.1f})", kRotorConstants[i].name, difference));
+      const bool bias = kRotorConstants[i].group == RotorConstantGroup::kBias;
+      auto& disagree = bias ? result->biases_differ : result->halves_disagree;
+      disagree.push_back(fmt::format("{} ({:.1f})", kRotorConstants[i].name, difference));
       factors[i] = 0.5 * difference;
     }
     if (difference <= result->halves) continue;
@@ -278,7 +279,7 @@ Verdict JudgeRotors(const RotorCalibration& c) {
   };
   const auto identified = std::count_if(c.parameters.begin(), c.parameters.end(),
                                         [](const auto& p) { return p.status == "identified"; });
-  if (c.halves > kHalvesDiffer) {
+  if (!c.halves_disagree.empty()) {
     poor(fmt::format(
         "the halves of the flight disagree (by this many of their sigmas) on {}: the model lacks "
         "something; the intervals of these constants are widened until the halves agree within two",
@@ -421,6 +422,13 @@ RotorCalibration CalibrateWith(const FlightLog& log, const RotorCalibrationOptio
   if (options.hold_out > 0.0) {
     ScorePredictions(model, data, MakeRotorData(log, rotors, Part(streams, fitted, 0.0)), options,
                      &result);
+  }
+  if (!result.biases_differ.empty()) {
+    result.warnings.push_back(fmt::format(
+        "the halves of the flight show different biases (by this many of their sigmas): {}; they "
+        "drift, or forces come and go; their intervals are widened until the halves agree within "
+        "two",
+        fmt::join(result.biases_differ, ", ")));
   }
   result.verdict = JudgeRotors(result);
   return result;

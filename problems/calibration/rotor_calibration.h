@@ -82,7 +82,8 @@ struct RotorCalibration {
   double chi_square = 0.0;               // whitened squares by degree of freedom
   double halves = 0.0;  // largest difference between the fits to each half, in its sigma
   std::string halves_parameter;
-  std::vector<std::string> halves_disagree;  // "name (sigmas)", beyond three
+  // "name (sigmas)", beyond three: constants of the vehicle, and biases, which drift.
+  std::vector<std::string> halves_disagree, biases_differ;
   Verdict verdict;
   std::vector<std::string> warnings;
 };

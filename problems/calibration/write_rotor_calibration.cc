@@ -61,6 +61,7 @@ YAML::Node RotorCalibrationNode(const RotorCalibration& c, const YAML::Node& pro
   node["fit"]["halves_differ"] = Rounded(c.halves, 3);
   node["fit"]["halves_parameter"] = c.halves_parameter;
   node["fit"]["halves_disagree"] = c.halves_disagree;
+  node["fit"]["biases_differ"] = c.biases_differ;
   node["provenance"] = provenance;
   return node;
 }
