@@ -1,5 +1,8 @@
 #include "problems/diagnosis/choose_model.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "problems/diagnosis/confirm.h"
 #include "problems/diagnosis/rules.h"
 
@@ -23,6 +26,17 @@ void AddTermsToModel(const std::vector<Found>& model, std::size_t first, Diagnos
     Effect effect = model[first++].effect();
     effect.values["sigma"] = t.size.sigma;
     diagnosis->in_model.push_back(effect);
+  }
+}
+
+// What the model lacks was significant, so that the constants may be those of the fit with it: the
+// intervals contain both.
+void WidenByChange(const std::vector<ParameterEstimate>& with,
+                   std::vector<ParameterEstimate>* without) {
+  for (ParameterEstimate& estimate : *without) {
+    const auto before = std::ranges::find(with, estimate.name, &ParameterEstimate::name);
+    if (before == with.end()) continue;
+    estimate.sigma = std::hypot(estimate.sigma, estimate.value - before->value);
   }
 }
 
@@ -52,6 +66,7 @@ void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, Diagnose
     flight->Fit(&model);
     Diagnosis refitted;
     flight->Describe(&refitted);
+    WidenByChange(diagnosis->parameters, &refitted.parameters);
     diagnosis->parameters = refitted.parameters;
     const std::size_t first = diagnosis->in_model.size() - in_model.found.size();
     for (std::size_t k = 0; k < in_model.found.size(); ++k) {
