@@ -29,8 +29,8 @@ void AddTermsToModel(const std::vector<Found>& model, std::size_t first, Diagnos
   }
 }
 
-// What the model lacks was significant, so that the constants may be those of the fit with it: the
-// intervals contain both.
+}  // namespace
+
 void WidenByChange(const std::vector<ParameterEstimate>& with,
                    std::vector<ParameterEstimate>* without) {
   for (ParameterEstimate& estimate : *without) {
@@ -39,8 +39,6 @@ void WidenByChange(const std::vector<ParameterEstimate>& with,
     estimate.sigma = std::hypot(estimate.sigma, estimate.value - before->value);
   }
 }
-
-}  // namespace
 
 void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, DiagnosedFlight* flight,
                  Diagnosis* diagnosis) {

@@ -12,4 +12,9 @@ namespace trueline {
 void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, DiagnosedFlight* flight,
                  Diagnosis* diagnosis);
 
+// What a model lacks was significant, so that the constants may be those of the fit with it: the
+// intervals of `without` come to contain both.
+void WidenByChange(const std::vector<ParameterEstimate>& with,
+                   std::vector<ParameterEstimate>* without);
+
 }  // namespace trueline

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "problems/common/random.h"
+#include "problems/diagnosis/choose_model.h"
 #include "problems/diagnosis/confirm.h"
 
 namespace trueline {
@@ -98,6 +99,15 @@ TEST(Confirm, MoreThanHalfOfTheOtherFlightsMustRepeatIt) {
   EXPECT_TRUE(confirmed({"repeats"}, "wind").value());
   EXPECT_FALSE(confirmed({"repeats", "not shown"}).value());
   EXPECT_TRUE(confirmed({"repeats", "not shown", "repeats"}).value());
+}
+
+TEST(ChooseModel, IntervalsContainWhatTheModelLacks) {
+  std::vector<ParameterEstimate> without{{"K_x", -0.25, 0.03, "1/s", "identified"},
+                                         {"K_y", -0.4, 0.02, "1/s", "identified"}};
+  WidenByChange({{"K_x", -0.29, 0.02, "1/s", "identified"}}, &without);
+  EXPECT_NEAR(without[0].sigma, 0.05, 1e-12);
+  EXPECT_EQ(without[0].value, -0.25);
+  EXPECT_EQ(without[1].sigma, 0.02);
 }
 
 }  // namespace
