@@ -36,6 +36,7 @@ void WidenByChange(const std::vector<ParameterEstimate>& with,
   for (ParameterEstimate& estimate : *without) {
     const auto before = std::ranges::find(with, estimate.name, &ParameterEstimate::name);
     if (before == with.end()) continue;
+    if (estimate.model_sigma == 0.0) estimate.model_sigma = estimate.sigma;
     estimate.sigma = std::hypot(estimate.sigma, estimate.value - before->value);
   }
 }
