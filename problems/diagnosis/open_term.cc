@@ -198,7 +198,8 @@ std::vector<TermForm> OpenTerms(const TermScope& scope) {
       {TermOn::kAttitude, {0, 1, 5}},
       {TermOn::kFix, {0, 1, 2, 3, 4, 5}}};
   if (rotors) changed.push_back({TermOn::kTurn, {0, 1, 2}});
-  const bool hovers = Hovers(scope.motions);
+  // Where rotors drive the model, short flights in a small room turn for the pilot's sake.
+  const bool hovers = !rotors && Hovers(scope.motions);
   std::vector<TermForm> terms;
   for (const Factors& variable : TermVariables(scope)) {
     const bool local = IsLocal(variable);

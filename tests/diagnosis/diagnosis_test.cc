@@ -132,7 +132,8 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   std::filesystem::remove_all(folder);
 }
 
-// The second flight has the first one's wind, or it has none.
+// The second flight has the first one's wind, or it has none, which tells nothing of the first; of
+// a drag that it lacks it does.
 TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   const std::map<std::string, double> wind{{"w_x", 1.0}, {"w_y", -0.6}};
   const FlightLog first = FlyHiding({{"wind", wind}}, 22);
@@ -148,7 +149,14 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   EXPECT_TRUE(repeated.causes[0].confirmed.value());
   EXPECT_EQ(repeated.verdict, "explained");
 
-  const Diagnosis alone = Diagnose({first, calm}, options);
+  const Diagnosis other_day = Diagnose({first, calm}, options);
+  ASSERT_EQ(other_day.causes.size(), 1U);
+  EXPECT_EQ(other_day.causes[0].repeats.at(0).outcome, "not shown");
+  EXPECT_FALSE(other_day.causes[0].confirmed.has_value());
+  EXPECT_EQ(other_day.in_model.size(), 1U);
+
+  const FlightLog dragged = FlyHiding({{"quadratic_drag", {{"c", 0.25}}}}, 24);
+  const Diagnosis alone = Diagnose({dragged, calm}, options);
   ASSERT_EQ(alone.causes.size(), 1U);
   EXPECT_FALSE(alone.causes[0].confirmed.value());
   EXPECT_EQ(alone.verdict, "unexplained");

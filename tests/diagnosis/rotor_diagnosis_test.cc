@@ -229,7 +229,8 @@ TEST(DiagnoseRotors, SlowCountsWhatRepeats) {
   for (const Cause& cause : both.causes) {
     const bool stays = cause.candidate.info->id == "air_moment";
     EXPECT_EQ(cause.repeats.at(0).outcome, stays ? "repeats" : "can't be tested");
-    EXPECT_EQ(cause.confirmed.value(), stays) << cause.candidate.info->id;
+    EXPECT_EQ(cause.confirmed, stays ? std::optional(true) : std::nullopt)
+        << cause.candidate.info->id;
   }
   const Diagnosis once = Diagnose(
       {FlyRotorsHiding({moment}, 12.0, 10), FlyRotorsHiding({}, 12.0, 11)}, RotorOptions(false));
