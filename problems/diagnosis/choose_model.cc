@@ -31,12 +31,10 @@ void AddTermsToModel(const std::vector<Found>& model, std::size_t first, Diagnos
 
 }  // namespace
 
-void WidenByChange(const std::vector<ParameterEstimate>& with,
-                   std::vector<ParameterEstimate>* without) {
-  for (ParameterEstimate& estimate : *without) {
-    const auto before = std::ranges::find(with, estimate.name, &ParameterEstimate::name);
+void WidenByChange(const std::vector<ModelParameter>& with, std::vector<ModelParameter>* without) {
+  for (ModelParameter& estimate : *without) {
+    const auto before = std::ranges::find(with, estimate.name, &ModelParameter::name);
     if (before == with.end()) continue;
-    if (estimate.model_sigma == 0.0) estimate.model_sigma = estimate.sigma;
     estimate.sigma = std::hypot(estimate.sigma, estimate.value - before->value);
   }
 }
