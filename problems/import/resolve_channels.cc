@@ -149,57 +149,78 @@ bool IsLowerInstance(const Recording& recording, const StreamCandidate& a,
   return instance(a) < instance(b);
 }
 
+// What is said of the candidates that a stream is not read from.
+struct Rivals {
+  std::vector<std::string> poor, brief;    // before the chosen one: few rows, a short time
+  std::vector<std::string> longer, alike;  // after it: cover more, would do as well
+
+  bool None() const { return poor.empty() && brief.empty() && longer.empty() && alike.empty(); }
+};
+
+Rivals RivalsOf(const Recording& recording, const std::vector<Counted>& counted,
+                std::size_t chosen) {
+  const StreamCandidate& taken = counted[chosen].candidate;
+  const auto cover_of = [&](const Counted& one) {
+    return fmt::format("{} for {:.1f} s", LabelOf(recording, one), one.covered);
+  };
+  Rivals rivals;
+  for (std::size_t i = 0; i < counted.size(); ++i) {
+    const StreamCandidate& other = counted[i].candidate;
+    if (i == chosen || other.stream.channel == taken.stream.channel) continue;
+    const bool same_type = !taken.stream.type.empty() && other.alternative == taken.alternative;
+    const bool has_rows = HasUsefulRows(counted[i], counted);
+    if (i < chosen && has_rows) {
+      rivals.brief.push_back(cover_of(counted[i]));
+      continue;
+    }
+    if (i < chosen) {
+      rivals.poor.push_back(LabelOf(recording, counted[i]));
+      continue;
+    }
+    if (counted[i].is_poor && AreInstances(taken, other)) {
+      if (IsLowerInstance(recording, other, taken)) {
+        rivals.poor.push_back(LabelOf(recording, counted[i]));
+      }
+      continue;
+    }
+    const bool is_longer = counted[i].covered >= kShortCover &&
+                           counted[i].covered > kMuchLonger * counted[chosen].covered;
+    if (is_longer && has_rows) {
+      rivals.longer.push_back(cover_of(counted[i]));
+      continue;
+    }
+    const bool is_like = same_type || IsOtherInstance(recording, taken, other);
+    if (is_like && IsUseful(counted[i], counted)) {
+      rivals.alike.push_back(LabelOf(recording, counted[i]));
+    }
+  }
+  return rivals;
+}
+
 // States why the channel is not the first of the map, and which others of its type or name are
 // there.
 void WarnOfRivals(const std::string& name, const Recording& recording,
                   const std::vector<Counted>& counted, std::size_t chosen,
                   std::vector<std::string>* warnings) {
-  const StreamCandidate& taken = counted[chosen].candidate;
-  std::vector<std::string> poor, brief, longer, rivals;
-  const auto cover_of = [&](const Counted& one) {
-    return fmt::format("{} for {:.1f} s", LabelOf(recording, one), one.covered);
-  };
-  for (std::size_t i = 0; i < counted.size(); ++i) {
-    const StreamCandidate& other = counted[i].candidate;
-    if (i == chosen || other.stream.channel == taken.stream.channel) continue;
-    const bool same_type = !taken.stream.type.empty() && other.alternative == taken.alternative;
-    if (i < chosen && HasUsefulRows(counted[i], counted)) {
-      brief.push_back(cover_of(counted[i]));
-      continue;
-    }
-    const bool is_poor = counted[i].is_poor && AreInstances(taken, other);
-    if (i < chosen || (is_poor && IsLowerInstance(recording, other, taken))) {
-      poor.push_back(LabelOf(recording, counted[i]));
-    }
-    if (i < chosen || is_poor) continue;
-    const bool is_longer = counted[i].covered >= kShortCover &&
-                           counted[i].covered > kMuchLonger * counted[chosen].covered;
-    if (is_longer && HasUsefulRows(counted[i], counted)) {
-      longer.push_back(cover_of(counted[i]));
-      continue;
-    }
-    const bool is_like = same_type || IsOtherInstance(recording, taken, other);
-    if (is_like && IsUseful(counted[i], counted)) {
-      rivals.push_back(LabelOf(recording, counted[i]));
-    }
-  }
-  if (poor.empty() && brief.empty() && longer.empty() && rivals.empty()) return;
+  const Rivals rivals = RivalsOf(recording, counted, chosen);
+  if (rivals.None()) return;
   std::string text = fmt::format("{}: stream '{}' is read from {}", recording.file(), name,
                                  LabelOf(recording, counted[chosen]));
-  if (!poor.empty()) text += fmt::format("; too few are in {}", fmt::join(poor, ", "));
-  if (!brief.empty()) {
+  if (!rivals.poor.empty())
+    text += fmt::format("; too few are in {}", fmt::join(rivals.poor, ", "));
+  if (!rivals.brief.empty()) {
     text += fmt::format("; too short a time is covered by {}, where that has {:.1f} s",
-                        fmt::join(brief, ", "), counted[chosen].covered);
+                        fmt::join(rivals.brief, ", "), counted[chosen].covered);
   }
-  if (!longer.empty()) {
+  if (!rivals.longer.empty()) {
     text += fmt::format(
         "; it covers {:.1f} s, and {} would cover more: name it by 'channel' in a map to read it "
         "instead",
-        counted[chosen].covered, fmt::join(longer, ", "));
+        counted[chosen].covered, fmt::join(rivals.longer, ", "));
   }
-  if (!rivals.empty()) {
+  if (!rivals.alike.empty()) {
     text += fmt::format("; {} would do, too: name it by 'channel' in a map to read it instead",
-                        fmt::join(rivals, ", "));
+                        fmt::join(rivals.alike, ", "));
   }
   warnings->push_back(text);
 }
@@ -273,8 +294,8 @@ std::map<std::string, StreamMap> ResolveInput(const std::map<std::string, Stream
     } else {
       warnings->push_back(fmt::format(
           "{}: stream '{}' is left out: {} would do, but none of its messages can be decoded: "
-          "their "
-          "definition is missing or does not fit them; record again as MCAP, which stores it",
+          "their definition is missing or does not fit them; record again as MCAP, which stores "
+          "it",
           recording->file(), name, fmt::join(undecoded, ", ")));
     }
   }
