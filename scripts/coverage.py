@@ -14,7 +14,8 @@ distribution from it, beside the distance that 95 % of uniform samples stay belo
 
 prints a table and writes OUT/coverage.yaml. `--suite` does so for eight kinds of flights: fig. 3's
 attitude filter at four gains, a drifting and a constant attitude error, fast laps and a figure of
-eight, with parameters drawn from the estimator's prior. Flights that are there already are not flown
+eight, with parameters and strengths of noise drawn from the estimator's prior. `--strengths=stated`
+keeps the noise that each configuration states. Flights that are there already are not flown
 again, so an interrupted run goes on where it stopped. `--calibrate` is a YAML file with options.
 """
 import argparse
@@ -48,11 +49,19 @@ SUITE = {  # configuration, what differs
     "fast": ("config/simulate/fast.yaml", []),
     "figure of eight": ("config/simulate/figure_eight.yaml", []),
 }
-# Truth is drawn from the estimator's own prior, else ranks can't be uniform: normal, with mean and
-# deviation of these ranges (Table 2). Drag that drives the vehicle on is drawn again.
+# Truth is drawn from the estimator's own prior, else ranks can't be uniform (Talts et al. 2018):
+# normal, with mean and deviation of these ranges (Table 2). Drag that drives the vehicle on is drawn
+# again.
 PRIOR = {"K_x": [-1.0, 0.0], "K_y": [-1.0, 0.0], "b_ax": [-0.3, 0.3], "b_ay": [-0.3, 0.3],
          "b_az": [-1.0, 1.0], "phi_I_B": [-0.052, 0.052], "theta_I_B": [-0.052, 0.052],
          "psi_I_B": [-0.052, 0.052], "heading_error": [-0.052, 0.052]}
+# The AHRS's constant error, where it is no outcome of a filter.
+PRIOR_OF_AHRS = {name: [-0.052, 0.052] for name in ("phi_E_Ep", "theta_E_Ep", "psi_E_Ep")}
+# Medians of the strengths of noise, as config/calibrate/default.yaml has them; their prior is
+# log-normal with a factor of three.
+ACCELERATION = 0.05  # m/s^2/sqrt(Hz)
+GUST = 0.06  # m/s^2
+TILT = 0.026  # rad
 # The attitude's error changes over a flight; its truth is known as the flight's mean alone.
 VARIES = ("phi_E_Ep", "theta_E_Ep", "psi_E_Ep")
 
@@ -61,7 +70,8 @@ def by_prior(seed, filtered):
     """`randomise` of one flight: ranges of no width."""
     draw = random.Random(seed)
     drawn = {}
-    for name, (low, high) in PRIOR.items():
+    prior = dict(PRIOR, **({} if filtered else PRIOR_OF_AHRS))
+    for name, (low, high) in prior.items():
         if name == "heading_error" and not filtered:
             continue
         value = None
@@ -71,13 +81,30 @@ def by_prior(seed, filtered):
     return drawn
 
 
-def configured(config, duration, changes, seed, file):
-    """Writes the configuration with another duration and changes; `seed`: by the prior, or None."""
+def draw_strengths(values, seed):
+    """Noise of the accelerometer, gusts and a drift of the attitude within seconds, by the prior."""
+    draw = random.Random(f"strengths {seed}")
+    acceleration, gust, tilt = (median * 3.0 ** draw.gauss(0.0, 1.0)
+                                for median in (ACCELERATION, GUST, TILT))
+    values["imu"]["accel_noise_density"] = acceleration
+    values["turbulence"] = {"sigma": [gust, gust, gust], "memory": 0.8}
+    ahrs = values.get("ahrs", {})
+    if "drift_sigma" in ahrs and ahrs["drift_memory"] == 1.0:
+        ahrs["drift_sigma"] = [tilt, tilt, ahrs["drift_sigma"][2]]
+
+
+def configured(config, duration, changes, seed, strengths, file):
+    """Writes the configuration with another duration and changes.
+
+    seed: of parameters by the prior, or None. strengths: true if those of noise are drawn, too.
+    """
     values = yaml.safe_load((SOURCE / config).read_text())
     values["duration"] = duration
     if seed is not None:
-        filtered = values.get("ahrs", {}).get("kind") == "complementary_filter"
-        values["randomise"] = by_prior(seed, filtered)
+        kind = values.get("ahrs", {}).get("kind", "complementary_filter")
+        values["randomise"] = by_prior(seed, kind == "complementary_filter")
+        if strengths:
+            draw_strengths(values, seed)
     for change in changes:
         key, value = change.split("=", 1)
         *folders, name = key.split(".")
@@ -90,21 +117,22 @@ def configured(config, duration, changes, seed, file):
     return file
 
 
-def fly(apps, config, duration, changes, of_prior, calibrate, seed, out):
+def fly(arguments, config, changes, seed, out):
     """One flight's (truth, {"whole": estimates, "window": estimates}), all by name."""
     folder = out / f"flight_{seed:04d}"
     result = folder / "result" / "calibration.yaml"
     if not result.exists():
         log = folder / "log"
         clear_left_over(log)
-        config = configured(config, duration, changes, seed if of_prior else None,
-                            folder.with_suffix(".yaml"))
+        config = configured(config, arguments.duration, changes, seed if arguments.suite else None,
+                            arguments.strengths == "drawn", folder.with_suffix(".yaml"))
+        apps = arguments.build / "apps"
         subprocess.run([apps / "trueline-simulate", f"--config={config}", f"--out={log}",
                         f"--seed={seed}", "--randomise", "--quiet"], check=True)
         command = [apps / "trueline-calibrate", f"--log={log}", f"--out={folder / 'result'}",
                    "--estimator=smoother", "--gamma_sweep=", "--report=false", "--quiet"]
-        if calibrate:
-            command.append(f"--config={calibrate}")
+        if arguments.calibrate:
+            command.append(f"--config={arguments.calibrate}")
         unusable = 3
         if subprocess.run(command, check=False).returncode not in (0, unusable):
             raise RuntimeError(f"failed: {' '.join(map(str, command))}")
@@ -151,8 +179,7 @@ def run(arguments, config, changes, out):
     out.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         return list(pool.map(
-            lambda seed: fly(arguments.build / "apps", config, arguments.duration, changes,
-                             arguments.suite, arguments.calibrate, seed, out),
+            lambda seed: fly(arguments, config, changes, seed, out),
             range(arguments.first_seed, arguments.first_seed + arguments.flights)))
 
 
@@ -173,7 +200,7 @@ def report(flights, title, out):
 
 def what_decides(arguments):
     """What the flights of a folder depend on beside the program and their number."""
-    stated = {name: getattr(arguments, name) for name in ("suite", "set", "duration")}
+    stated = {name: getattr(arguments, name) for name in ("suite", "set", "duration", "strengths")}
     for name in ("calibrate", "config"):
         file = getattr(arguments, name)
         stated[name] = [file, sha256(SOURCE / file if name == "config" else file)] if file else None
@@ -192,6 +219,8 @@ def main():
     parser.add_argument("--set", action="append", default=[], help="KEY.KEY=VALUE of the config")
     parser.add_argument("--suite", action="store_true", help="all kinds of flights")
     parser.add_argument("--only", default="", help="of the suite: kinds whose name has this in it")
+    parser.add_argument("--strengths", choices=("drawn", "stated"), default="drawn",
+                        help="of the suite's noise: drawn by the prior, or as configured")
     parser.add_argument("--calibrate", default="")
     parser.add_argument("--duration", default=60.0, type=float, help="s")
     parser.add_argument("--flights", default=500, type=int, help="of each kind")

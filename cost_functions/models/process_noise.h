@@ -12,7 +12,8 @@ namespace trueline {
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 struct ProcessNoise {
-  double acceleration = 0.0;  // m/s^2/sqrt(Hz), for each axis
+  double acceleration = 0.0;  // m/s^2/sqrt(Hz), across the thrust
+  double thrust_factor = 1.0;  // on it along the thrust, where the accelerometer's own noise acts
   double tilt = 0.0;          // rad, stationary sigma of the drift of phi and theta of E'
   double heading = 0.0;       // rad, the same of psi
   double memory = 1.0;        // s, time in which the drift falls to 1/e
@@ -35,23 +36,27 @@ struct ProcessNoise {
 
 // Covariance of (p_E, v_E, drift) after `seconds`, starting from zero: dp = v, dv = M drift +
 // noise, M drift = g (-theta, phi, 0), exact for a specific force of (0, 0, -g). The drift does a
-// random walk at the rate that keeps its stationary sigma. Units m, m/s, rad.
-inline Matrix9d ProcessCovariance(const ProcessNoise& noise, double seconds, double gravity) {
+// random walk at the rate that keeps its stationary sigma. thrust_axis: unit vector in E. Units m,
+// m/s, rad.
+inline Matrix9d ProcessCovariance(const ProcessNoise& noise, double seconds, double gravity,
+                                  const Eigen::Vector3d& thrust_axis) {
   const double t = seconds, t2 = t * t, t3 = t2 * t;
-  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   M(0, 1) = -gravity;
   M(1, 0) = gravity;
-  const double q_a = noise.acceleration * noise.acceleration;
+  const double along = noise.thrust_factor * noise.thrust_factor - 1.0;
+  const Eigen::Matrix3d q_a =
+      noise.acceleration * noise.acceleration *
+      (Eigen::Matrix3d::Identity() + along * thrust_axis * thrust_axis.transpose());
   const double alpha = noise.Decay(t);
   const Eigen::Matrix3d Q =
       ((1.0 - alpha * alpha) / t * noise.DriftSigma().cwiseAbs2()).asDiagonal();
   const Eigen::Matrix3d MQ = M * Q, MQM = MQ * M.transpose();
   Matrix9d cov;
-  cov.block<3, 3>(0, 0) = I * (q_a * t3 / 3.0) + MQM * (t3 * t2 / 20.0);
-  cov.block<3, 3>(0, 3) = I * (q_a * t2 / 2.0) + MQM * (t2 * t2 / 8.0);
+  cov.block<3, 3>(0, 0) = q_a * (t3 / 3.0) + MQM * (t3 * t2 / 20.0);
+  cov.block<3, 3>(0, 3) = q_a * (t2 / 2.0) + MQM * (t2 * t2 / 8.0);
   cov.block<3, 3>(0, 6) = MQ * (t3 / 6.0);
-  cov.block<3, 3>(3, 3) = I * (q_a * t) + MQM * (t3 / 3.0);
+  cov.block<3, 3>(3, 3) = q_a * t + MQM * (t3 / 3.0);
   cov.block<3, 3>(3, 6) = MQ * (t2 / 2.0);
   cov.block<3, 3>(6, 6) = Q * t;
   cov.block<3, 3>(3, 0) = cov.block<3, 3>(0, 3).transpose();

@@ -70,6 +70,7 @@ class BaseFlight {
   const DriveTrack& track() const { return track_; }
   double gravity() const { return track_.gravity(); }
   const std::vector<ForceSample>& forces() const { return forces_; }
+  const Segment& segment(int s) const { return *segments_[s]; }
   int measurement_rows() const {
     return static_cast<int>(3 * plan_.fixes.size() + 2 * plan_.forces.size());
   }

@@ -97,9 +97,8 @@ NodeVector StartError(const NodeVector& node, const NodeVector& weights) {
 
 ContinuityResidual::Weights LinkWeights(const BaseFlight& flight, int s,
                                         const NoiseStrengths& noise) {
-  const auto& span = flight.plan().segments[s];
-  return StepWeights(noise.process, flight.scaling().DriftUnit(),
-                     SecondsBetween(span.begin, span.end), flight.gravity());
+  return StepWeights(noise.process, flight.scaling().DriftUnit(), flight.segment(s),
+                     flight.gravity());
 }
 
 SegmentRows PathRows(const LinearFlight& linear, int s) {

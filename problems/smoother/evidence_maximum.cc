@@ -5,12 +5,27 @@
 namespace trueline {
 namespace {
 
-constexpr double kSettled = 0.1;  // in reaches: a smaller step ends the search
+// A step that promises less of a gain ends the search. It is the last one.
+constexpr double kSettled = 0.1;
+constexpr int kHalvings = 3;
+// Second derivatives by two unknowns are computed where a step promises less: far from the maximum
+// they cost more than they tell.
+constexpr double kNear = 10.0;
 
 struct Parabola {
+  double middle;
   Eigen::VectorXd gradient;
   Eigen::MatrixXd curvature;  // minus the second derivative, made positive definite
+
+  Eigen::VectorXd Step() const { return curvature.ldlt().solve(gradient); }
+  double Promises(const Eigen::VectorXd& step) const { return 0.5 * gradient.dot(step); }
 };
+
+Eigen::MatrixXd PositiveDefinite(const Eigen::MatrixXd& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(symmetric);
+  const Eigen::VectorXd sizes = eigen.eigenvalues().cwiseAbs().cwiseMax(1e-6);
+  return eigen.eigenvectors() * sizes.asDiagonal() * eigen.eigenvectors().transpose();
+}
 
 // All in units of `reach`.
 Parabola FitParabola(const std::function<double(const Eigen::VectorXd&)>& value,
@@ -25,16 +40,15 @@ Parabola FitParabola(const std::function<double(const Eigen::VectorXd&)>& value,
   }
   Eigen::MatrixXd second = (up + down).asDiagonal();
   second.diagonal().array() -= 2.0 * middle;
+  const Parabola far{middle, 0.5 * (up - down), PositiveDefinite(-second)};
+  if (far.Promises(far.Step()) > kNear) return far;
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
       const double both = value(at + unit.col(i) + unit.col(j));
       second(i, j) = second(j, i) = both - up[i] - up[j] + middle;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(-second);
-  const Eigen::VectorXd sizes = eigen.eigenvalues().cwiseAbs().cwiseMax(1e-6);
-  return {0.5 * (up - down),
-          eigen.eigenvectors() * sizes.asDiagonal() * eigen.eigenvectors().transpose()};
+  return {middle, far.gradient, PositiveDefinite(-second)};
 }
 
 }  // namespace
@@ -51,11 +65,15 @@ EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorX
   Parabola parabola;
   for (int k = 0; k < max_steps && !maximum.converged; ++k) {
     parabola = FitParabola(value, z);
-    Eigen::VectorXd step = parabola.curvature.ldlt().solve(parabola.gradient);
+    Eigen::VectorXd step = parabola.Step();
     const double size = step.cwiseProduct(reach).cwiseAbs().maxCoeff();
     step *= std::min(1.0, longest / std::max(size, 1e-300));
+    for (int i = 0; i < kHalvings && parabola.Promises(step) > kSettled; ++i) {
+      if (value(z + step) >= parabola.middle) break;
+      step *= 0.5;
+    }
+    maximum.converged = parabola.Promises(step) < kSettled;
     z += step;
-    maximum.converged = step.cwiseAbs().maxCoeff() < kSettled;
   }
   maximum.at = z.cwiseProduct(reach);
   maximum.cov = reach.asDiagonal() * parabola.curvature.inverse() * reach.asDiagonal();

@@ -14,13 +14,15 @@ namespace {
 const double kLogSpread = std::log(3.0);  // prior of a strength's logarithm
 constexpr double kReach = 0.4;            // of a logarithm, between points of the parabola
 constexpr double kLatencyReach = 0.2;     // of the latency's prior sigma
-constexpr int kMaxSteps = 8;
+constexpr int kMaxSteps = 12;
+// Of the fits' costs. At a looser one the evidence depends on where a fit starts.
+constexpr double kTolerance = 3e-7;
 constexpr double kMargin = 1.0;  // s at a log's end that a latency may shift out of it
 
 // One unknown of the evidence: the option it sets, and its unit in the search.
 struct Unknown {
   std::string name, unit;
-  double& (*in)(VgdOptions*);  // the option
+  void (*set)(VgdOptions*, double);  // in the order of the unknowns
   double start, prior_sigma, reach;
   bool logarithm;
 
@@ -33,20 +35,27 @@ class Evidence {
            const WholeFlightOptions& whole)
       : flights_(flights), options_(options) {
     using Options = VgdOptions*;
+    const VgdOptions& vgd = options.vgd;
     if (whole.learn_strengths) {
-      AddStrength("tilt_drift", "rad", [](Options o) -> double& { return o->process.tilt; });
-      AddStrength("acceleration", "m/s^2/sqrt(Hz)",
-                  [](Options o) -> double& { return o->process.acceleration; });
-      if (options.vgd.UsesGusts()) {
-        AddStrength("gust", "m/s^2", [](Options o) -> double& { return o->process.gust; });
-        AddStrength("force_scale", "1",
-                    [](Options o) -> double& { return o->drag_measurement.scale; });
+      AddStrength("tilt_drift", "rad", vgd.process.tilt,
+                  [](Options o, double value) { o->process.tilt = value; });
+      AddStrength("acceleration", "m/s^2/sqrt(Hz)", vgd.process.acceleration,
+                  [](Options o, double value) { o->process.acceleration = value; });
+      AddStrength("thrust", "m/s^2/sqrt(Hz)", vgd.process.acceleration * vgd.process.thrust_factor,
+                  [](Options o, double value) {
+                    o->process.thrust_factor = value / o->process.acceleration;
+                  });
+      if (vgd.UsesGusts()) {
+        AddStrength("gust", "m/s^2", vgd.process.gust,
+                    [](Options o, double value) { o->process.gust = value; });
+        AddStrength("force_scale", "1", vgd.drag_measurement.scale,
+                    [](Options o, double value) { o->drag_measurement.scale = value; });
       }
     }
     if (whole.attitude_latency > 0.0) {
       unknowns_.push_back({"attitude_latency", "s",
-                           [](Options o) -> double& { return o->drive.attitude_latency; },
-                           options.vgd.drive.attitude_latency, whole.attitude_latency,
+                           [](Options o, double value) { o->drive.attitude_latency = value; },
+                           vgd.drive.attitude_latency, whole.attitude_latency,
                            kLatencyReach* whole.attitude_latency, false});
     }
     for (FlightShare& share : flights_)
@@ -58,7 +67,7 @@ class Evidence {
   VgdOptions With(const Eigen::VectorXd& z) const {
     VgdOptions vgd = options_.vgd;
     for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-      unknowns_[i].in(&vgd) = unknowns_[i].Value(z[i]);
+      unknowns_[i].set(&vgd, unknowns_[i].Value(z[i]));
     }
     return vgd;
   }
@@ -70,6 +79,7 @@ class Evidence {
     }
     FlightProblemOptions options = options_;
     options.vgd = With(z);
+    options.vgd.tolerance = std::min(options.vgd.tolerance, kTolerance);
     std::vector<std::unique_ptr<FlightData>> made;
     const auto shares = WithLatency(flights_, options_.vgd, options.vgd, &made);
     FlightProblem problem(shares, options);
@@ -106,10 +116,10 @@ class Evidence {
 
  private:
   // Where the option is not zero.
-  void AddStrength(const char* name, const char* unit, double& (*in)(VgdOptions*)) {
-    const double start = in(&options_.vgd);
+  void AddStrength(const char* name, const char* unit, double start,
+                   void (*set)(VgdOptions*, double)) {
     if (start > 0.0) {
-      unknowns_.push_back({name, unit, in, std::log(start), kLogSpread, kReach, true});
+      unknowns_.push_back({name, unit, set, std::log(start), kLogSpread, kReach, true});
     }
   }
   // Of the first `passes`. If all are asked for, `b` may lack some at the end.

@@ -19,10 +19,10 @@ struct Strengths {
 };
 
 // Maximises the marginal likelihood (Laplace's approximation over all states and parameters) over
-// the logarithms of process.tilt, process.acceleration and, where the accelerometer measures drag,
-// process.gust and the forces' scale; and over the latency if whole.attitude_latency is set.
-// Intervals come from the curvature. The priors of the logarithms have a sigma of a factor of
-// three.
+// the logarithms of process.tilt, process.acceleration across and along the thrust and, where the
+// accelerometer measures drag, process.gust and the forces' scale; and over the latency if
+// whole.attitude_latency is set. Intervals come from the curvature. The priors of the logarithms
+// have a sigma of a factor of three.
 Strengths LearnStrengths(const std::vector<FlightShare>& flights,
                          const FlightProblemOptions& options, const WholeFlightOptions& whole);
 

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kTiltFactors[] = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};  // of options.process.tilt
 constexpr double kGustFactors[] = {0.25, 1.0, 2.0, 4.0, 8.0};         // of options.process.gust
+constexpr double kThrustFactors[] = {0.25, 0.5, 1.0, 2.0, 4.0, 8.0};  // of its thrust_factor
 const double kPriorSpread = std::log(3.0);  // of the hypotheses' logarithms
 constexpr double kMisfit = 2.0;  // mean square of whitened residuals that no drift explains
 // One term of the evidence: three passes and the arcs between them (two at the flight's start). The
@@ -50,6 +51,10 @@ ProcessLearner::ProcessLearner(const VgdOptions& options) : options_(options) {
       hypotheses_.push_back(hypothesis);
     }
   }
+  for (const double factor : kThrustFactors) {
+    thrusts_.push_back({options.process, LogPrior(factor)});
+    thrusts_.back().process.thrust_factor *= factor;
+  }
 }
 
 ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const WindowData& data,
@@ -63,12 +68,16 @@ ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const Window
   return {cost, problem.LogEvidence()};
 }
 
-std::vector<ProcessLearner::Hypothesis*> ProcessLearner::Contenders() {
-  double best = -std::numeric_limits<double>::infinity();
-  for (const Hypothesis& hypothesis : hypotheses_)
-    best = std::max(best, hypothesis.log_probability);
+template <class Hypothesis>
+const Hypothesis& MostProbable(const std::vector<Hypothesis>& hypotheses) {
+  return *std::ranges::max_element(hypotheses, {}, &Hypothesis::log_probability);
+}
+
+std::vector<ProcessLearner::Hypothesis*> ProcessLearner::Contenders(
+    std::vector<Hypothesis>* hypotheses) {
+  const double best = MostProbable(*hypotheses).log_probability;
   std::vector<Hypothesis*> contenders;
-  for (Hypothesis& hypothesis : hypotheses_) {
+  for (Hypothesis& hypothesis : *hypotheses) {
     if (hypothesis.log_probability > best - kOut) {
       contenders.push_back(&hypothesis);
     } else {
@@ -78,12 +87,9 @@ std::vector<ProcessLearner::Hypothesis*> ProcessLearner::Contenders() {
   return contenders;
 }
 
-void ProcessLearner::Learn(const FlightData& flight, int tau) {
-  int first = tau - 1;
-  while (first > 0 && tau - first < kPasses && flight.HasArc(first)) --first;
-  if (tau % kStride != 0 || tau - first < 2) return;
-  WindowData data = CutWindow(flight, options_, first, tau, false);
-  const std::vector<Hypothesis*> contenders = Contenders();
+bool ProcessLearner::AddEvidence(const FlightData& flight, WindowData data,
+                                 std::vector<Hypothesis>* hypotheses) {
+  const std::vector<Hypothesis*> contenders = Contenders(hypotheses);
   std::vector<double> evidence;
   double least_cost = std::numeric_limits<double>::infinity();
   for (const Hypothesis* hypothesis : contenders) {
@@ -94,10 +100,11 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
   // If no drift makes the passes consistent, fixes are false; such a term dominates the sum, so it
   // is left out. (A cost is half a sum of squares with an expectation of one for each residual.)
   const double residuals = 3.0 * data.fixes.size() + 2.0 * data.forces.size();
-  if (least_cost > 0.5 * kMisfit * residuals) return;
-  const double best = *std::max_element(evidence.begin(), evidence.end());
+  if (least_cost > 0.5 * kMisfit * residuals) return false;
+  const double best = *std::ranges::max_element(evidence);
   // The choice of the false pass hardly affects the drift.
-  if (!flight.continuous) data.offsets = {{tau - first - 1, kFalseOffset, kFalseOffsetRate}};
+  const int last_pass = static_cast<int>(data.passes.size()) - 1;
+  if (!flight.continuous) data.offsets = {{last_pass, kFalseOffset, kFalseOffsetRate}};
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (evidence[i] < best - kInconsistent && !data.offsets.empty()) {
       const double if_false = Solve(flight, data, contenders[i]->process).log_evidence + kLogFalse;
@@ -105,14 +112,28 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
     }
     contenders[i]->log_probability += evidence[i];
   }
+  return true;
 }
 
-const ProcessNoise& ProcessLearner::Process() const {
-  const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
-                                     [](const Hypothesis& a, const Hypothesis& b) {
-                                       return a.log_probability < b.log_probability;
-                                     });
-  return best->process;
+void ProcessLearner::Learn(const FlightData& flight, int tau) {
+  int first = tau - 1;
+  while (first > 0 && tau - first < kPasses && flight.HasArc(first)) --first;
+  if (tau % kStride != 0 || tau - first < 2) return;
+  const WindowData data = CutWindow(flight, options_, first, tau, false);
+  if (!AddEvidence(flight, data, &hypotheses_)) return;
+  for (Hypothesis& thrust : thrusts_) {
+    const double factor = thrust.process.thrust_factor;
+    thrust.process = Process();
+    thrust.process.thrust_factor = factor;
+  }
+  AddEvidence(flight, data, &thrusts_);
+  const double factor = MostProbable(thrusts_).process.thrust_factor;
+  for (Hypothesis& hypothesis : hypotheses_) hypothesis.process.thrust_factor = factor;
+}
+
+const ProcessLearner::Hypothesis& ProcessLearner::MostProbable(
+    const std::vector<Hypothesis>& hypotheses) {
+  return *std::ranges::max_element(hypotheses, {}, &Hypothesis::log_probability);
 }
 
 std::vector<ProcessNoise> LearnProcess(const FlightData& flight, const VgdOptions& options) {

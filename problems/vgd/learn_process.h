@@ -8,7 +8,8 @@
 
 namespace trueline {
 
-// Empirical Bayes over a grid of hypotheses for the stationary sigmas of tilt and gust. The log
+// Empirical Bayes over a grid of hypotheses for the stationary sigmas of tilt and gust, and beside
+// the most probable of these for the unmodelled acceleration along the thrust. The log
 // evidence (marginal likelihood, by Laplace's approximation) of every arc between two passes is
 // summed as the flight goes on, so a prediction uses past flight only. A fixed sigma would be too
 // wide for some vehicles and too narrow for others, and so would the stated uncertainty. The
@@ -23,7 +24,7 @@ class ProcessLearner {
   void Learn(const FlightData& flight, int tau);
 
   // The most probable hypothesis.
-  const ProcessNoise& Process() const;
+  const ProcessNoise& Process() const { return MostProbable(hypotheses_).process; }
 
  private:
   struct Hypothesis {
@@ -35,10 +36,15 @@ class ProcessLearner {
     double log_evidence;
   };
   Fit Solve(const FlightData& flight, const WindowData& data, const ProcessNoise& process);
-  std::vector<Hypothesis*> Contenders();
+  // Adds the evidence of a stretch to each hypothesis that is not rejected. False if the stretch
+  // fits none of them.
+  bool AddEvidence(const FlightData& flight, WindowData data, std::vector<Hypothesis>* hypotheses);
+  static std::vector<Hypothesis*> Contenders(std::vector<Hypothesis>* hypotheses);
+  static const Hypothesis& MostProbable(const std::vector<Hypothesis>& hypotheses);
 
   VgdOptions options_;
-  std::vector<Hypothesis> hypotheses_;
+  std::vector<Hypothesis> hypotheses_;  // of tilt and gust, with the best factor along the thrust
+  std::vector<Hypothesis> thrusts_;     // of that factor, with the best tilt and gust
 };
 
 // For each pass tau the process (index tau - 1) of the window that ends there, learned from the

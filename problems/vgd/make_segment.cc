@@ -42,9 +42,10 @@ std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval) {
 // A negligible floor keeps the covariance regular if a process is switched off: 1 mm, 1 mm/s,
 // 0.0006 deg.
 ContinuityResidual::Weights StepWeights(const ProcessNoise& noise,
-                                        const Eigen::Vector3d& drift_unit, double seconds,
+                                        const Eigen::Vector3d& drift_unit, const Segment& segment,
                                         double gravity) {
-  Matrix9d cov = ProcessCovariance(noise, seconds, gravity);
+  const double seconds = SecondsBetween(segment.start(), segment.end());
+  Matrix9d cov = ProcessCovariance(noise, seconds, gravity, segment.thrust_axis());
   cov.diagonal().head<6>().array() += 1e-6;
   cov.diagonal().tail<3>().array() += 1e-10;
   const Matrix9d L = cov.llt().matrixL();

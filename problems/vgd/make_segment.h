@@ -18,10 +18,10 @@ std::unique_ptr<Segment> MakeSegment(const DriveTrack& track, const WindowData& 
 // Divides [from, to] evenly into steps of at most `interval` seconds; both ends are knots.
 std::vector<TimeNs> EvenKnots(TimeNs from, TimeNs to, double interval);
 
-// The process over `seconds`: decay, and weights by the covariance that it adds. drift_unit: rad
+// The process over a segment: decay, and weights by the covariance that it adds. drift_unit: rad
 // for each unit of a node's drift.
 ContinuityResidual::Weights StepWeights(const ProcessNoise& noise,
-                                        const Eigen::Vector3d& drift_unit, double seconds,
+                                        const Eigen::Vector3d& drift_unit, const Segment& segment,
                                         double gravity);
 // Log determinant of these weights, the gust's included if `gusts`.
 double LogDeterminant(const ContinuityResidual::Weights& weights, bool gusts);

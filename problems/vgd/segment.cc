@@ -4,12 +4,13 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace trueline {
 namespace {
 
-// Mean thrust around t: single samples contain vibration, and noise in this factor would attenuate
-// drag.
+// Mean thrust around t: single samples contain vibration and noise, which would attenuate what this
+// factor multiplies, drag or a misalignment of the accelerometer.
 double MeanThrust(const DriveTrack& track, TimeNs t) {
   constexpr double kThrustReach = 0.05;  // s, to either side
   const DriveSteps steps = track.steps();
@@ -90,6 +91,30 @@ ParameterScaling::ParameterScaling(const VgdOptions& options) {
 
 namespace {
 
+// z of the IMU. E' replaces E.
+Eigen::Vector3d ThrustAxisAt(const DriveTrack& track, TimeNs t) {
+  return track.steps()[track.StepAt(t)].drive.R_Ep_I.col(2);
+}
+
+// Derivatives of (p_E, v_E) at the chain's times to the gusts at its ends.
+std::vector<StateByGusts::Slope> GustSlopes(const DriveTrack& track, const MotionChain& chain) {
+  constexpr double kStep = 0.05;  // s, in which the axis of the thrust is constant
+  StateByGusts state(SecondsBetween(chain.start(), chain.times().back()));
+  std::vector<StateByGusts::Slope> slopes;
+  TimeNs at = chain.start();
+  for (const TimeNs t : chain.times()) {
+    const int steps = static_cast<int>(std::ceil(SecondsBetween(at, t) / kStep));
+    const TimeNs from = at;
+    for (int i = 1; i <= steps; ++i) {
+      const TimeNs to = from + (t - from) * i / steps;
+      state.Advance(SecondsBetween(chain.start(), to), ThrustAxisAt(track, at + (to - at) / 2));
+      at = to;
+    }
+    slopes.push_back(state.d());
+  }
+  return slopes;
+}
+
 std::vector<TimeNs> Merged(const std::vector<TimeNs>& a, const std::vector<TimeNs>& b) {
   std::vector<TimeNs> all;
   std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
@@ -106,18 +131,22 @@ Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs
       attitude_errors_(scaling.DriftUnit().cwiseInverse().asDiagonal() *
                        track.attitude_errors().MeanOver(start, chain_.times().back()) *
                        scaling.sigma.tail<kFilterSize>().asDiagonal()),
+      thrust_axis_(ThrustAxisAt(track, start + (chain_.times().back() - start) / 2)),
       gravity_(track.gravity()),
       axis_(track.thrust_axis()),
       effects_(track.force_effects()),
-      states_(chain_.times().size()) {
+      states_(chain_.times().size()),
+      by_gusts_(GustSlopes(track, chain_)) {
   for (const TimeNs t : chain_.times()) {
     has_slopes_.push_back(std::binary_search(times.begin(), times.end(), t));
   }
   for (StateNode& node : states_) node.d_state.topLeftCorner<3, 3>().setIdentity();
   forces_.reserve(force_times.size());
   for (const TimeNs t : force_times) {
-    forces_.push_back({IndexOf(t), SecondsBetween(track.log_start(), t),
-                       track.steps()[track.StepAt(t)].drive, MeanThrust(track, t), ForceNode()});
+    const double thrust = MeanThrust(track, t);
+    const Drive drive{track.steps()[track.StepAt(t)].drive.R_Ep_I, -thrust};
+    forces_.push_back(
+        {IndexOf(t), SecondsBetween(track.log_start(), t), drive, thrust, ForceNode()});
     forces_.back().node.d_theta.middleCols<2>(kForceBiasInTheta) =
         Eigen::Vector2d(scaling.sigma.segment<2>(kForceBiasInTheta)).asDiagonal();
   }
@@ -138,10 +167,6 @@ const Segment::Force& Segment::FindForce(TimeNs t) const {
 }
 
 const ForceNode* Segment::ForceAt(TimeNs t) const { return &FindForce(t).node; }
-
-Eigen::Matrix<double, 6, 4> Segment::StateGustsAt(TimeNs t) const {
-  return StateByGusts(SecondsBetween(start(), t), SecondsBetween(start(), end()));
-}
 
 // E' replaces E: the gust's direction is off by the AHRS's small error.
 Eigen::Matrix<double, 2, 4> Segment::ForceByGusts(const Force& force) const {
@@ -164,7 +189,7 @@ Eigen::Matrix<double, 3, 2> Segment::BodyAxesAtStart() const {
 
 void Segment::AddGusts(const GustPair& gusts) {
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    states_[i].value += StateGustsAt(times()[i]) * gusts;
+    states_[i].value += by_gusts_[i] * gusts;
   }
   for (Force& force : forces_) force.node.value += ForceByGusts(force) * gusts;
 }

@@ -46,13 +46,15 @@ class Segment {
   const StateNode* StateAt(TimeNs t) const { return &states_[IndexOf(t)]; }
   const ForceNode* ForceAt(TimeNs t) const;
   // Derivatives of these nodes to the gusts at the segment's ends.
-  Eigen::Matrix<double, 6, 4> StateGustsAt(TimeNs t) const;
+  const StateByGusts::Slope& StateGustsAt(TimeNs t) const { return by_gusts_[IndexOf(t)]; }
   Eigen::Matrix<double, 2, 4> ForceGustsAt(TimeNs t) const;
   int force_count() const { return static_cast<int>(forces_.size()); }
   // Body x and y axes in E at the first force sample (zero if there is none), up to the AHRS's
   // error.
   Eigen::Matrix<double, 3, 2> BodyAxesAtStart() const;
   const StateNode* end_node() const { return &states_.back(); }
+  // z of the IMU in E halfway, up to the AHRS's error.
+  const Eigen::Vector3d& thrust_axis() const { return thrust_axis_; }
   TimeNs start() const { return chain_.start(); }
   TimeNs end() const { return chain_.times().back(); }
   const std::vector<TimeNs>& times() const { return chain_.times(); }
@@ -95,11 +97,13 @@ class Segment {
   const ParameterScaling* scaling_;
   // Of the scaled Phi_E_Ep by the scaled errors of the attitude filter, as constant as a drift is.
   AttitudeErrors::Slopes attitude_errors_;
+  Eigen::Vector3d thrust_axis_;
   double gravity_;
   ThrustAxis axis_;
   ForceEffects effects_;
   std::vector<StateNode> states_;  // by time
   std::vector<bool> has_slopes_;   // by time
+  std::vector<StateByGusts::Slope> by_gusts_;  // of (p_E, v_E), by time
   std::vector<Force> forces_;      // ascending in time
   bool follows_ = false;
   // The nodes' linearisation point, and their values there (without gusts).

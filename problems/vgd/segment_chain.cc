@@ -114,9 +114,8 @@ void SegmentChain::AddForce(std::size_t s, const ForceSample& force, double sigm
 
 void SegmentChain::AddStep(std::size_t s, double gravity) {
   const Segment& segment = *segments_[s];
-  const double seconds = SecondsBetween(segment.start(), segment.end());
   const ContinuityResidual::Weights weights =
-      StepWeights(options_.process, scaling_.DriftUnit(), seconds, gravity);
+      StepWeights(options_.process, scaling_.DriftUnit(), segment, gravity);
   log_weights_ += LogDeterminant(weights, HasGusts());
   Term& term = NewTerm(
       &terms_[s], new ContinuityResidual(segment.end_node(), weights, StateGusts(s, segment.end())),

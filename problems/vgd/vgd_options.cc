@@ -25,6 +25,7 @@ void SerializePriors(YamlArchive* a, VgdOptions* o) {
 
 void SerializeProcess(YamlArchive* a, ProcessNoise* process) {
   a->NotNegative("acceleration_mps2_per_sqrt_hz", &process->acceleration);
+  a->Positive("thrust_factor", &process->thrust_factor);
   a->NotNegative("tilt_deg", &process->tilt, kDegree);
   a->NotNegative("heading_deg", &process->heading, kDegree);
   a->Positive("memory_s", &process->memory);

@@ -66,7 +66,7 @@ VgdOptions EveryOptionChanged() {
   o.loss = FixLoss::kCauchy;
   o.loss_scale = 3.0;
   o.whiten = false;
-  o.process = {0.2, 0.03, 0.04, 2.5, 0.11, 1.7};
+  o.process = {0.2, 1.5, 0.03, 0.04, 2.5, 0.11, 1.7};
   o.adapt_drift = false;
   o.knot_interval = 0.4;
   o.drag_measurement = {false, 0.07, 0.3, 2.0};

@@ -12,7 +12,10 @@ namespace trueline {
 namespace {
 
 constexpr double kG = 9.81;
-const ProcessNoise kNoise{.acceleration = 0.3, .tilt = 0.05, .heading = 0.02, .memory = 0.8};
+const ProcessNoise kNoise{
+    .acceleration = 0.3, .thrust_factor = 2.0, .tilt = 0.05, .heading = 0.02, .memory = 0.8};
+
+const Eigen::Vector3d kThrustAxis(0.6, 0.0, 0.8);
 
 // dx = F x dt + L dw with x = (p, v, drift): F holds dp = v and dv = g (-theta, phi, 0).
 Matrix9d SystemMatrix() {
@@ -27,7 +30,9 @@ Matrix9d SystemMatrix() {
 Matrix9d Density(double seconds) {
   const double reached = 1.0 - std::exp(-2.0 * seconds / kNoise.memory);
   Matrix9d Q = Matrix9d::Zero();
-  Q.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() * 0.09;
+  // 0.3 across the axis, twice as much along it.
+  const Eigen::Matrix3d along = kThrustAxis * kThrustAxis.transpose();
+  Q.block<3, 3>(3, 3) = 0.09 * (Eigen::Matrix3d::Identity() - along) + 0.36 * along;
   Q.diagonal().tail<3>() = Eigen::Vector3d(0.0025, 0.0025, 0.0004) * reached / seconds;
   return Q;
 }
@@ -44,14 +49,14 @@ TEST(ProcessCovariance, SolvesItsLyapunovEquation) {
                      k4 = rate(P + k3 * h);
       P += (k1 + 2 * k2 + 2 * k3 + k4) * h / 6;
     }
-    EXPECT_LT((ProcessCovariance(kNoise, seconds, kG) - P).norm(), 1e-6 * P.norm()) << seconds;
+    EXPECT_LT((ProcessCovariance(kNoise, seconds, kG, kThrustAxis) - P).norm(), 1e-6 * P.norm()) << seconds;
   }
 }
 
 TEST(ProcessCovariance, AgreesWithSampledPaths) {
   const double seconds = 0.8;
   const int paths = 4000, steps = 40;
-  const Eigen::Matrix<double, 9, 1> density = Density(seconds).diagonal();
+  const Matrix9d root = Eigen::SelfAdjointEigenSolver<Matrix9d>(Density(seconds)).operatorSqrt();
   const Matrix9d F = SystemMatrix();
   const double h = seconds / steps;
   Random random(7, "paths");
@@ -59,14 +64,15 @@ TEST(ProcessCovariance, AgreesWithSampledPaths) {
   for (int k = 0; k < paths; ++k) {
     Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Zero();
     for (int i = 0; i < steps; ++i) {
-      Eigen::Matrix<double, 9, 1> noise;
-      for (int j = 0; j < 9; ++j) noise[j] = std::sqrt(density[j] * h) * random.Normal();
+      Eigen::Matrix<double, 9, 1> drawn;
+      for (int j = 0; j < 9; ++j) drawn[j] = random.Normal();
+      const Eigen::Matrix<double, 9, 1> noise = std::sqrt(h) * root * drawn;
       const Eigen::Matrix<double, 9, 1> middle = x + 0.5 * noise;
       x += F * (middle + 0.5 * h * F * middle) * h + noise;
     }
     sum += x * x.transpose();
   }
-  const Matrix9d cov = ProcessCovariance(kNoise, seconds, kG);
+  const Matrix9d cov = ProcessCovariance(kNoise, seconds, kG, kThrustAxis);
   const Eigen::Matrix<double, 9, 1> sigma = cov.diagonal().cwiseSqrt();
   const Matrix9d difference = sum / paths - cov;
   for (int i = 0; i < 9; ++i) {
@@ -77,7 +83,7 @@ TEST(ProcessCovariance, AgreesWithSampledPaths) {
 // The tilt's effect on the velocity (the matrix M) is that of the model itself near level flight.
 TEST(ProcessCovariance, TiltsGravityAsTheModelDoes) {
   const Drive hover{Eigen::Matrix3d::Identity(), -kG};
-  const Matrix9d cov = ProcessCovariance(kNoise, 0.5, kG);
+  const Matrix9d cov = ProcessCovariance(kNoise, 0.5, kG, Eigen::Vector3d::UnitZ());
   const double gain = 0.25 / 2.0;  // of cov(v, drift) = M Q t^2 / 2
   for (int axis = 0; axis < 3; ++axis) {
     ImuDrivenParameters<double> p;

@@ -186,7 +186,7 @@ TEST_F(SegmentTest, FollowsItsDerivativesOnlyWhereThatIsExactEnough) {
 // only where the covariance is diagonal.
 TEST_F(SegmentTest, ContinuityWhitensWithAFullCovariance) {
   const ProcessNoise noise{.acceleration = 0.3, .tilt = 0.05, .heading = 0.02, .memory = 1.0};
-  const Matrix9d cov = ProcessCovariance(noise, 1.0, 9.81);
+  const Matrix9d cov = ProcessCovariance(noise, 1.0, 9.81, Eigen::Vector3d::UnitZ());
   ASSERT_GT(cov(0, 3), 0.8 * std::sqrt(cov(0, 0) * cov(3, 3)));  // far from diagonal
   const Matrix9d L = cov.llt().matrixL();
   const ContinuityResidual plain(segment_.end_node(),

@@ -161,7 +161,7 @@ TEST(WholeFlight, FindsTheLatencyOfTheAttitude) {
   ASSERT_EQ(result.strengths.size(), 1U);
   const LearnedStrength& found = result.strengths[0];
   EXPECT_EQ(found.name, "attitude_latency");
-  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.06, 0.0134);
+  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.06, 0.0214);
 }
 
 // A common displacement of all gates is not observable; displacements between gates are.

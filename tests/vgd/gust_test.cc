@@ -14,17 +14,26 @@ namespace {
 
 using testing_vgd::Flight;
 
-TEST(Gust, MovesTheStateAsItsTwiceIntegral) {
+// Of the part across a thrust axis that leans more and more, integrated in small steps.
+TEST(Gust, MovesTheStateAsItsTwiceIntegralAcrossTheThrust) {
   const GustPair gusts(0.3, -0.2, 0.1, 0.4);
   const double h = 0.5, t_end = 0.37, dt = 1e-5;
+  const auto thrust_axis = [](double t) {
+    return Eigen::Vector3d(std::sin(t), 0.3, 1.0).normalized();
+  };
   Eigen::Matrix<double, 6, 1> x = Eigen::Matrix<double, 6, 1>::Zero();
   for (double t = 0.5 * dt; t < t_end; t += dt) {
     const double u = t / h;
-    const Eigen::Vector2d a = (1.0 - u) * gusts.head<2>() + u * gusts.tail<2>();
-    x.head<2>() += dt * (x.segment<2>(3) + 0.5 * dt * a);
-    x.segment<2>(3) += dt * a;
+    Eigen::Vector3d a = Eigen::Vector3d::Zero();
+    a.head<2>() = (1.0 - u) * gusts.head<2>() + u * gusts.tail<2>();
+    a -= a.dot(thrust_axis(t)) * thrust_axis(t);
+    x.head<3>() += dt * (x.tail<3>() + 0.5 * dt * a);
+    x.tail<3>() += dt * a;
   }
-  EXPECT_LT((StateByGusts(t_end, h) * gusts - x).norm(), 1e-5);
+  StateByGusts state(h);
+  for (int i = 1; i <= 37; ++i) state.Advance(0.01 * i, thrust_axis(0.01 * (i - 0.5)));
+  EXPECT_LT((state.d() * gusts - x).norm(), 1e-5);
+  EXPECT_GT(std::abs(x[5]), 1e-3);  // a gust that the vehicle leans into moves it vertically
 }
 
 // All residuals of a window against all of its unknowns, by central differences: gusts through
