@@ -174,13 +174,14 @@ def summarise(flights, of):
     return rows
 
 
-def run(arguments, config, changes, out):
-    """Flights of one kind."""
+def run(arguments, config, changes, out, kind=0):
+    """Flights of one kind; those of another kind have other seeds, so that all are independent."""
     out.mkdir(parents=True, exist_ok=True)
+    first = arguments.first_seed + 1000 * kind
     with ThreadPoolExecutor(arguments.jobs) as pool:
         return list(pool.map(
             lambda seed: fly(arguments, config, changes, seed, out),
-            range(arguments.first_seed, arguments.first_seed + arguments.flights)))
+            range(first, first + arguments.flights)))
 
 
 def report(flights, title, out):
@@ -236,11 +237,11 @@ def main():
         report(flights, pathlib.Path(arguments.config).stem, arguments.work)
         return
     every = []
-    for name, (config, changes) in SUITE.items():
+    for kind, (name, (config, changes)) in enumerate(SUITE.items()):
         if arguments.only not in name:
             continue
         out = arguments.work / name.replace(",", "").replace(" ", "_")
-        flights = run(arguments, config, changes, out)
+        flights = run(arguments, config, changes, out, kind)
         report(flights, name, out)
         every += flights
     report(every, "all", arguments.work)
