@@ -135,9 +135,10 @@ struct Ordinary {
 };
 constexpr Ordinary kOrdinary[] = {
     {"tilt_drift", 0.12, "the logged attitude is not that of the flight (wrong frame or clock?)"},
-    {"acceleration", 1.0,
-     "forces act that no model here has, or the accelerometer is useless "
-     "(try --thrust=level_flight)"},
+    {"acceleration", 1.0, "forces act that no model here has"},
+    {"thrust", 1.0,
+     "the accelerometer's z axis is useless (try --thrust=level_flight), or forces act along it "
+     "that it does not measure"},
     {"gust", 2.0,
      "strong gusts, or the accelerometer's x and y axes are useless (set "
      "drag_measurement: {enabled: false})"}};

@@ -100,7 +100,11 @@ std::string WhyNotNamed(const Cause& cause, bool gains) {
     const bool contradicted = cause.confirmed.has_value() && !repeats;
     const bool clear = ClearLoss(cause.gain, cause.open_loop) && !AgreesBetter(cause);
     const bool lost = clear || (contradicted && !no_loss);
-    return lost ? "its witness shows it, but held-out flight is predicted worse" : "";
+    if (lost) return "its witness shows it, but held-out flight is predicted worse";
+    if (!repeats && Worse(cause.agreement)) {
+      return "the corrected sensor agrees worse with mocap on held-out flight";
+    }
+    return "";
   }
   if (cause.times_detectable < kLeastShown && !repeats) {
     return fmt::format("of {:.2f} times the size that this flight shows with good chance",

@@ -95,16 +95,19 @@ TEST(Judge, ManyFalsePassesArePoor) {
 TEST(Judge, ForcesAndDriftsOfNoVehicleArePoor) {
   WholeFlight whole;
   whole.strengths = {{"acceleration", 0.9, 0.8, 1.0, "m/s^2/sqrt(Hz)"},
+                     {"thrust", 0.9, 0.8, 1.0, "m/s^2/sqrt(Hz)"},
                      {"tilt_drift", 0.1, 0.08, 0.12, "rad"}};
   Verdict verdict{"usable", {}};
   JudgeStrengths(whole, &verdict);
   EXPECT_EQ(verdict.word, "usable");
   whole.strengths[0].value = 13.8;
-  whole.strengths[1].value = 0.6;
+  whole.strengths[1].value = 1.5;
+  whole.strengths[2].value = 0.6;
   JudgeStrengths(whole, &verdict);
   EXPECT_EQ(verdict.word, "poor");
   EXPECT_THAT(verdict.reasons,
-              ElementsAre(HasSubstr("acceleration of 14"), HasSubstr("tilt_drift of 0.6")));
+              ElementsAre(HasSubstr("acceleration of 14"), HasSubstr("thrust of 1.5"),
+                          HasSubstr("tilt_drift of 0.6")));
 }
 
 // A run of 18 windows of three passes under a prior of K_x, whose data alone say `data`.

@@ -117,6 +117,15 @@ TEST(Rules, AWitnessOutweighsAClearLossWhereItsStreamAgreesBetter) {
   EXPECT_THAT(Why(cause), HasSubstr("its gain may be zero"));
 }
 
+// A latency of 13 ms that mocap's attitude shows on one half of a flight and not on the other.
+TEST(Rules, AWitnessMustHoldOnHeldOutFlight) {
+  Cause cause = CauseWith(kEither, kEither, "confirms");
+  cause.agreement = GainOf(0.0214, 0.0270, -0.0087, -0.0026);
+  EXPECT_THAT(Why(cause), HasSubstr("agrees worse with mocap"));
+  cause.confirmed = true;
+  EXPECT_EQ(Why(cause), "");
+}
+
 // On a Bebop mocap's attitude shows a small error of the filter. It gains nothing on held-out
 // flight and another flight does not have it.
 TEST(Rules, AWitnessAloneDoesNotOutweighALossAndAnotherFlight) {
