@@ -17,6 +17,7 @@ constexpr double kLatencyReach = 0.2;     // of the latency's prior sigma
 constexpr int kMaxSteps = 12;
 // Of the fits' costs. At a looser one the evidence depends on where a fit starts.
 constexpr double kTolerance = 3e-7;
+constexpr double kMostSpread = 0.5;  // of a logarithm's posterior, that Laplace's method describes
 constexpr double kMargin = 1.0;  // s at a log's end that a latency may shift out of it
 
 // One unknown of the evidence: the option it sets, and its unit in the search.
@@ -171,7 +172,14 @@ Strengths LearnStrengths(const std::vector<FlightShare>& flights,
     result.learned.push_back({unknowns[i].name, unknowns[i].Value(z), unknowns[i].Value(z - half),
                               unknowns[i].Value(z + half), unknowns[i].unit});
   }
-  result.vgd = evidence.With(maximum.at);
+  // Intervals are those of an average over the strengths' posterior: variances grow with the mean
+  // square of a strength, which exceeds the square of its mode.
+  Eigen::VectorXd root_mean_square = maximum.at;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!unknowns[i].logarithm) continue;
+    root_mean_square[i] += std::min(maximum.cov(i, i), kMostSpread * kMostSpread);
+  }
+  result.vgd = evidence.With(root_mean_square);
   // The forces' own scatter makes room for gusts of the right strength while these are learned.
   // What is left in the forces is no white noise, so the fit keeps the larger sigma.
   result.vgd.drag_measurement.scale = options.vgd.drag_measurement.scale;

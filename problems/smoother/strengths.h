@@ -9,7 +9,7 @@
 namespace trueline {
 
 struct Strengths {
-  VgdOptions vgd;  // with the learned values
+  VgdOptions vgd;  // with the strengths' root mean squares, and the learned latency
   std::vector<LearnedStrength> learned;
   // The flights with the learned attitude latency; empty if it is not learned.
   std::vector<std::unique_ptr<FlightData>> flights;

@@ -102,6 +102,8 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
   const std::vector<int> asked = Asked(problem, all);
   const Eigen::MatrixXd model_cov = means.cov;
   WidenDrag(means.drag_errors, options.vgd, means.force_sigma, all.sigma, &means.cov);
+  const Eigen::VectorXd deviation =
+      ReturnDrag(options.vgd, model_cov, means.cov, means.value);
   WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
@@ -114,9 +116,9 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
   result->unobservable = shown.combinations;
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const int i = asked[k];
-    const double value = all.mean[i] + all.sigma[i] * means.value[i];
-    const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], value);
-    result->parameters.push_back({names[k], value, sigma[k] * std::sqrt(cov(k, k)), units[k],
+    const double fitted = all.mean[i] + all.sigma[i] * means.value[i];
+    const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], fitted);
+    result->parameters.push_back({names[k], all.mean[i] + all.sigma[i] * deviation[i], sigma[k] * std::sqrt(cov(k, k)), units[k],
                                   at_bound ? "at_bound" : shown.status[k],
                                   sigma[k] * std::sqrt(model_cov(i, i))});
   }

@@ -87,4 +87,18 @@ void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double 
   *cov = (shrink.asDiagonal() * *cov * shrink.asDiagonal()).eval();
 }
 
+Eigen::VectorXd ReturnDrag(const VgdOptions& options, const Eigen::MatrixXd& cov,
+                           const Eigen::MatrixXd& wider, Eigen::VectorXd deviation) {
+  constexpr double kNone = 1e-6;  // of a prior's precision: the data say nothing
+  if (options.ranges != RangeUse::kPrior) return deviation;
+  for (const int k : {kDragInTheta, kDragInTheta + 1}) {
+    const double variance = cov(k, k);
+    if (!(variance > 0.0) || 1.0 - variance < kNone) continue;
+    // A posterior variance of c under a unit prior leaves the data a weight of 1 - c.
+    const double left = std::clamp((1.0 - wider(k, k)) / (1.0 - variance), 0.0, 1.0);
+    deviation += (left - 1.0) * deviation[k] / variance * cov.col(k);
+  }
+  return deviation;
+}
+
 }  // namespace trueline

@@ -56,4 +56,11 @@ void Widen(int unknown, double variance, Eigen::MatrixXd* cov);
 void WidenDrag(const DragErrors& drag_errors, const VgdOptions& options, double force_sigma,
                const Eigen::VectorXd& unit, Eigen::MatrixXd* cov);
 
+// The values that go with a covariance of drag that was widened from `cov` to `wider`: with less
+// information from the data the drag returns to its prior's mean, and what is correlated with it
+// follows. deviation: from the priors' means; all in units of the prior sigmas. Unchanged where the
+// fit has no priors.
+Eigen::VectorXd ReturnDrag(const VgdOptions& options, const Eigen::MatrixXd& cov,
+                           const Eigen::MatrixXd& wider, Eigen::VectorXd deviation);
+
 }  // namespace trueline

@@ -54,33 +54,38 @@ void StoreParameters(const VgdOptions& options, WindowProblem* problem,
                      const WindowProblem::Uncertainty& uncertainty, double force_sigma,
                      WindowEstimate* estimate) {
   const int count = problem->HasForces() ? kStatedSize : kMotionSize;
-  const auto value = problem->Parameters();
+  const Eigen::VectorXd fitted = problem->Parameters().head(count);
   std::vector<std::string> names(count), units(count);
-  Eigen::VectorXd prior(count);
+  Eigen::VectorXd prior(count), mean(count);
   for (int i = 0; i < count; ++i) {
     names[i] = kTheta[i].name;
     units[i] = kTheta[i].unit;
     prior[i] = options.PriorOf(i).sigma;
+    mean[i] = options.PriorOf(i).mean;
   }
   const Eigen::VectorXd reference = ReferenceSigma(prior);
   const bool without_prior = options.ranges != RangeUse::kPrior;
   Eigen::MatrixXd cov = uncertainty.cov.topLeftCorner(count, count);
   Eigen::MatrixXd shown = UnderReference(cov, PriorWeights(options, count), prior, reference);
+  const Eigen::MatrixXd model_cov = cov;
   WidenDrag(uncertainty.drag_errors, options, force_sigma, prior, &cov);
+  const Eigen::VectorXd deviation = (fitted - mean).cwiseQuotient(prior);
+  const Eigen::VectorXd value =
+      mean + prior.cwiseProduct(ReturnDrag(options, model_cov, cov, deviation));
   WidenDrag(uncertainty.drag_errors, options, force_sigma, reference, &shown);
   const Identifiability identifiability = AnalyseIdentifiability(names, units, reference, shown);
   estimate->unobservable = identifiability.combinations;
   for (int i = 0; i < count; ++i) {
     std::string status = identifiability.status[i];
     const bool bounded = options.ranges != RangeUse::kStart;
-    if (bounded && AtBound(options.PriorOf(i), value[i])) status = "at_bound";
+    if (bounded && AtBound(options.PriorOf(i), fitted[i])) status = "at_bound";
     const double sigma = prior[i] * std::sqrt(cov(i, i));
     // Without a prior the estimate is no better than its own sigma, whatever a prior would add.
     const bool judged = status == "identified" || status == "weak";
     if (without_prior && judged && sigma > 0.5 * reference[i]) {
       status = sigma > reference[i] ? "unobservable" : "weak";
     }
-    const double model_sigma = prior[i] * std::sqrt(uncertainty.cov(i, i));
+    const double model_sigma = prior[i] * std::sqrt(model_cov(i, i));
     estimate->parameters.push_back({names[i], value[i], sigma, units[i], status, model_sigma});
   }
 }

@@ -179,5 +179,25 @@ TEST(DragErrors, WidensWhatIsCorrelatedWithDragAndNothingBeyondItsPrior) {
   EXPECT_NEAR(cov(5, 5), 0.04, 1e-12);
 }
 
+// Values of a fit whose variance of drag was widened: those of the same data with less weight.
+TEST(DragErrors, AWidenedDragReturnsToItsPrior) {
+  VgdOptions options;
+  Eigen::MatrixXd cov = 0.04 * Eigen::MatrixXd::Identity(11, 11), wider = cov;
+  cov(1, 6) = cov(6, 1) = 0.02;
+  Eigen::VectorXd deviation = Eigen::VectorXd::Zero(11);
+  deviation[0] = 0.3;
+  deviation[1] = -0.96;  // the data alone: -1.0
+  EXPECT_EQ(ReturnDrag(options, cov, wider, deviation), deviation);
+  wider(1, 1) = 0.28;  // the data have three quarters of their weight
+  const Eigen::VectorXd less = ReturnDrag(options, cov, wider, deviation);
+  EXPECT_NEAR(less[1], -0.72, 1e-9);
+  EXPECT_NEAR(less[6], 0.5 * 0.24, 1e-9);
+  EXPECT_EQ(less[0], 0.3);
+  wider(1, 1) = 1.0;
+  EXPECT_NEAR(ReturnDrag(options, cov, wider, deviation)[1], 0.0, 1e-9);
+  options.ranges = RangeUse::kBounds;
+  EXPECT_EQ(ReturnDrag(options, cov, wider, deviation), deviation);
+}
+
 }  // namespace
 }  // namespace trueline
