@@ -1,8 +1,8 @@
 // Gusts: a horizontal specific force in E, modelled as a Gauss-Markov process sampled at the ends
 // of segments and linear between them. Gusts and a tilt of the AHRS change the path alike; drag and
 // the accelerometer's x, y measure gusts only. What acts along the accelerometer's z is part of its
-// reading, so only the rest of a gust adds to the motion. A vehicle leans into a gust g: were all of
-// it added, the mean of the thrust would be off by about g^2 / gravity.
+// reading, so only the rest of a gust adds to the motion. A vehicle leans into a gust g: were all
+// of it added, the mean of the thrust would be off by about g^2 / gravity.
 #pragma once
 
 #include <Eigen/Core>

@@ -12,13 +12,13 @@ namespace trueline {
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 struct ProcessNoise {
-  double acceleration = 0.0;  // m/s^2/sqrt(Hz), across the thrust
+  double acceleration = 0.0;   // m/s^2/sqrt(Hz), across the thrust
   double thrust_factor = 1.0;  // on it along the thrust, where the accelerometer's own noise acts
-  double tilt = 0.0;          // rad, stationary sigma of the drift of phi and theta of E'
-  double heading = 0.0;       // rad, the same of psi
-  double memory = 1.0;        // s, time in which the drift falls to 1/e
-  double gust = 0.0;          // m/s^2, stationary sigma of each horizontal axis
-  double gust_memory = 0.8;   // s
+  double tilt = 0.0;           // rad, stationary sigma of the drift of phi and theta of E'
+  double heading = 0.0;        // rad, the same of psi
+  double memory = 1.0;         // s, time in which the drift falls to 1/e
+  double gust = 0.0;           // m/s^2, stationary sigma of each horizontal axis
+  double gust_memory = 0.8;    // s
 
   bool Any() const { return acceleration > 0.0 || tilt > 0.0 || heading > 0.0; }
   // Factor by which the drift decays in `seconds`.

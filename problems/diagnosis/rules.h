@@ -24,9 +24,9 @@ bool ClearLoss(const Gain& arcs, const Gain& replays);
 // Why a cause that is significant is not named; empty if it is. `gains`: they were measured.
 // Reasons are: its witness refutes it; it makes held-out flight worse, if its witness shows it then
 // clearly so, by more than the corrected sensor gains against mocap, or beside another flight that
-// lacks it; the corrected sensor agrees worse with mocap on held-out flight; it is smaller than what
-// the flight shows with good chance; neither held-out flight nor a witness nor another flight shows
-// it; fewer than five independent arcs or replays are behind it.
+// lacks it; the corrected sensor agrees worse with mocap on held-out flight; it is smaller than
+// what the flight shows with good chance; neither held-out flight nor a witness nor another flight
+// shows it; fewer than five independent arcs or replays are behind it.
 std::string WhyNotNamed(const Cause& cause, bool gains);
 bool Refuted(const Cause& cause);
 // True if `next` names all causes that `best` names, and another one that held-out flight clearly

@@ -14,8 +14,8 @@ struct EvidenceMaximum {
 };
 
 // Newton steps on a parabola through points `reach` apart along each axis (choose about one sigma).
-// Each step is at most `longest` in every unknown, and is halved while it descends. Negative curvatures are replaced by their
-// magnitude, so every step ascends.
+// Each step is at most `longest` in every unknown, and is halved while it descends. Negative
+// curvatures are replaced by their magnitude, so every step ascends.
 EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorXd&)>& log_p,
                                  const Eigen::VectorXd& start, const Eigen::VectorXd& reach,
                                  double longest, int max_steps);

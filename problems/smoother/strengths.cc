@@ -18,7 +18,7 @@ constexpr int kMaxSteps = 12;
 // Of the fits' costs. At a looser one the evidence depends on where a fit starts.
 constexpr double kTolerance = 3e-7;
 constexpr double kMostSpread = 0.5;  // of a logarithm's posterior, that Laplace's method describes
-constexpr double kMargin = 1.0;  // s at a log's end that a latency may shift out of it
+constexpr double kMargin = 1.0;      // s at a log's end that a latency may shift out of it
 
 // One unknown of the evidence: the option it sets, and its unit in the search.
 struct Unknown {
@@ -57,7 +57,7 @@ class Evidence {
       unknowns_.push_back({"attitude_latency", "s",
                            [](Options o, double value) { o->drive.attitude_latency = value; },
                            vgd.drive.attitude_latency, whole.attitude_latency,
-                           kLatencyReach* whole.attitude_latency, false});
+                           kLatencyReach * whole.attitude_latency, false});
     }
     for (FlightShare& share : flights_)
       share.passes = PassesWithin(*share.flight, whole.learn_time);

@@ -102,8 +102,7 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
   const std::vector<int> asked = Asked(problem, all);
   const Eigen::MatrixXd model_cov = means.cov;
   WidenDrag(means.drag_errors, options.vgd, means.force_sigma, all.sigma, &means.cov);
-  const Eigen::VectorXd deviation =
-      ReturnDrag(options.vgd, model_cov, means.cov, means.value);
+  const Eigen::VectorXd deviation = ReturnDrag(options.vgd, model_cov, means.cov, means.value);
   WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
@@ -118,9 +117,9 @@ void StoreParameters(const FlightProblemOptions& options, const FlightProblem& p
     const int i = asked[k];
     const double fitted = all.mean[i] + all.sigma[i] * means.value[i];
     const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], fitted);
-    result->parameters.push_back({names[k], all.mean[i] + all.sigma[i] * deviation[i], sigma[k] * std::sqrt(cov(k, k)), units[k],
-                                  at_bound ? "at_bound" : shown.status[k],
-                                  sigma[k] * std::sqrt(model_cov(i, i))});
+    result->parameters.push_back(
+        {names[k], all.mean[i] + all.sigma[i] * deviation[i], sigma[k] * std::sqrt(cov(k, k)),
+         units[k], at_bound ? "at_bound" : shown.status[k], sigma[k] * std::sqrt(model_cov(i, i))});
   }
 }
 

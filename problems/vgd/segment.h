@@ -101,10 +101,10 @@ class Segment {
   double gravity_;
   ThrustAxis axis_;
   ForceEffects effects_;
-  std::vector<StateNode> states_;  // by time
-  std::vector<bool> has_slopes_;   // by time
+  std::vector<StateNode> states_;              // by time
+  std::vector<bool> has_slopes_;               // by time
   std::vector<StateByGusts::Slope> by_gusts_;  // of (p_E, v_E), by time
-  std::vector<Force> forces_;      // ascending in time
+  std::vector<Force> forces_;                  // ascending in time
   bool follows_ = false;
   // The nodes' linearisation point, and their values there (without gusts).
   std::optional<Inputs> linearised_at_;

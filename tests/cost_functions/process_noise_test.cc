@@ -49,7 +49,8 @@ TEST(ProcessCovariance, SolvesItsLyapunovEquation) {
                      k4 = rate(P + k3 * h);
       P += (k1 + 2 * k2 + 2 * k3 + k4) * h / 6;
     }
-    EXPECT_LT((ProcessCovariance(kNoise, seconds, kG, kThrustAxis) - P).norm(), 1e-6 * P.norm()) << seconds;
+    EXPECT_LT((ProcessCovariance(kNoise, seconds, kG, kThrustAxis) - P).norm(), 1e-6 * P.norm())
+        << seconds;
   }
 }
 
