@@ -19,8 +19,8 @@ FlightLog FlyInWind(const std::string& course, double w_x, double w_y) {
   return testing_simulation::Fly(config, 22).log;
 }
 
-// At 4 m/s of wind the window's b_az is off by 12 of its sigmas, and every arc ends inside of its
-// ellipse.
+// At 4 m/s of wind the window's theta_I_B is off by 3 of its sigmas, and every arc ends inside of
+// its ellipse.
 const FlightLog& WindyHippodrome() {
   static const FlightLog log = FlyInWind("hippodrome", 4.0, -3.0);
   return log;
@@ -57,7 +57,7 @@ TEST(UnmodelledWind, SlowConstantsThatItMovesMakeTheVerdictPoor) {
   EXPECT_EQ(judged.before, "usable");
   EXPECT_EQ(judged.calibration.verdict.word, "poor");
   EXPECT_THAT(judged.calibration.verdict.reasons,
-              Contains(testing::AllOf(HasSubstr("shows a wind of"), HasSubstr("b_az would be"),
+              Contains(testing::AllOf(HasSubstr("shows a wind of"), HasSubstr("theta_I_B would be"),
                                       HasSubstr("--model takes it"))));
 }
 
@@ -71,8 +71,8 @@ TEST(UnmodelledWind, SlowItsSizeAndTheConstantsWithItAreThoseOfTheFlight) {
   EXPECT_NEAR(wind->value.x(), 4.0, 3.3 * wind->sigma.x());
   EXPECT_NEAR(wind->value.y(), -3.0, 3.3 * wind->sigma.y());
   ASSERT_FALSE(wind->moved.empty());
-  EXPECT_EQ(wind->moved.front().name, "b_az");
-  EXPECT_GT(wind->moved.front().sigmas, 4.0);
+  EXPECT_EQ(wind->moved.front().name, "theta_I_B");
+  EXPECT_GT(wind->moved.front().sigmas, 2.5);
   const Calibration with =
       Calibrate(WindyHippodrome(),
                 WithEffect({"wind", {{"w_x", wind->value.x()}, {"w_y", wind->value.y()}}}));
