@@ -42,10 +42,13 @@ class Evidence {
                   [](Options o, double value) { o->process.tilt = value; });
       AddStrength("acceleration", "m/s^2/sqrt(Hz)", vgd.process.acceleration,
                   [](Options o, double value) { o->process.acceleration = value; });
-      AddStrength("thrust", "m/s^2/sqrt(Hz)", vgd.process.acceleration * vgd.process.thrust_factor,
-                  [](Options o, double value) {
-                    o->process.thrust_factor = value / o->process.acceleration;
-                  });
+      if (vgd.MeasuresThrust()) {
+        AddStrength("thrust", "m/s^2/sqrt(Hz)",
+                    vgd.process.acceleration * vgd.process.thrust_factor,
+                    [](Options o, double value) {
+                      o->process.thrust_factor = value / o->process.acceleration;
+                    });
+      }
       if (vgd.UsesGusts()) {
         AddStrength("gust", "m/s^2", vgd.process.gust,
                     [](Options o, double value) { o->process.gust = value; });

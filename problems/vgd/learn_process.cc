@@ -52,6 +52,7 @@ ProcessLearner::ProcessLearner(const VgdOptions& options) : options_(options) {
     }
   }
   for (const double factor : kThrustFactors) {
+    if (!options.MeasuresThrust() && factor != 1.0) continue;
     thrusts_.push_back({options.process, LogPrior(factor)});
     thrusts_.back().process.thrust_factor *= factor;
   }
@@ -120,7 +121,7 @@ void ProcessLearner::Learn(const FlightData& flight, int tau) {
   while (first > 0 && tau - first < kPasses && flight.HasArc(first)) --first;
   if (tau % kStride != 0 || tau - first < 2) return;
   const WindowData data = CutWindow(flight, options_, first, tau, false);
-  if (!AddEvidence(flight, data, &hypotheses_)) return;
+  if (!AddEvidence(flight, data, &hypotheses_) || thrusts_.size() == 1) return;
   for (Hypothesis& thrust : thrusts_) {
     const double factor = thrust.process.thrust_factor;
     thrust.process = Process();

@@ -96,6 +96,8 @@ struct VgdOptions {
 
   bool HasBounds() const { return ranges != RangeUse::kStart && solver == VgdSolver::kTrustRegion; }
 
+  // Then noise along the thrust is the accelerometer's, and has a strength of its own.
+  bool MeasuresThrust() const { return drive.thrust != ThrustSource::kLevelFlight; }
   // Only the accelerometer distinguishes a gust from a tilt.
   bool UsesGusts() const { return process.Any() && process.gust > 0.0 && drag_measurement.enabled; }
 };
