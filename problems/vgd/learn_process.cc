@@ -69,11 +69,6 @@ ProcessLearner::Fit ProcessLearner::Solve(const FlightData& flight, const Window
   return {cost, problem.LogEvidence()};
 }
 
-template <class Hypothesis>
-const Hypothesis& MostProbable(const std::vector<Hypothesis>& hypotheses) {
-  return *std::ranges::max_element(hypotheses, {}, &Hypothesis::log_probability);
-}
-
 std::vector<ProcessLearner::Hypothesis*> ProcessLearner::Contenders(
     std::vector<Hypothesis>* hypotheses) {
   const double best = MostProbable(*hypotheses).log_probability;
