@@ -16,6 +16,7 @@ struct NamedCauses {
   Rounds rounds;
   std::vector<Cause> causes;     // false data first, if they are named
   std::vector<Cause> set_aside;  // with the reason
+  std::vector<Cause> explained;  // significant without the others; with the reason
   std::vector<CandidateReport> candidates;
   Gain gain, open_loop;  // of all causes together
 };
@@ -28,8 +29,5 @@ NamedCauses SearchNamedCauses(std::unique_ptr<DiagnosedFlight> flight,
 
 // All candidates of the catalogue that the flight may show.
 std::vector<Candidate> AllCandidates(const DiagnosedFlight& flight);
-
-// Root of the sum of squares over the parameters, against the best of the effect's candidates.
-double TimesDetectable(const Cause& cause, const std::vector<CandidateReport>& reports);
 
 }  // namespace trueline

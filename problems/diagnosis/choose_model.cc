@@ -44,17 +44,14 @@ void ChooseModel(const Rounds& rounds, const std::vector<Found>& terms, Diagnose
   Rounds in_model = rounds;
   const auto& causes = diagnosis->causes;
   const std::size_t false_data = causes.size() - rounds.found.size();
-  const bool worse = PredictsWorse(diagnosis->gain, diagnosis->open_loop);
   for (std::size_t i = causes.size(); i-- > 0;) {
-    if (!worse && Claimed(causes[i])) {
+    if (Claimed(causes[i])) {
       diagnosis->in_model.insert(diagnosis->in_model.begin(), causes[i].effect());
     } else if (i >= false_data) {
       in_model.Remove(i - false_data);
     }
   }
-  if (worse) {
-    diagnosis->model_lacks = "all causes, since held-out flight is predicted worse with them";
-  } else if (diagnosis->in_model.size() < causes.size()) {
+  if (diagnosis->in_model.size() < causes.size()) {
     diagnosis->model_lacks = "causes that no other flight confirms";
   }
   std::vector<Found> model = in_model.found;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <map>
 #include <string>
 
 #include "problems/diagnosis/cause_search.h"
 #include "problems/diagnosis/choose_model.h"
 #include "problems/diagnosis/evidence.h"
+#include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/gain.h"
 #include "problems/diagnosis/misfit.h"
 #include "problems/diagnosis/open_search.h"
@@ -21,6 +24,24 @@ using Flight = std::unique_ptr<DiagnosedFlight>;
 
 // Bonferroni: the test counts as one more entry of the catalogue.
 double FalseDataAlpha(const SearchOptions& options) { return options.alpha / 100.0; }
+
+// Silence about an effect says something only from its detectable size on.
+std::vector<std::string> NotShown(const std::vector<CandidateReport>& candidates) {
+  std::map<std::string, bool> shown;
+  for (const CandidateReport& report : candidates) {
+    const std::vector<EffectParameterInfo>& parameters = InfoOf(report.id).parameters;
+    bool all = true;
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      all = all && report.detectable[static_cast<Eigen::Index>(i)] < parameters[i].plausible;
+    }
+    shown[report.id] = shown[report.id] || all;
+  }
+  std::vector<std::string> ids;
+  for (const auto& [id, is] : shown) {
+    if (!is) ids.push_back(id);
+  }
+  return ids;
+}
 
 // The diagnosis of the first flight; the others confirm its causes.
 class FlightDiagnosis {
@@ -37,23 +58,27 @@ class FlightDiagnosis {
     LeaveOutFalseData();
     if (false_data_) before = flight_->WhitenedResiduals();
     const auto false_data_report = flight_->ReportFalseData(false_data_, FalseDataAlpha(options_));
-    if (false_data_ && false_data_report) {
-      false_data_->times_detectable = TimesDetectable(*false_data_, {*false_data_report});
+    if (false_data_) {
+      false_data_->evidence.flight = EvidenceOfChance(false_data_->p);
+      false_data_->evidence.prior = -std::log(1.0 + DistinctIds(AllCandidates(*flight_)));
     }
     const std::vector<ReplayError> replays = flight_->ReplayOpenLoop();
     diagnosis_.base_seconds = SecondsSince(start_);
     Rounds rounds = Search();
     for (Cause& cause : diagnosis_.causes) WidenByWitness(&cause);
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
+    diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     others_.Confirm(&diagnosis_.causes);
     DescribeTerms(&rounds);
+    JudgeBesideTerms(&rounds);
     AddRemaining(rounds);
     AddSignificantAside(rounds);
+    diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), explained_.begin(), explained_.end());
     Describe(before, replays, rounds);
     const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
         VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by,
-                  std::any_of(terms.begin(), terms.end(), TermRepeats));
+                  options_.alpha, std::any_of(terms.begin(), terms.end(), TermRepeats));
     ChooseModel(rounds, terms_, flight_.get(), &diagnosis_);
     const std::vector<std::string>& warnings = others_.warnings();
     diagnosis_.warnings.insert(diagnosis_.warnings.end(), warnings.begin(), warnings.end());
@@ -93,10 +118,50 @@ class FlightDiagnosis {
       all = rounds->found;
       flight_->Fit(&all);
     }
+    if (all.size() > rounds->found.size()) StoreValues(all, rounds);
+  }
+
+  // A misfit that no possible effect states is a rival explanation: a cause must be shown beside
+  // the terms that describe it, and beside effects of impossible sizes. The others are fitted again
+  // without one that is not.
+  void JudgeBesideTerms(Rounds* rounds) {
+    const std::vector<Candidate> rivals = Without(rounds->impossible, rounds->found);
+    while (!rounds->found.empty() && !(terms_.empty() && rivals.empty())) {
+      std::vector<Found> all = Concatenate(rounds->found, terms_);
+      const auto fit = flight_->Linearise(rivals, false);
+      std::vector<int> beside;
+      for (const EffectColumns& c : fit->candidates) beside = Concatenated(beside, c.columns);
+      std::size_t worst = rounds->found.size();
+      for (std::size_t i = 0; i < rounds->found.size(); ++i) {
+        Cause& cause = diagnosis_.causes[FalseData(*rounds) + i];
+        cause.evidence.flight =
+            std::min(cause.evidence.flight,
+                     FlightEvidenceOf(TestFound(*fit, all, i, beside),
+                                      PriorSizes(*all[i].candidate.info), flight_->clusters()));
+        cause.because = WhyNotNamed(cause, options_.alpha);
+        if (!cause.because.empty()) worst = i;
+      }
+      if (worst == rounds->found.size()) return;
+      const auto cause = diagnosis_.causes.begin() + static_cast<long>(FalseData(*rounds) + worst);
+      cause->because += ", beside what describes the rest of the misfit";
+      diagnosis_.set_aside.push_back(*cause);
+      diagnosis_.causes.erase(cause);
+      rounds->Remove(worst);
+      all = Concatenate(rounds->found, terms_);
+      flight_->Fit(&all);
+      StoreValues(all, rounds);
+    }
+  }
+
+  static std::vector<Found> Concatenate(std::vector<Found> first, const std::vector<Found>& more) {
+    first.insert(first.end(), more.begin(), more.end());
+    return first;
+  }
+
+  // Of causes and terms that were fitted together.
+  void StoreValues(const std::vector<Found>& all, Rounds* rounds) {
     const auto terms_at = all.begin() + static_cast<long>(rounds->found.size());
     terms_.assign(terms_at, all.end());
-    if (terms_.empty()) return;
-    // Causes and terms were fitted together.
     std::copy(all.begin(), terms_at, rounds->found.begin());
     for (std::size_t i = 0; i < rounds->found.size(); ++i) {
       diagnosis_.causes[FalseData(*rounds) + i].value = rounds->found[i].value;
@@ -127,6 +192,7 @@ class FlightDiagnosis {
     diagnosis_.candidates = search.candidates;
     diagnosis_.causes = search.causes;
     diagnosis_.set_aside = search.set_aside;
+    explained_ = search.explained;
     diagnosis_.gain = search.gain;
     diagnosis_.open_loop = search.open_loop;
     return search.rounds;
@@ -170,7 +236,7 @@ class FlightDiagnosis {
 
   bool IsRefuted(const Candidate& candidate) const {
     return std::ranges::any_of(diagnosis_.set_aside, [&](const Cause& cause) {
-      return Refuted(cause) && cause.candidate.Label() == candidate.Label();
+      return Refuted(cause, options_.alpha) && cause.candidate.Label() == candidate.Label();
     });
   }
 
@@ -203,7 +269,8 @@ class FlightDiagnosis {
   Flight flight_;
   FurtherFlights others_;
   std::optional<Cause> false_data_;
-  std::vector<Found> terms_;  // in the last Fit, after the causes
+  std::vector<Cause> explained_;  // by the named causes
+  std::vector<Found> terms_;      // in the last Fit, after the causes
   Diagnosis diagnosis_;
 };
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/diagnosis/candidate.h"
@@ -46,6 +47,7 @@ struct Witness {
   std::string says = "silent";   // confirms | refutes | silent
   Eigen::VectorXd value, sigma;  // of the estimated parameters; empty if the stream can't tell
   std::string text;              // both sizes, or why there is no witness
+  bool independent = true;       // of what was fitted
 };
 
 // A cause's result on another flight of the vehicle.
@@ -54,6 +56,22 @@ struct Repeat {
   std::string outcome;           // repeats | differs | not shown | can't be tested
   Eigen::VectorXd value, sigma;  // the estimate on that flight; empty if not testable
   double p = 1.0;                // of the one test
+};
+
+// Natural logarithms of likelihood ratios of a cause against none, by source (evidence_sum.h).
+struct EvidenceSum {
+  double flight = 0.0;         // what was fitted
+  double witness = 0.0;        // another stream of the log
+  double other_flights = 0.0;  // further logs
+  double prior = 0.0;          // one of as many candidates
+
+  double Total() const { return flight + witness + other_flights + prior; }
+  std::vector<std::pair<const char*, double>> Parts() const {
+    return {{"flight", flight},
+            {"witness", witness},
+            {"other flights", other_flights},
+            {"prior", prior}};
+  }
 };
 
 struct Cause {
@@ -68,8 +86,7 @@ struct Cause {
   Witness witness = Witness();
   // Of the distance between the witness's stream and mocap once the cause is corrected, likewise.
   Gain agreement = Gain();
-  // The size in those that the flight shows with good chance, from its candidate's report.
-  double times_detectable = std::numeric_limits<double>::infinity();
+  EvidenceSum evidence = {};
   std::string because = {};  // why it is set aside; empty if it is named
 
   Effect effect() const { return candidate.At(value); }
@@ -103,6 +120,7 @@ struct Diagnosis {
   std::vector<Cause> set_aside;  // significant, but not named: `because` says why
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
+  std::vector<std::string> not_shown;        // effects whose detectable size no vehicle has
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
   OpenCatalogue open;                        // terms beyond the causes
   Gain terms_gain, terms_open_loop;          // of all terms in the fit, against the causes alone

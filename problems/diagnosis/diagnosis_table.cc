@@ -55,8 +55,10 @@ std::string CauseText(const Cause& cause) {
                         info.unit);
   }
   text += fmt::format("(p {:.1g})\n    {}\n", cause.p, cause.candidate.info->physics);
+  text +=
+      fmt::format("    evidence {:.1f}: {}\n", cause.evidence.Total(), PartsText(cause.evidence));
   if (!cause.because.empty()) text += fmt::format("    not named: {}\n", cause.because);
-  if (!Refuted(cause) && !cause.witness.text.empty()) {
+  if (cause.because.empty() && !cause.witness.text.empty()) {
     text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
   }
   for (const Repeat& repeat : cause.repeats) {
@@ -108,6 +110,9 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
   for (const std::string& fault : diagnosis.log_faults) {
     table += "  the log has a fault, of which all below may be traces: " + fault + "\n";
+  }
+  if (!diagnosis.not_shown.empty()) {
+    table += fmt::format("  this flight can't show: {}\n", fmt::join(diagnosis.not_shown, ", "));
   }
   for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
   if (diagnosis.causes.size() > 1)

@@ -160,6 +160,10 @@ void FlightEvidence::AddImplausible() {
   }
 }
 
+void FlightEvidence::Exclude(const EffectInfo& info) {
+  std::erase_if(tested_, [&](const Tested& t) { return t.candidate.info == &info; });
+}
+
 std::vector<TestedPair> FlightEvidence::Pairs(double alpha, double merit) const {
   std::vector<TestedPair> pairs;
   const std::vector<std::size_t> distinct = BestOfEach(tested_);

@@ -60,6 +60,8 @@ class FlightEvidence {
   const Linearisation& fit() const { return *fit_; }
   const std::vector<Tested>& tested() const { return tested_; }
   const std::vector<TestedTerm>& terms() const { return terms_; }  // strongest first
+  // Leaves an effect out of what follows.
+  void Exclude(const EffectInfo& info);
   // Pairs of effects whose joint merit with the fit's noise exceeds `merit` and of which each is
   // significant given the other. Of a step effect only the best time takes part.
   std::vector<TestedPair> Pairs(double alpha, double merit) const;

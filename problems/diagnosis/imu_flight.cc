@@ -210,11 +210,10 @@ void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
 }
 
 // The robust weights depend on the strengths, and the strengths on the weights: both are repeated
-// until the fixes' strength stays.
-void ImuDrivenFlight::SettleNoise(int sweeps) {
-  constexpr int kRepeats = 4;      // at most
+// until the fixes' strength stays, or `repeats` times.
+void ImuDrivenFlight::SettleNoise(int sweeps, int repeats) {
   constexpr double kStays = 0.03;  // relative
-  for (int i = 0; i < kRepeats; ++i) {
+  for (int i = 0; i < repeats; ++i) {
     const double before = fit_.noise.fix_scale;
     LearnNoise(fit_.Linear(*flight_), OrdinaryCount(), sweeps, &fit_.noise);
     Solve(flight_.get(), 3, &fit_);
@@ -230,7 +229,8 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
     Rebuild(*found);
     fit_.columns = ColumnsInModel(*found);
     Solve(flight_.get(), 5, &fit_);
-    SettleNoise(i == 0 ? 6 : 3);
+    // Each refit learns the noise again, so that one repeat of it is enough.
+    SettleNoise(i == 0 ? 6 : 3, i == 0 ? 4 : 1);
     StorePath();
     if (Advance(fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount()), &last, found)) {
       break;

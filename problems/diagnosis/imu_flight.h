@@ -66,7 +66,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
   int OrdinaryCount() const;  // columns of ordinary errors; they come first
   void Rebuild(const std::vector<Found>& found);
-  void SettleNoise(int sweeps);
+  void SettleNoise(int sweeps, int repeats);
   void StorePath();
   Columns ColumnsInModel(const std::vector<Found>& found);
   const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;

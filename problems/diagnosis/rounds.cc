@@ -1,11 +1,17 @@
 #include "problems/diagnosis/rounds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
+#include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/explanation.h"
+#include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/steps.h"
+#include "problems/diagnosis/witness.h"
+#include "problems/result/distributions.h"
 
 namespace trueline {
 
@@ -71,15 +77,23 @@ class CauseSearch {
       if (round == 0) StoreReports(*outcome.evidence);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
+      rounds_.impossible.clear();
+      for (const std::size_t i : BestOfEach(outcome.evidence->tested())) {
+        const Tested& t = outcome.evidence->tested()[i];
+        if (t.p < alpha_ && !Plausible(t.candidate, t.value)) {
+          rounds_.impossible.push_back(t.candidate);
+        }
+      }
       const bool last = best.effects.empty() || round == kMostCauses ||
                         static_cast<int>(rounds_.found.size()) >= kMostCauses;
-      if (BeyondEffects(remaining)) {
-        if (!last && AddOnTrial(best)) continue;
-        DropApproximations(outcome);
-        break;
+      const bool beyond = BeyondEffects(remaining);
+      if (!last && (!beyond || AddOnTrial(best))) {
+        if (!beyond) Add(best);
+        continue;
       }
-      if (last) break;
-      Add(best);
+      if (AddMisjudged(outcome)) continue;
+      if (beyond) DropApproximations(outcome);
+      break;
     }
     return rounds_;
   }
@@ -97,7 +111,9 @@ class CauseSearch {
     Outcome outcome;
     outcome.evidence = std::make_unique<FlightEvidence>(
         *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
-    outcome.best = Explain(*outcome.evidence, alpha_);
+    do {
+      outcome.best = Explain(*outcome.evidence, alpha_);
+    } while (ExcludeRefuted(outcome.best, outcome.evidence.get()));
     outcome.remaining = Remaining(*outcome.evidence, options_.alpha, outcome.best.merit);
     return outcome;
   }
@@ -106,6 +122,62 @@ class CauseSearch {
     for (const Tested& t : evidence.tested()) {
       rounds_.candidates.push_back(Report(t, alpha_, flight_->clusters()));
     }
+    for (const std::size_t i : BestOfEach(evidence.tested())) {
+      Cause cause = CauseOf(evidence.tested()[i], flight_->clusters());
+      cause.evidence.prior = PriorEvidenceOf(cause.candidate.id(), rounds_.candidates);
+      if (WhyNotNamed(cause, options_.alpha).empty()) rounds_.first.push_back(std::move(cause));
+    }
+  }
+
+  // What a witness says is known before a fit: an effect that it excludes is not tried. True if
+  // one of `best` is.
+  bool ExcludeRefuted(const Explanation& best, FlightEvidence* evidence) {
+    for (const Tested& t : best.effects) {
+      std::vector<Cause> asked{CauseOf(t, flight_->clusters())};
+      asked.front().evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
+      AskWitnesses(flight_->data(), flight_->log(), &asked);
+      AddIndependentEvidence(&asked.front());
+      if (!Refuted(asked.front(), options_.alpha)) continue;
+      evidence->Exclude(*t.candidate.info);
+      std::erase_if(candidates_, [&](const Candidate& c) { return c.info == t.candidate.info; });
+      rounds_.refuted.push_back(asked.front());
+      return true;
+    }
+    return false;
+  }
+
+  // An effect that acts through a constant (a wind through drag) or by its square is misjudged
+  // where the constant is wrong without it: its linear estimate is impossible, or its scores
+  // scatter. The likeliest such effects are fitted together with the constants and then judged.
+  bool AddMisjudged(const Outcome& outcome) {
+    constexpr std::size_t kMost = 2;
+    constexpr double kFirstSize = 0.5;  // of the largest plausible
+    constexpr double kLeast = 0.1;      // of the merit of what remains
+    const FlightEvidence& evidence = *outcome.evidence;
+    double remaining = 0.0;
+    for (const TestedTerm& t : outcome.remaining) remaining = std::max(remaining, t.merit);
+    if (static_cast<int>(rounds_.found.size()) >= kMostCauses) return false;
+    std::vector<Tested> likely;
+    for (const std::size_t i : BestOfEach(evidence.tested())) {
+      const Tested& t = evidence.tested()[i];
+      const double dof = static_cast<double>(t.value.size());
+      const bool shown = t.LinearMerit() >= kLeast * remaining &&
+                         EvidenceOfChance(ChiSquareTail(t.linear_gain, dof) * tried_ * t.tried) >=
+                             -std::log(options_.alpha);
+      if (shown && misjudged_.insert(t.candidate.Label()).second) likely.push_back(t);
+    }
+    std::sort(likely.begin(), likely.end(),
+              [](const Tested& a, const Tested& b) { return a.LinearMerit() > b.LinearMerit(); });
+    likely.resize(std::min(likely.size(), kMost));
+    for (Tested& t : likely) {
+      for (Eigen::Index k = 0; k < t.value.size(); ++k) {
+        const double most = kFirstSize * t.candidate.info->parameters[k].plausible;
+        t.value[k] = std::clamp(t.value[k], -most, most);
+      }
+      const std::size_t before = rounds_.found.size();
+      if (AddOnTrial({{t}, {{}}, t.LinearMerit()}, before + 1)) return true;
+    }
+    return false;
   }
 
   // Adds causes to the model and drops those that they explain away.
@@ -137,13 +209,16 @@ class CauseSearch {
   // An effect that is linearised far from its value may appear weaker than a term that only
   // approximates it. Adds the best effects on trial. If such a term remains significant after the
   // fit, they stay only if none of the causes approximates it.
-  bool AddOnTrial(const Explanation& best) {
+  // `at_least`: causes that must then be in the model.
+  bool AddOnTrial(const Explanation& best, std::size_t at_least = 0) {
     const Rounds before = rounds_;
     const std::vector<Candidate> candidates_before = candidates_;
     Add(best);
-    next_ = TestAll();
-    if (!BeyondEffects(next_->remaining) || Approximations(*next_).empty()) return true;
-    next_.reset();
+    if (rounds_.found.size() >= at_least) {
+      next_ = TestAll();
+      if (!BeyondEffects(next_->remaining) || Approximations(*next_).empty()) return true;
+      next_.reset();
+    }
     rounds_ = before;
     candidates_ = candidates_before;
     flight_->Fit(&rounds_.found);
@@ -172,8 +247,9 @@ class CauseSearch {
   const SearchOptions& options_;
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
-  int tried_;     // effects
-  double alpha_;  // of one of them
+  std::set<std::string> misjudged_;  // labels of those that were fitted for it
+  int tried_;                        // effects
+  double alpha_;                     // of one of them
   Rounds rounds_;
   std::optional<Outcome> next_;  // of the next round, where a trial has tested all already
 };

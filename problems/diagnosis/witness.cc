@@ -268,6 +268,7 @@ void AskOne(const FlightLog& log, const MocapComparison& mocap, const StreamComp
       own.sigma[0] = std::hypot(own.sigma[0], delay.sigma[0]);
     }
     cause->witness = WitnessOf(*cause, comparison.stream, own);
+    cause->witness.independent = comparison.independent;
     if (comparison.independent || cause->witness.says != "confirms") continue;
     cause->witness.says = "silent";
     cause->witness.text += "; the fit used the same positions and attitude";

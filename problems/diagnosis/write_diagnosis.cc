@@ -115,6 +115,11 @@ YAML::Node CauseNode(const Cause& cause) {
   for (const Repeat& repeat : cause.repeats) {
     node["other_flights"].push_back(RepeatNode(cause, repeat));
   }
+  node["evidence"] = FlowMap({{"total", Rounded(cause.evidence.Total(), 3)},
+                              {"flight", Rounded(cause.evidence.flight, 3)},
+                              {"witness", Rounded(cause.evidence.witness, 3)},
+                              {"other_flights", Rounded(cause.evidence.other_flights, 3)},
+                              {"prior", Rounded(cause.evidence.prior, 3)}});
   node["confidence"] = Rounded(1.0 - cause.p, 6);
   node["confused_with"] = cause.confused_with;
   node["confused_with"].SetStyle(YAML::EmitterStyle::Flow);
@@ -224,6 +229,8 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
     AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
     node["terms_gain"] = gains;
   }
+  node["not_shown"] = diagnosis.not_shown;
+  node["not_shown"].SetStyle(YAML::EmitterStyle::Flow);
   node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
   for (const CandidateReport& c : diagnosis.candidates) {
     node["candidates"].push_back(CandidateNode(c));

@@ -3,6 +3,7 @@
 
     scripts/blind/run.py --build=build --work=/tmp/blind --flights=300 --seed=1 --jobs=2
     scripts/blind/run.py --drive=rotors ...     the same for the model driven by rotor speeds
+    scripts/blind/run.py --fit=alone ...        logs without mocap; --fit=mocap: mocap is data
 
 Three steps, each in a folder of its own, so that the diagnosis never sees the truth: logs/ (native
 logs), sealed/ (configurations, truth, what was hidden), results/ (diagnosis.yaml by flight). The
@@ -60,6 +61,8 @@ def fly(arguments, draw, name, seed, course, hidden):
     if flown:
         (logs / f"{name}.truth.yaml").rename(sealed / f"{name}.truth.yaml")
         draw.spoil(logs / name, truth[0] if truth else {"id": ""})
+        if arguments.fit == "alone":
+            (logs / name / "mocap.csv").unlink()
     (sealed / f"{name}.hidden.yaml").write_text(
         yaml.safe_dump({"course": course, "effects": truth, "flown": flown}))
     return flown
@@ -67,6 +70,7 @@ def fly(arguments, draw, name, seed, course, hidden):
 
 def diagnose(arguments, draw, name):
     drive = [flag.format(source=SOURCE) for flag in draw.DIAGNOSE]
+    drive += ["--fit_to=mocap"] if arguments.fit == "mocap" else []
     subprocess.run([arguments.build / "apps/trueline-diagnose", f"--log={arguments.work / 'logs' / name}",
                     f"--out={arguments.work / 'results' / name}", "--quiet", "--report=false",
                     *drive],
@@ -89,13 +93,15 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--drive", choices=("imu", "rotors"), default="imu")
+    parser.add_argument("--fit", choices=("mocap", "fixes", "alone"), default="fixes",
+                        help="mocap as data, as a witness of a fit to fixes, or taken out of the log")
     arguments = parser.parse_args()
     draw = importlib.import_module({"imu": "draw", "rotors": "draw_rotors"}[arguments.drive])
     draw.EFFECTS.update(drawn_effects(arguments.build, arguments.drive))
     for folder in ("logs", "sealed", "results"):
         (arguments.work / folder).mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
-    refuse_other_draw(arguments.work, {"seed": arguments.seed, "drive": arguments.drive})
+    refuse_other_draw(arguments.work, {"seed": arguments.seed, "drive": arguments.drive, "fit": arguments.fit})
     with ThreadPoolExecutor(arguments.jobs) as pool:
         flights = plan(draw, arguments.flights, arguments.seed)
         list(pool.map(lambda flight: one(arguments, draw, flight), flights))

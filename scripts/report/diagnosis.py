@@ -20,6 +20,7 @@ VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table s
 NAMED_BESIDE = ("The causes below are named. Beside them a residual is left that is real and that nothing "
                 "explains which would hold on flight that took no part in the search.")
 
+NEEDED = 4.6  # log(1 / 0.01)
 WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
            "silent": "no other stream can tell"}
 
@@ -57,8 +58,12 @@ def _verdict(result):
     if result.get("log_faults"):
         blocks += ["<h3>The log has faults, of which all below may be traces</h3>",
                    bullets(result["log_faults"])]
+    if result.get("not_shown"):
+        blocks.append(paragraph("This flight can't show " + ", ".join(result["not_shown"])
+                                + ": only sizes that no vehicle has would have been found.", "note"))
     for cause in result.get("causes") or []:
         blocks += _cause(cause)
+    blocks += _evidence(result)
     together = _gains(result)
     if len(result.get("causes") or []) > 1 and together:
         blocks += ["<h3>All causes together</h3>", *together]
@@ -74,6 +79,31 @@ def _verdict(result):
     if result.get("goes_with"):
         blocks += ["<h3>The residual is correlated with</h3>", bullets(result["goes_with"])]
     return blocks
+
+
+SOURCES = {"flight": "this flight", "witness": "another stream", "other_flights": "other flights",
+           "prior": "number of hypotheses"}
+
+
+def _evidence(result):
+    """What speaks for each cause and against it, source by source, as bars."""
+    causes = [cause for cause in [*(result.get("causes") or []), *(result.get("set_aside") or [])]
+              if "evidence" in cause][:12]
+    if not causes:
+        return []
+    figure = go.Figure()
+    names = [cause["id"] + (" (set aside)" if cause.get("because") else "") for cause in causes]
+    rows = [f"{i + 1}. {name}" for i, name in enumerate(names)][::-1]
+    for source, what in SOURCES.items():
+        parts = [cause["evidence"][source] for cause in causes][::-1]
+        if any(parts):
+            figure.add_bar(y=rows, x=parts, name=what, orientation="h")
+    figure.add_vline(x=NEEDED, line_dash="dash")
+    figure.update_layout(barmode="relative")
+    style(figure, 140 + 34 * len(causes), xaxis_title="evidence (log of the likelihood ratio)")
+    note = ("The sum of the bars of a cause decides: it is named from the dashed line on, which is a chance of "
+            "1 % that a cause is false.")
+    return ["<h3>Evidence</h3>", paragraph(note, "note"), embed(figure, "plot-evidence")]
 
 
 def _terms(result):

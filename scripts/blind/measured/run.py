@@ -89,15 +89,18 @@ def written(log, folder, fit):
     return folder
 
 
+def as_fitted(log, fit):
+    """The untouched log as a fit reads it: a copy without mocap for a fit `alone`."""
+    copy = log.with_name(f"{log.name}_alone")
+    return log if fit != "alone" else copy if copy.exists() else written(Log(log), copy, fit)
+
+
 def diagnose_untouched(arguments, flight, fit):
     """(flight, fit) and (folder of its log, diagnosis); None where it can't be used."""
     log = convert(arguments, flight)
     if log is None:
         return (flight, fit), None
-    source = log
-    if fit == "alone":
-        source = written(Log(log), log.with_name(f"{flight}_alone"), fit)
-    diagnosis = diagnose(arguments, flight, fit, source,
+    diagnosis = diagnose(arguments, flight, fit, as_fitted(log, fit),
                          arguments.work / "results" / f"untouched_{arguments.drive}_{flight}_{fit}")
     return (flight, fit), (log, diagnosis) if diagnosis else None
 

@@ -77,7 +77,7 @@ def diagnose(arguments, flight, fit, names):
     other = second_flight(flight, names)
     second = convert(arguments, other) if other else None
     folder = arguments.work / "results" / f"{arguments.drive}_{flight}_{fit}"
-    logs = ",".join(str(path) for path in (log, second) if path)
+    logs = ",".join(str(run.as_fitted(path, fit)) for path in (log, second) if path)
     diagnosis = run.diagnose(arguments, flight, fit, logs, folder)
     record = record_of(flight, fit, read_yaml(log / "log.yaml"), folder, diagnosis)
     print(f"{flight}, {fit}: {record['verdict']}: "

@@ -1,0 +1,50 @@
+// What all sources together say of a cause: a sum of logarithms of likelihood ratios, of the cause
+// against none. A ratio of densities of data that took no part in the fit has mean one where the
+// effect is absent; a sum above log(N / alpha) is then seen with a chance below alpha for the best
+// of N effects (Markov; Vovk and Wang 2021). Each estimate is predicted from what came before it,
+// so that the ratios multiply (Dawid 1984).
+#pragma once
+
+#include "problems/diagnosis/evidence.h"
+
+namespace trueline {
+
+struct Cause;  // diagnosis.h
+struct CandidateReport;
+
+// The sizes that a vehicle may have: normal around the neutral ones, largest plausible at 3 sigma.
+// Standard deviations in the units of the parameters.
+Eigen::VectorXd PriorSizes(const EffectInfo& info);
+
+// Log of the ratio of two densities of an estimate that differs from none by `estimate`: around
+// `expected` with `cov` and the spread `more` added, and around none with `cov`. Student's t with
+// `dof` degrees of freedom, normal where they are infinite.
+double LogRatio(const Eigen::VectorXd& estimate, const Eigen::MatrixXd& cov,
+                const Eigen::VectorXd& expected, const Eigen::MatrixXd& more, double dof);
+
+// What the flight that was fitted says of an effect, whose whole value `test` judges: the lesser of
+// the ratio by the noise model and of that by the scatter between clusters. It is bounded: an error
+// that no hypothesis states may imitate the effect, so that no ratio of two models is trusted
+// beyond 1e5, and sources that do not share the model can outweigh it. `prior`: PriorSizes in the
+// units of the test.
+double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior, int clusters);
+
+// That it is one of as many effects, gates, rotors and times as were tried.
+double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>& tried);
+
+// The e-value that a chance of its own admits: half the inverse of its root (Vovk and Wang 2021).
+double EvidenceOfChance(double p);
+
+// What an independent estimate of the cause's size (by a witness, by another flight) says, given
+// the size that the flight shows. Such estimates err by more than they state now and then, so its
+// density has heavy tails.
+double IndependentEvidence(const Cause& cause, const Eigen::VectorXd& value,
+                           const Eigen::VectorXd& sigma);
+
+// A candidate as a cause, with what the flight says of it.
+Cause CauseOf(const Tested& tested, int clusters);
+
+// Stores what the witness and the further flights say.
+void AddIndependentEvidence(Cause* cause);
+
+}  // namespace trueline

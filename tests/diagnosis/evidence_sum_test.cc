@@ -1,0 +1,128 @@
+// Sums of evidence: honest where there is no effect, decisive where there is one.
+#include "problems/diagnosis/evidence_sum.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "problems/common/random.h"
+#include "problems/diagnosis/diagnosis.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+ScoreTest TestOf(double value, double sigma, double scatter) {
+  ScoreTest test;
+  test.value = VectorXd::Constant(1, value);
+  test.cov_model = Eigen::MatrixXd::Constant(1, 1, sigma * sigma);
+  test.cov_cluster = Eigen::MatrixXd::Constant(1, 1, scatter * scatter);
+  return test;
+}
+
+// The scatter between clusters is estimated from them, as in a flight.
+double EvidenceWithout(int clusters, Random* random) {
+  double sum = 0.0, squares = 0.0;
+  for (int c = 0; c < clusters; ++c) {
+    const double x = random->Normal();
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / clusters;
+  const double scatter = std::sqrt((squares / clusters - mean * mean) / (clusters - 1.0));
+  return FlightEvidenceOf(TestOf(mean, 1.0 / std::sqrt(clusters), scatter),
+                          VectorXd::Constant(1, 3.0), clusters);
+}
+
+// An e-value: its mean without an effect is one at most, so that 20 and more are rare.
+TEST(FlightEvidence, HasAMeanOfOneAtMostWithoutAnEffect) {
+  constexpr int kSeeds = 20000;
+  for (const int clusters : {5, 12, 40}) {
+    Random random(1, "evidence");
+    double mean = 0.0;
+    int large = 0;
+    for (int i = 0; i < kSeeds; ++i) {
+      const double ratio = std::exp(EvidenceWithout(clusters, &random));
+      mean += ratio / kSeeds;
+      large += ratio > 20.0;
+    }
+    EXPECT_LT(mean, 1.05) << clusters;
+    EXPECT_LT(large, 0.05 * kSeeds) << clusters;
+  }
+}
+
+TEST(FlightEvidence, GrowsWithTheSizeUpToItsBound) {
+  const VectorXd prior = VectorXd::Constant(1, 1.0);
+  double last = -10.0;
+  for (const double sigmas : {0.0, 2.0, 3.0, 4.0, 5.0}) {
+    const double evidence = FlightEvidenceOf(TestOf(0.02 * sigmas, 0.02, 0.02), prior, 40);
+    EXPECT_GT(evidence, last);
+    last = evidence;
+  }
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.0, 0.02, 0.02), prior, 40), -2.0);
+  EXPECT_NEAR(FlightEvidenceOf(TestOf(1.0, 0.02, 0.02), prior, 40), std::log(1e5), 0.02);
+  // Scores that scatter more than the noise model says, or few clusters, show less.
+  const double usual = FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 40);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.05), prior, 40), usual);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 5), usual);
+}
+
+TEST(LogRatio, IsThatOfTheDensities) {
+  const VectorXd estimate = VectorXd::Constant(1, 2.0), expected = VectorXd::Constant(1, 1.5);
+  const Eigen::MatrixXd cov = Eigen::MatrixXd::Constant(1, 1, 0.25), more = 0.5 * cov;
+  const double normal =
+      -0.5 * (0.25 / 0.375 + std::log(0.375)) + 0.5 * (4.0 / 0.25 + std::log(0.25));
+  EXPECT_NEAR(LogRatio(estimate, cov, expected, more, kInfinite), normal, 1e-12);
+  EXPECT_NEAR(LogRatio(estimate, cov, expected, more, 1e7), normal, 1e-4);
+  EXPECT_EQ(LogRatio(estimate, 0.0 * cov, expected, 0.0 * more, kInfinite), 0.0);
+}
+
+Cause CauseOfSize(double value, double sigma) {
+  return {{&InfoOf("fix_scale"), {}},
+          VectorXd::Constant(1, value),
+          VectorXd::Constant(1, sigma),
+          1e-9,
+          {},
+          Gain(),
+          Gain(),
+          {},
+          {}};
+}
+
+double WitnessOf(double fitted, double shown, double sigma, bool independent = true) {
+  Cause cause = CauseOfSize(fitted, 0.01);
+  cause.witness = {
+      "mocap position", "", VectorXd::Constant(1, shown), VectorXd::Constant(1, sigma), "",
+      independent};
+  AddIndependentEvidence(&cause);
+  return cause.evidence.witness;
+}
+
+TEST(IndependentEvidence, AWitnessSpeaksForWhatItShowsAndAgainstWhatItExcludes) {
+  EXPECT_GT(WitnessOf(0.1, 0.1, 0.01), 3.0);
+  EXPECT_LT(WitnessOf(0.1, 0.0, 0.01), -3.0);
+  EXPECT_NEAR(WitnessOf(0.1, 0.05, 1.0), 0.0, 0.05);  // one that can't tell
+  EXPECT_GT(WitnessOf(0.1, 0.07, 0.002), 0.0);        // another size is no refutation
+  EXPECT_GT(WitnessOf(0.1, -0.001, 0.0001), -20.0);   // and no witness is beyond doubt
+  // What the fit has used can't confirm it.
+  EXPECT_EQ(WitnessOf(0.1, 0.1, 0.01, false), 0.0);
+  EXPECT_LT(WitnessOf(0.1, 0.0, 0.01, false), -3.0);
+}
+
+TEST(PriorEvidence, CountsEffectsAndTheirPlaces) {
+  const auto report = [](const std::string& id) {
+    CandidateReport r;
+    r.id = id;
+    return r;
+  };
+  const std::vector<CandidateReport> tried{report("wind"), report("gate_moved"),
+                                           report("gate_moved"), report("gate_moved")};
+  EXPECT_NEAR(PriorEvidenceOf("wind", tried), -std::log(2.0), 1e-12);
+  EXPECT_NEAR(PriorEvidenceOf("gate_moved", tried), -std::log(6.0), 1e-12);
+}
+
+}  // namespace
+}  // namespace trueline
