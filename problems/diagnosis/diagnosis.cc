@@ -50,6 +50,7 @@ class FlightDiagnosis {
                   const SearchOptions& options)
       : options_(options), flight_(make(logs.front())), others_(logs, make) {
     diagnosis_.warnings = logs.front().warnings;
+    diagnosis_.evidence_needed = EvidenceNeeded(options.alpha);
   }
 
   Diagnosis Run() {

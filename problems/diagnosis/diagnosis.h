@@ -131,6 +131,7 @@ struct Diagnosis {
   std::vector<Effect> in_model;
   std::vector<ModelParameter> parameters;
   std::string model_lacks;
+  double evidence_needed = 0.0;  // of a cause that is named
   std::vector<RowReport> rows;
   std::shared_ptr<const Misfit> misfit;
   std::vector<std::string> warnings;

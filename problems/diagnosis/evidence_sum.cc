@@ -43,11 +43,18 @@ double LogRatio(const VectorXd& estimate, const MatrixXd& cov, const VectorXd& e
 double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int clusters) {
   constexpr double kExact = std::numeric_limits<double>::infinity();
   constexpr double kMost = 11.5;  // log(1e5)
+  // The order of magnitude of a size is not known.
+  constexpr double kShares[] = {1.0, 0.25, 0.0625};
   const VectorXd none = VectorXd::Zero(test.value.size());
-  const MatrixXd prior = sizes.cwiseAbs2().asDiagonal();
   const double dof = std::max(1.0, static_cast<double>(clusters - test.value.size()));
-  return std::min({kMost, LogRatio(test.value, test.cov_model, none, prior, kExact),
-                   LogRatio(test.value, test.cov_cluster, none, prior, dof)});
+  double mean = 0.0;  // of ratios: one, too, without an effect
+  for (const double share : kShares) {
+    const MatrixXd prior = (share * sizes).cwiseAbs2().asDiagonal();
+    const double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact),
+                                  LogRatio(test.value, test.cov_cluster, none, prior, dof));
+    mean += std::exp(std::min(ratio, 2.0 * kMost)) / std::size(kShares);
+  }
+  return std::min(kMost, std::log(mean));
 }
 
 double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>& tried) {

@@ -25,8 +25,8 @@ double LogRatio(const Eigen::VectorXd& estimate, const Eigen::MatrixXd& cov,
 // What the flight that was fitted says of an effect, whose whole value `test` judges: the lesser of
 // the ratio by the noise model and of that by the scatter between clusters. It is bounded: an error
 // that no hypothesis states may imitate the effect, so that no ratio of two models is trusted
-// beyond 1e5, and sources that do not share the model can outweigh it. `prior`: PriorSizes in the
-// units of the test.
+// beyond 1e5, and sources that do not share the model can outweigh it. Ratios are averaged over
+// priors of several widths. `prior`: the widest, PriorSizes in the units of the test.
 double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior, int clusters);
 
 // That it is one of as many effects, gates, rotors and times as were tried.

@@ -12,20 +12,14 @@
 namespace trueline {
 namespace {
 
-// Errors that every vehicle has to some extent are nuisances with these priors: the attitude filter
-// mistakes some acceleration for gravity and its integral winds up in turns; the thrust axis
-// measures a share of the other two, which grows with drag.
-struct OrdinaryError {
-  const EffectInfo* info;
-  double sigma;  // of each parameter, in its unit
-};
-
-const std::vector<OrdinaryError>& OrdinaryErrors() {
-  static const std::vector<OrdinaryError> errors = {
-      {&InfoOf("ahrs_acceleration_error"), 0.05},
-      {&InfoOf("body_tilt_drift"), 0.01},
-      // Beside the misalignment of the axes, which eq. 15 leaves out of a_z.
-      {&InfoOf("accel_cross_axis"), 0.01}};
+// Errors that every vehicle has to some extent are nuisances, with their ordinary sizes as priors:
+// the attitude filter mistakes some acceleration for gravity and its integral winds up in turns;
+// the thrust axis measures a share of the other two, which grows with drag (beside the misalignment
+// of the axes, which eq. 15 leaves out of a_z).
+const std::vector<Candidate>& OrdinaryErrors() {
+  static const std::vector<Candidate> errors = {{&InfoOf("ahrs_acceleration_error"), {}},
+                                                {&InfoOf("body_tilt_drift"), {}},
+                                                {&InfoOf("accel_cross_axis"), {}}};
   return errors;
 }
 
@@ -44,11 +38,9 @@ AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
 Columns OrdinaryColumns(const SensitivityBase& base, const FlightUnknowns& x,
                         const Eigen::VectorXd& here, BaseFlight* flight) {
   Columns all = Columns::None(flight->rows());
-  for (const OrdinaryError& error : OrdinaryErrors()) {
-    const Candidate candidate{error.info, {}};
-    Columns columns =
-        FreeColumns(Sensitivity(base, candidate, candidate.Neutral(), x, here, flight));
-    columns.precision.setConstant(1.0 / (error.sigma * error.sigma));
+  for (const Candidate& error : OrdinaryErrors()) {
+    Columns columns = FreeColumns(Sensitivity(base, error, error.Neutral(), x, here, flight));
+    columns.precision = error.Ordinary().cwiseAbs2().cwiseInverse();
     all = all.With(columns);
   }
   return all;
@@ -173,9 +165,7 @@ ThetaVector ImuDrivenFlight::Sigmas() const {
 int ImuDrivenFlight::OrdinaryCount() const {
   if (log_->data.attitude.empty()) return 0;
   int count = 0;
-  for (const OrdinaryError& error : OrdinaryErrors()) {
-    count += static_cast<int>(error.info->parameters.size());
-  }
+  for (const Candidate& error : OrdinaryErrors()) count += error.size();
   return count;
 }
 
@@ -298,7 +288,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   }
   auto fit =
       std::make_unique<ImuLinearisation>(flight_, fit_, ordinary, FreeColumns(stacked), fit_.noise);
-  for (const OrdinaryError& error : OrdinaryErrors()) fit->ordinary.push_back(error.info->id);
+  for (const Candidate& error : OrdinaryErrors()) fit->ordinary.push_back(error.id());
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);

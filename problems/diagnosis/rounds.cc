@@ -163,7 +163,7 @@ class CauseSearch {
       const double dof = static_cast<double>(t.value.size());
       const bool shown = t.LinearMerit() >= kLeast * remaining &&
                          EvidenceOfChance(ChiSquareTail(t.linear_gain, dof) * tried_ * t.tried) >=
-                             -std::log(options_.alpha);
+                             EvidenceNeeded(options_.alpha);
       if (shown && misjudged_.insert(t.candidate.Label()).second) likely.push_back(t);
     }
     std::sort(likely.begin(), likely.end(),

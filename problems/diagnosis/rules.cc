@@ -23,9 +23,9 @@ bool Better(const Gain& g) { return g.arcs > 0 && MeanOf(g) > kOneSided * (MeanO
 
 bool Witnessed(const Cause& cause) { return cause.witness.says == "confirms"; }
 
-double Needed(double alpha) { return -std::log(alpha); }
-
 }  // namespace
+
+double EvidenceNeeded(double alpha) { return -std::log(alpha); }
 
 std::string PartsText(const EvidenceSum& evidence) {
   std::vector<std::string> parts;
@@ -50,13 +50,14 @@ bool ClearLoss(const Gain& arcs, const Gain& replays) {
 
 bool Refuted(const Cause& cause, double alpha) {
   const EvidenceSum& e = cause.evidence;
-  return e.Total() < Needed(alpha) && e.flight + e.prior >= Needed(alpha);
+  return e.Total() < EvidenceNeeded(alpha) && e.flight + e.prior >= EvidenceNeeded(alpha);
 }
 
 std::string WhyNotNamed(const Cause& cause, double alpha) {
-  if (cause.evidence.Total() >= Needed(alpha)) return "";
-  std::string why = fmt::format("its evidence is {:.1f} ({}), {:.1f} is needed",
-                                cause.evidence.Total(), PartsText(cause.evidence), Needed(alpha));
+  if (cause.evidence.Total() >= EvidenceNeeded(alpha)) return "";
+  std::string why =
+      fmt::format("its evidence is {:.1f} ({}), {:.1f} is needed", cause.evidence.Total(),
+                  PartsText(cause.evidence), EvidenceNeeded(alpha));
   if (cause.evidence.witness < 0.0) why += "; " + cause.witness.text;
   return why;
 }

@@ -18,6 +18,9 @@ bool ClearGain(const Gain& arcs, const Gain& replays);
 // both together.
 bool ClearLoss(const Gain& arcs, const Gain& replays);
 
+// The sum from which on a cause is named.
+double EvidenceNeeded(double alpha);
+
 // The parts of a sum, without those that say nothing.
 std::string PartsText(const EvidenceSum& evidence);
 

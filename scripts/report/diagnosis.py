@@ -20,7 +20,6 @@ VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table s
 NAMED_BESIDE = ("The causes below are named. Beside them a residual is left that is real and that nothing "
                 "explains which would hold on flight that took no part in the search.")
 
-NEEDED = 4.6  # log(1 / 0.01)
 WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
            "silent": "no other stream can tell"}
 
@@ -98,11 +97,10 @@ def _evidence(result):
         parts = [cause["evidence"][source] for cause in causes][::-1]
         if any(parts):
             figure.add_bar(y=rows, x=parts, name=what, orientation="h")
-    figure.add_vline(x=NEEDED, line_dash="dash")
+    figure.add_vline(x=result["evidence_needed"], line_dash="dash")
     figure.update_layout(barmode="relative")
     style(figure, 140 + 34 * len(causes), xaxis_title="evidence (log of the likelihood ratio)")
-    note = ("The sum of the bars of a cause decides: it is named from the dashed line on, which is a chance of "
-            "1 % that a cause is false.")
+    note = ("The sum of the bars of a cause decides: it is named from the dashed line on.")
     return ["<h3>Evidence</h3>", paragraph(note, "note"), embed(figure, "plot-evidence")]
 
 

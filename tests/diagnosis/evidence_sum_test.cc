@@ -62,7 +62,7 @@ TEST(FlightEvidence, GrowsWithTheSizeUpToItsBound) {
     EXPECT_GT(evidence, last);
     last = evidence;
   }
-  EXPECT_LT(FlightEvidenceOf(TestOf(0.0, 0.02, 0.02), prior, 40), -2.0);
+  EXPECT_LT(FlightEvidenceOf(TestOf(0.0, 0.02, 0.02), prior, 40), -1.0);
   EXPECT_NEAR(FlightEvidenceOf(TestOf(1.0, 0.02, 0.02), prior, 40), std::log(1e5), 0.02);
   // Scores that scatter more than the noise model says, or few clusters, show less.
   const double usual = FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 40);
