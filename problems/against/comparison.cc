@@ -11,9 +11,9 @@
 namespace trueline {
 namespace {
 
-constexpr double kSecondRotor = 0.1;  // chance of naming one more rotor than are weak
-constexpr double kMisfit = 0.001;     // below: the trim has changed, whatever the cause
-constexpr double kAlike = 3.0;        // of the score: fits as well
+constexpr double kSecondRotor = 0.05;  // chance of naming one more rotor than are weak
+constexpr double kMisfit = 0.001;      // below: the trim has changed, whatever the cause
+constexpr double kAlike = 3.0;         // of the score: fits as well
 // Air speed and turns load the rotors unequally: sigma of ln(command) for each unit of
 // CommandTrim::tilt, which grows with both.
 constexpr double kByTilt = 0.3;
@@ -77,24 +77,23 @@ bool IsPartOf(const TriedCause& part, const TriedCause& whole) {
 
 double ThresholdFor(std::size_t tried) { return std::log(100.0 * static_cast<double>(tried)); }
 
-// Whether the evidence names the best cause. Of two rotors, a second one is dropped where the first
-// alone is proven and the second is not; where neither is, both together need the evidence of both.
-bool Judge(int channels, std::vector<TriedCause>* tried) {
-  const double threshold = ThresholdFor(tried->size());
-  const TriedCause pair = tried->front();
-  if (pair.channels.size() != 2) return pair.evidence >= threshold;
-  const auto single = std::ranges::find_if(*tried, [&](const TriedCause& cause) {
-    return cause.channels.size() == 1 && IsPartOf(cause, pair);
+// The cause that the evidence names. Of two rotors, a second one is left out where the first alone
+// is proven and the second is not; where neither is, both together need the evidence of both.
+std::optional<TriedCause> NamedOf(int channels, const std::vector<TriedCause>& tried) {
+  const double threshold = ThresholdFor(tried.size());
+  const TriedCause& best = tried.front();
+  if (best.evidence < threshold) return std::nullopt;
+  if (best.channels.size() != 2) return best;
+  const auto single = std::ranges::find_if(tried, [&](const TriedCause& cause) {
+    return cause.channels.size() == 1 && IsPartOf(cause, best);
   });
   const double further_rotors = channels - 1.0;
-  if (single == tried->end() || single->evidence < threshold) {
-    return pair.evidence >= threshold + std::log(100.0 * further_rotors);
+  if (single == tried.end() || single->evidence < threshold) {
+    const bool both = best.evidence >= threshold + std::log(100.0 * further_rotors);
+    return both ? std::optional(best) : std::nullopt;
   }
-  const double gain = 2.0 * (pair.evidence - single->evidence);
-  if (further_rotors * ChiSquareTail(gain, 1.0) >= kSecondRotor) {
-    std::rotate(tried->begin(), single, single + 1);
-  }
-  return true;
+  const double gain = 2.0 * (best.evidence - single->evidence);
+  return further_rotors * ChiSquareTail(gain, 1.0) < kSecondRotor ? best : *single;
 }
 
 Findings Search(const Eigen::VectorXd& ln_command, const TrimForecast& forecast,
@@ -110,7 +109,7 @@ Findings Search(const Eigen::VectorXd& ln_command, const TrimForecast& forecast,
   }
   std::vector<TriedCause>& tried = findings.tried;
   std::ranges::stable_sort(tried, std::greater(), &TriedCause::Score);
-  findings.named = Judge(static_cast<int>(deviation.size()), &tried);
+  findings.named = NamedOf(static_cast<int>(deviation.size()), tried);
   const TriedCause& best = tried.front();
   for (const TriedCause& other : tried) {
     const bool nested = IsPartOf(other, best) || IsPartOf(best, other);
@@ -175,7 +174,7 @@ std::vector<ReferenceFlight> Others(const CommandTrim& flight,
 }  // namespace
 
 std::string Comparison::Verdict() const {
-  const double left = findings.named ? findings.tried.front().misfit_p : findings.misfit_p;
+  const double left = findings.named ? findings.named->misfit_p : findings.misfit_p;
   if (left < kMisfit) return "unexplained";
   return findings.named ? "ambiguous" : "clean";
 }

@@ -7,6 +7,7 @@
 // cause comes with the load that it can't be told from.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,8 +46,8 @@ struct AlikeLoad {
 
 struct Findings {
   std::vector<TriedCause> tried;  // best score first
-  bool named = false;             // the first one
-  std::vector<TriedCause> alike;  // others that fit as well as it
+  std::optional<TriedCause> named;
+  std::vector<TriedCause> alike;  // others that fit as well as the first
   double misfit_p = 1.0;          // of the trim against no change
 };
 

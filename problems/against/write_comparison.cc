@@ -107,10 +107,10 @@ void AddShared(const Comparison& comparison, const TriedCause& cause, const Find
   (*node)["text"] = Statement(comparison, cause);
 }
 
-// A cause for each rotor of the change that stands first.
-YAML::Node CausesNode(const Comparison& comparison, const Findings& findings) {
+// A cause for each rotor of a change.
+YAML::Node CausesNode(const Comparison& comparison, const Findings& findings,
+                      const TriedCause& cause) {
   YAML::Node causes(YAML::NodeType::Sequence);
-  const TriedCause& cause = findings.tried.front();
   for (Eigen::Index i = 0; i < cause.size.size(); ++i) {
     YAML::Node node;
     node["id"] = cause.id;
@@ -206,13 +206,14 @@ YAML::Node DiagnosisNode(const Comparison& comparison, const YAML::Node& provena
   node["verdict"] = comparison.Verdict();
   node["drive"] = "commands";
   for (const CommandTrim& other : comparison.others) node["against"].push_back(other.log);
-  const YAML::Node none(YAML::NodeType::Sequence);
-  node["causes"] = findings.named ? CausesNode(comparison, findings) : none;
-  // What stands first though the evidence does not suffice to name it.
-  if (!findings.named) node["first"] = CausesNode(comparison, findings);
-  const Findings& same = comparison.if_same_session;
+  const auto causes = [&](const Findings& of) {
+    return of.named ? CausesNode(comparison, of, *of.named) : YAML::Node(YAML::NodeType::Sequence);
+  };
+  node["causes"] = causes(findings);
+  // What stands first, though the evidence may not suffice to name it, or all of it.
+  node["first"] = CausesNode(comparison, findings, findings.tried.front());
   if (comparison.session == SessionOfFlight::kUnknown) {
-    node["if_same_session"] = same.named ? CausesNode(comparison, same) : none;
+    node["if_same_session"] = causes(comparison.if_same_session);
   }
   node["evidence_needed"] = Rounded(comparison.Threshold(), 4);
   for (const TriedCause& cause : findings.tried) {
@@ -258,18 +259,19 @@ void WriteComparison(const Comparison& comparison, const YAML::Node& provenance,
 }
 
 std::string ComparisonTable(const Comparison& comparison) {
-  const TriedCause& best = comparison.findings.tried.front();
+  const Findings& findings = comparison.findings;
+  const TriedCause& best = findings.tried.front();
   std::string table = fmt::format("verdict: {}\n", comparison.Verdict());
-  if (comparison.findings.named) {
-    table += fmt::format("{}\n", Statement(comparison, best));
+  if (findings.named) {
+    table += Statement(comparison, *findings.named) + "\n";
   } else if (best.Score() > 0.0) {
     table += fmt::format("nothing is named; first would be: {} (evidence {:.1f} of {:.1f})\n",
                          Statement(comparison, best), best.evidence, comparison.Threshold());
   }
-  const Findings& same = comparison.if_same_session;
-  if (comparison.session == SessionOfFlight::kUnknown && !comparison.findings.named && same.named) {
+  const std::optional<TriedCause>& same = comparison.if_same_session.named;
+  if (comparison.session == SessionOfFlight::kUnknown && !findings.named && same) {
     table += fmt::format("if the flight is of the references' session: {}\n",
-                         Statement(comparison, same.tried.front()));
+                         Statement(comparison, *same));
   }
   table += SessionText(comparison) + "\n\n";
   table += fmt::format("{:<9}{:>10}{:>12}{:>12}{:>12}\n", "command", "mean", "expected", "change",

@@ -83,7 +83,7 @@ def rotors(result, key="causes"):
 
 
 def first(result):
-    return rotors(result) or rotors(result, "first")
+    return rotors(result, "first")
 
 
 def share(hits):
@@ -192,8 +192,11 @@ class Cuts:
             chosen = [(f, *size(f, r, rotor)) for f, r in found
                       if f["vehicle"] == vehicle and rotor in f["weak"]]
             if len(chosen) > 2:
-                value = -spearmanr([f["cut"][rotor] for f, _, _ in chosen], [s for _, s, _ in chosen])[0]
-                rows.append((f"depth of the cut against the factor, M{rotor} of {vehicle}: Spearman", f"{value:.2f}", f"{wanted:.2f}"))
+                def value(of):
+                    return -spearmanr([f["cut"][rotor] for f, _, _ in of], [s for _, s, _ in of])[0]
+                motors = [c for c in chosen if c[0]["kind"] == "motor"]
+                rows.append((f"depth of the cut against the factor, M{rotor} of {vehicle}: Spearman",
+                             f"{value(motors):.2f} by motor logs, {value(chosen):.2f} by all", f"{wanted:.2f}"))
             for (a, x, sigma), (b, y, _) in itertools.permutations(chosen, 2):
                 if a["label"] == b["label"] and a["kind"] == b["kind"] == "motor":
                     repeats.append(abs(x - y) < 1.96 * np.sqrt(2) * sigma)
