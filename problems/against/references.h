@@ -51,7 +51,7 @@ References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass);
 
 inline constexpr double kSessionGap = 0.025;
 inline constexpr double kUsualCounts = 6.0;
-inline constexpr TrimScatter kUsualWithin = {0.005, 0.0075};
+inline constexpr TrimScatter kUsualWithin = {0.005, 0.007};
 inline constexpr TrimScatter kUsualBetween = {0.025, 0.022};
 
 }  // namespace trueline
