@@ -15,7 +15,7 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   FlightLog log = ReadCommandLog(directory);
   if (!log.imu.empty()) return log;
   throw ErrorAt((directory / "imu.csv").string(), 0,
-                "is missing; only trueline-diagnose --against does without the IMU");
+                "is missing; every log needs it, but for trueline-diagnose --against");
 }
 
 FlightLog ReadCommandLog(const fs::path& directory) {
