@@ -46,6 +46,11 @@ class LabelledFlights(unittest.TestCase):
         self.assertEqual(len(result["against"]), 3)
         self.assertIn("plot-trims", (self.out / "result/report.html").read_text())
 
+    def test_mixes_the_commands_of_controller_logs(self):
+        cut = flights("controller", "E8", "cut_propeller_M3_3mm_3mm_41mm")[0]
+        result = self.diagnose(cut, flights("motor", "E8", "normal_flight"), "--report=false")
+        self.assertEqual([c["parameters"]["rotor"]["value"] for c in result["causes"]], [2])
+
     def test_is_silent_on_another_session_and_tape(self):
         *others, last = flights("motor", "E8", "normal_flight")
         tape = flights("motor", "E8", "tape_on_propeller_M3")[0]
