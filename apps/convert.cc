@@ -92,7 +92,8 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   }
   if (!proposed.empty()) WriteFileAtomically(out.path() / kProposed, proposed);
   WriteNativeLog(converted, out.path());
-  const FlightLog log = ReadAndLook(out.path());
+  const FlightLog log =
+      converted.imu.empty() ? ReadCommandLog(out.path()) : ReadAndLook(out.path());
   WarnAll(log.warnings, FLAGS_quiet);
   out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));

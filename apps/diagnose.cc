@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include "problems/against/read_flights.h"
+#include "problems/against/write_comparison.h"
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
@@ -16,6 +18,10 @@
 #include "problems/result/render.h"
 
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
+DEFINE_string(against, "", "reference flights of the same vehicle: logs, folders of logs, globs");
+DEFINE_string(session, "unknown", "with --against: same, if the flight is of their session");
+DEFINE_string(map, "",
+              "with --against: the YAML column map of foreign logs; empty: one that ships");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
@@ -41,6 +47,11 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
   trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
       what the model driven by rotor speeds gets wrong: drag, a weak rotor, a load that slips, ...;
       further flights after commas confirm here, too
+
+  trueline-diagnose --log=flight --against=yesterday/,flight3,flight4 --out=result
+      what differs from reference flights of the vehicle, by the commands that hold it in the air: a
+      weak rotor or a load under it, two rotors, the thrust of all; needs positions and motor
+      commands, no IMU; foreign logs are converted on the way
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
 
@@ -101,6 +112,41 @@ int RunImu() {
                trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
 }
 
+// The references that can be used, with a warning for each of the others.
+std::vector<trueline::ReferenceFlight> ReadReferences() {
+  std::vector<trueline::ReferenceFlight> references;
+  for (const trueline::NamedFlight& flight : trueline::FlightsOf(FLAGS_against)) {
+    try {
+      const trueline::FlightLog log = trueline::ReadOrConvert(flight.path, FLAGS_map);
+      references.push_back({trueline::TrimOf(log), flight.session});
+    } catch (const trueline::NoUsableResult& error) {
+      trueline::Warn(std::string("left out of --against: ") + error.what(), FLAGS_quiet);
+    }
+  }
+  if (references.empty()) throw trueline::NoUsableResult("--against: no flight can be used");
+  return references;
+}
+
+int RunAgainst() {
+  if (FLAGS_session != "unknown" && FLAGS_session != "same") {
+    throw trueline::InputError("--session=" + FLAGS_session + " is not known; use unknown or same");
+  }
+  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
+  const std::vector<trueline::NamedFlight> named = trueline::FlightsOf(FLAGS_log);
+  if (named.size() != 1) throw trueline::InputError("--against: give one flight in --log");
+  const trueline::FlightLog log = trueline::ReadOrConvert(named.front().path, FLAGS_map);
+  trueline::WarnAll(log.warnings, FLAGS_quiet);
+  const auto session = FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
+                                               : trueline::SessionOfFlight::kUnknown;
+  const trueline::Comparison comparison =
+      trueline::Compare(trueline::TrimOf(log), ReadReferences(), session);
+  trueline::WarnAll(comparison.warnings, FLAGS_quiet);
+  trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out.path());
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
+                    &out);
+  return trueline::kExitDone;
+}
+
 int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
@@ -114,6 +160,7 @@ int Run() {
   if (!(FLAGS_alpha > 0.0 && FLAGS_alpha < 1.0)) {
     throw trueline::InputError("--alpha must lie between 0 and 1");
   }
+  if (!FLAGS_against.empty()) return RunAgainst();
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
 }
 

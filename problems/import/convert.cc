@@ -293,7 +293,7 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
       ReadFile(files[i], map.inputs[i].dialect, of_file, &log.warnings);
     }
   }
-  if (log.imu.empty()) {
+  if (log.imu.empty() && map.streams.contains("imu")) {
     const std::string message = map.file + ": 'streams.imu' keeps no row; " + WhyNoImu(log);
     if (recordings[map.streams.at("imu").input]) throw NoUsableLog(message);
     throw InputError(message);

@@ -64,6 +64,8 @@ Span AirborneSpan(const CutOptions& options, const std::vector<PoseSample>& moca
 }  // namespace
 
 void CutLog(const CutOptions& options, const std::string& map_file, FlightLog* log) {
+  if (!options.from && !options.to && !options.min_height) return;
+  if (log->imu.empty()) throw ErrorAt(map_file, 0, "'cut' needs the stream 'imu'; remove it");
   Span span = SpanOfTimes(options, log->imu.front().t);
   if (options.min_height) {
     if (log->mocap.empty()) {

@@ -66,6 +66,9 @@ std::optional<ImportMap> FindShippedMap(const Recording& recording) {
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {
   std::vector<std::string> found;
+  if (log.imu.empty() && !log.motors.empty()) {
+    return {file + ": has no IMU; only trueline-diagnose --against reads it"};
+  }
   if (log.imu.size() < kLeastImuSamples) {
     throw NoUsableLog(fmt::format(
         "{}: the IMU has no more than {} samples, which are no flight; log it at 100 Hz or more",

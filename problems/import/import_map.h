@@ -35,7 +35,8 @@
 //     mocap:    {position: {columns: [px, py, pz], unit: m, earth: ENU}, quaternion: {...}}
 //     pose:     like mocap, of the pose sensor
 //     rotors:   {columns: [m1, m2, m3, m4], unit: rpm}
-//     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}
+//     motors:   {columns: [u1, u2, u3, u4], scale: 1.5259e-5}   # or one column, the total thrust;
+//                            # mix: [[1, -0.5, 0.5, 1], ...]: rows of weights of the columns
 //     battery:  {column: vbat, unit: V}
 //     range:    {column: sonar, unit: m}
 //

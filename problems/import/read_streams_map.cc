@@ -166,7 +166,8 @@ TimeSource ReadTimeSource(const YamlMap& map, bool is_csv) {
 std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const SourceAxes& axes,
                                                 const std::vector<InputMap>& inputs) {
   std::map<std::string, StreamMap> streams;
-  if (!map.Has("imu")) map.Child("imu");  // required: the error if absent
+  // Required, but for logs of commands: the error if absent.
+  if (!map.Has("imu") && !map.Has("motors")) map.Child("imu");
   const FlightLog log;
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     const YAML::Node node = map.RawNode(stream.name);  // marks it as known, though absent

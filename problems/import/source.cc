@@ -1,6 +1,7 @@
 #include "problems/import/source.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "problems/common/error.h"
 #include "problems/log/csv_text.h"
@@ -91,6 +92,13 @@ NumberSource::NumberSource(const YamlMap& map, const char* si, int count, const 
     // A constant is given in SI.
     scale_[i] = columns_[i].is_constant() ? 1.0 : scale_[i] * unit;
   }
+  if (count != 0 || !map.Has("mix")) return;
+  mix_ = map.Get<std::vector<std::vector<double>>>("mix");
+  for (const std::vector<double>& row : mix_) {
+    if (row.size() == columns_.size()) continue;
+    map.Fail("mix", fmt::format("each row needs {} weights, one a column, found {}",
+                                columns_.size(), row.size()));
+  }
 }
 
 NumberSource NumberSource::Single(const YamlMap& map, const char* si) {
@@ -122,7 +130,12 @@ std::vector<double> NumberSource::Values(const ForeignRow& row) const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     values[i] = scale_[i] * columns_[i].Value(row) + offset_[i];
   }
-  return values;
+  if (mix_.empty()) return values;
+  std::vector<double> mixed;
+  for (const std::vector<double>& weights : mix_) {
+    mixed.push_back(std::inner_product(weights.begin(), weights.end(), values.begin(), 0.0));
+  }
+  return mixed;
 }
 
 SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)

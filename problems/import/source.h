@@ -44,7 +44,8 @@ std::vector<SourceColumn> ReadColumns(const YamlMap& map, const std::string& key
 double ReadUnit(const YamlMap& map, const char* si);
 
 // Numbers in SI = scale * unit * column + offset, in any number of columns:
-// {columns: [a, b, c], unit: u, scale: s or [s, s, s], offset: likewise}.
+// {columns: [a, b, c], unit: u, scale: s or [s, s, s], offset: likewise}. Any number of columns may
+// have `mix: [[1, 0.5], ...]`: a row of weights of the columns for each number.
 class NumberSource {
  public:
   NumberSource() = default;
@@ -64,6 +65,7 @@ class NumberSource {
   std::vector<SourceColumn> columns_;
   std::vector<double> scale_;
   std::vector<double> offset_;
+  std::vector<std::vector<double>> mix_;  // rows of weights; none: the columns themselves
 };
 
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad,

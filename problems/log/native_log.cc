@@ -12,6 +12,13 @@ namespace trueline {
 namespace fs = std::filesystem;
 
 FlightLog ReadNativeLog(const fs::path& directory) {
+  FlightLog log = ReadCommandLog(directory);
+  if (!log.imu.empty()) return log;
+  throw ErrorAt((directory / "imu.csv").string(), 0,
+                "is missing; every log needs it, but for trueline-diagnose --against");
+}
+
+FlightLog ReadCommandLog(const fs::path& directory) {
   if (!fs::is_directory(directory)) {
     throw ErrorAt(directory.string(), 0,
                   "is no directory; a native log is a directory with log.yaml and imu.csv");
@@ -26,6 +33,7 @@ FlightLog ReadNativeLog(const fs::path& directory) {
   ReadStreams(directory, &log);
   log.imu.shrink_to_fit();  // by far the longest streams
   log.attitude.shrink_to_fit();
+  if (log.imu.empty()) return log;
   for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
   return log;
 }

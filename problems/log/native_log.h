@@ -15,6 +15,9 @@ namespace trueline {
 // integrator handles gaps).
 FlightLog ReadNativeLog(const std::filesystem::path& directory);
 
+// The same for a log that may lack the IMU where it has motor commands.
+FlightLog ReadCommandLog(const std::filesystem::path& directory);
+
 // Each file is written under a temporary name and renamed; streams that are empty are not written.
 void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);
 

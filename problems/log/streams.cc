@@ -200,7 +200,7 @@ void WriteStream(const Stream& stream, const std::vector<Sample>& samples, const
 }  // namespace
 
 void ReadStreams(const fs::path& directory, FlightLog* log) {
-  if (!fs::exists(directory / "imu.csv")) {
+  if (!fs::exists(directory / "imu.csv") && !fs::exists(directory / "motors.csv")) {
     throw ErrorAt((directory / "imu.csv").string(), 0,
                   fmt::format("is missing; every log needs '{}'",
                               Header(ColumnsOf(ImuSample{}, Stream{"imu"}))));

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import plotly.graph_objects as go
 
+import against_sections
 import misfit_sections
 from charts import BAD, FIXES, decimate, embed, style
 from csv_table import read_table
@@ -35,6 +36,9 @@ def build(arguments):
     if result.get("verdict") not in VERDICTS:
         raise ReportError(f"{path}: 'verdict' is missing or not known")
     page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
+    if "against" in result:
+        against_sections.add_to(page, result, arguments.result)
+        return page
     page.add("verdict", "Result", *_verdict(result))
     if misfit := misfit_sections.sections(result, arguments.result):
         page.add("misfit", "Misfit", *misfit)

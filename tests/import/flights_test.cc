@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "problems/log/native_log.h"
@@ -224,11 +225,16 @@ TEST_P(Flights, CanBeReadAsANativeLog) {
 
 INSTANTIATE_TEST_SUITE_P(Measured, Flights, testing::ValuesIn(kFlights), NameOf);
 
+// Maps of logs without an IMU: the labelled flights, which scripts/blind/labelled.py flies.
+constexpr std::array kCommandMaps = {"crazypad_motors", "crazypad_controller", "crazyswarm_lee",
+                                     "crazyswarm_lee_si"};
+
 TEST(Maps, AllAreReadAndFlown) {
   // Those of recordings are flown in recordings_test.cc.
   std::set<std::string> flown = {"ardupilot",   "betaflight", "crazyflie", "euroc", "foxglove",
                                  "imu_and_tum", "indiflight", "px4",       "ros"};
   for (const Flight& flight : kFlights) flown.insert(flight.map);
+  for (const char* map : kCommandMaps) flown.insert(map);
   for (const auto& entry : std::filesystem::directory_iterator(
            std::string(TRUELINE_TEST_SOURCE_DIR) + "/config/import")) {
     EXPECT_NO_THROW(ReadImportMap(entry.path()));

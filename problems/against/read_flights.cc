@@ -1,0 +1,88 @@
+#include "problems/against/read_flights.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+#include "problems/import/convert.h"
+#include "problems/import/find_map.h"
+#include "problems/import/formats/open_recording.h"
+#include "problems/import/resolve_channels.h"
+#include "problems/log/native_log.h"
+
+namespace trueline {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsNative(const fs::path& path) { return fs::exists(path / "log.yaml"); }
+
+std::vector<std::string> Matches(const std::string& pattern) {
+  glob_t found{};
+  std::vector<std::string> paths;
+  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0) {
+    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  }
+  ::globfree(&found);
+  return paths;
+}
+
+// The native logs in a folder or, without one, its files.
+std::vector<std::string> LogsIn(const fs::path& folder) {
+  std::vector<std::string> logs, files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (IsNative(entry.path())) logs.push_back(entry.path().string());
+    if (entry.is_regular_file()) files.push_back(entry.path().string());
+  }
+  std::vector<std::string>& there = logs.empty() ? files : logs;
+  std::ranges::sort(there);
+  return there;
+}
+
+ImportMap MapFor(const std::string& path, const std::string& map) {
+  if (!map.empty()) return ReadImportMap(map);
+  const std::unique_ptr<Recording> recording = OpenRecording(path);
+  if (auto shipped = FindShippedMap(*recording)) return *shipped;
+  throw NoUsableResult(path + ": no map of config/import fits: " + WhyNoMapFits(recording.get()) +
+                       "; give one by --map");
+}
+
+}  // namespace
+
+std::vector<NamedFlight> FlightsOf(const std::string& list) {
+  std::vector<NamedFlight> flights;
+  int sessions = 0;
+  for (const std::string& entry : SplitPaths(list)) {
+    const std::vector<std::string> paths =
+        fs::exists(entry) ? std::vector<std::string>{entry} : Matches(entry);
+    if (paths.empty()) throw InputError(entry + ": there is no such log or folder; check the path");
+    for (const std::string& path : paths) {
+      if (!fs::is_directory(path) || IsNative(path)) {
+        flights.push_back({path});
+        continue;
+      }
+      const std::vector<std::string> logs = LogsIn(path);
+      if (logs.empty()) throw InputError(path + ": the folder holds no log");
+      for (const std::string& log : logs) flights.push_back({log, sessions});
+      ++sessions;
+    }
+  }
+  return flights;
+}
+
+FlightLog ReadOrConvert(const std::string& path, const std::string& map) {
+  if (fs::is_directory(path)) return ReadCommandLog(path);
+  try {
+    FlightLog log = ConvertLog(MapFor(path, map), {path}, {});
+    log.directory = path;
+    return log;
+  } catch (const NoUsableLog& error) {
+    throw NoUsableResult(error.what());
+  }
+}
+
+}  // namespace trueline
