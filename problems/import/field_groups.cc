@@ -21,6 +21,7 @@ constexpr auto kSpellings = std::to_array<Spelling>({
     {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"}, {"radps", "rad/s"}, {"deg/s", "deg/s"},
     {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"}, {"dps", "deg/s"},   {"deg", "deg"},
     {"rad", "rad"},        {"m", "m"},         {"cm", "cm"},       {"mm", "mm"},
+    {"m/s", "m/s"},        {"mps", "m/s"},     {"cm/s", "cm/s"},   {"mm/s", "mm/s"},
 });
 
 // "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
