@@ -159,7 +159,12 @@ int Run() {
   if (FLAGS_in.empty() || (!FLAGS_map.empty() && FLAGS_out.empty())) {
     throw InputError("--map, --in and --out are needed, or --in alone; see --help for examples");
   }
-  return FLAGS_map.empty() ? WithoutMap() : WithMap();
+  try {
+    return FLAGS_map.empty() ? WithoutMap() : WithMap();
+  } catch (const NoUsableLog& error) {
+    fmt::print(stderr, "trueline-convert: no usable log: {}\n", error.what());
+    return kExitNoResult;
+  }
 }
 
 }  // namespace

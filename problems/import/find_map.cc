@@ -94,13 +94,14 @@ FoundLog FindLog(const std::vector<std::string>& files) {
   if (files.empty()) throw InputError("no log is given");
   FoundLog found{files, nullptr, std::nullopt, "", {}};
   std::error_code unknown;
-  for (const std::string& file : files) {
-    if (!std::filesystem::exists(file, unknown)) OpenRecording(file);  // the error
+  for (const std::string& file : files) {  // the errors of what is no log to convert
+    const bool is_native = std::filesystem::exists(file + "/log.yaml", unknown);
+    if (is_native || !std::filesystem::exists(file, unknown)) OpenRecording(file);
   }
   const std::vector<std::string> tables = TablesIn(files);
-  const bool is_other = files.size() == 1 && tables == files && !IsTable(files.front());
-  const std::string key = files.size() == 1 && !is_other ? FormatOf(files.front()) : "";
-  if (is_other || (!key.empty() && key != kCsvFormat)) {
+  const std::string key = files.size() == 1 ? FormatOf(files.front()) : "";
+  const bool is_recording = !key.empty() && key != kCsvFormat;
+  if (is_recording || (files.size() == 1 && tables == files && key.empty())) {
     found.recording = OpenRecording(files.front());
     found.shipped = FindShippedMap(*found.recording);
   } else {
