@@ -117,7 +117,11 @@ FieldGroup EulerAnglesOf(const Channel& channel) {
       }
     }
   }
-  std::erase_if(groups, [](const FieldGroup& g) { return g.parts.size() < 3; });
+  // Rates are none, nor what a controller wants.
+  std::erase_if(groups, [](const FieldGroup& g) {
+    return g.parts.size() < 3 || g.unit.ends_with("/s") ||
+           g.stem.find("controller.") != std::string::npos;
+  });
   std::stable_partition(groups.begin(), groups.end(),
                         [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
   return groups.empty() ? FieldGroup{} : groups.front();
