@@ -61,10 +61,10 @@ using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
 
 constexpr char kProposed[] = "proposed_map.yaml";
 
-// `proposed`: the map's text, written beside the log; empty where the user has the map.
-int Convert(const ImportMap& map, const std::string& proposed) {
-  std::vector<std::string> files = NativeLogFiles();
-  if (FLAGS_map.empty()) files.emplace_back(kProposed);  // else it may be the user's edited one
+// `found`: by what map the log is read where the user gives none, else null.
+int Convert(const ImportMap& map, const FoundLog* found) {
+  std::vector<std::string> outputs = NativeLogFiles();
+  if (found != nullptr) outputs.emplace_back(kProposed);  // else it may be the user's edited one
   for (const std::string& input : SplitPaths(FLAGS_in)) {
     std::error_code unknown;
     const auto folder = std::filesystem::weakly_canonical(FLAGS_out, unknown);
@@ -72,7 +72,7 @@ int Convert(const ImportMap& map, const std::string& proposed) {
       throw InputError(input + " lies in --out and might be replaced; give another --out");
     }
   }
-  ResultFolder out(FLAGS_out, files);
+  ResultFolder out(FLAGS_out, outputs);
   ConvertOptions options;
   options.seed = FLAGS_seed;
   if (FLAGS_fix_sigma != 0.0) options.fix_sigma = FLAGS_fix_sigma;
@@ -82,15 +82,17 @@ int Convert(const ImportMap& map, const std::string& proposed) {
   options.fixes_from_mocap = OverrideFixes(
       map, {FLAGS_straights, FLAGS_min_count, FLAGS_max_count, FLAGS_sigma_factor,
             FLAGS_sigma_floor, FLAGS_student_dof, FLAGS_outlier_share, FLAGS_outlier_size});
-  FlightLog converted = ConvertLog(map, SplitPaths(FLAGS_in), options);
+  FlightLog converted = found == nullptr ? ConvertLog(map, SplitPaths(FLAGS_in), options)
+                                         : ConvertFound(*found, options);
   const std::string moved =
       map.mocap_on_imu_clock ? AlignMocap(map.fixes_from_mocap.has_value(), &converted) : "";
   if (!moved.empty()) Warn(moved, FLAGS_quiet);
   WarnAll(converted.warnings, FLAGS_quiet);
-  if (FLAGS_map.empty()) {
+  if (found != nullptr) {
     for (const std::string& lack : Shortcomings(converted, FLAGS_in)) Warn(lack, FLAGS_quiet);
+    WarnAll(AssumptionWarnings(*found), FLAGS_quiet);
+    WriteFileAtomically(out.path() / kProposed, found->map);
   }
-  if (!proposed.empty()) WriteFileAtomically(out.path() / kProposed, proposed);
   WriteNativeLog(converted, out.path());
   const FlightLog log =
       converted.imu.empty() ? ReadCommandLog(out.path()) : ReadAndLook(out.path());
@@ -109,32 +111,28 @@ void Propose(const std::string& proposed) {
        FLAGS_quiet);
 }
 
-// Where no usable log can be made, an earlier one stays; the map to be edited comes beside it.
-int ConvertOrPropose(const ImportMap& map, const std::string& proposed) {
-  try {
-    return Convert(map, proposed);
-  } catch (const NoUsableLog&) {
-    Propose(proposed);
-    throw;
-  }
-}
-
-// Lists the log and proposes a map; converts by it if it ships and --out is given.
+// Lists the log and the map that reads it; converts by that if --out is given. Where no usable log
+// can be made, an earlier one stays; the map to be edited comes beside it.
 int WithoutMap() {
-  if (SplitPaths(FLAGS_in).size() != 1) throw InputError("several files in --in need a --map");
-  const std::unique_ptr<Recording> recording = OpenRecording(FLAGS_in);
-  const std::optional<ImportMap> shipped = FindShippedMap(*recording);
-  const std::string proposed =
-      shipped ? FirstBytes(shipped->file, 1 << 20) : ProposeMap(recording.get());
-  if (shipped && !FLAGS_out.empty()) return ConvertOrPropose(*shipped, proposed);
-  WarnAll(recording->warnings(), FLAGS_quiet);
-  if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*recording), proposed);
-  if (FLAGS_out.empty()) return kExitDone;
-  Propose(proposed);
-  throw NoUsableLog(
-      fmt::format("{}: {}. If it can be read otherwise, edit {}/proposed_map.yaml and give that by "
-                  "--map",
-                  FLAGS_in, WhyNoMapFits(recording.get()), FLAGS_out));
+  const FoundLog found = FindLog(SplitPaths(FLAGS_in));
+  if (FLAGS_out.empty()) {
+    WarnAll(found.recording->warnings(), FLAGS_quiet);
+    if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*found.recording), found.map);
+    return kExitDone;
+  }
+  try {
+    return Convert(MapOf(found), &found);
+  } catch (const NoUsableLog& error) {
+    if (!found.shipped && !FLAGS_quiet) {
+      WarnAll(found.recording->warnings(), FLAGS_quiet);
+      fmt::print("{}\n{}", ListChannels(*found.recording), found.map);
+    }
+    Propose(found.map);
+    if (found.shipped) throw;
+    throw NoUsableLog(fmt::format(
+        "{}. If it can be read otherwise, edit {}/proposed_map.yaml and give that by --map",
+        error.what(), FLAGS_out));
+  }
 }
 
 // A remedy where another map that ships fits the log.
@@ -147,9 +145,12 @@ std::string OtherMap() {
 }
 
 int WithMap() {
-  const ImportMap map = ReadImportMap(FLAGS_map);
+  std::vector<std::string> warnings;
+  YAML::Node node;
+  const ImportMap map = ReadUserMap(FLAGS_map, SplitPaths(FLAGS_in), &warnings, &node);
+  WarnAll(warnings, FLAGS_quiet);
   try {
-    return Convert(map, "");
+    return Convert(map, nullptr);
   } catch (const UnknownColumn& error) {
     throw InputError(error.what() + OtherMap());
   }

@@ -24,8 +24,10 @@
 
 DEFINE_string(log, "",
               "a native log's folder, or the foreign log, or its files with commas between");
-DEFINE_string(map, "",
-              "the column map of a foreign log; without it, one of config/import that fits");
+DEFINE_string(
+    map, "",
+    "the column map of a foreign log; without it, one of config/import that fits, else one "
+    "by the names of its columns");
 DEFINE_string(vehicle, "", "YAML with vehicle: {rotors: [...]}, for a log that states no rotors");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_bool(report, true, "write report.html");
@@ -61,26 +63,26 @@ struct Opened {
   std::vector<std::string> files;  // of the map's inputs
 };
 
-ImportMap MapFor(const std::vector<std::string>& files) {
-  if (!FLAGS_map.empty()) return ReadImportMap(FLAGS_map);
-  if (files.size() != 1) throw InputError("several files in --log need a --map");
-  const std::unique_ptr<Recording> recording = OpenRecording(files.front());
-  const auto shipped = FindShippedMap(*recording);
-  if (shipped) return *shipped;
-  throw NoUsableLog(fmt::format("{}: {}. trueline-convert --in={} proposes a map", files.front(),
-                                WhyNoMapFits(recording.get()), files.front()));
-}
-
 // Take-off and landing are inspected too; parts that the map cuts by time are not.
 Opened OpenForeign() {
   Opened opened;
   opened.files = SplitPaths(FLAGS_log);
-  ImportMap map = MapFor(opened.files);
-  opened.map = YAML::LoadFile(map.file);
+  ImportMap map;
+  std::vector<std::string> assumed;
+  if (FLAGS_map.empty()) {
+    const FoundLog found = FindLog(opened.files);
+    map = MapOf(found);
+    opened.files = found.files;
+    opened.map = YAML::Load(found.map);
+    assumed = AssumptionWarnings(found);
+  } else {
+    map = ReadUserMap(FLAGS_map, opened.files, &assumed, &opened.map);
+  }
   map.cut.min_height.reset();
   map.fixes_from_mocap.reset();
   opened.sources = FileAttitudesOf(map);
   opened.log = ConvertLog(map, opened.files, {});
+  opened.log.warnings.insert(opened.log.warnings.end(), assumed.begin(), assumed.end());
   return opened;
 }
 
@@ -163,12 +165,7 @@ int Run() {
   }
   CheckMapIsNoResult();
   ResultFolder out(FLAGS_out, "trueline-inspect");
-  try {
-    return InspectLog(&out);
-  } catch (const NoUsableLog& error) {
-    fmt::print(stderr, "trueline-inspect: {}\n", error.what());
-    return kExitNoResult;
-  }
+  return InspectLog(&out);
 }
 
 }  // namespace

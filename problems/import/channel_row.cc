@@ -8,12 +8,18 @@
 #include "problems/log/csv_text.h"
 
 namespace trueline {
+namespace {
+
+constexpr double kStale = 1.0;  // s, from where on a companion's last values are missing
+
+}  // namespace
 
 ChannelRow::ChannelRow(const Recording& recording, const std::vector<std::size_t>& channels)
     : recording_(recording), channels_(channels) {
   for (const std::size_t channel : channels_) {
     starts_.push_back(cells_.size());
     cells_.resize(cells_.size() + recording_.channels()[channel].fields.size());
+    times_.push_back(0);
   }
 }
 
@@ -22,18 +28,27 @@ bool ChannelRow::AddRecord(std::size_t channel, const Record& record) {
     if (channels_[i] != channel) continue;
     const auto start = static_cast<std::ptrdiff_t>(starts_[i]);
     std::copy(record.cells.begin(), record.cells.end(), cells_.begin() + start);
+    times_[i] = record.time;
   }
   if (channel != channels_.front()) return false;
   time_ = record.time;
   is_unstamped_ = record.is_unstamped;
   place_ = record.place;
   missing_ = -1;
+  for (std::size_t i = 1; i < channels_.size(); ++i) {
+    if (std::abs(ToSeconds(time_) - ToSeconds(times_[i])) < kStale) continue;
+    const auto start = cells_.begin() + static_cast<std::ptrdiff_t>(starts_[i]);
+    const std::size_t count = recording_.channels()[channels_[i]].fields.size();
+    std::fill_n(start, count, Cell());
+  }
   return true;
 }
 
 int ChannelRow::IndexOf(const std::string& column, const std::string& where) const {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const int index = recording_.channels()[channels_[i]].IndexOf(column);
+    const Channel& channel = recording_.channels()[channels_[i]];
+    const std::string own = channel.name + ":";  // tells fields of one name apart
+    const int index = channel.IndexOf(column.starts_with(own) ? column.substr(own.size()) : column);
     if (index >= 0) return static_cast<int>(starts_[i]) + index;
   }
   const Channel& channel = recording_.channels()[channels_.front()];

@@ -31,6 +31,7 @@ class ChannelRow : public ForeignRow {
   const Recording& recording_;
   std::vector<std::size_t> channels_;
   std::vector<std::size_t> starts_;  // of their fields in cells_
+  std::vector<TimeNs> times_;        // of the channels' last records
   std::vector<Cell> cells_;
   TimeNs time_ = 0;
   bool is_unstamped_ = false;

@@ -7,13 +7,16 @@
 #include <limits>
 #include <map>
 
+#include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
 #include "problems/import/cut.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/tables.h"
 #include "problems/import/formats/text_tables.h"
 #include "problems/import/read_channels.h"
 #include "problems/import/resolve_channels.h"
+#include "problems/import/stamp_reader.h"
 #include "problems/import/stream_import.h"
 
 namespace trueline {
@@ -134,6 +137,10 @@ void ReadRecording(Recording* recording, const std::vector<StreamImport*>& strea
   }
 }
 
+bool Contains(const std::vector<std::string>& formats, const std::string& key) {
+  return std::find(formats.begin(), formats.end(), key) != formats.end();
+}
+
 // Opens the inputs that are no CSV.
 Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& files) {
   Recordings recordings(files.size());
@@ -147,9 +154,13 @@ Recordings OpenRecordings(const ImportMap& map, const std::vector<std::string>& 
                                 "'format' in it",
                                 key, map.file));
     }
-    recordings[i] = OpenRecording(files[i]);
+    const std::vector<std::string> tables = TablesIn(SplitPaths(files[i]));
+    const bool are_tables = std::all_of(tables.begin(), tables.end(), IsTable);
+    if (are_tables) recordings[i] = OpenTables(tables);
+    const bool fits = are_tables && Contains(formats, recordings[i]->format().key);
+    if (!fits) recordings[i] = OpenRecording(files[i]);
     const LogFormat& found = recordings[i]->format();
-    if (std::find(formats.begin(), formats.end(), found.key) != formats.end()) continue;
+    if (Contains(formats, found.key)) continue;
     const std::string why = found.key == std::string(kCsvFormat) ? WhyNoTrajectory(files[i]) : "";
     throw ErrorAt(
         files[i], 0,
@@ -188,8 +199,15 @@ void RequireOneFileForEachInput(const ImportMap& map, const std::vector<std::str
 
 std::string LogName(const ImportMap& map, const std::string& file) {
   std::string name = map.name;
-  std::filesystem::path stem = NameOfLog(file).stem();
-  if (NameOfLog(file).extension() == ".gz") stem = stem.stem();
+  std::filesystem::path stem = NameOfLog(SplitPaths(file).front());
+  const auto is_packing = [](const std::filesystem::path& ending) {
+    for (const char* one : {".gz", ".bz2", ".xz", ".zst", ".zstd", ".zip", ".tar", ".tgz"}) {
+      if (ending == one) return true;
+    }
+    return false;
+  };
+  while (is_packing(stem.extension())) stem = stem.stem();
+  stem = stem.stem();
   const std::size_t place = name.find("{stem}");
   if (place != std::string::npos) name.replace(place, 6, stem.string());
   return name;
@@ -203,9 +221,11 @@ void Describe(const ImportMap& map, const std::vector<std::string>& files, Fligh
   log->vehicle = map.vehicle;
   std::vector<std::string> names;
   std::vector<std::string> digests;
-  for (const std::string& file : files) {
-    names.push_back(NameOfLog(file).string());
-    digests.push_back(Sha256OfLog(file));
+  for (const std::string& input : files) {
+    for (const std::string& file : SplitPaths(input)) {
+      names.push_back(NameOfLog(file).string());
+      digests.push_back(Sha256OfLog(file));
+    }
   }
   log->source = {{"file", fmt::format("{}", fmt::join(names, ", "))},
                  {"sha256", fmt::format("{}", fmt::join(digests, ", "))}};
@@ -258,6 +278,66 @@ void AddSampledFixes(const FixesFromMocap& options, const std::string& file, std
   log->gates = GatesOf(straights);
 }
 
+// Vectors of a CSV file by time.
+Series ReadSeries(const std::string& file, const InputMap& input, NumberSource numbers) {
+  std::vector<std::string> unused;
+  ForeignCsv csv(file, input.dialect, &unused);
+  StampReader stamps(input.time, file);
+  std::vector<std::pair<TimeNs, Eigen::Vector3d>> rows;
+  for (bool bound = false; csv.Next();) {
+    if (!bound) numbers.Bind(csv);
+    if (!bound) stamps.Bind(csv);
+    bound = true;
+    const std::vector<double> v = numbers.Values(csv);
+    const Eigen::Vector3d value(v[0], v[1], v[2]);
+    if (value.allFinite()) rows.emplace_back(stamps.Read(csv), value);
+  }
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  Series series;
+  for (const auto& [t, value] : rows) {
+    if (!series.t.empty() && series.t.back() == t) continue;
+    series.t.push_back(t);
+    series.values.push_back(value);
+  }
+  return series;
+}
+
+std::string SpanText(const std::string& file, const std::vector<TimeNs>& t) {
+  if (t.empty()) return file + " has no rows";
+  return fmt::format("{} covers {:.3f} to {:.3f} s", file, ToSeconds(t.front()),
+                     ToSeconds(t.back()));
+}
+
+// Reads the fields that come from another file than their stream.
+void JoinInputs(const std::vector<std::string>& files, ImportMap* map) {
+  for (auto& [name, stream] : map->streams) {
+    for (FieldSource& field : stream.fields) {
+      if (!field.input) continue;
+      const std::string& other = files[*field.input];
+      const auto series =
+          std::make_shared<Series>(ReadSeries(other, map->inputs[*field.input], field.numbers));
+      const auto own = std::find_if(stream.fields.begin(), stream.fields.end(),
+                                    [](const FieldSource& f) { return !f.input; });
+      if (own == stream.fields.end() || own->numbers.Constant()) {
+        throw InputError(
+            fmt::format("{}: stream '{}' takes nothing from its own input", map->file, name));
+      }
+      const std::string& file = files[stream.input];
+      const std::vector<TimeNs> t = ReadSeries(file, map->inputs[stream.input], own->numbers).t;
+      if (t.empty() || series->t.empty() || t.front() > series->t.back() ||
+          series->t.front() > t.back()) {
+        throw InputError(fmt::format(
+            "{} for '{}' and {} for '{}' do not overlap in time, so they can't be joined: {}, {}. "
+            "Give files of one flight, or state how their clocks differ by `time: {{offset: "
+            "...}}` of an input",
+            file, name, other, field.key, SpanText(file, t), SpanText(other, series->t)));
+      }
+      field.series = series;
+    }
+  }
+}
+
 // What the warnings say of its rows, or where to look.
 std::string WhyNoImu(const FlightLog& log) {
   for (const std::string& warning : log.warnings) {
@@ -272,8 +352,13 @@ std::string WhyNoImu(const FlightLog& log) {
 
 }  // namespace
 
-FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files,
+FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& given,
                      const ConvertOptions& options) {
+  std::vector<std::string> files = given;
+  // A single input of a recording may be in several tables.
+  if (map.inputs.size() == 1 && files.size() > 1 && !map.inputs.front().formats.empty()) {
+    files = {JoinPaths(files)};
+  }
   RequireOneFileForEachInput(map, files);
   FlightLog log;
   Describe(map, files, &log);
@@ -281,6 +366,7 @@ FlightLog ConvertLog(const ImportMap& map, const std::vector<std::string>& files
   ImportMap resolved = map;
   resolved.streams = ResolveChannels(map, recordings, &log.warnings);
   DescribeChannels(resolved.streams, recordings, &log);
+  JoinInputs(files, &resolved);
   const auto imports = MakeImports(resolved, files, options.fix_sigma, &log);
   for (std::size_t i = 0; i < files.size(); ++i) {
     std::vector<StreamImport*> of_file;

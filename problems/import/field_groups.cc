@@ -21,6 +21,7 @@ constexpr auto kSpellings = std::to_array<Spelling>({
     {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"}, {"radps", "rad/s"}, {"deg/s", "deg/s"},
     {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"}, {"dps", "deg/s"},   {"deg", "deg"},
     {"rad", "rad"},        {"m", "m"},         {"cm", "cm"},       {"mm", "mm"},
+    {"m/s", "m/s"},        {"mps", "m/s"},     {"cm/s", "cm/s"},   {"mm/s", "mm/s"},
 });
 
 // "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
@@ -116,7 +117,11 @@ FieldGroup EulerAnglesOf(const Channel& channel) {
       }
     }
   }
-  std::erase_if(groups, [](const FieldGroup& g) { return g.parts.size() < 3; });
+  // Rates are none, nor what a controller wants.
+  std::erase_if(groups, [](const FieldGroup& g) {
+    return g.parts.size() < 3 || g.unit.ends_with("/s") ||
+           g.stem.find("controller.") != std::string::npos;
+  });
   std::stable_partition(groups.begin(), groups.end(),
                         [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
   return groups.empty() ? FieldGroup{} : groups.front();

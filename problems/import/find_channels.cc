@@ -119,6 +119,22 @@ int RankOf(const StreamMap& stream, const std::string& channel) {
   return FitsAny(stream.avoid, channel) ? 2 : 1;
 }
 
+// Whether the companions' times are those of the channel.
+bool Overlap(const Recording& recording, const StreamMap& stream, std::string* why) {
+  const Channel& own = recording.channels()[stream.channel.front()];
+  for (std::size_t i = 1; i < stream.channel.size(); ++i) {
+    const Channel& other = recording.channels()[stream.channel[i]];
+    if (own.first <= other.last && other.first <= own.last) continue;
+    *why = fmt::format(
+        "{}: {} covers {:.3f} to {:.3f} s and {} {:.3f} to {:.3f} s: they do not overlap in time, "
+        "so they can't be joined; give files of one flight",
+        recording.file(), own.Label(), ToSeconds(own.first), ToSeconds(own.last), other.Label(),
+        ToSeconds(other.first), ToSeconds(other.last));
+    return false;
+  }
+  return true;
+}
+
 bool HasColumns(const Recording& recording, StreamMap stream, std::string* why) {
   try {
     BindColumns(ChannelRow(recording, stream.channel), &stream);
@@ -144,7 +160,7 @@ std::vector<StreamCandidate> FindCandidates(const Recording& recording, const St
       StreamMap one = all[i];
       one.channel = {channel};
       one.channel.insert(one.channel.end(), companions->begin(), companions->end());
-      if (!HasColumns(recording, one, why)) continue;
+      if (!HasColumns(recording, one, why) || !Overlap(recording, one, why)) continue;
       candidates.push_back({one, i, RankOf(one, recording.channels()[channel].name), name});
     }
   }

@@ -6,11 +6,16 @@
 #include <filesystem>
 
 #include "problems/common/app.h"
+#include "problems/common/error.h"
 #include "problems/common/units.h"
+#include "problems/import/formats/bytes.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
+#include "problems/import/formats/tables.h"
+#include "problems/import/propose_streams.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/log/imu_health.h"
+#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
@@ -44,6 +49,27 @@ bool IsFor(const ImportMap& map, const Recording& recording) {
   return std::find(formats.begin(), formats.end(), recording.format().key) != formats.end();
 }
 
+// Whether the map of a single table can name its columns and its time.
+bool ReadsAsCsv(const CsvLayout& layout) {
+  return !layout.is_named_by_shape && !(layout.time && layout.time->nanoseconds);
+}
+
+// The lines of a proposed map that say what is read, from where and how.
+std::vector<std::string> Assumptions(const std::string& map) {
+  std::vector<std::string> lines;
+  std::string axes;
+  for (const std::string& line : SplitList(map, '\n')) {
+    const std::string text = line.substr(0, line.find("  #"));
+    if (text.starts_with("earth: ") || text.starts_with("body: ")) {
+      axes += (axes.empty() ? "" : ", ") + text;
+    } else if (text.starts_with("  ") && text.find("# imu:") == std::string::npos) {
+      lines.push_back(text.substr(2));
+    }
+  }
+  lines.push_back(axes);
+  return lines;
+}
+
 Eigen::Vector3d MeanForce(const FlightLog& log) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const ImuSample& sample : log.imu) sum += sample.accel;
@@ -62,6 +88,127 @@ std::optional<ImportMap> FindShippedMap(const Recording& recording) {
     most = std::max(most, count);
   }
   return best;
+}
+
+FoundLog FindLog(const std::vector<std::string>& files) {
+  if (files.empty()) throw InputError("no log is given");
+  FoundLog found{files, nullptr, std::nullopt, "", {}};
+  std::error_code unknown;
+  for (const std::string& file : files) {  // the errors of what is no log to convert
+    const bool is_native = std::filesystem::exists(file + "/log.yaml", unknown);
+    if (is_native || !std::filesystem::exists(file, unknown)) OpenRecording(file);
+  }
+  const std::vector<std::string> tables = TablesIn(files);
+  const std::string key = files.size() == 1 ? FormatOf(files.front()) : "";
+  const bool is_recording = !key.empty() && key != kCsvFormat;
+  if (is_recording || (files.size() == 1 && tables == files && key.empty())) {
+    found.recording = OpenRecording(files.front());
+    found.shipped = FindShippedMap(*found.recording);
+  } else {
+    for (const std::string& table : tables) {
+      if (IsTable(table)) continue;
+      throw InputError(table +
+                       ": is no table of text, where several files are given; give one "
+                       "recording, or a --map with several inputs");
+    }
+    if (tables.size() == 1) {
+      found.recording = OpenRecording(tables.front());
+      found.shipped = FindShippedMap(*found.recording);
+    }
+    std::unique_ptr<Recording> all = found.shipped ? nullptr : OpenTables(tables);
+    if (all) {
+      const bool is_known = all->format().key != std::string_view(kTablesFormat);
+      const auto map = is_known ? FindShippedMap(*all) : std::nullopt;
+      // A single table that ForeignCsv can read has a map that says more of it.
+      const bool is_plain = found.recording && all->channels().size() == 1 &&
+                            ReadsAsCsv(GuessCsvLayout(tables.front()));
+      if (map || !is_plain) {
+        found.recording = std::move(all);
+        found.shipped = map;
+        found.files = tables;
+      }
+    }
+  }
+  found.map =
+      found.shipped ? FirstBytes(found.shipped->file, 1 << 20) : ProposeMap(found.recording.get());
+  if (!found.shipped) found.assumed = Assumptions(found.map);
+  return found;
+}
+
+ImportMap MapOf(const FoundLog& found) {
+  if (found.shipped) return *found.shipped;
+  const std::string file = found.recording->file();
+  if (found.map.find("\n  imu: {") == std::string::npos) {
+    throw NoUsableLog(file + ": " + WhyNoMapFits(found.recording.get()));
+  }
+  ImportMap map = ReadImportMapText(found.map, "proposed_map.yaml");
+  if (map.streams.contains("fixes") || map.streams.contains("mocap")) return map;
+  throw NoUsableLog(file + ": no column is a position or a velocity by its name, which is needed");
+}
+
+std::vector<std::string> AssumptionWarnings(const FoundLog& found) {
+  if (found.assumed.empty()) return {};
+  std::vector<std::string> warnings = {
+      fmt::format("{}: no map is known for it; by the names and the numbers of its columns it is "
+                  "read as follows, which to check and correct in proposed_map.yaml",
+                  found.recording->file())};
+  warnings.insert(warnings.end(), found.assumed.begin(), found.assumed.end());
+  return warnings;
+}
+
+FlightLog ConvertFound(const FoundLog& found, const ConvertOptions& options) {
+  const ImportMap map = MapOf(found);
+  if (found.shipped) return ConvertLog(map, found.files, options);
+  try {
+    return ConvertLog(map, found.files, options);
+  } catch (const NoUsableLog&) {
+    throw;
+  } catch (const InputError& error) {
+    throw NoUsableLog(std::string("by the proposed map: ") + error.what());
+  }
+}
+
+ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& files,
+                      std::vector<std::string>* warnings, YAML::Node* node) {
+  const ImportMap map = ReadImportMap(path);
+  *node = YAML::LoadFile(path);
+  const auto has = [&](const char* stream) { return map.streams.contains(stream); };
+  if (has("fixes") || has("mocap") || has("pose") || files.size() != 1) return map;
+  if (map.inputs.size() != 1 || !map.inputs.front().formats.empty()) return map;
+  const std::map<std::string, std::string> lines =
+      ProposeStreams(OpenRecording(files.front()).get()).lines;
+  const auto fixes = lines.find("fixes");
+  if (fixes == lines.end()) return map;
+  (*node)["streams"]["fixes"] = YAML::Load(fixes->second)["fixes"];
+  ImportMap with_fixes = ReadImportMapText(YAML::Dump(*node), path);
+  warnings->push_back(
+      fmt::format("{}: reads no position; by the names of the columns this is "
+                  "added to 'streams': {}",
+                  path, fixes->second));
+  return with_fixes;
+}
+
+FlightLog ReadAnyLog(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  const bool is_native = fs::exists(fs::path(path) / "log.yaml", unknown) ||
+                         fs::exists(fs::path(path) / "imu.csv", unknown);
+  if (is_native || !fs::exists(path, unknown)) return ReadNativeLog(path);
+  const FoundLog found = FindLog({path});
+  FlightLog log = ConvertFound(found, {});
+  if (found.shipped && found.shipped->mocap_on_imu_clock) {
+    log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
+  }
+  for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);
+  for (const std::string& line : AssumptionWarnings(found)) log.warnings.push_back(line);
+  if (found.shipped) {
+    log.warnings.push_back(
+        fmt::format("{}: converted on the way by {}", path, found.shipped->file));
+  }
+  for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
+  log.directory = path;
+  log.sha256[fs::path(path).filename().string()] = log.source["sha256"];
+  return log;
 }
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {

@@ -1,10 +1,14 @@
 // The map for a log when none is given.
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "problems/import/convert.h"
 #include "problems/import/formats/recording.h"
 #include "problems/import/import_map.h"
 #include "problems/log/flight_log.h"
@@ -14,6 +18,36 @@ namespace trueline {
 // Of the maps that ship, the one for this log's format of which it has the most streams; none if it
 // has the IMU of none. A CSV file fits a map that finds every column by its name.
 std::optional<ImportMap> FindShippedMap(const Recording& recording);
+
+// A log with the map that reads it: one that ships, or a proposal.
+struct FoundLog {
+  std::vector<std::string> files;  // of the map's inputs
+  std::unique_ptr<Recording> recording;
+  std::optional<ImportMap> shipped;
+  std::string map;  // YAML
+  // What a proposal assumes, a line each; empty for a map that ships.
+  std::vector<std::string> assumed;
+};
+
+// `files` are one log of any format, or tables of one log, or a folder of these.
+FoundLog FindLog(const std::vector<std::string>& files);
+
+// The map. Throws NoUsableLog, with what is missing, for a proposal that reads no log.
+ImportMap MapOf(const FoundLog& found);
+
+// What to say of a log that was read by a proposal; nothing where the map ships.
+std::vector<std::string> AssumptionWarnings(const FoundLog& found);
+
+// The log, converted by its map. Throws NoUsableLog, with what is missing, where none can be made.
+FlightLog ConvertFound(const FoundLog& found, const ConvertOptions& options);
+
+// The user's map of these files. Where it reads no position, and the names of the columns show one
+// or a velocity, that is read too, and `warnings` says so. `node` gets the map as YAML.
+ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& files,
+                      std::vector<std::string>* warnings, YAML::Node* node);
+
+// A native log's folder, or any other log, which is converted on the way.
+FlightLog ReadAnyLog(const std::string& path);
 
 // A map to edit, as YAML: channels and columns by the names of their fields; axes and units that no
 // name states by the size of the numbers, as comments say.

@@ -81,16 +81,9 @@ void ReadInputs(const YamlMap& map, ImportMap* import) {
   if (import->inputs.empty()) map.Fail("inputs", "needs at least one input");
 }
 
-}  // namespace
-
-bool Fits(const std::string& pattern, const std::string& path) {
-  return fnmatch(pattern.c_str(), std::filesystem::path(path).filename().c_str(), 0) == 0;
-}
-
-ImportMap ReadImportMap(const std::filesystem::path& path) {
-  const YamlMap map = YamlMap::FromFile(path);
+ImportMap ReadMap(const YamlMap& map) {
   ImportMap import;
-  import.file = path.string();
+  import.file = map.file();
   import.name = map.Get<std::string>("name", "{stem}");
   import.dataset = map.Get<std::string>("dataset", "");
   import.gravity = map.Get<double>("gravity", 9.81);
@@ -112,6 +105,31 @@ ImportMap ReadImportMap(const std::filesystem::path& path) {
   }
   map.Finish();
   return import;
+}
+
+}  // namespace
+
+bool Fits(const std::string& pattern, const std::string& path) {
+  return fnmatch(pattern.c_str(), std::filesystem::path(path).filename().c_str(), 0) == 0;
+}
+
+std::optional<Eigen::Vector3d> Series::At(TimeNs time) const {
+  constexpr double kFarApart = 0.25;  // s
+  const auto after = std::lower_bound(t.begin(), t.end(), time);
+  if (after == t.end()) return std::nullopt;
+  const auto i = static_cast<std::size_t>(after - t.begin());
+  if (*after == time) return values[i];
+  const double gap = i == 0 ? 1.0 : SecondsBetween(t[i - 1], t[i]);
+  if (i == 0 || gap > kFarApart) return std::nullopt;
+  return values[i - 1] + SecondsBetween(t[i - 1], time) / gap * (values[i] - values[i - 1]);
+}
+
+ImportMap ReadImportMap(const std::filesystem::path& path) {
+  return ReadMap(YamlMap::FromFile(path));
+}
+
+ImportMap ReadImportMapText(const std::string& text, const std::string& name) {
+  return ReadMap(YamlMap(YAML::Load(text), name, ""));
 }
 
 }  // namespace trueline

@@ -15,16 +15,18 @@
 //       units_line: false    # true: the line below the names states units; it is skipped
 //       time: {column: t, unit: s, scale: 1, offset: 0}   # offset in s, also by file: {"*a*": 1.5}
 //       unsorted: refuse     # or drop, or sort: rows whose time does not increase
-//     flight: {format: [ros1, ros2, mcap]}  # a recording of one of these formats in place of CSV;
+//     flight: {format: [ros1, ros2, mcap]}  # a recording of one of these formats, or several
+//                            # tables of it (or of `tables`), in place of CSV;
 //                            # its time is that of measurement unless `time` names another field,
 //                            # and `unsorted` is sort
 //   earth: NWU               # axes of the source unless a stream says otherwise (see frames.h)
 //   body: FLU
 //   streams:                 # each may state input, time, earth, body, new_where, accept, expect,
-//                            # skip_missing, unsorted
+//                            # skip_missing, unsorted, leave_out: [[from, until], ...] in s
 //     imu:
 //       accel: {columns: [ax, ay, az], unit: g}
-//       gyro: {columns: [gx, gy, gz], unit: deg/s}
+//       gyro: {columns: [gx, gy, gz], unit: deg/s}  # `input: other`: from another CSV input, whose
+//                            # values are interpolated at the times of this stream
 //     attitude: {quaternion: {w: qw, x: qx, y: qy, z: qz}}  # or euler: {roll, pitch, yaw, unit}
 //     fixes:
 //       position: {columns: [19, 20, {constant: -1.5}]}
@@ -32,6 +34,7 @@
 //       gate: {column: 36}
 //       new_where: [19, 20, 50]
 //       time: {column: 50, unit: ms}
+//       velocity: {columns: [vx, vy, vz]}  # in place of `position`: is integrated to one
 //     mocap:    {position: {columns: [px, py, pz], unit: m, earth: ENU}, quaternion: {...}}
 //     pose:     like mocap, of the pose sensor
 //     rotors:   {columns: [m1, m2, m3, m4], unit: rpm}
@@ -65,8 +68,10 @@
 // (quaternion or euler) rotates them back. Unknown keys are errors.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -100,6 +105,8 @@ struct InputMap {
   Unsorted unsorted = Unsorted::kRefuse;
 };
 
+struct Series;
+
 // Where the values of one field of a stream come from.
 struct FieldSource {
   std::string key;       // of Field
@@ -108,6 +115,18 @@ struct FieldSource {
   std::optional<SourceAttitude> attitude;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // from the source's to the native ones
   bool geodetic = false;                               // latitude and longitude in deg, height in m
+  bool is_velocity = false;                            // integrated to a position
+  std::optional<std::size_t> input = {};               // of another file, joined by time
+  std::shared_ptr<const Series> series = {};           // what was read there
+};
+
+// Vectors by time, of a file beside the stream's own.
+struct Series {
+  std::vector<TimeNs> t;
+  std::vector<Eigen::Vector3d> values;
+
+  // Between the samples around `time`; none where they are missing or far apart.
+  std::optional<Eigen::Vector3d> At(TimeNs time) const;
 };
 
 struct StreamMap {
@@ -129,7 +148,8 @@ struct StreamMap {
   // instead of an error.
   bool skip_missing = false;
   RowFilter filter;
-  std::vector<FieldSource> fields;  // in the order of the stream's declaration
+  std::vector<std::array<double, 2>> leave_out;  // s, after offsets: rows from .. until ..
+  std::vector<FieldSource> fields;               // in the order of the stream's declaration
 };
 
 struct CutOptions {
@@ -170,5 +190,6 @@ bool Fits(const std::string& pattern, const std::string& path);
 
 // Throws InputError naming file, line and key.
 ImportMap ReadImportMap(const std::filesystem::path& path);
+ImportMap ReadImportMapText(const std::string& text, const std::string& name);
 
 }  // namespace trueline

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "problems/import/field_groups.h"
 #include "problems/import/formats/open_recording.h"
@@ -38,9 +39,16 @@ Texts PartsOf(const FieldGroup& group, const Texts& parts) {
   return fields;
 }
 
+// Three fields x, y and z, or by number, without a fourth one.
 Texts ThreeOf(const FieldGroup& group) {
-  const Texts xyz = PartsOf(group, {"x", "y", "z"});
-  return xyz.empty() ? PartsOf(group, {"[0]", "[1]", "[2]"}) : xyz;
+  if (group.parts.contains("w")) return {};
+  const std::vector<Texts> all = {
+      {"x", "y", "z"}, {"[0]", "[1]", "[2]"}, {"0", "1", "2"}, {"1", "2", "3"}};
+  for (const Texts& parts : all) {
+    const Texts three = PartsOf(group, parts);
+    if (!three.empty() && (parts[0] == "x" || group.parts.size() == 3)) return three;
+  }
+  return {};
 }
 
 // Three columns of a map, with the unit that their names state.
@@ -49,39 +57,83 @@ struct Vector {
   std::string_view unit;
 };
 
-// The first vector whose name has one of the words.
-Vector VectorOf(const std::vector<FieldGroup>& groups, const Texts& words) {
-  for (const FieldGroup& group : groups) {
-    const Texts three = ThreeOf(group);
-    if (three.empty() || group.parts.contains("w") || !Mentions(group.stem, words)) continue;
-    if (!Mentions(group.stem, {"cov", "var", "bias", "offset"})) return {three, group.unit};
-  }
-  return {};
+// --- Names: one table of what a quantity is called
+
+enum class Quantity { kAccel, kGyro, kPosition, kVelocity };
+
+// Names in lower case, without separators at their ends: `part` names that a longer one holds,
+// `whole` ones that stand alone, as the a of ax; `not_part` tell that it is something else.
+struct Synonyms {
+  Quantity quantity;
+  std::string_view si;
+  Texts part, whole, not_part;
+};
+
+const std::vector<Synonyms>& AllSynonyms() {
+  static const std::vector<Synonyms> kAll = {
+      {Quantity::kAccel,
+       "m/s^2",
+       {"acc", "a_rs", "specific_force", "specificforce"},
+       {"a", "f", "imu_a", "imu.a", "sf"},
+       {"ang", "stateestimate", "world", "earth", "_ned", "_enu", "grav"}},
+      {Quantity::kGyro,
+       "rad/s",
+       {"gyr", "angular_vel", "angularvel", "ang_vel", "ang vel", "angvel", "omega", "w_rs",
+        "body_rate", "bodyrate", "rotation_rate", "rotationrate", "rates", "turn_rate"},
+       {"g", "w", "om", "imu_w", "imu_g", "imu.g", "imu.w"},
+       {"mag", "motor", "rotor", "grav"}},
+      {Quantity::kPosition,
+       "m",
+       {"pos", "transl", "p_rs", "point", "location"},
+       {"p", "t", "local", "stateestimate"},
+       {"imu_pos"}},
+      {Quantity::kVelocity,
+       "m/s",
+       {"vel", "v_rs", "speed"},
+       {"v", "local_v"},
+       {"ang", "gyr", "omega", "rotor", "motor", "wind", "air"}},
+  };
+  return kAll;
 }
 
-// The vector of short names, such as ax, ay, az.
-Vector ShortVectorOf(const std::vector<FieldGroup>& groups, const Texts& stems) {
-  for (const std::string& stem : stems) {
+const Synonyms& SynonymsOf(Quantity quantity) {
+  return AllSynonyms()[static_cast<std::size_t>(quantity)];
+}
+
+std::string WithoutEnds(const std::string& stem) {
+  const std::size_t first = stem.find_first_not_of("._ /:-"),
+                    last = stem.find_last_not_of("._ /:-");
+  return first == std::string::npos ? "" : stem.substr(first, last - first + 1);
+}
+
+// The last name of a path, as "acc" of "/imu/acc/".
+std::string LastOf(const std::string& stem) {
+  const std::string name = WithoutEnds(stem);
+  return name.substr(name.find_last_of("./:") + 1);
+}
+
+// The first vector that the table's names are of, long ones before short ones.
+Vector VectorOf(const std::vector<FieldGroup>& groups, Quantity quantity) {
+  const Synonyms& names = SynonymsOf(quantity);
+  for (const bool whole : {false, true}) {
     for (const FieldGroup& group : groups) {
       const Texts three = ThreeOf(group);
-      if (group.stem == stem && !three.empty() && !group.parts.contains("w")) {
-        return {three, group.unit};
-      }
+      const std::string name = WithoutEnds(group.stem);
+      if (three.empty() || Mentions(name, names.not_part)) continue;
+      if (Mentions(name, {"cov", "var", "bias", "offset", "std", "sigma", "clip", "calib"}))
+        continue;
+      const auto is = [&](const std::string& one) { return name == one || LastOf(name) == one; };
+      const bool fits = whole ? std::any_of(names.whole.begin(), names.whole.end(), is)
+                              : Mentions(name, names.part);
+      if (fits) return {three, group.unit};
     }
   }
   return {};
 }
 
-Vector AccelerometerOf(const std::vector<FieldGroup>& groups) {
-  Vector named = VectorOf(groups, {"acc", "a_rs"});
-  return named.columns.empty() ? ShortVectorOf(groups, {"a", "a_", "f", "f_"}) : named;
-}
-
 Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
-  Vector named = VectorOf(groups, {"gyr", "angular_vel", "omega", "w_rs"});
+  Vector named = VectorOf(groups, Quantity::kGyro);
   if (!named.columns.empty()) return named;
-  Vector short_name = ShortVectorOf(groups, {"g", "g_", "w", "w_"});
-  if (!short_name.columns.empty()) return short_name;
   for (const FieldGroup& group : groups) {
     Texts rates = PartsOf(group, {"p", "q", "r"});
     if (group.stem.empty() && !rates.empty()) return {rates, group.unit};
@@ -91,18 +143,42 @@ Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
 
 // Bare x, y and z are a position where a file holds nothing else, or its channel says so.
 Vector PositionOf(const std::vector<FieldGroup>& groups, bool may_be_bare) {
-  Vector named = VectorOf(groups, {"pos", "transl", "p_rs", "point"});
-  if (!named.columns.empty()) return named;
-  Vector short_name = ShortVectorOf(groups, {"p", "p_", "t", "t_"});
-  if (!short_name.columns.empty() || !may_be_bare) return short_name;
-  return ShortVectorOf(groups, {""});
+  Vector named = VectorOf(groups, Quantity::kPosition);
+  if (!named.columns.empty() || !may_be_bare) return named;
+  for (const FieldGroup& group : groups) {
+    const Texts three = ThreeOf(group);
+    if (group.stem.empty() && !three.empty() && !group.parts.contains("w"))
+      return {three, group.unit};
+  }
+  return {};
+}
+
+// Latitude, longitude and height.
+Texts PlaceOnEarthOf(const Channel& channel) {
+  const auto find = [&](const Texts& names) -> std::string {
+    for (const std::string& name : names) {
+      for (const ChannelField& field : channel.fields) {
+        const std::string last = LastOf(LowerCase(field.name));
+        if (last == name || last.starts_with(name + "_") || last.starts_with(name + " ") ||
+            last.starts_with(name + "[") || last.starts_with(name + "(") ||
+            last.ends_with("_" + name)) {
+          return field.name;
+        }
+      }
+    }
+    return "";
+  };
+  Texts place = {find({"lat", "latitude"}), find({"lon", "lng", "long", "longitude"}),
+                 find({"alt", "altitude", "height", "elevation"})};
+  return std::any_of(place.begin(), place.end(), [](const auto& s) { return s.empty(); }) ? Texts()
+                                                                                          : place;
 }
 
 // w, x, y, z, or numbers from 0 on, where w usually comes first.
 Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
   for (const FieldGroup& group : groups) {
     Texts named = PartsOf(group, {"w", "x", "y", "z"});
-    if (!named.empty()) return named;
+    if (!named.empty() && !Mentions(group.stem, {"covar"})) return named;
     const bool is_attitude = group.stem == "q" || group.stem.ends_with("_q") ||
                              group.stem.ends_with(".q") ||
                              Mentions(group.stem, {"quat", "orient", "q_"});
@@ -111,6 +187,8 @@ Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
     if (!numbered.empty()) return numbered;
     const Texts listed = PartsOf(group, {"[0]", "[1]", "[2]", "[3]"});
     if (!listed.empty()) return listed;
+    const Texts from_one = PartsOf(group, {"1", "2", "3", "4"});
+    if (!from_one.empty()) return from_one;
   }
   return {};
 }
@@ -120,6 +198,9 @@ Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
 struct Sizes {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double largest = 0.0;
+  double count = 0.0, changes = 0.0;  // rows, and those that differ from the one before
+
+  bool AreHeld() const { return count > 100.0 && changes < 0.7 * count; }
 };
 
 // Of three columns; rows that lack one are left out.
@@ -129,11 +210,14 @@ Sizes SizesOf(Recording* recording, std::size_t channel, const Texts& columns) {
     at[i] = static_cast<std::size_t>(recording->channels()[channel].IndexOf(columns[i]));
   }
   Sizes sizes;
-  double count = 0.0;
+  double& count = sizes.count;
+  Eigen::Vector3d before = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   recording->Visit({channel}, [&](std::size_t, const Record& record) {
     const Eigen::Vector3d row(record.cells[at[0]].Number(), record.cells[at[1]].Number(),
                               record.cells[at[2]].Number());
     if (!row.allFinite()) return;
+    sizes.changes += row == before ? 0.0 : 1.0;
+    before = row;
     sizes.largest = std::max(sizes.largest, row.cwiseAbs().maxCoeff());
     sizes.mean += (row - sizes.mean) / ++count;
   });
@@ -181,7 +265,7 @@ class ChannelProposal {
         groups_(GroupsOf(channel_)),
         is_csv_(recording->format().key == std::string(kCsvFormat)),
         streams_(streams) {
-    if (!is_csv_) from_ = fmt::format("channel: \"{}\", ", channel_.Label());
+    if (!is_csv_) from_ = fmt::format("channel: \"{}\", skip_missing: true, ", channel_.Label());
   }
 
   void Add() {
@@ -197,23 +281,41 @@ class ChannelProposal {
   }
 
   void AddImu() {
-    const Vector accel = AccelerometerOf(groups_);
+    const Vector accel = VectorOf(groups_, Quantity::kAccel);
     const Vector gyro = GyroscopeOf(groups_);
-    if (accel.columns.empty() || gyro.columns.empty() || streams_->lines.contains("imu")) return;
+    if (!gyro.columns.empty()) streams_->gyros.push_back({place_, gyro.columns, gyro.unit});
+    if (!accel.columns.empty()) streams_->accels.push_back({place_, accel.columns, accel.unit});
+    if (accel.columns.empty() || gyro.columns.empty()) return;
+    AddImuLine(accel, gyro, place_);
+  }
+
+ public:
+  // The gyroscope may be of another channel, whose last values go with the accelerometer's.
+  void AddImuLine(const Vector& accel, const Vector& gyro, std::size_t gyro_place) {
+    if (streams_->lines.contains("imu")) return;
     const Eigen::Vector3d force = SizesOf(recording_, place_, accel.columns).mean;
-    const bool fast = SizesOf(recording_, place_, gyro.columns).largest > kFastestRate;
+    const bool fast = SizesOf(recording_, gyro_place, gyro.columns).largest > kFastestRate;
     const bool in_g = force.norm() > 0.0 && force.norm() < kLargestG;
     const bool stated =
         UnitFactor("m/s^2", accel.unit).has_value() && UnitFactor("rad/s", gyro.unit).has_value();
+    const std::string with =
+        gyro_place == place_
+            ? ""
+            : fmt::format("with: [\"{}\"], ", recording_->channels()[gyro_place].Label());
+    Texts gyro_columns = gyro.columns;
+    for (std::string& column : gyro_columns) {
+      if (gyro_place != place_) column = recording_->channels()[gyro_place].name + ":" + column;
+    }
     AddLine("imu",
             fmt::format(
-                "accel: {{{}}}, gyro: {{{}}}",
+                "{}accel: {{{}}}, gyro: {{{}}}", with,
                 ColumnsText(accel.columns, UnitOf(accel.unit, "m/s^2", in_g ? "g" : "m/s^2")),
-                ColumnsText(gyro.columns, UnitOf(gyro.unit, "rad/s", fast ? "deg/s" : "rad/s"))),
+                ColumnsText(gyro_columns, UnitOf(gyro.unit, "rad/s", fast ? "deg/s" : "rad/s"))),
             stated ? "" : "units by the size of the numbers; or m/s^2, g, rad/s, deg/s");
     streams_->is_z_up = force.z() > kLeastVerticalShare * force.norm();
   }
 
+ private:
   // A pose is that of mocap; a position alone is that of fixes.
   void AddPositionAndAttitude() {
     const std::string attitude = AttitudeText(channel_, place_, recording_);
@@ -222,22 +324,45 @@ class ChannelProposal {
     const Vector position = PositionOf(groups_, may_be_bare);
     if (position.columns.empty()) {
       if (!attitude.empty()) AddLine("attitude", attitude);
+      AddPlaceOnEarth();
+      const Vector velocity = VectorOf(groups_, Quantity::kVelocity);
+      if (velocity.columns.empty()) return;
+      streams_->velocity =
+          fmt::format("fixes: {{{}velocity: {{{}}}, sigma: {{constant: 0.05}}}}  # integrated",
+                      from_, ColumnsText(velocity.columns, UnitOf(velocity.unit, "m/s", "m/s")));
       return;
     }
+    // Positions that repeat while an attitude goes on are of another sensor.
+    const bool held = SizesOf(recording_, place_, position.columns).AreHeld();
     const std::string columns = fmt::format(
-        "position: {{{}}}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")));
-    if (attitude.empty()) {
+        "position: {{{}}}{}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")),
+        held ? fmt::format(", new_where: [{}]", Quoted(position.columns)) : "");
+    const bool has_imu = !streams_->accels.empty() && streams_->accels.back().channel == place_;
+    if (has_imu && !attitude.empty()) AddLine("attitude", attitude);
+    if (attitude.empty() || (held && has_imu)) {
       AddLine("fixes", columns + ", sigma: {constant: 0.05}", "state its standard deviation, m");
     } else {
       AddLine("mocap", columns + ", " + attitude, "if truth");
     }
   }
 
+  // North-east-down in any case; counts of 1e-7 deg come with mm, as PX4 has them.
+  void AddPlaceOnEarth() {
+    const Texts place = PlaceOnEarthOf(channel_);
+    if (place.empty()) return;
+    const bool counts = SizesOf(recording_, place_, place).largest > 1e6;
+    AddLine("fixes",
+            fmt::format("position: {{geodetic: [{}]{}, earth: NED}}, sigma: {{constant: 2.5}}",
+                        Quoted(place), counts ? ", scale: [1.0e-7, 1.0e-7, 1.0e-3]" : ""),
+            "state its standard deviation, m");
+  }
+
   void AddBattery() {
     for (const ChannelField& field : channel_.fields) {
       const std::string name = LowerCase(field.name);
       if (!name.starts_with("volt") && !name.starts_with("vbat")) continue;
-      AddLine("battery", fmt::format("column: \"{}\", unit: V", field.name));
+      const char* unit = name.find("mv") == std::string::npos ? "V" : "mV";
+      AddLine("battery", fmt::format("column: \"{}\", unit: {}", field.name, unit));
     }
   }
 
@@ -262,6 +387,13 @@ ProposedStreams ProposeStreams(Recording* recording) {
   });
   ProposedStreams streams;
   for (const std::size_t i : channels) ChannelProposal(recording, i, &streams).Add();
+  if (!streams.lines.contains("imu") && !streams.accels.empty() && !streams.gyros.empty()) {
+    const ProposedVector &accel = streams.accels.front(), &gyro = streams.gyros.front();
+    ChannelProposal(recording, accel.channel, &streams)
+        .AddImuLine({accel.columns, accel.unit}, {gyro.columns, gyro.unit}, gyro.channel);
+  }
+  const bool has_place = streams.lines.contains("fixes") || streams.lines.contains("mocap");
+  if (!has_place && !streams.velocity.empty()) streams.lines["fixes"] = streams.velocity;
   return streams;
 }
 

@@ -70,6 +70,7 @@ StreamMap ReadSettings(const YamlMap& map, const std::vector<InputMap>& inputs) 
   stream.unsorted = ReadUnsorted(map, inputs[stream.input].unsorted);
   stream.skip_missing = map.Get<bool>("skip_missing", false);
   stream.filter = RowFilter(map);
+  stream.leave_out = map.Get<std::vector<std::array<double, 2>>>("leave_out", {});
   ReadChannel(map, inputs[stream.input], &stream);
   return stream;
 }
@@ -85,19 +86,27 @@ void RequireSigma(const YamlMap& map, const NumberSource& numbers) {
 // Archive that reads the source of each field from the stream's part of a map.
 class SourceReader {
  public:
-  SourceReader(const YamlMap& map, const SourceAxes& axes, std::vector<FieldSource>* sources)
-      : map_(map), axes_(axes), sources_(sources) {}
+  SourceReader(const YamlMap& map, const SourceAxes& axes, const std::vector<InputMap>& inputs,
+               std::vector<FieldSource>* sources)
+      : map_(map), axes_(axes), inputs_(inputs), sources_(sources) {}
 
   // A vector may have axes of its own beside those of the stream's attitude.
   void operator()(const Field& field, const Eigen::Vector3d&) const {
-    const YamlMap map = map_.Child(field.key);
+    const bool is_earth = field.axes == FrameAxes::kEarth;
+    const bool is_velocity = is_earth && !map_.Has(field.key) && map_.Has("velocity");
+    const YamlMap map = map_.Child(is_velocity ? "velocity" : field.key);
     const SourceAxes own = ReadAxes(map, ReadAxes(map_, axes_));
-    const bool geodetic = field.axes == FrameAxes::kEarth && map.Has("geodetic");
-    FieldSource source{field.key,
-                       NumberSource(map, field.unit, 3, geodetic ? "geodetic" : "columns"),
-                       {},
-                       own.earth,
-                       geodetic};
+    const bool geodetic = is_earth && !is_velocity && map.Has("geodetic");
+    FieldSource source{
+        field.key,
+        NumberSource(map, is_velocity ? "m/s" : field.unit, 3, geodetic ? "geodetic" : "columns"),
+        {},
+        own.earth,
+        geodetic,
+        is_velocity,
+        {},
+        nullptr};
+    if (map.Has("input")) source.input = OtherInput(map);
     if (field.axes == FrameAxes::kBody && !map.Has("attitude")) source.axes = own.body;
     if (field.axes == FrameAxes::kBody && map.Has("attitude")) {
       const YamlMap attitude = map.Child("attitude");
@@ -129,9 +138,15 @@ class SourceReader {
   void Add(const Field& field, const NumberSource& numbers) const {
     sources_->push_back({field.key, numbers, {}});
   }
+  std::size_t OtherInput(const YamlMap& map) const {
+    const std::size_t input = ReadInputName(map, inputs_);
+    if (inputs_[input].formats.empty()) return input;
+    map.Fail("input", "is no CSV; channels of recordings are joined by 'with' of the stream");
+  }
 
   const YamlMap& map_;
   const SourceAxes& axes_;
+  const std::vector<InputMap>& inputs_;
   std::vector<FieldSource>* sources_;
 };
 
@@ -174,7 +189,7 @@ std::map<std::string, StreamMap> ReadStreamsMap(const YamlMap& map, const Source
     if (!map.Has(stream.name)) return;
     const auto read = [&](const YamlMap& child) {
       StreamMap one = ReadSettings(child, inputs);
-      SourceReader reader(child, axes, &one.fields);
+      SourceReader reader(child, axes, inputs, &one.fields);
       const SampleOf<decltype(samples)> sample{};
       sample.Describe(reader, sample, stream);
       child.Finish();

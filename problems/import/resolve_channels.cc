@@ -271,7 +271,10 @@ void RefuseLack(const std::string& name, const StreamMap& stream, const Recordin
   const std::string lack = why.empty() ? fmt::format("{}: has no records of {} for stream '{}'",
                                                      recording.file(), Wanted(stream), name)
                                        : why;
-  if (name == "imu") throw NoUsableLog(lack + "; log the IMU's samples, at 100 Hz or more");
+  if (name == "imu") {
+    const bool is_apart = lack.find("do not overlap") != std::string::npos;
+    throw NoUsableLog(lack + (is_apart ? "" : "; log the IMU's samples, at 100 Hz or more"));
+  }
   if (!stream.optional) throw InputError(lack + "; correct 'channel', or set 'optional: true'");
 }
 

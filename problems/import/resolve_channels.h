@@ -12,9 +12,9 @@
 namespace trueline {
 
 // The log is readable, but no usable native log can be made of it.
-class NoUsableLog : public InputError {
+class NoUsableLog : public NoUsableResult {
  public:
-  using InputError::InputError;
+  using NoUsableResult::NoUsableResult;
 };
 
 // One for each input of a map; null for CSV.

@@ -8,66 +8,17 @@
 
 #include "problems/common/error.h"
 #include "problems/import/local_frame.h"
+#include "problems/import/shared_stamps.h"
+#include "problems/import/stamp_reader.h"
 #include "problems/log/csv_text.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kLatestSeconds = 9e9;  // of a stamp: 64 bits hold 292 years of nanoseconds
 // In SI units. Reading a native log refuses twice as much, which leaves room for turned axes.
 constexpr double kLargestNumber = 5e8;
 // Of a recording's rows: as many are left out without being asked.
 constexpr double kFewFaults = 0.01;
-
-// The stamp of a row, in native time.
-class StampReader {
- public:
-  StampReader(const TimeSource& time, const std::string& file) : time_(time) {
-    const auto found = std::find_if(time.offset_by_file.begin(), time.offset_by_file.end(),
-                                    [&](const auto& entry) { return Fits(entry.first, file); });
-    if (found != time.offset_by_file.end()) offset_ = FromSeconds(found->second);
-  }
-
-  void Bind(const ForeignRow& row) {
-    if (!time_.of_row) time_.column.Bind(row);
-  }
-
-  TimeNs Read(const ForeignRow& row) const {
-    if (time_.of_row) return Shifted(row, row.Stamp());
-    const int column = time_.column.index();
-    if (!time_.factor) return Shifted(row, row.Time(column, time_.exponent));
-    const double count = row.Number(column);
-    if (!std::isfinite(count)) row.Fail(column, "the time stamp is missing; every row needs one");
-    const double seconds = count * *time_.factor;
-    if (!(std::abs(seconds) < kLatestSeconds)) FailBeyond(row, seconds);
-    return Shifted(row, FromSeconds(seconds));
-  }
-
-  [[noreturn]] void FailUnsorted(const ForeignRow& row, TimeNs previous, TimeNs now) const {
-    row.Fail(time_.column.index(),
-             fmt::format("{} s does not come after {} s before; sort the rows, or set 'unsorted: "
-                         "drop' in the map",
-                         TimeText(now), TimeText(previous)));
-  }
-
- private:
-  TimeNs Shifted(const ForeignRow& row, TimeNs stamp) const {
-    const double seconds = ToSeconds(stamp) + ToSeconds(offset_);
-    if (std::abs(seconds) < kLatestSeconds) return stamp + offset_;
-    // A recording may have damaged stamps, which are left out by their distance from the others.
-    if (time_.of_row) return stamp;
-    FailBeyond(row, seconds);
-  }
-  [[noreturn]] void FailBeyond(const ForeignRow& row, double seconds) const {
-    row.Fail(time_.column.index(),
-             fmt::format("a time of {:.4g} s is beyond the {:.0e} s that a log can hold; correct "
-                         "'unit', 'scale' or 'offset' of 'time' in the map",
-                         seconds, kLatestSeconds));
-  }
-
-  TimeSource time_;
-  TimeNs offset_ = 0;
-};
 
 // Why a row can't become a sample; of several the last one counts.
 enum class RowFault { kNone, kMissing, kSigma, kQuaternion, kBeyond };
@@ -76,10 +27,17 @@ constexpr std::size_t kRowFaults = 5;
 // Archive that fills a sample from a row and the sources of its fields.
 class RowConverter {
  public:
-  RowConverter(const ForeignRow& row, const StreamMap& map, LocalFrame* frame)
-      : row_(row), source_(map.fields.begin()), frame_(frame) {}
+  RowConverter(const ForeignRow& row, const StreamMap& map, TimeNs time, LocalFrame* frame)
+      : row_(row), source_(map.fields.begin()), time_(time), frame_(frame) {}
 
   void operator()(const Field&, Eigen::Vector3d& vector) {
+    if (source_->series) {
+      const std::optional<Eigen::Vector3d> value = source_->series->At(time_);
+      if (!value) Add(RowFault::kMissing);
+      if (value) vector = source_->axes * *value;
+      ++source_;
+      return;
+    }
     const std::vector<double> numbers = Numbers();
     vector = source_->axes * Eigen::Map<const Eigen::Vector3d>(numbers.data());
     if (source_->geodetic && !LocalFrame::IsPlace(numbers[0], numbers[1])) Add(RowFault::kMissing);
@@ -170,6 +128,7 @@ class RowConverter {
 
   const ForeignRow& row_;
   std::vector<FieldSource>::const_iterator source_;
+  TimeNs time_;
   LocalFrame* frame_;
   RowFault fault_ = RowFault::kNone;
   Found sigma_, beyond_;
@@ -202,6 +161,41 @@ class GeodeticConverter {
   std::vector<FieldSource>::const_iterator source_;
   LocalFrame* frame_;
   std::optional<Eigen::Vector3d> position_;
+};
+
+// Archive that puts the integral in the place of a velocity, sample after sample.
+class VelocityIntegrator {
+ public:
+  explicit VelocityIntegrator(const StreamMap& map) : map_(map) {}
+
+  void Start(TimeNs t) {
+    dt_ = is_first_ ? 0.0 : SecondsBetween(t_, t);
+    t_ = t;
+    source_ = map_.fields.begin();
+  }
+  void operator()(const Field&, Eigen::Vector3d& vector) {
+    if (source_->is_velocity) {
+      const Eigen::Vector3d velocity = vector;
+      if (!is_first_) position_ += 0.5 * dt_ * (before_ + velocity);
+      vector = position_;
+      before_ = velocity;
+      is_first_ = false;
+    }
+    ++source_;
+  }
+  template <class T>
+  void operator()(const Field&, T&) {
+    ++source_;
+  }
+  bool any() const { return !is_first_; }
+
+ private:
+  const StreamMap& map_;
+  std::vector<FieldSource>::const_iterator source_;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), before_ = Eigen::Vector3d::Zero();
+  TimeNs t_ = 0;
+  double dt_ = 0.0;
+  bool is_first_ = true;
 };
 
 bool IsGeodetic(const StreamMap& map) {
@@ -259,8 +253,8 @@ class LeftOut {
   std::string stream_, text_;
 };
 
-// Orders samples by time and keeps the first of each stamp. A stamp more than a day from the median
-// is a damaged one. Returns how many are removed.
+// Orders samples by time. A stamp more than a day from the median is a damaged one. Returns how
+// many are removed.
 template <class Sample>
 std::size_t Sort(std::vector<Sample>* samples) {
   constexpr TimeNs kDay = 86400 * kNsPerSecond;
@@ -273,8 +267,6 @@ std::size_t Sort(std::vector<Sample>* samples) {
   std::erase_if(*samples, [&](const Sample& s) {
     return std::abs(static_cast<double>(s.t) - middle) > static_cast<double>(kDay);
   });
-  const auto same = [](const Sample& a, const Sample& b) { return a.t == b.t; };
-  samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
   return before - samples->size();
 }
 
@@ -293,11 +285,13 @@ template <class Sample>
 class SampleImport : public StreamImport {
  public:
   SampleImport(const Stream& stream, const StreamMap& map, const std::string& file,
-               std::shared_ptr<LocalFrame> frame, std::vector<Sample>* samples)
+               std::shared_ptr<LocalFrame> frame, std::map<std::string, std::string>* source,
+               std::vector<Sample>* samples)
       : stream_(stream),
         map_(map),
         stamps_(map.time, file),
         frame_(std::move(frame)),
+        source_(source),
         samples_(samples) {}
 
   const StreamMap& map() const override { return map_; }
@@ -306,12 +300,17 @@ class SampleImport : public StreamImport {
     if (!bound_) Bind(row);
     if (!map_.filter.Accepts(row)) return;
     Sample sample{};
-    RowConverter converter(row, map_, frame_.get());
+    if (HasSeries()) sample.t = stamps_.Read(row);
+    RowConverter converter(row, map_, sample.t, frame_.get());
     Sample::Describe(converter, sample, stream_);
     if (converter.fault() != RowFault::kNone) return AddFault(converter);
     ++whole_;
-    sample.t = stamps_.Read(row);
-    if (map_.unsorted != Unsorted::kSort && !samples_->empty() && sample.t <= samples_->back().t) {
+    if (!HasSeries()) sample.t = stamps_.Read(row);
+    if (IsLeftOut(sample.t)) {
+      ++left_out_by_map_;
+      return;
+    }
+    if (map_.unsorted != Unsorted::kSort && !samples_->empty() && sample.t < samples_->back().t) {
       if (map_.unsorted == Unsorted::kRefuse) {
         stamps_.FailUnsorted(row, samples_->back().t, sample.t);
       }
@@ -374,8 +373,30 @@ class SampleImport : public StreamImport {
     places_ = {};
     const bool sort = map_.unsorted == Unsorted::kSort;
     if (sort) unsorted_ = Sort(samples_);
+    const SharedStamps shared = SpreadShared(stream_, samples_);
+    unsorted_ += shared.dropped;
     const std::size_t strays = IsGeodetic(map_) ? ToLocalFrame() : 0;
+    VelocityIntegrator integrator(map_);
+    for (Sample& sample : *samples_) {
+      integrator.Start(sample.t);
+      Sample::Describe(integrator, sample, stream_);
+    }
+    if (integrator.any()) {
+      warnings->push_back(fmt::format(
+          "{}: there is no position; velocities are integrated to one, from (0, 0, 0) on: what "
+          "depends on the place or on slow drift can't be judged",
+          stream_.name));
+    }
     LeftOut left_out(stream_.name);
+    if (const std::string wraps = stamps_.WrapText(); !wraps.empty()) {
+      warnings->push_back(fmt::format("{}: {}; that is undone", stream_.name, wraps));
+    }
+    if (shared.spread > 0) {
+      warnings->push_back(fmt::format("{}: {}", stream_.name, SpreadText(shared.spread, all)));
+    }
+    State(shared.spread, unsorted_ + strays, all + (sort ? 0 : unsorted_));
+    left_out.Add(left_out_by_map_, "of the times that the map leaves out");
+    left_out.Add(shared.repeated, "that repeat the one before, stamp and all");
     AddUnstampedTo(all, &left_out, warnings);
     left_out.Add(strays,
                  "more than 10 km from the others, reached by a jump that no vehicle makes");
@@ -391,6 +412,18 @@ class SampleImport : public StreamImport {
   }
 
  private:
+  bool IsLeftOut(TimeNs t) const {
+    constexpr double kRounding = 1e-7;  // s
+    return std::any_of(map_.leave_out.begin(), map_.leave_out.end(), [&](const auto& part) {
+      return ToSeconds(t) > part[0] - kRounding && ToSeconds(t) < part[1] + kRounding;
+    });
+  }
+
+  bool HasSeries() const {
+    return std::any_of(map_.fields.begin(), map_.fields.end(),
+                       [](const FieldSource& source) { return source.series != nullptr; });
+  }
+
   void Bind(const ForeignRow& row) {
     stamps_.Bind(row);
     BindColumns(row, &map_);
@@ -423,6 +456,18 @@ class SampleImport : public StreamImport {
           "recording, which comes late; where that matters, shift them by 'time: {{offset: ...}}'",
           stream_.name, unstamped_count_));
     }
+  }
+
+  // Shares of the rows that inspection.h tells of, in the log's `source`.
+  void State(std::size_t spread, std::size_t lost, std::size_t all) {
+    for (const Faults& faults : faults_) lost += map_.skip_missing ? 0 : faults.count;
+    const auto state = [&](const char* what, std::size_t count) {
+      const double share = static_cast<double>(count) / static_cast<double>(std::max(all, count));
+      if (count == 0 || share <= kFewFaults) return;
+      (*source_)[fmt::format("{} {}", stream_.name, what)] = fmt::format("{:.3f}", share);
+    };
+    state(kSpreadShare, spread);
+    state(kLostShare, lost);
   }
 
   // Returns how many samples are left out because their position is a receiver's error.
@@ -507,6 +552,7 @@ class SampleImport : public StreamImport {
   StreamMap map_;
   StampReader stamps_;
   std::shared_ptr<LocalFrame> frame_;
+  std::map<std::string, std::string>* source_;  // of the log
   std::vector<Sample>* samples_;
   bool bound_ = false;
   std::size_t whole_ = 0;  // rows with all values
@@ -515,7 +561,7 @@ class SampleImport : public StreamImport {
   std::vector<bool> unstamped_;      // likewise
   std::size_t unstamped_count_ = 0;
   std::optional<ClockPart> kept_;  // of the file; none: all of it
-  std::size_t unsorted_ = 0;
+  std::size_t unsorted_ = 0, left_out_by_map_ = 0;
 };
 
 }  // namespace
@@ -524,7 +570,7 @@ void BindColumns(const ForeignRow& row, StreamMap* stream) {
   if (!stream->time.of_row) stream->time.column.Bind(row);
   stream->filter.Bind(row);
   for (FieldSource& source : stream->fields) {
-    source.numbers.Bind(row);
+    if (!source.input) source.numbers.Bind(row);
     if (source.attitude) source.attitude->Bind(row);
   }
 }
@@ -543,7 +589,7 @@ std::vector<std::unique_ptr<StreamImport>> MakeImports(const ImportMap& map,
       if (fix_sigma && source.key == "sigma") source.numbers = NumberSource(*fix_sigma);
     }
     imports.push_back(std::make_unique<SampleImport<SampleOf<decltype(samples)>>>(
-        stream, own, files[own.input], frame, &samples));
+        stream, own, files[own.input], frame, &log->source, &samples));
   });
   return imports;
 }

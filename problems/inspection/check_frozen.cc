@@ -111,6 +111,13 @@ void JudgeDead(const std::string& stream, const std::string& columns, Examinatio
 
 }  // namespace
 
+bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen) {
+  const double seconds = SecondsBetween(frozen.from, frozen.until);
+  return seconds >= kLeastFrozen &&
+         TurnOfGyro(log, frozen) >= std::max(kMovingTurn, kMovingRate * seconds);
+}
+
+// Of poses see lost_track.h.
 void CheckFrozen(Examination* e) {
   ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
     using Sample = std::remove_cvref_t<decltype(samples.front())>;
@@ -118,8 +125,7 @@ void CheckFrozen(Examination* e) {
                   std::is_same_v<Sample, PoseSample> || std::is_same_v<Sample, Fix>) {
       for (const std::string& dead : FindDead(stream, samples)) JudgeDead(stream.name, dead, e);
     }
-    if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample> ||
-                  std::is_same_v<Sample, PoseSample>) {
+    if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample>) {
       if (const auto frozen = FindFrozen(stream, samples)) Judge(stream.name, *frozen, e);
     }
   });

@@ -23,10 +23,41 @@ Eigen::Vector3d Deviation(const Eigen::Vector3d& sum, const Eigen::Vector3d& squ
   return (squares / n - mean.cwiseProduct(mean)).cwiseMax(0.0).cwiseSqrt();
 }
 
-// All windows in which nothing but noise is read.
+// Positions of the stream that knows them best.
+std::vector<PositionSample> PositionsOf(const FlightLog& log, double* sigma) {
+  *sigma = 0.0;
+  if (!log.mocap.empty()) return PositionsOf(log.mocap);
+  if (!log.pose.empty()) return PositionsOf(log.pose);
+  for (const Fix& fix : log.fixes) *sigma = std::max(*sigma, fix.sigma);
+  return PositionsOf(log.fixes);
+}
+
+// Whether positions around the time from `from` to `until` lie farther apart than at rest.
+bool Moves(const std::vector<PositionSample>& positions, double sigma, TimeNs from, TimeNs until) {
+  constexpr double kSpeed = 0.3;  // m/s
+  const auto earlier = [](const PositionSample& a, TimeNs t) { return a.t < t; };
+  auto after = std::lower_bound(positions.begin(), positions.end(), until, earlier);
+  auto before = std::lower_bound(positions.begin(), positions.end(), from, earlier);
+  if (before != positions.begin()) --before;
+  if (before == positions.end() || after == positions.end()) return false;
+  const double seconds = SecondsBetween(before->t, after->t);
+  return (after->p_E - before->p_E).norm() > kSpeed * seconds + 4.0 * sigma;
+}
+
+// All windows in which nothing but noise is read, and no position changes. Smooth flight reads
+// like rest for a moment, so that a rest has two windows in a row.
 Rest RestOf(const FlightLog& log) {
   Rest rest;
-  double windows = 0.0;
+  double windows = 0.0, sigma = 0.0;
+  const std::vector<PositionSample> positions = PositionsOf(log, &sigma);
+  Rest last;  // of the window before, not yet counted
+  const auto add = [&](const Rest& window) {
+    rest.seconds += kWindow;
+    rest.force += window.force;
+    rest.rate += window.rate;
+    windows += 1.0;
+  };
+  bool was_still = false, was_added = false;
   for (std::size_t begin = 0; begin < log.imu.size();) {
     std::size_t end = begin;
     Eigen::Vector3d f = Eigen::Vector3d::Zero(), ff = f, w = f, ww = f;
@@ -39,11 +70,16 @@ Rest RestOf(const FlightLog& log) {
     }
     const auto n = static_cast<double>(end - begin);
     if (n >= 10.0 && end < log.imu.size() && Deviation(f, ff, n).maxCoeff() < kStillForce &&
-        Deviation(w, ww, n).maxCoeff() < kStillRate && (w / n).norm() < 0.2) {
-      rest.seconds += kWindow;
-      rest.force += f / n;
-      rest.rate += w / n;
-      windows += 1.0;
+        Deviation(w, ww, n).maxCoeff() < kStillRate && (w / n).norm() < 0.2 &&
+        !Moves(positions, sigma, log.imu[begin].t, log.imu[end].t)) {
+      const Rest window{kWindow, f / n, w / n};
+      if (was_still && !was_added) add(last);
+      if (was_still) add(window);
+      was_added = was_still;
+      was_still = true;
+      last = window;
+    } else {
+      was_still = was_added = false;
     }
     begin = end;
   }

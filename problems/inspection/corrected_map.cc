@@ -106,8 +106,35 @@ void CorrectOrder(YAML::Node stream, const std::vector<std::size_t>& order) {
   for (const char* key : {"columns", "scale", "offset"}) sort(key);
 }
 
+// Rows that are left out, by times after all offsets, or as repeats.
+void CorrectRows(const StreamRepair& repair, YAML::Node stream) {
+  for (const auto& [from, until] : repair.leave_out) {
+    YAML::Node part;
+    part.SetStyle(YAML::EmitterStyle::Flow);
+    for (const TimeNs t : {from, until}) {
+      part.push_back(fmt::format("{:.9f}", ToSeconds(t) + repair.time_offset));
+    }
+    stream["leave_out"].push_back(part);
+  }
+  if (!repair.only_new || stream["new_where"]) return;
+  for (const char* field : {"position", "quaternion", "euler"}) {
+    YAML::Node source = stream[field];
+    if (!source) continue;
+    for (const char* list : {"columns", "geodetic"}) {
+      if (!source[list]) continue;
+      for (const YAML::Node& column : ExpandColumns(source[list])) {
+        if (column.IsScalar()) stream["new_where"].push_back(column.Scalar());
+      }
+    }
+    for (const char* part : {"w", "x", "y", "z", "roll", "pitch", "yaw"}) {
+      if (source[part]) stream["new_where"].push_back(source[part].Scalar());
+    }
+  }
+}
+
 void CorrectStream(const YAML::Node& map, const SourceAxes& outer, const StreamRepair& repair,
                    YAML::Node stream) {
+  CorrectRows(repair, stream);
   if (stream["position"]) {
     CorrectVector(stream, "position", outer, false, repair.position, repair.position_scale);
   }

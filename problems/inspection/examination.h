@@ -63,6 +63,8 @@ std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string&
 void CheckCover(Examination* e);
 // That the log has no attitude.
 std::optional<Finding> MissingAttitude(const FlightLog& log);
+// Rows that are no measurement, or repeat, or were lost or moved by the conversion.
+void CheckRows(Examination* e);
 // Streams that stand still while the vehicle turns.
 void CheckFrozen(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.

@@ -7,9 +7,10 @@
 #include <utility>
 
 #include "problems/common/error.h"
+#include "problems/import/find_map.h"
 #include "problems/inspection/examination.h"
+#include "problems/inspection/lost_track.h"
 #include "problems/inspection/same_recording.h"
-#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
@@ -30,6 +31,7 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "clock_offset") return std::abs(finding.size) > kOrdinaryOffset;
   if (finding.id == "clock_drift") return std::abs(finding.size) > kOrdinaryDrift;
   if (IsOfRotorSamples(finding)) return finding.level == Level::kBiases;
+  if (finding.id == "repeats") return finding.stream == "fixes";
   if (finding.id == "spikes") return finding.stream == "imu" && finding.level == Level::kBiases;
   if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
@@ -49,6 +51,7 @@ FlightLog MiddleOf(const FlightLog& log) {
   middle.environment = log.environment;
   middle.gates = log.gates;
   middle.vehicle = log.vehicle;
+  middle.source = log.source;
   const auto copy = [&](const auto& samples, auto* kept) {
     std::copy_if(samples.begin(), samples.end(), std::back_inserter(*kept),
                  [&](const auto& sample) { return sample.t >= from && sample.t <= to; });
@@ -126,7 +129,8 @@ std::string WarningOf(const Finding& finding) {
 
 FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults,
                       ForDrive drive) {
-  FlightLog log = ReadNativeLog(directory);
+  FlightLog log = ReadAnyLog(directory.string());
+  for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
   for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));
     if (faults != nullptr && MakesWrong(finding)) {

@@ -59,6 +59,8 @@ void Combine(const StreamRepair& change, StreamRepair* all) {
   all->position_scale *= change.position_scale;
   all->channel_scale *= change.channel_scale;
   if (!change.order.empty()) all->order = change.order;
+  all->leave_out.insert(all->leave_out.end(), change.leave_out.begin(), change.leave_out.end());
+  all->only_new = all->only_new || change.only_new;
 }
 
 }  // namespace
@@ -148,6 +150,7 @@ Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
   Examination e{log, sources, log, {}, {}, {}};
   e.result.streams = CheckStreams(log, &e.result.findings);
   CheckCover(&e);
+  CheckRows(&e);
   CheckFrozen(&e);
   const auto imu = std::find_if(e.result.streams.begin(), e.result.streams.end(),
                                 [](const StreamHealth& h) { return h.stream == "imu"; });

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "problems/import/shared_stamps.h"
+
 namespace trueline {
 namespace {
 
@@ -9,6 +11,29 @@ template <class Samples>
 void Shift(double seconds, Samples* samples) {
   if (seconds == 0.0) return;
   for (auto& sample : *samples) sample.t += FromSeconds(seconds);
+}
+
+template <class Samples>
+void LeaveOut(const StreamRepair& repair, const Stream& stream, Samples* samples) {
+  std::erase_if(*samples, [&](const auto& sample) {
+    return std::any_of(repair.leave_out.begin(), repair.leave_out.end(), [&](const auto& part) {
+      return sample.t >= part.first && sample.t <= part.second;
+    });
+  });
+  if (!repair.only_new) return;
+  // As `new_where`: the first row may be of any age.
+  const auto numbers = [&](const auto& sample) {
+    NumbersOfSample archive;
+    SampleOf<Samples>::Describe(archive, sample, stream);
+    return archive.numbers;
+  };
+  std::vector<double> before = samples->empty() ? std::vector<double>() : numbers(samples->front());
+  std::erase_if(*samples, [&](const auto& sample) {
+    std::vector<double> now = numbers(sample);
+    const bool same = now == before;
+    before = std::move(now);
+    return same;
+  });
 }
 
 template <class Sample>
@@ -53,7 +78,8 @@ bool StreamRepair::IsNone() const {
   const bool same_order = quaternion == std::array<int, 4>{0, 1, 2, 3} && !inverse && order.empty();
   return same_order && time_offset == 0.0 && IsIdentity(earth) && IsIdentity(body) &&
          IsIdentity(accel) && IsIdentity(gyro) && IsIdentity(position) && accel_scale == 1.0 &&
-         gyro_scale == 1.0 && position_scale == 1.0 && channel_scale == 1.0;
+         gyro_scale == 1.0 && position_scale == 1.0 && channel_scale == 1.0 && leave_out.empty() &&
+         !only_new;
 }
 
 bool Repairs::IsNone() const {
@@ -79,6 +105,7 @@ void ApplyRepairs(const Repairs& repairs, const FileAttitudes& sources, FlightLo
     const auto found = repairs.streams.find(stream.name);
     if (found == repairs.streams.end()) return;
     const auto own = sources.find(stream.name);
+    LeaveOut(found->second, stream, &samples);
     Shift(found->second.time_offset, &samples);
     Repair(found->second, own == sources.end() ? SourceAxes{} : own->second.axes, &samples);
   });

@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/import/frames.h"
@@ -31,6 +32,9 @@ struct StreamRepair {
   double channel_scale = 1.0;  // of rotor speeds
   // Channel i of the right stream is channel order[i] of this one; empty: as it is.
   std::vector<std::size_t> order = {};
+  // Before all that: rows of these times, and rows that repeat the one before, are left out.
+  std::vector<std::pair<TimeNs, TimeNs>> leave_out = {};
+  bool only_new = false;
 
   bool IsNone() const;
 };

@@ -222,10 +222,11 @@ class HealthFindings {
           fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),
           "log on a faster card or at a lower rate");
     }
-    const bool measured =
-        imu || h.stream == "attitude" || h.stream == "mocap" || h.stream == "pose";
+    const bool measured = imu || h.stream == "attitude" || h.stream == "mocap" ||
+                          h.stream == "pose" || h.stream == "fixes";
     if (measured && h.repeats > kRepeatShare) {
-      Add("repeats", h, imu ? Level::kBiases : Level::kWidens, h.repeats, "1",
+      Add("repeats", h, imu || h.stream == "fixes" ? Level::kBiases : Level::kWidens, h.repeats,
+          "1",
           fmt::format(
               "{:.0f} % of the samples repeat the one before: the sensor is slower than the "
               "{:.0f} Hz of its stamps, which are late by up to a held sample",

@@ -174,6 +174,21 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
 }
 
 template <class Sample>
+std::vector<FrozenStretch> FindAllFrozen(const Stream& stream, const std::vector<Sample>& samples) {
+  std::vector<FrozenStretch> all;
+  const std::vector<Sensor> sensors = SensorsOf(stream, samples);
+  if (samples.empty() || sensors.empty()) return all;
+  const Values changes = ChangesOf(sensors, samples.size());
+  for (std::size_t begin = 0; begin < changes.size();) {
+    std::size_t end = begin + 1;
+    while (end < changes.size() && changes[end] == changes[begin]) ++end;
+    if (IsOdd(changes, {begin, end})) all.push_back({samples[begin].t, samples[end - 1].t});
+    begin = end;
+  }
+  return all;
+}
+
+template <class Sample>
 std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples) {
   const std::vector<Sensor> sensors = SensorsOf(stream, samples);
   if (samples.empty() || sensors.empty()) return std::nullopt;
@@ -226,5 +241,7 @@ template std::vector<std::string> FindDead(const Stream&, const std::vector<Pose
 template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
 template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);
 template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<PoseSample>&);
+
+template std::vector<FrozenStretch> FindAllFrozen(const Stream&, const std::vector<PoseSample>&);
 
 }  // namespace trueline

@@ -37,6 +37,13 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
 template <class Sample>
 std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples);
 
+// All such stretches, in the order of time.
+template <class Sample>
+std::vector<FrozenStretch> FindAllFrozen(const Stream& stream, const std::vector<Sample>& samples);
+
+// Whether the gyroscope turns within the stretch, by more than a vehicle at rest.
+bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen);
+
 // The columns of each sensor of a stream (accelerometer, gyroscope, orientation, position) that
 // keeps one value in all of at least 100 samples, as "gx, gy and gz".
 template <class Sample>

@@ -43,7 +43,7 @@ TEST_F(CsvLayoutOf, CommasMayBeDecimalBesideText) {
   const CsvLayout layout = Guess("t;x;y;mode\n0,10;1,5;2,5;STAB\n0,11;1,5;2,5;STAB\n");
   EXPECT_EQ(layout.separators, (CsvSeparators{';', true}));
   EXPECT_EQ(layout.columns.size(), 4U);
-  EXPECT_EQ(layout.time_column, 0U);
+  EXPECT_EQ(layout.time->column, 0U);
   EXPECT_EQ(Guess("t,x,note\n0.1,2,a;b\n0.2,3,c;d\n").separators, (CsvSeparators{',', false}));
 }
 
@@ -51,7 +51,7 @@ TEST_F(CsvLayoutOf, WithoutAHeaderColumnsAreNumbers) {
   const CsvLayout layout = Guess("0,0.1,7\n1,0.2,8\n");
   EXPECT_FALSE(layout.header);
   EXPECT_EQ(layout.columns, (std::vector<std::string>{"1", "2", "3"}));
-  EXPECT_FALSE(layout.time_column);
+  EXPECT_FALSE(layout.time);
   EXPECT_THAT(List("0,0.1,7\n1,0.2,8\n"), HasSubstr("rows                                        2"
                                                     "          -"));
 }
@@ -60,7 +60,7 @@ TEST_F(CsvLayoutOf, NamesThatFitNoColumnsAreNotUsed) {
   const CsvLayout layout = Guess("time,a\n1,2,3\n2,2,3\n");
   EXPECT_THAT(layout.warning, HasSubstr("names 2 columns where the rows have 3"));
   EXPECT_EQ(layout.columns.front(), "1");
-  EXPECT_FALSE(layout.time_column);
+  EXPECT_FALSE(layout.time);
 }
 
 // "# t,x" before numbers has names; a comment is followed by names or by another comment.
@@ -69,22 +69,22 @@ TEST_F(CsvLayoutOf, CommentsBeforeTheNamesAreSkipped) {
   const CsvLayout layout = Guess(text);
   EXPECT_EQ(layout.skip_lines, 3);
   EXPECT_EQ(layout.columns, (std::vector<std::string>{"t", "a"}));
-  EXPECT_EQ(layout.time_column, 0U);
+  EXPECT_EQ(layout.time->column, 0U);
   EXPECT_THAT(List(text), HasSubstr("rows                                        2"));
   EXPECT_THAT(ProposeMap(OpenRecording(files_.Write("log.csv", text)).get()),
               HasSubstr(", skip_lines: 3, time: {column: \"t\""));
   const CsvLayout names = Guess("# flight 7\n# t,a\n1,2\n2,3\n");
   EXPECT_EQ(names.skip_lines, 1);
   EXPECT_EQ(names.columns, (std::vector<std::string>{"# t", "a"}));
-  EXPECT_EQ(names.time_column, 0U);
+  EXPECT_EQ(names.time->column, 0U);
 }
 
 TEST_F(CsvLayoutOf, FindsTheTimeAndItsUnit) {
-  EXPECT_EQ(Guess("thrust,theta,t\n3,2,0.00\n2,1,0.01\n5,4,0.02\n").time_column, 2U);
+  EXPECT_EQ(Guess("thrust,theta,t\n3,2,0.00\n2,1,0.01\n5,4,0.02\n").time->column, 2U);
   const CsvLayout falls = Guess("t,time_left\n5,3\n4,2\n3,1\n");
-  EXPECT_FALSE(falls.time_column);
+  EXPECT_FALSE(falls.time);
   const auto exponent = [&](const char* name, const char* a, const char* b) {
-    return Guess(fmt::format("{},x\n{},1\n{},1\n{}9,1\n", name, a, b, b)).time_exponent;
+    return Guess(fmt::format("{},x\n{},1\n{},1\n{}9,1\n", name, a, b, b)).time->exponent;
   };
   EXPECT_EQ(exponent("time (us)", "1", "2"), 3);
   EXPECT_EQ(exponent("#timestamp [ns]", "1", "2"), 0);
@@ -101,7 +101,7 @@ TEST_F(CsvLayoutOf, DatesAndTimesOfDayAreTimes) {
   for (const char* day : {"", "2024-05-01T", "2024-05-01 "}) {
     const std::string text =
         fmt::format("a,time\n1,{0}23:59:55.25\n1,{0}23:59:55.26\n1,{0}23:59:55.27\n", day);
-    EXPECT_EQ(Guess(text).time_column, 1U);
+    EXPECT_EQ(Guess(text).time->column, 1U);
     const std::string map =
         "inputs: {log: {time: {column: time}}}\n"
         "streams: {imu: {accel: {columns: [a, a, a]}, gyro: {columns: [a, a, a]}}}\n";

@@ -124,6 +124,14 @@ TEST_F(Proposal, AxesMayComeFirst) {
   }
 }
 
+TEST_F(Proposal, RatesOfAControllerAreNoAttitude) {
+  const std::string names = fmt::format(
+      "{},controller.r_roll[rad/s],controller.r_pitch[rad/s],controller.r_yaw[rad/s],"
+      "controller.roll[deg],controller.pitch[deg],controller.yaw[deg]\n",
+      kImuNames);
+  EXPECT_TRUE(Convert(names, std::string(kImuRow) + ",0,0,0,0,0,0").attitude.empty()) << map_;
+}
+
 // The error is about the IMU that is missing, not about the map's syntax.
 TEST_F(Proposal, WithoutAStreamIsStillAMap) {
   EXPECT_THAT(ErrorOf([&] { Convert("t,a\n", ",1"); }), HasSubstr("streams.imu"));

@@ -61,7 +61,7 @@ TEST_F(RecordingMap, ReadsChannelsByName) {
   EXPECT_EQ(log.imu[0].t, 1'700'000'000'000'000'010);
   EXPECT_EQ(log.imu[0].gyro.x(), 2.0);
   EXPECT_EQ(log.imu[1].t, 1'700'000'000'000'000'030);
-  EXPECT_THAT(log.warnings, testing::Contains(AllOf(HasSubstr("1 of the time of another"),
+  EXPECT_THAT(log.warnings, testing::Contains(AllOf(HasSubstr("1 that repeat the one before"),
                                                     HasSubstr("1 with missing values"))));
   EXPECT_EQ(log.source.at("file"), "log");
 }

@@ -32,14 +32,10 @@ bool IsBetaflight4(const BlackboxHeader& header) {
          found->second.starts_with("Indiflight");
 }
 
-// A quantity in a known unit, made of the raw integer of another name.
-struct Derived {
-  std::string raw, name, unit;
-  double scale = 1.0, shift = 0.0;
-};
+}  // namespace
 
-std::vector<Derived> DerivedFields(const BlackboxHeader& header) {
-  std::vector<Derived> derived;
+std::vector<BlackboxDerived> DerivedBlackboxFields(const BlackboxHeader& header) {
+  std::vector<BlackboxDerived> derived;
   const double gyro = GyroScale(header);
   const double one_g = header.Number("acc_1G", 0, 0.0);
   const double low = header.Number("motorOutput", 0, 0.0);
@@ -62,8 +58,6 @@ std::vector<Derived> DerivedFields(const BlackboxHeader& header) {
   return derived;
 }
 
-}  // namespace
-
 std::unique_ptr<MessageDecoder> MakeBlackboxDecoder(const BlackboxHeader& header, char frame) {
   std::vector<PackedField> fields = {{"main_time", 0, Scalar::kI64, "us"}};
   for (const BlackboxField& field : header.frames.at(frame)) {
@@ -72,7 +66,7 @@ std::unique_ptr<MessageDecoder> MakeBlackboxDecoder(const BlackboxHeader& header
   const std::size_t size = 8 * fields.size();
   const bool has_time = header.IndexOf(frame, "time") >= 0;
   if (frame == 'I') {
-    for (const Derived& derived : DerivedFields(header)) {
+    for (const BlackboxDerived& derived : DerivedBlackboxFields(header)) {
       const int raw = header.IndexOf('I', derived.raw);
       if (raw < 0) continue;
       fields.push_back({derived.name, 8 * (static_cast<std::size_t>(raw) + 1), Scalar::kI64,

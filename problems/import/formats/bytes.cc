@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/common/error.h"
+#include "problems/log/unpacked.h"
 
 namespace trueline {
 namespace {
@@ -21,9 +22,9 @@ std::string_view ByteCursor::Until(char end) {
 }
 
 ByteFile::ByteFile(const std::filesystem::path& path)
-    : file_(path.string()), in_(path, std::ios::binary) {
+    : file_(path.string()), in_(Unpacked(path), std::ios::binary) {
   std::error_code error;
-  size_ = std::filesystem::file_size(path, error);
+  size_ = std::filesystem::file_size(Unpacked(path), error);
   if (error || !in_) throw ErrorAt(file_, 0, "cannot be read; give the path of a readable log");
 }
 

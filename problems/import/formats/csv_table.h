@@ -11,21 +11,40 @@
 
 namespace trueline {
 
+// Where a row's time stands.
+struct TimeColumns {
+  std::size_t column = 0;
+  int exponent = 9;                          // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
+  std::optional<std::size_t> nanoseconds{};  // in a column of their own, beside seconds
+  double step = 0.0;                         // median from row to row, in its unit
+  bool is_named = false, is_stated = false;  // by its name; its unit, too
+
+  // False, and `time` as it was, where a row has none.
+  bool Read(const std::vector<std::string_view>& texts, TimeNs* time) const;
+};
+
 // What the first lines of a CSV file show. A column without a name has its number from 1 as its
 // name. Names are ignored where there are more or fewer than columns.
 struct CsvLayout {
   CsvSeparators separators;
-  int skip_lines = 0;       // comments, which start with '#', and blank lines before names or rows
+  int skip_lines = 0;       // comments and other lines of a head, before names or rows
   bool header = true;       // a line of names follows
   bool units_line = false;  // and below that one of units, as "s,m/s^2"
   std::vector<std::string> columns;
   std::vector<std::string> units;  // of the columns, without brackets; empty if no line states them
-  // By its name, if its values increase; else the first column whose values do.
-  std::optional<std::size_t> time_column;
-  bool is_time_named = false;
-  int time_exponent = 9;  // of its unit, for ParseTime(): 9 for s, 6 for ms, ...
-  std::string warning;    // empty, or why the names are not used
+  bool is_named_by_shape = false;  // columns of a known layout without names
+  std::optional<TimeColumns> time;
+  std::string warning;  // empty, or why the names are not used
+
+  int LinesBeforeRows() const { return skip_lines + (header ? 1 : 0) + (units_line ? 1 : 0); }
 };
+
+// Of the columns of `which`: the stamp of measurement before those of arrival; by the names, if
+// values increase, else the first column whose values do and that is no running number.
+std::optional<TimeColumns> FindTimeColumns(const CsvLayout& layout,
+                                           const std::vector<std::size_t>& which,
+                                           const std::vector<std::vector<std::string>>& rows,
+                                           bool may_be_unnamed);
 
 // Throws InputError for a file without text.
 CsvLayout GuessCsvLayout(const std::filesystem::path& path);

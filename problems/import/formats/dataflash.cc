@@ -2,12 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <fstream>
 
+#include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/dataflash_types.h"
 #include "problems/import/formats/packed_decoder.h"
+#include "problems/log/csv_text.h"
+#include "problems/log/line_reader.h"
+#include "problems/log/unpacked.h"
 
 namespace trueline {
 namespace {
@@ -237,7 +244,125 @@ class FlashWalk {
   std::size_t places_ = 0, untimed_ = 0;
 };
 
+// --- The text form, which is rewritten to the binary one
+
+template <class T>
+void Append(T value, std::string* out) {
+  out->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+// False for a text that does not fit the letter.
+bool AppendField(char letter, std::string_view text, std::string* out) {
+  if (const std::size_t size = FlashTextSize(letter); size > 0) {
+    out->append(text.substr(0, size)).append(size - std::min(size, text.size()), '\0');
+    return true;
+  }
+  const FlashLetter* known = LetterOf(letter);
+  double value = 0.0;
+  if (known == nullptr) return false;
+  if (!ParseNumber(text, &value) && letter != 'M') return false;  // modes may have names
+  // Counts are written as what they mean: "-35.3632621" for -353632621 of letter L.
+  const bool is_meant = known->scale != 1.0 && text.find('.') != std::string_view::npos;
+  if (is_meant) value /= known->scale;
+  const auto whole = [&](auto least, auto most) {
+    return std::clamp(std::round(value), static_cast<double>(least), static_cast<double>(most));
+  };
+  switch (known->type) {
+    case Scalar::kF32:
+      Append(static_cast<float>(value), out);
+      return true;
+    case Scalar::kF64:
+      Append(value, out);
+      return true;
+    case Scalar::kF16:
+      Append(Eigen::numext::bit_cast<std::uint16_t>(Eigen::half(static_cast<float>(value))), out);
+      return true;
+    case Scalar::kI64:
+    case Scalar::kU64: {
+      TimeNs exact = 0;
+      if (!ParseTime(text, 0, &exact)) return false;
+      Append(exact, out);
+      return true;
+    }
+    default:
+      break;
+  }
+  const bool is_signed =
+      known->type == Scalar::kI8 || known->type == Scalar::kI16 || known->type == Scalar::kI32;
+  const int bits = 8 * static_cast<int>(SizeOf(known->type));
+  const auto number =
+      static_cast<std::int64_t>(is_signed ? whole(-std::exp2(bits - 1), std::exp2(bits - 1) - 1)
+                                          : whole(0, std::exp2(bits) - 1));
+  out->append(reinterpret_cast<const char*>(&number), SizeOf(known->type));
+  return true;
+}
+
+// Types by name, from the lines of FMT: "FMT, 162, 54, IMU, QBff, TimeUS,I,GyrX,GyrY".
+struct TextType {
+  std::uint8_t id;
+  std::string letters;
+};
+
+bool AppendRecord(std::string_view line, std::map<std::string, TextType>* types, std::string* out) {
+  std::vector<std::string_view> texts;
+  SplitFields(line, ',', &texts);
+  std::string record(kRecordMagic);
+  if (texts.size() > 5 && texts[0] == "FMT") {
+    double id = 0.0, length = 0.0;
+    if (!ParseNumber(texts[1], &id) || !ParseNumber(texts[2], &length)) return false;
+    (*types)[std::string(texts[3])] = {static_cast<std::uint8_t>(id), std::string(texts[4])};
+    std::string columns;
+    for (std::size_t i = 5; i < texts.size(); ++i) {
+      columns.append(i > 5 ? "," : "").append(texts[i]);
+    }
+    record += static_cast<char>(kFmtType);
+    record += static_cast<char>(static_cast<std::uint8_t>(id));
+    record += static_cast<char>(static_cast<std::uint8_t>(length));
+    AppendField('n', texts[3], &record);
+    AppendField('N', texts[4], &record);
+    AppendField('Z', columns, &record);
+    *out += record;
+    return true;
+  }
+  const auto type = types->find(std::string(texts[0]));
+  if (type == types->end() || texts.size() < type->second.letters.size() + 1) return false;
+  record += static_cast<char>(type->second.id);
+  for (std::size_t i = 0; i < type->second.letters.size(); ++i) {
+    if (!AppendField(type->second.letters[i], texts[i + 1], &record)) return false;
+  }
+  *out += record;
+  return true;
+}
+
 }  // namespace
+
+bool IsDataFlashText(std::string_view start) {
+  return start.starts_with("FMT, 128, 89, FMT,") || start.starts_with("FMT,128,89,FMT,");
+}
+
+void WalkDataFlashText(const std::filesystem::path& path, MessageSink* sink) {
+  const std::filesystem::path binary = TemporaryFor(path);
+  std::ofstream out(binary, std::ios::binary);
+  std::map<std::string, TextType> types;
+  LineReader lines(path);
+  std::size_t unread = 0, first = 0;
+  for (std::string_view line; lines.NextFilled(&line);) {
+    std::string record;
+    if (!AppendRecord(line, &types, &record) && unread++ == 0) {
+      first = static_cast<std::size_t>(lines.line_number());
+    }
+    out.write(record.data(), static_cast<std::streamsize>(record.size()));
+  }
+  if (!out.flush())
+    throw ErrorAt(path.string(), 0, "has no room in the folder for temporary files");
+  if (unread > 0) {
+    sink->Warn(
+        fmt::format("{} lines are no records of a known type, the first is line {}; they are "
+                    "left out",
+                    unread, first));
+  }
+  WalkDataFlash(binary, sink);
+}
 
 void WalkDataFlash(const std::filesystem::path& path, MessageSink* sink) {
   FlashWalk(path, sink).Run();

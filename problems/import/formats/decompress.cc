@@ -8,9 +8,6 @@
 #include <functional>
 #include <memory>
 
-#include "problems/common/error.h"
-#include "problems/import/formats/bytes.h"
-
 namespace trueline {
 namespace {
 
@@ -106,28 +103,6 @@ bool Decompress(std::string_view compression, std::string_view bytes, std::uint6
   if ((compression != "none" && !compression.empty()) || bytes.size() > limit) return false;
   out->assign(bytes);
   return true;
-}
-
-void DecompressZstdFile(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
-                                                                          ZSTD_freeDStream);
-  ByteFile in(from);
-  std::ofstream out(to, std::ios::binary);
-  std::string piece(kStep, '\0');
-  std::size_t left = 1;
-  for (std::string_view bytes; in.position() < in.size();) {
-    in.Peek(kStep, &bytes);
-    ZSTD_inBuffer input{bytes.data(), bytes.size(), 0};
-    ZSTD_outBuffer output{piece.data(), piece.size(), 0};
-    left = ZSTD_decompressStream(stream.get(), &output, &input);
-    if (ZSTD_isError(left) != 0)
-      throw ErrorAt(in.file(), 0, "is a damaged zstd file; copy it again");
-    out.write(piece.data(), static_cast<std::streamsize>(output.pos));
-    in.Seek(in.position() + input.pos);
-    if (input.pos == 0 && output.pos == 0) break;
-  }
-  if (left != 0) throw ErrorAt(in.file(), 0, "is a zstd file that is cut off; copy it again");
-  if (!out.flush()) throw ErrorAt(to.string(), 0, "cannot be written; make room in this folder");
 }
 
 }  // namespace trueline

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -15,8 +14,5 @@ inline constexpr std::string_view kZstdMagic("\x28\xB5\x2F\xFD", 4);
 // damaged, or the limit is passed.
 bool Decompress(std::string_view compression, std::string_view bytes, std::uint64_t limit,
                 std::string* out);
-
-// A whole zstd file to another file. Throws InputError if it is damaged.
-void DecompressZstdFile(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace trueline

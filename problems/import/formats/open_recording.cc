@@ -11,13 +11,14 @@
 #include "problems/import/formats/crazyflie.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/dataflash.h"
-#include "problems/import/formats/decompress.h"
 #include "problems/import/formats/mcap.h"
 #include "problems/import/formats/rosbag1.h"
 #include "problems/import/formats/rosbag2.h"
+#include "problems/import/formats/tables.h"
 #include "problems/import/formats/text_tables.h"
 #include "problems/import/formats/ulog.h"
 #include "problems/log/text_file.h"
+#include "problems/log/unpacked.h"
 
 namespace trueline {
 namespace {
@@ -39,7 +40,7 @@ bool IsCsv(const fs::path& path, std::string_view start) {
   return !fs::is_directory(path) && !start.empty() && (IsText(start) || IsUtf16(start));
 }
 
-constexpr std::array<KnownFormat, 10> kFormats = {{
+constexpr std::array<KnownFormat, 11> kFormats = {{
     {{"ulog", "PX4 ULog", WalkULog},
      [](const fs::path&, std::string_view start) {
        return start.starts_with(std::string_view("ULog\x01\x12\x35", 7));
@@ -50,14 +51,15 @@ constexpr std::array<KnownFormat, 10> kFormats = {{
      [](const fs::path&, std::string_view start) { return start.starts_with("\x89MCAP0\r\n"); }},
     {{"ros2", "ROS 2 bag", WalkRosbag2},
      [](const fs::path& path, std::string_view start) {
-       return fs::is_directory(path)
-                  ? !Rosbag2Files(path).empty()
-                  : start.starts_with("SQLite format 3") || start.starts_with(kZstdMagic);
+       return fs::is_directory(path) ? !Rosbag2Files(path).empty()
+                                     : start.starts_with("SQLite format 3");
      }},
     {{"dataflash", "ArduPilot DataFlash", WalkDataFlash},
      [](const fs::path&, std::string_view start) {
        return start.starts_with(std::string_view("\xA3\x95\x80", 3));
      }},
+    {{"dataflash", "ArduPilot DataFlash as text", WalkDataFlashText},
+     [](const fs::path&, std::string_view start) { return IsDataFlashText(start); }},
     {{"blackbox", "Betaflight blackbox", WalkBlackbox},
      [](const fs::path&, std::string_view start) {
        return start.find(kBlackboxStart) != std::string_view::npos;
@@ -87,7 +89,9 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   if (start.starts_with("MATLAB 5.0 MAT-file")) {
     refuse("is a MAT file, which is not read; export its streams as CSV with their times");
   }
-  if (start.starts_with("PK\x03\x04")) refuse("is a zip archive; unpack it first");
+  for (const std::string_view magic : {"7z\xBC\xAF\x27\x1C", "Rar!\x1A\x07"}) {
+    if (start.starts_with(magic)) refuse("is an archive that is not read here; unpack it first");
+  }
   if (IsText(start) && IsKitti(start)) {
     refuse(
         "holds KITTI poses, which have no times; write them as a TUM trajectory: "
@@ -102,21 +106,14 @@ void RefuseUnread(const std::string& file, std::string_view start) {
   }
 }
 
-// Of a text that is packed by gzip, its own first bytes.
 std::string StartOf(const fs::path& path) {
-  if (fs::is_directory(path)) return "";
-  std::string start = FirstBytes(path, kStartSize);
-  if (!start.starts_with(kGzipMagic)) return start;
-  std::string text = FirstText(path, kStartSize);
-  if (IsText(text) && text.find(kBlackboxStart) == std::string::npos) return text;
-  throw ErrorAt(path.string(), 0,
-                "is compressed by gzip, which is read of text alone; unpack it with gunzip first");
+  return fs::is_directory(Unpacked(path)) ? "" : FirstBytes(path, kStartSize);
 }
 
 // Null for none.
 const KnownFormat* Recognise(const fs::path& path, std::string_view start) {
   for (const KnownFormat& known : kFormats) {
-    if (known.fits(path, start)) return &known;
+    if (known.fits(Unpacked(path), start)) return &known;
   }
   return nullptr;
 }
@@ -146,6 +143,11 @@ std::string FormatOf(const fs::path& path) {
 
 bool IsTextFormat(const std::string& key) { return key == kCsvFormat || key == "tum"; }
 
+bool IsTable(const std::string& path) {
+  std::error_code unknown;
+  return fs::is_regular_file(Unpacked(path), unknown) && IsTextFormat(FormatOf(path));
+}
+
 std::string KnownFormats() {
   std::string text;
   for (const KnownFormat& known : kFormats) {
@@ -155,6 +157,7 @@ std::string KnownFormats() {
 }
 
 bool IsFormat(const std::string& key) {
+  if (key == kTablesFormat) return true;
   for (const KnownFormat& known : kFormats) {
     if (key == known.format.key) return true;
   }

@@ -17,6 +17,7 @@ inline constexpr char kCsvFormat[] = "csv";
 // The format's key by the first bytes; empty for none.
 std::string FormatOf(const std::filesystem::path& path);
 bool IsTextFormat(const std::string& key);  // of lines of numbers
+bool IsTable(const std::string& path);      // a file of such a format
 
 std::string KnownFormats();             // "ulog (PX4 ULog), ..."
 bool IsFormat(const std::string& key);  // of a map's `format`

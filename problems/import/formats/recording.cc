@@ -6,6 +6,8 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "problems/log/unpacked.h"
+
 namespace trueline {
 namespace {
 
@@ -44,7 +46,7 @@ void Channel::SetStamp(const std::string& field, int exponent) {
 
 Recording::Recording(const std::filesystem::path& path, const LogFormat& format)
     : file_(path.string()), format_(format) {
-  format_.walk(file_, this);
+  Walk();
   described_by_.clear();
   WarnOfRefusals();
 }
@@ -56,12 +58,19 @@ std::vector<std::size_t> Recording::Visit(const std::vector<std::size_t>& wanted
   undecoded_.assign(channels_.size(), 0);
   visit_ = &visit;
   record_.place = 0;
-  format_.walk(file_, this);
+  Walk();
   visit_ = nullptr;
   std::vector<std::size_t> counts;
   counts.reserve(wanted.size());
   for (const std::size_t channel : wanted) counts.push_back(undecoded_[channel]);
   return counts;
+}
+
+// The content of an archive of several files is a folder.
+void Recording::Walk() {
+  const std::filesystem::path content = Unpacked(file_);
+  format_.walk(std::filesystem::is_directory(content) ? content : std::filesystem::path(file_),
+               this);
 }
 
 std::size_t Recording::AddChannel(const ChannelKey& key, const MakeDecoder& make) {

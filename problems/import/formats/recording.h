@@ -115,6 +115,7 @@ class Recording : private MessageSink {
   void Add(std::size_t channel, TimeNs recorded, std::string_view message) override;
   void Warn(const std::string& warning) override;
   void Prefer(int instance) override { preferred_ = instance; }
+  void Walk();
   void Scan(std::size_t channel, TimeNs recorded, std::string_view message);
   void Describe(std::size_t channel, std::string_view message);
   void WarnOfRefusals();

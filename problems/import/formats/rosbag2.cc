@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "problems/import/formats/mcap.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
+#include "problems/log/unpacked.h"
 
 namespace trueline {
 namespace {
@@ -123,7 +123,7 @@ class SqliteBag {
 
  private:
   bool Open(const char* options) {
-    return sqlite3_open_v2(SqliteUri(path_, options).c_str(), &database_,
+    return sqlite3_open_v2(SqliteUri(Unpacked(path_), options).c_str(), &database_,
                            SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) == SQLITE_OK;
   }
 
@@ -193,38 +193,10 @@ class SqliteBag {
   std::map<std::int64_t, std::size_t> channels_;    // by topic
 };
 
-// A file of its own in the temporary folder, removed at the end.
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    std::string name = (fs::temp_directory_path() / "trueline_XXXXXX").string();
-    const int made = mkstemp(name.data());
-    if (made < 0) throw InputError(name + ": cannot be made; set TMPDIR to a writable folder");
-    close(made);
-    path_ = name;
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 void WalkBagFile(const fs::path& path, MessageSink* sink) {
   const std::string magic = FirstBytes(path, 16);
   if (magic.starts_with("SQLite format 3")) return SqliteBag(path, sink).Run();
   if (magic.starts_with("\x89MCAP0\r\n")) return WalkMcap(path, sink);
-  if (magic.starts_with(kZstdMagic)) {
-    const TemporaryFile whole;
-    DecompressZstdFile(path, whole.path());
-    return WalkBagFile(whole.path(), sink);
-  }
   throw ErrorAt(path.string(), 0, "is neither an sqlite3 nor an MCAP file; give a ROS 2 bag");
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/import/formats/bytes.h"
 #include "problems/log/csv_text.h"
 #include "problems/log/line_reader.h"
 
@@ -211,7 +212,7 @@ bool IsTum(std::string_view start) { return LooksLike(kTumShape, start); }
 bool IsKitti(std::string_view start) { return LooksLike(kKittiShape, start); }
 
 std::string WhyNoTrajectory(const fs::path& path) {
-  const std::string start = FirstText(path, kFirstBytes);
+  const std::string start = FirstBytes(path, kFirstBytes);
   for (const TrajectoryShape& shape : {kTumShape, kKittiShape}) {
     const std::vector<NumberRow> rows = RowsOfNumbers(shape.columns, start);
     const ImplausibleRows bad = shape.check(rows);
