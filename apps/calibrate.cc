@@ -92,7 +92,7 @@ int RunImu() {
                 "calibration", {"--log=" + log.directory}, &calibration, &out);
 }
 
-// Options of fits that the IMU drives would be without effect.
+// Refuses flags that only the IMU drive reads.
 void RefuseFlagsOfImuDrive() {
   for (const char* name : {"estimator", "gamma", "gamma_sweep", "thrust"}) {
     const gflags::CommandLineFlagInfo flag = gflags::GetCommandLineFlagInfoOrDie(name);

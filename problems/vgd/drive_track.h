@@ -31,8 +31,8 @@ struct DriveOptions {
   AttitudeSource attitude = AttitudeSource::kLogged;  // the filter runs where no attitude is logged
   ComplementaryFilterGains filter;
   double attitude_latency = 0.0;  // s; the attitude stamped t was that of t - latency
-  // The gyroscope replaces the attitude filter's feedback over as long as it is good for, at most
-  // this long (s). 0: the attitude as logged.
+  // The gyroscope carries the attitude until its drift exceeds the filter's error, at most this
+  // long (s). 0: the attitude as logged.
   double longest_hold = 60.0;
   AttitudeErrorPriors attitude_errors;
   // Gaps up to this length (s) are interpolated; longer ones are never integrated through.

@@ -8,7 +8,9 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 fail() { echo "FAILED: $1" >&2; exit 1; }
 
-cmake --install "$build_dir" --prefix "$scratch/prefix" >"$scratch/install.log"
+# Without the library for the other processors, whose build takes minutes: scripts/install/check_package
+# looks at whole packages.
+TRUELINE_INSTALL_AS_BUILT=1 cmake --install "$build_dir" --prefix "$scratch/prefix" >"$scratch/install.log"
 
 cmake -S "$source_dir/tests/install/consumer" -B "$scratch/consumer" -G Ninja \
   -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/configure.log"
@@ -28,4 +30,21 @@ share=$scratch/prefix/share/trueline
 for program in "$build_dir"/apps/trueline*; do
   [[ -x $scratch/prefix/bin/$(basename "$program") ]] || fail "$(basename "$program") is missing"
 done
+
+# Where the library is built for AVX2, the programs and the library for other processors are not, and
+# the loader takes the one that the processor can run.
+fast=("$scratch"/prefix/lib*/glibc-hwcaps/x86-64-v3/libtrueline.so.?.?)
+if [[ -e ${fast[0]} ]] && grep -q -E '^TRUELINE_AVX2:BOOL=(ON|1)$' "$build_dir/CMakeCache.txt"; then
+  other=$(ninja -C "$build_dir" -t commands trueline_other_processor)
+  [[ -n $other && $other != *-mavx2* ]] || fail "the other library is compiled for AVX2"
+  for program in "$scratch"/prefix/bin/trueline*; do
+    found=$(objdump -d --no-show-raw-insn "$program" | grep -cE '[[:space:]]v[a-z0-9]+ .*%[xyz]mm' || true)
+    ((found == 0)) || fail "$(basename "$program") has $found instructions of AVX"
+  done
+  loaded() { env LD_DEBUG=libs "$@" 2>&1 >/dev/null | sed -n 's/.*calling init: \(.*libtrueline[^ ]*\).*/\1/p'; }
+  taken=$(loaded "$scratch/prefix/bin/trueline-effects")
+  [[ $taken == */x86-64-v3/* ]] || fail "with AVX2 the loader takes '$taken'"
+  taken=$(loaded GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2 "$scratch/prefix/bin/trueline-effects")
+  [[ -n $taken && $taken != */x86-64-v3/* ]] || fail "without AVX2 the loader takes '$taken'"
+fi
 echo "installed, found, built and run"
