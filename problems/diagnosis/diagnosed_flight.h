@@ -41,7 +41,6 @@ struct HeldOutErrors {
   std::map<int, double> arcs;                   // by cluster
   std::map<int, double> replays;                // of a second, by the segment where they start
   std::string metric = "final_point_error";     // of `arcs`
-  double replay_share = 1.0;                    // of the replays that do not overlap
   std::map<std::string, StreamErrors> streams;  // by witness (Witness::stream)
 };
 

@@ -36,7 +36,6 @@ struct Gain {
   double low = -kNoInterval, high = kNoInterval;
   std::string metric = "final_point_error";
   std::string unit = "m";
-  int independent = 0;  // of the arcs: replays may overlap
 
   static constexpr double kNoInterval = std::numeric_limits<double>::infinity();
 };

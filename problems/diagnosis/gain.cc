@@ -33,7 +33,6 @@ void SetGains(const HeldOutErrors& before, const HeldOutErrors& after, Gain* arc
   *arcs = GainBetween(before.arcs, after.arcs);
   arcs->metric = after.metric;
   *replays = GainBetween(before.replays, after.replays);
-  replays->independent = static_cast<int>(after.replay_share * replays->arcs);
 }
 
 // Of what the cause's witness compares; none if that is no stream against mocap.
@@ -62,7 +61,7 @@ Gain GainBetween(const std::map<int, double>& before, const std::map<int, double
     differences.push_back(other->second - error);
   }
   Gain gain;
-  gain.arcs = gain.independent = static_cast<int>(differences.size());
+  gain.arcs = static_cast<int>(differences.size());
   if (gain.arcs == 0) return gain;
   gain.before = Mean(errors_before);
   gain.after = Mean(errors_after);

@@ -89,9 +89,6 @@ HeldOutErrors ImuDrivenFlight::ErrorsOfHalf(const FlightLog& log, const PartFit&
   if (!corrected.fixes.empty()) AddArcs(corrected, fit, half, &errors.arcs);
   if (!mocap_) return errors;
   AddAgreement(fit, half, &errors);
-  const auto& first = plan_.segments.front();
-  errors.replay_share =
-      std::min(1.0, kReplayEvery * SecondsBetween(first.begin, first.end) / kReplaySeconds);
   std::vector<int> segments;
   for (int s = 0; s < static_cast<int>(plan_.segments.size()); s += kReplayEvery) {
     if (HalfOf(plan_.segments[s].cluster) == half) segments.push_back(s);

@@ -99,7 +99,7 @@ std::vector<EffectInfo> AttitudeDeclarations() {
       {
           .id = "ahrs_acceleration_error",
           .enters = kAttitude,
-          .parameters = {{"k", "1/s", 0.1, 3.0, 0.05, false}},
+          .parameters = {{"k", "1/s", 0.1, 3.0, 0.03, false}},
           .physics =
               "the attitude filter mistakes acceleration for gravity, so its tilt error follows it",
           .definition =

@@ -14,10 +14,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-Gain GainOf(double before, double after, double low, double high, int independent = 20) {
-  Gain gain{independent, before, after, low, high};
-  gain.independent = independent;
-  return gain;
+Gain GainOf(double before, double after, double low, double high) {
+  return Gain{20, before, after, low, high};
 }
 
 const Gain kBetter = GainOf(0.3, 0.2, 0.05, 0.15), kWorse = GainOf(0.2, 0.3, -0.15, -0.05),
