@@ -54,7 +54,7 @@ class NamedCauseSearch {
   // A cause that is set aside may have kept a correlated one out of the model. Searches again
   // without such causes, at all gates and times; what names more by the sum of its evidence counts.
   NamedCauses Run(Flight flight) {
-    constexpr int kSearches = 3;
+    constexpr int kSearches = 2;
     std::vector<Candidate> candidates = AllCandidates(*flight);
     NamedCauses best = SearchAmong(candidates, std::move(flight));
     const std::vector<CandidateReport> reports = best.rounds.candidates;

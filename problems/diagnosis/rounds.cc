@@ -111,9 +111,8 @@ class CauseSearch {
     Outcome outcome;
     outcome.evidence = std::make_unique<FlightEvidence>(
         *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
-    do {
-      outcome.best = Explain(*outcome.evidence, alpha_);
-    } while (ExcludeRefuted(outcome.best, outcome.evidence.get()));
+    ExcludeRefuted(outcome.evidence.get());
+    outcome.best = Explain(*outcome.evidence, alpha_);
     outcome.remaining = Remaining(*outcome.evidence, options_.alpha, outcome.best.merit);
     return outcome;
   }
@@ -129,21 +128,26 @@ class CauseSearch {
     }
   }
 
-  // What a witness says is known before a fit: an effect that it excludes is not tried. True if
-  // one of `best` is.
-  bool ExcludeRefuted(const Explanation& best, FlightEvidence* evidence) {
-    for (const Tested& t : best.effects) {
-      std::vector<Cause> asked{CauseOf(t, flight_->clusters())};
-      asked.front().evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
-      AskWitnesses(flight_->data(), flight_->log(), &asked);
-      AddIndependentEvidence(&asked.front());
-      if (!Refuted(asked.front(), options_.alpha)) continue;
-      evidence->Exclude(*t.candidate.info);
-      std::erase_if(candidates_, [&](const Candidate& c) { return c.info == t.candidate.info; });
-      rounds_.refuted.push_back(asked.front());
-      return true;
+  // What a witness says is known before a fit: an effect that it excludes is not tried. Each effect
+  // is asked for once, where it is first significant.
+  void ExcludeRefuted(FlightEvidence* evidence) {
+    std::vector<Cause> asked;
+    for (const std::size_t i : BestOfEach(evidence->tested())) {
+      const Tested& t = evidence->tested()[i];
+      if (!t.Significant(alpha_) || !asked_.insert(t.candidate.Label()).second) continue;
+      asked.push_back(CauseOf(t, flight_->clusters()));
+      asked.back().evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
     }
-    return false;
+    for (const Cause& cause : asked) {
+      std::vector<Cause> alone{cause};
+      AskWitnesses(flight_->data(), flight_->log(), &alone);
+      AddIndependentEvidence(&alone.front());
+      if (!Refuted(alone.front(), options_.alpha)) continue;
+      const EffectInfo* info = cause.candidate.info;
+      evidence->Exclude(*info);
+      std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
+      rounds_.refuted.push_back(alone.front());
+    }
   }
 
   // An effect that acts through a constant (a wind through drag) or by its square is misjudged
@@ -248,6 +252,7 @@ class CauseSearch {
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
   std::set<std::string> misjudged_;  // labels of those that were fitted for it
+  std::set<std::string> asked_;      // labels of those that a witness was asked for
   int tried_;                        // effects
   double alpha_;                     // of one of them
   Rounds rounds_;
