@@ -104,6 +104,7 @@ def _evidence(result):
     figure.add_vline(x=result["evidence_needed"], line_dash="dash")
     figure.update_layout(barmode="relative")
     style(figure, 140 + 34 * len(causes), xaxis_title="evidence (log of the likelihood ratio)")
+    figure.update_yaxes(automargin=True)  # for the causes' names
     note = ("The sum of the bars of a cause decides: it is named from the dashed line on.")
     return ["<h3>Evidence</h3>", paragraph(note, "note"), embed(figure, "plot-evidence")]
 
