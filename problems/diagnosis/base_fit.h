@@ -25,10 +25,22 @@ void Solve(BaseFlight* flight, int max_iterations, BaseFit* fit);
 // The strengths of the greatest marginal likelihood (empirical Bayes): a coordinate search over
 // their logarithms from `fit`'s values, with weak priors around ordinary values. The first
 // kThetaSize + `nuisances` border unknowns are integrated out. Returns the log evidence, priors
-// included. `again_from_ordinary_drift`: the search is repeated from its end with the attitude's
+// included.
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise);
+
+struct LearnedStrengths {
+  NoiseStrengths noise;
+  double evidence;  // as LearnNoise returns it
+};
+
+// The strengths that each set of columns learns from `from`, by one Newton step in their
+// logarithms. The points of the parabola are the same for all sets, so that one elimination with
+// all columns serves them all. `again_from_ordinary_drift`: a second step starts at the attitude's
 // drift that ordinary flights have, and the better end counts.
-double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
-                  bool again_from_ordinary_drift = false);
+std::vector<LearnedStrengths> LearnNoiseOfEach(const LinearFlight& linear, int nuisances,
+                                               const std::vector<std::vector<int>>& sets,
+                                               const NoiseStrengths& from,
+                                               bool again_from_ordinary_drift);
 
 // Initial strengths: the options' process noise, and the detector's sigmas as stated.
 NoiseStrengths StartingNoise(const VgdOptions& options);

@@ -41,6 +41,10 @@ SegmentRows MeasurementStack(const LinearFlight& linear, int segment, bool fixes
 
 }  // namespace
 
+Columns Columns::Only(const std::vector<int>& kept) const {
+  return {d_rows(Eigen::all, kept), precision(kept), value(kept)};
+}
+
 Columns Columns::With(const Columns& more) const {
   const int total = count() + more.count();
   Columns all{Eigen::MatrixXd(d_rows.rows(), total), Eigen::VectorXd(total),

@@ -25,6 +25,7 @@ struct Columns {
   static Columns None(int rows) { return {Eigen::MatrixXd(rows, 0), {}, {}}; }
   // These columns and then those of `more`.
   Columns With(const Columns& more) const;
+  Columns Only(const std::vector<int>& kept) const;
 };
 
 // A linearised flight: all inputs of whitening and elimination, by reference.
@@ -37,6 +38,7 @@ struct LinearFlight {
 
   // theta, columns, residual.
   int width() const { return kThetaSize + columns.count() + 1; }
+  LinearFlight WithColumns(const Columns& other) const { return {flight, rows, x, weight, other}; }
 };
 
 // Rows over a segment's own unknowns, the next segment's and the border (theta, columns, residual).

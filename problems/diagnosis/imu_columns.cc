@@ -113,37 +113,29 @@ ImuLinearisation::ImuLinearisation(std::shared_ptr<const BaseFlight> flight, con
 
 std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     const std::vector<std::vector<int>>& sets) const {
-  // Learned noise so large that it hides a real effect is far from the right candidate's noise, and
-  // the search from there may end early.
+  // Columns in the model, alone and then with each set.
+  const std::vector<int> modelled = Range(0, fit_.columns.count());
+  std::vector<std::vector<int>> with = {modelled};
+  for (const std::vector<int>& set : sets) {
+    with.push_back(modelled);
+    for (const int border : set) with.back().push_back(border - kThetaSize);
+  }
+  // Learned noise so large that it hides a real effect is far from the right candidate's noise.
   const bool extraordinary = !ExtraordinaryNoiseOf(fit_.noise).empty();
-  const auto learn = [&](const LinearFlight& linear, NoiseStrengths* noise) {
-    return LearnNoise(linear, ordinary_errors_, extraordinary ? 6 : 2, noise, extraordinary);
-  };
-  double bare_evidence = 0.0;
+  const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, columns_};
+  const std::vector<LearnedStrengths> learned =
+      LearnNoiseOfEach(linear, ordinary_errors_, with, fit_.noise, extraordinary);
   std::vector<Relearned> relearned(sets.size());
-  ParallelFor(static_cast<int>(sets.size()) + 1, 0, [&](int task) {
-    if (task == 0) {
-      NoiseStrengths bare = fit_.noise;
-      bare_evidence = learn(fit_.Linear(*flight_), &bare);
-      return;
-    }
-    const int k = task - 1;
-    const std::vector<int>& set = sets[k];
-    Eigen::MatrixXd own(columns_.d_rows.rows(), set.size());
-    for (std::size_t i = 0; i < set.size(); ++i) {
-      own.col(static_cast<Eigen::Index>(i)) = columns_.d_rows.col(set[i] - kThetaSize);
-    }
-    const Columns more = FreeColumns(own), all = fit_.columns.With(more);
-    NoiseStrengths noise = fit_.noise;
-    const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, all};
-    relearned[k].gain = 2.0 * learn(linear, &noise);
-    auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_, more, noise);
-    const int modelled = kThetaSize + fit_.columns.count(), size = static_cast<int>(set.size());
-    fit->nuisances = Range(0, modelled);
-    fit->candidates = {{Range(modelled, size), Eigen::VectorXd::Ones(size)}};
-    relearned[k].fit = std::move(fit);
+  ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
+    const auto& [noise, evidence] = learned[k + 1];
+    const std::vector<int> own(with[k + 1].begin() + fit_.columns.count(), with[k + 1].end());
+    auto fit = std::make_unique<ImuLinearisation>(flight_, fit_, ordinary_errors_,
+                                                  columns_.Only(own), noise);
+    const int first = kThetaSize + fit_.columns.count(), size = static_cast<int>(own.size());
+    fit->nuisances = Range(0, first);
+    fit->candidates = {{Range(first, size), Eigen::VectorXd::Ones(size)}};
+    relearned[k] = {2.0 * (evidence - learned.front().evidence), std::move(fit)};
   });
-  for (Relearned& of : relearned) of.gain -= 2.0 * bare_evidence;
   return relearned;
 }
 

@@ -35,17 +35,6 @@ AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
   return priors;
 }
 
-Columns OrdinaryColumns(const SensitivityBase& base, const FlightUnknowns& x,
-                        const Eigen::VectorXd& here, BaseFlight* flight) {
-  Columns all = Columns::None(flight->rows());
-  for (const Candidate& error : OrdinaryErrors()) {
-    Columns columns = FreeColumns(Sensitivity(base, error, error.Neutral(), x, here, flight));
-    columns.precision = error.Ordinary().cwiseAbs2().cwiseInverse();
-    all = all.With(columns);
-  }
-  return all;
-}
-
 // Moves the found effects by `step`, clamped to plausible values. True once the move is small
 // against the steps of the difference quotients. Because the noise is learned again each time,
 // steps shrink by a constant ratio; Aitken extrapolation uses two of them, so the first step never
@@ -124,12 +113,14 @@ bool LooksForWind(const FlightLog& log, const VgdOptions& options) {
   return log.environment != "indoors" && options.drag_measurement.enabled;
 }
 
-ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log)
+ImuDrivenFlight::ImuDrivenFlight(std::shared_ptr<const PreparedLog> log,
+                                 std::optional<FittedModel> bare)
     : log_(std::move(log)),
       options_(OpenPriors(log_->options.vgd)),
       data_(log_->data, options_.drive, options_.passes, options_.drag_measurement),
       plan_(FlightPlan::For(data_, options_)) {
   if (!log_->data.mocap.empty()) mocap_ = std::make_unique<MocapComparison>(log_->data);
+  if (bare) kept_.push_back(std::move(*bare));
   std::vector<Found> none;
   Fit(&none);
   bare_process_ = fit_.noise.process;
@@ -147,7 +138,7 @@ CatalogueScope ImuDrivenFlight::Scope() const {
 }
 
 std::unique_ptr<DiagnosedFlight> ImuDrivenFlight::WithoutCauses() const {
-  return std::make_unique<ImuDrivenFlight>(log_);
+  return std::make_unique<ImuDrivenFlight>(log_, kept_.front());
 }
 
 ThetaVector ImuDrivenFlight::Parameters() const {
@@ -190,13 +181,20 @@ void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
   options_.drive.attitude_errors =
       FilterErrorsBeside(all_, log_->options.vgd.drive.attitude_errors);
   flight_ = std::make_shared<BaseFlight>(corrected_, plan_, options_, ForceEffectsOf(all_));
-  if (started_) return;
-  fit_.x = flight_->RoughStart(data_.passes);
-  fit_.noise = StartingNoise(options_);
-  fit_.columns = Columns::None(flight_->rows());
-  Solve(flight_.get(), 8, &fit_);
-  StorePath();
-  started_ = true;
+}
+
+bool ImuDrivenFlight::Restore(const std::vector<Found>& found) {
+  const auto same = [](const Found& a, const Found& b) {
+    return a.candidate.Label() == b.candidate.Label() && a.value == b.value;
+  };
+  const auto kept = std::ranges::find_if(kept_, [&](const FittedModel& model) {
+    return std::ranges::equal(model.found, found, same);
+  });
+  if (kept == kept_.end()) return false;
+  fit_ = kept->fit;
+  path_ = kept->path;
+  Rebuild(found);
+  return true;
 }
 
 // The robust weights depend on the strengths, and the strengths on the weights: both are repeated
@@ -214,26 +212,52 @@ void ImuDrivenFlight::SettleNoise(int sweeps, int repeats) {
 void ImuDrivenFlight::Fit(std::vector<Found>* found) {
   constexpr int kRefits = 8;  // at most
   columns_.clear();
+  if (Restore(*found)) return;
   Eigen::VectorXd last;
+  Columns ordinary;
   for (int i = 0; i <= kRefits; ++i) {
     Rebuild(*found);
-    fit_.columns = ColumnsInModel(*found);
+    if (kept_.empty() && i == 0) {
+      fit_.x = flight_->RoughStart(data_.passes);
+      fit_.noise = StartingNoise(options_);
+      fit_.columns = Columns::None(flight_->rows());
+      Solve(flight_.get(), 8, &fit_);
+      StorePath();
+    }
+    // The constants of the last model may be far from those of this one.
+    if (!kept_.empty() && i == 0) fit_.x.theta.setZero();
+    if (i < 2) ordinary = OrdinaryColumns();  // later they change little
+    fit_.columns = ColumnsInModel(*found, ordinary);
     Solve(flight_.get(), 5, &fit_);
     // Each refit learns the noise again, so that one repeat of it is enough.
-    SettleNoise(i == 0 ? 6 : 3, i == 0 ? 4 : 1);
+    SettleNoise(i == 0 ? 6 : 2, i == 0 ? 4 : 1);
     StorePath();
     if (Advance(fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount()), &last, found)) {
       break;
     }
   }
+  kept_.push_back({*found, fit_, path_});
+}
+
+// The thrust axis, the filter and the axes err a little on every vehicle: see OrdinaryErrors.
+Columns ImuDrivenFlight::OrdinaryColumns() {
+  Columns all = Columns::None(flight_->rows());
+  if (OrdinaryCount() == 0) return all;
+  const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
+  const SensitivityBase base{log_->data, plan_, options_, all_, path_};
+  for (const Candidate& error : OrdinaryErrors()) {
+    Columns columns =
+        FreeColumns(Sensitivity(base, error, error.Neutral(), fit_.x, here, flight_.get()));
+    columns.precision = error.Ordinary().cwiseAbs2().cwiseInverse();
+    all = all.With(columns);
+  }
+  return all;
 }
 
 // Ordinary errors, then the found effects at their values.
-Columns ImuDrivenFlight::ColumnsInModel(const std::vector<Found>& found) {
+Columns ImuDrivenFlight::ColumnsInModel(const std::vector<Found>& found, const Columns& ordinary) {
   const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
-  const SensitivityBase base{log_->data, plan_, options_, all_, path_};
-  Columns columns = OrdinaryCount() > 0 ? OrdinaryColumns(base, fit_.x, here, flight_.get())
-                                        : Columns::None(flight_->rows());
+  Columns columns = ordinary;
   for (std::size_t k = 0; k < found.size(); ++k) {
     std::vector<Effect> others = all_;
     others.erase(others.end() - static_cast<long>(found.size() - k));

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "problems/diagnosis/agreement.h"
@@ -29,8 +30,17 @@ struct PartFit {
 };
 
 class ImuDrivenFlight final : public DiagnosedFlight {
+  // A model as it was fitted.
+  struct FittedModel {
+    std::vector<Found> found;
+    BaseFit fit;
+    std::vector<VelocitySample> path;
+  };
+
  public:
-  explicit ImuDrivenFlight(std::shared_ptr<const PreparedLog> log);
+  // `bare`: the fit of this log without causes, where it is known.
+  explicit ImuDrivenFlight(std::shared_ptr<const PreparedLog> log,
+                           std::optional<FittedModel> bare = std::nullopt);
 
   DriveKind drive() const override { return DriveKind::kImu; }
   const FlightLog& log() const override { return log_->recorded; }
@@ -65,10 +75,12 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   // Those of --model, then the given ones.
   std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
   int OrdinaryCount() const;  // columns of ordinary errors; they come first
+  bool Restore(const std::vector<Found>& found);
   void Rebuild(const std::vector<Found>& found);
   void SettleNoise(int sweeps, int repeats);
   void StorePath();
-  Columns ColumnsInModel(const std::vector<Found>& found);
+  Columns ColumnsInModel(const std::vector<Found>& found, const Columns& ordinary);
+  Columns OrdinaryColumns();
   const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;
   // Physical parameters with their sigmas.
   ThetaVector Parameters() const;
@@ -92,7 +104,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   FlightLog corrected_;
   std::shared_ptr<BaseFlight> flight_;
   BaseFit fit_;
-  bool started_ = false;
+  std::vector<FittedModel> kept_;  // the bare one first; a search that returns to one restores it
   std::unique_ptr<const MocapComparison> mocap_;  // none without mocap
   ProcessNoise bare_process_;                     // learned by the first fit, which has no causes
   // Of candidates at their neutral value, for the last Fit.

@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <optional>
 #include <vector>
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/base_fit.h"
 #include "problems/diagnosis/noisy_flight.h"
+#include "problems/smoother/evidence_maximum.h"
 
 namespace trueline {
 namespace {
@@ -133,18 +136,124 @@ NoiseStrengths WithOrdinaryDrift(NoiseStrengths noise) {
   return noise;
 }
 
+Eigen::VectorXd LogsOf(NoiseStrengths noise) {
+  Eigen::VectorXd logs(Coordinates().size());
+  for (Eigen::Index i = 0; i < logs.size(); ++i) logs[i] = std::log(Coordinates()[i].In(&noise));
+  return logs;
+}
+
+NoiseStrengths WithLogs(NoiseStrengths noise, const Eigen::VectorXd& logs) {
+  for (Eigen::Index i = 0; i < logs.size(); ++i) {
+    const Coordinate& c = Coordinates()[i];
+    c.In(&noise) = std::clamp(std::exp(logs[i]), c.least, c.most);
+  }
+  return noise;
+}
+
+// The border unknowns of a flight with these columns, of those of the flight with all.
+std::vector<int> BorderOf(const std::vector<int>& columns) {
+  std::vector<int> border(kThetaSize);
+  std::iota(border.begin(), border.end(), 0);
+  for (const int column : columns) border.push_back(kThetaSize + column);
+  return border;
+}
+
+// Newton steps from the same strengths, each on the parabola of the evidence of some columns.
+class NewtonSteps {
+ public:
+  NewtonSteps(const LinearFlight& linear, int nuisances, const NoiseStrengths& from)
+      : linear_(linear),
+        border_(kThetaSize + nuisances),
+        from_(AboveZero(from)),
+        logs_(LogsOf(from_)) {
+    const auto offsets = ParabolaOffsets(static_cast<int>(logs_.size()));
+    points_.resize(offsets.size());
+    const int threads = std::max(1, FreeCores());
+    ParallelFor(threads, threads, [&](int thread) {
+      NoisyFlight flight(linear_);
+      for (std::size_t i = thread; i < offsets.size(); i += threads) {
+        points_[i].noise = WithLogs(from_, logs_ + kReach * offsets[i]);
+        points_[i].system = flight.Reduced(points_[i].noise);
+      }
+    });
+  }
+
+  LearnedStrengths Of(const std::vector<int>& columns) const {
+    const std::vector<int> border = BorderOf(columns);
+    std::vector<double> values;
+    values.reserve(points_.size());
+    for (const Point& p : points_) {
+      values.push_back(p.system.Select(border).LogEvidence(border_) + LogPrior(p.noise));
+    }
+    const EvidenceParabola parabola = ParabolaThrough(values, static_cast<int>(logs_.size()));
+    Eigen::VectorXd step = parabola.Step();
+    step *= std::min(1.0, kLongest / std::max(step.cwiseAbs().maxCoeff(), 1e-300));
+    const Columns own = linear_.columns.Only(columns);
+    const LinearFlight linear = linear_.WithColumns(own);
+    NoisyFlight flight(linear);
+    for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
+      const NoiseStrengths noise = WithLogs(from_, logs_ + kReach * step);
+      const double value = flight.Reduced(noise).LogEvidence(border_) + LogPrior(noise);
+      if (value > parabola.middle) return {noise, value};
+    }
+    return {from_, parabola.middle};
+  }
+
+ private:
+  static constexpr double kReach = 0.4;    // of a logarithm
+  static constexpr double kLongest = 3.0;  // times that
+  static constexpr int kHalvings = 3;
+
+  struct Point {
+    NoiseStrengths noise;
+    ReducedSystem system;
+  };
+
+  const LinearFlight& linear_;
+  int border_;
+  NoiseStrengths from_;
+  Eigen::VectorXd logs_;
+  std::vector<Point> points_;
+};
+
 }  // namespace
 
-double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise,
-                  bool again_from_ordinary_drift) {
+double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseStrengths* noise) {
   Evidence evidence(linear, nuisances);
   *noise = AboveZero(*noise);
-  const double first = Maximise(&evidence, sweeps, noise);
-  if (!again_from_ordinary_drift) return first;
-  NoiseStrengths ordinary = WithOrdinaryDrift(*noise);
-  const double second = Maximise(&evidence, sweeps, &ordinary);
-  if (second > first) *noise = ordinary;
-  return std::max(first, second);
+  return Maximise(&evidence, sweeps, noise);
+}
+
+std::vector<LearnedStrengths> LearnNoiseOfEach(const LinearFlight& linear, int nuisances,
+                                               const std::vector<std::vector<int>>& sets,
+                                               const NoiseStrengths& from,
+                                               bool again_from_ordinary_drift) {
+  std::map<int, int> place;  // of a column in the flight with those of all sets
+  for (const std::vector<int>& set : sets) {
+    for (const int column : set) place.emplace(column, 0);
+  }
+  std::vector<int> used;
+  for (auto& [column, at] : place) {
+    at = static_cast<int>(used.size());
+    used.push_back(column);
+  }
+  const Columns columns = linear.columns.Only(used);
+  const LinearFlight together = linear.WithColumns(columns);
+  std::vector<NewtonSteps> starts;
+  starts.emplace_back(together, nuisances, from);
+  if (again_from_ordinary_drift) {
+    starts.emplace_back(together, nuisances, WithOrdinaryDrift(from));
+  }
+  std::vector<LearnedStrengths> learned(sets.size());
+  ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
+    std::vector<int> places;
+    for (const int column : sets[k]) places.push_back(place.at(column));
+    learned[k] = starts.front().Of(places);
+    if (starts.size() == 1) return;
+    const LearnedStrengths other = starts.back().Of(places);
+    if (other.evidence > learned[k].evidence) learned[k] = other;
+  });
+  return learned;
 }
 
 }  // namespace trueline

@@ -12,15 +12,6 @@ constexpr int kHalvings = 3;
 // they cost more than they tell.
 constexpr double kNear = 10.0;
 
-struct Parabola {
-  double middle;
-  Eigen::VectorXd gradient;
-  Eigen::MatrixXd curvature;  // minus the second derivative, made positive definite
-
-  Eigen::VectorXd Step() const { return curvature.ldlt().solve(gradient); }
-  double Promises(const Eigen::VectorXd& step) const { return 0.5 * gradient.dot(step); }
-};
-
 Eigen::MatrixXd PositiveDefinite(const Eigen::MatrixXd& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(symmetric);
   const Eigen::VectorXd sizes = eigen.eigenvalues().cwiseAbs().cwiseMax(1e-6);
@@ -28,30 +19,51 @@ Eigen::MatrixXd PositiveDefinite(const Eigen::MatrixXd& symmetric) {
 }
 
 // All in units of `reach`.
-Parabola FitParabola(const std::function<double(const Eigen::VectorXd&)>& value,
-                     const Eigen::VectorXd& at) {
-  const Eigen::Index n = at.size();
-  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
-  const double middle = value(at);
-  Eigen::VectorXd up(n), down(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    up[i] = value(at + unit.col(i));
-    down[i] = value(at - unit.col(i));
-  }
-  Eigen::MatrixXd second = (up + down).asDiagonal();
-  second.diagonal().array() -= 2.0 * middle;
-  const Parabola far{middle, 0.5 * (up - down), PositiveDefinite(-second)};
-  if (far.Promises(far.Step()) > kNear) return far;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) {
-      const double both = value(at + unit.col(i) + unit.col(j));
-      second(i, j) = second(j, i) = both - up[i] - up[j] + middle;
-    }
-  }
-  return {middle, far.gradient, PositiveDefinite(-second)};
+EvidenceParabola FitParabola(const std::function<double(const Eigen::VectorXd&)>& value,
+                             const Eigen::VectorXd& at) {
+  const int n = static_cast<int>(at.size());
+  const std::vector<Eigen::VectorXd> offsets = ParabolaOffsets(n);
+  std::vector<double> values;
+  const auto evaluate = [&](std::size_t count) {
+    while (values.size() < count) values.push_back(value(at + offsets[values.size()]));
+    return ParabolaThrough(values, n);
+  };
+  EvidenceParabola far = evaluate(2 * at.size() + 1);
+  return far.Promises(far.Step()) > kNear ? far : evaluate(offsets.size());
 }
 
 }  // namespace
+
+std::vector<Eigen::VectorXd> ParabolaOffsets(int n) {
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
+  std::vector<Eigen::VectorXd> offsets = {Eigen::VectorXd::Zero(n)};
+  for (int i = 0; i < n; ++i) {
+    offsets.emplace_back(unit.col(i));
+    offsets.emplace_back(-unit.col(i));
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) offsets.emplace_back(unit.col(i) + unit.col(j));
+  }
+  return offsets;
+}
+
+EvidenceParabola ParabolaThrough(const std::vector<double>& values, int n) {
+  const double middle = values.front();
+  Eigen::VectorXd up(n), down(n);
+  std::size_t at = 1;
+  for (int i = 0; i < n; ++i) {
+    up[i] = values[at++];
+    down[i] = values[at++];
+  }
+  Eigen::MatrixXd second = (up + down).asDiagonal();
+  second.diagonal().array() -= 2.0 * middle;
+  for (int i = 0; i < n && at < values.size(); ++i) {
+    for (int j = 0; j < i; ++j) {
+      second(i, j) = second(j, i) = values[at++] - up[i] - up[j] + middle;
+    }
+  }
+  return {middle, 0.5 * (up - down), PositiveDefinite(-second)};
+}
 
 EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorXd&)>& log_p,
                                  const Eigen::VectorXd& start, const Eigen::VectorXd& reach,
@@ -62,7 +74,7 @@ EvidenceMaximum MaximiseEvidence(const std::function<double(const Eigen::VectorX
     return log_p(z.cwiseProduct(reach));
   };
   Eigen::VectorXd z = start.cwiseQuotient(reach);
-  Parabola parabola;
+  EvidenceParabola parabola;
   for (int k = 0; k < max_steps && !maximum.converged; ++k) {
     parabola = FitParabola(value, z);
     Eigen::VectorXd step = parabola.Step();

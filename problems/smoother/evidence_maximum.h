@@ -3,8 +3,24 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <vector>
 
 namespace trueline {
+
+// A parabola through values of a log probability at `ParabolaOffsets` of a point.
+struct EvidenceParabola {
+  double middle;
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd curvature;  // minus the second derivative, made positive definite
+
+  Eigen::VectorXd Step() const { return curvature.ldlt().solve(gradient); }
+  double Promises(const Eigen::VectorXd& step) const { return 0.5 * gradient.dot(step); }
+};
+
+// The point itself, one unit up and down each of `n` axes, then both up for each pair of axes.
+// Without the pairs (the first 2n + 1), second derivatives by two unknowns are zero.
+std::vector<Eigen::VectorXd> ParabolaOffsets(int n);
+EvidenceParabola ParabolaThrough(const std::vector<double>& values, int n);
 
 struct EvidenceMaximum {
   Eigen::VectorXd at;
