@@ -28,6 +28,7 @@ DEFINE_string(thrust, "",
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
 DEFINE_uint64(seed, 0, "stated in the result; calibration itself draws no random numbers");
+DEFINE_string(fail_on, "", "end with exit code 4 from this verdict on: poor or unusable");
 DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
@@ -51,7 +52,10 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
   trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
       mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses
 
-Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 1 a defect.)";
+Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 4 refused by --fail_on,
+1 a defect.)";
+
+trueline::FailOn Refused() { return trueline::FailOn(FLAGS_fail_on, {"poor", "unusable"}); }
 
 trueline::Calibration Fit(const trueline::FlightLog& log,
                           const std::vector<trueline::FlightLog>& others,
@@ -72,7 +76,9 @@ int Finish(const trueline::FlightLog& log, const std::vector<trueline::LogFault>
   trueline::WriteCalibration(*calibration, log, provenance, out->path());
   trueline::Publish(page, FLAGS_report, FLAGS_quiet, trueline::CalibrationTable(*calibration), out,
                     more);
-  return calibration->verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone;
+  const std::string& verdict = calibration->verdict.word;
+  return Refused().ExitFor(verdict,
+                           verdict == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
 }
 
 int RunImu() {
@@ -125,6 +131,7 @@ int Run() {
   if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }
+  Refused();  // a word that is not known fails before the work
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
 }
 

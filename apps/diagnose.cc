@@ -28,6 +28,8 @@ DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap bes
 DEFINE_string(config, "", "YAML with options (see config/calibrate/); empty for the defaults");
 DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior knowledge");
 DEFINE_double(alpha, 0.01, "chance of naming a cause on a flight that has none");
+DEFINE_string(fail_on, "",
+              "end with exit code 4 from this verdict on: explained, ambiguous or unexplained");
 DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
@@ -53,7 +55,12 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
       weak rotor or a load under it, two rotors, the thrust of all; needs positions and motor
       commands, no IMU; foreign logs are converted on the way
 
-Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 1 a defect.)";
+Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 4 refused by --fail_on,
+1 a defect.)";
+
+trueline::FailOn Refused() {
+  return trueline::FailOn(FLAGS_fail_on, {"explained", "ambiguous", "unexplained"});
+}
 
 std::vector<trueline::FlightLog> ReadLogs(trueline::ForDrive drive,
                                           std::vector<trueline::LogFault>* faults) {
@@ -74,7 +81,7 @@ int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& 
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
   }
-  return trueline::kExitDone;
+  return Refused().ExitFor(diagnosis.verdict);
 }
 
 int RunRotors() {
@@ -144,7 +151,7 @@ int RunAgainst() {
   trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out.path());
   trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
                     &out);
-  return trueline::kExitDone;
+  return Refused().ExitFor(comparison.Verdict());
 }
 
 int Run() {
@@ -160,6 +167,7 @@ int Run() {
   if (!(FLAGS_alpha > 0.0 && FLAGS_alpha < 1.0)) {
     throw trueline::InputError("--alpha must lie between 0 and 1");
   }
+  Refused();  // a word that is not known fails before the work
   if (!FLAGS_against.empty()) return RunAgainst();
   return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
 }

@@ -30,6 +30,8 @@ DEFINE_string(
     "by the names of its columns");
 DEFINE_string(vehicle, "", "YAML with vehicle: {rotors: [...]}, for a log that states no rotors");
 DEFINE_string(out, "", "where results go; made if missing");
+DEFINE_string(fail_on, "",
+              "end with exit code 4 where a finding is: warning (widens or worse) or fatal");
 DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
@@ -49,11 +51,20 @@ constexpr char kUsage[] = R"(Finds what is wrong with a log: rates, clocks, axes
       compares order and spin of the rotors with those that a file states
 
 Nothing is corrected silently: the log stays as it is. Levels: fatal (no right calibration is
-possible), biases, widens, note. Exit codes: 0 done, 2 bad input or usage, 3 no IMU to inspect.)";
+possible), biases, widens, note. Exit codes: 0 done, 2 bad input or usage, 3 no IMU to inspect,
+4 refused by --fail_on.)";
 
 using namespace trueline;  // NOLINT(google-build-using-namespace): a main file
 
 constexpr char kCorrectedMap[] = "corrected_map.yaml";
+
+FailOn Refused() { return FailOn(FLAGS_fail_on, {"warning", "fatal"}); }
+
+// The worst finding, as --fail_on says it; empty where there are notes alone.
+std::string WorstOf(const Inspection& inspection) {
+  if (inspection.findings.empty() || inspection.findings.front().level == Level::kNote) return "";
+  return inspection.findings.front().level == Level::kFatal ? "fatal" : "warning";
+}
 
 // The log as recorded, with the map that it came by.
 struct Opened {
@@ -147,7 +158,7 @@ int InspectLog(ResultFolder* out) {
   std::string table = InspectionTable(inspection);
   if (!command.empty()) table += fmt::format("\nTo repair:\n  {}\n", command);
   Publish("inspection", FLAGS_report, FLAGS_quiet, table, out);
-  return kExitDone;
+  return Refused().ExitFor(WorstOf(inspection));
 }
 
 void CheckMapIsNoResult() {
@@ -163,6 +174,7 @@ int Run() {
   if (FLAGS_log.empty() || FLAGS_out.empty()) {
     throw InputError("--log and --out are needed; see trueline-inspect --help");
   }
+  Refused();  // a word that is not known fails before the work
   CheckMapIsNoResult();
   ResultFolder out(FLAGS_out, "trueline-inspect");
   return InspectLog(&out);

@@ -1,9 +1,11 @@
 #include "problems/common/app.h"
 
+#include <fmt/ranges.h>
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 #include <malloc.h>
 
+#include <algorithm>
 #include <cctype>
 #include <csignal>
 #include <cstdio>
@@ -13,6 +15,7 @@
 #include <new>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "problems/common/error.h"
 #include "problems/common/staged_names.h"
@@ -86,6 +89,19 @@ int RunGuarded(const std::string& program, const std::function<int()>& body) {
     fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());
     return kExitDefect;
   }
+}
+
+FailOn::FailOn(std::string asked, std::vector<std::string> outcomes)
+    : asked_(std::move(asked)), outcomes_(std::move(outcomes)) {
+  if (asked_.empty() || std::ranges::find(outcomes_, asked_) != outcomes_.end()) return;
+  throw InputError(
+      fmt::format("--fail_on={} is not known; use {}", asked_, fmt::join(outcomes_, " or ")));
+}
+
+int FailOn::ExitFor(const std::string& outcome, int otherwise) const {
+  if (asked_.empty()) return otherwise;
+  const auto refused = std::ranges::find(outcomes_, asked_);
+  return std::find(refused, outcomes_.end(), outcome) != outcomes_.end() ? kExitRefused : otherwise;
 }
 
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,

@@ -1,5 +1,5 @@
 // Shared by all executables: flags, exit codes, messages. Exit codes: 0 done, 2 bad input or usage,
-// 3 ran but no usable result, 1 a defect of the program.
+// 3 ran but no usable result, 4 an outcome that --fail_on refuses, 1 a defect of the program.
 #pragma once
 
 #include <functional>
@@ -12,6 +12,7 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitDefect = 1;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitNoResult = 3;
+inline constexpr int kExitRefused = 4;
 
 // The program's version, as stated in every result.
 std::string Version();
@@ -24,6 +25,20 @@ int RunGuarded(const std::string& program, const std::function<int()>& body);
 // arguments, and runs `body` guarded.
 int RunApp(const std::string& program, const std::string& usage, int* argc, char*** argv,
            const std::function<int()>& body);
+
+// The flag --fail_on, by which a fleet or a CI refuses a log although its results are written.
+class FailOn {
+ public:
+  // `asked`: the flag; empty: nothing is refused. `outcomes`: from the best to the worst. Throws
+  // InputError if `asked` is none of them.
+  FailOn(std::string asked, std::vector<std::string> outcomes);
+  // kExitRefused if `outcome` is what was asked for, or worse; else `otherwise`.
+  int ExitFor(const std::string& outcome, int otherwise = kExitDone) const;
+
+ private:
+  std::string asked_;
+  std::vector<std::string> outcomes_;
+};
 
 // A warning on standard error, unless quiet.
 void Warn(const std::string& message, bool quiet);

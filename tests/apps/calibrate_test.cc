@@ -1,4 +1,6 @@
 // trueline-calibrate on good flights and flags: table, files, silence, help, models, the page.
+#include "problems/common/app.h"
+#include "problems/common/error.h"
 #include "tests/apps/calibrate_app.h"
 
 namespace trueline {
@@ -51,6 +53,26 @@ TEST_F(CalibrateApp, RefusesWrongFlags) {
   const Outcome estimator = Calibrate("--estimator=magic");
   EXPECT_EQ(estimator.exit_code, 2);
   EXPECT_THAT(estimator.err, HasSubstr("estimator 'magic' is not known; use one of:"));
+}
+
+TEST_F(CalibrateApp, RefusesAVerdictWhereAskedTo) {
+  const Outcome unknown = Calibrate("--fail_on=bad");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("--fail_on=bad is not known; use poor or unusable"));
+  const Outcome done = Calibrate("--fail_on=poor");
+  const bool usable = done.out.find("verdict: usable") != std::string::npos;
+  EXPECT_EQ(done.exit_code, usable ? 0 : 4) << done.out;
+  EXPECT_TRUE(std::filesystem::exists(root_ / "out" / "calibration.yaml"));
+}
+
+TEST(FailOn, RefusesWhatWasAskedForAndWorse) {
+  const FailOn poor("poor", {"poor", "unusable"}), unusable("unusable", {"poor", "unusable"});
+  EXPECT_EQ(poor.ExitFor("usable"), kExitDone);
+  EXPECT_EQ(poor.ExitFor("poor"), kExitRefused);
+  EXPECT_EQ(poor.ExitFor("unusable", kExitNoResult), kExitRefused);
+  EXPECT_EQ(unusable.ExitFor("poor"), kExitDone);
+  EXPECT_EQ(FailOn("", {"poor"}).ExitFor("poor", kExitNoResult), kExitNoResult);
+  EXPECT_THROW(FailOn("usable", {"poor"}), InputError);
 }
 
 TEST_F(CalibrateApp, RefusesAnUnknownKeyInItsConfiguration) {
