@@ -36,17 +36,18 @@ AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
 }
 
 // Moves the found effects by `step`, clamped to plausible values. True once the move is small
-// against the steps of the difference quotients. Because the noise is learned again each time,
-// steps shrink by a constant ratio; Aitken extrapolation uses two of them, so the first step never
-// converges.
-bool Advance(const Eigen::VectorXd& step, Eigen::VectorXd* last, std::vector<Found>* found) {
+// against the steps of the difference quotients. The first steps are those of Newton's method, of
+// which the first never converges. Later ones shrink by a constant ratio because the noise is
+// learned again each time; Aitken extrapolation uses two of them.
+bool Advance(const Eigen::VectorXd& step, bool extrapolate, Eigen::VectorXd* last,
+             std::vector<Found>* found) {
   constexpr double kFurthest = 4.0;  // times the step
   bool settled = last->size() > 0 || step.size() == 0;
   int at = 0;
   for (Found& f : *found) {
     for (int k = 0; k < f.value.size(); ++k, ++at) {
       const EffectParameterInfo& info = f.candidate.info->parameters[k];
-      const double ratio = last->size() > 0 ? step[at] / (*last)[at] : 0.0;
+      const double ratio = extrapolate ? step[at] / (*last)[at] : 0.0;
       const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
       const double move = step[at] * std::min(kFurthest, ahead);
       f.value[k] = std::clamp(f.value[k] + move, -info.plausible, info.plausible);
@@ -232,9 +233,8 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
     // Each refit learns the noise again, so that one repeat of it is enough.
     SettleNoise(i == 0 ? 6 : 2, i == 0 ? 4 : 1);
     StorePath();
-    if (Advance(fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount()), &last, found)) {
-      break;
-    }
+    const Eigen::VectorXd step = fit_.columns.value.tail(fit_.columns.count() - OrdinaryCount());
+    if (Advance(step, i > 2, &last, found)) break;
   }
   kept_.push_back({*found, fit_, path_});
 }
