@@ -11,7 +11,8 @@
 namespace trueline {
 namespace {
 
-constexpr double kTypicalSpeed = 2.0;  // m/s, where linear drag becomes quadratic drag
+constexpr double kUnknownLag = 0.02;   // s, of rotors whose lag the model does not state
+constexpr double kFullSpeed = 2.0;     // of the speed in hover, likewise
 
 // Rotors in the order that the simulator fixes: each of its places takes the nearest of the model's
 // in direction. Throws InputError where the numbers of rotors differ.
@@ -44,7 +45,7 @@ std::vector<Numbers> InOrder(const NeutralVehicle& v, const Target& target) {
 }
 
 // What stands for a parameter that the target lacks: drag by rotor speed for linear drag, and the
-// other way round, which are equal in hover; quadratic drag at a typical speed.
+// other way round, which are equal in hover; quadratic drag that is as large at kCostSpeed.
 void Express(const Target& target, NeutralVehicle* v) {
   const auto move = [&](const std::string& from, const std::string& to, double factor) {
     if (!v->States(from) || target.Has(from) || !target.Has(to)) return false;
@@ -60,7 +61,7 @@ void Express(const Target& target, NeutralVehicle* v) {
   if (move("rotor_speed_drag", "K_x", -sum)) v->body["K_y"] -= sum * v->Get("rotor_speed_drag");
   if (!target.Has("rotor_speed_drag") && target.Has("c_x")) {
     for (const char axis : {'x', 'y', 'z'}) {
-      move(std::string("K_") + axis, std::string("c_") + axis, -1.0 / kTypicalSpeed);
+      move(std::string("K_") + axis, std::string("c_") + axis, -1.0 / kCostSpeed);
     }
   }
 }
@@ -131,6 +132,12 @@ bool SameInFile(const std::string& name, const Export& result) {
     const double model = result.vehicle.Get(name, rotor);
     return std::abs(model - result.read.Get(name, rotor)) <= kSame * std::abs(model);
   };
+  if (name.starts_with("r_BM")) {
+    constexpr double kNear = 0.002;  // of the arm
+    const int axis = name.back() - 'x';
+    return std::abs(result.vehicle.CentreFromRotors(axis) - result.read.CentreFromRotors(axis)) <=
+           kNear * result.vehicle.Get("arm");
+  }
   if (name != "k_f" && name != "k_m") return same(-1);
   for (int i = 0; i < static_cast<int>(result.vehicle.rotors.size()); ++i) {
     if (!same(i)) return false;
@@ -145,8 +152,14 @@ void AddLosses(const Target& target, Export* result) {
     const std::string name = info.name;
     const bool stated = name == "k_f" || name == "k_m" || model.States(name);
     if (!stated || SameInFile(name, *result)) continue;
+    std::string text = info.meaning;
+    if (name.starts_with("r_BM")) text += "; the simulator has it in the middle of its rotors";
+    for (const char* other : {"rotor_speed_drag", "rotor_inflow", "c_x", "K_x", "K_z"}) {
+      if (!IsDrag(name) || model.States(other) || result->read.Get(other) == 0.0) continue;
+      text += fmt::format("; {} {:.3g} stands for it", other, result->read.Get(other));
+    }
     result->lost.push_back({name, info.unit, model.Get(name), result->read.Get(name),
-                            CostOf(name, *result), info.meaning});
+                            CostOf(name, *result), text});
   }
   for (const auto& [name, value] : model.body) {
     if (!name.starts_with("effect ")) continue;
@@ -176,7 +189,16 @@ Export ExportVehicle(const NeutralVehicle& model, const Target& target) {
   result.vehicle.rotors = InOrder(model, target);
   NeutralVehicle written = result.vehicle;
   written.gravity = target.gravity;
-  if (!written.States("full_speed")) written.body["full_speed"] = 2.0 * written.Get("w_h");
+  for (const auto& [name, value] : {std::pair{"full_speed", kFullSpeed * written.Get("w_h")},
+                                    {"tau", kUnknownLag}}) {
+    const bool needed = target.Has(name) || (target.by_thrust && name[0] == 'f');
+    if (written.States(name) || !needed) continue;
+    written.body[name] = value;
+    result.assumed.push_back(fmt::format(
+        "{} {:.3g} {} is assumed: a model of rotor speeds does not state it; calibrate with motor "
+        "commands, or set it",
+        name, value, FindNeutral(name)->unit));
+  }
   Express(target, &written);
 
   std::vector<ParameterFile> files;
@@ -199,6 +221,7 @@ Export ExportVehicle(const NeutralVehicle& model, const Target& target) {
                             files[i].text()});
   }
   result.read.gravity = model.gravity;
+  if (!model.States("tau")) result.read.body.erase("tau");
   if (target.by_thrust) CountInSpeedsOf(written.Get("full_speed"), &result.read);
   AddLosses(target, &result);
   result.cost = Apart(result.vehicle, result.read, kCostSpeed, kCostSeconds);

@@ -29,6 +29,7 @@ struct Export {
   NeutralVehicle vehicle;  // as the target's rotors are ordered, with what stands for what it lacks
   NeutralVehicle read;     // what the exported files state
   std::vector<Loss> lost;
+  std::vector<std::string> assumed;  // what the model does not state and the file needs
   double cost = 0.0;  // m, of all together
 };
 

@@ -134,6 +134,10 @@ void NeutralVehicle::Set(const std::string& number, int rotor, double value) {
   }
 }
 
+double NeutralVehicle::CentreFromRotors(int axis) const {
+  return -MeanOver(*this, [&](const Numbers& r) { return FromCentre(*this, r)[axis]; });
+}
+
 bool NeutralVehicle::Flies() const {
   for (const char* number : {"m", "I_x", "I_y", "I_z"}) {
     if (!(Get(number) > 0.0)) return false;

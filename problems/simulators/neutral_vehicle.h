@@ -70,6 +70,9 @@ class NeutralVehicle {
   bool States(const std::string& number) const { return body.contains(number); }
   double Get(const std::string& number, int rotor = -1) const;
   void Set(const std::string& number, int rotor, double value);
+  // m, the centre of mass from the middle of the rotors, along an axis (0 to 2): files have origins
+  // of their own.
+  double CentreFromRotors(int axis) const;
   // True where rotors have places, spins and k_f, and the body mass and inertia.
   bool Flies() const;
 };

@@ -361,6 +361,7 @@ bool Target::Has(const std::string& name_of_number) const {
   for (const FileField& field : fields) {
     const std::string name_of_field = field.name;
     if (name_of_field == name_of_number && !field.again) return true;
+    if (name_of_field == "rise" && name_of_number == "tau") return true;
     if (name_of_field == "K" && name_of_number.starts_with("K_")) return true;
     if (name_of_field == "c" && name_of_number.starts_with("c_")) return true;
   }

@@ -268,7 +268,7 @@ bool Completes(const VehicleFile& a, const VehicleFile& b) {
 
 // Digits that no simulator's double lacks; a point, so that YAML 1.1 reads a number.
 std::string NumberText(double value, int digits) {
-  std::string text = fmt::format("{:.{}g}", value, digits);
+  std::string text = fmt::format("{:.{}g}", value == 0.0 ? 0.0 : value, digits);  // no -0
   const std::size_t e = text.find('e');
   if (text.find('.') == std::string::npos) text.insert(e == std::string::npos ? text.size() : e, ".0");
   return text;

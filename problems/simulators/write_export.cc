@@ -30,6 +30,7 @@ void WriteExport(const Export& exported, const Target& target, const std::filesy
                           {"unit", "m"},
                           {"after", Rounded(kCostSeconds, 3)},
                           {"speed", Rounded(kCostSpeed, 3)}});
+  node["assumed"] = exported.assumed;
   node["equations"] = target.caveat;
   WriteFileAtomically(out.string() + ".lost.yaml", TextOf(node));
 }
@@ -41,6 +42,7 @@ std::string LossText(const Export& exported, const Target& target) {
                         loss.text, loss.model, loss.unit, loss.file,
                         loss.cost ? fmt::format("; costs {:.3f} m", *loss.cost) : "");
   }
+  for (const std::string& assumed : exported.assumed) text += assumed + "\n";
   if (!target.caveat.empty()) text += fmt::format("{}: {}\n", target.name, target.caveat);
   return text + fmt::format("position error of the file after {} s at {} m/s: {:.3f} m\n",
                             kCostSeconds, kCostSpeed, exported.cost);
