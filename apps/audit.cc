@@ -9,7 +9,8 @@
 #include "problems/result/render.h"
 #include "problems/simulators/write_audit.h"
 
-DEFINE_string(simulator, "", "the simulator's parameter file; further ones of the vehicle after commas");
+DEFINE_string(simulator, "",
+              "the simulator's parameter file; further ones of the vehicle after commas");
 DEFINE_string(simulator_log, "", "in place of the file: a log flown in the simulator");
 DEFINE_string(vehicle, "", "of a file that holds several vehicles, the one that flew");
 DEFINE_string(log, "", "flights of the vehicle, separated by commas; empty: the file alone");

@@ -22,13 +22,12 @@ struct Scatter {
   double share, floor;
 };
 constexpr Scatter kScatter[] = {
-    {"m", 0.03, 0.0},         {"I_x", 0.15, 0.0},      {"I_y", 0.15, 0.0},
-    {"I_z", 0.2, 0.0},        {"k_f", 0.06, 0.0},      {"k_m", 0.2, 0.0},
-    {"k_m/k_f", 0.2, 0.0},    {"K_x", 0.3, 0.1},       {"K_y", 0.3, 0.1},
-    {"K_z", 0.4, 0.2},        {"tau", 0.2, 0.003},     {"full_speed", 0.1, 0.0},
-    {"arm", 0.05, 0.0},       {"r_BM_x", 0.0, 0.0},    {"r_BM_y", 0.0, 0.0},
+    {"m", 0.03, 0.0},   {"I_x", 0.15, 0.0},   {"I_y", 0.15, 0.0},    {"I_z", 0.2, 0.0},
+    {"k_f", 0.06, 0.0}, {"k_m", 0.2, 0.0},    {"k_m/k_f", 0.2, 0.0}, {"K_x", 0.4, 0.12},
+    {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
+    {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
 };
-constexpr double kCentreScatter = 0.04;  // of the arm, of the centre of mass
+constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
 double Tolerance(const std::string& parameter, double value, double arm) {
   if (parameter.starts_with("r_BM")) return kCentreScatter * arm;
@@ -46,11 +45,16 @@ struct UnitFactor {
   const char* text;
 };
 constexpr UnitFactor kUnitFactors[] = {
-    {91.189, "rpm for rad/s, squared"}, {9.5493, "rpm for rad/s"},
-    {39.478, "revolutions for radians, squared"}, {6.2832, "revolutions for radians"},
-    {57.296, "degrees for radians"},    {9.81, "kgf for N"},
-    {10.0, "a power of ten"},           {100.0, "a power of ten"},
-    {1000.0, "a power of ten"},         {2.0, "a factor of two"},
+    {91.189, "rpm for rad/s, squared"},
+    {9.5493, "rpm for rad/s"},
+    {39.478, "revolutions for radians, squared"},
+    {6.2832, "revolutions for radians"},
+    {57.296, "degrees for radians"},
+    {9.81, "kgf for N"},
+    {10.0, "a power of ten"},
+    {100.0, "a power of ten"},
+    {1000.0, "a power of ten"},
+    {2.0, "a factor of two"},
 };
 constexpr double kFactorSlack = 0.02;  // relative
 
@@ -108,8 +112,7 @@ class StatedByFile {
 
  private:
   // Linear drag, or what acts as it in hover.
-  std::optional<double> Drag(const std::string& by_rotors,
-                             const Reading** at) const {
+  std::optional<double> Drag(const std::string& by_rotors, const Reading** at) const {
     const Reading* rotors = file_.Find(by_rotors);
     if (*at == nullptr && rotors == nullptr) return std::nullopt;
     double drag = *at != nullptr ? StatedBeside(**at, flight_) : 0.0;
@@ -146,7 +149,7 @@ std::string ManoeuvreFor(const std::string& parameter) {
 
 // k_m / I_z: which of the two is wrong. A flight shows their ratio only.
 struct YawBlame {
-  bool inertia = false;    // I_z is wrong, k_m right
+  bool inertia = false;  // I_z is wrong, k_m right
   bool could_be_both = false;
 };
 YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_k_m,
@@ -280,8 +283,8 @@ bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double state
                        {ratio.value * thrust.value, ratio.sigma * thrust.value, true}, &file, at);
 }
 
-constexpr std::array kByFlight = {"k_f", "I_x",  "I_y", "r_BM_x",    "r_BM_y",
-                                  "K_x", "K_y", "K_z", "tau", "full_speed"};
+constexpr std::array kByFlight = {"k_f", "I_x", "I_y", "r_BM_x", "r_BM_y",
+                                  "K_x", "K_y", "K_z", "tau",    "full_speed"};
 
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit) {
@@ -302,8 +305,9 @@ void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, b
                                    values.at("L_v").value, values.at("M_u").value)});
   }
   if (!has_lag && clear("tau", 0.01)) {
-    audit->lacks.push_back({"motor_lag", fmt::format("the rotors follow their commands with {:.3f} s",
-                                                     values.at("tau").value)});
+    audit->lacks.push_back(
+        {"motor_lag",
+         fmt::format("the rotors follow their commands with {:.3f} s", values.at("tau").value)});
   }
 }
 
@@ -331,7 +335,8 @@ void CompareArm(const VehicleFile& file, const FlightLog& log, NeutralVehicle* s
     middle += rotor.position / static_cast<double>(start->rotors.size());
   }
   for (const Rotor& rotor : log.vehicle->rotors) {
-    stated += (rotor.position - middle).head<2>().norm() / static_cast<double>(start->rotors.size());
+    stated +=
+        (rotor.position - middle).head<2>().norm() / static_cast<double>(start->rotors.size());
   }
   const double in_file = start->Get("arm");
   const double tolerance = Tolerance("arm", stated, stated);
@@ -341,7 +346,10 @@ void CompareArm(const VehicleFile& file, const FlightLog& log, NeutralVehicle* s
   entry.flight_value = stated, entry.sigma = tolerance / kThreshold;
   entry.text = RatioInWords(in_file, stated) + "; by the places of the rotors in log.yaml";
   const Reading* at = file.Find("arm");
-  Place(file, at != nullptr ? at : file.Find("x_M") != nullptr ? file.Find("x_M") : file.Find("x"),
+  Place(file,
+        at != nullptr                 ? at
+        : file.Find("x_M") != nullptr ? file.Find("x_M")
+                                      : file.Find("x"),
         &entry);
   audit->contradicted.push_back(entry);
   *start = With(*start, "arm", stated);
@@ -357,8 +365,7 @@ void HoldMass(const VehicleFile& file, const FlightLog& log, NeutralVehicle* sta
   const double weighed = *log.vehicle->mass, stated = start->Get("m");
   const double tolerance = Tolerance("m", weighed, 0.0);
   const bool wrong = std::abs(stated - weighed) > tolerance;
-  audit->compared.push_back(
-      {"m", "kg", stated, weighed, tolerance / kThreshold, tolerance, wrong});
+  audit->compared.push_back({"m", "kg", stated, weighed, tolerance / kThreshold, tolerance, wrong});
   start->body["m"] = weighed;
   if (!wrong) return;
   Contradicted entry;
@@ -398,8 +405,8 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
     }
   }
   if (asked("rotor_speed_drag")) {
-    corrected.body["rotor_speed_drag"] = -0.5 * (flight.Get("K_x") + flight.Get("K_y")) /
-                                         flight.Get("S_h");
+    corrected.body["rotor_speed_drag"] =
+        -0.5 * (flight.Get("K_x") + flight.Get("K_y")) / flight.Get("S_h");
   }
   if (asked("rotor_inflow")) {
     corrected.body["rotor_inflow"] = -flight.Get("K_z") / flight.Get("S_h");
@@ -451,9 +458,10 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   const double begin = Now();
   const VehicleFile& file = files.front();
   if (!file.vehicle.Flies()) {
-    throw ErrorAt(file.files.front()->path().string(), 0,
-                  "states no whole vehicle (mass, inertia, and rotors with places and thrust); give "
-                  "its other files, too, after commas");
+    throw ErrorAt(
+        file.files.front()->path().string(), 0,
+        "states no whole vehicle (mass, inertia, and rotors with places and thrust); give "
+        "its other files, too, after commas");
   }
   Audit audit;
   audit.simulator = file.Name();
@@ -492,8 +500,8 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     const double held = flight.Get("I_z") / file.vehicle.Get("I_z");
     value.value /= held, value.sigma /= held;
     const double k_f = flight.Get("k_f");
-    const YawBlame blame = BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight,
-                                       turns_wrong);
+    const YawBlame blame =
+        BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);
     if (blame.inertia) {
       const double inertia = file.vehicle.Get("I_z") * *ratio / value.value;
       judge.Compare("I_z", file.vehicle.Get("I_z"),
@@ -504,7 +512,8 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     }
   }
   const Reading* place = nullptr;
-  const bool has_drag = stated.Get("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
+  const bool has_drag =
+      stated.Get("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
   AddLacks(values, has_drag, file.vehicle.States("tau"), &audit);
 
   judge.AddCosts();

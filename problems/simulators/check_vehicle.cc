@@ -6,15 +6,14 @@
 #include <array>
 #include <cmath>
 
-
 namespace trueline {
 namespace {
 
-constexpr double kRpm2 = 91.189;           // (60 / 2 pi)^2
-constexpr double kSmallVehicle = 0.1;      // kg
-constexpr double kSlack = 1e-3;            // relative, of digits that were left out
-constexpr double kMeasured = 0.02;         // relative, of moments that were measured one by one
-constexpr double kAgain = 0.01;            // relative, of numbers that a file repeats
+constexpr double kRpm2 = 91.189;       // (60 / 2 pi)^2
+constexpr double kSmallVehicle = 0.1;  // kg
+constexpr double kSlack = 1e-3;        // relative, of digits that were left out
+constexpr double kMeasured = 0.02;     // relative, of moments that were measured one by one
+constexpr double kAgain = 0.01;        // relative, of numbers that a file repeats
 
 // A ratio that every vehicle has within a range. Sources: the vehicles of the simulators
 // themselves, from 27 g to 2 kg, and measured ones, with a margin of two or more to each side.
@@ -25,21 +24,17 @@ struct Range {
   const char* source;
 };
 
-constexpr Range kMassForArm = {
-    "m", "mass over the cube of the arm, kg/m^3", 20.0, 1500.0,
-    "multirotors from 27 g to 2 kg have 70 to 400"};
-constexpr Range kGyration = {
-    "I", "radius of gyration over the arm", 0.25, 1.1,
-    "multirotors from 27 g to 2 kg have 0.4 to 0.7 in roll and pitch"};
-constexpr Range kGyrationYaw = {
-    "I_z", "radius of gyration over the arm", 0.35, 1.5,
-    "multirotors from 27 g to 2 kg have 0.6 to 1.0 in yaw"};
+constexpr Range kMassForArm = {"m", "mass over the cube of the arm, kg/m^3", 20.0, 1500.0,
+                               "multirotors from 27 g to 2 kg have 70 to 400"};
+constexpr Range kGyration = {"I", "radius of gyration over the arm", 0.25, 1.1,
+                             "multirotors from 27 g to 2 kg have 0.4 to 0.7 in roll and pitch"};
+constexpr Range kGyrationYaw = {"I_z", "radius of gyration over the arm", 0.35, 1.5,
+                                "multirotors from 27 g to 2 kg have 0.6 to 1.0 in yaw"};
 constexpr Range kThrustForArm = {
     "k_f", "k_f over air density and the fourth power of the arm", 2e-4, 4e-2,
     "propellers of thrust coefficient 0.05 to 0.15, half an arm to 1.4 arms wide"};
-constexpr Range kMomentForThrust = {
-    "k_m", "k_m over k_f, m", 0.003, 0.07,
-    "propellers of 5 to 40 cm have 0.003 to 0.04, PX4's Iris 0.06"};
+constexpr Range kMomentForThrust = {"k_m", "k_m over k_f, m", 0.003, 0.07,
+                                    "propellers of 5 to 40 cm have 0.003 to 0.04, PX4's Iris 0.06"};
 constexpr Range kHover = {"full_speed", "share of the full thrust in hover", 0.08, 0.8,
                           "racers hover at 10 %, loaded vehicles below 80 %"};
 constexpr Range kHoverSmall = {"full_speed", "share of the full thrust in hover", 0.18, 0.8,
@@ -123,8 +118,8 @@ class Checker {
     if (mass > 0.0) Within(kMassForArm, "m", mass / std::pow(arm, 3));
     for (const char* axis : {"I_x", "I_y", "I_z"}) {
       if (!(mass > 0.0) || !(v_.Get(axis) > 0.0)) continue;
-      Within(axis[2] == 'z' ? kGyrationYaw : kGyration, axis,
-             std::sqrt(v_.Get(axis) / mass) / arm, "; mass and inertia do not go together");
+      Within(axis[2] == 'z' ? kGyrationYaw : kGyration, axis, std::sqrt(v_.Get(axis) / mass) / arm,
+             "; mass and inertia do not go together");
     }
     if (file_.target->by_thrust || !(v_.Get("k_f") > 0.0)) return;
     constexpr double kAir = 1.225;  // kg/m^3
@@ -147,7 +142,8 @@ class Checker {
     std::sort(around.begin(), around.end());
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t i = around[k].second, j = around[(k + 1) % n].second;
-      const double apart = std::abs(std::remainder(around[(k + 1) % n].first - around[k].first, 2.0 * M_PI));
+      const double apart =
+          std::abs(std::remainder(around[(k + 1) % n].first - around[k].first, 2.0 * M_PI));
       if (apart < 0.1) {
         Add("angle", around[k].first, fmt::format("rotors {} and {} stand at one place", i, j));
         break;
@@ -161,7 +157,8 @@ class Checker {
     }
     const std::vector<FixedRotor>& order = file_.target->order;
     for (std::size_t i = 0; i < std::min(n, order.size()); ++i) {
-      const double along = v_.rotors[i].at("x") * order[i].x, across = v_.rotors[i].at("y") * order[i].y;
+      const double along = v_.rotors[i].at("x") * order[i].x,
+                   across = v_.rotors[i].at("y") * order[i].y;
       if (along + across * Mirror(v_, order) > 0.0) continue;
       Add("x", v_.rotors[i].at("x"),
           fmt::format("rotor {} stands elsewhere than the simulator's code assumes ({} {})", i,
@@ -253,8 +250,13 @@ std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) 
         if (at == nullptr || in == nullptr) continue;
         const double one = first.vehicle.Get(name), other = second.vehicle.Get(name);
         if (std::abs(one - other) <= kAgain * std::max(std::abs(one), std::abs(other))) continue;
-        FileFinding finding{name, info.unit, other, "", second.files[in->file]->path().string(),
-                            in->leaf != nullptr ? in->leaf->place.line : 0, in->key};
+        FileFinding finding{name,
+                            info.unit,
+                            other,
+                            "",
+                            second.files[in->file]->path().string(),
+                            in->leaf != nullptr ? in->leaf->place.line : 0,
+                            in->key};
         finding.text = fmt::format("{} is {:.4g} {} here and {:.4g} in {}", name, other, info.unit,
                                    one, first.Name());
         findings.push_back(finding);

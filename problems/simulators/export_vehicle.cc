@@ -11,17 +11,18 @@
 namespace trueline {
 namespace {
 
-constexpr double kUnknownLag = 0.02;   // s, of rotors whose lag the model does not state
-constexpr double kFullSpeed = 2.0;     // of the speed in hover, likewise
+constexpr double kUnknownLag = 0.02;  // s, of rotors whose lag the model does not state
+constexpr double kFullSpeed = 2.0;    // of the speed in hover, likewise
 
 // Rotors in the order that the simulator fixes: each of its places takes the nearest of the model's
 // in direction. Throws InputError where the numbers of rotors differ.
 std::vector<Numbers> InOrder(const NeutralVehicle& v, const Target& target) {
   if (target.order.empty()) return v.rotors;
   if (v.rotors.size() != target.order.size()) {
-    throw InputError(fmt::format("--to={}: the simulator has {} rotors, the model {}; use rotorpy "
-                                 "or gz, which take any number",
-                                 target.name, target.order.size(), v.rotors.size()));
+    throw InputError(
+        fmt::format("--to={}: the simulator has {} rotors, the model {}; use rotorpy "
+                    "or gz, which take any number",
+                    target.name, target.order.size(), v.rotors.size()));
   }
   std::vector<Numbers> ordered;
   for (const FixedRotor& place : target.order) {
@@ -96,12 +97,11 @@ std::string Comment(const NeutralVehicle& model) {
 }
 
 std::string TextOf(const std::string& skeleton, std::size_t rotors, const NeutralVehicle& model) {
-  std::string text = ForRotors(ParameterFile::Read(FindShared("config/export/" + skeleton)).text(),
-                               rotors);
+  std::string text =
+      ForRotors(ParameterFile::Read(FindShared("config/export/" + skeleton)).text(), rotors);
   constexpr char kHeader[] = "Skeleton of trueline-export";
   const std::size_t at = text.find(kHeader);
-  return at == std::string::npos ? text
-                                 : text.replace(at, sizeof(kHeader) - 1, Comment(model));
+  return at == std::string::npos ? text : text.replace(at, sizeof(kHeader) - 1, Comment(model));
 }
 
 bool IsDrag(const std::string& name) {
@@ -158,8 +158,8 @@ void AddLosses(const Target& target, Export* result) {
       if (!IsDrag(name) || model.States(other) || result->read.Get(other) == 0.0) continue;
       text += fmt::format("; {} {:.3g} stands for it", other, result->read.Get(other));
     }
-    result->lost.push_back({name, info.unit, model.Get(name), result->read.Get(name),
-                            CostOf(name, *result), text});
+    result->lost.push_back(
+        {name, info.unit, model.Get(name), result->read.Get(name), CostOf(name, *result), text});
   }
   for (const auto& [name, value] : model.body) {
     if (!name.starts_with("effect ")) continue;
@@ -168,8 +168,11 @@ void AddLosses(const Target& target, Export* result) {
   for (std::size_t i = 0; i < target.order.size() && !target.Has("spin"); ++i) {
     const double spin = model.rotors[i].at("spin");
     if (spin == target.order[i].spin) continue;
-    result->lost.push_back({fmt::format("spin of rotor {}", i), "1", spin,
-                            static_cast<double>(target.order[i].spin), {},
+    result->lost.push_back({fmt::format("spin of rotor {}", i),
+                            "1",
+                            spin,
+                            static_cast<double>(target.order[i].spin),
+                            {},
                             "the simulator's rotor turns the other way: yaw is mirrored"});
   }
 }
@@ -189,8 +192,8 @@ Export ExportVehicle(const NeutralVehicle& model, const Target& target) {
   result.vehicle.rotors = InOrder(model, target);
   NeutralVehicle written = result.vehicle;
   written.gravity = target.gravity;
-  for (const auto& [name, value] : {std::pair{"full_speed", kFullSpeed * written.Get("w_h")},
-                                    {"tau", kUnknownLag}}) {
+  for (const auto& [name, value] :
+       {std::pair{"full_speed", kFullSpeed * written.Get("w_h")}, {"tau", kUnknownLag}}) {
     const bool needed = target.Has(name) || (target.by_thrust && name[0] == 'f');
     if (written.States(name) || !needed) continue;
     written.body[name] = value;
@@ -203,8 +206,7 @@ Export ExportVehicle(const NeutralVehicle& model, const Target& target) {
 
   std::vector<ParameterFile> files;
   for (const std::string& skeleton : target.skeletons) {
-    files.push_back(
-        ParameterFile::Parse(skeleton, TextOf(skeleton, written.rotors.size(), model)));
+    files.push_back(ParameterFile::Parse(skeleton, TextOf(skeleton, written.rotors.size(), model)));
   }
   // Twice: what is left of the mass for the heaviest link depends on the other links.
   for (int pass = 0; pass < 2; ++pass) {
@@ -217,8 +219,8 @@ Export ExportVehicle(const NeutralVehicle& model, const Target& target) {
   }
   result.read = ReadVehicleTexts(target, files).vehicle;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    result.files.push_back({std::filesystem::path(target.skeletons[i]).extension().string(),
-                            files[i].text()});
+    result.files.push_back(
+        {std::filesystem::path(target.skeletons[i]).extension().string(), files[i].text()});
   }
   result.read.gravity = model.gravity;
   if (!model.States("tau")) result.read.body.erase("tau");

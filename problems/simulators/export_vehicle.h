@@ -19,8 +19,8 @@ struct ExportedFile {
 // What a target can't express, and what it costs.
 struct Loss {
   std::string name, unit;
-  double model, file;         // as the model states it, as the file flies it
-  std::optional<double> cost; // m, at 0.5 s; none: no flight shows it
+  double model, file;          // as the model states it, as the file flies it
+  std::optional<double> cost;  // m, at 0.5 s; none: no flight shows it
   std::string text;
 };
 
@@ -30,7 +30,7 @@ struct Export {
   NeutralVehicle read;     // what the exported files state
   std::vector<Loss> lost;
   std::vector<std::string> assumed;  // what the model does not state and the file needs
-  double cost = 0.0;  // m, of all together
+  double cost = 0.0;                 // m, of all together
 };
 
 inline constexpr double kCostSpeed = 5.0;    // m/s, of the flights that costs are told by

@@ -6,30 +6,32 @@
 #include <cmath>
 
 #include "problems/common/error.h"
+#include "problems/result/distributions.h"
 #include "problems/simulators/first_fit.h"
 #include "problems/simulators/motor_response.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kHoldOut = 0.3;       // share of the flight
-constexpr double kFastestPoses = 50.0; // Hz
-constexpr double kShown = 0.5;         // of the prior's sigma, that a flight leaves at most
+constexpr double kHoldOut = 0.3;        // share of the flight
+constexpr double kFastestPoses = 50.0;  // Hz
+constexpr double kClear = 3.0;          // sigmas from zero
+constexpr double kShown = 0.5;          // of the prior's sigma, that a flight leaves at most
 
 // Wide priors: shares of the value, or of the mean distance of the rotors, or in the unit.
 constexpr double kInertiaSigma = 0.6, kThrustSigma = 0.5, kMomentSigma = 0.8;
-constexpr double kKnownSigma = 0.005;            // of I_z: fits free all moments or none
-constexpr double kPlaceSigma = 0.2;              // of the arm
-constexpr double kPoseArmSigma = 0.05;           // m
-constexpr double kDragSigma = 1.0;               // 1/s
-constexpr double kDampingSigma = 10.0;           // 1/s
-constexpr double kSpeedMomentSigma = 10.0;       // rad/m/s
-constexpr double kPoseDelaySigma = 0.02;         // s
+constexpr double kKnownSigma = 0.005;                 // of I_z: fits free all moments or none
+constexpr double kPlaceSigma = 0.2;                   // of the arm
+constexpr double kPoseArmSigma = 0.05;                // m
+constexpr double kDragSigma = 1.0;                    // 1/s
+constexpr double kDampingSigma = 10.0;                // 1/s
+constexpr double kSpeedMomentSigma = 10.0;            // rad/m/s
+constexpr double kPoseDelaySigma = 0.02;              // s
 constexpr double kLagSigma = 0.05, kLagStart = 0.03;  // s
-constexpr double kVoltageSigma = 0.5;            // 1
+constexpr double kVoltageSigma = 0.5;                 // 1
 
-constexpr double kFactorOff = 1.5;         // of a first fit, beyond which a fit starts from it
-constexpr double kGoesTogether = 0.3;      // correlation of a first fit that is believed
+constexpr double kFactorOff = 1.5;     // of a first fit, beyond which a fit starts from it
+constexpr double kGoesTogether = 0.3;  // correlation of a first fit that is believed
 
 // I_z over I_x + I_y of quadrotors.
 constexpr double kTallest = 0.5, kUsual = 0.93;
@@ -120,10 +122,24 @@ RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v
   return o;
 }
 
+// How much larger the errors on held-out flight are than noise explains, at least 1: intervals are
+// widened by it, because what the model lacks is in the constants, too.
+double Misfit(const RotorCalibration& c) {
+  constexpr double kByNoise = 0.95, kWidest = 5.0;
+  constexpr int kEnough = 20;  // predictions
+  const auto radius = [](double share) { return std::sqrt(ChiSquareCritical(1.0 - share, 3.0)); };
+  for (const HorizonScore& score : c.predictions) {
+    if (score.count < kEnough) continue;
+    const double inside = std::clamp(score.inside_noise, 0.02, kByNoise);
+    return std::min(kWidest, radius(kByNoise) / radius(inside));
+  }
+  return 1.0;
+}
+
 FlightValue ValueOf(const RotorCalibration& c, const RotorPrior& prior, const std::string& name,
                     double scale) {
   const int i = FindRotorConstant(name);
-  const double sigma = std::sqrt(c.batch.cov(i, i));
+  const double sigma = Misfit(c) * std::sqrt(c.batch.cov(i, i));
   return {scale * c.batch.mean[i], scale * sigma, sigma < kShown * prior.sigma[i]};
 }
 
@@ -205,10 +221,13 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   const double relative = c.batch.cov(f, f) / (scale_f * scale_f) +
                           c.batch.cov(m, m) / (scale_m * scale_m) -
                           2.0 * c.batch.cov(f, m) / (scale_f * scale_m);
-  estimate.values["k_m/k_f"] = {ratio, ratio * std::sqrt(std::max(0.0, relative)), moment.shown};
+  const double ratio_sigma = Misfit(c) * std::abs(ratio) * std::sqrt(std::max(0.0, relative));
+  // A moment that could be none is not shown: the yaw of this flight is something else.
+  moment.shown = moment.shown && ratio > kClear * ratio_sigma;
+  estimate.values["k_m/k_f"] = {ratio, ratio_sigma, moment.shown};
   for (Numbers& rotor : estimate.vehicle.rotors) {
     rotor["k_f"] *= scale_f;
-    rotor["k_m"] *= scale_m;
+    if (moment.shown) rotor["k_m"] *= scale_m;
   }
   // The speeds that commands give are the file's: thrust by them is no thrust by speed.
   thrust.shown = thrust.shown && !log.rotors.empty();
@@ -224,6 +243,7 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
     estimate.values[name] = ValueOf(c, options.prior, name, 1.0);
   }
   estimate.constants = c.batch.mean;
+  estimate.fitted_moment = scale_m * fitted.Get("k_m");
   estimate.noise = c.noise;
   RotorDataOptions data = options.data;
   const RotorData whole = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
@@ -232,30 +252,50 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   return estimate;
 }
 
+bool FlightEstimate::Judges(const std::string& name) const {
+  if (name == "m") return true;
+  const auto value = values.find(name == "I_z" ? "k_m" : name);
+  return value != values.end() && value->second.shown;
+}
+
 ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
-  // Sensors, biases and moments of the air as the flight shows them; the vehicle as `other` has it.
+  // Sensors, biases, moments of the air and what the flight does not judge are those of the fit;
+  // the rest is as `other` has it.
   const auto constants_of = [&](const NeutralVehicle& v) {
     RotorConstants x = constants;
-    for (const char* name : {"m", "I_x", "I_y", "I_z", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
-      x[FindRotorConstant(name)] = v.Get(name);
-    }
     const double sum = v.Get("S_h");
-    for (const char* name : {"K_x", "K_y"}) {
-      x[FindRotorConstant(name)] -= v.Get("rotor_speed_drag") * sum;
+    for (const char* name : {"m", "I_x", "I_y", "I_z", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
+      if (!Judges(name)) continue;
+      double value = v.Get(name);
+      if (name[0] == 'K') {
+        value -= v.Get(name[2] == 'z' ? "rotor_inflow" : "rotor_speed_drag") * sum;
+      }
+      x[FindRotorConstant(name)] = value;
     }
-    x[FindRotorConstant("K_z")] -= v.Get("rotor_inflow") * sum;
-    x[FindRotorConstant("k_f")] = x[FindRotorConstant("k_m")] = 1.0;
-    if (held_out.motors && v.Get("tau") > 0.0) x[FindRotorConstant("motor_lag")] = v.Get("tau");
+    x[FindRotorConstant("k_f")] = 1.0;
+    x[FindRotorConstant("k_m")] = 1.0;
+    if (held_out.motors && Judges("tau") && v.Get("tau") > 0.0) {
+      x[FindRotorConstant("motor_lag")] = v.Get("tau");
+    }
     return x;
   };
   NeutralVehicle flown = other;
   flown.gravity = vehicle.gravity;
+  if (held_out.motors) {
+    // Thrust by commands is the flight's: a file's k_f goes with speeds that nobody measured.
+    const double factor = vehicle.Get("k_f") / flown.Get("k_f");
+    for (Numbers& rotor : flown.rotors) rotor["k_f"] *= factor, rotor["k_m"] *= factor;
+  }
+  if (!Judges("k_m")) {
+    const double factor = fitted_moment / flown.Get("k_m");
+    for (Numbers& rotor : flown.rotors) rotor["k_m"] *= factor;
+  }
   const RotorAeroModel model(RotorVehicleOf(flown).model.rotors(), vehicle.gravity);
   // The filter that gives the starts flies with the flight's own vehicle. Its thrust is counted in
   // the other's rotors, so that one model serves both.
   RotorConstants own = constants;
   own[FindRotorConstant("k_f")] = vehicle.Get("k_f") / flown.Get("k_f");
-  own[FindRotorConstant("k_m")] = vehicle.Get("k_m") / flown.Get("k_m");
+  own[FindRotorConstant("k_m")] = fitted_moment / flown.Get("k_m");
   const std::vector<double> horizons(kHorizons.begin(), kHorizons.end());
   constexpr double kSpacing = 0.2;  // s
   const std::vector<OpenLoopError> errors =

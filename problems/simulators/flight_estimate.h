@@ -26,12 +26,15 @@ struct FlightEstimate {
   std::vector<std::string> warnings;
   std::string verdict;
 
+  // True if the flight shows the parameter, or (I_z) its ratio to another.
+  bool Judges(const std::string& name) const;
   // Replays the held-out part of the flight with another vehicle; what the flight shows of sensors
-  // and air moments stays.
+  // and air moments, and parameters that it does not judge, stay as fitted.
   ErrorByHorizon ErrorsWith(const NeutralVehicle& other) const;
 
   // Of the fit, for ErrorsWith.
   RotorConstants constants = RotorConstants::Zero();
+  double fitted_moment = 0.0;  // N m s^2, k_m
   RotorNoise noise;
   RotorData held_out;
 };

@@ -16,8 +16,8 @@ struct Link {
   std::size_t file;
   const FileNode* inertial;
   double mass;
-  Eigen::Vector3d centre;   // m
-  Eigen::Matrix3d inertia;  // kg m^2, about its centre
+  Eigen::Vector3d centre;        // m
+  Eigen::Matrix3d inertia;       // kg m^2, about its centre
   Pose pose = Pose::Identity();  // of the link
 };
 
@@ -42,8 +42,7 @@ Pose PoseIn(const ParameterFile& file, const FileNode* element, bool urdf) {
   std::array<double, 6> p{};
   for (int i = 0; i < 6; ++i) {
     const std::string part = i < 3 ? "origin/@xyz/" : "origin/@rpy/";
-    const std::string where =
-        urdf ? part + std::to_string(i % 3) : "pose/" + std::to_string(i);
+    const std::string where = urdf ? part + std::to_string(i % 3) : "pose/" + std::to_string(i);
     p[static_cast<std::size_t>(i)] = Number(file, element, where);
   }
   return PoseFrom(p);
@@ -84,8 +83,8 @@ std::vector<Link> LinksOf(const VehicleFile& vehicle, bool urdf) {
       for (std::size_t k = 0; k < 6; ++k) {
         const auto [i, j] = kElements[k];
         link.inertia(i, j) = link.inertia(j, i) = Number(
-            file, inertial, urdf ? std::string("inertia/@") + kInFile[k]
-                                 : std::string("inertia/") + kInFile[k]);
+            file, inertial,
+            urdf ? std::string("inertia/@") + kInFile[k] : std::string("inertia/") + kInFile[k]);
       }
       link.inertia = at.linear() * link.inertia * at.linear().transpose();
       links.push_back(link);
@@ -149,8 +148,8 @@ void AddLinks(VehicleFile* file) {
     const std::string name = field.name;
     double value = mass, own = base->mass, scale = 1.0;
     if (name.starts_with("I_")) {
-      const auto k = static_cast<std::size_t>(
-          std::find(kNames.begin(), kNames.end(), name) - kNames.begin());
+      const auto k =
+          static_cast<std::size_t>(std::find(kNames.begin(), kNames.end(), name) - kNames.begin());
       const auto [i, j] = kElements[k];
       value = kFlip[k] * inertia(i, j), own = kFlip[k] * base->inertia(i, j);
     } else if (name.starts_with("r_BM")) {

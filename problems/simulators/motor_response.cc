@@ -8,7 +8,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kParts = 8;               // of the flight, each fitted alone: their scatter is the sigma
+constexpr int kParts = 8;  // of the flight, each fitted alone: their scatter is the sigma
 constexpr double kShortestPart = 1.0;   // s
 constexpr double kLeastChange = 0.003;  // of a command, rms
 constexpr double kLongestLag = 0.5;     // s

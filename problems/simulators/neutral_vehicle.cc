@@ -40,18 +40,12 @@ struct EffectName {
   const char *id, *parameter, *name;
 };
 constexpr EffectName kEffects[] = {
-    {"linear_drag", "K_x", "K_x"},
-    {"linear_drag", "K_y", "K_y"},
-    {"linear_drag", "K_z", "K_z"},
-    {"rotor_speed_drag", "k", "rotor_speed_drag"},
-    {"rotor_inflow", "k", "rotor_inflow"},
-    {"translational_lift", "k", "translational_lift"},
-    {"body_drag", "c_x", "c_x"},
-    {"body_drag", "c_y", "c_y"},
-    {"body_drag", "c_z", "c_z"},
-    {"ground_effect", "k", "ground_effect"},
-    {"air_moment", "roll", "air_moment"},
-    {"air_moment", "pitch", "air_moment"},
+    {"linear_drag", "K_x", "K_x"},         {"linear_drag", "K_y", "K_y"},
+    {"linear_drag", "K_z", "K_z"},         {"rotor_speed_drag", "k", "rotor_speed_drag"},
+    {"rotor_inflow", "k", "rotor_inflow"}, {"translational_lift", "k", "translational_lift"},
+    {"body_drag", "c_x", "c_x"},           {"body_drag", "c_y", "c_y"},
+    {"body_drag", "c_z", "c_z"},           {"ground_effect", "k", "ground_effect"},
+    {"air_moment", "roll", "air_moment"},  {"air_moment", "pitch", "air_moment"},
     {"motor_lag", "tau", "tau"},
 };
 
@@ -93,8 +87,7 @@ double NeutralVehicle::Get(const std::string& number, int rotor) const {
   }
   if (number == "tau_down") return Get("tau");
   if (number == "arm") {
-    return MeanOver(*this,
-                    [&](const Numbers& r) { return FromCentre(*this, r).head<2>().norm(); });
+    return MeanOver(*this, [&](const Numbers& r) { return FromCentre(*this, r).head<2>().norm(); });
   }
   if (number == "lever_x") return mean_lever(0);
   if (number == "lever_y") return mean_lever(1);
@@ -105,7 +98,7 @@ double NeutralVehicle::Get(const std::string& number, int rotor) const {
 }
 
 void NeutralVehicle::Set(const std::string& number, int rotor, double value) {
-  constexpr std::string_view kOfRotor[] = {"x",   "y",   "z",      "x_M",   "y_M",     "z_M",
+  constexpr std::string_view kOfRotor[] = {"x",   "y",   "z",      "x_M",   "y_M",      "z_M",
                                            "k_f", "k_m", "radius", "angle", "spin_k_m", "spin"};
   if (number.starts_with("small_")) return;
   if (rotor >= 0 && std::ranges::find(kOfRotor, number) != std::end(kOfRotor)) {
@@ -242,8 +235,7 @@ RotorVehicle RotorVehicleOf(const NeutralVehicle& vehicle) {
                       of("k_f"),
                       of("k_m")});
   }
-  RotorVehicle result{Driven(rotors, vehicle.gravity),
-                      std::vector<double>(Driven::kStates, 0.0)};
+  RotorVehicle result{Driven(rotors, vehicle.gravity), std::vector<double>(Driven::kStates, 0.0)};
   std::vector<double>& x = result.parameters;
   x[Driven::kAttitude] = x[Driven::kThrustScale] = x[Driven::kTorqueScale] = 1.0;
   x[Driven::kMass] = vehicle.Get("m");

@@ -89,8 +89,8 @@ RotorVehicle RotorVehicleOf(const NeutralVehicle& vehicle);
 // it to the right) from which it rolls, pitches and yaws by pulses of its rotors. The estimators'
 // own equations, with the motors' lag.
 struct Replay {
-  std::vector<double> t;             // s
-  std::vector<MovingState> states;   // kMoving numbers of RotorDrivenModel
+  std::vector<double> t;            // s
+  std::vector<MovingState> states;  // kMoving numbers of RotorDrivenModel
 };
 Replay Fly(const NeutralVehicle& vehicle, double speed, double seconds);
 // The commands (rad/s) of that flight at `t`, by rotor.

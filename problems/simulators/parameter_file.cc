@@ -32,7 +32,8 @@ bool ReadsAsNumber(const std::string& text, double* value) {
 class Expression {
  public:
   using Lookup = std::function<double(const std::string&)>;
-  Expression(std::string text, Lookup lookup) : text_(std::move(text)), lookup_(std::move(lookup)) {}
+  Expression(std::string text, Lookup lookup)
+      : text_(std::move(text)), lookup_(std::move(lookup)) {}
 
   // False where it is none.
   bool Value(double* value) {
@@ -224,9 +225,8 @@ int LineOfByte(const std::string& text, std::size_t byte) {
 }
 
 std::string Edited(const std::string& text, std::vector<FileEdit> edits) {
-  std::sort(edits.begin(), edits.end(), [](const FileEdit& a, const FileEdit& b) {
-    return a.place.begin < b.place.begin;
-  });
+  std::sort(edits.begin(), edits.end(),
+            [](const FileEdit& a, const FileEdit& b) { return a.place.begin < b.place.begin; });
   std::string edited;
   std::size_t at = 0;
   for (const FileEdit& edit : edits) {

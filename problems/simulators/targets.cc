@@ -33,30 +33,27 @@ FileFields FluPlaces(const std::string& x, const std::string& y, const std::stri
 // The motor model of Gazebo, RotorS and CrazyS. `at`: path of a number in a rotor's element, or of
 // the property that all share.
 FileFields GazeboMotors(const std::string& at, const std::vector<std::string>& names) {
-  return {{"k_f", at + names[0]},
-          {"k_m", at + names[1], {1.0, {{"k_f", -1}}}},
-          {"tau", at + names[2]},
-          {"tau_down", at + names[3]},
-          {"full_speed", at + names[4]},
-          {"rotor_speed_drag", at + names[5], {1.0, {{"m", 1}}}}};
+  return {{"k_f", at + names[0]},        {"k_m", at + names[1], {1.0, {{"k_f", -1}}}},
+          {"tau", at + names[2]},        {"tau_down", at + names[3]},
+          {"full_speed", at + names[4]}, {"rotor_speed_drag", at + names[5], {1.0, {{"m", 1}}}}};
 }
 
 FileFields SdfMotors() {
-  const FileFields fields = GazeboMotors("./", {"motorConstant", "momentConstant", "timeConstantUp",
-                                      "timeConstantDown", "maxRotVelocity",
-                                      "rotorDragCoefficient"});
+  const FileFields fields =
+      GazeboMotors("./", {"motorConstant", "momentConstant", "timeConstantUp", "timeConstantDown",
+                          "maxRotVelocity", "rotorDragCoefficient"});
   const std::string link = "//link[name={./linkName}]/pose/";
   return FileFields{{"spin", "./turningDirection"},
-                {"x", link + "0"},
-                {"y", link + "1", {-1.0}},
-                {"z", link + "2", {-1.0}}} +
+                    {"x", link + "0"},
+                    {"y", link + "1", {-1.0}},
+                    {"z", link + "2", {-1.0}}} +
          fields;
 }
 
 // Simulated rotors weigh something in these formats: this share of the vehicle, in an export.
 constexpr double kSmall = 1e-4;
 FileFields SmallRotors(const std::string& mass, const std::string& x, const std::string& y,
-                   const std::string& z) {
+                       const std::string& z) {
   return {{"small_mass", mass, {kSmall, {{"m", 1}}}},
           {"small_inertia", x, {kSmall, {{"I_z", 1}}}},
           {"small_inertia", y, {kSmall, {{"I_z", 1}}}},
@@ -89,8 +86,9 @@ FileFields RotorsController(bool again) {
 
 std::vector<Target> MakeTargets() {
   const std::string rotor_link = "//link[name={./linkName}]/inertial/";
-  const FileFields sdf = SdfMotors() + SmallRotors(rotor_link + "mass", rotor_link + "inertia/ixx",
-                                               rotor_link + "inertia/iyy", rotor_link + "inertia/izz");
+  const FileFields sdf =
+      SdfMotors() + SmallRotors(rotor_link + "mass", rotor_link + "inertia/ixx",
+                                rotor_link + "inertia/iyy", rotor_link + "inertia/izz");
   const std::string gazebo_lacks =
       "linear drag enters as rotor drag, exact in hover thrust; the rolling moment is along the "
       "velocity, so it is 0";
@@ -106,17 +104,20 @@ std::vector<Target> MakeTargets() {
                  FileFields{{"I_xy", "Ixy", {-1.0}}, {"I_xz", "Ixz", {-1.0}}, {"I_yz", "Iyz"}} +
                  FluPlaces("rotor_pos/r{r}/0", "rotor_pos/r{r}/1", "rotor_pos/r{r}/2") +
                  FileFields{{"spin", "rotor_directions/{i}"},
-                        {"k_f", "k_eta"},
-                        {"k_m", "k_m"},
-                        {"full_speed", "rotor_speed_max"},
-                        {"idle_speed", "rotor_speed_min"},
-                        {"tau", "tau_m"},
-                        {"rotor_speed_drag", "k_d", {1.0, {{"m", 1}}}},
-                        {"rotor_inflow", "k_z", {1.0, {{"m", 1}}}},
-                        {"translational_lift", "k_h", {1.0, {{"m", 1}, {"n", -1}}}},
-                        {"c_x", "c_Dx", {1.0, {{"m", 1}}}},
-                        {"c_y", "c_Dy", {1.0, {{"m", 1}}}},
-                        {"c_z", "c_Dz", {1.0, {{"m", 1}}}}}},
+                            {"k_f", "k_eta"},
+                            {"k_m", "k_m"},
+                            {"full_speed", "rotor_speed_max"},
+                            {"idle_speed", "rotor_speed_min"},
+                            {"tau", "tau_m"},
+                            {"rotor_speed_drag", "k_d", {1.0, {{"m", 1}}}},
+                            {"rotor_inflow", "k_z", {1.0, {{"m", 1}}}},
+                            {"translational_lift", "k_h", {1.0, {{"m", 1}, {"n", -1}}}},
+                            {"c_x", "c_Dx", {1.0, {{"m", 1}}}},
+                            {"c_y", "c_Dy", {1.0, {{"m", 1}}}},
+                            {"c_z", "c_Dz", {1.0, {{"m", 1}}}}},
+       .caveat =
+           "drag and inflow act at each hub, which moves as the body turns: inflow damps roll "
+           "and pitch, too"},
       {.name = "px4_classic",
        .about = "PX4 with Gazebo classic: SDF with libgazebo_motor_model",
        .skeletons = {"px4_classic.sdf"},
@@ -163,39 +164,41 @@ std::vector<Target> MakeTargets() {
        .about = "gym-pybullet-drones: URDF with <properties>",
        .skeletons = {"gym_pybullet_drones.urdf"},
        .mark = "robot/properties/@kf",
-       .fields = FluPlaces(urdf_prop + "0", urdf_prop + "1", urdf_prop + "2") +
-                 FileFields{{"k_f", "robot/properties/@kf", {kPerRpm2}},
-                        {"k_m", "robot/properties/@km", {kPerRpm2}},
-                        {"full_speed",
-                         "robot/properties/@thrust2weight",
-                         {1.0, {{"n", 1}, {"k_f", 1}, {"m", -1}, {"g", -1}}, 2.0}},
-                        {"rotor_speed_drag", "robot/properties/@drag_coeff_xy", {1.0, {{"m", 1}}}},
-                        {"rotor_inflow", "robot/properties/@drag_coeff_z", {1.0, {{"m", 1}}}},
-                        {"raw_prop_radius", "robot/properties/@prop_radius"},
-                        {"ground_effect",
-                         "robot/properties/@gnd_eff_coeff",
-                         {16.0, {{"raw_prop_radius", -2}}, 2.0}},
-                        {"arm", "robot/properties/@arm", {}, true}},
+       .fields =
+           FluPlaces(urdf_prop + "0", urdf_prop + "1", urdf_prop + "2") +
+           FileFields{{"k_f", "robot/properties/@kf", {kPerRpm2}},
+                      {"k_m", "robot/properties/@km", {kPerRpm2}},
+                      {"full_speed",
+                       "robot/properties/@thrust2weight",
+                       {1.0, {{"n", 1}, {"k_f", 1}, {"m", -1}, {"g", -1}}, 2.0}},
+                      {"rotor_speed_drag", "robot/properties/@drag_coeff_xy", {1.0, {{"m", 1}}}},
+                      {"rotor_inflow", "robot/properties/@drag_coeff_z", {1.0, {{"m", 1}}}},
+                      {"raw_prop_radius", "robot/properties/@prop_radius"},
+                      {"ground_effect",
+                       "robot/properties/@gnd_eff_coeff",
+                       {16.0, {{"raw_prop_radius", -2}}, 2.0}},
+                      {"arm", "robot/properties/@arm", {}, true}},
        .links = LinkKind::kUrdf,
        .order = kCrazyflie,
        .gravity = 9.8,
-       .caveat = "rotors follow their commands at once; drag coefficients act along the axes of the "
-                 "world, then turned: right in level flight"},
+       .caveat =
+           "rotors follow their commands at once; drag coefficients act along the axes of the "
+           "world, then turned: right in level flight"},
       {.name = "pyflyt",
        .about = "PyFlyt: YAML of motors and drag, and the URDF beside it",
        .skeletons = {"pyflyt.yaml", "pyflyt.urdf"},
        .mark = "motor_params/thrust_coef",
-       .fields = FluPlaces(urdf_prop_from_1 + "0", urdf_prop_from_1 + "1", urdf_prop_from_1 + "2") +
-                 FileFields{{"k_f", "motor_params/thrust_coef", {kPerRpm2}},
-                        {"k_m", "motor_params/torque_coef", {kPerRpm2}},
-                        {"full_speed",
-                         "motor_params/total_thrust",
-                         {1.0, {{"n", 1}, {"k_f", 1}}, 2.0}},
-                        {"tau", "motor_params/tau"},
-                        {"raw_drag_coef", "drag_params/drag_coef_xyz"},
-                        {"c",
-                         "drag_params/drag_area_xyz",
-                         {2.0 / kAirDensity, {{"m", 1}, {"raw_drag_coef", -1}}}}},
+       .fields =
+           FluPlaces(urdf_prop_from_1 + "0", urdf_prop_from_1 + "1", urdf_prop_from_1 + "2") +
+           FileFields{
+               {"k_f", "motor_params/thrust_coef", {kPerRpm2}},
+               {"k_m", "motor_params/torque_coef", {kPerRpm2}},
+               {"full_speed", "motor_params/total_thrust", {1.0, {{"n", 1}, {"k_f", 1}}, 2.0}},
+               {"tau", "motor_params/tau"},
+               {"raw_drag_coef", "drag_params/drag_coef_xyz"},
+               {"c",
+                "drag_params/drag_area_xyz",
+                {2.0 / kAirDensity, {{"m", 1}, {"raw_drag_coef", -1}}}}},
        .links = LinkKind::kUrdf,
        .order = kPx4,
        .caveat = "drag is quadratic, by axis, and one number"},
@@ -203,19 +206,20 @@ std::vector<Target> MakeTargets() {
        .about = "MuJoCo: MJCF with a motor for each rotor, whose control is its thrust in N",
        .skeletons = {"mujoco.xml"},
        .mark = "mujoco",
-       .fields = FileFields{{"m", "//inertial/@mass"},
-                        {"I_x", "//inertial/@diaginertia/0"},
-                        {"I_y", "//inertial/@diaginertia/1"},
-                        {"I_z", "//inertial/@diaginertia/2"},
-                        {"r_BM_x", "//inertial/@pos/0"},
-                        {"r_BM_y", "//inertial/@pos/1", {-1.0}},
-                        {"r_BM_z", "//inertial/@pos/2", {-1.0}},
-                        {"x", "//site[name=rotor{i}]/@pos/0"},
-                        {"y", "//site[name=rotor{i}]/@pos/1", {-1.0}},
-                        {"z", "//site[name=rotor{i}]/@pos/2", {-1.0}},
-                        {"k_f", "//general[name=rotor{i}]/@ctrlrange/1", {1.0, {{"full_speed", 2}}}},
-                        {"spin_k_m", "//general[name=rotor{i}]/@gear/5", {1.0, {{"k_f", -1}}}},
-                        {"tau", "//general[name=rotor{i}]/@dynprm/0"}},
+       .fields =
+           FileFields{{"m", "//inertial/@mass"},
+                      {"I_x", "//inertial/@diaginertia/0"},
+                      {"I_y", "//inertial/@diaginertia/1"},
+                      {"I_z", "//inertial/@diaginertia/2"},
+                      {"r_BM_x", "//inertial/@pos/0"},
+                      {"r_BM_y", "//inertial/@pos/1", {-1.0}},
+                      {"r_BM_z", "//inertial/@pos/2", {-1.0}},
+                      {"x", "//site[name=rotor{i}]/@pos/0"},
+                      {"y", "//site[name=rotor{i}]/@pos/1", {-1.0}},
+                      {"z", "//site[name=rotor{i}]/@pos/2", {-1.0}},
+                      {"k_f", "//general[name=rotor{i}]/@ctrlrange/1", {1.0, {{"full_speed", 2}}}},
+                      {"spin_k_m", "//general[name=rotor{i}]/@gear/5", {1.0, {{"k_f", -1}}}},
+                      {"tau", "//general[name=rotor{i}]/@dynprm/0"}},
        .by_thrust = true,
        .caveat = "no air: density and viscosity are 0; the lag acts on thrust"},
       {.name = "crazyflow",
@@ -290,21 +294,21 @@ std::vector<Target> MakeTargets() {
        .about = "RotorS, CrazyS: xacro of the vehicle, and the controller's YAML beside it",
        .skeletons = {"rotors.xacro", "rotors.yaml"},
        .mark = "//xacro:property[name=motor_constant]",
-       .fields = FileFields{{"raw_rotor_mass", Property("mass_rotor")},
-                        {"small_mass", Property("mass_rotor"), {kSmall, {{"m", 1}}}},
-                        {"body_mass", Property("mass")},
-                        {"I_x", "//inertia/@ixx"},
-                        {"I_y", "//inertia/@iyy"},
-                        {"I_z", "//inertia/@izz"},
-                        {"spin", "./@direction"},
-                        {"x", "./origin/@xyz/0"},
-                        {"y", "./origin/@xyz/1", {-1.0}},
-                        {"z", "./origin/@xyz/2", {-1.0}}} +
-                 GazeboMotors("", {Property("motor_constant"), Property("moment_constant"),
-                                   Property("time_constant_up"), Property("time_constant_down"),
-                                   Property("max_rot_velocity"),
-                                   Property("rotor_drag_coefficient")}) +
-                 RotorsController(true),
+       .fields =
+           FileFields{{"raw_rotor_mass", Property("mass_rotor")},
+                      {"small_mass", Property("mass_rotor"), {kSmall, {{"m", 1}}}},
+                      {"body_mass", Property("mass")},
+                      {"I_x", "//inertia/@ixx"},
+                      {"I_y", "//inertia/@iyy"},
+                      {"I_z", "//inertia/@izz"},
+                      {"spin", "./@direction"},
+                      {"x", "./origin/@xyz/0"},
+                      {"y", "./origin/@xyz/1", {-1.0}},
+                      {"z", "./origin/@xyz/2", {-1.0}}} +
+           GazeboMotors("", {Property("motor_constant"), Property("moment_constant"),
+                             Property("time_constant_up"), Property("time_constant_down"),
+                             Property("max_rot_velocity"), Property("rotor_drag_coefficient")}) +
+           RotorsController(true),
        .rotor_elements = "xacro:vertical_rotor",
        .rotor_number = "@motor_number",
        .gravity = 9.8,

@@ -46,9 +46,7 @@ struct RotorElement {
 // What reads one vehicle.
 class Reader {
  public:
-  Reader(VehicleFile* to, std::string table) : to_(to), table_(std::move(table)) {
-    FindElements();
-  }
+  Reader(VehicleFile* to, std::string table) : to_(to), table_(std::move(table)) { FindElements(); }
 
   void Read() {
     const Target& target = *to_->target;
@@ -61,7 +59,8 @@ class Reader {
         Add(field, -1, nullptr);
         continue;
       }
-      for (int i = 0; i < static_cast<int>(to_->vehicle.rotors.size()); ++i) Add(field, i, Element(i));
+      for (int i = 0; i < static_cast<int>(to_->vehicle.rotors.size()); ++i)
+        Add(field, i, Element(i));
     }
   }
 
@@ -191,9 +190,10 @@ void LineariseAtHover(VehicleFile* file) {
       const auto at_hover = [&](double square, double linear, double constant) {
         return square + linear / hover + constant / (hover * hover);
       };
-      v.Set("k_m", -1, file->Find("k_m_1") != nullptr
-                           ? at_hover(stated("k_m"), stated("k_m_1"), stated("k_m_0"))
-                           : v.Get("k_m") / a * at_hover(a, b, stated("k_f_0")));
+      v.Set("k_m", -1,
+            file->Find("k_m_1") != nullptr
+                ? at_hover(stated("k_m"), stated("k_m_1"), stated("k_m_0"))
+                : v.Get("k_m") / a * at_hover(a, b, stated("k_f_0")));
       v.Set("k_f", -1, at_hover(a, b, stated("k_f_0")));
     }
   }
@@ -270,7 +270,8 @@ bool Completes(const VehicleFile& a, const VehicleFile& b) {
 std::string NumberText(double value, int digits) {
   std::string text = fmt::format("{:.{}g}", value == 0.0 ? 0.0 : value, digits);  // no -0
   const std::size_t e = text.find('e');
-  if (text.find('.') == std::string::npos) text.insert(e == std::string::npos ? text.size() : e, ".0");
+  if (text.find('.') == std::string::npos)
+    text.insert(e == std::string::npos ? text.size() : e, ".0");
   return text;
 }
 
@@ -307,7 +308,8 @@ bool States(const std::string& field, const std::string& parameter) {
 
 std::string VehicleFile::Name() const {
   std::string name;
-  for (const auto& file : files) name += (name.empty() ? "" : ", ") + file->path().filename().string();
+  for (const auto& file : files)
+    name += (name.empty() ? "" : ", ") + file->path().filename().string();
   return vehicle.name.empty() ? name : name + " [" + vehicle.name + "]";
 }
 
@@ -373,8 +375,8 @@ std::vector<std::string> Corrected(const VehicleFile& file, const NeutralVehicle
 VehicleFile ReadVehicleTexts(const Target& target, const std::vector<ParameterFile>& files) {
   std::vector<std::shared_ptr<const ParameterFile>> shared;
   for (const ParameterFile& file : files) {
-    shared.push_back(std::make_shared<const ParameterFile>(
-        ParameterFile::Parse(file.path(), file.text())));
+    shared.push_back(
+        std::make_shared<const ParameterFile>(ParameterFile::Parse(file.path(), file.text())));
   }
   const bool tables = target.tables && !shared.front()->root().children.empty();
   return ReadOne(target, shared, tables ? shared.front()->root().children.front().name : "");
@@ -394,8 +396,8 @@ std::vector<std::string> WrittenFor(const VehicleFile& skeleton, const NeutralVe
     const bool turn = std::isalpha(static_cast<unsigned char>(reading.leaf->text[0])) != 0;
     const double number = reading.field->unit.ToFile((value - reading.offset) / reading.scale,
                                                      written, reading.rotor);
-    edits[reading.file].push_back({reading.leaf->place, turn ? (value < 0.0 ? "ccw" : "cw")
-                                                             : NumberText(number, kDigits)});
+    edits[reading.file].push_back(
+        {reading.leaf->place, turn ? (value < 0.0 ? "ccw" : "cw") : NumberText(number, kDigits)});
   }
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < edits.size(); ++i) {

@@ -29,7 +29,8 @@ struct VehicleFile {
   std::vector<Reading> readings;
 
   std::string Name() const;  // of the file and, where it has several, the vehicle
-  // The reading of a field, or of one that states the parameter of that name; null if there is none.
+  // The reading of a field, or of one that states the parameter of that name; null if there is
+  // none.
   const Reading* Find(const std::string& name) const;
 };
 

@@ -30,9 +30,8 @@ YAML::Node ContradictedNode(const Contradicted& c) {
   if (!c.confused_with.empty()) node["confused_with"] = c.confused_with;
   node["text"] = c.text;
   if (!c.file.empty()) {
-    node["place"] = FlowMap({{"file", Quoted(c.file)},
-                             {"line", fmt::format("{}", c.line)},
-                             {"key", Quoted(c.key)}});
+    node["place"] = FlowMap(
+        {{"file", Quoted(c.file)}, {"line", fmt::format("{}", c.line)}, {"key", Quoted(c.key)}});
   }
   return node;
 }
@@ -92,8 +91,8 @@ std::string AuditTable(const Audit& audit) {
   if (audit.contradicted.empty()) table += "nothing is contradicted\n";
   for (const Compared& c : audit.compared) {
     if (c.contradicted) continue;
-    table += fmt::format("agrees:       {:<12}file {:.4g}, flight {:.4g} +- {:.2g} {}\n", c.parameter,
-                         c.file_value, c.flight_value, c.sigma, c.unit);
+    table += fmt::format("agrees:       {:<12}file {:.4g}, flight {:.4g} +- {:.2g} {}\n",
+                         c.parameter, c.file_value, c.flight_value, c.sigma, c.unit);
   }
   for (const Lack& lack : audit.lacks) {
     table += fmt::format("lacks:        {}: {}\n", lack.effect, lack.text);
@@ -103,8 +102,9 @@ std::string AuditTable(const Audit& audit) {
   }
   if (audit.before && audit.after) {
     for (std::size_t k = 0; k < kHorizons.size(); ++k) {
-      table += fmt::format("held-out flight, {:.2f} s: {:.3f} m with the file, {:.3f} m corrected\n",
-                           kHorizons[k], (*audit.before)[k], (*audit.after)[k]);
+      table +=
+          fmt::format("held-out flight, {:.2f} s: {:.3f} m with the file, {:.3f} m corrected\n",
+                      kHorizons[k], (*audit.before)[k], (*audit.after)[k]);
     }
   }
   return table;

