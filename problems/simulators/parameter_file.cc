@@ -330,7 +330,9 @@ double ParameterFile::NumberOf(const FileNode& leaf) const { return Evaluate(lea
 
 const FileNode* ParameterFile::PlainNumber(const FileNode& leaf) const {
   double value = 0.0;
-  if (ReadsAsNumber(leaf.text, &value)) return &leaf;
+  if (ReadsAsNumber(leaf.text, &value)) {
+    return leaf.place.end > leaf.place.begin ? &leaf : nullptr;  // quoted: its bytes are not found
+  }
   std::string inside;
   if (!IsExpression(leaf.text, &inside)) return nullptr;
   const std::string name = OnlyName(inside);

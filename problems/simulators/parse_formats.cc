@@ -11,22 +11,7 @@
 namespace trueline {
 namespace {
 
-// Byte offset of each character of UTF-8 text, and of its end: yaml-cpp counts characters.
-std::vector<std::size_t> CharacterOffsets(const std::string& text) {
-  std::vector<std::size_t> offsets;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if ((static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U) offsets.push_back(i);
-  }
-  offsets.push_back(text.size());
-  return offsets;
-}
-
-struct YamlSource {
-  const std::string& text;
-  std::vector<std::size_t> offsets;
-};
-
-FileNode YamlTree(const YAML::Node& node, const std::string& name, const YamlSource& source) {
+FileNode YamlTree(const YAML::Node& node, const std::string& name, const std::string& source) {
   FileNode tree{name, "", {}};
   tree.place.line = node.Mark().line + 1;
   if (node.IsMap()) {
@@ -40,9 +25,9 @@ FileNode YamlTree(const YAML::Node& node, const std::string& name, const YamlSou
   } else if (node.IsScalar()) {
     tree.text = node.Scalar();
     const auto at = static_cast<std::size_t>(std::max(0, node.Mark().pos));
-    const std::size_t begin = source.offsets[std::min(at, source.offsets.size() - 1)];
+    const std::size_t begin = std::min(at, source.size());
     tree.place.begin = tree.place.end = begin;
-    if (source.text.compare(begin, tree.text.size(), tree.text) == 0) {
+    if (source.compare(begin, tree.text.size(), tree.text) == 0) {
       tree.place.end = begin + tree.text.size();
     }
   }
@@ -96,7 +81,7 @@ FileNode XmlTree(const pugi::xml_node& node, const std::string& text) {
 
 FileNode ParseYamlFile(const std::filesystem::path& path, const std::string& text) {
   try {
-    return YamlTree(YAML::Load(text), "", {text, CharacterOffsets(text)});
+    return YamlTree(YAML::Load(text), "", text);
   } catch (const YAML::Exception& error) {
     throw ErrorAt(path.string(), error.mark.line + 1, "is no valid YAML: " + error.msg);
   }

@@ -31,7 +31,7 @@ YAML::Node ContradictedNode(const Contradicted& c) {
   node["text"] = c.text;
   if (!c.file.empty()) {
     node["place"] = FlowMap(
-        {{"file", Quoted(c.file)}, {"line", fmt::format("{}", c.line)}, {"key", Quoted(c.key)}});
+        {{"file", c.file}, {"line", fmt::format("{}", c.line)}, {"key", c.key}});
   }
   return node;
 }
@@ -49,20 +49,20 @@ void WriteAudit(const Audit& audit, const std::filesystem::path& directory) {
   node["not_judged"] = Sequence();
   for (const NotJudged& n : audit.not_judged) {
     node["not_judged"].push_back(
-        FlowMap({{"parameter", Quoted(n.parameter)}, {"fly", Quoted(n.fly)}}));
+        FlowMap({{"parameter", n.parameter}, {"fly", n.fly}}));
   }
   node["lacks"] = Sequence();
   for (const Lack& lack : audit.lacks) {
-    node["lacks"].push_back(FlowMap({{"effect", lack.effect}, {"text", Quoted(lack.text)}}));
+    node["lacks"].push_back(FlowMap({{"effect", lack.effect}, {"text", lack.text}}));
   }
   node["compared"] = Sequence();
   for (const Compared& c : audit.compared) {
-    node["compared"].push_back(FlowMap({{"parameter", Quoted(c.parameter)},
+    node["compared"].push_back(FlowMap({{"parameter", c.parameter},
                                         {"file_value", Rounded(c.file_value, 5)},
                                         {"flight_value", Rounded(c.flight_value, 5)},
                                         {"sigma", Rounded(c.sigma, 3)},
                                         {"tolerance", Rounded(c.tolerance, 3)},
-                                        {"unit", Quoted(c.unit)},
+                                        {"unit", c.unit},
                                         {"contradicted", c.contradicted ? "true" : "false"}}));
   }
   if (audit.before) node["before"] = ErrorsNode(*audit.before);

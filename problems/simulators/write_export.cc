@@ -18,10 +18,10 @@ void WriteExport(const Export& exported, const Target& target, const std::filesy
   node["target"] = target.name;
   node["lost"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Loss& loss : exported.lost) {
-    YAML::Node entry = FlowMap({{"parameter", Quoted(loss.name)},
+    YAML::Node entry = FlowMap({{"parameter", loss.name},
                                 {"model", Rounded(loss.model, 4)},
                                 {"file", Rounded(loss.file, 4)},
-                                {"unit", Quoted(loss.unit)}});
+                                {"unit", loss.unit}});
     if (loss.cost) entry["cost"] = YAML::Load(Rounded(*loss.cost, 3));
     entry["text"] = loss.text;
     node["lost"].push_back(entry);
