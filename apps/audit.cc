@@ -27,7 +27,7 @@ constexpr char kUsage[] = R"(Says what a simulator's parameter file gets wrong o
   trueline-audit --simulator=crazyflie.sdf --out=audit
       what the file can be told from itself: inertia that no body has, hover beyond the motors'
       range, ratios that no vehicle has, rotor order against spins, another unit
-  trueline-audit --simulator=x500.sdf,x500_base.sdf,10040_x500 --out=audit
+  trueline-audit --simulator=x500.sdf,x500_base.sdf --out=audit
       files of one vehicle: one is read beside the other, and what they state twice must agree
   trueline-audit --simulator=crazyflie.sdf --log=flight --out=audit
       calibrates the vehicle on the flight and compares: which numbers the flight contradicts, by
@@ -98,7 +98,6 @@ int Run() {
   trueline::WarnAll(audit.warnings, FLAGS_quiet);
   trueline::WriteAudit(audit, out.path());
   trueline::Publish("audit", FLAGS_report, FLAGS_quiet, trueline::AuditTable(audit), &out);
-  if (!FLAGS_quiet) fmt::print(stderr, "{:.1f} s\n", audit.seconds);
   const bool fail = FLAGS_fail_on == "contradicted" && !audit.contradicted.empty();
   return fail ? kExitContradicted : trueline::kExitDone;
 }

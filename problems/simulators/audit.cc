@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 
@@ -324,56 +323,54 @@ std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
   return flights;
 }
 
-// Where the log states where its rotors are, the file's distance is compared with that, and the fit
-// flies with it.
-void CompareArm(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
-                Audit* audit) {
-  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) return;
-  double stated = 0.0;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Rotor& rotor : log.vehicle->rotors) {
-    middle += rotor.position / static_cast<double>(start->rotors.size());
-  }
-  for (const Rotor& rotor : log.vehicle->rotors) {
-    stated +=
-        (rotor.position - middle).head<2>().norm() / static_cast<double>(start->rotors.size());
-  }
-  const double in_file = start->Get("arm");
-  const double tolerance = Tolerance("arm", stated, stated);
-  if (!(stated > 0.0) || std::abs(in_file - stated) <= tolerance) return;
+// A number that the log's description states, too: weighed, or measured with a ruler. True if the
+// file's is another.
+bool CompareWithLog(const std::string& parameter, double in_file, double stated,
+                    const std::string& by, Audit* audit) {
+  const double tolerance = Tolerance(parameter, stated, stated);
+  const bool wrong = std::abs(in_file - stated) > tolerance;
+  const double sigma = tolerance / kThreshold;
+  audit->compared.push_back(
+      {parameter, UnitOf(parameter), in_file, stated, sigma, tolerance, wrong});
+  if (!wrong) return false;
   Contradicted entry;
-  entry.parameter = "arm", entry.unit = "m", entry.file_value = in_file;
-  entry.flight_value = stated, entry.sigma = tolerance / kThreshold;
-  entry.text = RatioInWords(in_file, stated) + "; by the places of the rotors in log.yaml";
-  const Reading* at = file.Find("arm");
-  Place(file,
-        at != nullptr                 ? at
-        : file.Find("x_M") != nullptr ? file.Find("x_M")
-                                      : file.Find("x"),
-        &entry);
+  entry.parameter = parameter, entry.unit = UnitOf(parameter);
+  entry.file_value = in_file, entry.flight_value = stated, entry.sigma = sigma;
+  entry.text = RatioInWords(in_file, stated) + "; by " + by + " in log.yaml";
   audit->contradicted.push_back(entry);
-  *start = With(*start, "arm", stated);
+  return true;
 }
 
-// The mass that is known: the log's, else the file's.
-void HoldMass(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start, Audit* audit) {
-  const Reading* at = file.Find("m");
+// Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
+// the fit holds them.
+void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
+                     Audit* audit) {
   if (!log.vehicle || !log.vehicle->mass) {
     audit->not_judged.push_back({"m", ManoeuvreFor("m")});
+  } else {
+    if (CompareWithLog("m", start->Get("m"), *log.vehicle->mass, "the mass", audit)) {
+      Place(file, file.Find("m"), &audit->contradicted.back());
+    }
+    start->body["m"] = *log.vehicle->mass;
+  }
+  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) return;
+  const auto count = static_cast<double>(start->rotors.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Rotor& rotor : log.vehicle->rotors) middle += rotor.position / count;
+  double arm = 0.0;
+  for (const Rotor& rotor : log.vehicle->rotors) {
+    arm += (rotor.position - middle).head<2>().norm() / count;
+  }
+  if (!(arm > 0.0) ||
+      !CompareWithLog("arm", start->Get("arm"), arm, "the places of the rotors", audit)) {
     return;
   }
-  const double weighed = *log.vehicle->mass, stated = start->Get("m");
-  const double tolerance = Tolerance("m", weighed, 0.0);
-  const bool wrong = std::abs(stated - weighed) > tolerance;
-  audit->compared.push_back({"m", "kg", stated, weighed, tolerance / kThreshold, tolerance, wrong});
-  start->body["m"] = weighed;
-  if (!wrong) return;
-  Contradicted entry;
-  entry.parameter = "m", entry.unit = "kg", entry.file_value = stated;
-  entry.flight_value = weighed, entry.sigma = tolerance / kThreshold;
-  entry.text = RatioInWords(stated, weighed) + "; by the mass in log.yaml";
-  Place(file, at, &entry);
-  audit->contradicted.push_back(entry);
+  const Reading* at = nullptr;
+  for (const char* name : {"arm", "lever", "lever_x", "x_M", "x"}) {
+    if (at == nullptr) at = file.Find(name);
+  }
+  Place(file, at, &audit->contradicted.back());
+  *start = With(*start, "arm", arm);
 }
 
 void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* audit,
@@ -421,14 +418,9 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
   *after = file.target->tables ? corrected : ReadVehicleTexts(*file.target, files).vehicle;
 }
 
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 Audit AuditFiles(const std::vector<VehicleFile>& files) {
-  const double begin = Now();
   Audit audit;
   for (const VehicleFile& file : files) {
     audit.simulator += (audit.simulator.empty() ? "" : "; ") + file.Name();
@@ -450,12 +442,10 @@ Audit AuditFiles(const std::vector<VehicleFile>& files) {
         files, [&](const VehicleFile& file) { return file.Find(info.name) != nullptr; });
     if (stated) audit.not_judged.push_back({info.name, info.fly});
   }
-  audit.seconds = Now() - begin;
   return audit;
 }
 
 Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<FlightLog>& logs) {
-  const double begin = Now();
   const VehicleFile& file = files.front();
   if (!file.vehicle.Flies()) {
     throw ErrorAt(
@@ -466,8 +456,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   Audit audit;
   audit.simulator = file.Name();
   NeutralVehicle start = file.vehicle;
-  HoldMass(file, logs.front(), &start, &audit);
-  CompareArm(file, logs.front(), &start, &audit);
+  HoldWhatIsKnown(file, logs.front(), &start, &audit);
   const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   std::map<std::string, FlightValue> values = Together(flights);
   const NeutralVehicle& flight = flights.front().vehicle;
@@ -536,26 +525,19 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     });
     if (!judged) audit.contradicted.push_back(FromFinding(finding));
   }
-  audit.seconds = Now() - begin;
   return audit;
 }
 
 Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) {
-  const double begin = Now();
   Audit audit;
   audit.simulator = simulated.directory;
   const FlightLog& stated = logs.front().vehicle ? logs.front() : simulated;
   NeutralVehicle start = VehicleOfLog(stated);
-  if (simulated.vehicle && simulated.vehicle->mass && logs.front().vehicle &&
-      logs.front().vehicle->mass) {
-    const double in_log = *simulated.vehicle->mass, weighed = *logs.front().vehicle->mass;
-    if (std::abs(in_log - weighed) > Tolerance("m", weighed, 0.0)) {
-      Contradicted entry;
-      entry.parameter = "m", entry.unit = "kg", entry.file_value = in_log;
-      entry.flight_value = weighed, entry.sigma = Tolerance("m", weighed, 0.0) / kThreshold;
-      entry.text = RatioInWords(in_log, weighed) + "; as both log.yaml state it";
-      audit.contradicted.push_back(entry);
-    }
+  const auto mass = [](const FlightLog& log) {
+    return log.vehicle ? log.vehicle->mass : std::nullopt;
+  };
+  if (mass(simulated) && mass(logs.front())) {
+    CompareWithLog("m", *mass(simulated), *mass(logs.front()), "the masses", &audit);
   }
   const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
@@ -578,7 +560,6 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   judge.AddCosts();
   audit.before = MeanErrors(flights, {flights.size(), in_simulator.front().vehicle});
   audit.after = audit.best;
-  audit.seconds = Now() - begin;
   return audit;
 }
 

@@ -53,7 +53,6 @@ struct Audit {
   std::vector<std::string> warnings;
   std::string simulator;
   std::vector<std::string> logs;
-  double seconds = 0.0;
 };
 
 // Of files alone.

@@ -98,8 +98,19 @@ Eigen::Matrix3d Moved(double mass, const Eigen::Vector3d& r) {
   return mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
 }
 
-FileField FieldOf(const char* name, const std::string& path, double factor) {
-  return FileField{name, path, {factor}};
+// Of the heaviest link. The fields are the same for all models of a kind.
+std::vector<FileField> FieldsOfBase(bool urdf) {
+  std::vector<FileField> fields = {{"m", urdf ? "mass/@value" : "mass"}};
+  for (std::size_t k = 0; k < 6; ++k) {
+    fields.push_back(
+        {kNames[k], (urdf ? "inertia/@" : "inertia/") + std::string(kInFile[k]), {kFlip[k]}});
+  }
+  constexpr std::array<const char*, 3> kCentre = {"r_BM_x", "r_BM_y", "r_BM_z"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    fields.push_back(
+        {kCentre[i], (urdf ? "origin/@xyz/" : "pose/") + std::to_string(i), {i == 0 ? 1.0 : -1.0}});
+  }
+  return fields;
 }
 
 }  // namespace
@@ -120,28 +131,8 @@ void AddLinks(VehicleFile* file) {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   for (const Link& link : links) inertia += link.inertia + Moved(link.mass, link.centre - centre);
 
-  // The fields are the same for all models.
-  static const std::vector<FileField> sdf_fields = [] {
-    std::vector<FileField> fields = {FieldOf("m", "mass", 1.0)};
-    for (std::size_t k = 0; k < 6; ++k) {
-      fields.push_back(FieldOf(kNames[k], std::string("inertia/") + kInFile[k], kFlip[k]));
-    }
-    for (const auto& [name, i] : {std::pair{"r_BM_x", 0}, {"r_BM_y", 1}, {"r_BM_z", 2}}) {
-      fields.push_back(FieldOf(name, "pose/" + std::to_string(i), i == 0 ? 1.0 : -1.0));
-    }
-    return fields;
-  }();
-  static const std::vector<FileField> urdf_fields = [] {
-    std::vector<FileField> fields = {FieldOf("m", "mass/@value", 1.0)};
-    for (std::size_t k = 0; k < 6; ++k) {
-      fields.push_back(FieldOf(kNames[k], std::string("inertia/@") + kInFile[k], kFlip[k]));
-    }
-    for (const auto& [name, i] : {std::pair{"r_BM_x", 0}, {"r_BM_y", 1}, {"r_BM_z", 2}}) {
-      fields.push_back(FieldOf(name, "origin/@xyz/" + std::to_string(i), i == 0 ? 1.0 : -1.0));
-    }
-    return fields;
-  }();
-
+  static const std::vector<FileField> sdf_fields = FieldsOfBase(false);
+  static const std::vector<FileField> urdf_fields = FieldsOfBase(true);
   NeutralVehicle& v = file->vehicle;
   const ParameterFile& text = *file->files[base->file];
   for (const FileField& field : urdf ? urdf_fields : sdf_fields) {

@@ -30,8 +30,8 @@ YAML::Node ContradictedNode(const Contradicted& c) {
   if (!c.confused_with.empty()) node["confused_with"] = c.confused_with;
   node["text"] = c.text;
   if (!c.file.empty()) {
-    node["place"] = FlowMap(
-        {{"file", c.file}, {"line", fmt::format("{}", c.line)}, {"key", c.key}});
+    node["place"] =
+        FlowMap({{"file", c.file}, {"line", fmt::format("{}", c.line)}, {"key", c.key}});
   }
   return node;
 }
@@ -48,8 +48,7 @@ void WriteAudit(const Audit& audit, const std::filesystem::path& directory) {
   }
   node["not_judged"] = Sequence();
   for (const NotJudged& n : audit.not_judged) {
-    node["not_judged"].push_back(
-        FlowMap({{"parameter", n.parameter}, {"fly", n.fly}}));
+    node["not_judged"].push_back(FlowMap({{"parameter", n.parameter}, {"fly", n.fly}}));
   }
   node["lacks"] = Sequence();
   for (const Lack& lack : audit.lacks) {

@@ -99,7 +99,6 @@ TEST_F(AuditTest, SlowIsSilentOnRightFiles) {
     EXPECT_EQ(audit.corrected[0].second, right) << "the file stays as it is, byte for byte";
     ASSERT_TRUE(audit.before && audit.after);
     EXPECT_LT((*audit.before)[1], 0.1);
-    EXPECT_LT(audit.seconds, 30.0);
   }
 }
 

@@ -35,20 +35,21 @@ TEST(ParameterFile, FindsNumbersWithTheirBytes) {
   ExpectPlace(Parsed("a.toml", "# \xC3\xA4\n[b]\nc = [[1.0, 2e-3],\n [3.0, 4.0]]\n"), "b/c/0/1",
               "2e-3", 3);
   const std::string xml =
-      "<?xml version=\"1.0\"?>\n<r>\n <l name='a' m = \"7\"><p> 1 2\n 3</p></l>\n <l name='b'/>\n</r>";
+      "<?xml version=\"1.0\"?>\n<r>\n <l name='a' m = \"7\"><p> 1 2\n 3</p></l>\n <l "
+      "name='b'/>\n</r>";
   ExpectPlace(Parsed("a.sdf", xml), "r/l[name=a]/p/2", "3", 4);
   ExpectPlace(Parsed("a.sdf", xml), "//l/@m", "7", 3);
   EXPECT_EQ(Parsed("a.sdf", xml).Find("r/l[name=c]"), nullptr);
-  ExpectPlace(Parsed("10040", "#!/bin/sh\nparam set-default SIH_MASS 1.5 # kg\n"), "SIH_MASS", "1.5",
-              2);
+  ExpectPlace(Parsed("10040", "#!/bin/sh\nparam set-default SIH_MASS 1.5 # kg\n"), "SIH_MASS",
+              "1.5", 2);
   ExpectPlace(Parsed("a.params", "# x\n1\t1\tSIH_MASS\t1.5\t9\n"), "SIH_MASS", "1.5", 2);
 }
 
 TEST(ParameterFile, ComputesXacro) {
-  const ParameterFile file = Parsed(
-      "a.xacro",
-      "<robot><xacro:property name=\"arm\" value=\"0.5\"/>\n"
-      "<o xyz=\"-${arm} ${2 * (arm - 0.1)} ${arm}\" bad=\"${other}\" loop=\"${list[0]}\"/></robot>");
+  const ParameterFile file = Parsed("a.xacro",
+                                    "<robot><xacro:property name=\"arm\" value=\"0.5\"/>\n"
+                                    "<o xyz=\"-${arm} ${2 * (arm - 0.1)} ${arm}\" bad=\"${other}\" "
+                                    "loop=\"${list[0]}\"/></robot>");
   EXPECT_DOUBLE_EQ(file.NumberOf(*file.Find("//o/@xyz/0")), -0.5);
   EXPECT_DOUBLE_EQ(file.NumberOf(*file.Find("//o/@xyz/1")), 0.8);
   EXPECT_EQ(file.PlainNumber(*file.Find("//o/@xyz/1")), nullptr);
