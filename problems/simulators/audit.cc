@@ -484,10 +484,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   }
   const Reading* at = nullptr;
   if (const auto ratio = stated.Get("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
-    FlightValue value = values["k_m/k_f"];
-    // Beside the file's I_z; the fit may have held another.
-    const double held = flight.Get("I_z") / file.vehicle.Get("I_z");
-    value.value /= held, value.sigma /= held;
+    const FlightValue value = values["k_m/k_f"];
     const double k_f = flight.Get("k_f");
     const YawBlame blame =
         BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);

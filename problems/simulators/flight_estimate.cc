@@ -224,7 +224,9 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   const double ratio_sigma = Misfit(c) * std::abs(ratio) * std::sqrt(std::max(0.0, relative));
   // A moment that could be none is not shown: the yaw of this flight is something else.
   moment.shown = moment.shown && ratio > kClear * ratio_sigma;
-  estimate.values["k_m/k_f"] = {ratio, ratio_sigma, moment.shown};
+  // Beside the I_z that was given: the fit may have held another, and shows k_m / I_z.
+  const double held = given.Get("I_z") / fitted.Get("I_z");
+  estimate.values["k_m/k_f"] = {held * ratio, held * ratio_sigma, moment.shown};
   for (Numbers& rotor : estimate.vehicle.rotors) {
     rotor["k_f"] *= scale_f;
     if (moment.shown) rotor["k_m"] *= scale_m;

@@ -9,9 +9,10 @@ namespace trueline {
 namespace {
 
 constexpr int kParts = 8;  // of the flight, each fitted alone: their scatter is the sigma
-constexpr double kShortestPart = 1.0;   // s
-constexpr double kLeastChange = 0.003;  // of a command, rms
-constexpr double kLongestLag = 0.5;     // s
+constexpr double kShortestPart = 1.0;                  // s
+constexpr double kLeastChange = 0.003;                 // of a command, rms
+constexpr double kResolution = 0.005, kFinest = 1e-4;  // of the search: a share, s
+constexpr double kLongestLag = 0.5;                    // s
 
 struct LagFit {
   double lag, cost, full_speed;
@@ -108,7 +109,8 @@ std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
     const double mean = a.mean(), n = static_cast<double>(x.size());
     return std::pair(mean, std::sqrt((a - mean).square().sum() / (n * (n - 1.0))));
   };
-  const auto [lag, lag_sigma] = mean_and_sigma(lags);
+  const auto [lag, scatter] = mean_and_sigma(lags);
+  const double lag_sigma = std::max({scatter, kResolution * lag, kFinest});
   const auto [speed, speed_sigma] = mean_and_sigma(speeds);
   return MotorResponse{lag, lag_sigma, speed, speed_sigma};
 }
