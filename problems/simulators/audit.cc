@@ -26,6 +26,7 @@ constexpr Scatter kScatter[] = {
     {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
     {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
 };
+constexpr double kShapeSigma = 0.1;      // relative, of I_z by I_x and I_y of a quadrotor
 constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
 double Tolerance(const std::string& parameter, double value, double arm) {
@@ -148,13 +149,15 @@ std::string ManoeuvreFor(const std::string& parameter) {
 
 // k_m / I_z: which of the two is wrong. A flight shows their ratio only.
 struct YawBlame {
-  bool inertia = false;  // I_z is wrong, k_m right
-  bool could_be_both = false;
+  bool inertia = false;        // I_z is wrong, k_m right
+  bool both = false;           // no body has this I_z, and another one alone does not mend it
+  bool could_be_both = false;  // either would do
+  double usual = 0.0;          // kg m^2, I_z of a quadrotor with these I_x and I_y
 };
 YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_k_m,
                      double flight_k_f, const NeutralVehicle& flight, bool roll_or_pitch_wrong) {
   // I_z over I_x + I_y of quadrotors; a plate has 1.
-  constexpr double kFlattest = 1.02, kTallest = 0.55;
+  constexpr double kFlattest = 1.02, kTallest = 0.55, kUsual = 0.93;
   constexpr double kLeastMoment = 0.003, kMostMoment = 0.07;  // m, k_m / k_f
   const double others = flight.Get("I_x") + flight.Get("I_y");
   const double other_inertia = file.Get("I_z") * file_k_m / flight_k_m;
@@ -167,6 +170,8 @@ YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_
   if (roll_or_pitch_wrong || !plausible(file.Get("I_z"))) {
     blame.inertia = plausible(other_inertia);
   }
+  blame.both = !blame.inertia && !plausible(file.Get("I_z"));
+  blame.usual = kUsual * others;
   blame.could_be_both = !blame.inertia && moment_plausible && plausible(other_inertia);
   return blame;
 }
@@ -484,7 +489,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   }
   const Reading* at = nullptr;
   if (const auto ratio = stated.Get("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
-    const FlightValue value = values["k_m/k_f"];
+    FlightValue value = values["k_m/k_f"];
     const double k_f = flight.Get("k_f");
     const YawBlame blame =
         BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);
@@ -492,7 +497,15 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       const double inertia = file.vehicle.Get("I_z") * *ratio / value.value;
       judge.Compare("I_z", file.vehicle.Get("I_z"),
                     {inertia, inertia * value.sigma / value.value, true}, &file, file.Find("I_z"));
-    } else if (JudgeMoment(judge, file, *ratio, value, values["k_f"]) && blame.could_be_both) {
+    }
+    if (blame.both) {
+      const double in_file = file.vehicle.Get("I_z"), sigma = kShapeSigma * blame.usual;
+      judge.Compare("I_z", in_file, {blame.usual, sigma, true}, &file, file.Find("I_z"));
+      value.value *= blame.usual / in_file;
+      value.sigma = std::hypot(value.sigma * blame.usual / in_file, kShapeSigma * value.value);
+    }
+    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"]) &&
+        blame.could_be_both) {
       audit.contradicted.back().confused_with = {"I_z"};
       audit.contradicted.back().text += "; or I_z by the inverse: a flight shows their ratio";
     }

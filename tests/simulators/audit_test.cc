@@ -158,6 +158,30 @@ TEST_F(AuditTest, SlowNamesAThrustConstantInAnotherUnit) {
   EXPECT_THAT(audit.contradicted[0].text, HasSubstr("rpm for rad/s, squared"));
 }
 
+// The numbers of an Iris on a small vehicle: all are named, none is left to explain another.
+TEST_F(AuditTest, SlowNamesAnotherVehiclesNumbers) {
+  NeutralVehicle other = Truth();
+  other.body["m"] *= 6.0;
+  other.body["I_x"] *= 50.0, other.body["I_y"] *= 100.0, other.body["I_z"] *= 90.0;
+  for (Numbers& rotor : other.rotors) rotor["k_f"] *= 22.4, rotor["k_m"] *= 37.4;
+  Right("flightmare");
+  const std::string wrong = ExportVehicle(other, FindTarget("flightmare")).files[0].text;
+  std::map<std::string, double> named;
+  for (const Contradicted& entry : Of(wrong).contradicted) {
+    ASSERT_TRUE(entry.flight_value) << entry.parameter;
+    named[entry.parameter] = *entry.flight_value;
+  }
+  for (const auto& [name, truth] : std::map<std::string, double>{{"m", 0.2463},
+                                                                 {"I_x", 0.623e-3},
+                                                                 {"I_y", 0.678e-3},
+                                                                 {"I_z", 1.076e-3},
+                                                                 {"k_f", 3.811e-7},
+                                                                 {"k_m/k_f", 9.5e-3}}) {
+    ASSERT_TRUE(named.contains(name)) << name;
+    EXPECT_NEAR(named[name] / truth, 1.0, 0.25) << name;
+  }
+}
+
 TEST_F(AuditTest, SlowNamesTheSameByLogsAlone) {
   NeutralVehicle other = Truth();
   other.body["I_x"] *= 1.5;
