@@ -18,7 +18,7 @@ from errors import ReportError
 
 VERBS = [
     "calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design", "diagnosis",
-    "multi_step", "wrench", "inspection",
+    "multi_step", "wrench", "inspection", "audit",
 ]
 
 

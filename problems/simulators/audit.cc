@@ -1,0 +1,576 @@
+#include "problems/simulators/audit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "problems/common/error.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kThreshold = 3.5;  // sigmas: over ten parameters one in 2,000 by chance
+
+// What vehicles of one kind, or one vehicle on two days, differ by: no simulator is wrong by that.
+// A share of the value, and at least `floor` in the unit.
+struct Scatter {
+  const char* parameter;
+  double share, floor;
+};
+constexpr Scatter kScatter[] = {
+    {"m", 0.03, 0.0},   {"I_x", 0.15, 0.0},   {"I_y", 0.15, 0.0},    {"I_z", 0.2, 0.0},
+    {"k_f", 0.06, 0.0}, {"k_m", 0.2, 0.0},    {"k_m/k_f", 0.2, 0.0}, {"K_x", 0.4, 0.12},
+    {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
+    {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
+};
+constexpr double kShapeSigma = 0.1;      // relative, of I_z by I_x and I_y of a quadrotor
+constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
+
+double Tolerance(const std::string& parameter, double value, double arm) {
+  if (parameter.starts_with("r_BM")) return kCentreScatter * arm;
+  for (const Scatter& scatter : kScatter) {
+    if (scatter.parameter == parameter) {
+      return std::max(scatter.share * std::abs(value), scatter.floor);
+    }
+  }
+  return 0.0;
+}
+
+// A ratio that a mistake of units makes.
+struct UnitFactor {
+  double factor;
+  const char* text;
+};
+constexpr UnitFactor kUnitFactors[] = {
+    {91.189, "rpm for rad/s, squared"},
+    {9.5493, "rpm for rad/s"},
+    {39.478, "revolutions for radians, squared"},
+    {6.2832, "revolutions for radians"},
+    {57.296, "degrees for radians"},
+    {9.81, "kgf for N"},
+    {10.0, "a power of ten"},
+    {100.0, "a power of ten"},
+    {1000.0, "a power of ten"},
+    {2.0, "a factor of two"},
+};
+constexpr double kFactorSlack = 0.02;  // relative
+
+std::string RatioInWords(double file, double flight) {
+  if (!(file != 0.0 && flight != 0.0)) return "";
+  if (file / flight < 0.0) return "the sign is the other one";
+  const double ratio = std::max(file / flight, flight / file);
+  std::string text = fmt::format("{:.3g} times too {}", ratio,
+                                 std::abs(file) > std::abs(flight) ? "large" : "small");
+  const UnitFactor* nearest = std::ranges::min_element(
+      kUnitFactors, {}, [&](const UnitFactor& f) { return std::abs(ratio / f.factor - 1.0); });
+  const bool near = std::abs(ratio / nearest->factor - 1.0) < kFactorSlack;
+  return near ? text + fmt::format(": {}?", nearest->text) : text;
+}
+
+std::string UnitOf(const std::string& parameter) {
+  if (parameter == "k_m/k_f" || parameter == "arm") return "m";
+  const NeutralInfo* info = FindNeutral(parameter);
+  return info != nullptr ? info->unit : "";
+}
+
+// The number that a field states, with the flight's other numbers where it is made of several. So
+// a mass that is wrong makes no drag coefficient wrong.
+double StatedBeside(const Reading& reading, const NeutralVehicle& flight) {
+  return reading.scale * reading.field->unit.FromFile(reading.number, flight, reading.rotor) +
+         reading.offset;
+}
+
+// What the file states, by the names that flights are compared by.
+class StatedByFile {
+ public:
+  StatedByFile(const VehicleFile& file, const NeutralVehicle& flight)
+      : file_(file), flight_(flight) {}
+
+  // None where the file does not state it. `at` becomes the place.
+  std::optional<double> Get(const std::string& parameter, const Reading** at) const {
+    const NeutralVehicle& v = file_.vehicle;
+    *at = file_.Find(parameter);
+    if (parameter == "k_m/k_f") {
+      *at = file_.Find("k_m");
+      if (*at == nullptr) return std::nullopt;
+      return v.Get("k_m") / v.Get("k_f");
+    }
+    if (parameter == "k_f") {
+      if (file_.target->by_thrust || *at == nullptr) return std::nullopt;
+      return v.Get("k_f");
+    }
+    if (parameter == "full_speed" && file_.target->by_thrust) return std::nullopt;
+    if (parameter == "K_x" || parameter == "K_y") return Drag("rotor_speed_drag", at);
+    if (parameter == "K_z") return Drag("rotor_inflow", at);
+    if (parameter.starts_with("r_BM")) return v.Get(parameter);  // 0 where rotors count from it
+    if (*at == nullptr) return std::nullopt;
+    return v.Get(parameter);
+  }
+
+ private:
+  // Linear drag, or what acts as it in hover.
+  std::optional<double> Drag(const std::string& by_rotors, const Reading** at) const {
+    const Reading* rotors = file_.Find(by_rotors);
+    if (*at == nullptr && rotors == nullptr) return std::nullopt;
+    double drag = *at != nullptr ? StatedBeside(**at, flight_) : 0.0;
+    if (rotors != nullptr) drag -= StatedBeside(*rotors, flight_) * flight_.Get("S_h");
+    if (*at == nullptr) *at = rotors;
+    return drag;
+  }
+
+  const VehicleFile& file_;
+  const NeutralVehicle& flight_;
+};
+
+void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
+  entry->file = file.files.front()->path().string();
+  if (at == nullptr) return;
+  entry->file = file.files[at->file]->path().string();
+  entry->line = at->leaf != nullptr ? at->leaf->place.line : 0;
+  entry->key = at->key;
+}
+
+Contradicted FromFinding(const FileFinding& finding) {
+  Contradicted entry;
+  entry.parameter = finding.parameter, entry.unit = finding.unit;
+  entry.file_value = finding.value, entry.text = finding.text;
+  entry.file = finding.file, entry.line = finding.line, entry.key = finding.key;
+  return entry;
+}
+
+std::string ManoeuvreFor(const std::string& parameter) {
+  if (parameter == "k_m/k_f") return "yaw hard to both sides and stop, several times";
+  const NeutralInfo* info = FindNeutral(parameter);
+  return info != nullptr && *info->fly != '\0' ? info->fly : "fly each axis hard, and hover";
+}
+
+// k_m / I_z: which of the two is wrong. A flight shows their ratio only.
+struct YawBlame {
+  bool inertia = false;        // I_z is wrong, k_m right
+  bool both = false;           // no body has this I_z, and another one alone does not mend it
+  bool could_be_both = false;  // either would do
+  double usual = 0.0;          // kg m^2, I_z of a quadrotor with these I_x and I_y
+};
+YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_k_m,
+                     double flight_k_f, const NeutralVehicle& flight, bool roll_or_pitch_wrong) {
+  // I_z over I_x + I_y of quadrotors; a plate has 1.
+  constexpr double kFlattest = 1.02, kTallest = 0.55, kUsual = 0.93;
+  constexpr double kLeastMoment = 0.003, kMostMoment = 0.07;  // m, k_m / k_f
+  const double others = flight.Get("I_x") + flight.Get("I_y");
+  const double other_inertia = file.Get("I_z") * file_k_m / flight_k_m;
+  const auto plausible = [&](double inertia) {
+    return inertia > kTallest * others && inertia < kFlattest * others;
+  };
+  const double moment = file_k_m / flight_k_f;
+  const bool moment_plausible = moment > kLeastMoment && moment < kMostMoment;
+  YawBlame blame;
+  if (roll_or_pitch_wrong || !plausible(file.Get("I_z"))) {
+    blame.inertia = plausible(other_inertia);
+  }
+  blame.both = !blame.inertia && !plausible(file.Get("I_z"));
+  blame.usual = kUsual * others;
+  blame.could_be_both = !blame.inertia && moment_plausible && plausible(other_inertia);
+  return blame;
+}
+
+ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
+                          const std::vector<NeutralVehicle>& vehicles) {
+  ErrorByHorizon mean{};
+  for (std::size_t i = 0; i < flights.size(); ++i) {
+    const ErrorByHorizon errors = flights[i].ErrorsWith(vehicles[i]);
+    for (std::size_t k = 0; k < errors.size(); ++k) {
+      mean[k] += errors[k] / static_cast<double>(flights.size());
+    }
+  }
+  return mean;
+}
+
+// `vehicle` with a parameter at another value.
+NeutralVehicle With(NeutralVehicle vehicle, const std::string& parameter, double value) {
+  if (parameter == "k_m/k_f") {
+    for (Numbers& rotor : vehicle.rotors) rotor["k_m"] = value * rotor["k_f"];
+  } else if (parameter == "k_f" || parameter == "k_m") {
+    const double factor = value / vehicle.Get(parameter);
+    for (Numbers& rotor : vehicle.rotors) rotor[parameter] *= factor;
+  } else if (parameter == "arm") {
+    const double factor = value / vehicle.Get("arm");
+    for (Numbers& rotor : vehicle.rotors) rotor["x"] *= factor, rotor["y"] *= factor;
+  } else {
+    vehicle.body[parameter] = value;
+  }
+  return vehicle;
+}
+
+// m, that a lag costs: replays with speeds that are measured do not see it.
+ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flight) {
+  NeutralVehicle with = vehicle, without = vehicle;
+  with.body["tau"] = flight, without.body["tau"] = file;
+  ErrorByHorizon cost{};
+  for (std::size_t k = 0; k < cost.size(); ++k) {
+    cost[k] = Apart(with, without, 0.0, kHorizons[k]);
+  }
+  return cost;
+}
+
+// The body of both audits by flights: a stated vehicle against what flights show.
+struct FlightJudge {
+  Audit* audit;
+  const std::vector<FlightEstimate>& flights;
+  double arm;
+
+  // True if contradicted.
+  bool Compare(const std::string& parameter, double stated, const FlightValue& value,
+               const VehicleFile* file, const Reading* at) const {
+    const double tolerance = Tolerance(parameter, value.value, arm);
+    const double difference = std::abs(stated - value.value);
+    const bool wrong = difference > kThreshold * value.sigma && difference > tolerance;
+    audit->compared.push_back(
+        {parameter, UnitOf(parameter), stated, value.value, value.sigma, tolerance, wrong});
+    // Silence means something only where an error of twice the scatter would be seen.
+    if (!wrong && kThreshold * value.sigma > std::max(2.0 * tolerance, difference)) {
+      audit->not_judged.push_back(
+          {parameter, fmt::format("{} (the flight shows it to {:.2g} {} only)",
+                                  ManoeuvreFor(parameter), value.sigma, UnitOf(parameter))});
+    }
+    if (!wrong) return false;
+    Contradicted entry;
+    entry.parameter = parameter, entry.unit = UnitOf(parameter);
+    entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
+    entry.text = RatioInWords(stated, value.value);
+    if (file != nullptr) Place(*file, at, &entry);
+    audit->contradicted.push_back(entry);
+    return true;
+  }
+
+  void AddCosts() const {
+    std::vector<NeutralVehicle> own;
+    for (const FlightEstimate& flight : flights) own.push_back(flight.vehicle);
+    audit->best = MeanErrors(flights, own);
+    for (Contradicted& entry : audit->contradicted) {
+      if (!entry.flight_value) continue;
+      if (entry.parameter == "tau") {
+        entry.cost = CostOfLag(own.front(), entry.file_value, *entry.flight_value);
+        continue;
+      }
+      if (entry.parameter == "full_speed" || entry.parameter == "spin") continue;
+      std::vector<NeutralVehicle> changed;
+      for (const NeutralVehicle& vehicle : own) {
+        changed.push_back(With(vehicle, entry.parameter, entry.file_value));
+      }
+      entry.cost = MeanErrors(flights, changed);
+      for (std::size_t k = 0; k < entry.cost->size(); ++k) {
+        (*entry.cost)[k] = std::max(0.0, (*entry.cost)[k] - (*audit->best)[k]);
+      }
+    }
+    const auto cost = [](const Contradicted& entry) {
+      return entry.cost && std::isfinite((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;
+    };
+    std::stable_sort(audit->contradicted.begin(), audit->contradicted.end(),
+                     [&](const auto& a, const auto& b) { return cost(a) > cost(b); });
+  }
+};
+
+// By the number that the file states: k_m, or its ratio to k_f. By the ratio, too, where commands
+// instead of speeds were logged, which show no k_f.
+bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
+                 const FlightValue& ratio, const FlightValue& thrust) {
+  const Reading* at = file.Find("k_m");
+  const bool states_ratio = std::ranges::any_of(
+      at->field->unit.with, [](const auto& with) { return std::string(with.first) == "k_f"; });
+  if (states_ratio || !thrust.shown || file.target->by_thrust) {
+    return judge.Compare("k_m/k_f", stated_ratio, ratio, &file, at);
+  }
+  return judge.Compare("k_m", file.vehicle.Get("k_m"),
+                       {ratio.value * thrust.value, ratio.sigma * thrust.value, true}, &file, at);
+}
+
+constexpr std::array kByFlight = {"k_f", "I_x", "I_y", "r_BM_x", "r_BM_y",
+                                  "K_x", "K_y", "K_z", "tau",    "full_speed"};
+
+void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
+              Audit* audit) {
+  constexpr double kDrag = 0.1, kTurn = 3.0;  // 1/s, rad/m/s: what is worth a mention
+  const auto clear = [&](const char* name, double least) {
+    const auto found = values.find(name);
+    return found != values.end() && found->second.shown && std::abs(found->second.value) > least &&
+           std::abs(found->second.value) > kThreshold * found->second.sigma;
+  };
+  if (!has_drag && (clear("K_x", kDrag) || clear("K_y", kDrag))) {
+    audit->lacks.push_back(
+        {"linear_drag", fmt::format("the vehicle brakes with K_x {:.2f}, K_y {:.2f} 1/s",
+                                    values.at("K_x").value, values.at("K_y").value)});
+  }
+  if (clear("L_v", kTurn) || clear("M_u", kTurn)) {
+    audit->lacks.push_back(
+        {"air_moment", fmt::format("air speed turns the vehicle: L_v {:.1f}, M_u {:.1f} rad/m/s",
+                                   values.at("L_v").value, values.at("M_u").value)});
+  }
+  if (!has_lag && clear("tau", 0.01)) {
+    audit->lacks.push_back(
+        {"motor_lag",
+         fmt::format("the rotors follow their commands with {:.3f} s", values.at("tau").value)});
+  }
+}
+
+std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
+                                      const NeutralVehicle& start, Audit* audit) {
+  std::vector<FlightEstimate> flights;
+  for (const FlightLog& log : logs) {
+    flights.push_back(EstimateFromFlight(log, InLogOrder(start, log)));
+    audit->logs.push_back(log.directory);
+    for (const std::string& warning : flights.back().warnings) {
+      audit->warnings.push_back(log.directory + ": " + warning);
+    }
+  }
+  return flights;
+}
+
+// A number that the log's description states, too: weighed, or measured with a ruler. True if the
+// file's is another.
+bool CompareWithLog(const std::string& parameter, double in_file, double stated,
+                    const std::string& by, Audit* audit) {
+  const double tolerance = Tolerance(parameter, stated, stated);
+  const bool wrong = std::abs(in_file - stated) > tolerance;
+  const double sigma = tolerance / kThreshold;
+  audit->compared.push_back(
+      {parameter, UnitOf(parameter), in_file, stated, sigma, tolerance, wrong});
+  if (!wrong) return false;
+  Contradicted entry;
+  entry.parameter = parameter, entry.unit = UnitOf(parameter);
+  entry.file_value = in_file, entry.flight_value = stated, entry.sigma = sigma;
+  entry.text = RatioInWords(in_file, stated) + "; by " + by + " in log.yaml";
+  audit->contradicted.push_back(entry);
+  return true;
+}
+
+// Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
+// the fit holds them.
+void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
+                     Audit* audit) {
+  if (!log.vehicle || !log.vehicle->mass) {
+    audit->not_judged.push_back({"m", ManoeuvreFor("m")});
+  } else {
+    if (CompareWithLog("m", start->Get("m"), *log.vehicle->mass, "the mass", audit)) {
+      Place(file, file.Find("m"), &audit->contradicted.back());
+    }
+    start->body["m"] = *log.vehicle->mass;
+  }
+  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) return;
+  const auto count = static_cast<double>(start->rotors.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Rotor& rotor : log.vehicle->rotors) middle += rotor.position / count;
+  double arm = 0.0;
+  for (const Rotor& rotor : log.vehicle->rotors) {
+    arm += (rotor.position - middle).head<2>().norm() / count;
+  }
+  if (!(arm > 0.0) ||
+      !CompareWithLog("arm", start->Get("arm"), arm, "the places of the rotors", audit)) {
+    return;
+  }
+  const Reading* at = nullptr;
+  for (const char* name : {"arm", "lever", "lever_x", "x_M", "x"}) {
+    if (at == nullptr) at = file.Find(name);
+  }
+  Place(file, at, &audit->contradicted.back());
+  *start = With(*start, "arm", arm);
+}
+
+void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* audit,
+                 NeutralVehicle* after) {
+  NeutralVehicle corrected = file.vehicle;
+  std::vector<std::string> names;
+  for (const Contradicted& entry : audit->contradicted) {
+    if (!entry.flight_value) continue;
+    const std::string& name = entry.parameter;
+    if (name == "k_m/k_f") {
+      names.emplace_back("k_m");
+    } else if (name.starts_with("K_") && file.Find(name) == nullptr) {
+      names.emplace_back(name == "K_z" ? "rotor_inflow" : "rotor_speed_drag");
+    } else {
+      names.push_back(name);
+    }
+  }
+  const auto asked = [&](const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  for (const Contradicted& entry : audit->contradicted) {
+    if (!entry.flight_value) continue;
+    const std::string& name = entry.parameter;
+    if (name.starts_with("r_BM")) {
+      const double moved = *entry.flight_value - entry.file_value;
+      corrected.body[name] += moved;
+    } else if (!name.starts_with("K_") || file.Find(name) != nullptr) {
+      corrected = With(corrected, name, *entry.flight_value);
+    }
+  }
+  if (asked("rotor_speed_drag")) {
+    corrected.body["rotor_speed_drag"] =
+        -0.5 * (flight.Get("K_x") + flight.Get("K_y")) / flight.Get("S_h");
+  }
+  if (asked("rotor_inflow")) {
+    corrected.body["rotor_inflow"] = -flight.Get("K_z") / flight.Get("S_h");
+  }
+  const std::vector<std::string> texts = Corrected(file, corrected, names);
+  std::vector<ParameterFile> files;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const std::filesystem::path& path = file.files[i]->path();
+    audit->corrected.emplace_back(path.filename().string(), texts[i]);
+    files.push_back(ParameterFile::Parse(path, texts[i]));
+  }
+  *after = file.target->tables ? corrected : ReadVehicleTexts(*file.target, files).vehicle;
+}
+
+}  // namespace
+
+Audit AuditFiles(const std::vector<VehicleFile>& files) {
+  Audit audit;
+  for (const VehicleFile& file : files) {
+    audit.simulator += (audit.simulator.empty() ? "" : "; ") + file.Name();
+    for (const FileFinding& finding : CheckVehicle(file)) {
+      audit.contradicted.push_back(FromFinding(finding));
+    }
+    if (file.vehicle.Flies()) continue;
+    audit.warnings.push_back(fmt::format(
+        "{} states no whole vehicle ({}); what depends on the rest is not checked: give its other "
+        "files, too, after commas",
+        file.Name(), file.vehicle.rotors.empty() ? "no rotors" : "no mass, inertia or places"));
+  }
+  for (const FileFinding& finding : CompareVehicles(files)) {
+    audit.contradicted.push_back(FromFinding(finding));
+  }
+  for (const NeutralInfo& info : kNeutral) {
+    if (*info.fly == '\0') continue;
+    const bool stated = std::ranges::any_of(
+        files, [&](const VehicleFile& file) { return file.Find(info.name) != nullptr; });
+    if (stated) audit.not_judged.push_back({info.name, info.fly});
+  }
+  return audit;
+}
+
+Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<FlightLog>& logs) {
+  const VehicleFile& file = files.front();
+  if (!file.vehicle.Flies()) {
+    throw ErrorAt(
+        file.files.front()->path().string(), 0,
+        "states no whole vehicle (mass, inertia, and rotors with places and thrust); give "
+        "its other files, too, after commas");
+  }
+  Audit audit;
+  audit.simulator = file.Name();
+  NeutralVehicle start = file.vehicle;
+  HoldWhatIsKnown(file, logs.front(), &start, &audit);
+  const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
+  std::map<std::string, FlightValue> values = Together(flights);
+  const NeutralVehicle& flight = flights.front().vehicle;
+  const StatedByFile stated(file, flight);
+  const FlightJudge judge{&audit, flights, start.Get("arm")};
+
+  bool turns_wrong = false;
+  for (const char* name : kByFlight) {
+    const std::string parameter = name;
+    const Reading* at = nullptr;
+    const std::optional<double> value = stated.Get(parameter, &at);
+    if (!value) continue;
+    const auto shown = values.find(parameter);
+    if (shown == values.end() || !shown->second.shown) {
+      audit.not_judged.push_back({parameter, ManoeuvreFor(parameter)});
+      continue;
+    }
+    FlightValue compared = shown->second;
+    double from_file = *value;
+    // A file that knows no drag lacks the effect; its zero is no wrong number.
+    if (parameter[0] == 'K' && *value == 0.0) continue;
+    if (parameter.starts_with("r_BM")) from_file = file.vehicle.Get(parameter);
+    const bool wrong = judge.Compare(parameter, from_file, compared, &file, at);
+    turns_wrong = turns_wrong || (wrong && parameter.starts_with("I_"));
+  }
+  const Reading* at = nullptr;
+  if (const auto ratio = stated.Get("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
+    FlightValue value = values["k_m/k_f"];
+    const double k_f = flight.Get("k_f");
+    const YawBlame blame =
+        BlameForYaw(file.vehicle, value.value * k_f, *ratio * k_f, k_f, flight, turns_wrong);
+    if (blame.inertia) {
+      const double inertia = file.vehicle.Get("I_z") * *ratio / value.value;
+      judge.Compare("I_z", file.vehicle.Get("I_z"),
+                    {inertia, inertia * value.sigma / value.value, true}, &file, file.Find("I_z"));
+    }
+    if (blame.both) {
+      const double in_file = file.vehicle.Get("I_z"), sigma = kShapeSigma * blame.usual;
+      judge.Compare("I_z", in_file, {blame.usual, sigma, true}, &file, file.Find("I_z"));
+      value.value *= blame.usual / in_file;
+      value.sigma = std::hypot(value.sigma * blame.usual / in_file, kShapeSigma * value.value);
+    }
+    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"]) &&
+        blame.could_be_both) {
+      audit.contradicted.back().confused_with = {"I_z"};
+      audit.contradicted.back().text += "; or I_z by the inverse: a flight shows their ratio";
+    }
+  }
+  const Reading* place = nullptr;
+  const bool has_drag =
+      stated.Get("K_x", &place).value_or(0.0) != 0.0 || file.vehicle.States("c_x");
+  AddLacks(values, has_drag, file.vehicle.States("tau"), &audit);
+
+  judge.AddCosts();
+  std::vector<NeutralVehicle> before, after;
+  NeutralVehicle corrected;
+  CorrectFile(file, flight, &audit, &corrected);
+  for (const FlightLog& log : logs) {
+    before.push_back(InLogOrder(file.vehicle, log));
+    after.push_back(InLogOrder(corrected, log));
+  }
+  audit.before = MeanErrors(flights, before);
+  audit.after = MeanErrors(flights, after);
+  // What the file says of itself counts where no flight has judged it.
+  for (const FileFinding& finding : CheckVehicle(file)) {
+    const bool judged = std::ranges::any_of(audit.compared, [&](const Compared& c) {
+      const bool drag = finding.parameter == "rotor_speed_drag" || finding.parameter == "K";
+      return c.parameter == finding.parameter || (drag && c.parameter == "K_x") ||
+             (finding.parameter == "k_m" && c.parameter == "k_m/k_f") ||
+             (finding.parameter == "I_z" && c.parameter.starts_with("k_m"));
+    });
+    if (!judged) audit.contradicted.push_back(FromFinding(finding));
+  }
+  return audit;
+}
+
+Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) {
+  Audit audit;
+  audit.simulator = simulated.directory;
+  const FlightLog& stated = logs.front().vehicle ? logs.front() : simulated;
+  NeutralVehicle start = VehicleOfLog(stated);
+  const auto mass = [](const FlightLog& log) {
+    return log.vehicle ? log.vehicle->mass : std::nullopt;
+  };
+  if (mass(simulated) && mass(logs.front())) {
+    CompareWithLog("m", *mass(simulated), *mass(logs.front()), "the masses", &audit);
+  }
+  const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
+  // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
+  std::vector<FlightEstimate> in_simulator = Estimates({simulated}, start, &audit);
+  audit.logs.pop_back();
+  const std::map<std::string, FlightValue> values = Together(flights),
+                                           simulator = Together(in_simulator);
+  const FlightJudge judge{&audit, flights, start.Get("arm")};
+  for (const char* name : {"k_f", "k_m/k_f", "I_x", "I_y", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z",
+                           "tau", "full_speed"}) {
+    const auto a = simulator.find(name), b = values.find(name);
+    if (a == simulator.end() || b == values.end()) continue;
+    if (!a->second.shown || !b->second.shown) {
+      audit.not_judged.push_back({name, ManoeuvreFor(name)});
+      continue;
+    }
+    const FlightValue both{b->second.value, std::hypot(a->second.sigma, b->second.sigma), true};
+    judge.Compare(name, a->second.value, both, nullptr, nullptr);
+  }
+  judge.AddCosts();
+  audit.before = MeanErrors(flights, {flights.size(), in_simulator.front().vehicle});
+  audit.after = audit.best;
+  return audit;
+}
+
+}  // namespace trueline

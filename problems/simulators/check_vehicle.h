@@ -1,0 +1,27 @@
+// What a simulator's file can be told from itself, without any flight.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/simulators/vehicle_file.h"
+
+namespace trueline {
+
+struct FileFinding {
+  std::string parameter, unit;
+  double value = 0.0;  // of the file, in Trueline's units
+  std::string text;    // what is wrong and what would be right, with the source of the range
+  std::string file;
+  int line = 0;  // 0: no single place
+  std::string key;
+};
+
+// Of one vehicle: inertia that no body has, hover outside of the motors' range, ratios that no
+// vehicle of that size has, a number in the wrong unit, rotor order against spins, numbers that the
+// file repeats and that differ.
+std::vector<FileFinding> CheckVehicle(const VehicleFile& file);
+// Numbers of vehicles of one name (or of no name) that differ.
+std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files);
+
+}  // namespace trueline

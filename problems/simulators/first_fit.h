@@ -1,0 +1,22 @@
+// Thrust and inertia of a flight to within some percent, by sums alone: where a fit starts from
+// when a file is wrong by a factor.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "problems/log/flight_log.h"
+#include "problems/simulators/neutral_vehicle.h"
+
+namespace trueline {
+
+struct FirstFit {
+  double thrust = 1.0;  // k_f over that of the vehicle
+  // By axis: angular acceleration over what the vehicle's rotors and inertia give, and how well
+  // both go together (correlation, -1 to 1). Without rotor speeds 1 and 0.
+  Eigen::Vector3d turn = Eigen::Vector3d::Ones(), correlation = Eigen::Vector3d::Zero();
+};
+
+// Of a log with measured rotor speeds, in the order of the vehicle's rotors.
+FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle);
+
+}  // namespace trueline

@@ -1,0 +1,344 @@
+#include "problems/simulators/flight_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/common/error.h"
+#include "problems/result/distributions.h"
+#include "problems/simulators/first_fit.h"
+#include "problems/simulators/motor_response.h"
+
+namespace trueline {
+namespace {
+
+constexpr double kHoldOut = 0.3;        // share of the flight
+constexpr double kFastestPoses = 50.0;  // Hz
+constexpr double kClear = 3.0;          // sigmas from zero
+constexpr double kShown = 0.5;          // of the prior's sigma, that a flight leaves at most
+
+// Wide priors: shares of the value, or of the mean distance of the rotors, or in the unit.
+constexpr double kInertiaSigma = 0.6, kThrustSigma = 0.5, kMomentSigma = 0.8;
+constexpr double kKnownSigma = 0.005;                 // of I_z: fits free all moments or none
+constexpr double kPlaceSigma = 0.2;                   // of the arm
+constexpr double kPoseArmSigma = 0.05;                // m
+constexpr double kDragSigma = 1.0;                    // 1/s
+constexpr double kDampingSigma = 10.0;                // 1/s
+constexpr double kSpeedMomentSigma = 10.0;            // rad/m/s
+constexpr double kPoseDelaySigma = 0.02;              // s
+constexpr double kLagSigma = 0.05, kLagStart = 0.03;  // s
+constexpr double kVoltageSigma = 0.5;                 // 1
+
+constexpr double kFactorOff = 1.5;     // of a first fit, beyond which a fit starts from it
+constexpr double kGoesTogether = 0.3;  // correlation of a first fit that is believed
+
+// I_z over I_x + I_y of quadrotors.
+constexpr double kTallest = 0.5, kUsual = 0.93;
+
+bool FarOff(double ratio) { return ratio > kFactorOff || ratio < 1.0 / kFactorOff; }
+
+// Where the fit starts: the file, or near the flight where that is far off.
+NeutralVehicle StartNear(const FlightLog& log, NeutralVehicle v) {
+  const FirstFit first = FitFirst(log, v);
+  if (FarOff(first.thrust) && first.thrust > 0.0) {
+    for (Numbers& rotor : v.rotors) rotor["k_f"] *= first.thrust, rotor["k_m"] *= first.thrust;
+  }
+  const FirstFit scaled = FitFirst(log, v);
+  constexpr const char* kAxes[] = {"I_x", "I_y", "I_z"};
+  for (int k = 0; k < 3; ++k) {
+    if (scaled.correlation[k] < kGoesTogether || !FarOff(scaled.turn[k])) continue;
+    if (k < 2) v.body[kAxes[k]] /= scaled.turn[k];
+    for (Numbers& rotor : v.rotors) rotor["k_m"] *= k == 2 ? scaled.turn[k] : 1.0;
+  }
+  // An I_z that no body has beside these would hold them away from the flight. Only its ratio to
+  // k_m counts.
+  const double others = v.Get("I_x") + v.Get("I_y"), yaw = v.Get("I_z");
+  if (yaw > kTallest * others && yaw < others) return v;
+  for (Numbers& rotor : v.rotors) rotor["k_m"] *= kUsual * others / yaw;
+  v.body["I_z"] = kUsual * others;
+  return v;
+}
+
+double Rate(const std::vector<PoseSample>& poses) {
+  return static_cast<double>(poses.size() - 1) / SecondsBetween(poses.front().t, poses.back().t);
+}
+
+// Commands of motors without measured speeds: the file's speeds at no and full command.
+void DriveByCommands(const FlightLog& log, const NeutralVehicle& v, RotorCalibrationOptions* o) {
+  const double full = v.Get("full_speed") > 0.0 ? v.Get("full_speed") : 2.0 * v.Get("w_h");
+  MotorCurve& curve = o->data.motors.emplace();
+  curve.full_speed = full;
+  const bool battery = !log.battery.empty();
+  if (battery) {
+    double sum = 0.0;
+    for (const ScalarSample& sample : log.battery) sum += sample.value;
+    curve.nominal_voltage = sum / static_cast<double>(log.battery.size());
+  }
+  o->data.rotors = RotorSource::kMotors;
+  o->data.motors_at = MotorValues(std::max(kLagStart, v.Get("tau")), v.Get("idle_speed") / full,
+                                  battery ? 1.0 : 0.0);
+  const int lag = FindRotorConstant("motor_lag");
+  o->prior.mean.segment<kMotorUnknowns>(lag) = o->data.motors_at;
+  o->prior.sigma[lag] = kLagSigma;
+  o->prior.sigma[FindRotorConstant("motor_voltage")] = battery ? kVoltageSigma : 0.0;
+}
+
+void SetPrior(const std::string& name, double mean, double sigma, RotorPrior* prior) {
+  prior->mean[FindRotorConstant(name)] = mean;
+  prior->sigma[FindRotorConstant(name)] = sigma;
+}
+
+RotorCalibrationOptions OptionsFor(const FlightLog& log, const NeutralVehicle& v) {
+  RotorCalibrationOptions o(RotorVehicleOf(v));
+  o.data.source = log.pose.empty() ? PoseSource::kMocap : PoseSource::kPose;
+  const std::vector<PoseSample>& poses = log.pose.empty() ? log.mocap : log.pose;
+  if (poses.size() < 2) {
+    throw ErrorAt(log.directory, 0,
+                  "has no poses; an audit needs mocap.csv or pose.csv beside IMU and rotor speeds");
+  }
+  o.data.pose_rate = std::min(kFastestPoses, Rate(poses));
+  o.hold_out = kHoldOut;
+  o.noise.position = 0.005, o.noise.attitude = 0.01;
+  o.noise.accel = 0.5, o.noise.gyro = 0.05;
+  const double arm = v.Get("arm");
+  RotorPrior* prior = &o.prior;
+  for (const char* name : {"m", "r_BI_z"}) prior->sigma[FindRotorConstant(name)] = 0.0;
+  SetPrior("I_z", v.Get("I_z"), kKnownSigma * v.Get("I_z"), prior);
+  for (const char* name : {"I_x", "I_y"}) {
+    SetPrior(name, v.Get(name), kInertiaSigma * v.Get(name), prior);
+  }
+  for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z", "r_BI_x", "r_BI_y"}) {
+    prior->sigma[FindRotorConstant(name)] = kPlaceSigma * arm;
+  }
+  for (const char* name : {"r_BP_x", "r_BP_y", "r_BP_z"}) SetPrior(name, 0.0, kPoseArmSigma, prior);
+  SetPrior("k_f", 1.0, kThrustSigma, prior);
+  SetPrior("k_m", 1.0, kMomentSigma, prior);
+  for (const char* name : {"K_x", "K_y", "K_z"}) SetPrior(name, 0.0, kDragSigma, prior);
+  for (const char* name : {"L_p", "M_q", "N_r"}) SetPrior(name, 0.0, kDampingSigma, prior);
+  for (const char* name : {"L_v", "M_u"}) SetPrior(name, 0.0, kSpeedMomentSigma, prior);
+  SetPrior("pose_delay", 0.0, kPoseDelaySigma, prior);
+  if (log.rotors.empty()) DriveByCommands(log, v, &o);
+  return o;
+}
+
+// How much larger the errors on held-out flight are than noise explains, at least 1: intervals are
+// widened by it, because what the model lacks is in the constants, too.
+double Misfit(const RotorCalibration& c) {
+  constexpr double kByNoise = 0.95, kWidest = 5.0;
+  constexpr int kEnough = 20;  // predictions
+  const auto radius = [](double share) { return std::sqrt(ChiSquareCritical(1.0 - share, 3.0)); };
+  for (const HorizonScore& score : c.predictions) {
+    if (score.count < kEnough) continue;
+    const double inside = std::clamp(score.inside_noise, 0.02, kByNoise);
+    return std::min(kWidest, radius(kByNoise) / radius(inside));
+  }
+  return 1.0;
+}
+
+FlightValue ValueOf(const RotorCalibration& c, const RotorPrior& prior, const std::string& name,
+                    double scale) {
+  const int i = FindRotorConstant(name);
+  const double sigma = Misfit(c) * std::sqrt(c.batch.cov(i, i));
+  return {scale * c.batch.mean[i], scale * sigma, sigma < kShown * prior.sigma[i]};
+}
+
+}  // namespace
+
+NeutralVehicle InLogOrder(const NeutralVehicle& vehicle, const FlightLog& log) {
+  if (!log.vehicle || log.vehicle->rotors.size() != vehicle.rotors.size()) return vehicle;
+  NeutralVehicle ordered = vehicle;
+  std::vector<bool> used(vehicle.rotors.size(), false);
+  for (std::size_t i = 0; i < vehicle.rotors.size(); ++i) {
+    const Eigen::Vector3d& place = log.vehicle->rotors[i].position;
+    int best = -1;
+    double most = 0.0;
+    for (int j = 0; j < static_cast<int>(used.size()); ++j) {
+      const double along = (place.x() * vehicle.Get("x_M", j) + place.y() * vehicle.Get("y_M", j)) /
+                           (vehicle.Get("radius", j) + 1e-9);
+      if (used[static_cast<std::size_t>(j)] || (best >= 0 && along <= most)) continue;
+      best = j, most = along;
+    }
+    used[static_cast<std::size_t>(best)] = true;
+    ordered.rotors[i] = vehicle.rotors[static_cast<std::size_t>(best)];
+  }
+  return ordered;
+}
+
+NeutralVehicle VehicleOfLog(const FlightLog& log) {
+  std::string warning;
+  const RotorVehicle stated = VehicleFromLog(log, &warning);
+  NeutralVehicle v;
+  v.name = log.name;
+  v.gravity = log.gravity;
+  v.body["m"] = stated.parameters[RotorDrivenModel::kMass];
+  for (int k = 0; k < 3; ++k) {
+    v.body[std::string("I_") + "xyz"[k]] = stated.parameters[RotorDrivenModel::kInertia + k];
+  }
+  for (const Rotor& rotor : stated.model.rotors()) {
+    v.rotors.push_back({{"x", rotor.position.x()},
+                        {"y", rotor.position.y()},
+                        {"z", rotor.position.z()},
+                        {"spin", rotor.spin},
+                        {"k_f", rotor.k_f},
+                        {"k_m", rotor.k_m}});
+  }
+  return v;
+}
+
+FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& given) {
+  if (log.rotors.empty() && log.motors.empty()) {
+    throw ErrorAt(log.directory, 0,
+                  "has neither rotor speeds (rotors.csv) nor motor commands (motors.csv)");
+  }
+  NeutralVehicle start = StartNear(log, given);
+  start.gravity = log.gravity;
+  // Drag is estimated as a whole, whatever its law in the file: near hover they are one.
+  NeutralVehicle fitted = start;
+  for (const char* name : {"rotor_speed_drag", "rotor_inflow", "c_x", "c_y", "c_z"}) {
+    fitted.body.erase(name);
+  }
+  RotorCalibrationOptions options = OptionsFor(log, fitted);
+  const RotorCalibration c = CalibrateRotors(log, options);
+
+  FlightEstimate estimate;
+  estimate.vehicle = fitted;
+  estimate.verdict = c.verdict.word;
+  estimate.warnings = c.warnings;
+  for (const std::string& reason : c.verdict.reasons) estimate.warnings.push_back(reason);
+  const auto set = [&](const std::string& name, const FlightValue& value) {
+    estimate.values[name] = value;
+    if (value.shown) estimate.vehicle.body[name] = value.value;
+  };
+  for (const char* name : {"I_x", "I_y", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
+    set(name, ValueOf(c, options.prior, name, 1.0));
+  }
+  FlightValue thrust = ValueOf(c, options.prior, "k_f", fitted.Get("k_f"));
+  FlightValue moment = ValueOf(c, options.prior, "k_m", fitted.Get("k_m"));
+  const int f = FindRotorConstant("k_f"), m = FindRotorConstant("k_m");
+  const double scale_f = c.batch.mean[f], scale_m = c.batch.mean[m];
+  const double ratio = moment.value / thrust.value;
+  const double relative = c.batch.cov(f, f) / (scale_f * scale_f) +
+                          c.batch.cov(m, m) / (scale_m * scale_m) -
+                          2.0 * c.batch.cov(f, m) / (scale_f * scale_m);
+  const double ratio_sigma = Misfit(c) * std::abs(ratio) * std::sqrt(std::max(0.0, relative));
+  // A moment that could be none is not shown: the yaw of this flight is something else.
+  moment.shown = moment.shown && ratio > kClear * ratio_sigma;
+  // Beside the I_z that was given: the fit may have held another, and shows k_m / I_z.
+  const double held = given.Get("I_z") / fitted.Get("I_z");
+  estimate.values["k_m/k_f"] = {held * ratio, held * ratio_sigma, moment.shown};
+  for (Numbers& rotor : estimate.vehicle.rotors) {
+    rotor["k_f"] *= scale_f;
+    if (moment.shown) rotor["k_m"] *= scale_m;
+  }
+  // The speeds that commands give are the file's: thrust by them is no thrust by speed.
+  thrust.shown = thrust.shown && !log.rotors.empty();
+  estimate.values["k_f"] = thrust;
+  estimate.values["k_m"] = moment;
+  if (log.rotors.empty()) {
+    set("tau", ValueOf(c, options.prior, "motor_lag", 1.0));
+  } else if (const auto response = FindMotorResponse(log)) {
+    set("tau", {response->lag, response->lag_sigma, true});
+    set("full_speed", {response->full_speed, response->full_speed_sigma, true});
+  }
+  for (const char* name : {"L_v", "M_u"}) {
+    estimate.values[name] = ValueOf(c, options.prior, name, 1.0);
+  }
+  estimate.constants = c.batch.mean;
+  estimate.fitted_moment = scale_m * fitted.Get("k_m");
+  estimate.noise = c.noise;
+  RotorDataOptions data = options.data;
+  const RotorData whole = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
+  data.start += (1.0 - kHoldOut) * (whole.poses.back().t - whole.poses.front().t);
+  estimate.held_out = MakeRotorData(log, static_cast<int>(start.rotors.size()), data);
+  return estimate;
+}
+
+bool FlightEstimate::Judges(const std::string& name) const {
+  if (name == "m") return true;
+  const auto value = values.find(name == "I_z" ? "k_m" : name);
+  return value != values.end() && value->second.shown;
+}
+
+ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
+  // Sensors, biases, moments of the air and what the flight does not judge are those of the fit;
+  // the rest is as `other` has it.
+  const auto constants_of = [&](const NeutralVehicle& v) {
+    RotorConstants x = constants;
+    const double sum = v.Get("S_h");
+    for (const char* name : {"m", "I_x", "I_y", "I_z", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z"}) {
+      if (!Judges(name)) continue;
+      double value = v.Get(name);
+      if (name[0] == 'K') {
+        value -= v.Get(name[2] == 'z' ? "rotor_inflow" : "rotor_speed_drag") * sum;
+      }
+      x[FindRotorConstant(name)] = value;
+    }
+    x[FindRotorConstant("k_f")] = 1.0;
+    x[FindRotorConstant("k_m")] = 1.0;
+    if (held_out.motors && Judges("tau") && v.Get("tau") > 0.0) {
+      x[FindRotorConstant("motor_lag")] = v.Get("tau");
+    }
+    return x;
+  };
+  NeutralVehicle flown = other;
+  flown.gravity = vehicle.gravity;
+  if (held_out.motors) {
+    // Thrust by commands is the flight's: a file's k_f goes with speeds that nobody measured.
+    const double factor = vehicle.Get("k_f") / flown.Get("k_f");
+    for (Numbers& rotor : flown.rotors) rotor["k_f"] *= factor, rotor["k_m"] *= factor;
+  }
+  if (!Judges("k_m")) {
+    const double factor = fitted_moment / flown.Get("k_m");
+    for (Numbers& rotor : flown.rotors) rotor["k_m"] *= factor;
+  }
+  const RotorAeroModel model(RotorVehicleOf(flown).model.rotors(), vehicle.gravity);
+  // The filter that gives the starts flies with the flight's own vehicle. Its thrust is counted in
+  // the other's rotors, so that one model serves both.
+  RotorConstants own = constants;
+  own[FindRotorConstant("k_f")] = vehicle.Get("k_f") / flown.Get("k_f");
+  own[FindRotorConstant("k_m")] = fitted_moment / flown.Get("k_m");
+  const std::vector<double> horizons(kHorizons.begin(), kHorizons.end());
+  constexpr double kSpacing = 0.2;  // s
+  const std::vector<OpenLoopError> errors =
+      PredictOpenLoop(model, held_out, noise, own, constants_of(flown), horizons, kSpacing);
+  ErrorByHorizon mean{};
+  for (std::size_t k = 0; k < kHorizons.size(); ++k) {
+    int count = 0;
+    for (const OpenLoopError& error : errors) {
+      if (error.horizon != kHorizons[k]) continue;
+      mean[k] += error.error, ++count;
+    }
+    mean[k] = count > 0 ? mean[k] / count : NAN;
+  }
+  return mean;
+}
+
+std::map<std::string, FlightValue> Together(const std::vector<FlightEstimate>& flights) {
+  std::map<std::string, FlightValue> together;
+  for (const auto& [name, first] : flights.front().values) {
+    double weights = 0.0, sum = 0.0, count = 0.0;
+    for (const FlightEstimate& flight : flights) {
+      const auto value = flight.values.find(name);
+      if (value == flight.values.end() || !value->second.shown) continue;
+      const double weight = 1.0 / (value->second.sigma * value->second.sigma);
+      weights += weight, sum += weight * value->second.value, count += 1.0;
+    }
+    if (count == 0.0) {
+      together[name] = first;
+      continue;
+    }
+    FlightValue value{sum / weights, std::sqrt(1.0 / weights), true};
+    double scatter = 0.0;
+    for (const FlightEstimate& flight : flights) {
+      const auto own = flight.values.find(name);
+      if (own == flight.values.end() || !own->second.shown) continue;
+      scatter += std::pow((own->second.value - value.value) / own->second.sigma, 2);
+    }
+    if (count > 1.0) value.sigma *= std::sqrt(std::max(1.0, scatter / (count - 1.0)));
+    together[name] = value;
+  }
+  return together;
+}
+
+}  // namespace trueline

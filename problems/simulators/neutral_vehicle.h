@@ -1,0 +1,101 @@
+// A rotor-driven vehicle as simulators state it, in Trueline's frames and units: B is
+// forward-right-down, spin +1 clockwise seen from above. Only what a file, or a model, states is
+// there.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/calibration/rotor_calibration.h"
+
+namespace trueline {
+
+struct NeutralInfo {
+  const char* name;
+  const char* unit;
+  const char* meaning;
+  // A flight by rotor speeds says more of it where this is flown; empty: see the audit.
+  const char* fly = "";
+};
+
+// The parameters that files, models and flights are compared by.
+inline constexpr NeutralInfo kNeutral[] = {
+    {"m", "kg", "mass", "weigh the vehicle, and state its mass in the log"},
+    {"I_x", "kg m^2", "moment of inertia about body x", "roll hard to both sides, and stop"},
+    {"I_y", "kg m^2", "moment of inertia about body y", "pitch hard to both sides, and stop"},
+    {"I_z", "kg m^2", "moment of inertia about body z", "yaw hard to both sides, and stop"},
+    {"r_BM_x", "m", "centre of mass along x", "hover, with measured rotor speeds"},
+    {"r_BM_y", "m", "centre of mass along y", "hover, with measured rotor speeds"},
+    {"r_BM_z", "m", "centre of mass along z", "roll and pitch hard at speed"},
+    {"k_f", "N s^2", "thrust over the square of the rotor's speed",
+     "log measured rotor speeds, and state the weighed mass"},
+    {"k_m", "N m s^2", "reaction moment over the square of the rotor's speed",
+     "yaw hard to both sides, with measured rotor speeds"},
+    {"tau", "s", "lag of a rotor behind its command",
+     "log motor commands beside rotor speeds, and change thrust quickly"},
+    {"full_speed", "rad/s", "rotor speed at full command",
+     "log motor commands beside rotor speeds, from hover to full thrust"},
+    {"K_x", "1/s", "linear drag along body x, by mass", "fly forwards and back at several speeds"},
+    {"K_y", "1/s", "linear drag along body y, by mass", "fly sideways at several speeds"},
+    {"K_z", "1/s", "linear drag along body z, by mass", "climb and descend at several speeds"},
+    {"rotor_speed_drag", "1", "drag by rotor speed and air speed, by mass"},
+    {"rotor_inflow", "1", "thrust lost in a climb, by rotor speed and mass"},
+    {"translational_lift", "1/m", "thrust gained by horizontal air speed, by mass"},
+    {"c_x", "1/m", "quadratic drag along body x, by mass", "fly forwards slowly and fast"},
+    {"c_y", "1/m", "quadratic drag along body y, by mass", "fly sideways slowly and fast"},
+    {"c_z", "1/m", "quadratic drag along body z, by mass", "climb slowly and fast"},
+    {"ground_effect", "m", "height scale of the ground effect", "hover low and high"},
+    {"air_moment", "N s", "moment of the air by speed, roll and pitch"},
+};
+// Null for a name that is only a file's (arm, lever, ...).
+const NeutralInfo* FindNeutral(const std::string& name);
+
+using Numbers = std::map<std::string, double>;
+
+// A number of the whole vehicle or, with `rotor` from 0, of a rotor (x, y, z [m, in B], spin, k_f,
+// k_m). Derived names can be got and, where that has a meaning, set: x_M, y_M, z_M (rotor from the
+// centre of mass), k_f and k_m of all rotors (mean), arm (mean distance of the rotors from the
+// centre of mass, m), lever, lever_x, lever_y (the same along both, or one, of the axes), radius
+// and angle of a rotor, spin_k_m (spin times k_m), K and c (of all axes), body_mass (without rotors
+// of raw_rotor_mass each), small_... (1, which a unit scales), n (rotors), w_h and S_h (speed of a
+// rotor and of all in hover, rad/s).
+class NeutralVehicle {
+ public:
+  std::string name;
+  double gravity = 9.81;  // m/s^2
+  Numbers body;
+  std::vector<Numbers> rotors;
+
+  bool States(const std::string& number) const { return body.contains(number); }
+  double Get(const std::string& number, int rotor = -1) const;
+  void Set(const std::string& number, int rotor, double value);
+  // m, the centre of mass from the middle of the rotors, along an axis (0 to 2): files have origins
+  // of their own.
+  double CentreFromRotors(int axis) const;
+  // True where rotors have places, spins and k_f, and the body mass and inertia.
+  bool Flies() const;
+};
+
+// The vehicle of a model.yaml that a calibration or diagnosis with --drive=rotors has written.
+// Throws InputError for one of the other drive.
+NeutralVehicle VehicleFromModel(const std::string& file);
+
+// The effects, in the catalogue's units, and the constants that make the vehicle fly.
+std::vector<Effect> EffectsOf(const NeutralVehicle& vehicle);
+RotorVehicle RotorVehicleOf(const NeutralVehicle& vehicle);
+
+// The vehicle's flight from rotor speed commands: level flight at `speed` (m/s, forward; a third of
+// it to the right) from which it rolls, pitches and yaws by pulses of its rotors. The estimators'
+// own equations, with the motors' lag.
+struct Replay {
+  std::vector<double> t;            // s
+  std::vector<MovingState> states;  // kMoving numbers of RotorDrivenModel
+};
+Replay Fly(const NeutralVehicle& vehicle, double speed, double seconds);
+// The commands (rad/s) of that flight at `t`, by rotor.
+std::vector<double> PulsesAt(const NeutralVehicle& vehicle, double t);
+// m, between the ends of both vehicles' flights of `seconds` by the commands of `a`.
+double Apart(const NeutralVehicle& a, const NeutralVehicle& b, double speed, double seconds);
+
+}  // namespace trueline

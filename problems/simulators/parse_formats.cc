@@ -1,0 +1,134 @@
+// The formats of parameter files: YAML, XML and lists of PX4 parameters. TOML: parse_toml.cc.
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cctype>
+#include <pugixml.hpp>
+
+#include "problems/common/error.h"
+#include "problems/simulators/parameter_file.h"
+
+namespace trueline {
+namespace {
+
+FileNode YamlTree(const YAML::Node& node, const std::string& name, const std::string& source) {
+  FileNode tree{name, "", {}};
+  tree.place.line = node.Mark().line + 1;
+  if (node.IsMap()) {
+    for (const auto& entry : node) {
+      tree.children.push_back(YamlTree(entry.second, entry.first.Scalar(), source));
+    }
+  } else if (node.IsSequence()) {
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      tree.children.push_back(YamlTree(node[i], std::to_string(i), source));
+    }
+  } else if (node.IsScalar()) {
+    tree.text = node.Scalar();
+    const auto at = static_cast<std::size_t>(std::max(0, node.Mark().pos));
+    const std::size_t begin = std::min(at, source.size());
+    tree.place.begin = tree.place.end = begin;
+    if (source.compare(begin, tree.text.size(), tree.text) == 0) {
+      tree.place.end = begin + tree.text.size();
+    }
+  }
+  return tree;
+}
+
+// The value of an attribute in the start tag at `begin`: pugixml states places of elements only.
+FilePlace AttributePlace(const std::string& text, std::size_t begin, const std::string& name) {
+  std::size_t i = begin;
+  while (i < text.size() && text[i] != '>') {
+    while (i < text.size() && text[i] != '=' && text[i] != '>') ++i;
+    std::size_t last = i;
+    while (last > begin && std::isspace(static_cast<unsigned char>(text[last - 1])) != 0) --last;
+    std::size_t first = last;
+    while (first > begin && std::isspace(static_cast<unsigned char>(text[first - 1])) == 0) --first;
+    const std::size_t open = text.find_first_of("\"'", i);
+    if (open == std::string::npos) break;
+    const std::size_t close = text.find(text[open], open + 1);
+    if (close == std::string::npos) break;
+    if (text.compare(first, last - first, name) == 0) {
+      return {open + 1, close, LineOfByte(text, open)};
+    }
+    i = close + 1;
+  }
+  return {begin, begin, LineOfByte(text, begin)};
+}
+
+FileNode XmlTree(const pugi::xml_node& node, const std::string& text) {
+  const auto begin = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, node.offset_debug()));
+  FileNode tree{node.name(), "", {begin, begin, LineOfByte(text, begin)}};
+  for (const pugi::xml_attribute& attribute : node.attributes()) {
+    tree.children.push_back({std::string("@") + attribute.name(), attribute.value(),
+                             AttributePlace(text, begin, attribute.name())});
+  }
+  for (const pugi::xml_node& child : node.children()) {
+    if (child.type() == pugi::node_element) tree.children.push_back(XmlTree(child, text));
+    if (child.type() != pugi::node_pcdata || !tree.text.empty()) continue;
+    tree.text = child.value();
+    const auto at = static_cast<std::size_t>(child.offset_debug());
+    const std::size_t first = tree.text.find_first_not_of(" \t\r\n");
+    const std::size_t last = tree.text.find_last_not_of(" \t\r\n");
+    tree.text = first == std::string::npos ? "" : tree.text.substr(first, last + 1 - first);
+    tree.place.begin = at + (first == std::string::npos ? 0 : first);
+    tree.place.end = tree.place.begin + tree.text.size();
+    tree.place.line = LineOfByte(text, tree.place.begin);
+  }
+  return tree;
+}
+
+}  // namespace
+
+FileNode ParseYamlFile(const std::filesystem::path& path, const std::string& text) {
+  try {
+    return YamlTree(YAML::Load(text), "", text);
+  } catch (const YAML::Exception& error) {
+    throw ErrorAt(path.string(), error.mark.line + 1, "is no valid YAML: " + error.msg);
+  }
+}
+
+FileNode ParseXmlFile(const std::filesystem::path& path, const std::string& text) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed =
+      document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (!parsed) {
+    const auto at = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, parsed.offset));
+    throw ErrorAt(path.string(), LineOfByte(text, at),
+                  fmt::format("is no valid XML: {}; of a template, give the file that it makes",
+                              parsed.description()));
+  }
+  FileNode root{"", "", {}};
+  for (const pugi::xml_node& child : document.children()) {
+    if (child.type() == pugi::node_element) root.children.push_back(XmlTree(child, text));
+  }
+  return root;
+}
+
+// Lines "param set-default NAME value" of an airframe, or a ground station's "1 1 NAME value 9".
+FileNode ParsePx4File(const std::filesystem::path& /*path*/, const std::string& text) {
+  FileNode root{"", "", {}};
+  std::size_t begin = 0;
+  for (int line = 1; begin < text.size(); ++line) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::vector<FilePlace> words;
+    for (std::size_t i = begin; i < end && text[i] != '#';) {
+      if (std::isspace(static_cast<unsigned char>(text[i])) != 0) {
+        ++i;
+        continue;
+      }
+      const std::size_t stop = std::min(text.find_first_of(" \t\r\n#", i), end);
+      words.push_back({i, stop, line});
+      i = stop;
+    }
+    const auto word = [&](std::size_t i) {
+      return text.substr(words[i].begin, words[i].end - words[i].begin);
+    };
+    const bool set = words.size() >= 4 && word(0) == "param" && word(1).starts_with("set");
+    const bool listed = words.size() == 5 && std::isdigit(text[words[0].begin]) != 0;
+    if (set || listed) root.children.push_back({word(2), word(3), words[3]});
+    begin = end + 1;
+  }
+  return root;
+}
+
+}  // namespace trueline

@@ -1,0 +1,409 @@
+#include "problems/simulators/vehicle_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "problems/common/app.h"
+#include "problems/common/error.h"
+#include "problems/simulators/model_links.h"
+
+namespace trueline {
+namespace {
+
+constexpr int kMostRotors = 16;
+
+// "a{i}" for rotor 2 -> "a2"; {r} counts from 1, {p,q,...} lists names, {./x} is the text of x in
+// the rotor's element.
+std::string PathOf(const std::string& path, int rotor, const FileNode* element) {
+  std::string result = path;
+  for (std::size_t open; (open = result.find('{')) != std::string::npos;) {
+    const std::size_t close = result.find('}', open);
+    const std::string inside = result.substr(open + 1, close - open - 1);
+    std::string text;
+    if (inside == "i") {
+      text = std::to_string(rotor);
+    } else if (inside == "r") {
+      text = std::to_string(rotor + 1);
+    } else if (inside.starts_with("./")) {
+      const FileNode* leaf = element != nullptr ? element->Child(inside.substr(2)) : nullptr;
+      text = leaf != nullptr ? leaf->text : "";
+    } else {
+      const std::vector<std::string> names = SplitList(inside);
+      text = rotor < static_cast<int>(names.size()) ? names[static_cast<std::size_t>(rotor)] : "-";
+    }
+    result.replace(open, close + 1 - open, text);
+  }
+  return result;
+}
+
+struct RotorElement {
+  const ParameterFile* file;
+  const FileNode* node;
+  double number;
+};
+
+// What reads one vehicle.
+class Reader {
+ public:
+  Reader(VehicleFile* to, std::string table) : to_(to), table_(std::move(table)) { FindElements(); }
+
+  void Read() {
+    const Target& target = *to_->target;
+    to_->vehicle.gravity = target.gravity;
+    if (target.by_thrust) to_->vehicle.body["full_speed"] = kSpeedOfThrust;
+    to_->vehicle.rotors.resize(static_cast<std::size_t>(CountRotors()));
+    if (target.links != LinkKind::kNone) AddLinks(to_);
+    for (const FileField& field : target.fields) {
+      if (!field.OfRotor()) {
+        Add(field, -1, nullptr);
+        continue;
+      }
+      for (int i = 0; i < static_cast<int>(to_->vehicle.rotors.size()); ++i)
+        Add(field, i, Element(i));
+    }
+  }
+
+ private:
+  static constexpr double kSpeedOfThrust = 1000.0;  // rad/s, at full command of thrusts
+
+  void FindElements() {
+    const Target& target = *to_->target;
+    if (target.rotor_elements.empty()) return;
+    for (const auto& file : to_->files) {
+      for (const FileNode* node : file->All(target.rotor_elements)) {
+        const FileNode* number = file->Find(*node, target.rotor_number);
+        if (number != nullptr) elements_.push_back({file.get(), node, file->NumberOf(*number)});
+      }
+    }
+    std::stable_sort(elements_.begin(), elements_.end(),
+                     [](const auto& a, const auto& b) { return a.number < b.number; });
+  }
+  const FileNode* Element(int rotor) const {
+    return elements_.empty() ? nullptr : elements_[static_cast<std::size_t>(rotor)].node;
+  }
+  int CountRotors() const {
+    const Target& target = *to_->target;
+    if (!target.rotor_elements.empty()) return static_cast<int>(elements_.size());
+    const auto has = [&](const FileField& field, int rotor) {
+      return std::ranges::any_of(to_->files, [&](const auto& file) {
+        return file->Find(table_ + PathOf(field.path, rotor, nullptr)) != nullptr;
+      });
+    };
+    int count = 0;
+    for (const FileField& field : target.fields) {
+      if (!field.OfRotor()) continue;
+      int of_field = 0;
+      while (of_field < kMostRotors && has(field, of_field)) ++of_field;
+      count = std::max(count, of_field);
+    }
+    // An allocation matrix is one list of rows.
+    const auto fixed = static_cast<int>(target.order.size());
+    return fixed > 0 ? fixed : count;
+  }
+
+  void Add(const FileField& field, int rotor, const FileNode* element) {
+    const std::string path = PathOf(field.path, rotor, element);
+    for (std::size_t i = 0; i < to_->files.size(); ++i) {
+      const ParameterFile& file = *to_->files[i];
+      const FileNode* leaf = nullptr;
+      if (path.starts_with("./")) {
+        if (elements_[static_cast<std::size_t>(rotor)].file == &file) {
+          leaf = file.Find(*element, path.substr(2));
+        }
+      } else {
+        leaf = file.Find(table_.empty() ? path : table_ + path);
+      }
+      if (leaf == nullptr || leaf->text.empty()) continue;
+      Reading reading{&field, rotor, i, leaf};
+      reading.key = path;
+      if (std::string(field.name) == "spin" && std::isalpha(leaf->text[0]) != 0) {
+        reading.number = leaf->text == "ccw" ? -1.0 : 1.0;
+        reading.value = reading.number;
+      } else {
+        reading.number = file.NumberOf(*leaf);
+        reading.leaf = file.PlainNumber(*leaf);
+        reading.value = field.unit.FromFile(reading.number, to_->vehicle, rotor);
+      }
+      if (!field.again) to_->vehicle.Set(field.name, rotor, reading.value);
+      to_->readings.push_back(reading);
+      return;
+    }
+  }
+
+  VehicleFile* to_;
+  std::string table_;
+  std::vector<RotorElement> elements_;
+};
+
+}  // namespace
+
+int Mirror(const NeutralVehicle& v, const std::vector<FixedRotor>& order) {
+  double across = 0.0;
+  for (std::size_t i = 0; i < std::min(order.size(), v.rotors.size()); ++i) {
+    const auto y = v.rotors[i].find("y");
+    if (y != v.rotors[i].end()) across += order[i].y * y->second;
+  }
+  return across < 0.0 ? -1 : 1;
+}
+
+namespace {
+
+// Places and spins that the simulator's code fixes, where the file states none.
+void AddFixedOrder(VehicleFile* file) {
+  NeutralVehicle& v = file->vehicle;
+  const std::vector<FixedRotor>& order = file->target->order;
+  const double arm = v.Get("arm") / std::sqrt(2.0);
+  const auto lever = [&](const char* name) {
+    return v.States(name) ? v.Get(name) : v.States("lever") ? v.Get("lever") : arm;
+  };
+  const double x = lever("lever_x"), y = lever("lever_y");
+  for (std::size_t i = 0; i < std::min(order.size(), v.rotors.size()); ++i) {
+    v.rotors[i].try_emplace("spin", order[i].spin * Mirror(v, order));
+    if (x > 0.0) v.rotors[i].try_emplace("x", order[i].x * x);
+    if (y > 0.0) v.rotors[i].try_emplace("y", order[i].y * y);
+  }
+  // From here on they follow from the rotors.
+  for (const char* name : {"arm", "lever", "lever_x", "lever_y"}) v.body.erase(name);
+  for (std::size_t i = 0; i < v.rotors.size(); ++i) {
+    Numbers& rotor = v.rotors[i];
+    if (!rotor.contains("radius") || !rotor.contains("angle")) continue;
+    rotor["x"] = rotor["radius"] * std::cos(rotor["angle"]);
+    rotor["y"] = rotor["radius"] * std::sin(rotor["angle"]);
+    rotor.erase("radius"), rotor.erase("angle");
+  }
+}
+
+// Thrust and moment that are polynomials in the rotor's speed act as one coefficient of its square
+// in hover, a rate of the speed that depends on it as one lag.
+void LineariseAtHover(VehicleFile* file) {
+  NeutralVehicle& v = file->vehicle;
+  const auto stated = [&](const char* name) {
+    const Reading* reading = file->Find(name);
+    return reading != nullptr ? reading->value : 0.0;
+  };
+  if (stated("k_f_1") != 0.0 || stated("k_f_0") != 0.0) {
+    const double a = stated("k_f"), b = stated("k_f_1");
+    const double c = stated("k_f_0") - v.Get("m") * v.gravity / v.Get("n");
+    const double hover = (-b + std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
+    if (hover > 0.0) {
+      const auto at_hover = [&](double square, double linear, double constant) {
+        return square + linear / hover + constant / (hover * hover);
+      };
+      v.Set("k_m", -1,
+            file->Find("k_m_1") != nullptr
+                ? at_hover(stated("k_m"), stated("k_m_1"), stated("k_m_0"))
+                : v.Get("k_m") / a * at_hover(a, b, stated("k_f_0")));
+      v.Set("k_f", -1, at_hover(a, b, stated("k_f_0")));
+    }
+  }
+  if (file->Find("rise") != nullptr) {
+    const double hover = v.Get("w_h");
+    v.body["tau"] = 1.0 / (stated("rise") + 2.0 * hover * stated("rise_2"));
+    v.body["tau_down"] = 1.0 / (stated("fall") + 2.0 * hover * stated("fall_2"));
+    for (const char* name : {"rise", "rise_2", "fall", "fall_2"}) v.body.erase(name);
+  }
+  for (const char* name : {"k_f_1", "k_f_0", "k_m_1", "k_m_0"}) v.body.erase(name);
+}
+
+// Rotors that stand beside the body's mass in a RotorS file add to its inertia, too.
+void AddRotorMasses(VehicleFile* file) {
+  NeutralVehicle& v = file->vehicle;
+  const double mass = v.Get("raw_rotor_mass");
+  if (mass == 0.0) return;
+  for (Reading& reading : file->readings) {
+    const std::string name = reading.field->name;
+    if (!name.starts_with("I_")) continue;
+    const char axis = name[2];
+    for (const Numbers& r : v.rotors) {
+      for (const char* other : {"x", "y", "z"}) {
+        if (other[0] == axis || !r.contains(other)) continue;
+        reading.offset += mass * r.at(other) * r.at(other);
+      }
+    }
+    reading.value += reading.offset;
+    v.body[name] = reading.value;
+  }
+}
+
+VehicleFile ReadOne(const Target& target, std::vector<std::shared_ptr<const ParameterFile>> files,
+                    const std::string& table) {
+  VehicleFile file{&target, std::move(files), {}, {}};
+  file.vehicle.name = table;
+  Reader(&file, table.empty() ? "" : table + "/").Read();
+  AddFixedOrder(&file);
+  LineariseAtHover(&file);
+  AddRotorMasses(&file);
+  return file;
+}
+
+// "*/x": in an entry of the file.
+bool HasMark(const ParameterFile& file, const std::string& mark) {
+  if (!mark.starts_with("*/")) return file.Find(mark) != nullptr;
+  return std::ranges::any_of(file.root().children, [&](const FileNode& table) {
+    return file.Find(table, mark.substr(2)) != nullptr;
+  });
+}
+
+const Target& TargetOf(const ParameterFile& file) {
+  for (const Target& target : Targets()) {
+    if (HasMark(file, target.mark)) return target;
+  }
+  std::string names;
+  for (const Target& target : Targets()) names += (names.empty() ? "" : ", ") + target.name;
+  throw ErrorAt(file.path().string(), 0,
+                "is no parameter file that is known (" + names +
+                    "); compare by logs with --simulator_log instead");
+}
+
+// True if `b` states what `a` lacks of the same vehicle.
+bool Completes(const VehicleFile& a, const VehicleFile& b) {
+  const std::string &x = a.target->name, &y = b.target->name;
+  if (x == "pyflyt") return y == "urdf";
+  if (x == "rotors") return y == "rotors_controller";
+  const bool gazebo = (x == "gz" || x == "px4_classic") && y == "gz";
+  return gazebo && (a.vehicle.rotors.empty() != b.vehicle.rotors.empty() ||
+                    a.vehicle.States("m") != b.vehicle.States("m"));
+}
+
+// Digits that no simulator's double lacks; a point, so that YAML 1.1 reads a number.
+std::string NumberText(double value, int digits) {
+  std::string text = fmt::format("{:.{}g}", value == 0.0 ? 0.0 : value, digits);  // no -0
+  const std::size_t e = text.find('e');
+  if (text.find('.') == std::string::npos)
+    text.insert(e == std::string::npos ? text.size() : e, ".0");
+  return text;
+}
+
+// The number that a file states for `vehicle`. Terms of a polynomial keep their proportions.
+double FileNumber(const Reading& reading, const VehicleFile& file, const NeutralVehicle& vehicle) {
+  const std::string name = reading.field->name;
+  const auto ratio = [&](const char* of) { return vehicle.Get(of) / file.vehicle.Get(of); };
+  const bool polynomial = file.Find("k_f_1") != nullptr && file.Find("k_f_1")->number != 0.0;
+  if (polynomial && name.starts_with("k_f")) return reading.number * ratio("k_f");
+  if (polynomial && name.starts_with("k_m")) {
+    return reading.number * ratio("k_m") / (file.Find("k_m_1") ? 1.0 : ratio("k_f"));
+  }
+  if (name.starts_with("rise")) return reading.number / ratio("tau");
+  if (name.starts_with("fall")) return reading.number / ratio("tau_down");
+  const double value = vehicle.Get(name, reading.rotor);
+  return reading.field->unit.ToFile((value - reading.offset) / reading.scale, vehicle,
+                                    reading.rotor);
+}
+
+// Which parameter of NeutralInfo a field states.
+bool States(const std::string& field, const std::string& parameter) {
+  if (field == parameter) return true;
+  if (field == "body_mass") return parameter == "m";
+  if (field == "spin_k_m") return parameter == "k_m";
+  if (field == "K" || field == "c") return parameter.starts_with(field + "_");
+  if (field.starts_with("rise")) return parameter == "tau";
+  if (field.starts_with("fall")) return parameter == "tau" || parameter == "tau_down";
+  if (field == "tau_down") return parameter == "tau";
+  return (field.starts_with("k_f_") && parameter == "k_f") ||
+         (field.starts_with("k_m_") && parameter == "k_m");
+}
+
+}  // namespace
+
+std::string VehicleFile::Name() const {
+  std::string name;
+  for (const auto& file : files)
+    name += (name.empty() ? "" : ", ") + file->path().filename().string();
+  return vehicle.name.empty() ? name : name + " [" + vehicle.name + "]";
+}
+
+const Reading* VehicleFile::Find(const std::string& name) const {
+  for (const Reading& reading : readings) {
+    if (name == reading.field->name && !reading.field->again) return &reading;
+  }
+  for (const Reading& reading : readings) {
+    if (States(reading.field->name, name) && !reading.field->again) return &reading;
+  }
+  return nullptr;
+}
+
+std::vector<VehicleFile> ReadVehicleFiles(const std::vector<std::string>& paths) {
+  std::vector<VehicleFile> vehicles;
+  for (const std::string& path : paths) {
+    const auto file = std::make_shared<const ParameterFile>(ParameterFile::Read(path));
+    const Target& target = TargetOf(*file);
+    std::vector<std::string> tables;
+    if (target.tables) {
+      for (const FileNode& table : file->root().children) {
+        if (file->Find(table, target.mark.substr(2)) != nullptr) tables.push_back(table.name);
+      }
+    } else {
+      tables.emplace_back();
+    }
+    for (const std::string& table : tables) {
+      VehicleFile read = ReadOne(target, {file}, table);
+      bool joined = false;
+      for (VehicleFile& other : vehicles) {
+        const bool first = Completes(other, read);
+        if (joined || (!first && !Completes(read, other))) continue;
+        auto files = other.files;
+        files.push_back(file);
+        other = ReadOne(first ? *other.target : target, files, table);
+        joined = true;
+      }
+      if (!joined) vehicles.push_back(std::move(read));
+    }
+  }
+  return vehicles;
+}
+
+std::vector<std::string> Corrected(const VehicleFile& file, const NeutralVehicle& vehicle,
+                                   const std::vector<std::string>& names) {
+  constexpr int kDigits = 6;
+  std::vector<std::vector<FileEdit>> edits(file.files.size());
+  for (const Reading& reading : file.readings) {
+    const bool asked = std::ranges::any_of(
+        names, [&](const std::string& name) { return States(reading.field->name, name); });
+    if (!asked || reading.leaf == nullptr) continue;
+    const double number = FileNumber(reading, file, vehicle);
+    if (std::abs(number - reading.number) <= 1e-12 * std::abs(number)) continue;
+    edits[reading.file].push_back({reading.leaf->place, NumberText(number, kDigits)});
+  }
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    texts.push_back(Edited(file.files[i]->text(), edits[i]));
+  }
+  return texts;
+}
+
+VehicleFile ReadVehicleTexts(const Target& target, const std::vector<ParameterFile>& files) {
+  std::vector<std::shared_ptr<const ParameterFile>> shared;
+  for (const ParameterFile& file : files) {
+    shared.push_back(
+        std::make_shared<const ParameterFile>(ParameterFile::Parse(file.path(), file.text())));
+  }
+  const bool tables = target.tables && !shared.front()->root().children.empty();
+  return ReadOne(target, shared, tables ? shared.front()->root().children.front().name : "");
+}
+
+std::vector<std::string> WrittenFor(const VehicleFile& skeleton, const NeutralVehicle& vehicle) {
+  constexpr int kDigits = 9;
+  NeutralVehicle written = vehicle;
+  for (const auto& [name, value] : skeleton.vehicle.body) {
+    if (name.starts_with("raw_")) written.body[name] = value;
+  }
+  std::vector<std::vector<FileEdit>> edits(skeleton.files.size());
+  for (const Reading& reading : skeleton.readings) {
+    const std::string name = reading.field->name;
+    if (name.starts_with("raw_") || reading.leaf == nullptr) continue;
+    const double value = written.Get(name, reading.rotor);
+    const bool turn = std::isalpha(static_cast<unsigned char>(reading.leaf->text[0])) != 0;
+    const double number = reading.field->unit.ToFile((value - reading.offset) / reading.scale,
+                                                     written, reading.rotor);
+    edits[reading.file].push_back(
+        {reading.leaf->place, turn ? (value < 0.0 ? "ccw" : "cw") : NumberText(number, kDigits)});
+  }
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    texts.push_back(Edited(skeleton.files[i]->text(), edits[i]));
+  }
+  return texts;
+}
+
+}  // namespace trueline

@@ -1,0 +1,77 @@
+"""The page of trueline-audit: what a simulator's file gets wrong, what it costs, what was not judged."""
+from pathlib import Path
+
+from page import Page, escape, paragraph
+from tables import number, table, tiles, with_sigma
+from yaml_file import read_mapping
+
+VERB_HELP = "the result of trueline-audit"
+HORIZONS = (0.25, 0.5, 1.0)
+
+
+def add_arguments(parser):
+    parser.add_argument("--result", required=True, type=Path,
+                        help="the folder that trueline-audit has written")
+
+
+def build(arguments):
+    result = read_mapping(arguments.result / "audit.yaml", "run trueline-audit first")
+    page = Page("Audit of a simulator", str(result.get("simulator", "")))
+    page.add("contradicted", "Contradicted", *_contradicted(result))
+    if result.get("before"):
+        page.add("proof", "Held-out flight", *_proof(result))
+    if result.get("compared"):
+        page.add("compared", "All that was compared", _compared(result["compared"]))
+    if result.get("lacks"):
+        page.add("lacks", "What the simulator lacks",
+                 table([("effect", 0), ("", 0)],
+                       [[escape(e["effect"]), escape(e["text"])] for e in result["lacks"]]))
+    if result.get("not_judged"):
+        page.add("not-judged", "Not judged",
+                 table([("parameter", 0), ("what to fly", 0)],
+                       [[escape(n["parameter"]), escape(n["fly"])] for n in result["not_judged"]]))
+    return page
+
+
+def _contradicted(result):
+    entries = result.get("contradicted") or []
+    if not entries:
+        return [paragraph("Nothing is contradicted.")]
+    rows = [[escape(c["parameter"]), number(c["file_value"], 4), _flight(c), escape(c["unit"]),
+             number((c.get("cost") or {}).get(0.5)), escape(c["text"]), _place(c)]
+            for c in entries]
+    headers = [("parameter", 0), ("in the file", 1), ("by the flight", 1), ("unit", 0),
+               ("cost in 0.5 s [m]", 1), ("", 0), ("where", 0)]
+    return [table(headers, rows),
+            paragraph("Cost: how much farther predictions of held-out flight err with the file's "
+                      "value than with the flight's. Without a flight the file contradicts itself, "
+                      "or what vehicles have.", "note")]
+
+
+def _flight(entry):
+    return with_sigma(entry["flight_value"], entry["sigma"]) if "flight_value" in entry else "–"
+
+
+def _place(entry):
+    place = entry.get("place") or {}
+    if not place.get("line"):
+        return ""
+    return f'{escape(Path(place["file"]).name)}:{place["line"]}<br><small>{escape(place["key"])}</small>'
+
+
+def _proof(result):
+    tiles_of = [(f'{number(result["before"][0.5])} m', "after 0.5 s with the file"),
+                (f'{number(result["after"][0.5])} m', "with the corrected file")]
+    rows = [[number(h), number(result["before"][h]), number(result["after"][h]),
+             number((result.get("flight") or {}).get(h))] for h in HORIZONS]
+    headers = [("horizon [s]", 1), ("file [m]", 1), ("corrected [m]", 1), ("flight's own fit [m]", 1)]
+    return [tiles(tiles_of), table(headers, rows)]
+
+
+def _compared(compared):
+    rows = [[escape(c["parameter"]), number(c["file_value"], 4),
+             with_sigma(c["flight_value"], c["sigma"]), number(c["tolerance"], 2),
+             escape(c["unit"]), "contradicted" if c["contradicted"] else "agrees"]
+            for c in compared]
+    return table([("parameter", 0), ("in the file", 1), ("by the flight", 1),
+                  ("vehicles differ by", 1), ("unit", 0), ("", 0)], rows)

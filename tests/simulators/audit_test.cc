@@ -1,0 +1,206 @@
+// trueline-audit by flights: errors put into right files are named, with their size, and nothing
+// else is; a right file is left alone. Flights are those of the simulator library.
+#include "problems/simulators/audit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "problems/simulators/export_vehicle.h"
+#include "problems/simulators/write_audit.h"
+#include "problems/simulators/write_export.h"
+#include "tests/common/test_files.h"
+#include "tests/rotor/rotor_flight_fixture.h"
+#include "tests/simulators/made_vehicle.h"
+
+namespace trueline {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr double kLag = 0.04, kFullSpeed = 2200.0;  // s, rad/s
+constexpr double kDrag = -0.3;                      // 1/s
+
+// The vehicle that flies, with what a simulator's file states of it.
+NeutralVehicle Truth() {
+  NeutralVehicle v = MadeQuadrotor();
+  v.body["tau"] = kLag, v.body["full_speed"] = kFullSpeed;
+  for (const char* name : {"K_x", "K_y", "K_z"}) v.body[name] = kDrag;
+  return v;
+}
+
+FlightLog Fly(std::uint64_t seed, double lag = kLag, const NeutralVehicle& vehicle = Truth()) {
+  RotorSimulation simulation(RotorVehicleOf(vehicle));
+  simulation.noise.accel = 0.4, simulation.noise.gyro = 0.02;
+  simulation.noise.position = 0.003, simulation.noise.attitude = 0.005;
+  simulation.noise.force_density = 0.05, simulation.noise.angular_density = 0.2;
+  simulation.pose_rate = 50.0;
+  simulation.drag.setConstant(kDrag);
+  simulation.motor_lag = lag;
+  simulation::MotorDriveConfig& motors = simulation.motors.emplace();
+  motors.full_speed = kFullSpeed, motors.idle = 0.15, motors.voltage = 0.0;
+  FlightLog log = SimulateRotorFlight(simulation, RandomPath(20.0, seed), seed);
+  log.directory = "flight";
+  return log;
+}
+const FlightLog& Flight() {
+  static const FlightLog log = Fly(3);
+  return log;
+}
+
+class AuditTest : public testing::Test {
+ protected:
+  // The right file of a target, as an export writes it. Its text.
+  std::string Right(const std::string& to) {
+    const Target& target = FindTarget(to);
+    const Export exported = ExportVehicle(Truth(), target);
+    path_ = folder_ / ("vehicle" + exported.files[0].extension);
+    WriteExport(exported, target, path_);
+    return exported.files[0].text;
+  }
+  // `text` with all places of `from` replaced; there must be one.
+  static std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+    std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    for (; at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+    return text;
+  }
+  Audit Of(const std::string& text, const FlightLog& log = Flight()) {
+    std::ofstream(path_) << text;
+    return AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
+  }
+  // Named first, its size within two sigma (or the tolerance), and no parameter but `beside`.
+  static void ExpectNamed(const Audit& audit, const std::string& name, double truth,
+                          const std::set<std::string>& beside = {}) {
+    ASSERT_FALSE(audit.contradicted.empty()) << AuditTable(audit);
+    const Contradicted& first = audit.contradicted.front();
+    EXPECT_EQ(first.parameter, name) << AuditTable(audit);
+    ASSERT_TRUE(first.flight_value);
+    EXPECT_NEAR(*first.flight_value, truth, std::max(2.0 * first.sigma, 0.01 * std::abs(truth)));
+    for (const Contradicted& entry : audit.contradicted) {
+      EXPECT_TRUE(entry.parameter == name || beside.contains(entry.parameter)) << AuditTable(audit);
+    }
+  }
+
+  TestFolder folder_;
+  std::filesystem::path path_;
+};
+
+TEST_F(AuditTest, SlowIsSilentOnRightFiles) {
+  for (const char* target : {"rotorpy", "crazyflow"}) {
+    const std::string right = Right(target);
+    const Audit audit = Of(right);
+    EXPECT_TRUE(audit.contradicted.empty()) << target << "\n" << AuditTable(audit);
+    ASSERT_EQ(audit.corrected.size(), 1U);
+    EXPECT_EQ(audit.corrected[0].second, right) << "the file stays as it is, byte for byte";
+    ASSERT_TRUE(audit.before && audit.after);
+    EXPECT_LT((*audit.before)[1], 0.1);
+  }
+}
+
+TEST_F(AuditTest, SlowNamesALagThatIsTooShort) {
+  const std::string wrong = Replaced(Right("rotorpy"), "tau_m: 0.04 ", "tau_m: 0.005 ");
+  const Audit audit = Of(wrong);
+  ExpectNamed(audit, "tau", kLag);
+  EXPECT_GT(audit.contradicted[0].line, 0);
+  // Comments and all other numbers are left.
+  const std::string& corrected = audit.corrected[0].second;
+  const std::size_t at = wrong.find("0.005"), rest = wrong.size() - at - 5;
+  EXPECT_EQ(corrected.substr(0, at), wrong.substr(0, at));
+  EXPECT_EQ(corrected.substr(corrected.size() - rest), wrong.substr(wrong.size() - rest));
+}
+
+TEST_F(AuditTest, SlowNamesInertia) {
+  // The Iris' old inertia, in proportion: too large in pitch and yaw, impossible together.
+  const std::string right = Right("px4_sih");
+  const Audit audit = Of(Replaced(Replaced(right, "SIH_IYY 0.000678", "SIH_IYY 0.00105"),
+                                  "SIH_IZZ 0.001076", "SIH_IZZ 0.0019"));
+  ExpectNamed(audit, "I_y", 0.678e-3, {"I_z"});
+  std::vector<std::string> names;
+  for (const Contradicted& entry : audit.contradicted) names.push_back(entry.parameter);
+  EXPECT_THAT(names, Contains("I_z"));
+}
+
+TEST_F(AuditTest, SlowNamesTheMomentConstant) {
+  const Audit audit = Of(Replaced(Right("gz"), "<momentConstant>0.00949881921</momentConstant>",
+                                  "<momentConstant>0.0253</momentConstant>"));
+  ExpectNamed(audit, "k_m/k_f", 3.62e-9 / 3.811e-7);
+  EXPECT_LT((*audit.after)[2], (*audit.before)[2]);
+}
+
+TEST_F(AuditTest, SlowNamesRotorDragOfAnotherVehicle) {
+  const std::string right = Right("gz");
+  const std::string key = "<rotorDragCoefficient>";
+  const std::size_t at = right.find(key) + key.size();
+  const std::string number = right.substr(at, right.find('<', at) - at);
+  const Audit audit = Of(Replaced(right, number, fmt::format("{:.6g}", 76.0 * std::stod(number))));
+  ASSERT_FALSE(audit.contradicted.empty());
+  EXPECT_THAT(audit.contradicted[0].parameter, HasSubstr("K_")) << AuditTable(audit);
+  for (const Contradicted& entry : audit.contradicted) {
+    EXPECT_THAT(entry.parameter, HasSubstr("K_"));
+    EXPECT_NEAR(*entry.flight_value, kDrag, std::max(2.0 * entry.sigma, 0.03));
+  }
+}
+
+TEST_F(AuditTest, SlowNamesMassByThatOfTheLog) {
+  const Audit audit = Of(Replaced(Right("rotorpy"), "mass: 0.2463", "mass: 2.463"));
+  ExpectNamed(audit, "m", 0.2463);
+  EXPECT_THAT(audit.contradicted[0].text, HasSubstr("power of ten"));
+}
+
+TEST_F(AuditTest, SlowNamesAThrustConstantInAnotherUnit) {
+  const Audit audit = Of(Replaced(Right("flightmare"), "[3.811e-07,", "[3.4752e-05,"));
+  ExpectNamed(audit, "k_f", 3.811e-7);
+  EXPECT_THAT(audit.contradicted[0].text, HasSubstr("rpm for rad/s, squared"));
+}
+
+// The numbers of an Iris on a small vehicle: all are named, none is left to explain another.
+TEST_F(AuditTest, SlowNamesAnotherVehiclesNumbers) {
+  NeutralVehicle other = Truth();
+  other.body["m"] *= 6.0;
+  other.body["I_x"] *= 50.0, other.body["I_y"] *= 100.0, other.body["I_z"] *= 90.0;
+  for (Numbers& rotor : other.rotors) rotor["k_f"] *= 22.4, rotor["k_m"] *= 37.4;
+  Right("flightmare");
+  const std::string wrong = ExportVehicle(other, FindTarget("flightmare")).files[0].text;
+  std::map<std::string, double> named;
+  for (const Contradicted& entry : Of(wrong).contradicted) {
+    ASSERT_TRUE(entry.flight_value) << entry.parameter;
+    named[entry.parameter] = *entry.flight_value;
+  }
+  for (const auto& [name, truth] : std::map<std::string, double>{{"m", 0.2463},
+                                                                 {"I_x", 0.623e-3},
+                                                                 {"I_y", 0.678e-3},
+                                                                 {"I_z", 1.076e-3},
+                                                                 {"k_f", 3.811e-7},
+                                                                 {"k_m/k_f", 9.5e-3}}) {
+    ASSERT_TRUE(named.contains(name)) << name;
+    EXPECT_NEAR(named[name] / truth, 1.0, 0.25) << name;
+  }
+}
+
+TEST_F(AuditTest, SlowNamesTheSameByLogsAlone) {
+  NeutralVehicle other = Truth();
+  other.body["I_x"] *= 1.5;
+  const Audit audit = AuditLogs(Fly(5, 0.005, other), {Flight()});
+  std::set<std::string> names;
+  for (const Contradicted& entry : audit.contradicted) names.insert(entry.parameter);
+  EXPECT_EQ(names, (std::set<std::string>{"tau", "I_x"})) << AuditTable(audit);
+  EXPECT_TRUE(AuditLogs(Fly(6), {Flight()}).contradicted.empty());
+}
+
+TEST_F(AuditTest, SaysWhatALogLacks) {
+  FlightLog log = Flight();
+  log.rotors.clear(), log.motors.clear();
+  const std::string right = Right("rotorpy");
+  EXPECT_THAT(ErrorOf([&] { Of(right, log); }), HasSubstr("rotors.csv"));
+  log = Flight();
+  log.pose.clear(), log.mocap.clear();
+  EXPECT_THAT(ErrorOf([&] { Of(right, log); }), HasSubstr("poses"));
+}
+
+}  // namespace
+}  // namespace trueline

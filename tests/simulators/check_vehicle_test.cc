@@ -1,0 +1,210 @@
+// Files of simulators: their numbers with places, what is refused, and what a file tells of itself.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "problems/simulators/audit.h"
+#include "problems/simulators/export_vehicle.h"
+#include "problems/simulators/write_export.h"
+#include "tests/common/test_files.h"
+#include "tests/simulators/made_vehicle.h"
+
+namespace trueline {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+ParameterFile Parsed(const std::string& name, const std::string& text) {
+  return ParameterFile::Parse(name, text);
+}
+
+// The text at the place of a leaf is the leaf's.
+void ExpectPlace(const ParameterFile& file, const std::string& where, const std::string& text,
+                 int line) {
+  const FileNode* leaf = file.Find(where);
+  ASSERT_NE(leaf, nullptr) << where;
+  EXPECT_EQ(leaf->text, text);
+  EXPECT_EQ(file.text().substr(leaf->place.begin, leaf->place.end - leaf->place.begin), text);
+  EXPECT_EQ(leaf->place.line, line);
+}
+
+TEST(ParameterFile, FindsNumbersWithTheirBytes) {
+  ExpectPlace(Parsed("a.yaml", "# \xC3\xA4\nb:\n  c: [1.0, 2e-3]  # x\n"), "b/c/1", "2e-3", 3);
+  ExpectPlace(Parsed("a.toml", "# \xC3\xA4\n[b]\nc = [[1.0, 2e-3],\n [3.0, 4.0]]\n"), "b/c/0/1",
+              "2e-3", 3);
+  const std::string xml =
+      "<?xml version=\"1.0\"?>\n<r>\n <l name='a' m = \"7\"><p> 1 2\n 3</p></l>\n <l "
+      "name='b'/>\n</r>";
+  ExpectPlace(Parsed("a.sdf", xml), "r/l[name=a]/p/2", "3", 4);
+  ExpectPlace(Parsed("a.sdf", xml), "//l/@m", "7", 3);
+  EXPECT_EQ(Parsed("a.sdf", xml).Find("r/l[name=c]"), nullptr);
+  ExpectPlace(Parsed("10040", "#!/bin/sh\nparam set-default SIH_MASS 1.5 # kg\n"), "SIH_MASS",
+              "1.5", 2);
+  ExpectPlace(Parsed("a.params", "# x\n1\t1\tSIH_MASS\t1.5\t9\n"), "SIH_MASS", "1.5", 2);
+}
+
+TEST(ParameterFile, ComputesXacro) {
+  const ParameterFile file = Parsed("a.xacro",
+                                    "<robot><xacro:property name=\"arm\" value=\"0.5\"/>\n"
+                                    "<o xyz=\"-${arm} ${2 * (arm - 0.1)} ${arm}\" bad=\"${other}\" "
+                                    "loop=\"${list[0]}\"/></robot>");
+  EXPECT_DOUBLE_EQ(file.NumberOf(*file.Find("//o/@xyz/0")), -0.5);
+  EXPECT_DOUBLE_EQ(file.NumberOf(*file.Find("//o/@xyz/1")), 0.8);
+  EXPECT_EQ(file.PlainNumber(*file.Find("//o/@xyz/1")), nullptr);
+  EXPECT_EQ(file.PlainNumber(*file.Find("//o/@xyz/2"))->text, "0.5");
+  EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find("//o/@bad")); }), HasSubstr("a.xacro:2"));
+  EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find("//o/@loop")); }), HasSubstr("list"));
+}
+
+TEST(ParameterFile, RefusesWhatIsNoNumber) {
+  const ParameterFile file =
+      Parsed("a.sdf", "<sdf>\n<k>0.000000002*70</k><n>{{ mass }}</n><h>0x10</h><i>nan</i></sdf>");
+  EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find("sdf/k")); }),
+              testing::AllOf(HasSubstr("a.sdf:2"), HasSubstr("'k'"), HasSubstr("write 1.4e-07")));
+  for (const char* name : {"sdf/n", "sdf/h", "sdf/i"}) {
+    EXPECT_THAT(ErrorOf([&] { file.NumberOf(*file.Find(name)); }), HasSubstr("is no number"));
+  }
+  EXPECT_THAT(ErrorOf([] { Parsed("a.sdf", "<sdf>\n<a></b></sdf>"); }), HasSubstr("a.sdf:2"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.yaml", "a: [1,\n"); }), HasSubstr("YAML"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.toml", "a = \n"); }), HasSubstr("a.toml:1"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.yaml", "  \n"); }), HasSubstr("empty"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.py", "quad_params = {}"); }), HasSubstr("program code"));
+  EXPECT_THAT(ErrorOf([] { ParameterFile::Read("none.sdf"); }), HasSubstr("can't be read"));
+}
+
+class FileChecks : public testing::Test {
+ protected:
+  // The file of a vehicle in a target's format.
+  std::string Text(const NeutralVehicle& vehicle, const std::string& to) {
+    const Target& target = FindTarget(to);
+    const Export exported = ExportVehicle(vehicle, target);
+    path_ = folder_ / ("vehicle" + exported.files[0].extension);
+    WriteExport(exported, target, path_);
+    return exported.files[0].text;
+  }
+  std::vector<std::string> Named(const NeutralVehicle& vehicle, const std::string& to) {
+    Text(vehicle, to);
+    std::vector<std::string> names;
+    for (const Contradicted& entry : AuditFiles(ReadVehicleFiles({path_.string()})).contradicted) {
+      names.push_back(entry.parameter);
+    }
+    return names;
+  }
+  static NeutralVehicle Vehicle() {
+    NeutralVehicle v = MadeQuadrotor();
+    for (const char* axis : {"K_x", "K_y", "K_z"}) v.body[axis] = -0.3;
+    v.body["tau"] = 0.03, v.body["full_speed"] = 2200.0;
+    return v;
+  }
+
+  TestFolder folder_;
+  fs::path path_;
+};
+
+TEST_F(FileChecks, NameWhatNoVehicleHas) {
+  EXPECT_THAT(Named(Vehicle(), "gz"), IsEmpty());
+  NeutralVehicle v = Vehicle();
+  v.body["I_z"] = 1.6e-3;  // more than I_x + I_y
+  EXPECT_THAT(Named(v, "gz"), Contains("I_z"));
+  v = Vehicle(), v.body["tau"] = 0.002;
+  EXPECT_THAT(Named(v, "rotorpy"), Contains("tau"));
+  v = Vehicle(), v.body["tau"] = 25.0;  // 1/s
+  EXPECT_THAT(Named(v, "flightmare"), Contains("tau"));
+  v = Vehicle();
+  for (Numbers& rotor : v.rotors) rotor["k_m"] *= 16.0;
+  EXPECT_THAT(Named(v, "gz"), Contains("k_m"));
+  v = Vehicle(), v.body["m"] *= 10.0;
+  EXPECT_THAT(Named(v, "crazyflow"), Contains("m"));
+  v = Vehicle();
+  for (Numbers& rotor : v.rotors) rotor["k_f"] *= 91.19, rotor["k_m"] *= 91.19;
+  EXPECT_THAT(Named(v, "flightmare"), Contains("k_f"));
+  v = Vehicle(), v.body["K_x"] = v.body["K_y"] = 0.3;
+  EXPECT_THAT(Named(v, "crazyflow"), Contains("K_x"));
+  v = Vehicle(), v.body["full_speed"] = 1300.0;
+  EXPECT_THAT(Named(v, "rotorpy"), Contains("full_speed"));
+  v = Vehicle(), v.rotors[0]["spin"] = 1.0;
+  EXPECT_THAT(Named(v, "gz"), Contains("spin"));
+}
+
+TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
+  std::string text = Text(Vehicle(), "gym_pybullet_drones");
+  const std::size_t at = text.find("arm=\"");
+  text.replace(at, text.find('"', at + 5) - at, "arm=\"0.2");
+  std::ofstream(path_) << text;
+  const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
+  ASSERT_EQ(audit.contradicted.size(), 1U);
+  EXPECT_EQ(audit.contradicted[0].parameter, "arm");
+  EXPECT_GT(audit.contradicted[0].line, 0);
+}
+
+TEST_F(FileChecks, NameFilesThatDisagree) {
+  NeutralVehicle other = Vehicle();
+  other.body["m"] = 0.26;
+  Text(Vehicle(), "rotorpy");
+  fs::rename(path_, folder_ / "b.yaml");
+  Text(other, "flightmare");
+  const Audit audit = AuditFiles(ReadVehicleFiles({(folder_ / "b.yaml").string(), path_.string()}));
+  ASSERT_FALSE(audit.contradicted.empty());
+  EXPECT_EQ(audit.contradicted[0].parameter, "m");
+  EXPECT_THAT(audit.contradicted[0].text, HasSubstr("b.yaml"));
+}
+
+// The files that simulators ship, where they are at hand: those that are right have no fault, those
+// with an error that a file can tell name it.
+class ShippedFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = DataFolder().parent_path() / "simulators";
+    if (!fs::exists(folder_)) GTEST_SKIP() << folder_ << " is not there";
+  }
+  std::vector<std::string> Named(const std::vector<std::string>& files) const {
+    std::vector<std::string> paths, names;
+    for (const std::string& file : files) paths.push_back((folder_ / file).string());
+    for (const Contradicted& entry : AuditFiles(ReadVehicleFiles(paths)).contradicted) {
+      names.push_back(entry.parameter);
+    }
+    return names;
+  }
+  fs::path folder_;
+};
+
+TEST_F(ShippedFiles, RightOnesHaveNoFault) {
+  for (const std::vector<std::string>& files : std::vector<std::vector<std::string>>{
+           {"rotorpy/crazyflie_params.yaml"},
+           {"rotorpy/crazyfliebrushless_params.yaml"},
+           {"rotorpy/px4_sihsim_quadx_params.yaml"},
+           {"px4_gazebo_classic/iris.sdf.jinja"},
+           {"px4_gazebo/x500.sdf", "px4_gazebo/x500_base.sdf"},
+           {"px4_sih/sih_params_multicopter.yaml"},
+           {"gym_pybullet_drones/cf2x.urdf"},
+           {"gym_pybullet_drones/cf2p.urdf"},
+           {"drone_models_crazyflow/crazyflow_first_principles_params.toml"},
+           {"flightmare/control_config_dev.yaml"},
+           {"rotors/hummingbird.xacro", "rotors/hummingbird.yaml"},
+           {"rotors/pelican.xacro", "rotors/pelican.yaml"},
+           {"crazys/crazyflie2_forster.xacro"},
+           {"mrs/x500.yaml"},
+           {"mrs/f450.yaml"},
+           {"mujoco_menagerie/cf2.xml"},
+           {"aerial_gym/quad.urdf"},
+           {"aerostack2/crazyflie_corrected.sdf"}}) {
+    EXPECT_THAT(Named(files), IsEmpty()) << files[0];
+  }
+}
+
+TEST_F(ShippedFiles, ErrorsThatAFileTellsAreNamed) {
+  EXPECT_THAT(Named({"px4_gazebo_classic/errors/iris_inertia_wrong.sdf.jinja"}), Contains("I_z"));
+  EXPECT_THAT(Named({"px4_gazebo_classic/errors/iris_moment_constant_wrong.sdf.jinja"}),
+              Contains("k_m"));
+  EXPECT_THAT(Named({"rotorpy/errors/crazyflie_params_tau_wrong.yaml"}), Contains("tau"));
+  EXPECT_THAT(Named({"crazys/errors/crazyflie2_mass_wrong.xacro"}), Contains("m"));
+  EXPECT_THAT(Named({"crazys/crazyflie2.xacro"}), Contains("rotor_speed_drag"));
+  EXPECT_THAT(Named({"drone_models_crazyflow/drone_models_params.toml",
+                     "drone_models_crazyflow/crazyflow_first_principles_params.toml"}),
+              testing::AllOf(Contains("m"), Contains("I_x"), Contains("I_y")));
+}
+
+}  // namespace
+}  // namespace trueline

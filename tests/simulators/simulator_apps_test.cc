@@ -1,0 +1,109 @@
+// trueline-export and trueline-audit as a user runs them: exit codes, messages, result files.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <yaml-cpp/yaml.h>
+
+#include "tests/common/test_files.h"
+
+namespace trueline {
+namespace {
+
+using testing::HasSubstr;
+
+class SimulatorApps : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"trueline-audit", "trueline-export"}) {
+      if (!std::filesystem::exists(Program(name))) GTEST_SKIP() << name << " is not built";
+    }
+    // What a calibration of the rotor drive writes.
+    std::ofstream(folder_ / "model.yaml") << R"(parameters:
+  I_x: {value: 0.00062, sigma: 0.00001, unit: kg m^2, status: identified}
+  k_f: {value: 1.02, sigma: 0.01, unit: 1, status: identified}
+  K_x: {value: -0.3, sigma: 0.01, unit: 1/s, status: identified}
+effects: [{id: rotor_speed_drag, k: 0.0001}, {id: thrust_sag, d: 0.001}]
+provenance:
+  config:
+    prior: {m: {mean: 0.25, sigma: 0}, I_y: {mean: 0.00068, sigma: 0}, I_z: {mean: 0.0011, sigma: 0},
+            k_m: {mean: 1, sigma: 0}, motor_lag: {mean: 0.03, sigma: 0}}
+    motors: {full_speed: 2200}
+    rotors:
+      - {position: [0.071, 0.08, 0], spin: -1, k_f: 3.8e-7, k_m: 3.6e-9}
+      - {position: [-0.071, -0.08, 0], spin: -1, k_f: 3.8e-7, k_m: 3.6e-9}
+      - {position: [0.071, -0.08, 0], spin: 1, k_f: 3.8e-7, k_m: 3.6e-9}
+      - {position: [-0.071, 0.08, 0], spin: 1, k_f: 3.8e-7, k_m: 3.6e-9}
+)";
+  }
+  static std::filesystem::path Program(const std::string& name) {
+    return std::filesystem::path(TRUELINE_TEST_APPS_DIR) / name;
+  }
+  int Run(const std::string& program, const std::string& arguments) {
+    const int status =
+        std::system(fmt::format("cd '{}' && '{}' {} >out 2>err", folder_.directory().string(),
+                                Program(program).string(), arguments)
+                        .c_str());
+    return WEXITSTATUS(status);
+  }
+  std::string Err() const { return ReadText(folder_ / "err"); }
+
+  TestFolder folder_;
+};
+
+TEST_F(SimulatorApps, ExportWritesTheFileAndWhatIsLost) {
+  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=gz --out=v.sdf"), 0) << Err();
+  EXPECT_THAT(Err(), HasSubstr("thrust_sag"));
+  EXPECT_THAT(ReadText(folder_ / "v.sdf"), HasSubstr("<motorConstant>3.876e-07</motorConstant>"));
+  const YAML::Node lost = YAML::LoadFile((folder_ / "v.sdf.lost.yaml").string());
+  EXPECT_EQ(lost["target"].as<std::string>(), "gz");
+  EXPECT_GE(lost["lost"].size(), 2U);
+  EXPECT_EQ(Run("trueline-export", "--to=list"), 0);
+  EXPECT_THAT(ReadText(folder_ / "out"), HasSubstr("crazyflow"));
+}
+
+TEST_F(SimulatorApps, ExportRefusesBadInput) {
+  EXPECT_EQ(Run("trueline-export", "--model=model.yaml --to=unreal --out=v"), 2);
+  EXPECT_THAT(Err(), HasSubstr("px4_sih"));
+  EXPECT_EQ(Run("trueline-export", "--model=none.yaml --to=gz --out=v"), 2);
+  EXPECT_EQ(Run("trueline-export", "--to=gz"), 2);
+  std::ofstream(folder_ / "imu.yaml")
+      << "parameters: {K_x: {value: -0.3}}\nprovenance: {config: {}}\n";
+  EXPECT_EQ(Run("trueline-export", "--model=imu.yaml --to=gz --out=v"), 2);
+  EXPECT_THAT(Err(), HasSubstr("--drive=rotors"));
+}
+
+TEST_F(SimulatorApps, AuditOfAFileAlone) {
+  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=rotorpy --out=v.yaml"), 0) << Err();
+  EXPECT_EQ(
+      Run("trueline-audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted"), 0)
+      << ReadText(folder_ / "out");
+  std::string text = ReadText(folder_ / "v.yaml");
+  text.replace(text.find("tau_m: 0.03"), 11, "tau_m: 0.003");
+  std::ofstream(folder_ / "v.yaml") << text;
+  EXPECT_EQ(Run("trueline-audit", "--simulator=v.yaml --out=a --report=false"), 0);
+  EXPECT_EQ(
+      Run("trueline-audit", "--simulator=v.yaml --out=a --report=false --fail_on=contradicted"), 4);
+  const YAML::Node audit = YAML::LoadFile((folder_ / "a/audit.yaml").string());
+  ASSERT_EQ(audit["contradicted"].size(), 1U);
+  EXPECT_EQ(audit["contradicted"][0]["parameter"].as<std::string>(), "tau");
+  EXPECT_GT(audit["contradicted"][0]["place"]["line"].as<int>(), 0);
+  EXPECT_EQ(audit["contradicted"][0]["place"]["key"].as<std::string>(), "tau_m");
+}
+
+TEST_F(SimulatorApps, AuditRefusesBadInput) {
+  EXPECT_EQ(Run("trueline-audit", "--simulator=none.sdf --out=a"), 2);
+  std::ofstream(folder_ / "p.sdf") << "<sdf><model><link name='a'><inertial>\n<mass>0.02*2</mass>"
+                                      "</inertial></link></model></sdf>";
+  EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a"), 2);
+  EXPECT_THAT(Err(), testing::AllOf(HasSubstr("p.sdf:2"), HasSubstr("'mass'"), HasSubstr("0.04")));
+  std::ofstream(folder_ / "other.yaml") << "a: 1\n";
+  EXPECT_EQ(Run("trueline-audit", "--simulator=other.yaml --out=a"), 2);
+  EXPECT_THAT(Err(), HasSubstr("rotorpy"));
+  EXPECT_EQ(Run("trueline-audit", "--out=a"), 2);
+  EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a --fail_on=warning"), 2);
+  EXPECT_EQ(Run("trueline-audit", "--simulator_log=a --out=a"), 2);
+}
+
+}  // namespace
+}  // namespace trueline
