@@ -41,8 +41,6 @@ constexpr char kUsage[] = R"(Says what a simulator's parameter file gets wrong o
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be used, 4 contradicted (--fail_on), 1 a
 defect.)";
 
-constexpr int kExitContradicted = 4;
-
 std::vector<trueline::FlightLog> Flights(const std::string& list) {
   std::vector<trueline::FlightLog> logs;
   for (const trueline::NamedFlight& flight : trueline::FlightsOf(list)) {
@@ -88,9 +86,7 @@ int Run() {
   if (!FLAGS_simulator_log.empty() && FLAGS_log.empty()) {
     throw trueline::InputError("--simulator_log needs --log, a flight of the vehicle");
   }
-  if (!FLAGS_fail_on.empty() && FLAGS_fail_on != "contradicted") {
-    throw trueline::InputError("--fail_on=" + FLAGS_fail_on + " is not known; use contradicted");
-  }
+  const trueline::FailOn refused(FLAGS_fail_on, {"contradicted"});
   trueline::ResultFolder out(FLAGS_out, "trueline-audit");
   const std::vector<trueline::FlightLog> logs =
       FLAGS_log.empty() ? std::vector<trueline::FlightLog>() : Flights(FLAGS_log);
@@ -98,8 +94,7 @@ int Run() {
   trueline::WarnAll(audit.warnings, FLAGS_quiet);
   trueline::WriteAudit(audit, out.path());
   trueline::Publish("audit", FLAGS_report, FLAGS_quiet, trueline::AuditTable(audit), &out);
-  const bool fail = FLAGS_fail_on == "contradicted" && !audit.contradicted.empty();
-  return fail ? kExitContradicted : trueline::kExitDone;
+  return refused.ExitFor(audit.contradicted.empty() ? "" : "contradicted");
 }
 
 }  // namespace
