@@ -10,16 +10,7 @@ constexpr std::size_t kSampled = 200;  // segments at which the velocity's covar
 
 FlightProblem::Means FlightProblem::MeanUnknowns() {
   using Normal = SegmentChain::Normal;
-  const int extra = options_.detector.Any() ? kMountSize + kGateSize * int(gates_.size()) : 0;
   Means means;
-  means.value = Eigen::VectorXd::Zero(kThetaSize + extra);
-  if (extra > 0) {
-    means.value.segment<kMountSize>(kThetaSize) = Eigen::Map<Eigen::Vector4d>(mount_);
-  }
-  for (int at = kThetaSize + kMountSize; const auto& [id, offset] : gates_) {
-    means.value.segment<kGateSize>(at) = Eigen::Map<Eigen::Vector3d>(offset);
-    at += kGateSize;
-  }
   const auto seconds = [this](std::size_t s) {
     return SecondsBetween(chain_.segment(s).start(), chain_.segment(s).end());
   };
@@ -30,14 +21,13 @@ FlightProblem::Means FlightProblem::MeanUnknowns() {
     for (std::size_t s = sections_[k].first_segment; s < sections_[k].end_segment; ++s) {
       const double share = seconds(s) / total;
       shares.push_back(share);
-      means.value.head<kThetaSize>() += share * chain_.theta(k);
+      means.value += share * chain_.theta(k);
       means.value.segment<kDriftSize>(kAhrsInTheta) += share * chain_.node(s).head<kDriftSize>();
     }
   }
-  means.cov = chain_.Covariance(kThetaSize + extra, [&](std::size_t s, SegmentChain::Columns* G) {
+  means.cov = chain_.Covariance(kThetaSize, [&](std::size_t s, SegmentChain::Columns* G) {
     G->block<kThetaSize, kThetaSize>(Normal::kSharedAt, 0).diagonal().array() += shares[s];
     G->block<kDriftSize, kDriftSize>(Normal::kNodeAt, kAhrsInTheta).diagonal().array() += shares[s];
-    if (s == 0) G->bottomRightCorner(extra + 1, extra).topRows(extra).setIdentity();
   });
   for (const FlightShare& share : flights_) {
     means.force_sigma = std::max(means.force_sigma, ForceSigma(*share.flight));
