@@ -10,10 +10,6 @@ void Serialize(YamlArchive* a, KinematicOptions* o) {
   a->Positive("gyro_bias_sigma_deg_per_s", &o->gyro_bias_sigma, kDegree);
   a->Positive("tilt_sigma_deg", &o->tilt_sigma, kDegree);
   a->Positive("heading_sigma_deg", &o->heading_sigma, kDegree);
-  a->Positive("bound_sigmas", &o->bound_sigmas);
-  a->NotNegative("accel_noise_mps2_per_sqrt_hz", &o->noise.accel);
-  a->NotNegative("gyro_noise_deg_per_s_per_sqrt_hz", &o->noise.gyro, kDegree);
-  a->Value("gyro_from_log", &o->gyro_from_log);
 }
 
 }  // namespace trueline

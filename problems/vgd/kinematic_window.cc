@@ -91,8 +91,8 @@ void KinematicWindow::AddPriors() {
   }
   if (!vgd_.HasBounds()) return;
   for (int i = 0; i < kKinematicThetaSize; ++i) {
-    problem_.SetParameterLowerBound(theta_.data(), i, -options_.bound_sigmas);
-    problem_.SetParameterUpperBound(theta_.data(), i, options_.bound_sigmas);
+    problem_.SetParameterLowerBound(theta_.data(), i, -KinematicOptions::kBoundSigmas);
+    problem_.SetParameterUpperBound(theta_.data(), i, KinematicOptions::kBoundSigmas);
   }
 }
 
