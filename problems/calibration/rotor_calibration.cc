@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/conflict.h"
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
-#include "problems/calibration/rotor_conflict.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
 #include "problems/effects/rotor_extension.h"

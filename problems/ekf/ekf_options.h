@@ -5,7 +5,7 @@
 #include <array>
 
 #include "problems/common/yaml_archive.h"
-#include "problems/vgd/imu_noise.h"
+#include "problems/vgd/vgd_options.h"
 
 namespace trueline {
 

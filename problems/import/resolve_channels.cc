@@ -6,8 +6,8 @@
 #include <deque>
 #include <tuple>
 
+#include "problems/import/channel_row.h"
 #include "problems/import/find_channels.h"
-#include "problems/import/read_channels.h"
 
 namespace trueline {
 namespace {

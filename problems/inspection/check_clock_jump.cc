@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "problems/inspection/examination.h"
-#include "problems/inspection/fix_pairs.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {

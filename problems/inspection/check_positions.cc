@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "problems/common/units.h"
-#include "problems/inspection/fix_pairs.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {

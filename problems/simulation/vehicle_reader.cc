@@ -1,7 +1,7 @@
 // YAML -> course, vehicle, autopilot, air.
 #include <fmt/format.h>
 
-#include "problems/log/read_rotor.h"
+#include "problems/log/log_yaml.h"
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/course.h"
 

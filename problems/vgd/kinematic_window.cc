@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "problems/vgd/fix_loss.h"
-#include "problems/vgd/path_noise.h"
+#include "problems/vgd/kinematic_chain.h"
 #include "problems/vgd/solver_options.h"
 #include "problems/vgd/window_problem.h"
 
