@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,6 +60,39 @@ std::vector<Statements> ConflictsWithPrior(const MotionPriors& priors,
 std::vector<std::string> WhyModelIsNotUsed(const std::vector<Statements>& compared);
 // The same where only the model's effects are not used, because its constants agree without them.
 std::string EffectsNotUsed(const std::vector<Effect>& effects);
+
+// Calibration with the model of an earlier flight, by either drive. Where the flight contradicts
+// the model's constants, its effects are left out; where the constants contradict it without them,
+// too, the effects are used and the constants are not.
+template <class Options, class Calibration>
+struct CalibrationWithModel {
+  std::function<Calibration(const Options&)> fit;
+  // Whether the flight contradicts the constants; none if the fit can't tell.
+  std::function<std::optional<bool>(const Options&, const Calibration&)> contradicts;
+  std::function<Options(const Options&)> without_effects, without_constants;
+  // The model's constants and what the flight alone shows, by a fit with the options `open`.
+  std::function<std::vector<Statements>(const Options& open, const Calibration&)> compare;
+
+  // `options` become those used. They and the result warn of what is left out.
+  Calibration Run(Options* options) const {
+    const Options given = *options;
+    Calibration result = fit(given);
+    if (contradicts(given, result) != true) return result;
+    std::vector<std::string> why;
+    if (!given.effects.empty()) {
+      result = fit(*options = without_effects(given));
+      if (contradicts(*options, result) == false) why = {EffectsNotUsed(given.effects)};
+    }
+    if (why.empty()) {
+      result = fit(*options = without_constants(given));
+      why = WhyModelIsNotUsed(compare(*options, result));
+    }
+    for (std::vector<std::string>* warnings : {&result.warnings, &options->warnings}) {
+      warnings->insert(warnings->end(), why.begin(), why.end());
+    }
+    return result;
+  }
+};
 
 // Parameters of the airframe of which two flights, each alone, say different things. Both were
 // estimated with `priors`, which take no part.
