@@ -112,13 +112,7 @@ void Serialize(YamlArchive* a, BladeConfig* blades) {
 }
 
 void Serialize(YamlArchive* a, AutopilotConfig* autopilot) {
-  a->Positive("position_gain", &autopilot->position_gain);
-  a->Positive("velocity_gain", &autopilot->velocity_gain);
-  a->NotNegative("attitude_gain", &autopilot->attitude_gain);
-  a->NotNegative("rate_gain", &autopilot->rate_gain);
-  a->Positive("disturbance_time", &autopilot->disturbance_time);
   a->NotNegative("lead", &autopilot->lead);
-  a->Positive("max_tilt", &autopilot->max_tilt);
 }
 
 void Serialize(YamlArchive* a, TurbulenceConfig* turbulence) {
