@@ -37,7 +37,7 @@ bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
 }
 
-// The match with what an AHRS that follows acceleration adds to its lag; none where such a filter
+// Repeats the match after removing the lag of an AHRS that follows acceleration; none if the filter
 // explains as much without a lag.
 std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& witness,
                                         VectorMatch match) {

@@ -163,7 +163,7 @@ RunningIntegral<9> AxisForceIntegral(const FlightLog& log,
 RunningIntegral<3> AxisIntegral(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
                                 int earth_axis);
 
-// What ForceIntegral() states as weighted by a bend's triangle, `lag` earlier.
+// Mean force under a triangle centred at bend.t - lag.
 template <int N>
 Eigen::Matrix<double, N, 1> UnderTriangle(const RunningIntegral<N>& twice, const Bend& bend,
                                           double lag) {
