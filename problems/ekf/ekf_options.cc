@@ -55,8 +55,6 @@ void Serialize(YamlArchive* a, EkfOptions* o) {
   a->Positive("gate_chi_square", &o->gate);
   a->Value("max_refusals", &o->max_refusals);
   a->Value("iterated", &o->iterated);
-  a->Choice("covariance", &o->covariance,
-            {{"dense", CovarianceForm::kDense}, {"sparse", CovarianceForm::kSparse}});
   a->Map("start", [o](YamlArchive* map) { SerializeStart(map, &o->start); });
   a->Map("paper", [o](YamlArchive* map) { SerializePaper(map, o); });
 }

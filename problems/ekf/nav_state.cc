@@ -110,7 +110,7 @@ constexpr int kV = 3, kAttitude = 6, kBa = 9, kBg = 12;
 
 }  // namespace
 
-Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P) {
+Matrix15d Propagate(const Transition& F, const Matrix15d& P) {
   const auto to_p = F.tail.topRows<3>(), to_v = F.tail.middleRows<3>(3);
   const auto turn = F.tail.block<3, 3>(6, 0), turn_bg = F.tail.block<3, 3>(6, 6);
   // The upper nine rows of F P: biases stay, so the lower six rows are those of P.
@@ -134,11 +134,6 @@ Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P) {
   next.block<6, 9>(kBa, 0) = M.rightCols<6>().transpose();
   next.bottomRightCorner<6, 6>() = P.bottomRightCorner<6, 6>();
   return next;
-}
-
-Matrix15d PropagateDense(const Transition& F, const Matrix15d& P) {
-  const Matrix15d dense = F.Dense();
-  return dense * P * dense.transpose();
 }
 
 // N, M and R are the derivatives of dPhi/dt by b_g and of dv/dt by Phi and b_a; the transition

@@ -43,10 +43,7 @@ Eigen::Matrix3d AttitudeErrorFromEarth(AttitudeForm form, const NavState& x);
 
 // F P F' with the transition's blocks of zero and identity left out; about a quarter of the
 // dense product's operations.
-Matrix15d PropagateSparse(const Transition& F, const Matrix15d& P);
-
-// The same by two full products.
-Matrix15d PropagateDense(const Transition& F, const Matrix15d& P);
+Matrix15d Propagate(const Transition& F, const Matrix15d& P);
 
 // Covariance that white noise of accelerometer and gyroscope and random walks of the biases add
 // over the step: the integral of exp(A s) G S G' exp(A s)' ds, to the leading order of each block.
