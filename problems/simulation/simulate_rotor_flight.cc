@@ -7,7 +7,6 @@
 #include "problems/simulation/config_values.h"
 #include "problems/simulation/flight.h"
 #include "problems/simulation/flown_terms.h"
-#include "problems/simulation/navigator.h"
 #include "problems/simulation/streams.h"
 #include "problems/simulation/summary.h"
 #include "problems/simulation/trajectory_tracker.h"

@@ -1,4 +1,3 @@
-// Covariance of whole flights, by the Gauss-Newton Hessian at the optimum.
 #include "problems/smoother/flight_problem.h"
 
 #include <algorithm>

@@ -1,5 +1,3 @@
-// Covariance of a window's solution by the Gauss-Newton Hessian at the optimum, and the
-// marginalisation of its past.
 #include "problems/vgd/window_problem.h"
 
 #include <glog/logging.h>
