@@ -6,7 +6,6 @@
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
-#include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"

@@ -12,9 +12,16 @@
 #pragma once
 
 #include "cost_functions/models/force_effects.h"
-#include "cost_functions/models/motion_state.h"
+#include "cost_functions/models/imu_driven_model.h"
 
 namespace trueline {
+
+// The moving part of the IMU-driven model.
+template <typename T>
+struct MotionState {
+  Vector3<T> p = Vector3<T>::Zero();  // m
+  Vector3<T> v = Vector3<T>::Zero();  // m/s
+};
 
 // Symmetric 3 x 3 matrices as (xx, yy, zz, xy, xz, yz).
 template <typename T>

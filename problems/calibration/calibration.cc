@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "problems/calibration/conflict.h"
 #include "problems/common/error.h"
@@ -370,37 +371,35 @@ Calibration CalibrateWith(const FlightLog& log, const CalibrationOptions& option
   return calibration;
 }
 
-CalibrationOptions WithoutEffects(CalibrationOptions options) {
-  options.effects.clear();
-  options.methods.vgd.drive.force_effects = {};
-  return options;
-}
-
 }  // namespace
 
-Calibration Calibrate(const FlightLog& log, const CalibrationOptions& options,
-                      const std::vector<FlightLog>& others, const std::function<void()>& done) {
-  Calibration calibration = CalibrateWith(log, options, others, done);
-  if (!options.priors_without_model) return calibration;
-  const MotionPriors& model = options.methods.vgd.priors;
-  const auto contradicts = [&](const Calibration& fit) {
-    return !ConflictsWithPrior(model, fit.Reported()).empty();
-  };
-  if (!contradicts(calibration)) return calibration;
-  if (!options.effects.empty()) {
-    calibration = CalibrateWith(log, WithoutEffects(options), others, [] {});
-    if (!contradicts(calibration)) {
-      calibration.warnings.push_back(EffectsNotUsed(options.effects));
-      return calibration;
-    }
-  }
-  CalibrationOptions open = options;
-  open.methods.vgd.priors = *options.priors_without_model;
-  calibration = CalibrateWith(log, open, others, [] {});
-  const std::vector<std::string> why =
-      WhyModelIsNotUsed(CompareWithModel(model, open.methods.vgd.priors, calibration.Reported()));
-  calibration.warnings.insert(calibration.warnings.end(), why.begin(), why.end());
-  return calibration;
+Calibration Calibrate(const FlightLog& log, CalibrationOptions options,
+                      const std::vector<FlightLog>& others, std::function<void()> done) {
+  const MotionPriors model = options.methods.vgd.priors;
+  const bool with_model = options.priors_without_model.has_value();
+  const CalibrationWithModel<CalibrationOptions, Calibration> calibration{
+      .fit =
+          [&](const auto& o) { return CalibrateWith(log, o, others, std::exchange(done, [] {})); },
+      .contradicts = [&](const auto&, const auto& fit) -> std::optional<bool> {
+        if (!with_model) return std::nullopt;
+        return !ConflictsWithPrior(model, fit.Reported()).empty();
+      },
+      .without_effects =
+          [](CalibrationOptions o) {
+            o.effects.clear();
+            o.methods.vgd.drive.force_effects = {};
+            return o;
+          },
+      .without_constants =
+          [](CalibrationOptions o) {
+            o.methods.vgd.priors = *o.priors_without_model;
+            return o;
+          },
+      .compare =
+          [&](const auto& open, const auto& fit) {
+            return CompareWithModel(model, open.methods.vgd.priors, fit.Reported());
+          }};
+  return calibration.Run(&options);
 }
 
 }  // namespace trueline

@@ -83,16 +83,14 @@ struct PlannedRun {
 // The runs of Calibrate: all estimators, each with the window lengths that affect it.
 std::vector<PlannedRun> PlanRuns(const CalibrationOptions& options);
 
-// Where the flight contradicts the model, the model's effects are left out. Where it contradicts
-// the model without them, too, its effects are used and its priors are not. A warning states what
-// is left out; of the constants those that differ from what the flight alone shows.
+// With a model (--model) as far as the flight does not contradict it: CalibrationWithModel.
 //
 // Throws InputError for bad input; a flight that shows nothing gives the verdict `unusable`. If the
 // smoother is among the estimators, the whole flight is also solved at once; `others` are flights
 // of the same vehicle, which then share its drag and misalignment. `done` is called after each
 // planned run.
 Calibration Calibrate(
-    const FlightLog& log, const CalibrationOptions& options,
-    const std::vector<FlightLog>& others = {}, const std::function<void()>& done = [] {});
+    const FlightLog& log, CalibrationOptions options, const std::vector<FlightLog>& others = {},
+    std::function<void()> done = [] {});
 
 }  // namespace trueline

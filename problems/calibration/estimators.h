@@ -10,7 +10,6 @@
 #include "problems/smoother/smoother.h"
 #include "problems/smoother/whole_flight.h"
 #include "problems/vgd/flight_data.h"
-#include "problems/vgd/kinematic_options.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/calibration/conflict.h"
 #include "problems/calibration/considered.h"
 #include "problems/calibration/learn_rotor_noise.h"
-#include "problems/calibration/rotor_conflict.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
 #include "problems/effects/rotor_extension.h"
@@ -101,15 +101,6 @@ RotorCalibrationOptions WithoutConstants(RotorCalibrationOptions options) {
   options.prior = *options.prior_without_model;
   options.prior_without_model.reset();
   if (options.data.motors) options.data.motors_at = MotorsOf(options.prior.mean);
-  return options;
-}
-
-RotorCalibrationOptions WithoutEffects(RotorCalibrationOptions options) {
-  options.prior.mean -= options.of_effects;
-  options.prior_without_model->mean -= options.of_effects;
-  options.of_effects.setZero();
-  options.data.motor_lag -= RotorExtensionOf(options.effects).motor_lag;
-  options.effects.clear();
   return options;
 }
 
@@ -434,37 +425,35 @@ RotorCalibration CalibrateWith(const FlightLog& log, const RotorCalibrationOptio
   return result;
 }
 
-bool ContradictsModel(const RotorCalibration& calibration, const RotorCalibrationOptions& options) {
-  return calibration.alone &&
-         Contradicts(options.prior, *options.prior_without_model, *calibration.alone);
+RotorCalibrationOptions WithoutEffects(RotorCalibrationOptions options) {
+  options.prior.mean -= options.of_effects;
+  options.prior_without_model->mean -= options.of_effects;
+  options.of_effects.setZero();
+  options.data.motor_lag -= RotorExtensionOf(options.effects).motor_lag;
+  options.effects.clear();
+  return options;
 }
 
 }  // namespace
 
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options,
                                  RotorCalibrationOptions* used) {
-  RotorCalibration calibration = CalibrateWith(log, options);
-  if (used != nullptr) *used = options;
-  if (!ContradictsModel(calibration, options)) return calibration;
-  const auto warn = [&](const RotorCalibrationOptions& others,
-                        const std::vector<std::string>& why) {
-    calibration.warnings.insert(calibration.warnings.end(), why.begin(), why.end());
-    if (used == nullptr) return;
-    *used = others;
-    used->warnings.insert(used->warnings.end(), why.begin(), why.end());
-  };
-  if (!options.effects.empty()) {
-    const RotorCalibrationOptions bare = WithoutEffects(options);
-    calibration = CalibrateWith(log, bare);
-    if (calibration.alone && !ContradictsModel(calibration, bare)) {
-      warn(bare, {EffectsNotUsed(options.effects)});
-      return calibration;
-    }
-  }
-  const RotorCalibrationOptions open = WithoutConstants(options);
-  calibration = CalibrateWith(log, open);
-  warn(open, WhyModelIsNotUsed(CompareWithModel(options.prior, open.prior, calibration.batch)));
-  return calibration;
+  const CalibrationWithModel<RotorCalibrationOptions, RotorCalibration> calibration{
+      .fit = [&](const auto& o) { return CalibrateWith(log, o); },
+      .contradicts = [](const auto& o, const auto& fit) -> std::optional<bool> {
+        if (!fit.alone) return std::nullopt;
+        return Contradicts(o.prior, *o.prior_without_model, *fit.alone);
+      },
+      .without_effects = [](const auto& o) { return WithoutEffects(o); },
+      .without_constants = [](const auto& o) { return WithoutConstants(o); },
+      .compare =
+          [&](const auto& open, const auto& fit) {
+            return CompareWithModel(options.prior, open.prior, fit.batch);
+          }};
+  RotorCalibrationOptions own = options;
+  RotorCalibration result = calibration.Run(&own);
+  if (used != nullptr) *used = std::move(own);
+  return result;
 }
 
 std::vector<StreamDelay> DelaysOf(const RotorCalibration& calibration) {

@@ -97,9 +97,8 @@ RotorAeroModel ModelFor(const RotorCalibrationOptions& options, const FlightLog&
 std::vector<Effect> EffectsBesideConstants(const std::vector<Effect>& effects,
                                            const RotorPrior& prior);
 
-// Where the flight contradicts the constants of the model (--model), tries without the model's
-// effects, then without its constants, and warns. `used`, if not null, becomes the options without
-// what is not used, with these warnings. Throws InputError for logs that lack a required stream or
+// With a model (--model) as far as the flight does not contradict it: CalibrationWithModel. `used`,
+// if not null, becomes the options used. Throws InputError for logs that lack a required stream or
 // are too short.
 RotorCalibration CalibrateRotors(const FlightLog& log, const RotorCalibrationOptions& options,
                                  RotorCalibrationOptions* used = nullptr);

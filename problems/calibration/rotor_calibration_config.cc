@@ -1,8 +1,8 @@
 #include "problems/calibration/rotor_calibration_config.h"
 
+#include "problems/calibration/conflict.h"
 #include "problems/calibration/considered.h"
 #include "problems/calibration/own_model.h"
-#include "problems/calibration/rotor_conflict.h"
 #include "problems/common/yaml_archive.h"
 #include "problems/effects/read_effects.h"
 

@@ -1,9 +1,7 @@
-#include "problems/calibration/write_rotor_calibration.h"
-
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
-#include "problems/calibration/result_files.h"
+#include "problems/calibration/write_calibration.h"
 #include "problems/common/atomic_file.h"
 #include "problems/result/csv_file.h"
 #include "problems/result/yaml_text.h"

@@ -17,8 +17,8 @@
 #include <system_error>
 #include <utility>
 
+#include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/staged_names.h"
 
 namespace google {
 extern void (*gflags_exitfunc)(int);  // gflags' own hook; its default exits with 1 on a wrong flag

@@ -28,4 +28,12 @@ class AtomicFile {
 // The common case: the whole content at once.
 void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
 
+// Names for messages of files that a run keeps in a hidden folder until it is complete.
+
+// From now on WithFinalNames replaces `stage` by `final_name`, in all threads.
+void NameStage(const std::filesystem::path& stage, const std::filesystem::path& final_name);
+
+// `text` with the names that the user knows.
+std::string WithFinalNames(std::string text);
+
 }  // namespace trueline

@@ -1,23 +1,89 @@
 #include "problems/common/result_folder.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <map>
 #include <set>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
-#include "problems/common/link_tree.h"
-#include "problems/common/manifest.h"
-#include "problems/common/staged_names.h"
+#include "problems/common/sha256.h"
 
 namespace trueline {
+
+namespace fs = std::filesystem;
+
+void WriteManifest(const fs::path& folder, const std::string& program) {
+  std::map<std::string, std::string> digests;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    digests[entry.path().filename().string()] = Sha256OfFile(entry.path());
+  }
+  YAML::Emitter text;
+  text << YAML::BeginMap << YAML::Key << "program" << YAML::Value << program;
+  text << YAML::Key << "version" << YAML::Value << Version();
+  text << YAML::Key << "sha256" << YAML::Value << digests << YAML::EndMap << YAML::Newline;
+  WriteFileAtomically(folder / kManifestFile, text.c_str());
+}
+
+Manifest ReadManifest(const fs::path& folder) {
+  Manifest manifest;
+  try {
+    const YAML::Node node = YAML::LoadFile((folder / kManifestFile).string());
+    const auto program = node["program"].as<std::string>();
+    if (!program.starts_with("trueline-")) return {};
+    manifest.program = program;
+    for (const auto& entry : node["sha256"]) {
+      const auto name = entry.first.as<std::string>();
+      if (fs::path(name).filename() == name && name != "." && name != "..") {
+        manifest.files.push_back(name);
+      }
+    }
+  } catch (const YAML::Exception&) {
+    return {};
+  }
+  return manifest;
+}
+
+FileLock::FileLock(const std::filesystem::path& path, bool wait) {
+  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) return;
+  int result = 0;
+  do {
+    result = ::flock(descriptor_, wait ? LOCK_EX : LOCK_EX | LOCK_NB);
+  } while (result != 0 && errno == EINTR);
+  if (result == 0 || errno != EWOULDBLOCK) return;
+  ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FileLock& FileLock::operator=(FileLock&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+bool FileLock::Holds(const std::filesystem::path& path) const {
+  struct stat held = {}, there = {};
+  return locked() && ::fstat(descriptor_, &held) == 0 && ::stat(path.c_str(), &there) == 0 &&
+         held.st_dev == there.st_dev && held.st_ino == there.st_ino;
+}
+
 namespace fs = std::filesystem;
 namespace {
 
@@ -194,6 +260,72 @@ void ResultFolder::MoveFiles() {
   if (fs::exists(stage_ / kManifestFile)) files.push_back(stage_ / kManifestFile);
   for (const fs::path& file : files) RenameOrCopy(file, target_ / file.filename());
   fs::remove_all(stage_, error);
+}
+
+namespace fs = std::filesystem;
+namespace {
+
+bool IsFolder(const fs::path& path) { return fs::is_directory(fs::symlink_status(path)); }
+
+void LinkOrCopy(const fs::path& from, const fs::path& to) {
+  if (::linkat(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), 0) == 0) return;
+  std::error_code error;
+  fs::copy(from, to, fs::copy_options::copy_symlinks, error);
+  if (!error) return;
+  throw ErrorAt(from.string(), 0,
+                fmt::format("cannot be kept beside the new result ({}); make room, or give "
+                            "another --out",
+                            error.message()));
+}
+
+void LinkFolder(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directory(to, from, error);  // with its permissions
+  if (error) throw ErrorAt(from.string(), 0, "cannot be kept: " + error.message());
+  LinkTree(from, to, {});
+}
+
+bool IsSkipped(const fs::path& entry, const std::set<std::string>& skip) {
+  return skip.contains(entry.filename().string()) && !IsFolder(entry);
+}
+
+std::vector<fs::path> EntriesOf(const fs::path& folder, const std::set<std::string>& skip) {
+  std::vector<fs::path> entries;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!IsSkipped(entry.path(), skip)) entries.push_back(entry.path());
+  }
+  return entries;
+}
+
+}  // namespace
+
+void LinkTree(const fs::path& from, const fs::path& to, const std::set<std::string>& skip) {
+  for (const fs::path& entry : EntriesOf(from, skip)) {
+    const fs::path link = to / entry.filename();
+    const bool taken = fs::exists(fs::symlink_status(link));
+    if (taken && IsFolder(entry)) {
+      throw ErrorAt(entry.string(), 0,
+                    "is a folder; a file of this name is to be written: move "
+                    "the folder, or give another --out");
+    }
+    if (taken) continue;
+    IsFolder(entry) ? LinkFolder(entry, link) : LinkOrCopy(entry, link);
+  }
+}
+
+void RemoveLinked(const fs::path& from, const fs::path& to, const std::set<std::string>& skip) {
+  std::error_code ignored;
+  for (const fs::path& entry : EntriesOf(from, {})) {
+    const fs::path link = to / entry.filename();
+    if (!fs::exists(fs::symlink_status(link)) && !IsSkipped(entry, skip)) {
+      fs::rename(entry, link, ignored);
+    } else if (IsFolder(entry) && IsFolder(link)) {
+      RemoveLinked(entry, link, {});
+    } else {
+      fs::remove_all(entry, ignored);
+    }
+  }
+  fs::remove(from, ignored);
 }
 
 }  // namespace trueline

@@ -36,8 +36,7 @@ Matrix15d Ekf::StartCovariance(const NavState& x) const {
 void Ekf::Predict(const ImuInput& imu, double dt) {
   Transition F;
   x_ = Advance(options_.attitude, x_, imu, gravity_, dt, &F);
-  P_ = options_.covariance == CovarianceForm::kSparse ? PropagateSparse(F, P_)
-                                                      : PropagateDense(F, P_);
+  P_ = Propagate(F, P_);
   P_ += options_.tuning == EkfTuning::kPaper ? PaperStepNoise(options_, dt)
                                              : StepNoise(F, options_.noise);
   if (recording_) recorded_ = F.Dense() * recorded_;

@@ -2,7 +2,7 @@
 // rate, corrects with position fixes.
 #pragma once
 
-#include "problems/ekf/covariance.h"
+#include "problems/ekf/nav_state.h"
 
 namespace trueline {
 

@@ -8,14 +8,6 @@
 namespace trueline {
 namespace {
 
-void SerializeNoise(YamlArchive* a, EkfOptions* o) {
-  a->NotNegative("accel_noise_mps2_per_sqrt_hz", &o->noise.accel);
-  a->NotNegative("gyro_noise_deg_per_s_per_sqrt_hz", &o->noise.gyro, kDegree);
-  a->NotNegative("accel_bias_walk_mps3_per_sqrt_hz", &o->noise.accel_walk);
-  a->NotNegative("gyro_bias_walk_deg_per_s2_per_sqrt_hz", &o->noise.gyro_walk, kDegree);
-  a->Value("gyro_from_log", &o->gyro_from_log);
-}
-
 void SerializeStart(YamlArchive* a, EkfStart* start) {
   a->Positive("position_sigma_m", &start->position);
   a->Positive("velocity_sigma_mps", &start->velocity);
@@ -63,9 +55,6 @@ void Serialize(YamlArchive* a, EkfOptions* o) {
   a->Positive("gate_chi_square", &o->gate);
   a->Value("max_refusals", &o->max_refusals);
   a->Value("iterated", &o->iterated);
-  a->Choice("covariance", &o->covariance,
-            {{"dense", CovarianceForm::kDense}, {"sparse", CovarianceForm::kSparse}});
-  a->Map("noise", [o](YamlArchive* map) { SerializeNoise(map, o); });
   a->Map("start", [o](YamlArchive* map) { SerializeStart(map, &o->start); });
   a->Map("paper", [o](YamlArchive* map) { SerializePaper(map, o); });
 }

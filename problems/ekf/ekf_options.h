@@ -5,14 +5,13 @@
 #include <array>
 
 #include "problems/common/yaml_archive.h"
-#include "problems/vgd/imu_noise.h"
+#include "problems/vgd/vgd_options.h"
 
 namespace trueline {
 
 enum class EkfTuning { kConsistent, kPaper };
 enum class AttitudeForm { kEuler, kErrorState };
 enum class EkfGating { kNone, kChiSquare };
-enum class CovarianceForm { kSparse, kDense };
 
 // Initial sigmas for each axis. Biases: the uniform ranges of Table 2 of Li et al. 2019 (width over
 // sqrt(12)).
@@ -38,7 +37,6 @@ struct EkfOptions {
   // (iterated filter-smoother). A fix is a linear function of the state, so iterating the update
   // alone would change nothing.
   bool iterated = false;
-  CovarianceForm covariance = CovarianceForm::kSparse;
 
   ImuNoise noise;
   bool gyro_from_log = true;  // whether gyro_scatter is measured on the log, or stays zero

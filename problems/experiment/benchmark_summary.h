@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/experiment/run_jobs.h"
-#include "problems/result/bootstrap.h"
+#include "problems/experiment/job.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {

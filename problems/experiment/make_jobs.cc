@@ -5,7 +5,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
-#include "problems/experiment/run_jobs.h"
+#include "problems/experiment/job.h"
 #include "problems/import/read_fixes_from_mocap.h"
 #include "problems/result/yaml_text.h"
 #include "problems/simulation/variant.h"

@@ -2,8 +2,6 @@
 
 #include <sstream>
 
-#include "problems/experiment/row_text.h"
-
 namespace trueline {
 
 std::string ToText(JobResult result) {

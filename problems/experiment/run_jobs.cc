@@ -1,5 +1,3 @@
-#include "problems/experiment/run_jobs.h"
-
 #include <dlfcn.h>
 
 #include <atomic>
@@ -14,6 +12,7 @@
 #include "problems/common/parallel.h"
 #include "problems/common/progress.h"
 #include "problems/common/sha256.h"
+#include "problems/experiment/job.h"
 
 namespace trueline {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "problems/experiment/benchmark_summary.h"
-#include "problems/experiment/run_jobs.h"
+#include "problems/experiment/job.h"
 
 namespace trueline {
 

@@ -1,8 +1,13 @@
 // A record of a recording's channel as a row, with the last records of others.
 #pragma once
 
-#include "problems/import/foreign_row.h"
+#include <map>
+#include <string>
+#include <vector>
+
+#include "problems/import/foreign_csv.h"
 #include "problems/import/formats/recording.h"
+#include "problems/import/stream_import.h"
 
 namespace trueline {
 
@@ -38,5 +43,20 @@ class ChannelRow : public ForeignRow {
   std::size_t place_ = 0;
   mutable int missing_ = -1;  // column of the row's last missing value
 };
+
+// The records of a recording, given to the streams that come from its channels.
+
+// Reads the channels of the streams. Returns for each channel how many of its messages could not be
+// decoded.
+std::map<std::size_t, std::size_t> ReadChannels(Recording* recording,
+                                                const std::vector<StreamImport*>& streams);
+
+// What is in a recording, for people.
+
+// A channel's fields with their units, elements of a list together: "q[0..3], x [m]".
+std::string FieldList(const Channel& channel);
+
+// Format, and for each channel with records: their number, rate (Hz), span (s), fields.
+std::string ListChannels(const Recording& recording);
 
 }  // namespace trueline

@@ -10,11 +10,11 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
+#include "problems/import/channel_row.h"
 #include "problems/import/cut.h"
 #include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/tables.h"
 #include "problems/import/formats/text_tables.h"
-#include "problems/import/read_channels.h"
 #include "problems/import/resolve_channels.h"
 #include "problems/import/stamp_reader.h"
 #include "problems/import/stream_import.h"
@@ -53,7 +53,7 @@ std::string StepText(const std::string& file, const std::string& stream,
                      ToSeconds(parts[0].to), ToSeconds(parts[1].from));
 }
 
-// What is said of parts with the same times, of which one is kept.
+// Warning: parts overlap in time; the longest is kept.
 std::string RestartWarning(const std::string& file, const std::string& stream,
                            const std::vector<ClockPart>& parts, std::size_t left_out) {
   const ClockPart kept = LongestOf(parts);
@@ -64,7 +64,8 @@ std::string RestartWarning(const std::string& file, const std::string& stream,
       StepText(file, stream, parts), ToSeconds(kept.from), ToSeconds(kept.to), left_out);
 }
 
-// Likewise of parts that do not overlap: a restart, or a file whose blocks are out of place.
+// Warning: the clock steps back and parts do not overlap (a restart, or a file whose blocks are out
+// of place); sorted by time.
 std::string OrderWarning(const std::string& file, const std::string& stream,
                          const std::vector<ClockPart>& parts) {
   return fmt::format(

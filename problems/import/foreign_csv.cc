@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "problems/common/error.h"
-#include "problems/log/date_time.h"
+#include "problems/log/units.h"
 
 namespace trueline {
 namespace {

@@ -6,8 +6,8 @@
 #include <deque>
 #include <tuple>
 
+#include "problems/import/channel_row.h"
 #include "problems/import/find_channels.h"
-#include "problems/import/read_channels.h"
 
 namespace trueline {
 namespace {
@@ -149,7 +149,7 @@ bool IsLowerInstance(const Recording& recording, const StreamCandidate& a,
   return instance(a) < instance(b);
 }
 
-// What is said of the candidates that a stream is not read from.
+// Channels that are not used for a stream, by reason.
 struct Rivals {
   std::vector<std::string> poor, brief;    // before the chosen one: few rows, a short time
   std::vector<std::string> longer, alike;  // after it: cover more, would do as well

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/import/foreign_row.h"
+#include "problems/import/foreign_csv.h"
 #include "problems/import/frames.h"
 #include "problems/log/units.h"
 

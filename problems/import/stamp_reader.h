@@ -5,13 +5,56 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
+#include <vector>
 
+#include "problems/common/units.h"
 #include "problems/import/import_map.h"
-#include "problems/import/wrapped_clock.h"
 #include "problems/log/csv_text.h"
 
 namespace trueline {
+
+// Where the clock of a recording steps back, as after a restart of the logger.
+
+// Rows whose time goes on without a jump.
+struct ClockRun {
+  TimeNs from = 0, to = 0;
+  std::size_t count = 0;
+};
+
+// Rows in the order of the file between two steps back.
+struct ClockPart {
+  std::size_t begin = 0, end = 0;   // places in the file (ForeignRow::Place())
+  std::size_t count = 0;            // rows
+  TimeNs from = 0, to = 0;          // the middle of its first and of its last rows
+  std::vector<ClockRun> runs = {};  // of several rows; a part may lack times that another has
+};
+
+// `stamps` in the order of the file, and their places there. A part for each time between steps.
+std::vector<ClockPart> PartsByClock(const std::vector<TimeNs>& stamps,
+                                    const std::vector<std::size_t>& places);
+// Whether parts have the same times, by more than rows out of order explain.
+bool AnyOverlap(const std::vector<ClockPart>& parts);
+
+// Counters of 16 or 32 bits that start again from zero while a log goes on.
+class WrappedClock {
+ public:
+  // The time that `stamp` means, after those given before. A step back is a wrap where the counter
+  // was near its end and is near zero; a restart at another time is none.
+  TimeNs Undo(TimeNs stamp);
+
+  // "the counter of 32 bits in us wraps once, after 4294.966 s"; empty where it does not.
+  std::string Text() const;
+
+ private:
+  std::size_t count_ = 0;
+  TimeNs first_ = 0, last_ = 0;  // last_: with the wraps undone
+  TimeNs period_ = 0;            // of the counter; 0 before it has wrapped
+  TimeNs wrapped_at_ = 0;
+  std::int64_t epoch_ = 0, most_ = 0;
+  const char* counter_ = "";
+};
 
 inline constexpr double kLatestSeconds = 9e9;  // of a stamp: 64 bits hold 292 years of nanoseconds
 

@@ -435,7 +435,7 @@ class SampleImport : public StreamImport {
     return !kept_ || (places_[i] >= kept_->begin && places_[i] < kept_->end);
   }
 
-  // --- Rows whose time of measurement is not set, so that they have that of recording
+  // --- Rows without a time of measurement; they use the time of recording
 
   bool HasTwoClocks() const { return unstamped_count_ > 0 && unstamped_count_ < unstamped_.size(); }
   // Of two clocks, that of measurement, unless hardly a row has it.

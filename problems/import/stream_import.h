@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/import/clock_parts.h"
 #include "problems/import/import_map.h"
+#include "problems/import/stamp_reader.h"
 
 namespace trueline {
 

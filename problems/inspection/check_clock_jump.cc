@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "problems/inspection/examination.h"
-#include "problems/inspection/fix_pairs.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {
@@ -63,7 +63,7 @@ class LaggedFixes {
   Differences Rest(const Division& d, std::size_t lag) const {
     return upto_[lag].back().Plus(Part(d, lag), -1.0);
   }
-  // Of both about the mean of both: the frames may differ by a constant.
+  // Mean square of both parts about their common mean: the frames may differ by a constant.
   double MeanSquare(const Division& d) const {
     const Differences part = Part(d, d.lag), rest = Rest(d, d.rest_lag);
     if (part.n < kLeastFixes || rest.n < kLeastFixes) {

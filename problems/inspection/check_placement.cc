@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "problems/inspection/examination.h"
-#include "problems/inspection/fix_pairs.h"
+#include "problems/inspection/vector_match.h"
 #include "problems/inspection/vector_sums.h"
 #include "problems/log/fixes.h"
 #include "problems/result/statistics.h"

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "problems/common/units.h"
-#include "problems/inspection/fix_pairs.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
 namespace {
@@ -37,7 +37,7 @@ bool IsHeading(const Eigen::Matrix3d& turn) {
   return turn.determinant() > 0.0 && turn(2, 2) > 0.97;
 }
 
-// The match with what an AHRS that follows acceleration adds to its lag; none where such a filter
+// Repeats the match after removing the lag of an AHRS that follows acceleration; none if the filter
 // explains as much without a lag.
 std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& witness,
                                         VectorMatch match) {

@@ -9,12 +9,12 @@
 namespace trueline {
 namespace {
 
-constexpr std::size_t kMostTurns = 1500;          // for the search of the lag
-constexpr double kAlike = 0.7;                    // correlation of a match
-constexpr double kLike = 0.85, kVeryLike = 0.97;  // of another flight, of a good sensor
-constexpr double kLeastRate = 0.05;               // rad/s
-constexpr double kLeastLag = 0.012;               // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;              // s/s; a smaller one is no fault
+constexpr std::size_t kMostTurns = 1500;  // for the search of the lag
+// Correlations of a match: the least one; below this it is of another flight; of a good sensor.
+constexpr double kMinCorrelation = 0.7, kOtherFlightBelow = 0.85, kGoodSensorAbove = 0.97;
+constexpr double kLeastRate = 0.05;   // rad/s
+constexpr double kLeastLag = 0.012;   // s; a shorter one is no fault
+constexpr double kLeastDrift = 1e-4;  // s/s; a smaller one is no fault
 constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 constexpr double kRunsThrough = 0.2;                        // s, steps of a stream without a gap
@@ -139,7 +139,8 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
       stream, LateText(match.lag),
       other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
       match.correlation, match.unshifted);
-  if (match.correlation < kLike) finding.text += ", or it is of another flight of such laps";
+  if (match.correlation < kOtherFlightBelow)
+    finding.text += ", or it is of another flight of such laps";
   AddClockOffset(e, match.lag, finding);
 }
 
@@ -147,7 +148,7 @@ std::string NotShown(const VectorMatch& match) {
   if (match.seen_rms < kLeastRate) {
     return fmt::format("the vehicle turns by {:.3f} rad/s only", match.seen_rms);
   }
-  if (match.correlation < kAlike) {
+  if (match.correlation < kMinCorrelation) {
     return fmt::format("no lag within 5 s and no rotation makes them agree (correlation {:.2f})",
                        match.correlation);
   }
@@ -173,12 +174,12 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
       "less than 5 s and drift by less than 0.01 s/s");
 }
 
-// An attitude that agrees with the gyroscope where no lag makes this stream alike: then its clock
-// is not what is wrong. Null if there is none.
+// Another attitude that agrees with the gyroscope, although this one does at no lag: the fault is
+// not in this one's clock. Null if there is none.
 const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match) {
-  if (match.correlation >= kLike) return nullptr;
+  if (match.correlation >= kOtherFlightBelow) return nullptr;
   const auto good = std::find_if(e.rates.begin(), e.rates.end(), [](const RateWitness& rate) {
-    return rate.match.correlation > kVeryLike;
+    return rate.match.correlation > kGoodSensorAbove;
   });
   return good == e.rates.end() ? nullptr : &*good;
 }
@@ -305,7 +306,7 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
                                      double reach) {
   std::erase_if(turns, [=](const AttitudeTurn& t) { return t.from < from || t.to > to; });
   auto match = MatchVectors(RatePairs(gyro, turns, false), {reach, 0.02});
-  if (match && match->correlation < kLike) match.reset();
+  if (match && match->correlation < kOtherFlightBelow) match.reset();
   return match;
 }
 

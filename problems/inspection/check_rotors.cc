@@ -19,8 +19,8 @@ constexpr double kLeastOrderGain =
     0.05;                             // by which another order must explain more; less may be k_f
 constexpr double kOtherSigmas = 5.0;  // the same
 constexpr double kAlikeSigmas = 3.0;  // by which the best order must be better than each other
-constexpr double kNearOrder =
-    0.5;  // of what an order explains; one that explains so much less is not alike
+// An order that explains less than the best one by this share of all is rejected.
+constexpr double kNearOrder = 0.5;
 constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
 constexpr double kLeastMotorLag = 0.12;   // s, of commands, which motors follow late
 

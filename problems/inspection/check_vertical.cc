@@ -238,7 +238,7 @@ std::optional<double> LeanBy(const Examination& e, const std::string& stream) {
   return LeanOf(force) / kDegree;
 }
 
-// No repair of the stream holds: it left gravity pointing sideways.
+// Removes the stream's repairs: with them gravity points sideways.
 void WithdrawRepairs(const std::string& stream, Examination* e) {
   if (e->result.repairs.streams.erase(stream) == 0) return;
   for (Finding& finding : e->result.findings) {

@@ -11,6 +11,189 @@
 namespace trueline {
 namespace {
 
+constexpr double kRepeats = 0.5;    // s, farther apart two lags are two peaks
+constexpr double kClearly = 0.02;   // correlation by which a farther peak must be better
+constexpr double kOutlier = 6.0;    // median residuals
+constexpr double kFineStep = 0.01;  // s, of the parabola about the peak
+
+// The lag of the best correlation on the coarse grid, and another one that is as good.
+struct Peak {
+  double lag = 0.0;
+  std::optional<double> or_else;
+};
+
+Peak CoarsePeak(const PairsAt& pairs, const LagSearch& search) {
+  std::vector<std::pair<double, double>> tried;  // lag, correlation
+  const int reach = static_cast<int>(std::round(search.reach / search.step));
+  double top = 0.0;
+  for (int k = -reach; k <= reach; ++k) {
+    tried.emplace_back(k * search.step, Correlation(SumOf(pairs(k * search.step))));
+    top = std::max(top, tried.back().second);
+  }
+  // Of lags that are as good the nearest one is the likeliest.
+  std::erase_if(tried, [&](const auto& at) { return at.second < top - kClearly; });
+  const auto nearest = *std::min_element(
+      tried.begin(), tried.end(),
+      [](const auto& a, const auto& b) { return std::abs(a.first) < std::abs(b.first); });
+  Peak peak;
+  double best = -1.0, other = -1.0;
+  for (const auto& [lag, correlation] : tried) {
+    const bool near = std::abs(lag - nearest.first) <= kRepeats;
+    double& record = near ? best : other;
+    if (correlation <= record) continue;
+    record = correlation;
+    if (near) {
+      peak.lag = lag;
+    } else {
+      peak.or_else = lag;
+    }
+  }
+  return peak;
+}
+
+// The sums of all blocks at three lags about a peak.
+struct AtThreeLags {
+  std::array<BlocksOfSums, 3> sums;
+
+  double VertexWithout(int left_out) const {
+    std::array<double, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      VectorSums total = Total(sums[k]);
+      if (left_out >= 0) total -= sums[k][static_cast<std::size_t>(left_out)];
+      c[k] = Correlation(total);
+    }
+    return ParabolaVertex(c[0], c[1], c[2]);
+  }
+  // Of one block alone, under the turn that fits the whole; NaN where it shows none.
+  double VertexOf(std::size_t block, const Eigen::Matrix3d& turn) const {
+    std::array<double, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      c[k] = CorrelationUnder(turn, sums[k][block]);
+      if (std::isnan(c[k])) return c[k];
+    }
+    if (!(c[1] > 0.5) || !(c[0] - 2.0 * c[1] + c[2] < 0.0)) return std::nan("");
+    return ParabolaVertex(c[0], c[1], c[2]);
+  }
+};
+
+AtThreeLags SumsAbout(const PairsAt& pairs, double lag, double step, double from, double to) {
+  AtThreeLags at;
+  at.sums = {BlockSums(pairs(lag - step), from, to), BlockSums(pairs(lag), from, to),
+             BlockSums(pairs(lag + step), from, to)};
+  return at;
+}
+
+// Slope of the blocks' lags over time. Returns how many blocks show their lag.
+int FitDrift(const AtThreeLags& at, const Eigen::Matrix3d& turn, double step, double span,
+             VectorMatch* match) {
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const double vertex = at.VertexOf(b, turn);
+    if (std::abs(vertex) < 1.0) points.emplace_back(BlockMiddle(b, span), vertex * step);
+  }
+  const LagLine line = FitLagLine(points);
+  match->drift = line.slope;
+  match->drift_sigma = line.sigma;
+  return static_cast<int>(points.size());
+}
+
+// Turn, gain and their uncertainties at the lag.
+void FitTurnAndGain(const BlocksOfSums& blocks, VectorMatch* match) {
+  const VectorSums total = Total(blocks);
+  const TurnFit turn = FitTurn(total);
+  std::vector<double> thirds, gains;
+  std::vector<TurnFit> without;
+  for (const VectorSums& block : blocks) {
+    if (block.n == 0.0) continue;
+    VectorSums rest = total;
+    rest -= block;
+    if (!(rest.n >= kLeastPairs) || !(rest.Scale() > 0.0)) continue;
+    without.push_back(FitTurn(rest));
+    thirds.push_back(without.back().third);
+    gains.push_back(std::sqrt(rest.SeenVar() / rest.SureVar()));
+  }
+  if (thirds.size() < 3) return;
+  match->reflection = turn.third / std::max(1e-9, JackknifeSigma(thirds));
+  const bool mirrored = match->reflection < -kShown && turn.third < -0.02;
+  match->turn = mirrored ? turn.best : turn.rotation;
+  if (!mirrored && match->reflection < kShown) match->mirrored = turn.mirrored;
+  match->gain = std::sqrt(total.SeenVar() / total.SureVar());
+  match->gain_sigma = JackknifeSigma(gains);
+  const double k = static_cast<double>(without.size());
+  for (const TurnFit& one : without) {
+    const Eigen::Matrix3d other =
+        mirrored ? (one.best.determinant() < 0.0 ? one.best : one.rotation) : one.rotation;
+    const Eigen::Vector3d d = TurnBetween(other, match->turn);
+    match->turn_cov += (k - 1.0) / k * d * d.transpose();
+  }
+}
+
+// The pairs that a fit of turn and gain explains but for at most six times the usual residual.
+PairsAt WithoutOutliers(const PairsAt& pairs, double lag) {
+  const std::vector<VectorPair> at = pairs(lag);
+  const VectorSums sums = SumOf(at);
+  if (sums.n < kLeastPairs || !(sums.Scale() > 0.0)) return pairs;
+  const Eigen::Matrix3d turn =
+      std::sqrt(sums.SeenVar() / sums.SureVar()) * Correlation(sums) * FitTurn(sums).best;
+  const Eigen::Vector3d seen = sums.seen / sums.n, sure = sums.sure / sums.n;
+  const auto residual = [=](const VectorPair& pair) {
+    return (pair.seen - seen - turn * (pair.sure - sure)).norm();
+  };
+  std::vector<double> residuals;
+  residuals.reserve(at.size());
+  for (const VectorPair& pair : at) residuals.push_back(residual(pair));
+  const double limit = kOutlier * LowerMedian(residuals);
+  return [=](double other) {
+    std::vector<VectorPair> kept = pairs(other);
+    std::erase_if(kept, [&](const VectorPair& pair) { return residual(pair) > limit; });
+    return kept;
+  };
+}
+
+}  // namespace
+
+std::optional<SteadyMatch> MatchSteady(const PairsAt& all, const LagSearch& search) {
+  SteadyMatch steady;
+  VectorMatch& match = steady.match;
+  const Peak peak = search.reach > 0.0 ? CoarsePeak(all, search) : Peak{};
+  const PairsAt pairs = WithoutOutliers(all, peak.lag);
+  match.or_else = peak.or_else;
+  match.unshifted = Correlation(SumOf(pairs(0.0)));
+  const std::vector<VectorPair> at_peak = pairs(peak.lag);
+  if (at_peak.size() < kLeastPairs) return std::nullopt;
+  const double from = at_peak.front().t, to = at_peak.back().t;
+  steady.from = from;
+  steady.to = to;
+
+  match.lag = peak.lag;
+  double step = search.step;
+  AtThreeLags about;
+  for (int pass = 0; pass < 3 && search.reach > 0.0; ++pass) {
+    about = SumsAbout(pairs, match.lag, step, from, to);
+    match.lag += step * about.VertexWithout(-1);
+    step = kFineStep;
+  }
+  about = SumsAbout(pairs, match.lag, kFineStep, from, to);
+  std::vector<double> lags;
+  lags.reserve(kBlocks);
+  for (int block = 0; block < kBlocks; ++block) {
+    lags.push_back(kFineStep * about.VertexWithout(block));
+  }
+  match.lag_sigma = JackknifeSigma(lags);
+  const VectorSums total = Total(about.sums[1]);
+  if (total.n < kLeastPairs || !(total.Scale() > 0.0)) return std::nullopt;
+  match.correlation = Correlation(total);
+  match.unturned = Correlation(total, false);
+  match.plain = PlainCorrelation(total);
+  match.seen_rms = std::sqrt(total.SeenVar());
+  FitTurnAndGain(about.sums[1], &match);
+  steady.shown = FitDrift(SumsAbout(pairs, match.lag, 2.0 * kFineStep, from, to), match.turn,
+                          2.0 * kFineStep, to - from, &match);
+  return steady;
+}
+
+namespace {
+
 constexpr double kMostDrift = 0.01;      // s/s
 constexpr int kMostDriftSteps = 100;     // each way
 constexpr int kFewBlocks = 7;            // that must show a drift

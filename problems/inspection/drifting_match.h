@@ -3,9 +3,22 @@
 
 #include <optional>
 
-#include "problems/inspection/steady_match.h"
+#include "problems/inspection/vector_match.h"
 
 namespace trueline {
+
+// A match of pairs of vectors by one lag for the whole flight.
+inline constexpr double kShown = 5.0;  // sigmas
+
+// A match by one lag, and what the blocks of the flight show of it.
+struct SteadyMatch {
+  VectorMatch match;
+  int shown = 0;                // blocks that show their lag
+  double from = 0.0, to = 0.0;  // s, of the pairs
+};
+
+// No value for fewer than 30 pairs.
+std::optional<SteadyMatch> MatchSteady(const PairsAt& pairs, const LagSearch& search);
 
 // The match of a clock that drifts by more than `steady` can show, if more blocks then lie on one
 // line, and it explains clearly more or each block alone confirms it.

@@ -1,5 +1,5 @@
-// An inspection on its way: the log as recorded, the log with what has been repaired so far, and
-// the findings. Each step below looks at the repaired log and adds to all three.
+// State of an inspection in progress: the log as recorded, the log as repaired so far, and the
+// findings. Each step below looks at the repaired log and adds to all three.
 #pragma once
 
 #include <fmt/format.h>

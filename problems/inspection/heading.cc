@@ -10,8 +10,8 @@
 #include "problems/common/units.h"
 #include "problems/inspection/motion.h"
 #include "problems/result/statistics.h"
-#include "problems/vgd/line_fit.h"
 #include "problems/vgd/passes.h"
+#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 namespace {

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/inspection/finding.h"
 #include "problems/inspection/repair.h"
 #include "problems/inspection/rotor_layout.h"
 #include "problems/inspection/stream_health.h"

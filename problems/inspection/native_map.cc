@@ -4,7 +4,7 @@
 
 #include "problems/inspection/corrected_map.h"
 #include "problems/log/csv_text.h"
-#include "problems/log/line_reader.h"
+#include "problems/log/text_file.h"
 
 namespace trueline {
 namespace {

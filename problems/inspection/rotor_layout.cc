@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "problems/inspection/normal_sums.h"
+#include "problems/inspection/vector_sums.h"
 
 namespace trueline {
 namespace {

@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "problems/log/flight_log.h"
+
 namespace trueline {
 
 inline constexpr double kOrdinaryDrift = 1e-3;  // s/s; no clock of quartz is as far off
@@ -69,5 +71,11 @@ const std::vector<Eigen::Matrix3d>& SignedPermutations();
 // The match's `turn`, or a signed permutation that it does not differ from: the identity, a
 // rotation, a reflection, in this order.
 Eigen::Matrix3d PlainTurn(const VectorMatch& match, double least);
+
+// Fixes beside mocap's positions.
+
+// At most 1,500 fixes, each beside mocap's position at the same time less the lag; fixes where
+// mocap has a gap are left out. `log` must outlive what is returned.
+PairsAt FixPairs(const FlightLog& log);
 
 }  // namespace trueline

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 
 namespace trueline {
 

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "cost_functions/models/rotor.h"
 #include "problems/common/strict_yaml.h"
 #include "problems/log/flight_log.h"
 
@@ -19,5 +21,9 @@ Vehicle ReadVehicle(const YamlMap& map);
 // The key `environment`: indoors, outdoors, or empty if the file does not state it.
 std::string ReadEnvironment(const YamlMap& map);
 std::vector<Gate> ReadGates(const YamlMap& parent);
+
+// Reads position [m], axis (of any length; up if absent), spin, k_f [N s^2] and k_m [N m s^2] of
+// each rotor. Throws InputError for what no rotor has.
+std::vector<Rotor> ReadRotors(const std::vector<YamlMap>& rotors);
 
 }  // namespace trueline

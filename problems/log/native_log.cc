@@ -1,11 +1,16 @@
 #include "problems/log/native_log.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
 #include "problems/common/sha256.h"
+#include "problems/log/csv_text.h"
 #include "problems/log/imu_health.h"
 #include "problems/log/log_yaml.h"
-#include "problems/log/streams.h"
+#include "problems/log/stream_reader.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 
@@ -50,6 +55,225 @@ std::vector<std::string> NativeLogFiles() {
 void WriteNativeLog(const FlightLog& log, const fs::path& directory) {
   WriteStreams(log, directory);
   WriteFileAtomically(directory / "log.yaml", LogYaml(log));
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNormTolerance = 1e-2;    // of a quaternion written with three decimals
+constexpr double kStrangeNorm = 1.1e-3;    // off from 1 by more than three decimals explain
+constexpr double kLongestPause = 86400.0;  // s
+constexpr std::size_t kFlushAt = 1 << 16;  // bytes
+
+fs::path FileOf(const fs::path& directory, const Stream& stream) {
+  return directory / (std::string(stream.name) + ".csv");
+}
+
+// Archive that lists the columns of a stream, those of channels as many as the sample has.
+struct ColumnList {
+  std::vector<Column> columns;
+
+  template <class Value>
+  void operator()(const Field& field, const Value&) {
+    for (const char* name : field.columns) {
+      if (name != nullptr) columns.push_back({name, field.unit});
+    }
+  }
+  void operator()(const Field& field, const std::vector<double>& values) {
+    if (values.empty()) columns.push_back({field.columns[0], field.unit, true});
+    for (std::size_t k = 1; k <= values.size(); ++k) {
+      columns.push_back({fmt::format("{}{}", field.columns[0], k), field.unit});
+    }
+  }
+};
+
+template <class Sample>
+std::vector<Column> ColumnsOf(const Sample& sample, const Stream& stream) {
+  ColumnList list;
+  Sample::Describe(list, sample, stream);
+  return list.columns;
+}
+
+std::string Header(const std::vector<Column>& columns) {
+  std::string header = "t [s]";
+  for (const Column& column : columns) header += fmt::format(",{} [{}]", column.name, column.unit);
+  return header;
+}
+
+// Archive that fills a sample from the row last read, in the order of ColumnList.
+class RowParser {
+ public:
+  // norms: of quaternions, less 1.
+  RowParser(StreamReader* row, std::vector<double>* norms) : row_(row), norms_(norms) {}
+
+  void operator()(const Field&, Eigen::Vector3d& vector) {
+    for (double& value : vector) value = Next();
+  }
+  void operator()(const Field& field, Eigen::Quaterniond& q) {
+    for (double* value : {&q.w(), &q.x(), &q.y(), &q.z()}) *value = Next();
+    const double norm = q.norm();
+    if (std::abs(norm - 1.0) > kNormTolerance) {
+      cut_off_ = row_->DropAsCutOff();
+      if (cut_off_) return;
+      row_->Fail(field.columns[0],
+                 fmt::format("the quaternion's norm is {:.6g}, not 1; remove the row or check the "
+                             "order of the columns",
+                             norm));
+    }
+    norms_->push_back(std::abs(norm - 1.0));
+    // A norm that is correct to the last digits stays, so that reading returns what was written.
+    if (std::abs(norm - 1.0) > 1e-12) q.normalize();
+  }
+  void operator()(const Field& field, double& value) {
+    value = Next();
+    if (!field.is_sigma || value >= kLeastSigma) return;
+    row_->Fail(field.columns[0],
+               fmt::format("found {}; a standard deviation must be positive, {} or more", value,
+                           kLeastSigma));
+  }
+  void operator()(const Field& field, int& id) {
+    const double value = Next();
+    const bool good = value == std::floor(value) && value >= kNoGate && value <= kMostId;
+    if (!good) {
+      row_->Fail(field.columns[0],
+                 fmt::format("found {}; an id is a whole number from 0 to {}, or {} for none",
+                             value, kMostId, kNoGate));
+    }
+    id = static_cast<int>(value);
+  }
+  void operator()(const Field&, std::vector<double>& values) { values = row_->values(); }
+
+  bool cut_off() const { return cut_off_; }  // the row is truncated inside a number
+
+ private:
+  double Next() { return row_->value(next_++); }
+
+  StreamReader* row_;
+  std::vector<double>* norms_;
+  int next_ = 0;
+  bool cut_off_ = false;
+};
+
+// The IMU's time spans the flight: a clock that was set within it would make the flight last years.
+void CheckPause(TimeNs before, const StreamReader& reader) {
+  const double pause = SecondsBetween(before, reader.time());
+  if (pause <= kLongestPause) return;
+  reader.Fail("t", fmt::format("comes {:.6g} s after the row before: was the clock set here? "
+                               "Remove the rows before or after it, or correct their stamps",
+                               pause));
+}
+
+// All rows of a file have the same digits, so some quaternions that are further from norm 1 than
+// most have a number that is not theirs.
+void WarnOfStrangeNorms(const fs::path& path, std::vector<double> norms,
+                        std::vector<std::string>* warnings) {
+  if (norms.empty()) return;
+  const double usual = UpperMedian(norms);
+  const double limit = std::max(kStrangeNorm, 20.0 * usual);
+  const auto count = std::count_if(norms.begin(), norms.end(), [&](double n) { return n > limit; });
+  if (count == 0) return;
+  warnings->push_back(fmt::format(
+      "{}: {} of {} quaternions have a norm that differs from 1 by up to {:.2g}, the "
+      "others by {:.2g}: a column holds wrong numbers there; look at the logger",
+      path.string(), count, norms.size(), *std::max_element(norms.begin(), norms.end()), usual));
+}
+
+template <class Sample>
+std::vector<Sample> ReadStream(const fs::path& path, const Stream& stream,
+                               std::vector<std::string>* warnings) {
+  Sample sample{};
+  StreamReader reader(path, ColumnsOf(sample, stream), warnings);
+  std::vector<Sample> samples;
+  std::vector<double> norms;
+  while (reader.Next()) {
+    if (samples.empty()) samples.reserve(reader.EstimatedRows());
+    RowParser row(&reader, &norms);
+    sample.t = reader.time();
+    Sample::Describe(row, sample, stream);
+    if (row.cut_off()) break;
+    if (stream.name == std::string_view("imu") && !samples.empty()) {
+      CheckPause(samples.back().t, reader);
+    }
+    samples.push_back(sample);
+  }
+  if (samples.empty()) {
+    throw ErrorAt(path.string(), 0,
+                  "has a header but no rows; record the stream or remove the file");
+  }
+  WarnOfStrangeNorms(path, norms, warnings);
+  return samples;
+}
+
+// Archive that writes a sample's numbers.
+struct RowWriter {
+  fmt::memory_buffer buffer;
+
+  template <class Number>
+  void operator()(const Field&, const Number& value) {
+    fmt::format_to(std::back_inserter(buffer), ",{}", value);
+  }
+  void operator()(const Field& field, const Eigen::Vector3d& vector) {
+    for (const double value : vector) (*this)(field, value);
+  }
+  void operator()(const Field& field, const Eigen::Quaterniond& q) {
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) (*this)(field, value);
+  }
+  void operator()(const Field& field, const std::vector<double>& values) {
+    for (const double value : values) (*this)(field, value);
+  }
+};
+
+template <class Sample>
+void WriteStream(const Stream& stream, const std::vector<Sample>& samples, const fs::path& path) {
+  AtomicFile file(path);
+  file.stream() << Header(ColumnsOf(samples.front(), stream)) << '\n';
+  RowWriter row;
+  const auto flush = [&] {
+    file.stream().write(row.buffer.data(), static_cast<std::streamsize>(row.buffer.size()));
+    row.buffer.clear();
+  };
+  for (const Sample& sample : samples) {
+    row.buffer.append(TimeText(sample.t));
+    Sample::Describe(row, sample, stream);
+    row.buffer.push_back('\n');
+    if (row.buffer.size() > kFlushAt) flush();
+  }
+  flush();
+  file.Commit();
+}
+
+}  // namespace
+
+void ReadStreams(const fs::path& directory, FlightLog* log) {
+  if (!fs::exists(directory / "imu.csv") && !fs::exists(directory / "motors.csv")) {
+    throw ErrorAt((directory / "imu.csv").string(), 0,
+                  fmt::format("is missing; every log needs '{}'",
+                              Header(ColumnsOf(ImuSample{}, Stream{"imu"}))));
+  }
+  ForEachStream(*log, [&](const Stream& stream, auto& samples) {
+    const fs::path path = FileOf(directory, stream);
+    if (!fs::exists(path)) return;
+    samples = ReadStream<SampleOf<decltype(samples)>>(path, stream, &log->warnings);
+    log->sha256[path.filename().string()] = Sha256OfFile(path);
+  });
+  if (log->fixes.empty() && log->mocap.empty() && log->pose.empty()) {
+    throw ErrorAt(
+        directory.string(), 0,
+        "has neither fixes.csv nor mocap.csv, nor pose.csv; add position fixes from gate "
+        "detections, a ground truth that fixes can be sampled from, or a pose sensor's output");
+  }
+}
+
+void WriteStreams(const FlightLog& log, const fs::path& directory) {
+  ForEachStream(log, [&](const Stream& stream, const auto& samples) {
+    const fs::path path = FileOf(directory, stream);
+    if (samples.empty()) {
+      fs::remove(path);
+    } else {
+      WriteStream(stream, samples, path);
+    }
+  });
 }
 
 }  // namespace trueline

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <span>
 
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 
 namespace trueline {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/common/time.h"
-#include "problems/log/line_reader.h"
+#include "problems/common/units.h"
+#include "problems/log/text_file.h"
 #include "problems/log/units.h"
 
 namespace trueline {

@@ -1,6 +1,9 @@
 #include "problems/log/text_file.h"
 
+#include <fmt/format.h>
+
 #include "problems/common/error.h"
+#include "problems/log/csv_text.h"
 #include "problems/log/unpacked.h"
 
 namespace trueline {
@@ -23,5 +26,63 @@ bool TextFile::AtEnd() { return in_.peek() == std::ifstream::traits_type::eof();
 bool IsUtf16(std::string_view start) {
   return start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF");
 }
+
+namespace {
+
+constexpr std::size_t kChunk = 1 << 18;  // bytes
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+}  // namespace
+
+LineReader::LineReader(const std::filesystem::path& path) : in_(path) {}
+
+bool LineReader::Refill() {
+  buffer_.erase(0, position_);
+  position_ = 0;
+  const std::size_t kept = buffer_.size();
+  buffer_.resize(kept + kChunk);
+  buffer_.resize(kept + in_.Read(buffer_.data() + kept, kChunk));
+  return buffer_.size() > kept;
+}
+
+bool LineReader::Next(std::string_view* line) {
+  std::size_t searched = 0;  // bytes after position_ that are known to hold no newline
+  std::size_t end = std::string::npos;
+  while ((end = buffer_.find('\n', position_ + searched)) == std::string::npos) {
+    searched = buffer_.size() - position_;
+    if (!Refill()) break;
+  }
+  terminated_ = end != std::string::npos;
+  if (!terminated_) end = buffer_.size();
+  if (!terminated_ && end == position_) return false;
+  *line = std::string_view(buffer_).substr(position_, end - position_);
+  position_ = terminated_ ? end + 1 : end;
+  if (!line->empty() && line->back() == '\r') line->remove_suffix(1);
+  if (line_number_++ == 0) {
+    CheckEncoding(*line);
+    if (line->starts_with(kByteOrderMark)) line->remove_prefix(kByteOrderMark.size());
+  }
+  return true;
+}
+
+void LineReader::CheckEncoding(std::string_view first_line) const {
+  if (IsUtf16(first_line)) throw ErrorAt(file(), 1, "is UTF-16 text; save it as UTF-8");
+  if (first_line.find('\r') != std::string_view::npos) {
+    throw ErrorAt(file(), 1, "has lines that end in CR alone; save it with LF or CR LF");
+  }
+}
+
+bool LineReader::NextFilled(std::string_view* line) {
+  do {
+    if (!Next(line)) return false;
+  } while (TrimmedField(*line).empty());
+  return true;
+}
+
+std::string LineReader::CutOff() const {
+  return fmt::format("{}:{}: the last line is cut off; it is dropped", file(), line_number_);
+}
+
+bool LineReader::AtEnd() { return position_ == buffer_.size() && in_.AtEnd(); }
 
 }  // namespace trueline

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "problems/common/units.h"
+
 namespace trueline {
 
 // Factor from `unit` to the SI unit `si`; no value if the one can't be converted to the other.
@@ -14,5 +16,11 @@ std::string KnownUnits(std::string_view si);  // "m/s^2, g, ...", for messages
 
 // Of a unit of time in nanoseconds, for ParseTime: 9 for a unit of 1 s, 6 for 1e-3 s.
 int TimeExponent(double unit_in_seconds);
+
+// Dates and times of day as text.
+
+// "2024-05-01T23:59:55.25Z" (ISO 8601, RFC 3339; a blank for the T, a zone as +02:00, and none for
+// UTC) to the time since 1970, or "23:59:55.25" to that since midnight. False for any other text.
+bool ParseDateTime(std::string_view text, TimeNs* time);
 
 }  // namespace trueline

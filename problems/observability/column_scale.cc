@@ -12,7 +12,7 @@
 #include "problems/observability/e2log.h"
 #include "problems/rotor/rotor_ekf.h"
 #include "problems/simulation/flown.h"
-#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/limits.h"
 
 namespace trueline {
 namespace {

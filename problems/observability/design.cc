@@ -8,11 +8,11 @@
 #include <numeric>
 
 #include "problems/common/parallel.h"
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 #include "problems/observability/assessment.h"
+#include "problems/observability/design_score.h"
 #include "problems/observability/e2log.h"
-#include "problems/observability/limit_penalty.h"
-#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/limits.h"
 
 namespace trueline {
 namespace {

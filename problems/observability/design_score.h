@@ -9,10 +9,37 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "cost_functions/numbers/taylor.h"
 #include "problems/observability/rotor_driven_system.h"
+#include "problems/observability/variable.h"
 #include "problems/trajectory/catalogue.h"
+#include "problems/trajectory/limits.h"
+#include "problems/trajectory/piecewise_polynomial.h"
 
 namespace trueline {
+
+// Taylor coefficients of the flat outputs as independent variables on the tape.
+template <int kOrder>
+struct FlatVariables {
+  Eigen::Matrix<Variable, kFlatOutputs, kOrder + 1> inputs;
+  Vec4<Taylor<Variable, kOrder>> series;
+
+  explicit FlatVariables(const FlatMatrix& expansion) {
+    inputs = expansion.unaryExpr(&Variable::Independent);
+    for (int i = 0; i < kFlatOutputs; ++i) {
+      series[i] = Taylor<Variable, kOrder>::Start(inputs(i, 0));
+      for (int j = 1; j <= kOrder; ++j) series[i].Append(inputs(i, j));
+    }
+  }
+  // Their adjoints, given those of all entries.
+  FlatMatrix Adjoints(const std::vector<double>& adjoints) const {
+    FlatMatrix result(kFlatOutputs, kOrder + 1);
+    for (int i = 0; i < kFlatOutputs; ++i) {
+      for (int j = 0; j <= kOrder; ++j) result(i, j) = adjoints[inputs(i, j).entry()];
+    }
+    return result;
+  }
+};
 
 struct DesignTarget {
   std::vector<int> interest;    // error states to be shown
@@ -47,6 +74,26 @@ class DesignScore {
   SplineShape shape_;
   DesignTarget target_;
   int threads_;
+};
+
+// How far a spline flight breaks its limits, smoothly, with the gradient: the mean over a grid of
+// times of the squared excess of every limit, each as a share of its range.
+class LimitPenalty {
+ public:
+  // `margin`: share of each limit that is kept free, so that the limits also hold between the
+  // points of the grid. The travel limit is half to either side of the start.
+  LimitPenalty(FlatVehicle vehicle, SplineShape shape, FlightLimits limits, double step,
+               double margin);
+
+  // For the free control points, 4 x num_free; zero where all limits hold.
+  double Evaluate(const FlatMatrix& free, FlatMatrix* gradient) const;
+
+ private:
+  FlatVehicle vehicle_;
+  SplineShape shape_;
+  FlightLimits limits_;
+  int per_piece_;
+  double margin_;
 };
 
 }  // namespace trueline

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "problems/common/parallel.h"
-#include "problems/observability/windowed_information.h"
+#include "problems/observability/variational_gramian.h"
 #include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
 

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "problems/observability/assessment.h"
-#include "problems/observability/imu_driven_rank.h"
-#include "problems/observability/rotor_driven_rank.h"
+#include "problems/observability/generic_rank.h"
 #include "problems/rotor/rotor_vehicle.h"
 #include "problems/trajectory/limits.h"
 #include "problems/trajectory/nominal.h"

@@ -7,7 +7,7 @@
 
 #include "problems/common/error.h"
 #include "problems/log/fixes.h"
-#include "problems/log/read_rotor.h"
+#include "problems/log/log_yaml.h"
 #include "problems/observability/flight_from_log.h"
 #include "problems/observability/gramian_ranking.h"
 #include "problems/observability/sensor_config.h"

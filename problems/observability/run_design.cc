@@ -10,7 +10,7 @@
 #include "problems/observability/assessment.h"
 #include "problems/observability/bound_design.h"
 #include "problems/observability/variational_gramian.h"
-#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/limits.h"
 
 namespace trueline {
 namespace {

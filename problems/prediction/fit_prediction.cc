@@ -1,7 +1,6 @@
 #include "problems/prediction/fit_prediction.h"
 
 #include "problems/common/parallel.h"
-#include "problems/prediction/cluster_variance.h"
 #include "problems/prediction/fit_processes.h"
 #include "problems/prediction/number_fit.h"
 

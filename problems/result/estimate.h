@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 
 namespace trueline {
 

@@ -12,15 +12,13 @@
 #include <utility>
 
 #include "problems/chain/bounded_step.h"
-#include "problems/chain/corrected_step.h"
 #include "problems/chain/damped_gauss_newton.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 #include "problems/rotor/constants_chart.h"
-#include "problems/rotor/fixed_point.h"
+#include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_normal.h"
-#include "problems/rotor/rough_nodes.h"
 
 namespace trueline {
 

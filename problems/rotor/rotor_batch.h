@@ -10,7 +10,7 @@
 #include "problems/common/error.h"
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_noise.h"
-#include "problems/rotor/rotor_prior.h"
+#include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
 

@@ -11,6 +11,7 @@
 #include "cost_functions/pose_residual.h"
 #include "problems/log/flight_log.h"
 #include "problems/rotor/rotor_noise.h"
+#include "problems/rotor/rotor_state.h"
 #include "problems/rotor/smooth_speeds.h"
 
 namespace trueline {
@@ -105,5 +106,11 @@ void DelayGyro(const FlightLog& log, double delay, RotorData* data);
 // Cuts the log to the time that all streams cover. Throws InputError naming a stream that is
 // missing, too short or not positive (battery), or for a motor lag that is not positive.
 RotorData MakeRotorData(const FlightLog& log, int rotors, const RotorDataOptions& options);
+
+// Initial values of fits: the moving states at each pose, from poses and gyro alone.
+
+// One node for each pose. Position is the pose's less the lever arm of the pose sensor, velocity a
+// difference over about 0.1 s, rate the mean of the gyro within 10 ms.
+std::vector<RotorNode> RoughNodes(const RotorData& data, const RotorConstants& constants);
 
 }  // namespace trueline

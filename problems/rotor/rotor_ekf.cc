@@ -7,9 +7,9 @@
 
 #include "problems/common/error.h"
 #include "problems/result/distributions.h"
+#include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_slopes.h"
 #include "problems/rotor/rotor_step.h"
-#include "problems/rotor/rough_nodes.h"
 #include "problems/rotor/unknowns.h"
 
 namespace trueline {

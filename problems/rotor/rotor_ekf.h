@@ -20,7 +20,7 @@
 
 #include "problems/rotor/rotor_data.h"
 #include "problems/rotor/rotor_noise.h"
-#include "problems/rotor/rotor_prior.h"
+#include "problems/rotor/rotor_vehicle.h"
 
 namespace trueline {
 

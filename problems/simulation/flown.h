@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/rotor/rotor_data.h"
-#include "problems/rotor/rotor_prior.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/simulation/simulate_rotor_flight.h"
 
 namespace trueline {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
+#include "problems/log/flight_log.h"
 #include "problems/simulation/trajectory.h"
 
 namespace trueline::simulation {
@@ -41,5 +43,16 @@ void LogGnss(const SimulationConfig& config, const Stages& stages, const Traject
 // A pose sensor's sample of the pose `p_E`, `q_E` at `t` (s); sigmas in m and rad.
 PoseSample MeasurePose(double t, const Vector3d& p_E, const Quaterniond& q_E, double position_sigma,
                        double attitude_sigma, Random* random);
+
+// What a flight controller does to the streams before it logs them: filters and delays. Real logs
+// have both; the vehicle itself flies on the raw readings.
+
+// Passes the gyroscope through a causal Butterworth low-pass of second order (bilinear transform,
+// Oppenheim & Schafer, Discrete-Time Signal Processing, sec. 7.1). `cutoff` in Hz, above 0 and
+// below half the rate of `imu`. Slow motion comes late by 0.225 / cutoff.
+void LowPassGyro(double cutoff, std::vector<ImuSample>* imu);
+
+// Stamps the samples this much (s) after they were taken.
+void StampLater(double delay, std::vector<ChannelsSample>* samples);
 
 }  // namespace trueline::simulation

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 #include "problems/simulation/airframe.h"
 
 namespace trueline {

@@ -7,7 +7,7 @@ namespace trueline::simulation {
 namespace {
 
 // R_E_B as a quaternion: -z_B along the wanted `thrust_E`, the nose above or below `heading` (rad),
-// as trajectories state it (rotations about z, then y, then x; problems/trajectory/flatness.h).
+// as trajectories state it (rotations about z, then y, then x; problems/trajectory/rotor_flight.h).
 Quaterniond NoseTowards(const Vector3d& thrust_E, double heading) {
   const Vector3d z = -thrust_E.normalized();
   const Vector3d x = Vector3d(-std::sin(heading), std::cos(heading), 0.0).cross(z).normalized();

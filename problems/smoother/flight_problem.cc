@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "cost_functions/prior_residuals.h"
-#include "problems/log/fixes.h"
 #include "problems/vgd/fix_loss.h"
 #include "problems/vgd/make_segment.h"
 #include "problems/vgd/rough_path.h"
@@ -27,7 +26,6 @@ FlightProblem::FlightProblem(const std::vector<FlightShare>& flights,
   chain_.SetBounds();
   AddOffsets();
   AddCorrelatedFixes();
-  if (options_.detector.Any()) AddDetector();
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     AddParameterPriors(k);
     if (k > 0) AddParameterStep(k);
@@ -75,23 +73,12 @@ std::vector<TimeNs> FlightProblem::KnotsOf(const FlightData& flight, const Windo
 }
 
 void FlightProblem::AddOffsets() {
-  const FalsePassOptions& wrong = options_.walks.false_pass;
   Eigen::VectorXd weight(kOffsetSize);
-  weight << Eigen::Vector3d::Constant(1.0 / wrong.offset),
-      Eigen::Vector3d::Constant(1.0 / wrong.offset_rate);
+  weight << Eigen::Vector3d::Constant(1.0 / FalsePassOptions::kOffset),
+      Eigen::Vector3d::Constant(1.0 / FalsePassOptions::kOffsetRate);
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     if (flights_[sections_[k].flight].false_passes.count(sections_[k].pass) == 0) continue;
     offsets_[k] = chain_.AddBorder(sections_[k].first_segment, weight, true);
-  }
-}
-
-void FlightProblem::AddDetector() {
-  mount_ = chain_.AddBorder(0, Eigen::VectorXd::Ones(kMountSize), false);
-  for (const FlightShare& share : flights_) {
-    for (const Gate& gate : share.flight->log.gates) gates_[gate.id] = nullptr;
-  }
-  for (auto& [id, offset] : gates_) {
-    offset = chain_.AddBorder(0, Eigen::VectorXd::Ones(kGateSize), false);
   }
 }
 
@@ -157,26 +144,15 @@ void FlightProblem::AddParameterStep(std::size_t section) {
 
 void FlightProblem::AddFix(const Fix& fix, std::size_t section) {
   const Section& own = sections_[section];
-  const FlightData& flight = *flights_[own.flight].flight;
   const std::size_t s = chain_.SegmentAt(fix.t, own.first_segment, own.end_segment);
   const StateNode* state = chain_.segment(s).StateAt(fix.t);
   const GustSlope<6> gusts = chain_.StateGusts(s, fix.t);
   const FixError error{fix.p_E, fix.sigma};
   ceres::LossFunction* loss = MakeLoss(options_.vgd.loss, options_.vgd.loss_scale);
-  const Gate* gate = GateOf(flight.log, fix.gate);
   if (const auto offset = offsets_.find(section); offset != offsets_.end()) {
     const double elapsed = SecondsBetween(own.begin, fix.t);
     chain_.AddReading(s, new OffsetFixResidual(state, {error, elapsed}, gusts), loss,
                       {offset->second});
-  } else if (options_.detector.Any() && gate != nullptr) {
-    MountedFixError mounted{
-        error, gate->position - fix.p_E,
-        flight.track.steps()[flight.track.StepAt(fix.t)].drive.R_Ep_I,
-        Eigen::Matrix<double, kMountSize, 1>::Constant(options_.detector.camera_misalignment),
-        options_.detector.gate_offset};
-    mounted.mount[0] = options_.detector.fix_latency;
-    chain_.AddReading(s, new MountedFixResidual(state, mounted, gusts), loss,
-                      {mount_, gates_.at(fix.gate)});
   } else {
     chain_.AddReading(s, new FixResidual(state, error, gusts), loss);
   }
@@ -238,12 +214,6 @@ ceres::Solver::Summary FlightProblem::Solve() {
   return chain_.Solve(options);
 }
 
-std::vector<int> FlightProblem::GateIds() const {
-  std::vector<int> ids;
-  for (const auto& [id, offset] : gates_) ids.push_back(id);
-  return ids;
-}
-
 std::vector<TrajectoryPoint> FlightProblem::Trajectory() const {
   std::vector<TrajectoryPoint> points;
   for (const auto& segment : chain_.segments()) {
@@ -253,6 +223,44 @@ std::vector<TrajectoryPoint> FlightProblem::Trajectory() const {
     }
   }
   return points;
+}
+
+namespace {
+
+constexpr std::size_t kSampled = 200;  // segments at which the velocity's covariance is computed
+
+}  // namespace
+
+FlightProblem::Means FlightProblem::MeanUnknowns() {
+  using Normal = SegmentChain::Normal;
+  Means means;
+  const auto seconds = [this](std::size_t s) {
+    return SecondsBetween(chain_.segment(s).start(), chain_.segment(s).end());
+  };
+  double total = 0.0;
+  for (std::size_t s = 0; s < chain_.size(); ++s) total += seconds(s);
+  std::vector<double> shares;
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    for (std::size_t s = sections_[k].first_segment; s < sections_[k].end_segment; ++s) {
+      const double share = seconds(s) / total;
+      shares.push_back(share);
+      means.value += share * chain_.theta(k);
+      means.value.segment<kDriftSize>(kAhrsInTheta) += share * chain_.node(s).head<kDriftSize>();
+    }
+  }
+  means.cov = chain_.Covariance(kThetaSize, [&](std::size_t s, SegmentChain::Columns* G) {
+    G->block<kThetaSize, kThetaSize>(Normal::kSharedAt, 0).diagonal().array() += shares[s];
+    G->block<kDriftSize, kDriftSize>(Normal::kNodeAt, kAhrsInTheta).diagonal().array() += shares[s];
+  });
+  for (const FlightShare& share : flights_) {
+    means.force_sigma = std::max(means.force_sigma, ForceSigma(*share.flight));
+  }
+  const std::size_t step = 1 + chain_.size() / kSampled;
+  chain_.VisitCovariances([&](std::size_t s, const Eigen::MatrixXd& F) {
+    if (s % step != 0 || chain_.segment(s).force_count() == 0) return;
+    chain_.AddDragErrors(s, F, static_cast<int>(step), &means.drag_errors);
+  });
+  return means;
 }
 
 }  // namespace trueline

@@ -3,8 +3,8 @@
 // A section reaches from one pass to the next. It holds theta and, as windows do, segments with a
 // state and an AHRS drift each. From section to section b_a and the AHRS error do a random walk;
 // the airframe's parameters are tied. Flights follow each other in the chain: only the airframe's
-// tie continues between flights. All couplings are between neighbours except those of the
-// detector's unknowns, so the cost is linear in the flight's length.
+// tie continues between flights. All couplings are between neighbours, so the cost is linear
+// in the flight's length.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -14,8 +14,7 @@
 #include <memory>
 #include <vector>
 
-#include "problems/smoother/flight_share.h"
-#include "problems/smoother/smoother.h"
+#include "problems/smoother/whole_flight.h"
 #include "problems/vgd/correlated_fixes.h"
 #include "problems/vgd/drag_errors.h"
 #include "problems/vgd/flight_data.h"
@@ -27,7 +26,6 @@ namespace trueline {
 struct FlightProblemOptions {
   VgdOptions vgd;
   SmootherOptions walks;
-  DetectorUnknowns detector;
   std::array<bool, 2> drag_shows = {true, true};  // K_x, K_y: false holds it at its prior's mean
 };
 
@@ -45,16 +43,14 @@ class FlightProblem {
   // As WindowProblem's: logarithm of the marginal likelihood by Laplace's approximation.
   double LogEvidence() { return chain_.LogEvidence(); }
 
-  // The reported values: means over all flights of theta in prior sigmas (with drift where the AHRS
-  // error drifts), then the mount's unknowns, then the gates' by id.
+  // Means over all flights of theta in prior sigmas, with drift where the AHRS error drifts.
   struct Means {
-    Eigen::VectorXd value;
+    ThetaVector value = ThetaVector::Zero();
     Eigen::MatrixXd cov;
     DragErrors drag_errors;
     double force_sigma = 0.0;  // m/s^2, the largest of the flights'
   };
   Means MeanUnknowns();
-  std::vector<int> GateIds() const;
 
   std::vector<TrajectoryPoint> Trajectory() const;
   const ParameterScaling& scaling() const { return chain_.scaling(); }
@@ -80,7 +76,6 @@ class FlightProblem {
   void AddCorrelatedFixes();
   void BuildSections();
   void AddOffsets();
-  void AddDetector();
   void AddParameterPriors(std::size_t section);
   void AddParameterStep(std::size_t section);
   void AddMeasurements(std::size_t section);
@@ -94,8 +89,6 @@ class FlightProblem {
   FlightProblemOptions options_;
   SegmentChain chain_;
   std::vector<Section> sections_;
-  double* mount_ = nullptr;
-  std::map<int, double*> gates_;               // by id
   std::map<std::size_t, double*> offsets_;     // of false passes, by section
   std::map<int, CorrelatedFixes> correlated_;  // by flight
 };

@@ -58,7 +58,8 @@ Hypothesis SolveUnder(const WindowQuestion& question, const std::set<int>& false
   Hypothesis hypothesis{false_passes, lost, {}, nullptr, {}, 0.0};
   hypothesis.data = CutWindow(question.flight, question.vgd, question.first, question.tau, true);
   for (const int k : false_passes) {
-    hypothesis.data.offsets.push_back({k - question.first, options.offset, options.offset_rate});
+    hypothesis.data.offsets.push_back(
+        {k - question.first, FalsePassOptions::kOffset, FalsePassOptions::kOffsetRate});
   }
   hypothesis.problem =
       std::make_unique<WindowProblem>(question.flight.track, hypothesis.data, question.vgd,
@@ -70,7 +71,7 @@ Hypothesis SolveUnder(const WindowQuestion& question, const std::set<int>& false
   const double odds = std::log(options.probability / (1.0 - options.probability));
   hypothesis.log_probability = hypothesis.problem->LogEvidence() +
                                odds * static_cast<double>(false_passes.size()) +
-                               (lost ? std::log(options.lost_probability) : 0.0);
+                               (lost ? std::log(FalsePassOptions::kLost) : 0.0);
   return hypothesis;
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "problems/smoother/false_pass_options.h"
+#include "problems/smoother/smoother.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/window_problem.h"
 

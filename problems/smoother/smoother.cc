@@ -147,9 +147,6 @@ void Serialize(YamlArchive* a, SmootherOptions* o) {
   a->Map("false_pass", [pass = &o->false_pass](YamlArchive* map) {
     map->NotNegative("probability", &pass->probability);
     map->Require(pass->probability < 1.0, "probability", "must be below 1");
-    map->Positive("offset_m", &pass->offset);
-    map->Positive("offset_rate_mps", &pass->offset_rate);
-    map->Positive("lost_probability", &pass->lost_probability);
   });
 }
 

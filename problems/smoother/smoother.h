@@ -6,11 +6,19 @@
 #pragma once
 
 #include "problems/result/estimate.h"
-#include "problems/smoother/false_pass_options.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {
+
+// Model of a false pass: another object was detected as the gate.
+struct FalsePassOptions {
+  double probability = 0.05;                  // prior probability that a pass is false; 0: never
+  static constexpr double kOffset = 2.0;      // m, sigma of its fixes' common error, each axis
+  static constexpr double kOffsetRate = 0.2;  // m/s, of its change: what is seen may be nearer
+  // Prior probability that the past is wrong: the path starts anew, parameters are kept.
+  static constexpr double kLost = 0.001;
+};
 
 // Random walks of the shared parameters, each in its unit per sqrt(s). Drag and misalignment belong
 // to the airframe and are constant.

@@ -11,48 +11,13 @@
 namespace trueline {
 namespace {
 
-struct Names {
-  std::vector<std::string> names, units;
-  Eigen::VectorXd mean, sigma;  // of the priors
-
-  void Add(const std::string& name, const std::string& unit, double prior_mean, double prior) {
-    names.push_back(name);
-    units.push_back(unit);
-    const Eigen::Index n = mean.size();
-    mean.conservativeResize(n + 1);
-    sigma.conservativeResize(n + 1);
-    mean[n] = prior_mean;
-    sigma[n] = prior;
-  }
-};
-
-Names NamesOf(const FlightProblem& problem, const DetectorUnknowns& detector) {
-  Names all;
-  const ParameterScaling& scaling = problem.scaling();
-  for (int i = 0; i < kThetaSize; ++i) {
-    all.Add(kTheta[i].name, kTheta[i].unit, scaling.mean[i], scaling.sigma[i]);
-  }
-  if (!detector.Any()) return all;
-  all.Add("fix_latency", "s", 0.0, detector.fix_latency);
-  for (const char* axis : {"roll", "pitch", "yaw"}) {
-    all.Add(fmt::format("camera_{}", axis), "rad", 0.0, detector.camera_misalignment);
-  }
-  for (const int id : problem.GateIds()) {
-    for (const char* axis : {"dx", "dy", "dz"}) {
-      all.Add(fmt::format("gate_{}_{}", id, axis), "m", 0.0, detector.gate_offset);
-    }
-  }
-  return all;
-}
-
 // Indices of the stated unknowns: their prior has a width, and the accelerometer is used if they
 // need it.
-std::vector<int> Asked(const FlightProblem& problem, const Names& all) {
+std::vector<int> Asked(const FlightProblem& problem) {
   std::vector<int> asked;
-  for (int i = 0; i < all.sigma.size(); ++i) {
-    if (i >= kStatedSize && i < kThetaSize) continue;
-    const bool accelerometer = i >= kForceBiasInTheta && i < kStatedSize;
-    if (all.sigma[i] > 0.0 && (!accelerometer || problem.HasForces())) asked.push_back(i);
+  for (int i = 0; i < kStatedSize; ++i) {
+    const bool possible = i < kForceBiasInTheta || problem.HasForces();
+    if (possible && problem.scaling().sigma[i] > 0.0) asked.push_back(i);
   }
   return asked;
 }
@@ -98,27 +63,27 @@ void WidenHeld(const std::array<bool, 2>& drag_shows, Eigen::MatrixXd* cov) {
 
 void StoreParameters(const FlightProblemOptions& options, const FlightProblem& problem,
                      FlightProblem::Means means, WholeFlight* result) {
-  const Names all = NamesOf(problem, options.detector);
-  const std::vector<int> asked = Asked(problem, all);
+  const ParameterScaling& prior = problem.scaling();
+  const std::vector<int> asked = Asked(problem);
   const Eigen::MatrixXd model_cov = means.cov;
-  WidenDrag(means.drag_errors, options.vgd, means.force_sigma, all.sigma, &means.cov);
+  WidenDrag(means.drag_errors, options.vgd, means.force_sigma, prior.sigma, &means.cov);
   const Eigen::VectorXd deviation = ReturnDrag(options.vgd, model_cov, means.cov, means.value);
   WidenHeld(options.drag_shows, &means.cov);
   std::vector<std::string> names, units;
   for (const int i : asked) {
-    names.push_back(all.names[i]);
-    units.push_back(all.units[i]);
+    names.emplace_back(kTheta[i].name);
+    units.emplace_back(kTheta[i].unit);
   }
-  const Eigen::VectorXd sigma = all.sigma(asked);
+  const Eigen::VectorXd sigma = prior.sigma(asked);
   const Eigen::MatrixXd cov = means.cov(asked, asked);
   const Identifiability shown = AnalyseIdentifiability(names, units, sigma, cov);
   result->unobservable = shown.combinations;
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const int i = asked[k];
-    const double fitted = all.mean[i] + all.sigma[i] * means.value[i];
+    const double fitted = prior.mean[i] + prior.sigma[i] * means.value[i];
     const bool at_bound = i < kMotionSize && AtBound(options.vgd.priors[i], fitted);
     result->parameters.push_back(
-        {names[k], all.mean[i] + all.sigma[i] * deviation[i], sigma[k] * std::sqrt(cov(k, k)),
+        {names[k], prior.mean[i] + prior.sigma[i] * deviation[i], sigma[k] * std::sqrt(cov(k, k)),
          units[k], at_bound ? "at_bound" : shown.status[k], sigma[k] * std::sqrt(model_cov(i, i))});
   }
 }
@@ -129,10 +94,6 @@ void Serialize(YamlArchive* a, WholeFlightOptions* o) {
   a->Value("learn_strengths", &o->learn_strengths);
   a->Value("withhold_drag", &o->withhold_drag);
   a->Positive("learn_time_s", &o->learn_time);
-  a->NotNegative("fix_latency_sigma_s", &o->detector.fix_latency);
-  a->NotNegative("camera_misalignment_sigma_deg", &o->detector.camera_misalignment, kDegree);
-  a->NotNegative("gate_offset_sigma_m", &o->detector.gate_offset);
-  a->NotNegative("attitude_latency_sigma_s", &o->attitude_latency);
 }
 
 WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOptions& vgd,
@@ -142,8 +103,11 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
         "the smoother needs process noise: set a strength under 'process' in the configuration");
   }
   WholeFlight result;
-  FlightProblemOptions problem_options{vgd, walks, options.detector};
-  const Strengths strengths = LearnStrengths(flights, problem_options, options);
+  FlightProblemOptions problem_options{vgd, walks};
+  Strengths strengths{vgd, {}};
+  if (options.learn_strengths) {
+    strengths = LearnStrengths(flights, problem_options, options.learn_time);
+  }
   result.strengths = strengths.learned;
   if (!strengths.converged) {
     result.notes.emplace_back(
@@ -151,20 +115,18 @@ WholeFlight RunWholeFlight(const std::vector<FlightShare>& flights, const VgdOpt
         "intervals may be wrong; start nearer to them ('process'), or set learn_strengths: false");
   }
   problem_options.vgd = strengths.vgd;
-  const std::vector<FlightShare>& shares = strengths.flights.empty() ? flights : strengths.shares;
 
-  auto problem = std::make_unique<FlightProblem>(shares, problem_options);
+  auto problem = std::make_unique<FlightProblem>(flights, problem_options);
   problem->SetStart();
   ceres::Solver::Summary summary = problem->Solve();
   FlightProblem::Means means = problem->MeanUnknowns();
   if (options.withhold_drag && problem->HasForces()) {
-    problem_options.drag_shows =
-        ShownDrag(problem_options, means, NamesOf(*problem, options.detector).sigma);
+    problem_options.drag_shows = ShownDrag(problem_options, means, problem->scaling().sigma);
   }
   if (!problem_options.drag_shows[0] || !problem_options.drag_shows[1]) {
     const SegmentChain::Unknowns start = problem->unknowns();
     problem.reset();  // an hour's problem takes 300 MB
-    problem = std::make_unique<FlightProblem>(shares, problem_options);
+    problem = std::make_unique<FlightProblem>(flights, problem_options);
     problem->StartFrom(start);
     summary = problem->Solve();
     const auto notes = DragNotes(means.drag_errors, problem_options.drag_shows);

@@ -1,14 +1,23 @@
 // The batch smoother: whole flights of one vehicle solved at once, with drifting errors.
 #pragma once
 
+#include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "problems/result/estimate.h"
-#include "problems/smoother/flight_share.h"
 #include "problems/smoother/smoother.h"
+#include "problems/vgd/flight_data.h"
 
 namespace trueline {
+
+// A flight with its learned process and held parameters; it must outlive the problem.
+struct FlightShare {
+  const FlightData* flight;
+  std::set<int> false_passes;                    // indices of passes whose fixes do not count
+  int passes = std::numeric_limits<int>::max();  // use the first so many passes
+};
 
 struct WholeFlightOptions {
   // Learns the strengths of the AHRS drift, of unmodelled accelerations and of gusts by maximum
@@ -17,9 +26,6 @@ struct WholeFlightOptions {
   // Does not fit drag along an axis whose velocity hardly changes (DragErrors::ShowsDrag).
   bool withhold_drag = true;
   double learn_time = 120.0;  // s, from each flight's start, for learning strengths
-  // Unknowns beyond the model's, by the sigma of their prior; zero: not estimated.
-  DetectorUnknowns detector;
-  double attitude_latency = 0.0;  // s, prior sigma around drive.attitude_latency
 };
 
 // A learned value other than the parameters, with its 95 % interval.

@@ -1,10 +1,12 @@
 // Limits of a flight (Boehm et al. 2020, sec. II-D), checked on a grid of times.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "problems/trajectory/catalogue.h"
 #include "problems/trajectory/rotor_flight.h"
 
 namespace trueline {
@@ -39,5 +41,23 @@ std::string LimitWarning(const std::string& name, const RotorFlight& flight,
 // on the grid, found by bisection; a small enough factor always does, because hover keeps them.
 PiecewisePolynomial ScaledToLimits(const RotorVehicle& vehicle, const PiecewisePolynomial& path,
                                    const FlightLimits& limits, double step, double largest);
+
+// Random flights as large as a vehicle's limits allow.
+
+PiecewisePolynomial SplinePath(const SplineShape& shape, const FlatMatrix& free);
+
+// Free control points, scaled so that the flight fills its limits.
+FlatMatrix FilledToLimits(const RotorVehicle& vehicle, const SplineShape& shape,
+                          const FlightLimits& limits, const FlatMatrix& free);
+
+// Free control points of a random flight that fills its limits.
+FlatMatrix RandomFeasibleControl(const RotorVehicle& vehicle, const SplineShape& shape,
+                                 const FlightLimits& limits, Random* random);
+
+// A random flight of the shape, as large as the limits allow. With a seed: of two pieces a second.
+PiecewisePolynomial RandomFeasibleFlight(const RotorVehicle& vehicle, const SplineShape& shape,
+                                         const FlightLimits& limits, Random* random);
+PiecewisePolynomial RandomFeasibleFlight(const RotorVehicle& vehicle, double duration,
+                                         const FlightLimits& limits, std::uint64_t seed);
 
 }  // namespace trueline

@@ -8,7 +8,7 @@
 
 #include "problems/common/error.h"
 #include "problems/common/units.h"
-#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/limits.h"
 
 namespace trueline {
 namespace {

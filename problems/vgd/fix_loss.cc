@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "cost_functions/norm_loss.h"
+#include "cost_functions/huber.h"
 
 namespace trueline {
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "problems/vgd/fix_loss.h"
-#include "problems/vgd/path_noise.h"
+#include "problems/vgd/kinematic_chain.h"
 #include "problems/vgd/solver_options.h"
 #include "problems/vgd/window_problem.h"
 
@@ -91,8 +91,8 @@ void KinematicWindow::AddPriors() {
   }
   if (!vgd_.HasBounds()) return;
   for (int i = 0; i < kKinematicThetaSize; ++i) {
-    problem_.SetParameterLowerBound(theta_.data(), i, -options_.bound_sigmas);
-    problem_.SetParameterUpperBound(theta_.data(), i, options_.bound_sigmas);
+    problem_.SetParameterLowerBound(theta_.data(), i, -KinematicOptions::kBoundSigmas);
+    problem_.SetParameterUpperBound(theta_.data(), i, KinematicOptions::kBoundSigmas);
   }
 }
 

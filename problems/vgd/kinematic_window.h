@@ -9,7 +9,6 @@
 
 #include "cost_functions/kinematic_fix_residual.h"
 #include "problems/vgd/kinematic_chain.h"
-#include "problems/vgd/kinematic_options.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {

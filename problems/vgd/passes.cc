@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "problems/trajectory/mocap_path.h"
-#include "problems/vgd/line_fit.h"
+#include "problems/vgd/rough_path.h"
 
 namespace trueline {
 

@@ -4,10 +4,22 @@
 #include <span>
 #include <vector>
 
-#include "problems/vgd/line_fit.h"
+#include "problems/log/flight_log.h"
 #include "problems/vgd/passes.h"
 
 namespace trueline {
+
+// Position and velocity at one instant.
+struct LineFit {
+  Eigen::Vector3d p;   // m
+  Eigen::Vector3d v;   // m/s
+  double sigma = 0.0;  // m, of each axis of p, by the sigmas of the fixes
+};
+
+// Constant-velocity fit through fixes[first] ... fixes[last], weighted by their sigmas and robust
+// against outliers (iteratively reweighted, Huber); position and velocity at time t. With one fix,
+// or fixes at one instant, the velocity is zero.
+LineFit FitLine(const std::vector<Fix>& fixes, std::size_t first, std::size_t last, TimeNs t);
 
 // Straight lines through nearby fixes within passes, cubic curves over the arcs between them. A fit
 // that starts here does not diverge as one that starts from an integration with poor parameters

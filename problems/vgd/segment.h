@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "cost_functions/chain_node.h"
 #include "cost_functions/models/gust.h"
-#include "cost_functions/segment_node.h"
 #include "problems/vgd/motion_chain.h"
 #include "problems/vgd/vgd_options.h"
 

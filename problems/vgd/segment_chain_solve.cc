@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "problems/common/time.h"
+#include "problems/common/units.h"
 #include "problems/vgd/segment_chain.h"
 #include "problems/vgd/solver_options.h"
 

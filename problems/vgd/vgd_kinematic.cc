@@ -4,7 +4,7 @@
 
 #include "problems/common/random.h"
 #include "problems/result/identifiability.h"
-#include "problems/vgd/gyro_scatter.h"
+#include "problems/vgd/imu_inputs.h"
 #include "problems/vgd/kinematic_window.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/window_estimate.h"
@@ -14,8 +14,8 @@ namespace {
 
 using Biases = Eigen::Matrix<double, kImuBiasSize, 1>;
 
-void StoreParameters(const KinematicWindow& window, bool bounded, double bound_sigmas,
-                     const Eigen::MatrixXd& cov_all, WindowEstimate* estimate) {
+void StoreParameters(const KinematicWindow& window, bool bounded, const Eigen::MatrixXd& cov_all,
+                     WindowEstimate* estimate) {
   const int count = window.free_parameters();
   std::vector<std::string> names(std::begin(kImuBiasNames), std::end(kImuBiasNames));
   std::vector<std::string> units(std::begin(kImuBiasUnits), std::end(kImuBiasUnits));
@@ -29,7 +29,8 @@ void StoreParameters(const KinematicWindow& window, bool bounded, double bound_s
   estimate->unobservable = shown.combinations;
   const KinematicWindow::Theta value = window.Parameters();
   for (int i = 0; i < count; ++i) {
-    const bool at_bound = bounded && std::abs(value[i]) > prior[i] * (bound_sigmas - 1e-6);
+    const bool at_bound =
+        bounded && std::abs(value[i]) > prior[i] * (KinematicOptions::kBoundSigmas - 1e-6);
     estimate->parameters.push_back({names[i], value[i], prior[i] * std::sqrt(cov(i, i)), units[i],
                                     at_bound ? "at_bound" : shown.status[i]});
   }
@@ -96,7 +97,7 @@ WindowEstimate SolveKinematicWindow(const FlightData& flight, const ImuInputs& i
   estimate.solve_time = summary.total_time_in_seconds;
   const Eigen::MatrixXd cov = window.Covariance();
   const bool bounded = vgd.ranges != RangeUse::kStart;
-  StoreParameters(window, bounded, options.bound_sigmas, cov, &estimate);
+  StoreParameters(window, bounded, cov, &estimate);
   const auto position_at = [&](TimeNs t) { return window.PositionAt(t); };
   StoreMisfits(fixes, vgd, position_at, &estimate);
   StoreTrajectory(window, to, &estimate);

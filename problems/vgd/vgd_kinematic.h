@@ -5,7 +5,6 @@
 #include "problems/result/estimate.h"
 #include "problems/vgd/flight_data.h"
 #include "problems/vgd/imu_inputs.h"
-#include "problems/vgd/kinematic_options.h"
 #include "problems/vgd/vgd_options.h"
 
 namespace trueline {

@@ -1,5 +1,6 @@
 #include "problems/vgd/vgd_options.h"
 
+#include "problems/common/units.h"
 #include "problems/common/yaml_archive.h"
 
 namespace trueline {
@@ -97,6 +98,14 @@ void Serialize(YamlArchive* a, VgdOptions* o) {
   a->Count("min_fixes", &o->passes.min_fixes);
   a->Nested("continuous_fixes", &o->passes.continuous);
   a->Map("drive", [o](YamlArchive* map) { SerializeDrive(map, &o->drive); });
+}
+
+void Serialize(YamlArchive* a, KinematicOptions* o) {
+  a->Value("initial_attitude", &o->initial_attitude);
+  a->Positive("accel_bias_sigma_mps2", &o->accel_bias_sigma);
+  a->Positive("gyro_bias_sigma_deg_per_s", &o->gyro_bias_sigma, kDegree);
+  a->Positive("tilt_sigma_deg", &o->tilt_sigma, kDegree);
+  a->Positive("heading_sigma_deg", &o->heading_sigma, kDegree);
 }
 
 }  // namespace trueline

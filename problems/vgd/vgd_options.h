@@ -2,6 +2,7 @@
 // here.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <limits>
 #include <string_view>
@@ -104,5 +105,39 @@ struct VgdOptions {
 
 // The keys, as config/calibrate/default.yaml states them.
 void Serialize(YamlArchive* a, VgdOptions* o);
+
+// Noise of an IMU between fixes, as root spectral densities for each axis.
+struct ImuNoise {
+  double accel = 0.02;        // m/s^2/sqrt(Hz)
+  double gyro = 0.001;        // rad/s/sqrt(Hz)
+  double accel_walk = 0.002;  // m/s^3/sqrt(Hz), of the Wiener process b_a
+  double gyro_walk = 1e-4;    // rad/s^2/sqrt(Hz), of the Wiener process b_g
+  // rad/s/sqrt(Hz), GyroScatter's value for the log; the larger of this and `gyro` applies.
+  Eigen::Vector3d gyro_scatter = Eigen::Vector3d::Zero();
+
+  // rad^2/s^2/Hz for each axis of I.
+  Eigen::Vector3d GyroSpectrum() const { return gyro_scatter.cwiseMax(gyro).cwiseAbs2(); }
+};
+
+// Options of VGD-kinematic in addition to those it shares with VGD (window, loss, solver, passes);
+// the YAML keys are in the mapping `kinematic`.
+
+// Zero-mean priors, with hard bounds at kBoundSigmas, as VGD's. Biases by the uniform ranges of
+// Table 2 in Li et al. 2019 (+-1 m/s^2, +-3 deg/s; sigma is width over sqrt(12)).
+struct KinematicOptions {
+  // The attitude at the window's start as an unknown, with the AHRS's as mean. The paper (eq. 38)
+  // assumes that the AHRS is exact there.
+  bool initial_attitude = true;
+  double accel_bias_sigma = 0.58;  // m/s^2
+  double gyro_bias_sigma = 0.030;  // rad/s
+  double tilt_sigma = 0.040;       // rad
+  double heading_sigma = 0.031;    // rad
+  static constexpr double kBoundSigmas = 3.46;
+  // Widens the covariance only; the fit itself is the paper's rigid one. Only white noise is used.
+  ImuNoise noise;
+  bool gyro_from_log = true;  // whether noise.gyro_scatter is measured on the log
+};
+
+void Serialize(YamlArchive* a, KinematicOptions* o);
 
 }  // namespace trueline

@@ -1,7 +1,5 @@
 """The page of trueline-benchmark: figures 11 to 13 of Li et al. 2019 and the sweeps, with the
 paper's figures beside ours."""
-from pathlib import Path
-
 import plots_benchmark as plots
 import plots_over_time as over_time
 from benchmark_result import read_benchmark
@@ -12,11 +10,7 @@ from charts import embed
 from page import Page, paragraph
 
 VERB_HELP = "the result of trueline-benchmark"
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-benchmark has written")
+PROGRAM = "trueline-benchmark"
 
 
 def build(arguments):

@@ -14,11 +14,10 @@ from page import Page, paragraph
 from truth_file import read_truth
 
 VERB_HELP = "the result of trueline-calibrate"
+PROGRAM = "trueline-calibrate"
 
 
 def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-calibrate has written")
     parser.add_argument("--log", required=True, type=Path, help="the native log it was made from")
 
 

@@ -1,6 +1,5 @@
 """The page of trueline-design: score, path, speeds and limits of the designed flight."""
 import math
-from pathlib import Path
 
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -13,13 +12,9 @@ from tables import number, table, tiles
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-design"
+PROGRAM = "trueline-design"
 STATES = ["t", "x", "y", "z", "yaw", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]
 RPM = 30 / math.pi
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-design has written")
 
 
 def build(arguments):

@@ -1,6 +1,4 @@
 """The page of trueline-diagnose: verdict, causes, misfit, everything that was tried, residuals."""
-from pathlib import Path
-
 import plotly.graph_objects as go
 
 import against_sections
@@ -13,6 +11,7 @@ from tables import badge, bullets, number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-diagnose"
+PROGRAM = "trueline-diagnose"
 VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table says what would have.",
             "explained": "The causes below explain what the model gets wrong, with what they gain.",
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
@@ -23,11 +22,6 @@ NAMED_BESIDE = ("The causes below are named. Beside them a residual is left that
 
 WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
            "silent": "no other stream can tell"}
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-diagnose has written")
 
 
 def build(arguments):

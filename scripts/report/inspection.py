@@ -1,21 +1,15 @@
 """The page of trueline-inspect: findings, what was compared, each stream, and what was not checked."""
-from pathlib import Path
-
 from page import Page, escape, paragraph
 from tables import bullets, number, table, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-inspect"
+PROGRAM = "trueline-inspect"
 # Levels by the badges of the style sheet.
 BADGES = {"fatal": "unusable", "biases": "at_bound", "widens": "weak", "note": "identified"}
 LEVELS = ("fatal: no calibration is possible, or each is wrong. biases: parameters come out wrong by "
           "more than their intervals say. widens: they come out less certain. note: no harm by itself. "
           "The error of the specific force in earth axes, where a fault makes one, orders a level.")
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-inspect has written")
 
 
 def build(arguments):

@@ -1,6 +1,5 @@
 """Misfit: growth of the open-loop error, and the variables correlated with it."""
 import numpy as np
-import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from charts import BAD, FIXES, MUTED, decimate, embed, rounded, style

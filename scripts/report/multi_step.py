@@ -1,7 +1,4 @@
 """The page of a multi-step prediction experiment: scores beside baselines and published figures."""
-from pathlib import Path
-
-import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 import charts
@@ -11,6 +8,7 @@ from tables import number, table, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-benchmark for kind: multi_step"
+PROGRAM = "trueline-benchmark"
 REMEDY = "--result must be a folder that trueline-benchmark has written"
 QUANTITIES = {"p": "Position [m]", "v": "Velocity [m/s]", "R": "Attitude [rad]", "w": "Rate [rad/s]"}
 HORIZONS = ("h1", "h10", "h50", "sum")
@@ -18,11 +16,6 @@ COLOURS = ["#8a94a3", "#e07b00", "#b0389a", "#1f6feb"]
 AVERAGES = {
     "concatenated": "Runs in a row, as the repository's metric: the published table is of this kind",
     "within": "Every window with its own run, mean over runs"}
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-benchmark has written")
 
 
 def build(arguments):

@@ -1,19 +1,13 @@
 """The page of trueline-observe: one matrix of all cases, then each case by itself."""
 import math
-from pathlib import Path
-
 from errors import ReportError
 from page import Page, escape, paragraph
 from tables import badge, bullets, number, table
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-observe"
+PROGRAM = "trueline-observe"
 STATUS = {"ok": ("identified", "ok"), "unobservable": ("unobservable", "u")}
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-observe has written")
 
 
 def build(arguments):

@@ -3,8 +3,9 @@
 
     report.py calibration --result=DIR --log=LOGDIR --out=FILE
 
-Each verb is a module with VERB_HELP, add_arguments(parser) and build(arguments) -> Page. The page
-is written under a temporary name and renamed. Exit codes: 0 done, 2 bad input or usage.
+Each verb is a module with VERB_HELP, PROGRAM (which has written --result) and build(arguments) ->
+Page; add_arguments(parser) where it needs more. The page is written under a temporary name and
+renamed. Exit codes: 0 done, 2 bad input or usage.
 """
 import argparse
 import importlib
@@ -28,7 +29,10 @@ def parse_arguments(argv):
     for verb in VERBS:
         module = importlib.import_module(verb)
         sub = verbs.add_parser(verb, help=module.VERB_HELP)
-        module.add_arguments(sub)
+        sub.add_argument("--result", required=True, type=Path,
+                         help=f"the folder that {module.PROGRAM} has written")
+        if hasattr(module, "add_arguments"):
+            module.add_arguments(sub)
         sub.add_argument("--out", required=True, type=Path, help="the HTML file to write")
         sub.set_defaults(build=module.build)
     return parser.parse_args(argv)

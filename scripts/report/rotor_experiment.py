@@ -1,6 +1,4 @@
 """The page of an experiment with rotor-driven flights: figures 1 and 3 of Boehm et al. 2020."""
-from pathlib import Path
-
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -12,16 +10,12 @@ from tables import number, percent, table
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-benchmark for drive: rotors"
+PROGRAM = "trueline-benchmark"
 REMEDY = "--result must be a folder that trueline-benchmark has written"
 AXES = {"x": "#1f6feb", "y": "#c0312b", "z": "#15803d"}
 KINDS = ["#c0312b", "#8a94a3", "#1f6feb", "#15803d", "#b0389a", "#e07b00"]
 GROUPS = ["m", "I", "r_BM", "r_BP", "r_BI", "b_a", "b_w"]
 ROW_HEIGHT = 190
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-benchmark has written")
 
 
 def build(arguments):

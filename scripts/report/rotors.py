@@ -1,7 +1,5 @@
 """The page of trueline-calibrate --drive=rotors: verdict, constants, estimates over time, track."""
 from dataclasses import dataclass
-from pathlib import Path
-
 import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -14,6 +12,7 @@ from tables import number, percent, table
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-calibrate --drive=rotors"
+PROGRAM = "trueline-calibrate"
 REMEDY = "--result must be a folder that trueline-calibrate --drive=rotors has written"
 COLOURS = {"filter": "#1f6feb", "batch": "#e07b00"}
 COLUMNS, ROW_HEIGHT = 3, 210
@@ -28,11 +27,6 @@ class RotorResult:
     @property
     def verdict(self):
         return self.summary["verdict"]
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-calibrate has written")
 
 
 def build(arguments):

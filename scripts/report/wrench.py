@@ -1,18 +1,12 @@
 """The page of a force and moment experiment, flight by flight."""
-from pathlib import Path
-
 from page import Page, escape, paragraph
 from tables import number, table, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-benchmark for kind: wrench"
+PROGRAM = "trueline-benchmark"
 REMEDY = "--result must be a folder that trueline-benchmark has written"
 FORCE, MOMENT = ("fx", "fy", "fz", "F"), ("tx", "ty", "tz", "M")
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-benchmark has written")
 
 
 def build(arguments):

@@ -8,12 +8,11 @@
 #include "problems/calibration/learn_rotor_noise.h"
 #include "problems/calibration/rotor_calibration_config.h"
 #include "problems/calibration/write_calibration.h"
-#include "problems/calibration/write_rotor_calibration.h"
 #include "problems/common/error.h"
 #include "problems/common/parallel.h"
 #include "problems/result/render.h"
-#include "problems/simulation/logged_streams.h"
 #include "problems/simulation/rotor_flight_config.h"
+#include "problems/simulation/streams.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 

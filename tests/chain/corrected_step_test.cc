@@ -1,8 +1,8 @@
-#include "problems/chain/corrected_step.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+
+#include "problems/chain/damped_gauss_newton.h"
 
 namespace trueline {
 namespace {

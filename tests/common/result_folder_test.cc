@@ -9,8 +9,6 @@
 #include <sstream>
 
 #include "problems/common/atomic_file.h"
-#include "problems/common/manifest.h"
-#include "problems/common/staged_names.h"
 #include "tests/common/test_files.h"
 
 namespace trueline {

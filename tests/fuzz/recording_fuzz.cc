@@ -1,16 +1,10 @@
 // One reader of foreign logs, TRUELINE_FUZZ_WALK, on any bytes: it lists the channels and decodes
 // every record. Anything but an InputError is a crash.
 #include "problems/common/error.h"
-#include "problems/import/formats/blackbox.h"
-#include "problems/import/formats/crazyflie.h"
+#include "problems/import/channel_row.h"
 #include "problems/import/formats/csv_table.h"
-#include "problems/import/formats/dataflash.h"
-#include "problems/import/formats/mcap.h"
-#include "problems/import/formats/rosbag1.h"
-#include "problems/import/formats/rosbag2.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/text_tables.h"
-#include "problems/import/formats/ulog.h"
-#include "problems/import/list_channels.h"
 #include "tests/fuzz/fuzz_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

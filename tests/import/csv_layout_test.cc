@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "problems/import/channel_row.h"
 #include "problems/import/find_map.h"
 #include "problems/import/formats/csv_table.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/list_channels.h"
 #include "tests/import/import_files.h"
 
 namespace trueline {

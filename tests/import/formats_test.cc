@@ -6,7 +6,6 @@
 
 #include "problems/import/formats/blackbox_frame.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/formats/protobuf_decoder.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 #include "tests/import/import_files.h"

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "problems/import/channel_row.h"
 #include "problems/import/find_map.h"
 #include "problems/import/formats/open_recording.h"
-#include "problems/import/list_channels.h"
 #include "problems/import/resolve_channels.h"
 #include "tests/import/import_files.h"
 

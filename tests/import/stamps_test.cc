@@ -6,7 +6,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
-#include "problems/import/wrapped_clock.h"
+#include "problems/import/stamp_reader.h"
 #include "problems/log/unpacked.h"
 #include "tests/import/import_files.h"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "problems/inspection/running_integral.h"
+#include "problems/inspection/motion.h"
 #include "problems/inspection/spectrum.h"
 #include "problems/inspection/stream_health.h"
 #include "problems/inspection/vector_match.h"

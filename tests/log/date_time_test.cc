@@ -1,7 +1,7 @@
 // Dates and times of day as text.
-#include "problems/log/date_time.h"
-
 #include <gtest/gtest.h>
+
+#include "problems/log/units.h"
 
 namespace trueline {
 namespace {

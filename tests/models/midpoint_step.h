@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cost_functions/models/imu_driven_model.h"
-#include "cost_functions/models/motion_state.h"
+#include "cost_functions/models/motion_block.h"
 
 namespace trueline {
 

@@ -1,6 +1,6 @@
-#include "problems/observability/imu_driven_rank.h"
-
 #include <gtest/gtest.h>
+
+#include "problems/observability/generic_rank.h"
 
 namespace trueline {
 namespace {

@@ -1,11 +1,10 @@
 // Table I of Boehm et al. 2020 and its extensions, exactly.
-#include "problems/observability/rotor_driven_rank.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
+#include "problems/observability/generic_rank.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

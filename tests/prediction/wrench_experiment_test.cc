@@ -7,7 +7,6 @@
 #include <fstream>
 #include <random>
 
-#include "problems/prediction/wrench_flight.h"
 #include "tests/common/test_files.h"
 
 namespace trueline {

@@ -8,7 +8,6 @@
 
 #include "problems/common/error.h"
 #include "problems/rotor/constants_chart.h"
-#include "problems/rotor/fixed_point.h"
 #include "problems/rotor/rotor_segment.h"
 #include "tests/common/bands.h"
 #include "tests/rotor/rotor_flight_fixture.h"

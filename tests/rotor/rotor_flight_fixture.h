@@ -2,9 +2,9 @@
 #pragma once
 
 #include "problems/common/random.h"
-#include "problems/rotor/rotor_prior.h"
+#include "problems/rotor/rotor_vehicle.h"
 #include "problems/simulation/simulate_rotor_flight.h"
-#include "problems/trajectory/feasible_flight.h"
+#include "problems/trajectory/limits.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

@@ -1,7 +1,7 @@
 // Eddies have the size asked for, and change slowly.
-#include "problems/simulation/slow_moments.h"
-
 #include <gtest/gtest.h>
+
+#include "problems/simulation/unnamed_forces.h"
 
 namespace trueline::simulation {
 namespace {

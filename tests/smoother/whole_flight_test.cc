@@ -119,61 +119,6 @@ TEST(WholeFlight, FlightsOfOneVehicleShareTheAirframe) {
   EXPECT_LT(Find(both, "phi_I_B").sigma, 0.8 * Find(one, "phi_I_B").sigma);
 }
 
-WholeFlight SolveWith(const char* id, const std::map<std::string, double>& values,
-                      const WholeFlightOptions& whole) {
-  SimulationConfig config = Drifting(60.0);
-  config.effects = {{id, values}};
-  config.detector.sigma_factor = 0.03;
-  const VgdOptions options;
-  const testing_vgd::Flight flight(config, 7, options);
-  return RunWholeFlight({{&flight.data, {}}}, options, SmootherOptions(), whole);
-}
-
-// `due`: the sigma observed on this flight; a factor of 1.4 allows for other changes.
-void ExpectFound(double value, double sigma, double truth, double due) {
-  EXPECT_NEAR(value, truth, 3.3 * sigma);  // 0.1 %
-  ExpectSigma(sigma, due, 1.4, "sigma");
-}
-
-// Errors configured in the simulator are found, with the expected sigma.
-TEST(WholeFlight, SlowFindsTheLatencyOfFixes) {
-  WholeFlightOptions whole = Given();
-  whole.learn_strengths = true;
-  whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
-  const WholeFlight result = SolveWith("fix_latency", {{"tau", 0.08}}, whole);
-  const ParameterEstimate& found = Find(result, "fix_latency");
-  ExpectFound(found.value, found.sigma, 0.08, 0.027);
-}
-
-TEST(WholeFlight, FindsHowTheCameraIsMounted) {
-  WholeFlightOptions whole = Given();
-  whole.detector = {.fix_latency = 0.1, .camera_misalignment = 3 * kDegree, .gate_offset = 0.0};
-  const WholeFlight result =
-      SolveWith("camera_misalignment", {{"roll", 0.0}, {"pitch", 0.03}, {"yaw", 0.06}}, whole);
-  const ParameterEstimate& found = Find(result, "camera_yaw");
-  ExpectFound(found.value, found.sigma, 0.06, 0.025);
-}
-
-TEST(WholeFlight, FindsTheLatencyOfTheAttitude) {
-  WholeFlightOptions whole = Given();
-  whole.attitude_latency = 0.05;
-  const WholeFlight result = SolveWith("attitude_latency", {{"tau", 0.06}}, whole);
-  ASSERT_EQ(result.strengths.size(), 1U);
-  const LearnedStrength& found = result.strengths[0];
-  EXPECT_EQ(found.name, "attitude_latency");
-  ExpectFound(found.value, (found.upper - found.lower) / (2 * 1.96), 0.06, 0.0214);
-}
-
-// A common displacement of all gates is not observable; displacements between gates are.
-TEST(WholeFlight, FindsAGateThatStandsElsewhere) {
-  WholeFlightOptions whole = Given();
-  whole.detector.gate_offset = 0.3;
-  const WholeFlight result =
-      SolveWith("gate_moved", {{"gate", 1}, {"dx", 0.0}, {"dy", 0.2}, {"dz", 0.3}}, whole);
-  EXPECT_NEAR(Find(result, "gate_1_dz").value - Find(result, "gate_0_dz").value, 0.3, 0.05);
-  EXPECT_NEAR(Find(result, "gate_1_dy").value - Find(result, "gate_0_dy").value, 0.2, 0.15);
-}
-
 // A drift twice as large gives a strength about twice as large; the intervals do not overlap.
 TEST(WholeFlight, SlowLearnsHowStronglyTheAhrsDrifts) {
   const VgdOptions options;

@@ -1,5 +1,3 @@
-#include "problems/trajectory/flatness.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -7,6 +5,7 @@
 
 #include "problems/common/error.h"
 #include "problems/trajectory/piecewise_polynomial.h"
+#include "problems/trajectory/rotor_flight.h"
 #include "tests/observability/test_vehicle.h"
 
 namespace trueline {

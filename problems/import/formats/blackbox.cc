@@ -1,5 +1,3 @@
-#include "problems/import/formats/blackbox.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include "problems/import/formats/blackbox_decoder.h"
 #include "problems/import/formats/blackbox_frame.h"
 #include "problems/import/formats/bytes.h"
+#include "problems/import/formats/open_recording.h"
 
 namespace trueline {
 namespace {

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/bytes.h"
 
 namespace trueline {
 namespace {

@@ -1,5 +1,3 @@
-#include "problems/import/formats/crazyflie.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +9,7 @@
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/open_recording.h"
 
 namespace trueline {
 namespace {

@@ -9,8 +9,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/text_tables.h"
 #include "problems/log/csv_text.h"
-#include "problems/log/date_time.h"
-#include "problems/log/line_reader.h"
+#include "problems/log/text_file.h"
 #include "problems/log/units.h"
 #include "problems/result/statistics.h"
 

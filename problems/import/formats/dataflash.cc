@@ -1,5 +1,3 @@
-#include "problems/import/formats/dataflash.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -11,9 +9,9 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/dataflash_types.h"
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/log/csv_text.h"
-#include "problems/log/line_reader.h"
+#include "problems/log/text_file.h"
 #include "problems/log/unpacked.h"
 
 namespace trueline {

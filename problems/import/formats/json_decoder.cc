@@ -1,11 +1,10 @@
-#include "problems/import/formats/json_decoder.h"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include "problems/import/formats/named_cells.h"
-#include "problems/log/date_time.h"
+#include "problems/import/formats/recording.h"
+#include "problems/import/formats/ros_decoder.h"
+#include "problems/log/units.h"
 
 namespace trueline {
 namespace {

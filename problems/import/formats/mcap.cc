@@ -1,13 +1,10 @@
-#include "problems/import/formats/mcap.h"
-
 #include <fmt/format.h>
 
 #include <boost/crc.hpp>
 
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/decompress.h"
-#include "problems/import/formats/json_decoder.h"
-#include "problems/import/formats/protobuf_decoder.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 

@@ -5,18 +5,11 @@
 #include <array>
 
 #include "problems/common/error.h"
-#include "problems/import/formats/blackbox.h"
 #include "problems/import/formats/blackbox_header.h"
 #include "problems/import/formats/bytes.h"
-#include "problems/import/formats/crazyflie.h"
 #include "problems/import/formats/csv_table.h"
-#include "problems/import/formats/dataflash.h"
-#include "problems/import/formats/mcap.h"
-#include "problems/import/formats/rosbag1.h"
-#include "problems/import/formats/rosbag2.h"
 #include "problems/import/formats/tables.h"
 #include "problems/import/formats/text_tables.h"
-#include "problems/import/formats/ulog.h"
 #include "problems/log/text_file.h"
 #include "problems/log/unpacked.h"
 

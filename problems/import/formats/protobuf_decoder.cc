@@ -1,5 +1,3 @@
-#include "problems/import/formats/protobuf_decoder.h"
-
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
@@ -7,7 +5,8 @@
 
 #include <set>
 
-#include "problems/import/formats/named_cells.h"
+#include "problems/import/formats/recording.h"
+#include "problems/import/formats/ros_decoder.h"
 
 namespace trueline {
 namespace {

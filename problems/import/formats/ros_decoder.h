@@ -15,4 +15,15 @@ std::unique_ptr<MessageDecoder> MakeRos1Decoder(const std::string& type,
 std::unique_ptr<MessageDecoder> MakeCdrDecoder(const std::string& type,
                                                const std::string& definition);
 
+// JSON messages, as in MCAP: numbers are named by their path, "pose.position.x", "data[0]".
+
+std::unique_ptr<MessageDecoder> MakeJsonDecoder();
+
+// Protocol-buffer messages whose definition comes with the file.
+
+// `descriptors` is a serialised FileDescriptorSet with the type and all that it uses. Channels of
+// one that can't be read have no fields.
+std::unique_ptr<MessageDecoder> MakeProtobufDecoder(const std::string& type,
+                                                    const std::string& descriptors);
+
 }  // namespace trueline

@@ -1,10 +1,9 @@
-#include "problems/import/formats/rosbag1.h"
-
 #include <fmt/format.h>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/decompress.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 

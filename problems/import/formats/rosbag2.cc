@@ -1,4 +1,3 @@
-#include "problems/import/formats/rosbag2.h"
 
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -9,7 +8,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/import/formats/decompress.h"
-#include "problems/import/formats/mcap.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ros_decoder.h"
 #include "problems/import/formats/ros_types.h"
 #include "problems/log/unpacked.h"

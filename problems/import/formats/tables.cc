@@ -11,7 +11,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/blackbox_decoder.h"
 #include "problems/import/formats/csv_table.h"
-#include "problems/log/line_reader.h"
+#include "problems/log/text_file.h"
 #include "problems/log/units.h"
 #include "problems/log/unpacked.h"
 

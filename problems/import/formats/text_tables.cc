@@ -9,7 +9,7 @@
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
 #include "problems/log/csv_text.h"
-#include "problems/log/line_reader.h"
+#include "problems/log/text_file.h"
 
 namespace trueline {
 namespace {

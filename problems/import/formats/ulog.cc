@@ -1,11 +1,10 @@
-#include "problems/import/formats/ulog.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "problems/common/error.h"
 #include "problems/import/formats/bytes.h"
+#include "problems/import/formats/open_recording.h"
 #include "problems/import/formats/ulog_layout.h"
 #include "problems/import/formats/ulog_outputs.h"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/bytes.h"
 
 namespace trueline {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "problems/import/formats/packed_decoder.h"
+#include "problems/import/formats/bytes.h"
 
 namespace trueline {
 

@@ -1,4 +1,4 @@
-#include "problems/trajectory/flatness.h"
+#include "problems/trajectory/rotor_flight.h"
 
 #include <Eigen/SVD>
 

@@ -1,9 +1,8 @@
-#include "problems/observability/imu_driven_rank.h"
+#include "problems/observability/generic_rank.h"
 
 #include <cmath>
 
 #include "cost_functions/models/rigid_body.h"
-#include "problems/observability/generic_rank.h"
 #include "problems/observability/rotor_driven_points.h"
 
 namespace trueline {
@@ -77,6 +76,20 @@ RankReport ImuDrivenRank(const ImuDrivenSystem& system, const std::vector<int>& 
   };
   const SystemPoint<double, kOrder> near = Point<double, kOrder>(turning, kOrder, seed);
   return GenericRank(system, states, exact, near, kTimeScale);
+}
+
+RankReport RotorDrivenRank(const RotorDrivenSystem& system, const std::vector<double>& nominal,
+                           const std::vector<int>& states, Motion motion, std::uint64_t seed) {
+  constexpr int kOrder = 12;
+  using ExactPoints = RotorDrivenPoints<Modular, RotorDrivenSystem::kErrors>;
+  using NearPoints = RotorDrivenPoints<double, kOrder>;
+  const std::vector<double> none(RotorDrivenSystem::kStates, 0.0);
+  const auto exact = [&](int order, int k) {
+    return ExactPoints(system.model(), none, 2 * seed + k).Draw(motion, order);
+  };
+  return GenericRank(system, states, exact,
+                     NearPoints(system.model(), nominal, seed).Draw(motion, kOrder),
+                     NearPoints::kTimeScale);
 }
 
 }  // namespace trueline
