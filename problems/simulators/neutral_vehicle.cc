@@ -6,7 +6,7 @@
 
 #include "problems/common/error.h"
 #include "problems/effects/read_effects.h"
-#include "problems/log/read_rotor.h"
+#include "problems/log/log_yaml.h"
 #include "problems/rotor/rotor_step.h"
 
 namespace trueline {
