@@ -6,12 +6,8 @@ from tables import number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-audit"
+PROGRAM = "trueline-audit"
 HORIZONS = (0.25, 0.5, 1.0)
-
-
-def add_arguments(parser):
-    parser.add_argument("--result", required=True, type=Path,
-                        help="the folder that trueline-audit has written")
 
 
 def build(arguments):
