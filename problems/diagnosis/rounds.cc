@@ -77,10 +77,10 @@ class CauseSearch {
       if (round == 0) StoreReports(*outcome.evidence);
       rounds_.goes_with.clear();
       for (const TestedTerm& term : remaining) rounds_.goes_with.push_back(term.name);
+      rounds_.impossible.clear();
       for (const std::size_t i : BestOfEach(outcome.evidence->tested())) {
         const Tested& t = outcome.evidence->tested()[i];
-        if (t.p < alpha_ && !Plausible(t.candidate, t.value) &&
-            impossible_.insert(t.candidate.Label()).second) {
+        if (t.p < alpha_ && !Plausible(t.candidate, t.value)) {
           rounds_.impossible.push_back(t.candidate);
         }
       }
@@ -251,11 +251,10 @@ class CauseSearch {
   const SearchOptions& options_;
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
-  std::set<std::string> impossible_;  // labels of Rounds::impossible
-  std::set<std::string> misjudged_;   // labels of those that were fitted for it
-  std::set<std::string> asked_;       // labels of those that a witness was asked for
-  int tried_;                         // effects
-  double alpha_;                      // of one of them
+  std::set<std::string> misjudged_;  // labels of those that were fitted for it
+  std::set<std::string> asked_;      // labels of those that a witness was asked for
+  int tried_;                        // effects
+  double alpha_;                     // of one of them
   Rounds rounds_;
   std::optional<Outcome> next_;  // of the next round, where a trial has tested all already
 };

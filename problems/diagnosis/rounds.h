@@ -15,7 +15,7 @@ struct Rounds {
   std::vector<CandidateReport> candidates;         // all that were tested, each singly
   std::vector<std::string> goes_with;  // significant terms that are no effect, strongest first
   std::vector<Cause> refuted;          // that a witness excluded before they were fitted
-  std::vector<Candidate> impossible;   // significant in a round, of a size that no vehicle has
+  std::vector<Candidate> impossible;   // significant in the last, of a size that no vehicle has
   std::vector<Cause> first;            // candidates that the first round shows, named or not
 
   void Remove(std::size_t which);
