@@ -57,6 +57,7 @@ struct Target {
   bool tables = false;                 // each top-level entry is a vehicle
   // Commands are thrusts: rotor speeds, hence k_f and full_speed alone, mean nothing to it.
   bool by_thrust = false;
+  std::string also = {};    // another simulator that reads the same file
   std::string caveat = {};  // what its equations do otherwise than Trueline's, in words
 
   bool Has(const std::string& name) const;

@@ -255,7 +255,7 @@ std::vector<Target> MakeTargets() {
        .order = kCrazyflie,
        .tables = true},
       {.name = "flightmare",
-       .about = "Flightmare (branch dev) and Agilicious: YAML with quadrotor_dynamics",
+       .about = "Flightmare (branch dev): YAML with quadrotor_dynamics",
        .skeletons = {"flightmare.yaml"},
        .mark = dynamics("tbm_fr"),
        .fields = {{"m", dynamics("mass")},
@@ -276,7 +276,8 @@ std::vector<Target> MakeTargets() {
                   {"K_y", dynamics("body_drag_1/1"), {-1.0, {{"m", 1}}}},
                   {"K_z", dynamics("body_drag_1/2"), {-1.0, {{"m", 1}}}},
                   {"translational_lift", dynamics("body_drag_h"), {1.0, {{"m", 1}}}}},
-       .order = kFlightmareDev},
+       .order = kFlightmareDev,
+       .also = "agilicious"},
       {.name = "flightmare_master",
        .about = "Flightmare (branch master), which sets no inertia: read only",
        .mark = dynamics("arm_l"),
@@ -380,14 +381,17 @@ const std::vector<Target>& Targets() {
 std::string TargetList() {
   std::string list;
   for (const Target& target : Targets()) {
-    if (!target.skeletons.empty()) list += fmt::format("  {:<21}{}\n", target.name, target.about);
+    if (target.skeletons.empty()) continue;
+    list += fmt::format("  {:<21}{}\n", target.name, target.about);
+    if (!target.also.empty()) list += fmt::format("  {:<21}as {}\n", target.also, target.name);
   }
   return list;
 }
 
 const Target& FindTarget(const std::string& name) {
   for (const Target& target : Targets()) {
-    if (target.name == name && !target.skeletons.empty()) return target;
+    if (target.skeletons.empty()) continue;
+    if (target.name == name || (!name.empty() && target.also == name)) return target;
   }
   throw InputError(fmt::format("--to={}: no such target; use one of\n{}", name, TargetList()));
 }
