@@ -97,6 +97,7 @@ int RunMultiStep() {
   const trueline::MultiStepResult result = trueline::RunMultiStepExperiment(
       experiment, FLAGS_data, FLAGS_test, FLAGS_threads, FLAGS_quiet);
   trueline::WriteMultiStep(experiment, result, out.path());
+  trueline::WritePredictions(experiment, result, FLAGS_threads, out.path());
   trueline::Publish("multi_step", FLAGS_report, FLAGS_quiet,
                     trueline::MultiStepTable(experiment, result), &out);
   return trueline::kExitDone;

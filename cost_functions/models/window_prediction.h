@@ -1,11 +1,12 @@
 // Half a second of flight predicted from one state and the rotor speeds that follow: the
 // rotor-by-rotor model (rotor_air.h), the processes of a stabilised attitude
-// (stabilised_process.h), and the errors of the state that is given.
+// (stabilised_process.h), and the errors of the state that is given (fused_velocity.h).
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "cost_functions/models/fused_velocity.h"
 #include "cost_functions/models/rotor_air.h"
 #include "cost_functions/models/stabilised_process.h"
 
@@ -13,7 +14,10 @@ namespace trueline {
 
 // Errors of a logged state.
 inline constexpr RotorAirInfo kStateErrors[] = {
-    {"s_xy", "1", "horizontal position changes by this share of the logged velocity"},
+    {"g_v", "1",
+     "excess of the logged horizontal velocity over the change of position, fast motion"},
+    {"t_v", "s", "time beyond which the logged velocity follows the position"},
+    {"t_p", "s", "lag of the logged velocity behind the position"},
     {"s_w", "1", "roll and pitch change by this share of the logged rate"},
     {"t_q", "s", "lag of the logged attitude behind the logged rate"},
 };
@@ -38,7 +42,8 @@ using PredictedStates = std::array<PredictedState<T>, PredictionWindow::kSteps>;
 
 class WindowPrediction {
  public:
-  static constexpr int kPositionShare = RotorAir::kCount, kRateShare = kPositionShare + 1,
+  // From kVelocity on: FusedVelocityNumbers, which act by the FusedVelocity that is given.
+  static constexpr int kVelocity = RotorAir::kCount, kRateShare = kVelocity + 3,
                        kAttitudeLag = kRateShare + 1, kCount = kAttitudeLag + 1;
   static_assert(kCount == RotorAir::kCount + std::size(kStateErrors));
   enum ProcessIndex { kLevel, kHeading, kProcesses };  // of roll and pitch, of heading
@@ -47,7 +52,8 @@ class WindowPrediction {
   template <class T>
   using Observed = std::array<std::vector<T>, 3>;
 
-  WindowPrediction(const RotorAir& air, const Process& process) : air_(air), process_(process) {}
+  WindowPrediction(const RotorAir& air, const Process& process, const FusedVelocity& velocity)
+      : air_(air), process_(process), velocity_(velocity) {}
 
   // States at the ends of the steps. `c`: kCount numbers. Rates and motion depend on each other:
   // they are computed in turns, from rates that decay. `observed`: what the processes have seen;
@@ -66,6 +72,7 @@ class WindowPrediction {
       ExpectRates(net, states);
     }
     Move(c, window, states, &net);
+    CorrectPositions(window, states);
     if (observed != nullptr) *observed = net;
   }
 
@@ -101,9 +108,12 @@ class WindowPrediction {
             Observed<T>* net) const;
   template <class T>
   void ExpectRates(const Observed<T>& net, PredictedStates<T>* states) const;
+  template <class T>
+  void CorrectPositions(const PredictionWindow& window, PredictedStates<T>* states) const;
 
   const RotorAir& air_;
   const Process& process_;
+  const FusedVelocity& velocity_;
 };
 
 inline Eigen::Vector3d WindowPrediction::AttitudeAngles(const Eigen::Vector4d& q) {
@@ -170,10 +180,7 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
     for (int i = 0; i < 3; ++i) (*net)[i][k + 2] = dw[i];
     a = acceleration(q_mid, wrench.force);
     const Vec3<T> v_next = Sum(v, step, a);
-    for (int i = 0; i < 3; ++i) {
-      const T moved = half * (v[i] + v_next[i]);
-      p[i] += i < 2 ? c[kPositionShare] * moved : moved;
-    }
+    for (int i = 0; i < 3; ++i) p[i] += half * (v[i] + v_next[i]);
     v = v_next;
     q = Turned(q, turn);
     w = state.w;
@@ -181,6 +188,19 @@ void WindowPrediction::Move(const T* c, const PredictionWindow& window, Predicte
     state.p = p;
     state.v = v;
     state.q = q;
+  }
+}
+
+template <class T>
+void WindowPrediction::CorrectPositions(const PredictionWindow& window,
+                                        PredictedStates<T>* states) const {
+  std::array<FusedVelocity::Axis<T>, 2> v;
+  for (int a = 0; a < 2; ++a) {
+    for (int k = 0; k < kSteps; ++k) v[a][k] = (*states)[k].v[a];
+  }
+  const auto correction = velocity_.Correction<T>({window.v[0], window.v[1]}, v);
+  for (int a = 0; a < 2; ++a) {
+    for (int k = 0; k < kSteps; ++k) (*states)[k].p[a] += correction[a][k];
   }
 }
 

@@ -1,6 +1,7 @@
 #include "problems/prediction/fit_prediction.h"
 
 #include "problems/common/parallel.h"
+#include "problems/prediction/fit_fused_velocity.h"
 #include "problems/prediction/fit_processes.h"
 #include "problems/prediction/number_fit.h"
 
@@ -13,14 +14,15 @@ using PredictionCost =
 using NumbersVector = Eigen::Matrix<double, kCount, 1>;
 using NumbersMatrix = Eigen::Matrix<double, kCount, kCount>;
 
-struct PredictionModel {
-  RotorAir air;
-  WindowPrediction::Process process;
-  WindowPrediction prediction;
+// Indices of the numbers that windows do not move.
+std::vector<int> HeldInWindows(std::vector<PredictionNumber> numbers) {
+  for (int i = 0; i < 3; ++i) numbers[WindowPrediction::kVelocity + i].free = false;
+  return HeldNumbers(numbers);
+}
 
-  PredictionModel(const PredictionSetup& setup, const PredictionFit& fit)
-      : air(setup.vehicle), process(MakeProcesses(fit.processes)), prediction(air, process) {}
-};
+PredictionModel ModelOf(const PredictionSetup& setup, const PredictionFit& fit) {
+  return {setup.vehicle, fit.processes, fit.numbers};
+}
 
 MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double weight) {
   MultiStepResidual::Options options;
@@ -31,11 +33,11 @@ MultiStepResidual::Options ResidualOptions(const PredictionSetup& setup, double 
 
 void SolveNumbers(const PredictionSetup& setup, const std::vector<TrainingWindow>& windows,
                   int threads, PredictionFit* fit) {
-  const PredictionModel model(setup, *fit);
+  const PredictionModel model = ModelOf(setup, *fit);
   Eigen::VectorXd x = InUnits(fit->numbers, setup.numbers);
   ceres::Problem problem;
   problem.AddParameterBlock(x.data(), kCount,
-                            new ceres::SubsetManifold(kCount, HeldNumbers(setup.numbers)));
+                            new ceres::SubsetManifold(kCount, HeldInWindows(setup.numbers)));
   for (const TrainingWindow& w : windows) {
     problem.AddResidualBlock(
         new PredictionCost(new MultiStepResidual(model.prediction, w.window, w.truth,
@@ -84,13 +86,25 @@ void AddWindow(const PredictionModel& model, const PredictionSetup& setup, const
 
 std::vector<double> Sigmas(const PredictionSetup& setup, const PredictionFit& fit,
                            const std::vector<TrainingWindow>& windows) {
-  const PredictionModel model(setup, fit);
+  const PredictionModel model = ModelOf(setup, fit);
   const NumbersVector x = InUnits(fit.numbers, setup.numbers);
   ClusterVariance by_run(kCount), by_trajectory(kCount);
   for (const TrainingWindow& w : windows) AddWindow(model, setup, x, w, &by_run, &by_trajectory);
-  const std::vector<int> held = HeldNumbers(setup.numbers);
+  const std::vector<int> held = HeldInWindows(setup.numbers);
   const Eigen::VectorXd variance = by_run.Diagonal(held).cwiseMax(by_trajectory.Diagonal(held));
   return FromUnits(variance.cwiseSqrt(), setup.numbers);
+}
+
+FusedVelocityFit FitVelocity(const PredictionSetup& setup,
+                             const std::vector<const PredictionRun*>& runs, PredictionFit* fit) {
+  const FusedVelocityFit velocity = FitFusedVelocity(runs, VelocityNumbers(fit->numbers));
+  const std::array<double, 3> values = {velocity.numbers.excess, velocity.numbers.time,
+                                        velocity.numbers.lag};
+  for (int i = 0; i < 3; ++i) {
+    const int number = WindowPrediction::kVelocity + i;
+    if (setup.numbers[number].free) fit->numbers[number] = values[i];
+  }
+  return velocity;
 }
 
 }  // namespace
@@ -104,12 +118,25 @@ WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers) {
           StabilisedProcess(numbers[WindowPrediction::kHeading])};
 }
 
+FusedVelocityNumbers VelocityNumbers(const std::vector<double>& numbers) {
+  const double* first = numbers.data() + WindowPrediction::kVelocity;
+  return {first[0], first[1], first[2]};
+}
+
+PredictionModel::PredictionModel(const RotorAirVehicle& vehicle, const ProcessNumbers& processes,
+                                 const std::vector<double>& numbers)
+    : air(vehicle),
+      process(MakeProcesses(processes)),
+      velocity(VelocityNumbers(numbers)),
+      prediction(air, process, velocity) {}
+
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads) {
   const std::vector<TrainingWindow> windows = ChooseWindows(runs, setup.windows);
   PredictionFit fit;
   fit.processes = setup.processes;
   for (const PredictionNumber& number : setup.numbers) fit.numbers.push_back(number.start);
+  const FusedVelocityFit velocity = FitVelocity(setup, runs, &fit);
   for (int round = 0; round < setup.rounds; ++round) {
     SolveNumbers(setup, windows, threads, &fit);
     if (!setup.learn_processes) break;
@@ -117,6 +144,10 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
   }
   SolveNumbers(setup, windows, threads, &fit);
   fit.sigmas = Sigmas(setup, fit, windows);
+  for (int i = 0; i < 3; ++i) {
+    const int number = WindowPrediction::kVelocity + i;
+    if (setup.numbers[number].free) fit.sigmas[number] = velocity.sigmas[i];
+  }
   return fit;
 }
 

@@ -21,6 +21,8 @@ using ProcessNumbers = std::array<StabilisedProcessNumbers, WindowPrediction::kP
 inline constexpr std::array<const char*, WindowPrediction::kProcesses> kProcessNames = {"level",
                                                                                         "heading"};
 WindowPrediction::Process MakeProcesses(const ProcessNumbers& numbers);
+// Of WindowPrediction's numbers.
+FusedVelocityNumbers VelocityNumbers(const std::vector<double>& numbers);
 
 struct PredictionSetup {
   RotorAirVehicle vehicle;
@@ -46,10 +48,24 @@ struct PredictionFit {
   bool converged = false;
 };
 
-// Minimises the sum of the norms of the errors of position, velocity, attitude and rate over
+// The parts of a prediction with a fit's processes and numbers of the state; its addresses stay.
+struct PredictionModel {
+  RotorAir air;
+  WindowPrediction::Process process;
+  FusedVelocity velocity;
+  WindowPrediction prediction;
+
+  PredictionModel(const RotorAirVehicle& vehicle, const ProcessNumbers& processes,
+                  const std::vector<double>& numbers);
+  PredictionModel(const PredictionModel&) = delete;
+  PredictionModel& operator=(const PredictionModel&) = delete;
+};
+
+// Minimises the sum of the norms of the errors of velocity, attitude and rate over
 // horizons and windows. Each trajectory counts alike: its weight is the inverse of its number of
 // windows and of its mean change of rate. The processes' numbers are fitted in turns with the
-// vehicle's, by the errors of the rates.
+// vehicle's, by the errors of the rates. What relates
+// velocity to position is fitted first, to these two alone (fit_fused_velocity.h).
 PredictionFit FitPrediction(const PredictionSetup& setup,
                             const std::vector<const PredictionRun*>& runs, int threads);
 

@@ -188,11 +188,9 @@ std::vector<SeenWindow> ObservedMoments(const WindowPrediction& prediction,
 void FitProcesses(const PredictionSetup& setup, const std::vector<double>& numbers,
                   const std::vector<TrainingWindow>& windows, int threads,
                   ProcessNumbers* processes) {
-  const RotorAir air(setup.vehicle);
-  const WindowPrediction::Process process = MakeProcesses(*processes);
-  const WindowPrediction prediction(air, process);
+  const PredictionModel model(setup.vehicle, *processes, numbers);
   const auto fit = [&](WindowPrediction::ProcessIndex i, int first, int last) {
-    FitProcess(ObservedMoments(prediction, numbers, windows, first, last, threads),
+    FitProcess(ObservedMoments(model.prediction, numbers, windows, first, last, threads),
                setup.processes[i], threads, &(*processes)[i]);
   };
   fit(WindowPrediction::kLevel, 0, 1);

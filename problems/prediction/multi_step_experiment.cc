@@ -69,12 +69,10 @@ std::vector<const PredictionRun*> Select(const std::vector<PredictionRun>& runs,
 void ScoreAll(const MultiStepExperiment& experiment, const PredictionFit& fit,
               const std::string& trajectory, const std::vector<const PredictionRun*>& runs,
               int threads, MultiStepResult* result) {
-  const RotorAir air(experiment.setup.vehicle);
-  const WindowPrediction::Process process = MakeProcesses(fit.processes);
-  const WindowPrediction prediction(air, process);
+  const PredictionModel model(experiment.setup.vehicle, fit.processes, fit.numbers);
   for (const Predictor& predictor :
        {NaivePredictor(), PublishedPhysics(0.0), PublishedPhysics(experiment.drag),
-        VehiclePredictor("rotor by rotor", prediction, fit.numbers)}) {
+        VehiclePredictor("rotor by rotor", model.prediction, fit.numbers)}) {
     result->rows.push_back({trajectory, predictor.name, Score(predictor, runs, threads)});
   }
 }
@@ -108,6 +106,13 @@ void WarnOfFewWindows(const std::vector<PredictionRun>& runs, bool quiet) {
 
 }  // namespace
 
+const PredictionFit& MultiStepResult::FitFor(const std::string& trajectory) const {
+  for (const MultiStepFold& fold : folds) {
+    if (fold.trajectory == trajectory) return fold.fit;
+  }
+  return fit;
+}
+
 MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::FromFile(file);
   MultiStepExperiment experiment;
@@ -126,6 +131,7 @@ MultiStepExperiment ReadMultiStepExperiment(const std::filesystem::path& file) {
   a.Count("rounds", &setup.rounds);
   a.Count("iterations", &setup.iterations);
   a.NotNegative("drag", &experiment.drag);
+  a.Count("predictions_stride", &experiment.predictions_stride);
   experiment.published = ReadPublished(map);
   map.Finish();
   return experiment;
@@ -166,6 +172,7 @@ MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
     ScoreAll(experiment, result.fit, trajectory, Select(tested, trajectory, true), threads,
              &result);
   }
+  result.predicted = test.empty() ? runs : std::move(tested);
   if (!test.empty()) return result;
   for (const std::string& trajectory : trajectories) {
     progress("leaving out " + trajectory);

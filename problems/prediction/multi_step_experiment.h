@@ -5,6 +5,7 @@
 //   processes: {level: {length_s: 0.36, ...}, heading: {...}, learn: true}
 //   windows: 600                # of each trajectory, for the fit
 //   drag: 0.42                  # 1/s, of the second physics baseline
+//   predictions_stride: 1       # predictions.csv holds every such start row
 //   published: [{name: ..., average: concatenated, sums: [p, v, R, w]}]   # for the page
 //
 // Without a test folder every trajectory is predicted by a fit to the others; with one, its
@@ -33,6 +34,7 @@ struct PublishedScore {
 struct MultiStepExperiment : PredictionExperiment {
   PredictionSetup setup;
   double drag = 0.42;  // 1/s
+  int predictions_stride = 1;
   std::vector<PublishedScore> published;
 };
 
@@ -57,6 +59,10 @@ struct MultiStepResult {
   PredictionFit fit;                    // to all training runs
   std::vector<std::string> trained_on;  // its trajectories
   std::vector<MultiStepRow> rows;
+  std::vector<PredictionRun> predicted;  // the runs that were predicted
+
+  // The fit that predicted a trajectory.
+  const PredictionFit& FitFor(const std::string& trajectory) const;
 };
 
 // Throws InputError where a folder holds no runs, or too few trajectories to leave one out.
@@ -69,6 +75,12 @@ MultiStepResult RunMultiStepExperiment(const MultiStepExperiment& experiment,
 // horizons.csv (mean errors at every horizon).
 void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult& result,
                     const std::filesystem::path& directory);
+
+// predictions.csv: the rotor-by-rotor model's states at every step from the start rows, a line a
+// step. Frames as PredictionRun; the quaternion goes on from the start's without taking the shorter
+// way.
+void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResult& result,
+                      int threads, const std::filesystem::path& directory);
 
 // For standard output.
 std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiStepResult& result);

@@ -28,7 +28,7 @@ TEST(FitPrediction, RecoversNumbers) {
   for (const PredictionRun& run : runs) pointers.push_back(&run);
   PredictionSetup setup = SetupOf(truth);
   for (const int i : {int(RotorAir::kThrust), int(RotorAir::kDrag), int(RotorAir::kMoment),
-                      int(RotorAir::kInertia), WindowPrediction::kPositionShare}) {
+                      int(RotorAir::kInertia)}) {
     setup.numbers[i].free = true;
     setup.numbers[i].start *= 1.1;
   }
@@ -44,10 +44,8 @@ TEST(FitPrediction, RecoversNumbers) {
 TEST(VehiclePredictor, GivesTheModelsOwnRunBack) {
   const std::vector<double> truth = SmallNumbers();
   const PredictionRun run = RunOfModel("one", truth, 5);
-  const RotorAir air(SmallVehicle());
-  const WindowPrediction::Process process = MakeProcesses({});
-  const WindowPrediction prediction(air, process);
-  const MultiStepScore score = Score(VehiclePredictor("model", prediction, truth), {&run}, 1);
+  const PredictionModel model(SmallVehicle(), {}, truth);
+  const MultiStepScore score = Score(VehiclePredictor("model", model.prediction, truth), {&run}, 1);
   for (int a = 0; a < 4; ++a) EXPECT_NEAR(score.within.Sum(a), 0.0, 1e-9);
 }
 

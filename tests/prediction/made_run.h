@@ -31,7 +31,8 @@ inline std::vector<double> SmallNumbers() {
   c[RotorAir::kInertia + 1] = 3.0e-5;
   c[RotorAir::kInertia + 2] = 3.2e-5;
   c[RotorAir::kWakeLag] = 0.05;
-  c[WindowPrediction::kPositionShare] = 1.0;
+  c[WindowPrediction::kVelocity] = 0.1;
+  c[WindowPrediction::kVelocity + 1] = 0.7;
   c[WindowPrediction::kRateShare] = 1.0;
   return c;
 }
@@ -58,10 +59,9 @@ inline PredictionRun RunOfModel(const std::string& trajectory, const std::vector
       Eigen::Vector4d(1.0, 0.1 * normal(random), 0.1 * normal(random), 0.1 * normal(random))
           .normalized();
   for (int i = 10; i < 13; ++i) first[i] = 0.3 * normal(random);
-  const RotorAir air(SmallVehicle());
-  const WindowPrediction::Process process = {StabilisedProcess({}), StabilisedProcess({})};
   PredictedStates<double> states;
-  WindowPrediction(air, process).Predict(numbers.data(), WindowAt(run, 0), &states);
+  PredictionModel(SmallVehicle(), {}, numbers)
+      .prediction.Predict(numbers.data(), WindowAt(run, 0), &states);
   for (int k = 0; k < PredictionWindow::kSteps; ++k) {
     run.states.col(k + 1) << states[k].p, states[k].v, states[k].q, states[k].w;
   }
