@@ -71,7 +71,7 @@ WindowTruth TruthAfter(const PredictionRun& run, int row) {
   WindowTruth truth;
   for (std::size_t i = 0; i < WindowTruth::kHorizons.size(); ++i) {
     const auto state = run.states.col(row + WindowTruth::kHorizons[i]);
-    truth.states[i] = {state.segment<3>(3), state.segment<4>(6), state.segment<3>(10)};
+    truth.states[i] = {state[2], state.segment<3>(3), state.segment<4>(6), state.segment<3>(10)};
   }
   return truth;
 }
