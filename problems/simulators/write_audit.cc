@@ -75,7 +75,7 @@ void WriteAudit(const Audit& audit, const std::filesystem::path& directory) {
 std::string AuditTable(const Audit& audit) {
   std::string table;
   for (const Contradicted& c : audit.contradicted) {
-    table += fmt::format("contradicted: {:<12}", c.parameter);
+    table += fmt::format("contradicted: {:<17} ", c.parameter);
     if (c.flight_value) {
       table += fmt::format("file {:.4g}, flight {:.4g} +- {:.2g} {}", c.file_value, *c.flight_value,
                            c.sigma, c.unit);
@@ -90,14 +90,14 @@ std::string AuditTable(const Audit& audit) {
   if (audit.contradicted.empty()) table += "nothing is contradicted\n";
   for (const Compared& c : audit.compared) {
     if (c.contradicted) continue;
-    table += fmt::format("agrees:       {:<12}file {:.4g}, flight {:.4g} +- {:.2g} {}\n",
+    table += fmt::format("agrees:       {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}\n",
                          c.parameter, c.file_value, c.flight_value, c.sigma, c.unit);
   }
   for (const Lack& lack : audit.lacks) {
     table += fmt::format("lacks:        {}: {}\n", lack.effect, lack.text);
   }
   for (const NotJudged& n : audit.not_judged) {
-    table += fmt::format("not judged:   {:<12}{}\n", n.parameter, n.fly);
+    table += fmt::format("not judged:   {:<17} {}\n", n.parameter, n.fly);
   }
   if (audit.before && audit.after) {
     for (std::size_t k = 0; k < kHorizons.size(); ++k) {
