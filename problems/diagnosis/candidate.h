@@ -42,6 +42,9 @@ struct Found {
   Eigen::VectorXd value;
 
   Effect effect() const { return candidate.At(value); }
+  bool operator==(const Found& other) const {
+    return candidate == other.candidate && value == other.value;
+  }
 };
 std::vector<Effect> EffectsOf(const std::vector<Found>& found);
 

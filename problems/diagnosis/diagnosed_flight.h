@@ -44,6 +44,9 @@ struct HeldOutErrors {
   std::map<std::string, StreamErrors> streams;  // by witness (Witness::stream)
 };
 
+// Fits with causes that a flight keeps: a search that rejects a cause returns to the one before it.
+inline constexpr std::size_t kMostKept = 3;
+
 class DiagnosedFlight {
  public:
   virtual ~DiagnosedFlight() = default;

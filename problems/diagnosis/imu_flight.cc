@@ -185,12 +185,7 @@ void ImuDrivenFlight::Rebuild(const std::vector<Found>& found) {
 }
 
 bool ImuDrivenFlight::Restore(const std::vector<Found>& found) {
-  const auto same = [](const Found& a, const Found& b) {
-    return a.candidate.Label() == b.candidate.Label() && a.value == b.value;
-  };
-  const auto kept = std::ranges::find_if(kept_, [&](const FittedModel& model) {
-    return std::ranges::equal(model.found, found, same);
-  });
+  const auto kept = std::ranges::find(kept_, found, &FittedModel::found);
   if (kept == kept_.end()) return false;
   fit_ = kept->fit;
   path_ = kept->path;
@@ -218,15 +213,7 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
   Columns ordinary;
   for (int i = 0; i <= kRefits; ++i) {
     Rebuild(*found);
-    if (kept_.empty() && i == 0) {
-      fit_.x = flight_->RoughStart(data_.passes);
-      fit_.noise = StartingNoise(options_);
-      fit_.columns = Columns::None(flight_->rows());
-      Solve(flight_.get(), 8, &fit_);
-      StorePath();
-    }
-    // The constants of the last model may be far from those of this one.
-    if (!kept_.empty() && i == 0) fit_.x.theta.setZero();
+    if (i == 0) Start();
     if (i < 2) ordinary = OrdinaryColumns();  // later they change little
     fit_.columns = ColumnsInModel(*found, ordinary);
     Solve(flight_.get(), 5, &fit_);
@@ -237,9 +224,23 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
     if (Advance(step, i > 2, &last, found)) break;
   }
   kept_.push_back({*found, fit_, path_});
+  if (kept_.size() > 1 + kMostKept) kept_.erase(kept_.begin() + 1);
 }
 
-// The thrust axis, the filter and the axes err a little on every vehicle: see OrdinaryErrors.
+void ImuDrivenFlight::Start() {
+  if (!kept_.empty()) {
+    // The constants of the last model may be far from those of this one.
+    fit_.x.theta.setZero();
+    return;
+  }
+  fit_.x = flight_->RoughStart(data_.passes);
+  fit_.noise = StartingNoise(options_);
+  fit_.columns = Columns::None(flight_->rows());
+  Solve(flight_.get(), 8, &fit_);
+  StorePath();
+}
+
+// Of OrdinaryErrors, with their usual sizes as priors.
 Columns ImuDrivenFlight::OrdinaryColumns() {
   Columns all = Columns::None(flight_->rows());
   if (OrdinaryCount() == 0) return all;

@@ -75,7 +75,9 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   // Those of --model, then the given ones.
   std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
   int OrdinaryCount() const;  // columns of ordinary errors; they come first
+  // True if this model is one of those that are kept.
   bool Restore(const std::vector<Found>& found);
+  void Start();  // of a fit, once the flight is rebuilt
   void Rebuild(const std::vector<Found>& found);
   void SettleNoise(int sweeps, int repeats);
   void StorePath();
@@ -104,7 +106,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   FlightLog corrected_;
   std::shared_ptr<BaseFlight> flight_;
   BaseFit fit_;
-  std::vector<FittedModel> kept_;  // the bare one first; a search that returns to one restores it
+  std::vector<FittedModel> kept_;                 // the bare one, then the last ones with causes
   std::unique_ptr<const MocapComparison> mocap_;  // none without mocap
   ProcessNoise bare_process_;                     // learned by the first fit, which has no causes
   // Of candidates at their neutral value, for the last Fit.

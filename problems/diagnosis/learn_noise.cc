@@ -2,12 +2,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <vector>
 
 #include "problems/common/parallel.h"
 #include "problems/diagnosis/base_fit.h"
+#include "problems/diagnosis/linearisation.h"
 #include "problems/diagnosis/noisy_flight.h"
 #include "problems/smoother/evidence_maximum.h"
 
@@ -152,8 +152,7 @@ NoiseStrengths WithLogs(NoiseStrengths noise, const Eigen::VectorXd& logs) {
 
 // The border unknowns of a flight with these columns, of those of the flight with all.
 std::vector<int> BorderOf(const std::vector<int>& columns) {
-  std::vector<int> border(kThetaSize);
-  std::iota(border.begin(), border.end(), 0);
+  std::vector<int> border = Range(0, kThetaSize);
   for (const int column : columns) border.push_back(kThetaSize + column);
   return border;
 }

@@ -13,8 +13,6 @@ constexpr double kLearnOn = 10.0;  // s of flight that noise is learned on
 constexpr double kNearStep = 0.4;  // of the logarithm, where noise is learned again
 constexpr int kHalvings = 3;
 constexpr int kMostSteps = 4;  // of a refinement
-// A search that rejects a cause returns to the fit before it.
-constexpr std::size_t kMostKept = 3;
 // Of the cost:
 constexpr double kSmallGain = 0.05;  // a refinement that gains less ends
 constexpr double kIncrease = 0.05;   // a smaller one is the solver's tolerance
@@ -44,12 +42,6 @@ std::vector<Found> Halfway(std::vector<Found> found, const std::vector<Found>& t
     found[i].value = 0.5 * (found[i].value + to[i].value);
   }
   return found;
-}
-
-bool Same(const std::vector<Found>& a, const std::vector<Found>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Found& x, const Found& y) {
-    return x.candidate == y.candidate && x.value == y.value;
-  });
 }
 
 std::vector<Found> WithoutEffect(std::vector<Found> found) {
@@ -218,7 +210,7 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   }
   Fitted regular = fit_;
   regular.found = last;
-  if (comparable || !Same(last, *found)) Move(last, found);
+  if (comparable || last != *found) Move(last, found);
   for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
     const double before_step = fit_.batch.cost;
@@ -260,7 +252,7 @@ void RotorDrivenFlight::Fit(std::vector<Found>* found) {
 const RotorDrivenFlight::Fitted* RotorDrivenFlight::Known(const std::vector<Found>& found) const {
   if (found.empty()) return bare_.get();
   const auto known = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const Fitted& fit) { return Same(fit.found, found); });
+                                  [&](const Fitted& fit) { return fit.found == found; });
   return known == kept_.end() ? nullptr : &*known;
 }
 

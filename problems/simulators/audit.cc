@@ -157,8 +157,7 @@ struct YawBlame {
 YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_k_m,
                      double flight_k_f, const NeutralVehicle& flight, bool roll_or_pitch_wrong) {
   // I_z over I_x + I_y of quadrotors; a plate has 1.
-  constexpr double kFlattest = 1.02, kTallest = 0.55, kUsual = 0.93;
-  constexpr double kLeastMoment = 0.003, kMostMoment = 0.07;  // m, k_m / k_f
+  constexpr double kFlattest = 1.02, kTallest = 0.55;
   const double others = flight.Get("I_x") + flight.Get("I_y");
   const double other_inertia = file.Get("I_z") * file_k_m / flight_k_m;
   const auto plausible = [&](double inertia) {
@@ -171,7 +170,7 @@ YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_
     blame.inertia = plausible(other_inertia);
   }
   blame.both = !blame.inertia && !plausible(file.Get("I_z"));
-  blame.usual = kUsual * others;
+  blame.usual = kUsualYawInertia * others;
   blame.could_be_both = !blame.inertia && moment_plausible && plausible(other_inertia);
   return blame;
 }

@@ -33,7 +33,7 @@ constexpr Range kGyrationYaw = {"I_z", "radius of gyration over the arm", 0.35, 
 constexpr Range kThrustForArm = {
     "k_f", "k_f over air density and the fourth power of the arm", 2e-4, 4e-2,
     "propellers of thrust coefficient 0.05 to 0.15, half an arm to 1.4 arms wide"};
-constexpr Range kMomentForThrust = {"k_m", "k_m over k_f, m", 0.003, 0.07,
+constexpr Range kMomentForThrust = {"k_m", "k_m over k_f, m", kLeastMoment, kMostMoment,
                                     "propellers of 5 to 40 cm have 0.003 to 0.04, PX4's Iris 0.06"};
 constexpr Range kHover = {"full_speed", "share of the full thrust in hover", 0.08, 0.8,
                           "racers hover at 10 %, loaded vehicles below 80 %"};

@@ -8,6 +8,9 @@
 
 namespace trueline {
 
+// k_m over k_f (m) of propellers: those of 5 to 40 cm have 0.003 to 0.04, PX4's Iris 0.06.
+inline constexpr double kLeastMoment = 0.003, kMostMoment = 0.07;
+
 struct FileFinding {
   std::string parameter, unit;
   double value = 0.0;  // of the file, in Trueline's units

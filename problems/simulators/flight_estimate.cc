@@ -34,7 +34,7 @@ constexpr double kFactorOff = 1.5;     // of a first fit, beyond which a fit sta
 constexpr double kGoesTogether = 0.3;  // correlation of a first fit that is believed
 
 // I_z over I_x + I_y of quadrotors.
-constexpr double kTallest = 0.5, kUsual = 0.93;
+constexpr double kTallest = 0.5;
 
 bool FarOff(double ratio) { return ratio > kFactorOff || ratio < 1.0 / kFactorOff; }
 
@@ -55,8 +55,8 @@ NeutralVehicle StartNear(const FlightLog& log, NeutralVehicle v) {
   // k_m counts.
   const double others = v.Get("I_x") + v.Get("I_y"), yaw = v.Get("I_z");
   if (yaw > kTallest * others && yaw < others) return v;
-  for (Numbers& rotor : v.rotors) rotor["k_m"] *= kUsual * others / yaw;
-  v.body["I_z"] = kUsual * others;
+  for (Numbers& rotor : v.rotors) rotor["k_m"] *= kUsualYawInertia * others / yaw;
+  v.body["I_z"] = kUsualYawInertia * others;
   return v;
 }
 

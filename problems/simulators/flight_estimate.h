@@ -11,6 +11,8 @@
 
 namespace trueline {
 
+inline constexpr double kUsualYawInertia = 0.93;  // I_z over I_x + I_y of quadrotors
+
 inline constexpr std::array<double, 3> kHorizons = {0.25, 0.5, 1.0};  // s
 // m, mean position error of predictions on held-out flight, by horizon.
 using ErrorByHorizon = std::array<double, kHorizons.size()>;
