@@ -123,22 +123,18 @@ class FlightDiagnosis {
   }
 
   // A misfit that no possible effect states is a rival explanation: a cause must be shown beside
-  // the terms that describe it, and beside effects of impossible sizes. The others are fitted again
-  // without one that is not.
+  // the terms that describe it, and beside effects of impossible sizes, each of which may be but
+  // like the error that is there. The others are fitted again without one that is not shown.
   void JudgeBesideTerms(Rounds* rounds) {
     const std::vector<Candidate> rivals = Without(rounds->impossible, rounds->found);
-    while (!rounds->found.empty() && !(terms_.empty() && rivals.empty())) {
+    if (terms_.empty() && rivals.empty() && rounds->goes_with.empty()) return;
+    while (!rounds->found.empty()) {
       std::vector<Found> all = Concatenate(rounds->found, terms_);
-      const auto fit = flight_->Linearise(rivals, false);
-      std::vector<int> beside;
-      for (const EffectColumns& c : fit->candidates) beside = Concatenated(beside, c.columns);
+      const std::vector<double> evidence = EvidenceBeside(rivals, all, *rounds);
       std::size_t worst = rounds->found.size();
       for (std::size_t i = 0; i < rounds->found.size(); ++i) {
         Cause& cause = diagnosis_.causes[FalseData(*rounds) + i];
-        cause.evidence.flight =
-            std::min(cause.evidence.flight,
-                     FlightEvidenceOf(TestFound(*fit, all, i, beside),
-                                      PriorSizes(*all[i].candidate.info), flight_->clusters()));
+        cause.evidence.flight = std::min(cause.evidence.flight, evidence[i]);
         cause.because = WhyNotNamed(cause, options_.alpha);
         if (!cause.because.empty()) worst = i;
       }
@@ -152,6 +148,34 @@ class FlightDiagnosis {
       flight_->Fit(&all);
       StoreValues(all, rounds);
     }
+  }
+
+  // What the flight says of each cause beside the misfit that remains. Stores what that misfit adds
+  // to the error of each.
+  std::vector<double> EvidenceBeside(const std::vector<Candidate>& rivals,
+                                     const std::vector<Found>& all, const Rounds& rounds) {
+    std::vector<Candidate> others = rivals;
+    for (const Candidate& c : Without(AllCandidates(*flight_), rounds.found)) {
+      if (std::ranges::count(rivals, c) == 0) others.push_back(c);
+    }
+    const FlightEvidence rest(*flight_, others);
+    const std::vector<TestedTerm> remaining = RemainingTerms(rest, options_.alpha);
+    const double unstated = remaining.empty() ? 0.0 : remaining.front().merit;
+    std::vector<int> beside;
+    for (std::size_t k = 0; k < rivals.size(); ++k) {
+      beside = Concatenated(std::move(beside), rest.fit().candidates[k].columns);
+    }
+    std::vector<double> evidence;
+    for (std::size_t i = 0; i < rounds.found.size(); ++i) {
+      Cause& cause = diagnosis_.causes[FalseData(rounds) + i];
+      const UnstatedErrors errors = UnstatedErrorsOf(rest.fit(), i, others, unstated);
+      cause.unstated_sigma = MeanSigma(errors, cause.value.size());
+      AddIndependentEvidence(&cause);
+      evidence.push_back(FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
+                                          PriorSizes(*all[i].candidate.info), flight_->clusters(),
+                                          errors));
+    }
+    return evidence;
   }
 
   static std::vector<Found> Concatenate(std::vector<Found> first, const std::vector<Found>& more) {
@@ -173,7 +197,12 @@ class FlightDiagnosis {
   // no other flight shows.
   void AddRemaining(const Rounds& rounds) {
     std::vector<std::string>& by = diagnosis_.unexplained_by;
-    by = terms_.empty() ? rounds.goes_with : RemainingTerms(*flight_, options_.alpha);
+    by = rounds.goes_with;
+    if (!terms_.empty()) {
+      by.clear();
+      const FlightEvidence rest(*flight_, {});
+      for (const TestedTerm& t : RemainingTerms(rest, options_.alpha)) by.push_back(t.name);
+    }
     for (const DescribedTerm& t : diagnosis_.open.described) {
       if (!TermRepeats(t)) by.push_back(t.term.Name());
     }

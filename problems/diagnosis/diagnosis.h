@@ -85,10 +85,13 @@ struct Cause {
   Witness witness = Witness();
   // Of the distance between the witness's stream and mocap once the cause is corrected, likewise.
   Gain agreement = Gain();
+  // Of the value: what an error that no hypothesis states adds, on a flight that shows one.
+  std::optional<Eigen::VectorXd> unstated_sigma = {};
   EvidenceSum evidence = {};
   std::string because = {};  // why it is set aside; empty if it is named
 
   Effect effect() const { return candidate.At(value); }
+  Eigen::VectorXd Unstated() const { return unstated_sigma.value_or(0.0 * value); }
 };
 
 struct CandidateReport {

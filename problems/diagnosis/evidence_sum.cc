@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 
@@ -33,14 +34,48 @@ VectorXd PriorSizes(const EffectInfo& info) {
   return sizes;
 }
 
+UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, std::size_t which,
+                                const std::vector<Candidate>& candidates, double unstated) {
+  if (unstated == 0.0) return {};
+  const EffectColumns& own = fit.found[which];
+  const std::vector<int> nuisances = fit.Beside(which);
+  std::map<const EffectInfo*, std::vector<std::size_t>> of_effect;
+  for (std::size_t i = 0; i < candidates.size(); ++i) of_effect[candidates[i].info].push_back(i);
+  UnstatedErrors errors;
+  for (const auto& [info, which_ones] : of_effect) {
+    MatrixXd sum = MatrixXd::Zero(own.unit.size(), own.unit.size());
+    for (const std::size_t i : which_ones) {
+      sum += ImitatedBy(fit, nuisances, own.columns, fit.candidates[i].columns);
+    }
+    errors.emplace_back(unstated / static_cast<double>(which_ones.size()) *
+                        (own.unit.asDiagonal() * sum * own.unit.asDiagonal()));
+  }
+  return errors;
+}
+
+VectorXd MeanSigma(const UnstatedErrors& errors, Eigen::Index size) {
+  VectorXd sum = VectorXd::Zero(size);
+  for (const MatrixXd& error : errors) sum += error.diagonal();
+  return (sum / std::max(1.0, static_cast<double>(errors.size()))).cwiseSqrt();
+}
+
 double LogRatio(const VectorXd& estimate, const MatrixXd& cov, const VectorXd& expected,
-                const MatrixXd& more, double dof) {
-  const double ratio =
-      LogDensity(estimate - expected, cov + more, dof) - LogDensity(estimate, cov, dof);
+                const MatrixXd& more, double dof, const UnstatedErrors& errors) {
+  const auto density = [&](const VectorXd& distance, const MatrixXd& of) {
+    if (errors.empty()) return LogDensity(distance, of, dof);
+    std::vector<double> logs;
+    for (const MatrixXd& error : errors) logs.push_back(LogDensity(distance, of + error, dof));
+    const double most = *std::ranges::max_element(logs);
+    double sum = 0.0;
+    for (const double log : logs) sum += std::exp(log - most);
+    return most + std::log(sum / static_cast<double>(logs.size()));
+  };
+  const double ratio = density(estimate - expected, cov + more) - density(estimate, cov);
   return std::isfinite(ratio) ? ratio : 0.0;  // what the data can't show says nothing
 }
 
-double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int clusters) {
+double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int clusters,
+                        const UnstatedErrors& errors) {
   constexpr double kExact = std::numeric_limits<double>::infinity();
   constexpr double kMost = 11.5;  // log(1e5)
   // The order of magnitude of a size is not known.
@@ -50,8 +85,8 @@ double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int cluste
   double mean = 0.0;  // of ratios: one, too, without an effect
   for (const double share : kShares) {
     const MatrixXd prior = (share * sizes).cwiseAbs2().asDiagonal();
-    const double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact),
-                                  LogRatio(test.value, test.cov_cluster, none, prior, dof));
+    const double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact, errors),
+                                  LogRatio(test.value, test.cov_cluster, none, prior, dof, errors));
     mean += std::exp(std::min(ratio, 2.0 * kMost)) / std::size(kShares);
   }
   return std::min(kMost, std::log(mean));
@@ -67,14 +102,17 @@ double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>
 
 double EvidenceOfChance(double p) { return -0.5 * std::log(std::max(p, 1e-300)) - std::log(2.0); }
 
-double IndependentEvidence(const Cause& cause, const VectorXd& value, const VectorXd& sigma) {
+double IndependentEvidence(const Cause& cause, const VectorXd& value, const VectorXd& sigma,
+                           bool same_model) {
   constexpr double kTails = 4.0;  // degrees of freedom
   if (value.size() != cause.value.size()) return 0.0;
   const Candidate& candidate = cause.candidate;
-  const MatrixXd cov = (sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2()).asDiagonal();
-  const MatrixXd more = cause.sigma.cwiseAbs2().asDiagonal();
-  return LogRatio(value - candidate.Neutral(), cov, cause.value - candidate.Neutral(), more,
-                  kTails);
+  const VectorXd unstated = cause.Unstated().cwiseAbs2();
+  VectorXd cov = sigma.cwiseAbs2() + candidate.Ordinary().cwiseAbs2();
+  if (same_model) cov += unstated;
+  const MatrixXd more = (cause.sigma.cwiseAbs2() + unstated).asDiagonal();
+  return LogRatio(value - candidate.Neutral(), cov.asDiagonal(), cause.value - candidate.Neutral(),
+                  more, kTails);
 }
 
 Cause CauseOf(const Tested& tested, int clusters) {
@@ -90,12 +128,12 @@ Cause CauseOf(const Tested& tested, int clusters) {
 void AddIndependentEvidence(Cause* cause) {
   const Witness& witness = cause->witness;
   EvidenceSum& evidence = cause->evidence;
-  evidence.witness = IndependentEvidence(*cause, witness.value, witness.sigma);
+  evidence.witness = IndependentEvidence(*cause, witness.value, witness.sigma, false);
   // A stream that the fit used can contradict, but it can't say the same thing twice.
   if (!witness.independent) evidence.witness = std::min(0.0, evidence.witness);
   evidence.other_flights = 0.0;
   for (const Repeat& repeat : cause->repeats) {
-    evidence.other_flights += IndependentEvidence(*cause, repeat.value, repeat.sigma);
+    evidence.other_flights += IndependentEvidence(*cause, repeat.value, repeat.sigma, true);
   }
   // Another flight may lack what belongs to one.
   if (cause->candidate.info->of_one_flight) {

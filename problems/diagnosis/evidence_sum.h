@@ -16,18 +16,32 @@ struct CandidateReport;
 // Standard deviations in the units of the parameters.
 Eigen::VectorXd PriorSizes(const EffectInfo& info);
 
+// Covariances that an error which no hypothesis states may add to an estimate; each is as likely.
+using UnstatedErrors = std::vector<Eigen::MatrixXd>;
+
+// Those of the value of cause `which` of a fit, in units of its parameters. A flight whose misfit
+// has the merit `unstated` shows such an error: it is like one of the other effects, `candidates`
+// of the fit. None where `unstated` is zero.
+UnstatedErrors UnstatedErrorsOf(const Linearisation& fit, std::size_t which,
+                                const std::vector<Candidate>& candidates, double unstated);
+
+// Of an error that is any one of them.
+Eigen::VectorXd MeanSigma(const UnstatedErrors& errors, Eigen::Index size);
+
 // Log of the ratio of two densities of an estimate that differs from none by `estimate`: around
 // `expected` with `cov` and the spread `more` added, and around none with `cov`. Student's t with
 // `dof` degrees of freedom, normal where they are infinite.
 double LogRatio(const Eigen::VectorXd& estimate, const Eigen::MatrixXd& cov,
-                const Eigen::VectorXd& expected, const Eigen::MatrixXd& more, double dof);
+                const Eigen::VectorXd& expected, const Eigen::MatrixXd& more, double dof,
+                const UnstatedErrors& errors = {});
 
 // What the flight that was fitted says of an effect, whose whole value `test` judges: the lesser of
 // the ratio by the noise model and of that by the scatter between clusters. It is bounded: an error
 // that no hypothesis states may imitate the effect, so that no ratio of two models is trusted
 // beyond 1e5, and sources that do not share the model can outweigh it. Ratios are averaged over
 // priors of several widths. `prior`: the widest, PriorSizes in the units of the test.
-double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior, int clusters);
+double FlightEvidenceOf(const ScoreTest& test, const Eigen::VectorXd& prior, int clusters,
+                        const UnstatedErrors& errors = {});
 
 // That it is one of as many effects, gates, rotors and times as were tried.
 double PriorEvidenceOf(const std::string& id, const std::vector<CandidateReport>& tried);
@@ -37,9 +51,10 @@ double EvidenceOfChance(double p);
 
 // What an independent estimate of the cause's size (by a witness, by another flight) says, given
 // the size that the flight shows. Such estimates err by more than they state now and then, so its
-// density has heavy tails.
+// density has heavy tails. `same_model`: the estimate shares the model, and so the errors that no
+// hypothesis states.
 double IndependentEvidence(const Cause& cause, const Eigen::VectorXd& value,
-                           const Eigen::VectorXd& sigma);
+                           const Eigen::VectorXd& sigma, bool same_model);
 
 // A candidate as a cause, with what the flight says of it.
 Cause CauseOf(const Tested& tested, int clusters);

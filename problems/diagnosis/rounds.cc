@@ -266,12 +266,8 @@ Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOption
   return CauseSearch(candidates, options, flight).Run();
 }
 
-std::vector<std::string> RemainingTerms(const DiagnosedFlight& flight, double alpha) {
-  std::vector<std::string> names;
-  for (const TestedTerm& term : Remaining(FlightEvidence(flight, {}), alpha, 0.0)) {
-    names.push_back(term.name);
-  }
-  return names;
+std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha) {
+  return Remaining(evidence, alpha, 0.0);
 }
 
 }  // namespace trueline

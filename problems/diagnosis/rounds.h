@@ -3,6 +3,7 @@
 #pragma once
 
 #include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/evidence.h"
 #include "problems/diagnosis/score_test.h"
 
 namespace trueline {
@@ -29,7 +30,7 @@ Rounds SearchCauses(const std::vector<Candidate>& candidates, const SearchOption
 // True if at least half of a cause's size is left in `test`, which has other columns as nuisances.
 bool RetainsHalf(const Found& f, const ScoreTest& test);
 
-// Terms that are no effect and that the last Fit leaves significant, strongest first.
-std::vector<std::string> RemainingTerms(const DiagnosedFlight& flight, double alpha);
+// Terms that are no effect, and effects of impossible sizes, that are significant; strongest first.
+std::vector<TestedTerm> RemainingTerms(const FlightEvidence& evidence, double alpha);
 
 }  // namespace trueline

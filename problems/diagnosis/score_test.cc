@@ -79,6 +79,18 @@ double OwnShare(const Linearisation& fit, const Indices& nuisances, int column) 
   return Project(fit, nuisances, {column}).information(0, 0) / fit.M()(column, column);
 }
 
+Matrix ImitatedBy(const Linearisation& fit, const Indices& nuisances, const Indices& tested,
+                  const Indices& alike) {
+  const Matrix information = Project(fit, nuisances, Concatenated(tested, alike)).information;
+  const auto size = static_cast<Eigen::Index>(tested.size());
+  const Eigen::Index rest = information.rows() - size;
+  const Matrix own = information.topLeftCorner(size, size);
+  const Matrix cross = information.topRightCorner(size, rest);
+  const Matrix shift = own.ldlt().solve(cross);  // of the values, by an error in units of columns
+  const Matrix error = information.bottomRightCorner(rest, rest).ldlt().solve(shift.transpose());
+  return shift * error / static_cast<double>(rest);
+}
+
 LinearEstimate Estimate(const Linearisation& fit, const Indices& nuisances, const Indices& tested) {
   return EstimateOf(Project(fit, nuisances, tested));
 }

@@ -21,6 +21,11 @@ LinearEstimate Estimate(const Linearisation& fit, const std::vector<int>& nuisan
 // they imitate.
 double OwnShare(const Linearisation& fit, const std::vector<int>& nuisances, int column);
 
+// Covariance that an error of the model adds to the tested columns' values: an error like the
+// columns `alike`, of a random direction among them and of unit gain.
+Eigen::MatrixXd ImitatedBy(const Linearisation& fit, const std::vector<int>& nuisances,
+                           const std::vector<int>& tested, const std::vector<int>& alike);
+
 // An estimate, and the evidence that it exceeds ordinary sizes. Effects below `ordinary` are not
 // reported, at any significance.
 struct ScoreTest {
