@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "problems/against/read_flights.h"
 #include "problems/against/write_comparison.h"
 #include "problems/calibration/calibration_config.h"
@@ -51,9 +54,10 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
       further flights after commas confirm here, too
 
   trueline-diagnose --log=flight --against=yesterday/,flight3,flight4 --out=result
-      what differs from reference flights of the vehicle, by the commands that hold it in the air: a
+      what differs from reference flights of the vehicle: by the commands that hold it in the air (a
       weak rotor or a load under it, two rotors, the thrust of all; needs positions and motor
-      commands, no IMU; foreign logs are converted on the way
+      commands, no IMU), and, where the logs hold what --drive needs, every effect of the catalogue
+      that they lack or have in another size; foreign logs are converted on the way
 
 Exit codes: 0 done, 2 bad input or usage, 3 the flight can't be diagnosed, 4 refused by --fail_on,
 1 a defect.)";
@@ -84,54 +88,116 @@ int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& 
   return Refused().ExitFor(diagnosis.verdict);
 }
 
-int RunRotors() {
-  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
-  std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kRotors, &faults);
+// A diagnosis, and the options that it ran with, for its provenance.
+struct Diagnosed {
+  trueline::Diagnosis diagnosis;
+  YAML::Node options;
+};
+
+// `against`: the logs after the first are references.
+Diagnosed DiagnoseByRotors(const std::vector<trueline::FlightLog>& logs, bool against) {
   trueline::RotorDiagnosisOptions options(
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, logs));
   options.alpha = FLAGS_alpha;
-  trueline::Diagnosis diagnosis = trueline::Diagnose(logs, options);
+  options.against = against;
+  Diagnosed out{trueline::Diagnose(logs, options), trueline::ToYaml(options.calibration)};
   if (FLAGS_fit_to != "fixes") {
-    diagnosis.warnings.emplace_back(
+    out.diagnosis.warnings.emplace_back(
         "--fit_to is not used with --drive=rotors; fit_to in the --config names the poses");
   }
-  return Store(std::move(diagnosis), faults,
-               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.calibration)), &out);
+  return out;
 }
 
-trueline::ImuDiagnosisOptions OptionsFrom(const trueline::CalibrationOptions& calibration) {
+Diagnosed DiagnoseByImu(const std::vector<trueline::FlightLog>& logs, bool against) {
+  trueline::CalibrationOptions calibration =
+      trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0});
+  trueline::LimitModelTo(logs, FLAGS_model, &calibration);
   trueline::ImuDiagnosisOptions options = trueline::DiagnosisOptionsOf(calibration);
   options.fit_to_mocap = FLAGS_fit_to == "mocap";
   options.alpha = FLAGS_alpha;
-  return options;
+  options.against = against;
+  return {trueline::Diagnose(logs, options), trueline::ToYaml(options.vgd)};
 }
 
-int RunImu() {
-  trueline::CalibrationOptions calibration =
-      trueline::ResolveCalibrationOptions({FLAGS_config, FLAGS_model, "vgd", "", "", 0});
-  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
+bool ByRotors() { return FLAGS_drive == "rotors"; }
+
+Diagnosed DiagnoseLogs(const std::vector<trueline::FlightLog>& logs, bool against) {
+  return ByRotors() ? DiagnoseByRotors(logs, against) : DiagnoseByImu(logs, against);
+}
+
+int RunAlone() {
+  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
   std::vector<trueline::LogFault> faults;
-  const std::vector<trueline::FlightLog> logs = ReadLogs(trueline::ForDrive::kImu, &faults);
-  trueline::LimitModelTo(logs, FLAGS_model, &calibration);
-  const trueline::ImuDiagnosisOptions options = OptionsFrom(calibration);
-  return Store(trueline::Diagnose(logs, options), faults,
-               trueline::Provenance(logs.front(), 0, trueline::ToYaml(options.vgd)), &out);
+  const std::vector<trueline::FlightLog> logs =
+      ReadLogs(ByRotors() ? trueline::ForDrive::kRotors : trueline::ForDrive::kImu, &faults);
+  Diagnosed done = DiagnoseLogs(logs, false);
+  return Store(std::move(done.diagnosis), faults,
+               trueline::Provenance(logs.front(), 0, done.options), &out);
 }
 
-// The references that can be used, with a warning for each of the others.
-std::vector<trueline::ReferenceFlight> ReadReferences() {
-  std::vector<trueline::ReferenceFlight> references;
+// True if the log may hold what the drive is fitted to; the trim needs less.
+bool HoldsDrive(const trueline::FlightLog& log) {
+  const bool placed = !log.fixes.empty() || !log.mocap.empty();
+  return !log.imu.empty() && placed && (!ByRotors() || !log.rotors.empty());
+}
+
+bool HasCommands(const trueline::FlightLog& log) {
+  return !log.motors.empty() || !log.rotors.empty();
+}
+
+struct Reference {
+  trueline::FlightLog log;
+  int session;
+};
+
+std::vector<Reference> ReadReferences() {
+  std::vector<Reference> references;
   for (const trueline::NamedFlight& flight : trueline::FlightsOf(FLAGS_against)) {
+    references.push_back({trueline::ReadOrConvert(flight.path, FLAGS_map), flight.session});
+  }
+  return references;
+}
+
+// By the commands that hold the vehicle in the air, with what is odd as warnings. Throws
+// NoUsableResult where no reference can be used.
+trueline::Comparison CompareTrims(const trueline::FlightLog& log,
+                                  const std::vector<Reference>& references) {
+  const trueline::CommandTrim trim = trueline::TrimOf(log);
+  std::vector<trueline::ReferenceFlight> trims;
+  for (const Reference& reference : references) {
     try {
-      const trueline::FlightLog log = trueline::ReadOrConvert(flight.path, FLAGS_map);
-      references.push_back({trueline::TrimOf(log), flight.session});
+      trims.push_back({trueline::TrimOf(reference.log), reference.session});
     } catch (const trueline::NoUsableResult& error) {
       trueline::Warn(std::string("left out of --against: ") + error.what(), FLAGS_quiet);
     }
   }
-  if (references.empty()) throw trueline::NoUsableResult("--against: no flight can be used");
-  return references;
+  if (trims.empty()) throw trueline::NoUsableResult("--against: no flight can be used");
+  trueline::Comparison comparison =
+      trueline::Compare(trim, trims,
+                        FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
+                                                : trueline::SessionOfFlight::kUnknown);
+  trueline::WarnAll(comparison.warnings, FLAGS_quiet);
+  return comparison;
+}
+
+// The causes of the flight that its references lack; none where a log holds too little for it.
+std::optional<Diagnosed> DiagnoseChanges(const trueline::FlightLog& log,
+                                         const std::vector<Reference>& references) {
+  std::vector<trueline::FlightLog> logs = {log};
+  for (const Reference& reference : references) {
+    if (HoldsDrive(reference.log)) logs.push_back(reference.log);
+  }
+  if (!HoldsDrive(log) || logs.size() == 1) return std::nullopt;
+  try {
+    Diagnosed done = DiagnoseLogs(logs, true);
+    for (std::size_t i = 1; i < logs.size(); ++i) {
+      done.diagnosis.against.push_back(logs[i].directory);
+    }
+    return done;
+  } catch (const trueline::InputError& error) {
+    trueline::Warn(std::string("compared by the commands alone: ") + error.what(), FLAGS_quiet);
+    return std::nullopt;
+  }
 }
 
 int RunAgainst() {
@@ -143,15 +209,31 @@ int RunAgainst() {
   if (named.size() != 1) throw trueline::InputError("--against: give one flight in --log");
   const trueline::FlightLog log = trueline::ReadOrConvert(named.front().path, FLAGS_map);
   trueline::WarnAll(log.warnings, FLAGS_quiet);
-  const auto session = FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
-                                               : trueline::SessionOfFlight::kUnknown;
-  const trueline::Comparison comparison =
-      trueline::Compare(trueline::TrimOf(log), ReadReferences(), session);
-  trueline::WarnAll(comparison.warnings, FLAGS_quiet);
-  trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out.path());
-  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
-                    &out);
-  return Refused().ExitFor(comparison.Verdict());
+  const std::vector<Reference> references = ReadReferences();
+  const std::optional<Diagnosed> changes = DiagnoseChanges(log, references);
+  if (!changes) {
+    const trueline::Comparison comparison = CompareTrims(log, references);
+    trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out.path());
+    trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
+                      &out);
+    return Refused().ExitFor(comparison.Verdict());
+  }
+  trueline::WarnAll(changes->diagnosis.warnings, FLAGS_quiet);
+  trueline::WriteDiagnosis(changes->diagnosis, trueline::Provenance(log, 0, changes->options),
+                           out.path());
+  std::string table = trueline::DiagnosisTable(changes->diagnosis);
+  std::string verdict = changes->diagnosis.verdict;
+  if (HasCommands(log) && std::ranges::all_of(references, HasCommands, &Reference::log)) {
+    try {
+      const trueline::Comparison comparison = CompareTrims(log, references);
+      verdict = trueline::AddComparison(comparison, out.path());
+      table += "\nby the trim, " + trueline::ComparisonTable(comparison);
+    } catch (const trueline::NoUsableResult& error) {
+      trueline::Warn(std::string("the trim is not compared: ") + error.what(), FLAGS_quiet);
+    }
+  }
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, table, &out);
+  return Refused().ExitFor(verdict);
 }
 
 int Run() {
@@ -169,7 +251,7 @@ int Run() {
   }
   Refused();  // a word that is not known fails before the work
   if (!FLAGS_against.empty()) return RunAgainst();
-  return FLAGS_drive == "rotors" ? RunRotors() : RunImu();
+  return RunAlone();
 }
 
 }  // namespace

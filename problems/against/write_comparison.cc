@@ -258,6 +258,24 @@ void WriteComparison(const Comparison& comparison, const YAML::Node& provenance,
   WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(comparison, provenance)));
 }
 
+std::string AddComparison(const Comparison& comparison, const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory / "diagnosis.yaml";
+  YAML::Node whole = YAML::LoadFile(file);
+  YAML::Node trim = DiagnosisNode(comparison, YAML::Node());
+  for (const YAML::Node& cause : trim["causes"]) whole["causes"].push_back(YAML::Clone(cause));
+  const std::vector<std::string> verdicts = {"clean", "explained", "ambiguous", "unexplained"};
+  const auto rank = [&](const YAML::Node& of) {
+    return std::ranges::find(verdicts, of["verdict"].as<std::string>()) - verdicts.begin();
+  };
+  const std::string verdict = verdicts[static_cast<std::size_t>(std::max(rank(whole), rank(trim)))];
+  whole["verdict"] = verdict;
+  for (const char* key : {"drive", "against", "provenance"}) trim.remove(key);
+  whole["trim"] = trim;
+  WriteTrims(comparison, directory / "trims.csv");
+  WriteFileAtomically(file, TextOf(whole));
+  return verdict;
+}
+
 std::string ComparisonTable(const Comparison& comparison) {
   const Findings& findings = comparison.findings;
   const TriedCause& best = findings.tried.front();

@@ -107,6 +107,7 @@ class NamedCauseSearch {
       if (others_->Any()) others_->Confirm(&causes);
       for (Cause& cause : causes) {
         AddIndependentEvidence(&cause);
+        if (options_.against) JudgeChange(options_.alpha, &cause);
         cause.because = WhyNotNamed(cause, options_.alpha);
       }
       const auto least = std::ranges::min_element(

@@ -70,17 +70,21 @@ class FlightDiagnosis {
     if (false_data_report) diagnosis_.candidates.push_back(*false_data_report);
     diagnosis_.not_shown = NotShown(diagnosis_.candidates);
     others_.Confirm(&diagnosis_.causes);
+    if (options_.against) {  // references neither confirm nor refute what has changed
+      for (Cause& cause : diagnosis_.causes) cause.confirmed.reset();
+    }
     DescribeTerms(&rounds);
     JudgeBesideTerms(&rounds);
     AddRemaining(rounds);
     AddSignificantAside(rounds);
     diagnosis_.set_aside.insert(diagnosis_.set_aside.end(), explained_.begin(), explained_.end());
     Describe(before, replays, rounds);
+    ChooseModel(rounds, terms_, flight_.get(), &diagnosis_);
+    SetSharedAside();
     const auto& terms = diagnosis_.open.described;
     diagnosis_.verdict =
         VerdictOf(diagnosis_.causes, diagnosis_.set_aside, diagnosis_.unexplained_by,
                   options_.alpha, std::any_of(terms.begin(), terms.end(), TermRepeats));
-    ChooseModel(rounds, terms_, flight_.get(), &diagnosis_);
     const std::vector<std::string>& warnings = others_.warnings();
     diagnosis_.warnings.insert(diagnosis_.warnings.end(), warnings.begin(), warnings.end());
     diagnosis_.seconds = SecondsSince(start_);
@@ -120,6 +124,17 @@ class FlightDiagnosis {
       flight_->Fit(&all);
     }
     if (all.size() > rounds->found.size()) StoreValues(all, rounds);
+  }
+
+  // What the references show, too, belongs to the model and is no change.
+  void SetSharedAside() {
+    std::vector<Cause>& causes = diagnosis_.causes;
+    for (Cause& cause : causes) {
+      if (!cause.shared) continue;
+      cause.because = "the references show it, too";
+      diagnosis_.set_aside.push_back(cause);
+    }
+    std::erase_if(causes, [](const Cause& cause) { return cause.shared; });
   }
 
   // A misfit that no possible effect states is a rival explanation: a cause must be shown beside
@@ -171,6 +186,7 @@ class FlightDiagnosis {
       const UnstatedErrors errors = UnstatedErrorsOf(rest.fit(), i, others, unstated);
       cause.unstated_sigma = MeanSigma(errors, cause.value.size());
       AddIndependentEvidence(&cause);
+      if (options_.against) JudgeChange(options_.alpha, &cause);
       evidence.push_back(FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
                                           PriorSizes(*all[i].candidate.info), flight_->clusters(),
                                           errors));

@@ -26,6 +26,8 @@ using MakeFlight = std::function<std::unique_ptr<DiagnosedFlight>(const FlightLo
 struct SearchOptions {
   double alpha = 0.01;  // chance of a false cause, over the whole catalogue
   bool measure_gain = true;
+  // The further flights are references: a cause is what differs from them, not what repeats.
+  bool against = false;
 };
 
 // Improvement on held-out arcs (or replays): parameters and causes are fitted without them.
@@ -87,6 +89,7 @@ struct Cause {
   Gain agreement = Gain();
   // Of the value: what an error that no hypothesis states adds, on a flight that shows one.
   std::optional<Eigen::VectorXd> unstated_sigma = {};
+  bool shared = false;  // with the references: part of the model, and no change
   EvidenceSum evidence = {};
   std::string because = {};  // why it is set aside; empty if it is named
 
@@ -122,6 +125,7 @@ struct Diagnosis {
   std::vector<Cause> set_aside;  // significant, but not named: `because` says why
   Gain gain, open_loop;          // of all causes together
   std::vector<CandidateReport> candidates;
+  std::vector<std::string> against;          // folders of the references
   std::vector<std::string> not_shown;        // effects whose detectable size no vehicle has
   std::vector<std::string> unexplained_by;   // variables correlated with the residual
   OpenCatalogue open;                        // terms beyond the causes

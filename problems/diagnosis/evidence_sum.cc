@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -85,8 +86,13 @@ double FlightEvidenceOf(const ScoreTest& test, const VectorXd& sizes, int cluste
   double mean = 0.0;  // of ratios: one, too, without an effect
   for (const double share : kShares) {
     const MatrixXd prior = (share * sizes).cwiseAbs2().asDiagonal();
-    const double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact, errors),
-                                  LogRatio(test.value, test.cov_cluster, none, prior, dof, errors));
+    double ratio = std::min(LogRatio(test.value, test.cov_model, none, prior, kExact),
+                            LogRatio(test.value, test.cov_cluster, none, prior, dof));
+    // The strength of an unstated error is known, so its tails are not heavy.
+    for (const MatrixXd* cov : {&test.cov_model, &test.cov_cluster}) {
+      if (errors.empty()) break;
+      ratio = std::min(ratio, LogRatio(test.value, *cov, none, prior, kExact, errors));
+    }
     mean += std::exp(std::min(ratio, 2.0 * kMost)) / std::size(kShares);
   }
   return std::min(kMost, std::log(mean));
@@ -123,6 +129,30 @@ Cause CauseOf(const Tested& tested, int clusters) {
   cause.evidence.flight =
       FlightEvidenceOf(tested.test, tested.columns.Steps(info, PriorSizes(info)), clusters);
   return cause;
+}
+
+std::optional<double> ChangeEvidence(const Cause& cause) {
+  constexpr int kTails = 10;  // degrees of freedom
+  const Eigen::Index size = cause.value.size();
+  VectorXd mean = VectorXd::Zero(size), variance = mean, square = mean;
+  double flights = 0.0;
+  for (const Repeat& repeat : cause.repeats) {
+    if (repeat.value.size() != size) continue;
+    flights += 1.0;
+    mean += repeat.value;
+    square += repeat.value.cwiseAbs2();
+    variance += repeat.sigma.cwiseAbs2();
+  }
+  if (flights == 0.0) return std::nullopt;
+  mean /= flights;
+  const VectorXd scatter = (square / flights - mean.cwiseAbs2()).cwiseMax(0.0);
+  variance = variance / (flights * flights) + cause.sigma.cwiseAbs2() + scatter +
+             2.0 * cause.candidate.Ordinary().cwiseAbs2();
+  ScoreTest change;
+  change.value = cause.value - mean;
+  change.cov_model = change.cov_cluster = variance.asDiagonal();
+  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info),
+                          kTails + static_cast<int>(size));
 }
 
 void AddIndependentEvidence(Cause* cause) {

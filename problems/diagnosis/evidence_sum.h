@@ -5,6 +5,8 @@
 // so that the ratios multiply (Dawid 1984).
 #pragma once
 
+#include <optional>
+
 #include "problems/diagnosis/evidence.h"
 
 namespace trueline {
@@ -61,5 +63,9 @@ Cause CauseOf(const Tested& tested, int clusters);
 
 // Stores what the witness and the further flights say.
 void AddIndependentEvidence(Cause* cause);
+
+// That the size has changed between the further flights and this one: of the difference, in which
+// an error of the model that they share cancels. Empty where none can tell.
+std::optional<double> ChangeEvidence(const Cause& cause);
 
 }  // namespace trueline

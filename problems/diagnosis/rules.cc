@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/diagnosis/evidence_sum.h"
 #include "problems/diagnosis/linearisation.h"
 #include "problems/result/distributions.h"
 
@@ -60,6 +61,17 @@ std::string WhyNotNamed(const Cause& cause, double alpha) {
                   PartsText(cause.evidence), EvidenceNeeded(alpha));
   if (cause.evidence.witness < 0.0) why += "; " + cause.witness.text;
   return why;
+}
+
+void JudgeChange(double alpha, Cause* cause) {
+  const std::optional<double> change = ChangeEvidence(*cause);
+  if (!change) return;
+  EvidenceSum& evidence = cause->evidence;
+  cause->shared = std::ranges::count(cause->repeats, "repeats", &Repeat::outcome) > 0 &&
+                  *change + evidence.prior < EvidenceNeeded(alpha);
+  if (cause->shared) return;
+  evidence.flight = std::min(evidence.flight, *change);
+  evidence.other_flights = 0.0;
 }
 
 bool Claimed(const Cause& cause) { return cause.confirmed.value_or(true) || Witnessed(cause); }

@@ -229,6 +229,7 @@ YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenanc
     AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
     node["terms_gain"] = gains;
   }
+  if (!diagnosis.against.empty()) node["against"] = diagnosis.against;
   node["evidence_needed"] = Rounded(diagnosis.evidence_needed, 3);
   node["not_shown"] = diagnosis.not_shown;
   node["not_shown"].SetStyle(YAML::EmitterStyle::Flow);

@@ -11,10 +11,12 @@ VERDICTS = {"clean": "The flight lies within what flights of this vehicle scatte
             "unexplained": "The trim has changed in a way that no cause tried explains."}
 
 
-def add_to(page, result, folder):
-    page.add("verdict", "Result", *_verdict(result))
+def add_to(page, result, folder, beside=False):
+    """The sections; `beside` others of a diagnosis of the whole log."""
+    of = " by the trim" if beside else ""
+    page.add("trim-verdict", f"Result{of}", *_verdict(result))
     page.add("trims", "Trims", *_trims(result, folder))
-    page.add("candidates", "What was tried", *_candidates(result))
+    page.add("trim-candidates", f"What was tried{of}", *_candidates(result))
 
 
 def _verdict(result):

@@ -30,14 +30,19 @@ def build(arguments):
     if result.get("verdict") not in VERDICTS:
         raise ReportError(f"{path}: 'verdict' is missing or not known")
     page = Page("Diagnosis", str(result.get("provenance", {}).get("log", "")))
-    if "against" in result:
+    if result.get("drive") == "commands":
         against_sections.add_to(page, result, arguments.result)
         return page
+    trim = result.get("trim")
+    if trim:
+        result["causes"] = [cause for cause in result["causes"] if cause not in trim["causes"]]
     page.add("verdict", "Result", *_verdict(result))
     if misfit := misfit_sections.sections(result, arguments.result):
         page.add("misfit", "Misfit", *misfit)
     page.add("candidates", "What was tried", *_candidates(result))
     page.add("residuals", "Residuals", *_residuals(result, arguments.result))
+    if trim:
+        against_sections.add_to(page, trim, arguments.result, beside=True)
     return page
 
 

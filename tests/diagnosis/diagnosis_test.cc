@@ -173,6 +173,30 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   std::filesystem::remove_all(folder);
 }
 
+// References share the scale of fixes and lack the wind: the wind alone has changed. Against
+// references that have it, nothing has.
+TEST(Diagnose, SlowAgainstReferencesNamesWhatHasChanged) {
+  const simulation::EffectSetting scale{"fix_scale", {{"s", 0.2}}};
+  const simulation::EffectSetting wind{"wind", {{"w_x", 1.0}, {"w_y", -0.6}}};
+  const FlightLog flight = FlyHiding({scale, wind}, 22);
+  const FlightLog before = FlyHiding({scale}, 28), again = FlyHiding({scale, wind}, 29);
+  ImuDiagnosisOptions options;
+  options.measure_gain = false;
+  options.against = true;
+
+  const Diagnosis changed = Diagnose({flight, before}, options);
+  ASSERT_EQ(changed.causes.size(), 1U);
+  EXPECT_EQ(changed.causes[0].candidate.id(), "wind");
+  EXPECT_NEAR(changed.causes[0].value[0], 1.0, 3.3 * changed.causes[0].sigma[0]);
+  EXPECT_FALSE(changed.causes[0].confirmed.has_value());
+  const auto shared = std::ranges::find(changed.set_aside, std::string("fix_scale"),
+                                        [](const Cause& cause) { return cause.candidate.id(); });
+  ASSERT_NE(shared, changed.set_aside.end());
+  EXPECT_THAT(shared->because, HasSubstr("the references show it, too"));
+
+  EXPECT_TRUE(Diagnose({flight, again}, options).causes.empty());
+}
+
 // A further flight that can't be diagnosed confirms nothing; the first one is diagnosed as if
 // alone.
 TEST(Diagnose, SlowWarnsOfAFurtherFlightThatCannotBeDiagnosed) {

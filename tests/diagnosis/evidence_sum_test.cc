@@ -70,6 +70,29 @@ TEST(FlightEvidence, GrowsWithTheSizeUpToItsBound) {
   EXPECT_LT(FlightEvidenceOf(TestOf(0.1, 0.02, 0.02), prior, 5), usual);
 }
 
+// Errors of a known strength that no hypothesis states: a third of them imitates the effect.
+// Without the effect the mean stays at one; a size beyond what they imitate is shown as before.
+TEST(FlightEvidence, AllowsForErrorsThatNoHypothesisStates) {
+  constexpr int kSeeds = 20000;
+  const VectorXd prior = VectorXd::Constant(1, 3.0);
+  const auto square = [](double sigma) { return Eigen::MatrixXd::Constant(1, 1, sigma * sigma); };
+  const UnstatedErrors errors = {square(0.0), square(0.05), square(1.0)};
+  Random random(1, "unstated");
+  double mean = 0.0, unaware = 0.0;
+  for (int i = 0; i < kSeeds; ++i) {
+    const double error = std::sqrt(errors[static_cast<std::size_t>(i % 3)](0, 0));
+    const double value = 0.1 * random.Normal() + error * random.Normal();
+    mean += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1), prior, 400, errors)) / kSeeds;
+    unaware += std::exp(FlightEvidenceOf(TestOf(value, 0.1, 0.1), prior, 400)) / kSeeds;
+  }
+  EXPECT_LT(mean, 1.05);
+  EXPECT_GT(unaware, 100.0);
+  EXPECT_LT(FlightEvidenceOf(TestOf(1.0, 0.1, 0.1), prior, 400, errors), 2.0);
+  EXPECT_GT(FlightEvidenceOf(TestOf(6.0, 0.1, 0.1), prior, 400, errors), 8.0);
+  EXPECT_NEAR(MeanSigma(errors, 1)[0], std::sqrt((0.0025 + 1.0) / 3.0), 1e-12);
+  EXPECT_EQ(MeanSigma({}, 2), VectorXd::Zero(2));
+}
+
 TEST(LogRatio, IsThatOfTheDensities) {
   const VectorXd estimate = VectorXd::Constant(1, 2.0), expected = VectorXd::Constant(1, 1.5);
   const Eigen::MatrixXd cov = Eigen::MatrixXd::Constant(1, 1, 0.25), more = 0.5 * cov;
