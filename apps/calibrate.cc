@@ -132,10 +132,17 @@ int RunRotors() {
                 "rotors", {}, &calibration, &out);
 }
 
+// The rotor drive has no defaults without a vehicle: that of the configuration, or of the one that
+// ships.
+YAML::Node RotorConfig() {
+  const std::string config =
+      FLAGS_config.empty() ? trueline::FindShared("config/calibrate/rotors.yaml") : FLAGS_config;
+  return trueline::ToYaml(
+      trueline::ResolveRotorOptions(config, FLAGS_model, trueline::FlightLog()));
+}
+
 int ShowConfig() {
-  const YAML::Node options = FLAGS_drive == "imu"
-                                 ? trueline::ToYaml(ImuOptions())
-                                 : trueline::ToYaml(trueline::RotorCalibrationOptions());
+  const YAML::Node options = FLAGS_drive == "imu" ? trueline::ToYaml(ImuOptions()) : RotorConfig();
   fmt::print("{}", trueline::TextOf(options));
   return trueline::kExitDone;
 }
