@@ -23,6 +23,13 @@ def details(summary, content):
     return f"<details><summary>{escape(summary)}</summary>{content}</details>"
 
 
+def verdict(kind, text, reasons=()):
+    """The answer of a page: kind is good, fair or bad."""
+    said = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
+    return (f'<div class="verdict {kind}"><strong>{escape(text)}</strong>'
+            f'{f"<ul>{said}</ul>" if said else ""}</div>')
+
+
 class Document:
     """What a verb of report.py writes: the bytes or the text of render()."""
 

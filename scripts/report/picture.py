@@ -14,7 +14,7 @@ from yaml_file import read_mapping
 VERB_HELP = "the result of trueline-diagnose, as an SVG picture"
 PROGRAM = "trueline-diagnose"
 GOOD = "#1a7f4b"
-PANEL, MARGIN, HEAD, FOOT = 430, 24, 62, 40  # px
+PANEL, MARGIN, HEAD, FOOT = 430, 24, 80, 40  # px
 HORIZON = 2.0  # s
 LINES = 120    # of a panel
 
@@ -45,17 +45,17 @@ class Picture(Document):
                 f'font-family="system-ui, Helvetica, Arial, sans-serif" font-size="16">'
                 f'<rect width="{width}" height="{height}" fill="#fff"/>'
                 f'{self._panel(0, "before", BAD, "Before: the model as calibrated")}'
-                f'{self._panel(1, "after", GOOD, "After: " + self._causes())}'
+                f'{self._panel(1, "after", GOOD, "After: with what was found", self._causes())}'
                 f'<text x="{MARGIN}" y="{height - 14}" fill="{MUTED}" font-size="14">From above. '
                 f'Dot: where the vehicle was. Line: to where the model has it {HORIZON:g} s after '
                 f'the last known position.</text></svg>\n')
 
     def _causes(self):
-        return "; ".join(cause["id"].replace("_", " ") + " of " + ", ".join(
-            f'{with_sigma(p["value"], p["sigma"])} {p["unit"]}' for p in cause["parameters"].values()
-            if "sigma" in p) for cause in self.result["causes"])
+        return "; ".join(cause["id"].replace("_", " ") + " " + ", ".join(
+            f'{name} {with_sigma(p["value"], p["sigma"])} {p["unit"]}'
+            for name, p in cause["parameters"].items() if "sigma" in p) for cause in self.result["causes"])
 
-    def _panel(self, column, when, colour, title):
+    def _panel(self, column, when, colour, title, more=""):
         north, east = self.rows[f"north_{when}"], self.rows[f"east_{when}"]
         rms = math.sqrt(np.mean(north**2 + east**2))
         lines, dots = [], []
@@ -66,7 +66,7 @@ class Picture(Document):
         left = column * PANEL + MARGIN
         return (f'<text x="{left}" y="26" font-weight="600">{escape(title)}</text>'
                 f'<text x="{left}" y="50" fill="{colour}">{number(rms, 2)} m off after {HORIZON:g} s '
-                f'(rms)</text><path d="{"".join(lines)}" stroke="{colour}" stroke-width="2"/>'
+                f'(rms)</text><text x="{left}" y="72" fill="{MUTED}" font-size="14">{escape(more)}</text><path d="{"".join(lines)}" stroke="{colour}" stroke-width="2"/>'
                 f'<path d="{"".join(dots)}" stroke="{MUTED}" stroke-width="5" '
                 'stroke-linecap="round"/>')
 
