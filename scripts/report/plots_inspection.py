@@ -5,7 +5,6 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
-from scipy.signal import welch
 
 import charts
 from csv_table import read_table
@@ -138,6 +137,16 @@ def time_line(streams, findings):
     return figure
 
 
+def amplitude_density(values, rate):
+    """(frequencies above zero in Hz, unit/sqrt(Hz)): Welch's mean over half-overlapping Hann windows."""
+    size = min(1024, len(values))
+    window = np.hanning(size)
+    starts = range(0, len(values) - size + 1, max(1, size // 2))
+    parts = np.stack([values[i:i + size] - values[i:i + size].mean() for i in starts])
+    power = np.mean(np.abs(np.fft.rfft(parts * window)) ** 2, axis=0) * 2.0 / (rate * np.sum(window**2))
+    return np.fft.rfftfreq(size, 1.0 / rate)[1:], np.sqrt(power[1:])
+
+
 def spectra(streams, axes):
     """Amplitude density of the IMU's axes, with the strongest line and a filter's cut-off."""
     imu = streams["imu"]
@@ -148,8 +157,7 @@ def spectra(streams, axes):
         highest = lowest = None
         for name, colour in zip(names, ("#1f6feb", "#e07b00", "#15803d")):
             values = imu[name].dropna().to_numpy()
-            f, power = welch(values, fs=rate, nperseg=min(1024, len(values)))
-            f, density = f[1:], np.sqrt(power[1:])
+            f, density = amplitude_density(values, rate)
             highest = max(density.max(), highest or 0.0)
             lowest = min(density[density > 0].min(initial=highest), lowest or highest)
             figure.add_trace(charts.lines(charts.rounded(f, 2), charts.rounded(density, 7), name, colour, width=1.3),
