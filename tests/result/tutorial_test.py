@@ -68,6 +68,16 @@ class Tutorial(unittest.TestCase):
         self.assertIn("use what was found", " ".join(result["next"]))
 
 
+    def test_messages_land_between_the_lines_of_a_result(self):
+        command = [BUILD / "apps/trueline", "calibrate", "--log=log", "--out=again", "--report=false"]
+        apart = subprocess.run(command, cwd=self.root, check=True, capture_output=True, text=True)
+        together = subprocess.run(command, cwd=self.root, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                  text=True).stdout.splitlines()
+        self.assertIn("warning: ", apart.stderr)
+        for line in (apart.stdout + apart.stderr).splitlines():
+            self.assertIn(line, together)
+
+
 class RotorSchemas(unittest.TestCase):
     def test_a_rotor_calibration_is_as_its_schema_says(self):
         with tempfile.TemporaryDirectory() as folder:
