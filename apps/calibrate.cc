@@ -13,6 +13,7 @@
 #include "problems/diagnosis/unmodelled_wind.h"
 #include "problems/inspection/first_look.h"
 #include "problems/result/render.h"
+#include "problems/result/yaml_text.h"
 
 DEFINE_string(log, "",
               "the flight: a native log directory; further ones of the same vehicle, separated by "
@@ -29,6 +30,7 @@ DEFINE_string(model, "", "model.yaml of an earlier calibration, taken as prior k
 DEFINE_uint64(seed, 0, "stated in the result; calibration itself draws no random numbers");
 DEFINE_string(fail_on, "", "end with exit code 4 from this verdict on: poor or unusable");
 DEFINE_bool(report, true, "write report.html");
+DEFINE_bool(show_config, false, "print every option with its value, and stop");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
@@ -50,6 +52,9 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
       starts from what an earlier flight of the same vehicle showed
   trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
       mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses
+  trueline-calibrate --show_config > mine.yaml
+      every option with its value, to copy, change and give with --config; their meaning stands in
+      config/reference/options.md
 
 Exit codes: 0 done, 2 bad input or usage, 3 nothing usable in this flight, 4 refused by --fail_on,
 1 a defect.)";
@@ -80,9 +85,13 @@ int Finish(const trueline::FlightLog& log, const std::vector<trueline::LogFault>
                            verdict == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
 }
 
-int RunImu() {
-  trueline::CalibrationOptions options = trueline::ResolveCalibrationOptions(
+trueline::CalibrationOptions ImuOptions() {
+  return trueline::ResolveCalibrationOptions(
       {FLAGS_config, FLAGS_model, FLAGS_estimator, FLAGS_gamma_sweep, FLAGS_thrust, FLAGS_gamma});
+}
+
+int RunImu() {
+  trueline::CalibrationOptions options = ImuOptions();
   trueline::ResultFolder out(FLAGS_out, "trueline-calibrate");  // fails before the work
   std::vector<trueline::LogFault> faults;
   std::vector<trueline::FlightLog> logs =
@@ -123,10 +132,26 @@ int RunRotors() {
                 "rotors", {}, &calibration, &out);
 }
 
+// The rotor drive has no defaults without a vehicle: that of the configuration, or of the one that
+// ships.
+YAML::Node RotorConfig() {
+  const std::string config =
+      FLAGS_config.empty() ? trueline::FindShared("config/calibrate/rotors.yaml") : FLAGS_config;
+  return trueline::ToYaml(
+      trueline::ResolveRotorOptions(config, FLAGS_model, trueline::FlightLog()));
+}
+
+int ShowConfig() {
+  const YAML::Node options = FLAGS_drive == "imu" ? trueline::ToYaml(ImuOptions()) : RotorConfig();
+  fmt::print("{}", trueline::TextOf(options));
+  return trueline::kExitDone;
+}
+
 int Run() {
   if (FLAGS_drive != "imu" && FLAGS_drive != "rotors") {
     throw trueline::InputError("--drive: '" + FLAGS_drive + "' is unknown; use imu or rotors");
   }
+  if (FLAGS_show_config) return ShowConfig();
   if (trueline::SplitPaths(FLAGS_log).empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--log and --out are needed; see trueline-calibrate --help");
   }

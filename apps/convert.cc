@@ -46,7 +46,7 @@ The format is known by the content: CSV, PX4 ULog, ROS 1 and 2 bags, MCAP, ArduP
 Betaflight blackbox, Crazyflie micro-SD, ASL (EuRoC) folder, TUM trajectory. Without --map, a map of
 config/import that fits is used. Exit code 3: no usable log can be made, for the reason printed.
 
-A new source needs a map of its own and no code; problems/import/import_map.h lists the keys, and
+A new source needs a map of its own and no code; config/reference/map.md lists the keys, and
 config/import/nanobench.yaml explains them. Several files go in the map's order:
 
   trueline-convert --map=config/import/li_bebop_drag.yaml --in=5deg.csv,take_5deg.csv --out=out/drag

@@ -35,6 +35,7 @@ DEFINE_string(fail_on, "",
               "end with exit code 4 from this verdict on: explained, ambiguous or unexplained");
 DEFINE_bool(report, true, "write report.html");
 DEFINE_bool(quiet, false, "print nothing but errors");
+DEFINE_bool(verbose, false, "also print all that was tried, with the size that would have shown");
 
 namespace {
 
@@ -47,6 +48,8 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
       the same with mocap as data, which shows smaller effects
   trueline-diagnose --log=flight,flight2 --out=result
       claims only what repeats on the second flight of the same vehicle
+  trueline-diagnose --log=flight --out=result --verbose
+      prints the table of all candidates, too: what was tried, and from which size on it would show
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
   trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
@@ -79,8 +82,9 @@ int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& 
   trueline::AddLogFaults(faults, &diagnosis);
   trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
   trueline::WriteDiagnosis(diagnosis, provenance, out->path());
-  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::DiagnosisTable(diagnosis),
-                    out);
+  const std::string tried = FLAGS_verbose ? trueline::CandidateTable(diagnosis) : "";
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet,
+                    tried + trueline::DiagnosisTable(diagnosis), out);
   if (!FLAGS_quiet) {
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);

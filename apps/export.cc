@@ -4,16 +4,20 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/result/render.h"
 #include "problems/simulators/write_export.h"
 
 DEFINE_string(model, "", "model.yaml of a calibration or diagnosis with --drive=rotors");
-DEFINE_string(to, "", "the simulator; list names them");
+DEFINE_string(result, "", "in place of --model: a result folder of calibrate or diagnose");
+DEFINE_string(log, "", "with --result: the log that it was made from; empty: as it states");
+DEFINE_string(to, "", "the simulator, or of a result tum or mcap; list names them");
 DEFINE_string(out, "", "the file to write; further files of the simulator go beside it");
 DEFINE_bool(quiet, false, "print nothing but errors");
 
 namespace {
 
-constexpr char kUsage[] = R"(Writes a calibrated vehicle into the parameter file of a simulator.
+constexpr char kUsage[] =
+    R"(Writes a result for other programs: a vehicle for a simulator, a path for a plot.
 
   trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
   trueline-export --model=result/model.yaml --to=gz --out=vehicle.sdf
@@ -23,16 +27,35 @@ constexpr char kUsage[] = R"(Writes a calibrated vehicle into the parameter file
       also writes vehicle.urdf beside it
   trueline-export --to=list
       the simulators
+  trueline-export --result=result --to=tum --out=path.tum
+      the fitted trajectory as a TUM file: evo_traj tum path.tum --plot
+  trueline-export --result=result --to=mcap --out=result.mcap
+      paths, ellipses, residuals and parameters over time: opens in Foxglove, PlotJuggler and Rerun
   trueline-audit --simulator=vehicle.sdf --log=flight2 --out=audit
       what another flight says of that file
 
 Exit codes: 0 done, 2 bad input or usage, 1 a defect.)";
 
+int ExportResult() {
+  if (FLAGS_to != "tum" && FLAGS_to != "mcap") {
+    throw trueline::InputError("--to=" + FLAGS_to + ": of a --result, use tum or mcap");
+  }
+  if (FLAGS_out.empty()) {
+    throw trueline::InputError("--out is needed; see trueline-export --help");
+  }
+  std::vector<std::string> arguments = {"--result=" + FLAGS_result};
+  if (!FLAGS_log.empty()) arguments.push_back("--log=" + FLAGS_log);
+  const std::string failure = trueline::RunReport(FLAGS_to, arguments, FLAGS_out);
+  if (!failure.empty()) throw trueline::InputError(failure);
+  return trueline::kExitDone;
+}
+
 int Run() {
   if (FLAGS_to == "list") {
-    fmt::print("{}", trueline::TargetList());
+    fmt::print("{}of a --result: tum, mcap\n", trueline::TargetList());
     return trueline::kExitDone;
   }
+  if (!FLAGS_result.empty()) return ExportResult();
   if (FLAGS_model.empty() || FLAGS_to.empty() || FLAGS_out.empty()) {
     throw trueline::InputError("--model, --to and --out are needed; see trueline-export --help");
   }

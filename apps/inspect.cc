@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
@@ -147,6 +148,32 @@ std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const R
                      ShellWord(fmt::format("--in={}", fmt::join(opened.files, ","))));
 }
 
+// The native log that the page draws: as given, or of a foreign log a copy while the page is made.
+class DrawnLog {
+ public:
+  explicit DrawnLog(const FlightLog& log) : folder_(log.directory) {
+    const bool native = !folder_.empty() && std::filesystem::exists(folder_ / "log.yaml");
+    if (!FLAGS_report || native) return;
+    std::string copy = (std::filesystem::temp_directory_path() / "trueline-XXXXXX").string();
+    if (mkdtemp(copy.data()) == nullptr) {
+      throw InputError(copy + ": can't be made; free space in the folder for temporary files");
+    }
+    folder_ = copy_ = copy;
+    WriteNativeLog(log, copy_);
+  }
+  ~DrawnLog() {
+    std::error_code gone_already;
+    if (!copy_.empty()) std::filesystem::remove_all(copy_, gone_already);
+  }
+  DrawnLog(const DrawnLog&) = delete;
+  DrawnLog& operator=(const DrawnLog&) = delete;
+
+  std::string folder() const { return folder_.string(); }
+
+ private:
+  std::filesystem::path folder_, copy_;
+};
+
 int InspectLog(ResultFolder* out) {
   Opened opened = Open();
   TakeVehicle(&opened.log);
@@ -157,7 +184,8 @@ int InspectLog(ResultFolder* out) {
                       InspectionYaml(inspection, FLAGS_log, command));
   std::string table = InspectionTable(inspection);
   if (!command.empty()) table += fmt::format("\nTo repair:\n  {}\n", command);
-  Publish("inspection", FLAGS_report, FLAGS_quiet, table, out);
+  const DrawnLog drawn(opened.log);
+  Publish("inspection", FLAGS_report, FLAGS_quiet, table, out, {"--log=" + drawn.folder()});
   return Refused().ExitFor(WorstOf(inspection));
 }
 

@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 #include <gflags/gflags.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 #include "problems/common/result_folder.h"
 #include "problems/common/units.h"
 #include "problems/log/native_log.h"
@@ -63,16 +62,6 @@ void PrintTable(const FlightLog& log, const SimulationTruth& truth) {
              truth.tilt_error_rms / kDegree, truth.tilt_error_max / kDegree);
 }
 
-// Shows progress on the terminal once the flight takes over two seconds.
-SimulationProgress ShowProgress(double duration) {
-  if (FLAGS_quiet || isatty(STDERR_FILENO) == 0) return {};
-  const auto start = std::chrono::steady_clock::now();
-  return [start, duration](double t) {
-    if (std::chrono::steady_clock::now() - start < std::chrono::seconds(2)) return;
-    fmt::print(stderr, "\rflown {:.0f} of {:.0f} s ", t, duration);
-  };
-}
-
 // If the run is killed, a log must not stand beside the truth of another: the old truth file is
 // removed before the new log is in place.
 void Store(const FlightLog& log, const std::string& truth, ResultFolder* out) {
@@ -104,6 +93,12 @@ int RunRotorFlight(const YamlMap& map) {
   return kExitDone;
 }
 
+FlightLog SimulateWithProgress(const SimulationConfig& config, SimulationTruth* truth) {
+  Progress progress(static_cast<int>(config.duration), "s of flight", FLAGS_quiet);
+  return Simulate(config, FLAGS_seed, truth,
+                  [&](double t) { progress.Reached(static_cast<int>(t)); });
+}
+
 int Run() {
   if (FLAGS_config.empty() || FLAGS_out.empty()) {
     throw InputError("--config and --out are needed; see trueline-simulate --help");
@@ -123,7 +118,7 @@ int Run() {
   }
   ResultFolder out(FLAGS_out, NativeLogFiles());
   SimulationTruth truth;
-  const FlightLog log = Simulate(config, FLAGS_seed, &truth, ShowProgress(config.duration));
+  const FlightLog log = SimulateWithProgress(config, &truth);
   Store(log, TruthYaml(truth, FLAGS_config), &out);
   if (!FLAGS_quiet) PrintTable(log, truth);
   return kExitDone;

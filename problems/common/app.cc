@@ -19,6 +19,7 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/progress.h"
 
 namespace google {
 extern void (*gflags_exitfunc)(int);  // gflags' own hook; its default exits with 1 on a wrong flag
@@ -119,7 +120,8 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
     return kExitDone;
   }
   gflags::HandleCommandLineHelpFlags();
-  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond `ulimit -f` is an error, no kill
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // messages and progress land between lines only
+  std::signal(SIGXFSZ, SIG_IGN);             // a write beyond `ulimit -f` is an error, no kill
   return RunGuarded(program, [&] {
     if (*argc > 1) {
       throw InputError(fmt::format("'{}' is not a flag; flags are --name=value (see {} --help)",
@@ -134,7 +136,9 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
 }
 
 void Warn(const std::string& message, bool quiet) {
-  if (!quiet) fmt::print(stderr, "warning: {}\n", Printable(WithFinalNames(message)));
+  if (quiet) return;
+  ClearProgress();
+  fmt::print(stderr, "warning: {}\n", Printable(WithFinalNames(message)));
 }
 
 void WarnAll(const std::vector<std::string>& messages, bool quiet) {

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
 namespace trueline {
 namespace {
+
+std::atomic<bool> on_the_line = false;  // an unfinished line is on the terminal
 
 bool Shown(bool quiet) { return !quiet && isatty(STDERR_FILENO) != 0; }
 
@@ -17,15 +20,28 @@ Progress::Progress(int total, const std::string& unit, bool quiet)
     : total_(total), unit_(unit), shown_(Shown(quiet)), start_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {
-  if (printed_) fmt::print(stderr, "\r{:60}\r", "");
+  if (printed_) ClearProgress();
+}
+
+void ClearProgress() {
+  if (on_the_line.exchange(false)) fmt::print(stderr, "\r{:60}\r", "");
 }
 
 void Progress::Done() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++done_;
+  Show(done_ + 1);
+}
+
+void Progress::Reached(int done) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Show(done);
+}
+
+void Progress::Show(int done) {
+  done_ = done;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
   if (!shown_ || elapsed.count() < 2.0) return;
-  printed_ = true;
+  printed_ = on_the_line = true;
   fmt::print(stderr, "\r{:<60}", Text(done_, total_, unit_, elapsed.count()));
   std::fflush(stderr);
 }
@@ -38,7 +54,9 @@ std::string Progress::Text(int done, int total, const std::string& unit, double 
 }
 
 void Announce(const std::string& what, bool quiet) {
-  if (Shown(quiet)) fmt::print(stderr, "{} ...\n", what);
+  if (!Shown(quiet)) return;
+  ClearProgress();
+  fmt::print(stderr, "{} ...\n", what);
 }
 
 }  // namespace trueline

@@ -17,12 +17,15 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void Done();
+  void Done();             // one more
+  void Reached(int done);  // so many
 
   // The text for `done` of `total` after `elapsed` seconds.
   static std::string Text(int done, int total, const std::string& unit, double elapsed);
 
  private:
+  void Show(int done);
+
   const int total_;
   const std::string unit_;
   const bool shown_;
@@ -31,6 +34,9 @@ class Progress {
   int done_ = 0;
   bool printed_ = false;
 };
+
+// Clears the line that a Progress has printed, before another message; Done() prints it again.
+void ClearProgress();
 
 // "WHAT ..." on a line of its own, for work in a few long steps; silent as above.
 void Announce(const std::string& what, bool quiet);

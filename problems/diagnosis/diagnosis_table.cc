@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "problems/diagnosis/next_steps.h"
 #include "problems/diagnosis/rules.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/diagnosis/write_diagnosis.h"
@@ -47,18 +48,20 @@ std::string GainTexts(const Gain& arcs, const Gain& replays) {
          GainText(replays, "open-loop error over 1 s, held-out replays");
 }
 
-std::string CauseText(const Cause& cause) {
-  std::string text = fmt::format("  {}: ", cause.candidate.Label());
+// A cause that is set aside takes two lines: its size, and why.
+std::string CauseText(const Cause& cause, double needed) {
+  std::string text = fmt::format("  {}:", cause.candidate.Label());
   for (int i = 0; i < cause.value.size(); ++i) {
     const EffectParameterInfo& info = cause.candidate.info->parameters[i];
-    text += fmt::format("{} = {:.4g} +- {:.2g} {}  ", info.name, cause.value[i], cause.sigma[i],
-                        info.unit);
+    text += fmt::format("{} {} = {:.4g} +- {:.2g} {}", i > 0 ? "," : "", info.name, cause.value[i],
+                        cause.sigma[i], info.unit);
   }
-  text += fmt::format("(p {:.1g})\n    {}\n", cause.p, cause.candidate.info->physics);
-  text +=
-      fmt::format("    evidence {:.1f}: {}\n", cause.evidence.Total(), PartsText(cause.evidence));
-  if (!cause.because.empty()) text += fmt::format("    not named: {}\n", cause.because);
-  if (cause.because.empty() && !cause.witness.text.empty()) {
+  text += "\n";
+  if (!cause.because.empty()) return text + fmt::format("    not named: {}\n", cause.because);
+  text += fmt::format("    {}\n", cause.candidate.info->physics);
+  text += fmt::format("    evidence {:.1f}, {:.1f} is needed: {}\n", cause.evidence.Total(), needed,
+                      PartsText(cause.evidence));
+  if (!cause.witness.text.empty()) {
     text += fmt::format("    witness {}: {}\n", cause.witness.says, cause.witness.text);
   }
   for (const Repeat& repeat : cause.repeats) {
@@ -92,39 +95,41 @@ std::string TermText(const DescribedTerm& term) {
   return text;
 }
 
-std::string CandidateLines(const std::vector<CandidateReport>& candidates) {
+}  // namespace
+
+std::string CandidateTable(const Diagnosis& diagnosis) {
   std::string table = fmt::format("{:<26}{:>8}{:>10}  {:<48}{}\n", "candidate", "score z", "p",
                                   "estimate", "detectable from");
-  for (const CandidateReport& c : candidates) {
+  for (const CandidateReport& c : diagnosis.candidates) {
     table += fmt::format("{:<26}{:>8.1f}{:>10.2g}  {:<48}{}\n", c.label, c.z, c.p,
                          Sizes(c, c.value), DetectableText(c));
   }
-  return table;
+  return table + "\n";
 }
-
-}  // namespace
 
 std::string DiagnosisTable(const Diagnosis& diagnosis) {
   std::string table = diagnosis.fixes.empty() ? "" : diagnosis.fixes + "\n\n";
-  table += CandidateLines(diagnosis.candidates);
-  table += fmt::format("\nverdict: {}\n", diagnosis.verdict);
+  table += fmt::format("verdict: {}: {}\n", diagnosis.verdict, VerdictMeaning(diagnosis));
   for (const std::string& fault : diagnosis.log_faults) {
     table += "  the log has a fault, of which all below may be traces: " + fault + "\n";
   }
   if (!diagnosis.not_shown.empty()) {
     table += fmt::format("  this flight can't show: {}\n", fmt::join(diagnosis.not_shown, ", "));
   }
-  for (const Cause& cause : diagnosis.causes) table += CauseText(cause);
+  const double needed = diagnosis.evidence_needed;
+  for (const Cause& cause : diagnosis.causes) table += CauseText(cause, needed);
   if (diagnosis.causes.size() > 1)
     table += "  all together\n" + GainTexts(diagnosis.gain, diagnosis.open_loop);
   for (const DescribedTerm& term : diagnosis.open.described) table += TermText(term);
-  for (const std::string& what : diagnosis.unexplained_by) table += "  goes with " + what + "\n";
+  for (const std::string& what : diagnosis.unexplained_by) {
+    table += "  the misfit is correlated with " + what + "\n";
+  }
   if (!diagnosis.model_lacks.empty()) table += "model.yaml lacks " + diagnosis.model_lacks + "\n";
   if (!diagnosis.set_aside.empty()) table += "set aside:\n";
-  for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause);
+  for (const Cause& cause : diagnosis.set_aside) table += CauseText(cause, needed);
   table += fmt::format("{}: {:.2f} sigma before, {:.2f} after, each in its own learned noise\n",
                        diagnosis.residual_of, diagnosis.rms_before, diagnosis.rms_after);
-  return table;
+  return table + fmt::format("next:\n  {}\n", fmt::join(NextSteps(diagnosis), "\n  "));
 }
 
 }  // namespace trueline

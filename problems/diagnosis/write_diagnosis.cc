@@ -8,6 +8,7 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/diagnosis/misfit.h"
+#include "problems/diagnosis/next_steps.h"
 #include "problems/diagnosis/witness.h"
 #include "problems/effects/read_effects.h"
 #include "problems/result/csv_file.h"
@@ -214,6 +215,8 @@ YAML::Node MisfitNode(const Misfit& misfit) {
 YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
   node["verdict"] = diagnosis.verdict;
+  node["meaning"] = VerdictMeaning(diagnosis);
+  node["next"] = NextSteps(diagnosis);
   if (!diagnosis.log_faults.empty()) node["log_faults"] = diagnosis.log_faults;
   if (!diagnosis.drive.empty()) node["drive"] = diagnosis.drive;
   node["causes"] = YAML::Node(YAML::NodeType::Sequence);

@@ -14,7 +14,9 @@ namespace trueline {
 void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
                     const std::filesystem::path& directory);
 
-// The table for standard output: verdict, causes, candidates with their detectable sizes.
+// For standard output: verdict, causes, what to do next. It fits on one screen.
 std::string DiagnosisTable(const Diagnosis& diagnosis);
+// For standard output: all that was tried, with detectable sizes.
+std::string CandidateTable(const Diagnosis& diagnosis);
 
 }  // namespace trueline

@@ -97,7 +97,7 @@ std::string PlainWords(const TermFactor& factor) {
 
 std::string WordOf(const TermFactor& factor) {
   std::string words = PlainWords(factor);
-  if (factor.lag > 0.0) words += fmt::format(" lagging by {:g} s", factor.lag);
+  if (factor.lag > 0.0) words += fmt::format(" {:g} s earlier", factor.lag);
   return factor.size ? "the size of " + words : words;
 }
 
@@ -134,6 +134,22 @@ constexpr std::array<Entry, 18> kEntries = {{{"force_x", TermOn::kForce, 0},
                                              {"fix_east", TermOn::kFix, 4},
                                              {"fix_down", TermOn::kFix, 5}}};
 constexpr std::array<const char*, 6> kAxes = {"x_B", "y_B", "z_B", "north", "east", "down"};
+
+// What is wrong, up to its size: "the logged pitch is wrong by".
+std::string Subject(const TermForm& term) {
+  constexpr std::array<const char*, 3> kAngles = {"roll", "pitch", "heading"};
+  switch (term.on) {
+    case TermOn::kForce:
+      return fmt::format("a force along {} of", term.Along());
+    case TermOn::kTurn:
+      return fmt::format("an angular acceleration about {} of", term.Along());
+    case TermOn::kAttitude:
+      return fmt::format("the logged {} is wrong by", kAngles[term.axis % 3]);
+    case TermOn::kFix:
+      return fmt::format("the fixes are off along {} by", term.Along());
+  }
+  return "";
+}
 
 [[noreturn]] void Unknown(const std::string& symbol) {
   std::vector<std::string> known;
@@ -296,13 +312,10 @@ std::string TermForm::Unit() const {
 }
 
 std::string TermForm::Text(double size, double sigma) const {
-  constexpr const char* kWhat[] = {"a force along", "a moment about",
-                                   "an attitude that is logged wrong about",
-                                   "fixes that are off along"};
   const std::string words = WordsOf(with);
   const bool place = with.size() == 1 && with[0].of == TermQuantity::kPlace && !with[0].size;
   return fmt::format(
-      "{} {} of {:.3g} +- {:.2g} {}{}", kWhat[static_cast<int>(on)], Along(), size, sigma, Unit(),
+      "{} {:.3g} +- {:.2g} {}{}", Subject(*this), size, sigma, Unit(),
       place ? " while" + words.substr(5) : (UnitOf(with) == "1" ? " times " : " of ") + words);
 }
 

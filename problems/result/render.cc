@@ -57,25 +57,31 @@ std::string LastLine(std::string text) {
 
 }  // namespace
 
-std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
-                         const std::filesystem::path& directory) {
+std::string RunReport(const std::string& verb, const std::vector<std::string>& arguments,
+                      const std::filesystem::path& out) {
   std::vector<std::string> command = {Python(), FindShared("report/report.py"), verb};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  command.push_back("--out=" + (directory / "report.html").string());
+  command.push_back("--out=" + out.string());
   const Outcome outcome = Run(command);
+  const std::string reason = LastLine(outcome.said);
   if (outcome.code == 0) {
-    if (!outcome.said.empty()) Warn(LastLine(outcome.said), false);
+    if (!reason.empty()) Warn(reason, false);
     return "";
   }
   constexpr int kRefused = 2;  // by the script, which states the reason
-  const std::string reason = LastLine(outcome.said);
   return fmt::format(
-      "no report.html was written ({}); the other results are complete{}",
+      "no {} was written ({}){}", out.filename().string(),
       reason.empty() ? fmt::format("exit code {} of '{}'", outcome.code, fmt::join(command, " "))
                      : reason,
       outcome.code == kRefused ? ""
                                : ". Install python3-plotly, python3-pandas and python3-yaml, or "
                                  "give --report=false");
+}
+
+std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
+                         const std::filesystem::path& directory) {
+  const std::string failure = RunReport(verb, arguments, directory / "report.html");
+  return failure.empty() ? "" : failure + "; the other results are complete";
 }
 
 void Publish(const std::string& verb, bool report, bool quiet, const std::string& table,

@@ -9,9 +9,13 @@
 
 namespace trueline {
 
-// Runs report.py VERB with `arguments`, which writes directory/report.html. A failure (no Python,
-// no plotly, no space) is returned as a text, empty on success: the other results are worth writing
-// and printing before the run ends in it.
+// Runs report.py VERB with `arguments`, which writes `out`. A failure (no Python, no plotly, no
+// space) is returned as a text, empty on success.
+std::string RunReport(const std::string& verb, const std::vector<std::string>& arguments,
+                      const std::filesystem::path& out);
+
+// The same for directory/report.html. A failure says that the other results are complete: they are
+// worth writing and printing before the run ends in it.
 std::string RenderReport(const std::string& verb, const std::vector<std::string>& arguments,
                          const std::filesystem::path& directory);
 

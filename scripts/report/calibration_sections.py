@@ -14,12 +14,22 @@ VERDICTS = {
     "unusable": "Unusable: this flight does not calibrate the model.",
 }
 
+NEXT = {
+    "usable": ["Use it: --model=model.yaml of this result, for the next flight of the vehicle.",
+               "See what the model lacks: trueline diagnose --log=LOG."],
+    "poor": ["Read the reasons above; faults of the log: trueline inspect --log=LOG.",
+             "See what the model lacks: trueline diagnose --log=LOG."],
+    "unusable": ["Fly with turns, climbs and changes of speed: a hover shows no drag and no misalignment.",
+                 "See what a flight shows: trueline observe --log=LOG."],
+}
+
 
 def headline(result):
     """Verdict with its reasons, key figures and warnings."""
     summary, verdict = result.summary, result.verdict
     blocks = [f'<div class="verdict {verdict}"><strong>{VERDICTS[verdict]}</strong>'
-              f"{bullets(summary.get('reasons') or [])}</div>"]
+              f"{bullets(summary.get('reasons') or [])}</div>",
+              "<h3>What to do</h3>" + bullets(NEXT[verdict])]
     arcs = summary.get("arcs") or {}
     error = arcs.get("final_point_error") or {}
     if arcs.get("count"):

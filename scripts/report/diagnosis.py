@@ -3,10 +3,10 @@ import plotly.graph_objects as go
 
 import against_sections
 import misfit_sections
-from charts import BAD, FIXES, decimate, embed, style
+from charts import BAD, FIXES, MUTED, decimate, embed, style
 from csv_table import read_table
 from errors import ReportError
-from page import Page, escape, paragraph
+from page import Page, details, escape, paragraph, verdict
 from tables import badge, bullets, number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
@@ -40,47 +40,57 @@ def build(arguments):
     if misfit := misfit_sections.sections(result, arguments.result):
         page.add("misfit", "Misfit", *misfit)
     page.add("candidates", "What was tried", *_candidates(result))
-    page.add("residuals", "Residuals", *_residuals(result, arguments.result))
+    page.add("residuals", "Residuals", _noise_tiles(result), *_residuals(result, arguments.result))
     if trim:
         against_sections.add_to(page, trim, arguments.result, beside=True)
     return page
 
 
+KINDS = {"clean": "good", "explained": "good", "ambiguous": "fair", "unexplained": "bad"}
+
+
 def _verdict(result):
-    residual = result["residual"]
+    causes = result.get("causes") or []
     unexplained = result["verdict"] == "unexplained"
-    blocks = [paragraph(NAMED_BESIDE if unexplained and result.get("causes")
-                        else VERDICTS[result["verdict"]]),
-              tiles([(result["verdict"], "verdict"),
-                     (number(residual["rms_before"]), f"{_what(result)} before, sigma"),
-                     (number(residual["rms_after"]), "after, each in its own learned noise"),
-                     ("yes" if residual["white"] else "no", "residual white")])]
+    meaning = NAMED_BESIDE if unexplained and causes else VERDICTS[result["verdict"]]
+    blocks = [verdict(KINDS[result["verdict"]], f"{result['verdict'].capitalize()}. {meaning}",
+                      [_in_short(cause) for cause in causes])]
+    if result.get("next"):
+        blocks += ["<h3>What to do</h3>", bullets(result["next"])]
     if fixes := result.get("fixes"):
         blocks.append(paragraph(fixes[0].upper() + fixes[1:] + "."))
     if result.get("log_faults"):
         blocks += ["<h3>The log has faults, of which all below may be traces</h3>",
                    bullets(result["log_faults"])]
-    if result.get("not_shown"):
-        blocks.append(paragraph("This flight can't show " + ", ".join(result["not_shown"])
-                                + ": only sizes that no vehicle has would have been found.", "note"))
-    for cause in result.get("causes") or []:
+    for cause in causes:
         blocks += _cause(cause)
-    blocks += _evidence(result)
     together = _gains(result)
-    if len(result.get("causes") or []) > 1 and together:
+    if len(causes) > 1 and together:
         blocks += ["<h3>All causes together</h3>", *together]
-    if result.get("set_aside"):
-        blocks += ["<h3>Set aside</h3>",
-                   paragraph("These stand out of the noise, but are not named, for the reason stated "
-                             "with each.")]
-        for cause in result["set_aside"]:
-            blocks += _cause(cause)
     if result.get("model_lacks"):
         blocks.append(paragraph(f"model.yaml lacks {result['model_lacks']}."))
     blocks += _terms(result)
     if result.get("goes_with"):
         blocks += ["<h3>The residual is correlated with</h3>", bullets(result["goes_with"])]
-    return blocks
+    if result.get("not_shown"):
+        blocks.append(paragraph("This flight can't show " + ", ".join(result["not_shown"])
+                                + ": only sizes that no vehicle has would have been found.", "note"))
+    return blocks + _evidence(result) + _set_aside(result.get("set_aside") or [])
+
+
+def _in_short(cause):
+    sizes = ", ".join(f"{name} {with_sigma(p['value'], p['sigma'])} {p['unit']}"
+                      for name, p in cause["parameters"].items() if "sigma" in p)
+    return f"{cause['id'].replace('_', ' ')}: {sizes}"
+
+
+def _set_aside(causes):
+    if not causes:
+        return []
+    blocks = [paragraph("These stand out of the noise, but are not named, for the reason stated with each.")]
+    for cause in causes:
+        blocks += _cause(cause)
+    return [details(f"Set aside: {', '.join(cause['id'] for cause in causes)}", "".join(blocks))]
 
 
 SOURCES = {"flight": "this flight", "witness": "another stream", "other_flights": "other flights",
@@ -100,7 +110,7 @@ def _evidence(result):
         parts = [cause["evidence"][source] for cause in causes][::-1]
         if any(parts):
             figure.add_bar(y=rows, x=parts, name=what, orientation="h")
-    figure.add_vline(x=result["evidence_needed"], line_dash="dash")
+    figure.add_vline(x=result["evidence_needed"], line_dash="dash", line_color=MUTED)
     figure.update_layout(barmode="relative")
     style(figure, 140 + 34 * len(causes), xaxis_title="evidence (log of the likelihood ratio)")
     figure.update_yaxes(automargin=True)  # for the causes' names
@@ -196,6 +206,13 @@ def _detectable(size):
     return number(size, 2) if size < 1e3 else "not shown"
 
 
+def _noise_tiles(result):
+    residual = result["residual"]
+    return tiles([(number(residual["rms_before"]), f"{_what(result)} before, sigma"),
+                  (number(residual["rms_after"]), "after, each in its own learned noise"),
+                  ("yes" if residual["white"] else "no", "residual white")])
+
+
 def _candidates(result):
     headers = [("effect", 0), ("score z", 1), ("p", 1), ("detectable from", 0)]
     rows = [[escape(c.get("which", c["id"])), number(c["score_z"]), number(c["p_value"], 2),
@@ -203,7 +220,8 @@ def _candidates(result):
             for c in result["candidates"]]
     note = ("Every effect, tested alone on the base fit. The size in the last column would have been "
             "found with 95 % power; smaller ones may be there unseen.")
-    return [paragraph(note, "note"), table(headers, rows)]
+    tested = f"{len(rows)} candidates, each with the size from which on it would have been found"
+    return [details(tested, paragraph(note, "note") + table(headers, rows))]
 
 
 def _residuals(result, folder):

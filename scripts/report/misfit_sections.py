@@ -4,7 +4,7 @@ from plotly.subplots import make_subplots
 
 from charts import BAD, FIXES, MUTED, decimate, embed, rounded, style
 from csv_table import read_table
-from page import paragraph
+from page import details, paragraph
 from tables import number, percent, table
 
 FRAMES = {"rms_earth_m": ("Earth axes", ["north", "east", "down"]),
@@ -29,14 +29,17 @@ def sections(result, folder):
     note = (f"The flight is replayed with the calibrated model from each fitted state, without "
             f"correction, and compared with the {misfit['measured_by']}. Before: the model without "
             f"the causes; after: with them.")
-    blocks = [paragraph(note, "note"), _growth_table(misfit), embed(_growth(misfit), "plot-growth")]
-    known = [column for column in QUANTITIES if chosen[column].notna().sum() >= LEAST_REPLAYS]
-    if known and misfit.get("share_of_variance"):
-        blocks += [f"<h3>Variables correlated with the error after {seconds} s</h3>",
-                   _share_table(misfit), embed(_quantities(chosen, known), "plot-quantities")]
+    blocks = [paragraph(note, "note")]
     if len(chosen):
         blocks += [f"<h3>Where the error after {seconds} s arises</h3>",
                    embed(_places(chosen), "plot-places")]
+    blocks += ["<h3>How fast it grows</h3>", embed(_growth(misfit), "plot-growth"),
+               details("As a table", _growth_table(misfit))]
+    known = [column for column in QUANTITIES if chosen[column].notna().sum() >= LEAST_REPLAYS]
+    if known and misfit.get("share_of_variance"):
+        blocks += [f"<h3>Variables correlated with the error after {seconds} s</h3>",
+                   embed(_quantities(chosen, known), "plot-quantities"),
+                   details("Shares of its variance", _share_table(misfit))]
     return blocks
 
 

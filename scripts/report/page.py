@@ -23,7 +23,31 @@ def details(summary, content):
     return f"<details><summary>{escape(summary)}</summary>{content}</details>"
 
 
-class Page:
+def verdict(kind, text, reasons=()):
+    """The answer of a page: kind is good, fair or bad."""
+    said = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
+    return (f'<div class="verdict {kind}"><strong>{escape(text)}</strong>'
+            f'{f"<ul>{said}</ul>" if said else ""}</div>')
+
+
+class Document:
+    """What a verb of report.py writes: the bytes or the text of render()."""
+
+    def write(self, path):
+        """Writes the file whole or not at all."""
+        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        content = self.render()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
+            temporary.replace(path)
+        except OSError as error:
+            raise ReportError(f"{path}: can't be written: {error.strerror}") from error
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+class Page(Document):
     """Collects sections; each has an entry in the navigation at the top."""
 
     def __init__(self, title, subtitle=""):
@@ -48,15 +72,3 @@ class Page:
             f"{script_tags(body)}</head><body>"
             f'<header><div><h1>{escape(self.title)}</h1><p>{escape(self.subtitle)}</p></div>'
             f"<nav>{links}</nav></header><main>{body}</main></body></html>\n")
-
-    def write(self, path):
-        """Writes the page whole or not at all."""
-        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            temporary.write_text(self.render(), encoding="utf-8")
-            temporary.replace(path)
-        except OSError as error:
-            raise ReportError(f"{path}: can't be written: {error.strerror}") from error
-        finally:
-            temporary.unlink(missing_ok=True)

@@ -33,8 +33,34 @@ addEventListener("DOMContentLoaded",async function(){
         "). Firefox 113, Chromium 80 and Safari 16.4 can, and later ones.";
     return;
   }
-  window.draw=function(id,figure,config){Plotly.newPlot(id,figure.data,figure.layout,config);};
+  const dark=matchMedia("screen and (prefers-color-scheme: dark)");
+  function look(layout,isDark){
+    const ink=isDark?"#dfe5ec":"#1b2430",line=isDark?"#333d4a":"#e9edf2";
+    const changes={paper_bgcolor:"rgba(0,0,0,0)",plot_bgcolor:"rgba(0,0,0,0)","font.color":ink,
+      "modebar.bgcolor":"rgba(0,0,0,0)","modebar.color":"#97a3b4","modebar.activecolor":ink};
+    for(const key of Object.keys(layout).filter(key=>/^[xy]axis/.test(key)))
+      Object.assign(changes,{[key+".gridcolor"]:line,[key+".linecolor"]:isDark?"#57636f":"#c6cfda"});
+    (layout.annotations||[]).forEach((_,i)=>changes["annotations["+i+"].font.color"]=ink);
+    return changes;
+  }
+  window.draw=function(id,figure,config){
+    Plotly.newPlot(id,figure.data,figure.layout,config).then(p=>Plotly.relayout(p,look(p.layout,dark.matches)));
+  };
   for(const plot of drawLater)draw(...plot);
+  const plots=()=>document.querySelectorAll(".js-plotly-plot");
+  dark.addEventListener("change",()=>plots().forEach(p=>Plotly.relayout(p,look(p.layout,dark.matches))));
+  document.addEventListener("toggle",e=>e.target.querySelectorAll(".js-plotly-plot")
+    .forEach(p=>Plotly.Plots.resize(p)),true);
+  // On paper everything is open, light, and as wide as the paper.
+  const folded=[];
+  addEventListener("beforeprint",()=>{
+    for(const block of document.querySelectorAll("details:not([open])")){folded.push(block);block.open=true;}
+    plots().forEach(p=>Plotly.relayout(p,{...look(p.layout,false),width:680}));
+  });
+  addEventListener("afterprint",()=>{
+    for(const block of folded.splice(0))block.open=false;
+    plots().forEach(p=>Plotly.relayout(p,{...look(p.layout,dark.matches),width:null,autosize:true}));
+  });
 });
 """
 

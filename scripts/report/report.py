@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Renders a result folder as one HTML page that opens offline.
+"""Renders a result folder as one HTML page that opens offline, or as a file of another format.
 
     report.py calibration --result=DIR --log=LOGDIR --out=FILE
 
 Each verb is a module with VERB_HELP, PROGRAM (which has written --result) and build(arguments) ->
-Page; add_arguments(parser) where it needs more. The page is written under a temporary name and
+Document; add_arguments(parser) where it needs more. The page is written under a temporary name and
 renamed. Exit codes: 0 done, 2 bad input or usage.
 """
 import argparse
@@ -19,7 +19,7 @@ from errors import ReportError
 
 VERBS = [
     "calibration", "rotors", "rotor_experiment", "benchmark", "observe", "design", "diagnosis",
-    "multi_step", "wrench", "inspection", "audit",
+    "multi_step", "wrench", "inspection", "audit", "picture", "tum", "mcap",
 ]
 
 
@@ -33,7 +33,7 @@ def parse_arguments(argv):
                          help=f"the folder that {module.PROGRAM} has written")
         if hasattr(module, "add_arguments"):
             module.add_arguments(sub)
-        sub.add_argument("--out", required=True, type=Path, help="the HTML file to write")
+        sub.add_argument("--out", required=True, type=Path, help="the file to write")
         sub.set_defaults(build=module.build)
     return parser.parse_args(argv)
 

@@ -42,7 +42,8 @@ def build(arguments):
              unobservable(result.summary))
     page.add("time", "Over time", paragraph(
         "The filter's estimates with one sigma (shaded), and the batch fit of the whole flight with "
-        "its 95 % interval at the end.", "note"), charts.embed(_over_time(result), "plot-time"))
+        "its 95 % interval at the end.", "note"), _contradictions(result.windows),
+        charts.embed(_over_time(result), "plot-time"))
     page.add("track", "Track", charts.embed(_track(result), "plot-track"))
     page.add("provenance", "Provenance", *provenance(result))
     return page
@@ -61,6 +62,19 @@ def _predictions(result):
          ("95 % region [m]", True), ("In 95 % of the noise", True), ("Starts", True)], rows) + paragraph(
              "Regions are learned on the fitted part of the flight. Where far fewer errors lie inside "
              "the 95 % region of the noise, the model lacks something.", "note")
+
+
+def _contradictions(windows):
+    """Names constants of which filter and batch state intervals that do not meet."""
+    last = windows[windows.estimator == "filter"].groupby("parameter").last()
+    batch = windows[windows.estimator == "batch"].groupby("parameter").last()
+    both = last.join(batch, lsuffix="_filter", rsuffix="_batch", how="inner")
+    apart = (both.value_filter - both.value_batch).abs() > 1.96 * (both.sigma_filter + both.sigma_batch)
+    if not apart.any():
+        return ""
+    return paragraph("Filter and batch contradict each other by their 95 % intervals in "
+                     f"{', '.join(both.index[apart])}. The batch counts: it linearises at its solution, and a "
+                     "disturbance that lasts is noise to the filter. Both may be too sure.", "warnings")
 
 
 def _over_time(result):

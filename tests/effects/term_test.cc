@@ -50,8 +50,17 @@ TEST(Term, WordsHaveUnits) {
             "a force along x_B of 1.5 +- 0.2 m/s^2 for each rad/s of pitch rate");
   EXPECT_EQ(ParseTerm("force_east", "place(8,2;2)").Text(2.0, 0.1),
             "a force along east of 2 +- 0.1 m/s^2 while within about 2.0 m of (8.0, 2.0)");
-  EXPECT_EQ(ParseTerm("moment_y", "lag(q;0.3)").Text(2.0, 0.1),
-            "a moment about y_B of 2 +- 0.1 rad/s^2 for each rad/s of pitch rate lagging by 0.3 s");
+  EXPECT_EQ(
+      ParseTerm("moment_y", "lag(q;0.3)").Text(2.0, 0.1),
+      "an angular acceleration about y_B of 2 +- 0.1 rad/s^2 for each rad/s of pitch rate 0.3 s "
+      "earlier");
+  EXPECT_EQ(ParseTerm("attitude_pitch", "lag(q;0.1)").Text(-0.035, 0.004),
+            "the logged pitch is wrong by -0.035 +- 0.004 rad for each rad/s of pitch rate 0.1 s "
+            "earlier");
+  EXPECT_EQ(ParseTerm("attitude_yaw", "sin(psi)").Text(0.1, 0.02),
+            "the logged heading is wrong by 0.1 +- 0.02 rad times the sine of the heading");
+  EXPECT_EQ(ParseTerm("fix_north", "v_x").Text(0.1, 0.02),
+            "the fixes are off along north by 0.1 +- 0.02 m for each m/s of forward speed");
   EXPECT_EQ(ParseTerm("fix_north", "v_x*v_x").Unit(), "m for each (m/s)^2");
 }
 

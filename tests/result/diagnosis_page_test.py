@@ -21,7 +21,7 @@ from synthetic_result import HOSTILE, write_csv
 
 SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 REPORT = SOURCE / "scripts" / "report" / "report.py"
-PLOTS = ["plot-growth", "plot-quantities", "plot-places", "plot-fix", "plot-force"]
+PLOTS = ["plot-places", "plot-growth", "plot-quantities", "plot-fix", "plot-force"]
 AXES = ["north", "east", "down", "forward", "right", "below"]
 HORIZONS = [0.25, 1.0]
 STARTS = 40
@@ -128,6 +128,7 @@ class PageInBrowser(unittest.TestCase):
         cls.browser.wait_for(
             f"return document.querySelectorAll('.js-plotly-plot .main-svg').length >= {len(PLOTS)}")
         cls.messages = cls.browser.console()
+        cls.browser.run("document.querySelectorAll('details').forEach(d => d.open = true)")
         if picture := os.environ.get("TRUELINE_SCREENSHOT_DIAGNOSIS"):
             height = cls.browser.run("return document.documentElement.scrollHeight")
             cls.browser.resize(1366, height + 140)

@@ -1,0 +1,135 @@
+#!/usr/bin/python3
+"""Builds the handbook as one site that opens offline: site.py [--out=site]
+
+Every Markdown document that belongs to the source, and the pictures beside them, become pages with one
+navigation. Links to documents lead to their pages; links to other files of the source lead to that source.
+"""
+import argparse
+import html
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import markdown
+
+ROOT = Path(__file__).resolve().parents[2]
+CSS = ROOT / "scripts/report/page.css"
+MORE = """
+main { display: grid; grid-template-columns: 230px minmax(0, 1fr); gap: 24px; }
+aside { font-size: 14px; } aside h2 { font-size: 13px; color: var(--muted); margin: 14px 0 2px; }
+aside a { display: block; color: var(--ink); text-decoration: none; padding: 1px 0; }
+aside a.here { color: var(--accent); font-weight: 600; } aside a:hover, article a { color: var(--accent); }
+article { background: var(--paper); border: 1px solid var(--line); border-radius: 8px; padding: 8px 28px 28px; }
+article img { max-width: 100%; border-radius: 6px; } article table { display: block; overflow-x: auto; }
+article h1 { font-size: 24px; } article p, article li { max-width: 90ch; }
+@media (max-width: 900px) { main { display: block; } article { padding: 4px 12px 16px; } }
+@media print { aside { display: none; } main { display: block; } }
+"""
+GROUPS = [("Start", ["README.md", "config/handbook/README.md"]),
+          ("Tutorials", ["config/handbook/autopilots.md", "config/handbook/laboratory.md"]),
+          ("Understand", ["config/handbook/reading.md", "config/handbook/diagnosis.md", "config/handbook/inspection.md",
+                          "config/handbook/simulators.md", "config/handbook/mathematics.md"]),
+          ("Look up", ["config/README.md", "config/reference/", "config/handbook/evidence.md",
+                       "config/handbook/changes.md"])]
+LINK = re.compile(r'(href|src)="([^"#:]*)(#[^"]*)?"')
+
+
+def documents():
+    """Of the source: what git knows, else all Markdown files outside of builds."""
+    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=ROOT,
+                            capture_output=True, text=True)
+    names = listed.stdout.split("\n") if listed.returncode == 0 else \
+        [str(p.relative_to(ROOT)) for p in ROOT.rglob("*.md") if not p.relative_to(ROOT).parts[0].startswith("build")]
+    return sorted(name for name in names if name and (ROOT / name).exists())
+
+
+def page_of(name):
+    """README.md of a folder is its index.html."""
+    path = Path(name)
+    return path.with_name("index.html") if path.name == "README.md" else path.with_suffix(".html")
+
+
+def title_of(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    return re.search(r"^# (.*)$", text, re.M)[1]
+
+
+def grouped(names):
+    """(title, documents) in the order of the navigation; what no group names comes last, by folder."""
+    left, groups = list(names), []
+    for title, wanted in GROUPS:
+        chosen = [n for w in wanted for n in names if n == w or (w.endswith("/") and n.startswith(w))]
+        groups.append((title, chosen))
+        left = [n for n in left if n not in chosen]
+    return groups + [("Folders of the source", left)]
+
+
+def navigation(here, groups):
+    parts = []
+    for title, names in groups:
+        parts.append(f"<h2>{html.escape(title)}</h2>")
+        for name in names:
+            target = os.path.relpath(page_of(name), page_of(here).parent)
+            mark = ' class="here"' if name == here else ""
+            parts.append(f'<a href="{target}"{mark}>{html.escape(title_of(name))}</a>')
+    return "".join(parts)
+
+
+class Site:
+    def __init__(self, out):
+        self.out, self.names = out, documents()
+        self.missing = []
+
+    def build(self):
+        groups = grouped(self.names)
+        for name in self.names:
+            text = (ROOT / name).read_text(encoding="utf-8")
+            body = markdown.markdown(text, extensions=["tables", "fenced_code", "toc", "sane_lists"])
+            body = LINK.sub(lambda link: self._moved(link, name), body)
+            page = self.out / page_of(name)
+            page.parent.mkdir(parents=True, exist_ok=True)
+            page.write_text(self._page(name, body, groups), encoding="utf-8")
+
+    def _moved(self, link, name):
+        attribute, target, anchor = link[1], link[2], link[3] or ""
+        if not target:
+            return link[0]
+        path = Path(os.path.normpath(Path(name).parent / target))
+        if str(path / "README.md") in self.names:
+            path = path / "README.md"
+        if str(path) in self.names:
+            return f'{attribute}="{os.path.relpath(page_of(path), page_of(name).parent)}{anchor}"'
+        if not (ROOT / path).exists():
+            self.missing.append(f"{name}: {target}")
+        elif attribute == "src":
+            (self.out / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / path, self.out / path)
+        else:
+            return f'{attribute}="{(ROOT / path).as_uri()}"'
+        return link[0]
+
+    def _page(self, name, body, groups):
+        return ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+                '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
+                f"<title>{html.escape(title_of(name))} - Trueline</title><style>{CSS.read_text()}{MORE}</style></head>"
+                f"<body><header><div><h1>Trueline</h1><p>Handbook</p></div></header><main><aside>"
+                f"{navigation(name, groups)}</aside><article>{body}</article></main></body></html>\n")
+
+
+def main(argv):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site, made if missing")
+    arguments = parser.parse_args(argv)
+    site = Site(arguments.out)
+    site.build()
+    for missing in site.missing:
+        print(f"site: {missing}: no such file", file=sys.stderr)
+    print(f"site: {len(site.names)} pages; open {arguments.out / 'index.html'}")
+    return 1 if site.missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

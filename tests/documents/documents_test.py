@@ -1,0 +1,75 @@
+"""The documents: lists that are made agree with the code, prose is short, links lead somewhere."""
+import os
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
+LINK = re.compile(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
+sys.path += [str(SOURCE / "scripts"), str(SOURCE / "scripts" / "handbook")]
+
+import lint_documents
+import reference
+
+
+def documents():
+    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=SOURCE,
+                            capture_output=True, text=True)
+    if listed.returncode != 0:
+        raise unittest.SkipTest("no git here: which documents belong to the source is not known")
+    return [SOURCE / name for name in listed.stdout.splitlines() if (SOURCE / name).exists()]
+
+
+def anchors(text):
+    """As a Markdown viewer makes them of headings."""
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+            for heading in re.findall(r"^#+ (.*)$", text, re.M)}
+
+
+class Reference(unittest.TestCase):
+    def test_committed_lists_are_what_the_code_says(self):
+        made, lacking = reference.pages(BUILD)
+        self.assertEqual(lacking, [])
+        for name, text in made.items():
+            committed = (SOURCE / "config/reference" / name).read_text()
+            self.assertTrue(committed == text, f"{name} differs; run scripts/handbook/reference.py")
+
+    def test_what_lacks_a_description_is_named(self):
+        with self.assertRaisesRegex(reference.Lacking, "new_finding.*old_finding"):
+            reference.described("findings", ["stuck", "new_finding"], {"stuck": 1, "old_finding": 1})
+
+
+class Prose(unittest.TestCase):
+    def test_lines_and_sentences_are_short(self):
+        self.assertEqual([c for path in documents() for c in lint_documents.complaints(path)], [])
+
+    def test_long_ones_are_found(self):
+        path = Path(self.enterContext(__import__("tempfile").TemporaryDirectory())) / "long.md"
+        path.write_text("word " * 41 + "end.\n\n| a table | " + "word " * 50 + "|\n\nShort. Sentences. Are fine.\n")
+        found = list(lint_documents.complaints(path))
+        self.assertEqual([f.split(": ", 1)[1].split(",")[0] for f in found],
+                         ["209 characters", "a sentence of 42 words"])
+
+    def test_links_lead_somewhere(self):
+        wrong = []
+        for path in documents():
+            text = re.sub(r"```.*?```", "", path.read_text(), flags=re.S)
+            for target, anchor in LINK.findall(text):
+                if target.startswith(("http", "mailto")):
+                    continue
+                file = (path.parent / target).resolve() if target else path
+                if not file.exists() or (anchor and anchor not in anchors(file.read_text())):
+                    wrong.append(f"{path.relative_to(SOURCE)}: {target}#{anchor}")
+        self.assertEqual(wrong, [])
+
+    def test_the_first_pages_stay_short(self):
+        for name, lines in (("README.md", 110), ("config/README.md", 250)):
+            self.assertLessEqual(len((SOURCE / name).read_text().splitlines()), lines, name)
+
+
+if __name__ == "__main__":
+    unittest.main()
