@@ -1,6 +1,10 @@
 #!/usr/bin/python3
-"""A small blind set, always the same, four flights with mocap in the log and four without: no false
-cause, and nearly all hidden effects named."""
+"""A small blind set, always the same, ten flights with mocap in the log and ten without: no cause on
+flights that hide nothing, nearly all hidden effects named first, sizes as certain as stated.
+
+The limits are lower ends of 95 % bands around the rates of the large blind sets (scripts/blind/README.md):
+94 % of effects at twice their detectable size named first, 92 % of sizes within 2 sigma."""
+import math
 import os
 import subprocess
 import sys
@@ -12,34 +16,40 @@ BUILD = Path(os.environ["TRUELINE_TEST_BUILD_DIR"])
 sys.path.insert(0, str(SOURCE / "scripts/blind"))
 sys.dont_write_bytecode = True
 
-from judge import named, read, times_detectable
+from judge import AMONG, FALSE, WITHIN, read, tallies
+
+FLIGHTS = 10  # of a fit; a multiple of ten has each kind of flight in its share (run.py: plan)
 
 
-def judge(fit, seed, count):
-    """How many effects of at least twice their detectable size were hidden and named."""
+def fly_and_diagnose(fit, seed):
+    """(hidden, diagnosis) of each flight."""
     with tempfile.TemporaryDirectory() as folder:
-        work = Path(folder)
-        subprocess.run(["/usr/bin/python3", SOURCE / "scripts/blind/run.py", f"--build={BUILD}",
-                        f"--work={work}", f"--flights={count}", f"--seed={seed}", f"--fit={fit}", "--jobs=2"],
+        subprocess.run(["/usr/bin/python3", SOURCE / "scripts/blind/run.py", f"--build={BUILD}", f"--work={folder}",
+                        f"--flights={FLIGHTS}", f"--seed={seed}", f"--fit={fit}", "--jobs=2"],
                        check=True, capture_output=True)
-        flights = list(read(work))
-    assert len(flights) >= 0.8 * count, f"{fit}: only {len(flights)} flights were flown and diagnosed"
-    seen = hits = 0
-    for hidden, diagnosis in flights:
-        causes, effects = named(diagnosis), hidden["effects"]
-        if not effects:
-            assert not causes, f"{fit}, {hidden['course']}: nothing is hidden, yet {causes} is named"
-        elif len(effects) == 1 and times_detectable(effects[0], diagnosis) >= 2:
-            seen += 1
-            hits += bool(causes) and effects[0]["id"] in causes[0]
-    print(f"{fit}: {len(flights)} flights, {hits} of {seen} effects named")
-    return seen, hits
+        flights = list(read(Path(folder)))
+    assert len(flights) >= 0.8 * FLIGHTS, f"{fit}: only {len(flights)} flights were flown and diagnosed"
+    return flights
+
+
+def least(count, rate):
+    """Of `count` trials that succeed at `rate`: the lower end of the 95 % band of the successes."""
+    chance, k = 0.0, -1
+    while chance <= 0.05:
+        k += 1
+        chance += math.comb(count, k) * rate**k * (1.0 - rate) ** (count - k)
+    return k
 
 
 def main():
-    outcomes = [judge("fixes", 3, 4), judge("alone", 204, 4)]
-    seen, hits = map(sum, zip(*outcomes))
-    assert seen >= 3 and hits >= 0.75 * seen, f"{hits} of {seen} hidden effects are named"
+    tally = tallies(fly_and_diagnose("fixes", 3) + fly_and_diagnose("alone", 204))
+    for what, result in tally.items():
+        print(f"{what}: {result}")
+    false, first, sizes = tally[FALSE], tally[f"{AMONG}: all"], tally[WITHIN]
+    assert not false.good, f"nothing is hidden in {false.good} of {false.all} flights that get a cause"
+    assert first.all >= 6, f"only {first.all} hidden effects are large enough to count"
+    assert first.good >= least(first.all, 0.94), f"{first} hidden effects are named first"
+    assert sizes.good >= least(sizes.all, 0.92), f"{sizes} sizes are within 2 sigma"
 
 
 if __name__ == "__main__":
