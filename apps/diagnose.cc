@@ -1,7 +1,7 @@
 // trueline-diagnose: which effects the calibrated model lacks on a flight, with their sizes.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
+#include "apps/main/flags.h"
 #include "problems/against/read_flights.h"
 #include "problems/against/write_comparison.h"
 #include "problems/calibration/calibration_config.h"
@@ -174,6 +174,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-diagnose", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("diagnose", kUsage, Run);

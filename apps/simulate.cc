@@ -2,12 +2,12 @@
 #include "problems/simulation/simulate.h"
 
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -132,6 +132,4 @@ int Run() {
 }  // namespace
 }  // namespace trueline
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-simulate", trueline::kUsage, &argc, &argv, trueline::Run);
-}
+TRUELINE_VERB("simulate", trueline::kUsage, trueline::Run);
