@@ -148,9 +148,10 @@ class Module(unittest.TestCase):
         again = trueline.calibrate(copy, gamma_sweep="2,3", report=False)
         self.assertEqual(again.parameters, self.result.parameters)
         imu = np.column_stack([streams["imu"][name] for name in streams["imu"].dtype.names])
-        self.assertEqual(len(trueline.Log(imu=imu).imu), len(imu))
+        fixes = streams["fixes"]
+        self.assertEqual(len(trueline.Log(imu=imu, fixes=fixes).imu), len(imu))
         mapping = {name: streams["imu"][name] for name in streams["imu"].dtype.names}
-        np.testing.assert_array_equal(trueline.Log(imu=mapping).imu.ax, streams["imu"].ax)
+        np.testing.assert_array_equal(trueline.Log(imu=mapping, fixes=fixes).imu.ax, streams["imu"].ax)
 
     def test_arrays_that_are_no_log_are_refused(self):
         imu = np.zeros((10, 7))

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _trueline
 from .result import Array, Record, Table, read_yaml, write_yaml
-from .run import scratch
+from .run import Scratch
 
 Stream = Union[Array, Mapping[str, Any]]
 
@@ -47,7 +47,7 @@ class Log:
                   if isinstance(value, np.ndarray) or name in ("imu", "attitude", "fixes", "pose", "mocap",
                                                                "rotors", "motors", "battery", "range")}
         about = {name: value for name, value in given.items() if name not in arrays}
-        self._keep = scratch()
+        self._keep = Scratch()
         folder = Path(self._keep.name) / "log"
         folder.mkdir()
         head = {"name": "arrays", "frame": "NED", "body": "FRD", **about}

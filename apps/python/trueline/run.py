@@ -1,7 +1,9 @@
 """Runs a verb of the command line in this process."""
 import os
+import shutil
 import tempfile
 import warnings
+import weakref
 from pathlib import Path
 from typing import Any, Callable, Dict, Mapping, Optional, Sequence, TypeVar, Union
 
@@ -24,9 +26,12 @@ def config(name: str) -> Path:
     return Path(_trueline.find_shared(f"config/{name}"))
 
 
-def scratch() -> "tempfile.TemporaryDirectory[str]":
-    """A folder that goes when nobody holds it any more."""
-    return tempfile.TemporaryDirectory(prefix="trueline-")
+class Scratch:
+    """A temporary folder that goes with this object."""
+
+    def __init__(self) -> None:
+        self.name = tempfile.mkdtemp(prefix="trueline-")
+        weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
 
 
 def _text(flag: str, value: Any, folder: Path) -> str:
@@ -47,7 +52,7 @@ def _text(flag: str, value: Any, folder: Path) -> str:
 def run(verb: str, kind: Callable[[Any], Kind], arguments: Dict[str, Any]) -> Kind:
     """The folder (or file) that the verb writes, as a `kind`. Without `out` that is a temporary
     folder, which lasts as long as the returned object."""
-    keep = scratch()
+    keep = Scratch()
     given = {name.rstrip("_"): value for name, value in arguments.items()}
     if given["out"] is None and kind is Path:
         raise TypeError("out: the file to write is needed")
