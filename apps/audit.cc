@@ -1,7 +1,7 @@
 // trueline-audit: what a simulator gets wrong of a vehicle.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
+#include "apps/main/flags.h"
 #include "problems/against/read_flights.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
@@ -99,6 +99,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-audit", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("audit", kUsage, Run);

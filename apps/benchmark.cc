@@ -1,9 +1,9 @@
 // trueline-benchmark: estimators side by side on simulated and real flights.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
 #include <algorithm>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"
@@ -146,6 +146,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-benchmark", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("benchmark", kUsage, Run);

@@ -1,7 +1,7 @@
 // trueline-calibrate: a flight log in, the calibrated model with its uncertainties out.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
+#include "apps/main/flags.h"
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/rotor_calibration_config.h"
@@ -109,10 +109,10 @@ int RunImu() {
 // Refuses flags that only the IMU drive reads.
 void RefuseFlagsOfImuDrive() {
   for (const char* name : {"estimator", "gamma", "gamma_sweep", "thrust"}) {
-    const gflags::CommandLineFlagInfo flag = gflags::GetCommandLineFlagInfoOrDie(name);
-    if (flag.current_value == flag.default_value) continue;
-    throw trueline::InputError(
-        fmt::format("--{}={}: is for --drive=imu; leave it out", name, flag.current_value));
+    const trueline::Flag& flag = this_verb.Find(name);
+    if (flag.value == flag.initial) continue;
+    throw trueline::InputError(fmt::format("--{}={}: is for --drive=imu; leave it out", name,
+                                           trueline::TextOf(flag.value)));
   }
 }
 
@@ -161,6 +161,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-calibrate", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("calibrate", kUsage, Run);

@@ -1,8 +1,7 @@
 // trueline-convert: a foreign log to a native log, by a YAML column map.
 #include "problems/import/convert.h"
 
-#include <gflags/gflags.h>
-
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -18,8 +17,8 @@
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 
-DEFINE_string(map, "", "YAML column map; config/import has one for each known source");
 DEFINE_string(in, "", "the log, or several with commas between, in the map's order");
+DEFINE_string(map, "", "YAML column map; config/import has one for each known source");
 DEFINE_string(out, "", "directory of the native log, made if missing");
 DEFINE_uint64(seed, 0, "of the fixes that are sampled from mocap");
 DEFINE_double(fix_sigma, 0.0, "m; sigma of detected fixes, in place of the map's (0: the map's)");
@@ -163,13 +162,10 @@ int Run() {
   try {
     return FLAGS_map.empty() ? WithoutMap() : WithMap();
   } catch (const NoUsableLog& error) {
-    fmt::print(stderr, "trueline-convert: no usable log: {}\n", error.what());
-    return kExitNoResult;
+    throw NoUsableResult(std::string("no usable log: ") + error.what());
   }
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-convert", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("convert", kUsage, Run);

@@ -1,6 +1,5 @@
 // trueline-design: flights that show chosen parameters as well as the limits allow.
-#include <gflags/gflags.h>
-
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/progress.h"
@@ -54,6 +53,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-design", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("design", kUsage, Run);

@@ -1,10 +1,10 @@
 // trueline-diagnose: which effects the calibrated model lacks on a flight, with their sizes.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
 #include <algorithm>
 #include <optional>
 
+#include "apps/main/flags.h"
 #include "problems/against/read_flights.h"
 #include "problems/against/write_comparison.h"
 #include "problems/calibration/calibration_config.h"
@@ -260,6 +260,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-diagnose", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("diagnose", kUsage, Run);

@@ -1,10 +1,10 @@
 // trueline-effects: the effects that a diagnosis can name, with their definitions.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <gflags/gflags.h>
 
 #include <algorithm>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/effects/declaration.h"
@@ -140,6 +140,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-effects", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("effects", kUsage, Run);

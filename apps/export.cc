@@ -1,7 +1,7 @@
 // trueline-export: a calibrated vehicle as the parameter file of a simulator.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/result/render.h"
@@ -69,6 +69,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-export", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("export", kUsage, Run);

@@ -1,11 +1,11 @@
 // trueline-inspect: what is wrong with a log, before anything is fitted.
 #include <fmt/ranges.h>
-#include <gflags/gflags.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -210,6 +210,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-inspect", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("inspect", kUsage, Run);

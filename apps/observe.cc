@@ -1,10 +1,10 @@
 // trueline-observe: which states and parameters are observable in a kind of motion or on one
 // flight.
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
 #include <optional>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -99,6 +99,4 @@ int Run() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-observe", kUsage, &argc, &argv, Run);
-}
+TRUELINE_VERB("observe", kUsage, Run);

@@ -2,10 +2,10 @@
 #include "problems/simulation/simulate.h"
 
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
 #include <cmath>
 
+#include "apps/main/flags.h"
 #include "problems/common/app.h"
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
@@ -127,6 +127,4 @@ int Run() {
 }  // namespace
 }  // namespace trueline
 
-int main(int argc, char** argv) {
-  return trueline::RunApp("trueline-simulate", trueline::kUsage, &argc, &argv, trueline::Run);
-}
+TRUELINE_VERB("simulate", trueline::kUsage, trueline::Run);

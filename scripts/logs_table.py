@@ -67,7 +67,7 @@ def run(arguments, folder, verb, *flags):
 def reason(output, log):
     """The line that says why a verb made no result."""
     lines = [line for line in output.splitlines() if re.match(r"trueline-\w+: ", line)]
-    text = re.sub(r"trueline-\w+: (error: |no usable log: )?", "", lines[-1] if lines else "")
+    text = re.sub(r"trueline-\w+: (error: )?(no usable log: )?", "", lines[-1] if lines else "")
     return text.replace(str(log), "").strip(": ")
 
 

@@ -1,25 +1,25 @@
 #include "problems/common/app.h"
 
+#include <dlfcn.h>
 #include <fmt/ranges.h>
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 #include <malloc.h>
 
 #include <algorithm>
-#include <cctype>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <new>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "problems/common/atomic_file.h"
 #include "problems/common/error.h"
+#include "problems/common/failure.h"
 #include "problems/common/progress.h"
+#include "problems/common/verb.h"
 
 namespace google {
 extern void (*gflags_exitfunc)(int);  // gflags' own hook; its default exits with 1 on a wrong flag
@@ -41,23 +41,6 @@ std::string OwnFlags() {
   return text;
 }
 
-// A message quotes what a log holds; its control characters would reach the terminal.
-std::string Printable(std::string text) {
-  for (char& c : text) {
-    if (c != '\n' && std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '?';
-  }
-  return text;
-}
-
-// The log that a program was given, before an error that knows no file.
-std::string LogGiven() {
-  std::string log;
-  for (const char* flag : {"log", "in"}) {
-    if (gflags::GetCommandLineOption(flag, &log) && !log.empty()) return log + ": ";
-  }
-  return "";
-}
-
 // Keeps freed memory for the next allocation. By default glibc returns matrices of some 100 kB to
 // the system each time that a thread frees them.
 void KeepFreedMemory() {
@@ -72,23 +55,10 @@ std::string Version() { return TRUELINE_VERSION; }
 int RunGuarded(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
-  } catch (const InputError& error) {
-    fmt::print(stderr, "{}: error: {}\n", program, Printable(WithFinalNames(error.what())));
-    return dynamic_cast<const NoUsableResult*>(&error) ? kExitNoResult : kExitBadInput;
-  } catch (const std::filesystem::filesystem_error& error) {
-    fmt::print(stderr, "{}: error: {}: {}; check the path and its permissions\n", program,
-               Printable(error.path1().string()), error.code().message());
-    return kExitBadInput;
-  } catch (const std::system_error& error) {  // fmt's, when standard output is full
-    fmt::print(stderr, "{}: error: {}; make room, or write elsewhere\n", program, error.what());
-    return kExitBadInput;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: error: {}memory is used up; cut the log into shorter ones\n", program,
-               Printable(LogGiven()));
-    return kExitBadInput;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: internal error, please report it: {}\n", program, error.what());
-    return kExitDefect;
+  } catch (const std::exception&) {
+    const Failure failure = CurrentFailure();
+    fmt::print(stderr, "{}: {}\n", program, failure.text);
+    return failure.code;
   }
 }
 
@@ -136,9 +106,11 @@ int RunApp(const std::string& program, const std::string& usage, int* argc, char
 }
 
 void Warn(const std::string& message, bool quiet) {
+  const std::string text = Printable(WithFinalNames(message));
+  if (WarningSink()) return WarningSink()(text);
   if (quiet) return;
   ClearProgress();
-  fmt::print(stderr, "warning: {}\n", Printable(WithFinalNames(message)));
+  fmt::print(stderr, "warning: {}\n", text);
 }
 
 void WarnAll(const std::vector<std::string>& messages, bool quiet) {
@@ -162,11 +134,15 @@ std::vector<std::string> SplitPaths(const std::string& text) {
 
 std::string FindShared(const std::string& relative_path) {
   namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
   std::vector<fs::path> candidates;
-  if (!error) {
-    candidates.push_back(program.parent_path().parent_path() / "share/trueline" / relative_path);
+  Dl_info library{};
+  ::dladdr(reinterpret_cast<const void*>(&FindShared), &library);
+  std::error_code error;
+  // The loader's path may hold "..", which has no parent folder.
+  fs::path up = fs::weakly_canonical(library.dli_fname != nullptr ? library.dli_fname : "", error);
+  for (int depth = 0; depth < 4; ++depth) {  // PREFIX/lib/glibc-hwcaps/x86-64-v3
+    up = up.parent_path();
+    candidates.push_back(up / "share/trueline" / relative_path);
   }
   candidates.push_back(fs::path(TRUELINE_SOURCE_DIR) / relative_path);
   candidates.push_back(fs::path(TRUELINE_SOURCE_DIR) / "scripts" / relative_path);

@@ -1,6 +1,6 @@
 #include "problems/simulators/audit.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,73 +8,13 @@
 #include <filesystem>
 
 #include "problems/common/error.h"
+#include "problems/simulators/describe_audit.h"
+#include "problems/simulators/judge_flights.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kThreshold = 3.5;  // sigmas: over ten parameters one in 2,000 by chance
-
-// What vehicles of one kind, or one vehicle on two days, differ by: no simulator is wrong by that.
-// A share of the value, and at least `floor` in the unit.
-struct Scatter {
-  const char* parameter;
-  double share, floor;
-};
-constexpr Scatter kScatter[] = {
-    {"m", 0.03, 0.0},   {"I_x", 0.15, 0.0},   {"I_y", 0.15, 0.0},    {"I_z", 0.2, 0.0},
-    {"k_f", 0.06, 0.0}, {"k_m", 0.2, 0.0},    {"k_m/k_f", 0.2, 0.0}, {"K_x", 0.4, 0.12},
-    {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
-    {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
-};
-constexpr double kShapeSigma = 0.1;      // relative, of I_z by I_x and I_y of a quadrotor
-constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
-
-double Tolerance(const std::string& parameter, double value, double arm) {
-  if (parameter.starts_with("r_BM")) return kCentreScatter * arm;
-  for (const Scatter& scatter : kScatter) {
-    if (scatter.parameter == parameter) {
-      return std::max(scatter.share * std::abs(value), scatter.floor);
-    }
-  }
-  return 0.0;
-}
-
-// A ratio that a mistake of units makes.
-struct UnitFactor {
-  double factor;
-  const char* text;
-};
-constexpr UnitFactor kUnitFactors[] = {
-    {91.189, "rpm for rad/s, squared"},
-    {9.5493, "rpm for rad/s"},
-    {39.478, "revolutions for radians, squared"},
-    {6.2832, "revolutions for radians"},
-    {57.296, "degrees for radians"},
-    {9.81, "kgf for N"},
-    {10.0, "a power of ten"},
-    {100.0, "a power of ten"},
-    {1000.0, "a power of ten"},
-    {2.0, "a factor of two"},
-};
-constexpr double kFactorSlack = 0.02;  // relative
-
-std::string RatioInWords(double file, double flight) {
-  if (!(file != 0.0 && flight != 0.0)) return "";
-  if (file / flight < 0.0) return "the sign is the other one";
-  const double ratio = std::max(file / flight, flight / file);
-  std::string text = fmt::format("{:.3g} times too {}", ratio,
-                                 std::abs(file) > std::abs(flight) ? "large" : "small");
-  const UnitFactor* nearest = std::ranges::min_element(
-      kUnitFactors, {}, [&](const UnitFactor& f) { return std::abs(ratio / f.factor - 1.0); });
-  const bool near = std::abs(ratio / nearest->factor - 1.0) < kFactorSlack;
-  return near ? text + fmt::format(": {}?", nearest->text) : text;
-}
-
-std::string UnitOf(const std::string& parameter) {
-  if (parameter == "k_m/k_f" || parameter == "arm") return "m";
-  const NeutralInfo* info = FindNeutral(parameter);
-  return info != nullptr ? info->unit : "";
-}
+constexpr double kShapeSigma = 0.1;  // relative, of I_z by I_x and I_y of a quadrotor
 
 // The number that a field states, with the flight's other numbers where it is made of several. So
 // a mass that is wrong makes no drag coefficient wrong.
@@ -125,28 +65,6 @@ class StatedByFile {
   const NeutralVehicle& flight_;
 };
 
-void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {
-  entry->file = file.files.front()->path().string();
-  if (at == nullptr) return;
-  entry->file = file.files[at->file]->path().string();
-  entry->line = at->leaf != nullptr ? at->leaf->place.line : 0;
-  entry->key = at->key;
-}
-
-Contradicted FromFinding(const FileFinding& finding) {
-  Contradicted entry;
-  entry.parameter = finding.parameter, entry.unit = finding.unit;
-  entry.file_value = finding.value, entry.text = finding.text;
-  entry.file = finding.file, entry.line = finding.line, entry.key = finding.key;
-  return entry;
-}
-
-std::string ManoeuvreFor(const std::string& parameter) {
-  if (parameter == "k_m/k_f") return "yaw hard to both sides and stop, several times";
-  const NeutralInfo* info = FindNeutral(parameter);
-  return info != nullptr && *info->fly != '\0' ? info->fly : "fly each axis hard, and hover";
-}
-
 // k_m / I_z: which of the two is wrong. A flight shows their ratio only.
 struct YawBlame {
   bool inertia = false;        // I_z is wrong, k_m right
@@ -175,103 +93,6 @@ YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_
   return blame;
 }
 
-ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
-                          const std::vector<NeutralVehicle>& vehicles) {
-  ErrorByHorizon mean{};
-  for (std::size_t i = 0; i < flights.size(); ++i) {
-    const ErrorByHorizon errors = flights[i].ErrorsWith(vehicles[i]);
-    for (std::size_t k = 0; k < errors.size(); ++k) {
-      mean[k] += errors[k] / static_cast<double>(flights.size());
-    }
-  }
-  return mean;
-}
-
-// `vehicle` with a parameter at another value.
-NeutralVehicle With(NeutralVehicle vehicle, const std::string& parameter, double value) {
-  if (parameter == "k_m/k_f") {
-    for (Numbers& rotor : vehicle.rotors) rotor["k_m"] = value * rotor["k_f"];
-  } else if (parameter == "k_f" || parameter == "k_m") {
-    const double factor = value / vehicle.Get(parameter);
-    for (Numbers& rotor : vehicle.rotors) rotor[parameter] *= factor;
-  } else if (parameter == "arm") {
-    const double factor = value / vehicle.Get("arm");
-    for (Numbers& rotor : vehicle.rotors) rotor["x"] *= factor, rotor["y"] *= factor;
-  } else {
-    vehicle.body[parameter] = value;
-  }
-  return vehicle;
-}
-
-// m, that a lag costs: replays with speeds that are measured do not see it.
-ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flight) {
-  NeutralVehicle with = vehicle, without = vehicle;
-  with.body["tau"] = flight, without.body["tau"] = file;
-  ErrorByHorizon cost{};
-  for (std::size_t k = 0; k < cost.size(); ++k) {
-    cost[k] = Apart(with, without, 0.0, kHorizons[k]);
-  }
-  return cost;
-}
-
-// The body of both audits by flights: a stated vehicle against what flights show.
-struct FlightJudge {
-  Audit* audit;
-  const std::vector<FlightEstimate>& flights;
-  double arm;
-
-  // True if contradicted.
-  bool Compare(const std::string& parameter, double stated, const FlightValue& value,
-               const VehicleFile* file, const Reading* at) const {
-    const double tolerance = Tolerance(parameter, value.value, arm);
-    const double difference = std::abs(stated - value.value);
-    const bool wrong = difference > kThreshold * value.sigma && difference > tolerance;
-    audit->compared.push_back(
-        {parameter, UnitOf(parameter), stated, value.value, value.sigma, tolerance, wrong});
-    // Silence means something only where an error of twice the scatter would be seen.
-    if (!wrong && kThreshold * value.sigma > std::max(2.0 * tolerance, difference)) {
-      audit->not_judged.push_back(
-          {parameter, fmt::format("{} (the flight shows it to {:.2g} {} only)",
-                                  ManoeuvreFor(parameter), value.sigma, UnitOf(parameter))});
-    }
-    if (!wrong) return false;
-    Contradicted entry;
-    entry.parameter = parameter, entry.unit = UnitOf(parameter);
-    entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
-    entry.text = RatioInWords(stated, value.value);
-    if (file != nullptr) Place(*file, at, &entry);
-    audit->contradicted.push_back(entry);
-    return true;
-  }
-
-  void AddCosts() const {
-    std::vector<NeutralVehicle> own;
-    for (const FlightEstimate& flight : flights) own.push_back(flight.vehicle);
-    audit->best = MeanErrors(flights, own);
-    for (Contradicted& entry : audit->contradicted) {
-      if (!entry.flight_value) continue;
-      if (entry.parameter == "tau") {
-        entry.cost = CostOfLag(own.front(), entry.file_value, *entry.flight_value);
-        continue;
-      }
-      if (entry.parameter == "full_speed" || entry.parameter == "spin") continue;
-      std::vector<NeutralVehicle> changed;
-      for (const NeutralVehicle& vehicle : own) {
-        changed.push_back(With(vehicle, entry.parameter, entry.file_value));
-      }
-      entry.cost = MeanErrors(flights, changed);
-      for (std::size_t k = 0; k < entry.cost->size(); ++k) {
-        (*entry.cost)[k] = std::max(0.0, (*entry.cost)[k] - (*audit->best)[k]);
-      }
-    }
-    const auto cost = [](const Contradicted& entry) {
-      return entry.cost && std::isfinite((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;
-    };
-    std::stable_sort(audit->contradicted.begin(), audit->contradicted.end(),
-                     [&](const auto& a, const auto& b) { return cost(a) > cost(b); });
-  }
-};
-
 // By the number that the file states: k_m, or its ratio to k_f. By the ratio, too, where commands
 // instead of speeds were logged, which show no k_f.
 bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
@@ -288,31 +109,6 @@ bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double state
 
 constexpr std::array kByFlight = {"k_f", "I_x", "I_y", "r_BM_x", "r_BM_y",
                                   "K_x", "K_y", "K_z", "tau",    "full_speed"};
-
-void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
-              Audit* audit) {
-  constexpr double kDrag = 0.1, kTurn = 3.0;  // 1/s, rad/m/s: what is worth a mention
-  const auto clear = [&](const char* name, double least) {
-    const auto found = values.find(name);
-    return found != values.end() && found->second.shown && std::abs(found->second.value) > least &&
-           std::abs(found->second.value) > kThreshold * found->second.sigma;
-  };
-  if (!has_drag && (clear("K_x", kDrag) || clear("K_y", kDrag))) {
-    audit->lacks.push_back(
-        {"linear_drag", fmt::format("the vehicle brakes with K_x {:.2f}, K_y {:.2f} 1/s",
-                                    values.at("K_x").value, values.at("K_y").value)});
-  }
-  if (clear("L_v", kTurn) || clear("M_u", kTurn)) {
-    audit->lacks.push_back(
-        {"air_moment", fmt::format("air speed turns the vehicle: L_v {:.1f}, M_u {:.1f} rad/m/s",
-                                   values.at("L_v").value, values.at("M_u").value)});
-  }
-  if (!has_lag && clear("tau", 0.01)) {
-    audit->lacks.push_back(
-        {"motor_lag",
-         fmt::format("the rotors follow their commands with {:.3f} s", values.at("tau").value)});
-  }
-}
 
 std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
                                       const NeutralVehicle& start, Audit* audit) {
@@ -345,6 +141,27 @@ bool CompareWithLog(const std::string& parameter, double in_file, double stated,
   return true;
 }
 
+// Rotors that turn the other way in log.yaml; `start` gets its spins. `order`: of the file's rotors
+// in the log.
+void CompareSpins(const VehicleFile& file, const FlightLog& log, const std::vector<int>& order,
+                  NeutralVehicle* start, Audit* audit) {
+  std::string others;
+  double spin = 0.0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    double& stated = start->rotors[static_cast<std::size_t>(order[i])]["spin"];
+    if (stated == log.vehicle->rotors[i].spin) continue;
+    spin = stated, stated = log.vehicle->rotors[i].spin;
+    others += fmt::format("{}{}", others.empty() ? "" : ", ", order[i]);
+  }
+  if (others.empty()) return;
+  Contradicted entry;
+  entry.parameter = "spin", entry.file_value = spin;
+  entry.text = fmt::format(
+      "rotors {} turn the other way than log.yaml says: spins, or the order of the rotors", others);
+  Place(file, file.Find("spin"), &entry);
+  audit->contradicted.push_back(entry);
+}
+
 // Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
 // the fit holds them.
 void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
@@ -357,7 +174,17 @@ void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
     }
     start->body["m"] = *log.vehicle->mass;
   }
-  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) return;
+  const std::vector<int> order = LogOrder(*start, log);
+  if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) {
+    if (std::ranges::is_sorted(order)) return;
+    audit->warnings.push_back(fmt::format(
+        "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
+        "come in the file's order, the file's places or spins are wrong: state the rotors in "
+        "log.yaml",
+        log.directory, fmt::join(order, ", ")));
+    return;
+  }
+  CompareSpins(file, log, order, start, audit);
   const auto count = static_cast<double>(start->rotors.size());
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Rotor& rotor : log.vehicle->rotors) middle += rotor.position / count;

@@ -7,6 +7,7 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/simulators/vehicle_replay.h"
 
 namespace trueline {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace trueline {
@@ -16,71 +17,126 @@ const ChannelsSample& At(const std::vector<ChannelsSample>& samples, TimeNs t) {
   return next == samples.begin() ? *next : *std::prev(next);
 }
 
-// Angular acceleration (rad/s^2) by the rotors, axis by axis.
-Eigen::Vector3d TurnBy(const ChannelsSample& sample, const NeutralVehicle& v) {
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < std::min(sample.values.size(), v.rotors.size()); ++i) {
-    const int rotor = static_cast<int>(i);
-    const double square = sample.values[i] * sample.values[i];
-    const double thrust = v.Get("k_f", rotor) * square;
-    turn += Eigen::Vector3d(-v.Get("y_M", rotor) * thrust, v.Get("x_M", rotor) * thrust,
-                            -v.Get("spin_k_m", rotor) * square);
+// Angular acceleration about each axis by the squared speed of each rotor.
+Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v) {
+  Eigen::MatrixX3d turn(static_cast<int>(v.rotors.size()), 3);
+  for (int i = 0; i < turn.rows(); ++i) {
+    const double k_f = v.Get("k_f", i);
+    turn.row(i) << -v.Get("y_M", i) * k_f / v.Get("I_x"), v.Get("x_M", i) * k_f / v.Get("I_y"),
+        -v.Get("spin_k_m", i) / v.Get("I_z");
   }
-  return turn.cwiseQuotient(Eigen::Vector3d(v.Get("I_x"), v.Get("I_y"), v.Get("I_z")));
+  return turn;
+}
+
+// What a flight shows of its rotors' moments.
+struct Turns {
+  double force = 0.0;       // m/s^2, sum of the thrust that the accelerometer shows
+  Eigen::VectorXd squares;  // rad^2/s^2, the same sum of squared speeds, by rotor
+  // By pair of neighbouring windows: change of the mean rates (rad/s), and integrals of squared
+  // speeds that make it (rad^2/s).
+  Eigen::MatrixX3d changes;
+  Eigen::MatrixXd pushes;
+};
+
+Turns TurnsOf(const FlightLog& log, int rotors) {
+  Turns turns;
+  turns.squares = Eigen::VectorXd::Zero(rotors);
+  Eigen::VectorXd push = turns.squares, push_before = turns.squares;
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero(), rate_before = rate;
+  std::vector<Eigen::Vector3d> changes;
+  std::vector<Eigen::VectorXd> pushes;
+  double length = 0.0;
+  int count = 0;
+  bool first = true;
+  // Mean rates of neighbouring windows differ by the acceleration between their middles: half of
+  // what the rotors do in each.
+  for (std::size_t i = 1; i < log.imu.size(); ++i) {
+    const ImuSample& sample = log.imu[i];
+    if (sample.t < log.rotors.front().t || sample.t > log.rotors.back().t) continue;
+    const std::vector<double>& speeds = At(log.rotors, sample.t).values;
+    const Eigen::VectorXd squares =
+        Eigen::Map<const Eigen::VectorXd>(speeds.data(), rotors).cwiseAbs2();
+    const double dt = SecondsBetween(log.imu[i - 1].t, sample.t);
+    turns.force -= sample.accel.z();
+    turns.squares += squares;
+    push += squares * dt;
+    rate += sample.gyro, ++count, length += dt;
+    if (length < kWindow) continue;
+    rate /= count;
+    if (!first) {
+      changes.emplace_back(rate - rate_before);
+      pushes.emplace_back(0.5 * (push + push_before));
+    }
+    first = false;
+    rate_before = rate, push_before = push;
+    rate.setZero(), push.setZero(), count = 0, length = 0.0;
+  }
+  turns.changes.resize(static_cast<int>(changes.size()), 3);
+  turns.pushes.resize(static_cast<int>(changes.size()), rotors);
+  for (int i = 0; i < turns.changes.rows(); ++i) {
+    turns.changes.row(i) = changes[static_cast<std::size_t>(i)];
+    turns.pushes.row(i) = pushes[static_cast<std::size_t>(i)];
+  }
+  return turns;
 }
 
 // Slope and correlation of y over x, each less its mean.
-void Regress(const std::vector<double>& x, const std::vector<double>& y, double* slope,
-             double* correlation) {
-  const auto n = static_cast<Eigen::Index>(x.size());
-  if (n < 10) return;
-  const Eigen::Map<const Eigen::ArrayXd> a(x.data(), n), b(y.data(), n);
-  const double xy = ((a - a.mean()) * (b - b.mean())).sum();
-  const double xx = (a - a.mean()).square().sum(), yy = (b - b.mean()).square().sum();
+void Regress(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y, double* slope, double* correlation) {
+  if (x.size() < 10) return;
+  const double xy = ((x - x.mean()) * (y - y.mean())).sum();
+  const double xx = (x - x.mean()).square().sum(), yy = (y - y.mean()).square().sum();
   if (!(xx > 0.0 && yy > 0.0)) return;
   *slope = xy / xx;
   *correlation = xy / std::sqrt(xx * yy);
 }
 
+FirstFit FitTo(const Turns& turns, const NeutralVehicle& vehicle) {
+  FirstFit fit;
+  double thrust = 0.0;
+  for (int i = 0; i < turns.squares.size(); ++i) thrust += vehicle.Get("k_f", i) * turns.squares[i];
+  if (thrust > 0.0) fit.thrust = turns.force * vehicle.Get("m") / thrust;
+  const Eigen::MatrixX3d by_rotors = turns.pushes * TurnBySquares(vehicle);
+  for (int k = 0; k < 3; ++k) {
+    Regress(by_rotors.col(k), turns.changes.col(k), &fit.turn[k], &fit.correlation[k]);
+  }
+  return fit;
+}
+
+bool HasSpeeds(const FlightLog& log, const NeutralVehicle& vehicle) {
+  return !log.rotors.empty() && !log.imu.empty() &&
+         log.rotors.front().values.size() == vehicle.rotors.size();
+}
+
 }  // namespace
 
 FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle) {
-  FirstFit fit;
-  if (log.rotors.empty() || log.imu.empty()) return fit;
-  double force = 0.0, thrust = 0.0;
-  Eigen::Vector3d by_rotors = Eigen::Vector3d::Zero(), rate = Eigen::Vector3d::Zero(),
-                  last_rate = Eigen::Vector3d::Zero();
-  double length = 0.0;
-  Eigen::Vector3d before = Eigen::Vector3d::Zero();
-  std::vector<double> x[3], y[3];
-  // Mean rates of neighbouring windows differ by the acceleration between their middles: half of
-  // what the rotors do in each.
-  int count = 0, last_count = 0;
-  for (std::size_t i = 1; i < log.imu.size(); ++i) {
-    const ImuSample& sample = log.imu[i];
-    if (sample.t < log.rotors.front().t || sample.t > log.rotors.back().t) continue;
-    const ChannelsSample& speeds = At(log.rotors, sample.t);
-    force -= sample.accel.z();
-    for (std::size_t r = 0; r < std::min(speeds.values.size(), vehicle.rotors.size()); ++r) {
-      thrust += vehicle.Get("k_f", static_cast<int>(r)) * speeds.values[r] * speeds.values[r];
+  if (!HasSpeeds(log, vehicle)) return {};
+  return FitTo(TurnsOf(log, static_cast<int>(vehicle.rotors.size())), vehicle);
+}
+
+std::vector<int> OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle) {
+  std::vector<int> order(vehicle.rotors.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (!HasSpeeds(log, vehicle) || order.size() > 6) return order;
+  const Turns turns = TurnsOf(log, static_cast<int>(order.size()));
+  const auto roll_and_pitch = [&](const std::vector<int>& by) {
+    NeutralVehicle v = vehicle;
+    for (std::size_t i = 0; i < by.size(); ++i) {
+      v.rotors[i] = vehicle.rotors[static_cast<std::size_t>(by[i])];
     }
-    const double dt = SecondsBetween(log.imu[i - 1].t, sample.t);
-    by_rotors += TurnBy(speeds, vehicle) * dt;
-    rate += sample.gyro, ++count, length += dt;
-    if (length < kWindow) continue;
-    if (last_count > 0) {
-      const Eigen::Vector3d change = rate / count - last_rate / last_count;
-      for (int k = 0; k < 3; ++k) {
-        x[k].push_back(0.5 * (by_rotors[k] + before[k]));
-        y[k].push_back(change[k]);
-      }
-    }
-    last_rate = rate, last_count = count, before = by_rotors;
-    rate.setZero(), by_rotors.setZero(), count = 0, length = 0.0;
+    const FirstFit fit = FitTo(turns, v);
+    return std::min(fit.correlation[0], fit.correlation[1]);
+  };
+  const std::vector<int> stated = order;
+  std::vector<int> best = order;
+  const double own = roll_and_pitch(stated);
+  double most = own;
+  while (std::next_permutation(order.begin(), order.end())) {
+    const double score = roll_and_pitch(order);
+    if (score > most) most = score, best = order;
   }
-  if (thrust > 0.0) fit.thrust = force * vehicle.Get("m") / thrust;
-  for (int k = 0; k < 3; ++k) Regress(x[k], y[k], &fit.turn[k], &fit.correlation[k]);
-  return fit;
+  const bool clear = own < kGoesTogether && most > 2.0 * kGoesTogether;
+  return clear ? best : stated;
 }
 
 }  // namespace trueline

@@ -16,7 +16,12 @@ struct FirstFit {
   Eigen::Vector3d turn = Eigen::Vector3d::Ones(), correlation = Eigen::Vector3d::Zero();
 };
 
+inline constexpr double kGoesTogether = 0.3;  // correlation that is believed
+
 // Of a log with measured rotor speeds, in the order of the vehicle's rotors.
 FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle);
+// The vehicle's rotors in the order of the log's columns, by the turns that each of them makes: the
+// order as it is, unless roll and pitch contradict it and agree with another.
+std::vector<int> OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle);
 
 }  // namespace trueline

@@ -30,8 +30,7 @@ constexpr double kPoseDelaySigma = 0.02;              // s
 constexpr double kLagSigma = 0.05, kLagStart = 0.03;  // s
 constexpr double kVoltageSigma = 0.5;                 // 1
 
-constexpr double kFactorOff = 1.5;     // of a first fit, beyond which a fit starts from it
-constexpr double kGoesTogether = 0.3;  // correlation of a first fit that is believed
+constexpr double kFactorOff = 1.5;  // of a first fit, beyond which a fit starts from it
 
 // I_z over I_x + I_y of quadrotors.
 constexpr double kTallest = 0.5;
@@ -145,22 +144,31 @@ FlightValue ValueOf(const RotorCalibration& c, const RotorPrior& prior, const st
 
 }  // namespace
 
-NeutralVehicle InLogOrder(const NeutralVehicle& vehicle, const FlightLog& log) {
-  if (!log.vehicle || log.vehicle->rotors.size() != vehicle.rotors.size()) return vehicle;
-  NeutralVehicle ordered = vehicle;
-  std::vector<bool> used(vehicle.rotors.size(), false);
-  for (std::size_t i = 0; i < vehicle.rotors.size(); ++i) {
-    const Eigen::Vector3d& place = log.vehicle->rotors[i].position;
+std::vector<int> LogOrder(const NeutralVehicle& vehicle, const FlightLog& log) {
+  if (!log.vehicle || log.vehicle->rotors.size() != vehicle.rotors.size()) {
+    return OrderByFlight(log, vehicle);
+  }
+  std::vector<int> order;
+  for (const Rotor& rotor : log.vehicle->rotors) {
     int best = -1;
     double most = 0.0;
-    for (int j = 0; j < static_cast<int>(used.size()); ++j) {
-      const double along = (place.x() * vehicle.Get("x_M", j) + place.y() * vehicle.Get("y_M", j)) /
+    for (int j = 0; j < static_cast<int>(vehicle.rotors.size()); ++j) {
+      const double along = (rotor.position.x() * vehicle.Get("x_M", j) +
+                            rotor.position.y() * vehicle.Get("y_M", j)) /
                            (vehicle.Get("radius", j) + 1e-9);
-      if (used[static_cast<std::size_t>(j)] || (best >= 0 && along <= most)) continue;
+      if (std::ranges::find(order, j) != order.end() || (best >= 0 && along <= most)) continue;
       best = j, most = along;
     }
-    used[static_cast<std::size_t>(best)] = true;
-    ordered.rotors[i] = vehicle.rotors[static_cast<std::size_t>(best)];
+    order.push_back(best);
+  }
+  return order;
+}
+
+NeutralVehicle InLogOrder(const NeutralVehicle& vehicle, const FlightLog& log) {
+  NeutralVehicle ordered = vehicle;
+  const std::vector<int> order = LogOrder(vehicle, log);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    ordered.rotors[i] = vehicle.rotors[static_cast<std::size_t>(order[i])];
   }
   return ordered;
 }

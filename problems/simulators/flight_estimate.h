@@ -46,8 +46,9 @@ struct FlightEstimate {
 // Throws InputError for a log without rotor speeds or commands, IMU or poses.
 FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& start);
 
-// The rotors of `vehicle` in the order of the log's columns, by their places as log.yaml states
-// them; as they are where it states none.
+// The rotors of `vehicle`, numbered from 0, in the order of the log's columns: by their places as
+// log.yaml states them; where it states none, by the turns that each of them makes.
+std::vector<int> LogOrder(const NeutralVehicle& vehicle, const FlightLog& log);
 NeutralVehicle InLogOrder(const NeutralVehicle& vehicle, const FlightLog& log);
 
 // The vehicle of a log alone: mass and rotors as log.yaml states them, inertia by the flight from a

@@ -143,7 +143,7 @@ bool NeutralVehicle::Flies() const {
   return rotors.size() >= 3;
 }
 
-NeutralVehicle VehicleFromModel(const std::string& file) {
+RotorModelFile ReadRotorModel(const std::string& file) {
   const YamlMap model = YamlMap::FromFile(file);
   const YamlMap parameters = model.Child("parameters");
   const YAML::Node config = model.Child("provenance").RawNode("config");
@@ -152,22 +152,30 @@ NeutralVehicle VehicleFromModel(const std::string& file) {
                   "'provenance' names no rotors; give the model.yaml of trueline-calibrate or "
                   "trueline-diagnose with --drive=rotors");
   }
-  RotorConstants constants = RotorConstants::Zero();
+  RotorModelFile read;
   const YAML::Node prior = config["prior"];
   for (int i = 0; i < RotorAeroModel::kConstants; ++i) {
     const char* name = kRotorConstants[i].name;
-    if (prior && prior[name]) constants[i] = prior[name]["mean"].as<double>();
-    if (parameters.Has(name)) constants[i] = parameters.Child(name).Get<double>("value");
+    if (prior && prior[name]) read.constants[i] = prior[name]["mean"].as<double>();
+    if (parameters.Has(name)) read.constants[i] = parameters.Child(name).Get<double>("value");
   }
-  const auto of = [&](const char* name) { return constants[FindRotorConstant(name)]; };
+  const YamlMap rotors(config, file, "provenance.config");
+  read.rotors = ReadRotors(rotors.Children("rotors"));
+  if (config["motors"]) read.full_speed = config["motors"]["full_speed"].as<double>();
+  read.effects = ReadEffects(model, DriveKind::kRotors);
+  return read;
+}
+
+NeutralVehicle VehicleFromModel(const std::string& file) {
+  const RotorModelFile model = ReadRotorModel(file);
+  const auto of = [&](const char* name) { return model.constants[FindRotorConstant(name)]; };
 
   NeutralVehicle v;
   v.name = std::filesystem::path(file).stem().string();
   for (const char* name : {"m", "I_x", "I_y", "I_z", "r_BM_x", "r_BM_y", "r_BM_z"}) {
     v.body[name] = of(name);
   }
-  const YamlMap rotors(config, file, "provenance.config");
-  for (const Rotor& rotor : ReadRotors(rotors.Children("rotors"))) {
+  for (const Rotor& rotor : model.rotors) {
     v.rotors.push_back({{"x", rotor.position.x()},
                         {"y", rotor.position.y()},
                         {"z", rotor.position.z()},
@@ -181,12 +189,12 @@ NeutralVehicle VehicleFromModel(const std::string& file) {
   for (const char* name : {"K_x", "K_y", "K_z"}) add(name, of(name));
   add("rotor_inflow", of("inflow"));
   add("air_moment", 0.5 * (v.Get("I_y") * of("M_u") - v.Get("I_x") * of("L_v")));
-  if (config["motors"]) {
-    v.body["full_speed"] = config["motors"]["full_speed"].as<double>();
+  if (model.full_speed > 0.0) {
+    v.body["full_speed"] = model.full_speed;
     v.body["idle_speed"] = v.body["full_speed"] * of("motor_idle");
     add("tau", of("motor_lag"));
   }
-  for (const Effect& effect : ReadEffects(model, DriveKind::kRotors)) {
+  for (const Effect& effect : model.effects) {
     if (effect.id == "air_moment") {
       add("air_moment", 0.5 * (effect["roll"] + effect["pitch"]));
       continue;
@@ -245,70 +253,6 @@ RotorVehicle RotorVehicleOf(const NeutralVehicle& vehicle) {
     x[Driven::kCentre + i] = vehicle.Get(kCentre[i]);
   }
   return result;
-}
-
-std::vector<double> PulsesAt(const NeutralVehicle& vehicle, double t) {
-  // Each pulse turns the vehicle to one side and back: roll, pitch, yaw, all four.
-  constexpr double kSize = 0.02, kPeriod = 0.4, kShift = 0.1;  // share of the speed, s, s
-  const double hover = vehicle.Get("w_h");
-  std::vector<double> speeds;
-  for (const Numbers& rotor : vehicle.rotors) {
-    const double sides[] = {rotor.at("y") < 0.0 ? 1.0 : -1.0, rotor.at("x") < 0.0 ? -1.0 : 1.0,
-                            2.0 * rotor.at("spin"), 1.0};
-    double share = 1.0;
-    for (int k = 0; k < 4; ++k) {
-      share += kSize * sides[k] * std::sin(2.0 * M_PI * (t - k * kShift) / kPeriod);
-    }
-    speeds.push_back(hover * share);
-  }
-  return speeds;
-}
-
-namespace {
-
-Replay FlyBy(const NeutralVehicle& vehicle, const NeutralVehicle& pilot, double speed,
-             double seconds) {
-  constexpr double kStep = 0.001;  // s
-  const RotorVehicle rotor_vehicle = RotorVehicleOf(vehicle);
-  RotorEffects effects = RotorExtensionOf(EffectsOf(vehicle)).effects;
-  const RotorAeroModel model(rotor_vehicle.model.rotors(), vehicle.gravity, effects);
-  RotorState x = RotorState::Zero();
-  for (int i = 0; i < RotorDrivenModel::kStates; ++i) x[i] = rotor_vehicle.parameters[i];
-  x.tail<RotorAeroModel::kConstants>() += RotorExtensionOf(EffectsOf(vehicle)).added;
-  x[RotorDrivenModel::kVelocity] = speed;
-  x[RotorDrivenModel::kVelocity + 1] = speed / 3.0;
-  x[RotorDrivenModel::kPosition + 2] = -1.0;
-  const double tau = vehicle.Get("tau");
-  std::vector<double> speeds = PulsesAt(pilot, 0.0);
-  Replay replay;
-  const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
-  const int steps = static_cast<int>(std::lround(seconds / kStep));
-  for (int k = 0; k <= steps; ++k) {
-    replay.t.push_back(k * kStep);
-    replay.states.push_back(x.head<RotorAeroModel::kMoving>());
-    const std::vector<double> command = PulsesAt(pilot, (k + 0.5) * kStep);
-    for (std::size_t i = 0; i < speeds.size(); ++i) {
-      const double left = tau > 0.0 ? std::exp(-kStep / tau) : 0.0;
-      speeds[i] = command[i] + left * (speeds[i] - command[i]);
-    }
-    RotorMidpointStep(model, RotorInput{k * kStep, speeds}, still.data(), kStep, x.data());
-    x.head<4>().normalize();
-  }
-  return replay;
-}
-
-}  // namespace
-
-Replay Fly(const NeutralVehicle& vehicle, double speed, double seconds) {
-  return FlyBy(vehicle, vehicle, speed, seconds);
-}
-
-double Apart(const NeutralVehicle& a, const NeutralVehicle& b, double speed, double seconds) {
-  if (a.rotors.size() != b.rotors.size() || !b.Flies()) return NAN;
-  const auto end = [](const Replay& flight) {
-    return flight.states.back().segment<3>(RotorDrivenModel::kPosition).eval();
-  };
-  return (end(FlyBy(a, a, speed, seconds)) - end(FlyBy(b, a, speed, seconds))).norm();
 }
 
 }  // namespace trueline

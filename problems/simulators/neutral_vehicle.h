@@ -77,6 +77,16 @@ class NeutralVehicle {
   bool Flies() const;
 };
 
+// What a model.yaml of a calibration or diagnosis with --drive=rotors states.
+struct RotorModelFile {
+  RotorConstants constants = RotorConstants::Zero();
+  std::vector<Rotor> rotors;  // k_f and k_m nominal: the constants scale them
+  std::vector<Effect> effects;
+  double full_speed = 0.0;  // rad/s, of its motors; 0 where rotor speeds were measured
+};
+// Throws InputError for one of the other drive.
+RotorModelFile ReadRotorModel(const std::string& file);
+
 // The vehicle of a model.yaml that a calibration or diagnosis with --drive=rotors has written.
 // Throws InputError for one of the other drive.
 NeutralVehicle VehicleFromModel(const std::string& file);
@@ -84,18 +94,5 @@ NeutralVehicle VehicleFromModel(const std::string& file);
 // The effects, in the catalogue's units, and the constants that make the vehicle fly.
 std::vector<Effect> EffectsOf(const NeutralVehicle& vehicle);
 RotorVehicle RotorVehicleOf(const NeutralVehicle& vehicle);
-
-// The vehicle's flight from rotor speed commands: level flight at `speed` (m/s, forward; a third of
-// it to the right) from which it rolls, pitches and yaws by pulses of its rotors. The estimators'
-// own equations, with the motors' lag.
-struct Replay {
-  std::vector<double> t;            // s
-  std::vector<MovingState> states;  // kMoving numbers of RotorDrivenModel
-};
-Replay Fly(const NeutralVehicle& vehicle, double speed, double seconds);
-// The commands (rad/s) of that flight at `t`, by rotor.
-std::vector<double> PulsesAt(const NeutralVehicle& vehicle, double t);
-// m, between the ends of both vehicles' flights of `seconds` by the commands of `a`.
-double Apart(const NeutralVehicle& a, const NeutralVehicle& b, double speed, double seconds);
 
 }  // namespace trueline

@@ -1,5 +1,6 @@
 # Manual pages, shell completion, and the Debian packages that `cpack` makes in the build folder:
-# trueline (programs and their library) and trueline-dev (what another project compiles against).
+# trueline (programs and their library), trueline-dev (what another project compiles against) and
+# python3-trueline (the Python module).
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/trueline RENAME copyright
         COMPONENT programs)
 set(TRUELINE_COMPLETIONS ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
@@ -18,10 +19,15 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL programs library)
+if(TARGET trueline_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "calibrates drone models from flight logs
  Reads the log of a drone and returns the calibrated model, the trajectory, their uncertainties
  and the effects that the model lacks.")
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "headers and CMake package of trueline")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module of trueline
+ The verbs of trueline on NumPy arrays and log folders, with results as objects.")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME trueline)
@@ -34,4 +40,9 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
     "trueline (= ${PROJECT_VERSION}), libceres-dev, libeigen3-dev, libgflags-dev, \
 libgoogle-glog-dev, libyaml-cpp-dev, libfmt-dev")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-trueline)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS  # the module is built for one version of Python
+    "trueline (= ${PROJECT_VERSION}), ${TRUELINE_PYTHON}, python3-numpy, python3-pandas, python3-yaml")
 include(CPack)

@@ -26,6 +26,12 @@ share=$scratch/prefix/share/trueline
 /usr/bin/python3 "$share/report/report.py" --help >/dev/null || fail "the report scripts do not run"
 [[ -f $share/report/page.css ]] || fail "the style of the report is missing"
 [[ -d $share/config ]] || fail "the configurations are missing"
+if [[ -d $build_dir/python ]]; then
+  found=$(PYTHONPATH="$scratch/prefix/lib/python3/dist-packages" /usr/bin/python3 -c '
+import trueline
+print(trueline.config("simulate/hippodrome.yaml"))')
+  [[ $found == "$share"/* ]] || fail "the Python module finds its configurations in '$found'"
+fi
 "$scratch/prefix/bin/trueline" --help | grep -q '^Verbs:' || fail "trueline --help lists no verbs"
 for program in "$build_dir"/apps/trueline*; do
   [[ -x $scratch/prefix/bin/$(basename "$program") ]] || fail "$(basename "$program") is missing"

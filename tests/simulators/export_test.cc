@@ -4,6 +4,7 @@
 
 #include "problems/simulators/check_vehicle.h"
 #include "problems/simulators/export_vehicle.h"
+#include "problems/simulators/vehicle_replay.h"
 #include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/simulators/independent_replay.h"
@@ -20,7 +21,7 @@ constexpr double kWithin = 0.01;  // of the way flown
 // m, between Trueline's replay of the model and the simulator's of the file, at the worst time, and
 // the way flown (m).
 void ExpectSameFlight(const NeutralVehicle& model, const replay::Simulator& simulator) {
-  const Replay own = Fly(model, kSpeed, 1.0);
+  const Replay own = FlyPulses(model, kSpeed, 1.0);
   replay::State start;
   start.v = Eigen::Vector3d(kSpeed, -kSpeed / 3.0, 0.0);
   start.p.z() = 1.0;

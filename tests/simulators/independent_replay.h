@@ -50,4 +50,14 @@ std::vector<State> Fly(const Simulator& simulator, State start,
                        const std::function<std::vector<double>(double t)>& commands,
                        double seconds);
 
+// The same by a pilot who sees the state; with the actuators' states and the specific force (m/s^2,
+// body) at those times.
+using Pilot = std::function<std::vector<double>(double t, const State& state)>;
+struct Flight {
+  std::vector<State> states;
+  std::vector<std::vector<double>> actuators;
+  std::vector<Eigen::Vector3d> force;
+};
+Flight FlyWith(const Simulator& simulator, State start, const Pilot& pilot, double seconds);
+
 }  // namespace trueline::replay

@@ -101,15 +101,20 @@ Urdf ReadUrdf(const pugi::xml_node& robot) {
 
 }  // namespace
 
-std::vector<State> Fly(const Simulator& simulator, State start,
-                       const std::function<std::vector<double>(double t)>& commands,
-                       double seconds) {
+Flight FlyWith(const Simulator& simulator, State start, const Pilot& pilot, double seconds) {
   constexpr double kStep = 0.001;
-  std::vector<double> rotors = simulator.settled ? simulator.settled(commands(0.0)) : commands(0.0);
-  std::vector<State> states = {start};
+  const std::vector<double> first = pilot(0.0, start);
+  std::vector<double> rotors = simulator.settled ? simulator.settled(first) : first;
+  Flight flight;
   State s = start;
+  const auto record = [&] {
+    flight.states.push_back(s);
+    flight.actuators.push_back(rotors);
+    flight.force.emplace_back(simulator.wrench(rotors, s).force / simulator.mass);
+  };
+  record();
   for (int k = 0; k < static_cast<int>(std::lround(seconds / kStep)); ++k) {
-    simulator.drive(commands((k + 0.5) * kStep), kStep, &rotors);
+    simulator.drive(pilot((k + 0.5) * kStep, s), kStep, &rotors);
     const State a = RateOf(simulator, s, rotors);
     const State b = RateOf(simulator, Plus(s, a, 0.5 * kStep), rotors);
     const State c = RateOf(simulator, Plus(s, b, 0.5 * kStep), rotors);
@@ -118,9 +123,17 @@ std::vector<State> Fly(const Simulator& simulator, State start,
     mean = Plus(Plus(mean, c, 2.0), d, 1.0);
     s = Plus(s, mean, kStep / 6.0);
     s.q.normalize();
-    states.push_back(s);
+    record();
   }
-  return states;
+  return flight;
+}
+
+std::vector<State> Fly(const Simulator& simulator, State start,
+                       const std::function<std::vector<double>(double t)>& commands,
+                       double seconds) {
+  return FlyWith(
+             simulator, start, [&](double t, const State&) { return commands(t); }, seconds)
+      .states;
 }
 
 Simulator LoadRotorPy(const std::filesystem::path& file) {

@@ -1,0 +1,128 @@
+#include "problems/simulators/judge_flights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/simulators/describe_audit.h"
+#include "problems/simulators/vehicle_replay.h"
+
+namespace trueline {
+namespace {
+
+// What vehicles of one kind, or one vehicle on two days, differ by: no simulator is wrong by that.
+// A share of the value, and at least `floor` in the unit.
+struct Scatter {
+  const char* parameter;
+  double share, floor;
+};
+constexpr Scatter kScatter[] = {
+    {"m", 0.03, 0.0},   {"I_x", 0.15, 0.0},   {"I_y", 0.15, 0.0},    {"I_z", 0.2, 0.0},
+    {"k_f", 0.06, 0.0}, {"k_m", 0.2, 0.0},    {"k_m/k_f", 0.2, 0.0}, {"K_x", 0.4, 0.12},
+    {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
+    {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
+};
+constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
+
+// m, that a lag costs: replays with speeds that are measured do not see it.
+ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flight) {
+  NeutralVehicle with = vehicle, without = vehicle;
+  with.body["tau"] = flight, without.body["tau"] = file;
+  ErrorByHorizon cost{};
+  for (std::size_t k = 0; k < cost.size(); ++k) {
+    cost[k] = Apart(with, without, 0.0, kHorizons[k]);
+  }
+  return cost;
+}
+
+}  // namespace
+
+double Tolerance(const std::string& parameter, double value, double arm) {
+  if (parameter.starts_with("r_BM")) return kCentreScatter * arm;
+  for (const Scatter& scatter : kScatter) {
+    if (scatter.parameter == parameter) {
+      return std::max(scatter.share * std::abs(value), scatter.floor);
+    }
+  }
+  return 0.0;
+}
+
+NeutralVehicle With(NeutralVehicle vehicle, const std::string& parameter, double value) {
+  if (parameter == "k_m/k_f") {
+    for (Numbers& rotor : vehicle.rotors) rotor["k_m"] = value * rotor["k_f"];
+  } else if (parameter == "k_f" || parameter == "k_m") {
+    const double factor = value / vehicle.Get(parameter);
+    for (Numbers& rotor : vehicle.rotors) rotor[parameter] *= factor;
+  } else if (parameter == "arm") {
+    const double factor = value / vehicle.Get("arm");
+    for (Numbers& rotor : vehicle.rotors) rotor["x"] *= factor, rotor["y"] *= factor;
+  } else {
+    vehicle.body[parameter] = value;
+  }
+  return vehicle;
+}
+
+ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
+                          const std::vector<NeutralVehicle>& vehicles) {
+  ErrorByHorizon mean{};
+  for (std::size_t i = 0; i < flights.size(); ++i) {
+    const ErrorByHorizon errors = flights[i].ErrorsWith(vehicles[i]);
+    for (std::size_t k = 0; k < errors.size(); ++k) {
+      mean[k] += errors[k] / static_cast<double>(flights.size());
+    }
+  }
+  return mean;
+}
+
+bool FlightJudge::Compare(const std::string& parameter, double stated, const FlightValue& value,
+                          const VehicleFile* file, const Reading* at) const {
+  const double tolerance = Tolerance(parameter, value.value, arm);
+  const double difference = std::abs(stated - value.value);
+  const bool wrong = difference > kThreshold * value.sigma && difference > tolerance;
+  audit->compared.push_back(
+      {parameter, UnitOf(parameter), stated, value.value, value.sigma, tolerance, wrong});
+  // Silence means something only where an error of twice the scatter would be seen.
+  if (!wrong && kThreshold * value.sigma > std::max(2.0 * tolerance, difference)) {
+    audit->not_judged.push_back(
+        {parameter, fmt::format("{} (the flight shows it to {:.2g} {} only)",
+                                ManoeuvreFor(parameter), value.sigma, UnitOf(parameter))});
+  }
+  if (!wrong) return false;
+  Contradicted entry;
+  entry.parameter = parameter, entry.unit = UnitOf(parameter);
+  entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
+  entry.text = RatioInWords(stated, value.value);
+  if (file != nullptr) Place(*file, at, &entry);
+  audit->contradicted.push_back(entry);
+  return true;
+}
+
+void FlightJudge::AddCosts() const {
+  std::vector<NeutralVehicle> own;
+  for (const FlightEstimate& flight : flights) own.push_back(flight.vehicle);
+  audit->best = MeanErrors(flights, own);
+  for (Contradicted& entry : audit->contradicted) {
+    if (!entry.flight_value) continue;
+    if (entry.parameter == "tau") {
+      entry.cost = CostOfLag(own.front(), entry.file_value, *entry.flight_value);
+      continue;
+    }
+    if (entry.parameter == "full_speed" || entry.parameter == "spin") continue;
+    std::vector<NeutralVehicle> changed;
+    for (const NeutralVehicle& vehicle : own) {
+      changed.push_back(With(vehicle, entry.parameter, entry.file_value));
+    }
+    entry.cost = MeanErrors(flights, changed);
+    for (std::size_t k = 0; k < entry.cost->size(); ++k) {
+      (*entry.cost)[k] = std::max(0.0, (*entry.cost)[k] - (*audit->best)[k]);
+    }
+  }
+  const auto cost = [](const Contradicted& entry) {
+    return entry.cost && std::isfinite((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;
+  };
+  std::stable_sort(audit->contradicted.begin(), audit->contradicted.end(),
+                   [&](const auto& a, const auto& b) { return cost(a) > cost(b); });
+}
+
+}  // namespace trueline
