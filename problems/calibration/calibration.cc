@@ -34,8 +34,9 @@ std::vector<std::string> NamesWithStatus(const WindowEstimate& window, const std
 // not small.
 constexpr double kChance = 0.01;
 
-// A flight is a hover if nine tenths of its fitted path lie within half a metre of the middle, or
-// within the scatter that the fixes' own noise gives (3 sigma). Any drag fitted to it is noise.
+// A flight is a hover if nine tenths of its fitted path lie within the scatter that the fixes' own
+// noise gives (3 sigma), or within half a metre of the middle without showing a drag. Any drag
+// fitted to it is noise.
 constexpr double kHoverExtent = 0.5;  // m
 constexpr double kHoverSigmas = 3.0;
 
@@ -56,13 +57,21 @@ double ExtentOf(const EstimatorRun& run) {
   return Quantile(distances, 0.9);
 }
 
+bool ShowsDrag(const WindowEstimate& window) {
+  return std::any_of(window.parameters.begin(), window.parameters.end(),
+                     [](const ParameterEstimate& p) {
+                       return (p.name == "K_x" || p.name == "K_y") && p.status != "unobservable";
+                     });
+}
+
 bool Hovers(const EstimatorRun& run) {
   std::vector<double> sigmas;
   for (const WindowEstimate& window : run.windows) {
     for (const FixMisfit& misfit : window.misfits) sigmas.push_back(misfit.sigma);
   }
   const double noise = sigmas.empty() ? 0.0 : kHoverSigmas * Quantile(sigmas, 0.5);
-  return ExtentOf(run) < std::max(kHoverExtent, noise);
+  const double extent = ExtentOf(run);
+  return extent < noise || (extent < kHoverExtent && !ShowsDrag(run.windows.back()));
 }
 
 // A flight of few arcs tells little: a model is relied on if so many ends lie inside of their

@@ -76,6 +76,43 @@ Eigen::Vector3d MeanForce(const FlightLog& log) {
   return sum / static_cast<double>(log.imu.size());
 }
 
+// What any flight feels on average, within a factor of 3 of gravity: else the unit is another one.
+void RequireForceOfFlight(const FlightLog& log, const std::string& file) {
+  double sum = 0.0;
+  for (const ImuSample& sample : log.imu) sum += sample.accel.norm();
+  const double mean = sum / static_cast<double>(log.imu.size());
+  if (mean > log.gravity / 3.0 && mean < log.gravity * 3.0) return;
+  throw NoUsableLog(fmt::format(
+      "{}: the accelerometer reads {:.3g} m/s^2 on average, where every flight has about {:.3g}; "
+      "state its 'unit' in a map",
+      file, mean, log.gravity));
+}
+
+// Whether a map makes a usable log of these files; by trying.
+bool IsUsable(const FoundLog& found) {
+  try {
+    Shortcomings(ConvertLog(MapOf(found), found.files, {}), found.files.front());
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+// Names alone may suit a map that ships while its units or topics do not: then what the numbers
+// propose is read, if it can be.
+void PreferWhatIsUsable(FoundLog* found) {
+  const bool is_text = std::all_of(found->files.begin(), found->files.end(), IsTable);
+  if (!found->shipped || !is_text || IsUsable(*found)) return;
+  FoundLog proposed{found->files, nullptr, std::nullopt, ProposeMap(found->recording.get()), {}};
+  proposed.recording = std::move(found->recording);
+  if (IsUsable(proposed)) {
+    proposed.assumed = Assumptions(proposed.map);
+    *found = std::move(proposed);
+  } else {
+    found->recording = std::move(proposed.recording);
+  }
+}
+
 }  // namespace
 
 std::optional<ImportMap> FindShippedMap(const Recording& recording) {
@@ -132,6 +169,7 @@ FoundLog FindLog(const std::vector<std::string>& files) {
   found.map =
       found.shipped ? FirstBytes(found.shipped->file, 1 << 20) : ProposeMap(found.recording.get());
   if (!found.shipped) found.assumed = Assumptions(found.map);
+  PreferWhatIsUsable(&found);
   return found;
 }
 
@@ -239,6 +277,7 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
                     "are integrated poorly, so log it faster if you can",
                     file, rate));
   }
+  RequireForceOfFlight(log, file);
   if (log.fixes.empty() && log.mocap.empty()) {
     throw NoUsableLog(file +
                       ": has no position: neither GNSS nor vision nor mocap; log one of them, or "

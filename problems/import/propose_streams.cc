@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 
 #include "problems/import/field_groups.h"
 #include "problems/import/formats/open_recording.h"
@@ -21,6 +22,7 @@ using Texts = std::vector<std::string>;
 constexpr double kLargestG = 3.0;      // mean specific force of a flight in g; in m/s^2 about 10
 constexpr double kFastestRate = 60.0;  // rad/s; gyroscopes end at 2000 deg/s = 35 rad/s
 constexpr double kLargestAngle = 6.5;  // rad
+constexpr double kFewRows = 0.7;       // share of the channel's rows that have a position
 constexpr double kLeastVerticalShare = 0.5;  // of the mean specific force, along z
 
 bool Mentions(const std::string& stem, const Texts& words) {
@@ -193,6 +195,34 @@ Texts QuaternionOf(const std::vector<FieldGroup>& groups) {
   return {};
 }
 
+// r11 to r33, rot_00 to rot_22 or rot[0] to rot[8]; r0 to r8 are ranges.
+Texts MatrixOf(const Channel& channel) {
+  std::map<std::string, std::string> fields;  // by letters and numbers in lower case
+  for (const ChannelField& field : channel.fields) {
+    std::string name;
+    for (const char c : LowerCase(LastOf(field.name))) {
+      if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+    }
+    fields[name] = field.name;
+  }
+  const std::vector<Texts> all = {{"11", "12", "13", "21", "22", "23", "31", "32", "33"},
+                                  {"00", "01", "02", "10", "11", "12", "20", "21", "22"},
+                                  {"xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"},
+                                  {"0", "1", "2", "3", "4", "5", "6", "7", "8"}};
+  for (const std::string stem : {"r", "rm", "rot", "rotation", "rotationmatrix", "rotmat", "dcm"}) {
+    for (const Texts& parts : all) {
+      if (stem.size() == 1 && parts.front().size() == 1) continue;
+      Texts nine;
+      for (const std::string& part : parts) {
+        const auto found = fields.find(stem + part);
+        if (found != fields.end()) nine.push_back(found->second);
+      }
+      if (nine.size() == parts.size()) return nine;
+    }
+  }
+  return {};
+}
+
 // --- The size of numbers
 
 struct Sizes {
@@ -247,6 +277,8 @@ std::string AttitudeText(const Channel& channel, std::size_t place, Recording* r
     return fmt::format("quaternion: {{w: \"{}\", x: \"{}\", y: \"{}\", z: \"{}\"}}", q[0], q[1],
                        q[2], q[3]);
   }
+  const Texts matrix = MatrixOf(channel);
+  if (!matrix.empty()) return fmt::format("matrix: {{columns: [{}]}}", Quoted(matrix));
   const FieldGroup group = EulerAnglesOf(channel);
   const Texts angles = PartsOf(group, {"roll", "pitch", "yaw"});
   if (angles.empty()) return "";
@@ -332,14 +364,16 @@ class ChannelProposal {
                       from_, ColumnsText(velocity.columns, UnitOf(velocity.unit, "m/s", "m/s")));
       return;
     }
-    // Positions that repeat while an attitude goes on are of another sensor.
-    const bool held = SizesOf(recording_, place_, position.columns).AreHeld();
+    // Positions that repeat or are missing while an attitude goes on are of another sensor.
+    const Sizes sizes = SizesOf(recording_, place_, position.columns);
+    const bool held = sizes.AreHeld();
+    const bool few = sizes.count < kFewRows * static_cast<double>(channel_.count);
     const std::string columns = fmt::format(
         "position: {{{}}}{}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")),
         held ? fmt::format(", new_where: [{}]", Quoted(position.columns)) : "");
     const bool has_imu = !streams_->accels.empty() && streams_->accels.back().channel == place_;
     if (has_imu && !attitude.empty()) AddLine("attitude", attitude);
-    if (attitude.empty() || (held && has_imu)) {
+    if (attitude.empty() || ((held || few) && has_imu)) {
       AddLine("fixes", columns + ", sigma: {constant: 0.05}", "state its standard deviation, m");
     } else {
       AddLine("mocap", columns + ", " + attitude, "if truth");

@@ -1,5 +1,7 @@
 #include "problems/import/source.h"
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -138,23 +140,28 @@ std::vector<double> NumberSource::Values(const ForeignRow& row) const {
   return mixed;
 }
 
-SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
-    : is_quaternion_(map.Has("quaternion")) {
-  if (is_quaternion_ == map.Has("euler")) {
-    map.Fail("quaternion", "give either 'quaternion' or 'euler' for the attitude");
+SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes) {
+  constexpr std::array<const char*, 3> kForms = {"quaternion", "euler", "matrix"};
+  for (const char* form : kForms) {
+    if (!map.Has(form)) continue;
+    if (!form_.empty())
+      map.Fail(form, "give one form of the attitude, 'quaternion', 'euler' or 'matrix'");
+    form_ = form;
   }
-  const YamlMap columns = map.Child(is_quaternion_ ? "quaternion" : "euler");
-  const std::array<const char*, 4> quaternion = {"w", "x", "y", "z"};
-  const std::array<const char*, 4> euler = {"roll", "pitch", "yaw", nullptr};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const char* key = is_quaternion_ ? quaternion[i] : euler[i];
-    if (key == nullptr) continue;
+  if (form_.empty())
+    map.Fail("quaternion", "give 'quaternion', 'euler' or 'matrix' for the attitude");
+  const YamlMap columns = map.Child(form_);
+  if (form_ == "matrix") columns_ = ReadColumns(columns, "columns", 9);
+  for (const char* key : form_ == "matrix" ? std::vector<const char*>()
+                         : is_quaternion() ? std::vector<const char*>{"w", "x", "y", "z"}
+                                           : std::vector<const char*>{"roll", "pitch", "yaw"}) {
     if (!columns.Has(key)) columns.Fail(key, "is missing; give its column");
-    columns_[i] = SourceColumn(columns.RawNode(key), map.file());
+    columns_.emplace_back(columns.RawNode(key), map.file());
   }
-  scale_ = is_quaternion_ ? std::vector<double>(4, columns.Get<double>("scale", 1.0))
-                          : ReadForEach(columns, "scale", 1.0, 3);
-  const double unit = is_quaternion_ ? 1.0 : ReadUnit(columns, "rad");
+  scale_ = form_ == "euler"
+               ? ReadForEach(columns, "scale", 1.0, 3)
+               : std::vector<double>(columns_.size(), columns.Get<double>("scale", 1.0));
+  const double unit = form_ == "euler" ? ReadUnit(columns, "rad") : 1.0;
   for (double& scale : scale_) scale *= unit;
   inverse_ = columns.Get<bool>("inverse", false);
   columns.Finish();
@@ -167,21 +174,28 @@ SourceAttitude::SourceAttitude(const YamlMap& map, const SourceAxes& axes)
 }
 
 void SourceAttitude::Bind(const ForeignRow& row) {
-  for (std::size_t i = 0; i < (is_quaternion_ ? 4U : 3U); ++i) columns_[i].Bind(row);
+  for (SourceColumn& column : columns_) column.Bind(row);
+}
+
+bool SourceAttitude::HasAny(const ForeignRow& row) const {
+  return std::any_of(columns_.begin(), columns_.end(),
+                     [&](const SourceColumn& column) { return std::isfinite(column.Value(row)); });
 }
 
 std::optional<Eigen::Quaterniond> SourceAttitude::Value(const ForeignRow& row,
                                                         std::optional<double>* bad_norm) const {
-  const auto source = is_quaternion_ ? FromQuaternion(row, bad_norm) : FromEuler(row);
+  const auto source = is_quaternion()    ? FromQuaternion(row, bad_norm)
+                      : form_ == "euler" ? FromEuler(row)
+                                         : FromMatrix(row, bad_norm);
   if (!source) return std::nullopt;
   return (to_earth_ * (inverse_ ? source->conjugate() : *source) * from_body_).normalized();
 }
 
 InputError SourceAttitude::NormError(const ForeignRow& row, double norm) const {
   return row.ErrorIn(columns_[0].index(),
-                     fmt::format("the quaternion's norm is {:.4g}, not 1; check its "
-                                 "columns and 'scale' in the map",
-                                 norm));
+                     fmt::format("the {}'s norm is {:.4g}, not 1; check its columns and 'scale' in "
+                                 "the map",
+                                 form_, norm));
 }
 
 std::optional<Eigen::Quaterniond> SourceAttitude::FromQuaternion(
@@ -205,6 +219,25 @@ std::optional<Eigen::Quaterniond> SourceAttitude::FromEuler(const ForeignRow& ro
   return Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX());
+}
+
+// The nearest rotation, unless the numbers are none (a determinant or a norm far from that of one).
+std::optional<Eigen::Quaterniond> SourceAttitude::FromMatrix(
+    const ForeignRow& row, std::optional<double>* bad_norm) const {
+  constexpr double kTolerance = 0.03;
+  Eigen::Matrix3d m;
+  for (int i = 0; i < 9; ++i) {
+    m(i / 3, i % 3) =
+        scale_[static_cast<std::size_t>(i)] * columns_[static_cast<std::size_t>(i)].Value(row);
+  }
+  if (!m.allFinite() || m.isZero(0.0)) return std::nullopt;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  if ((m - nearest).norm() > kTolerance || nearest.determinant() < 0.0) {
+    *bad_norm = std::cbrt(m.determinant());
+    return std::nullopt;
+  }
+  return Eigen::Quaterniond(nearest);
 }
 
 }  // namespace trueline

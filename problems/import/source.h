@@ -69,20 +69,21 @@ class NumberSource {
 };
 
 // quaternion: {w: c, x: c, y: c, z: c, scale: s}, or euler: {roll: c, pitch: c, yaw: c, unit: rad,
-// scale: s or [s, s, s]} (z-y-x). With `inverse: true` beside the columns they are the rotation
-// from earth to body. Otherwise the file's rotation is from the source's body to its earth; Value()
-// returns that from FRD to NED.
+// scale: s or [s, s, s]} (z-y-x), or matrix: {columns: [9 of them]}, row by row. With `inverse:
+// true` beside the columns they are the rotation from earth to body. Otherwise the file's rotation
+// is from the source's body to its earth; Value() returns that from FRD to NED.
 class SourceAttitude {
  public:
   SourceAttitude() = default;
   const SourceAxes& axes() const { return axes_; }
-  bool is_quaternion() const { return is_quaternion_; }
-  // Reads the keys `quaternion` or `euler`, `earth`, `body` of `map`.
+  bool is_quaternion() const { return form_ == "quaternion"; }
+  // Reads the keys `quaternion`, `euler` or `matrix`, `earth`, `body` of `map`.
   SourceAttitude(const YamlMap& map, const SourceAxes& axes);
 
   void Bind(const ForeignRow& row);
-  // No value if a column is missing, the quaternion is zero, or its norm is not 1; `bad_norm` is
-  // set to that norm.
+  bool HasAny(const ForeignRow& row) const;  // a number in one of its columns
+  // No value if a column is missing, the quaternion is zero, or its norm is not 1 (a matrix: it is
+  // no rotation); `bad_norm` is set to that norm, or to the determinant's cubic root.
   std::optional<Eigen::Quaterniond> Value(const ForeignRow& row,
                                           std::optional<double>* bad_norm) const;
   // The error for a row with such a norm.
@@ -92,9 +93,11 @@ class SourceAttitude {
   std::optional<Eigen::Quaterniond> FromQuaternion(const ForeignRow& row,
                                                    std::optional<double>* bad_norm) const;
   std::optional<Eigen::Quaterniond> FromEuler(const ForeignRow& row) const;
+  std::optional<Eigen::Quaterniond> FromMatrix(const ForeignRow& row,
+                                               std::optional<double>* bad_norm) const;
 
-  bool is_quaternion_ = false;
-  std::array<SourceColumn, 4> columns_;
+  std::string form_;  // quaternion, euler or matrix
+  std::vector<SourceColumn> columns_;
   std::vector<double> scale_;  // of the columns, in their order
   bool inverse_ = false;
   SourceAxes axes_;

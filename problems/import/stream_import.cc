@@ -73,6 +73,8 @@ class RowConverter {
   }
 
   RowFault fault() const { return fault_; }
+  // Whether the row has none of the stream's numbers, as where a table has rows of several streams.
+  bool IsOfOthers() const { return fault_ == RowFault::kMissing && !has_any_; }
   // The error for the fault, with its place.
   InputError Error(const std::string& stream) const {
     switch (fault_) {
@@ -104,6 +106,7 @@ class RowConverter {
 
   std::optional<Eigen::Quaterniond> Attitude() {
     std::optional<double> bad_norm;
+    has_any_ = has_any_ || source_->attitude->HasAny(row_);
     auto value = source_->attitude->Value(row_, &bad_norm);
     if (!value) Add(bad_norm ? RowFault::kQuaternion : RowFault::kMissing);
     if (bad_norm) {
@@ -115,7 +118,9 @@ class RowConverter {
 
   std::vector<double> Numbers() {
     std::vector<double> values = source_->numbers.Values(row_);
+    const bool is_constant = source_->numbers.Constant().has_value();
     for (std::size_t i = 0; i < values.size(); ++i) {
+      has_any_ = has_any_ || (!is_constant && std::isfinite(values[i]));
       if (!std::isfinite(values[i])) {
         Add(RowFault::kMissing);
       } else if (std::abs(values[i]) > kLargestNumber) {
@@ -131,6 +136,7 @@ class RowConverter {
   TimeNs time_;
   LocalFrame* frame_;
   RowFault fault_ = RowFault::kNone;
+  bool has_any_ = false;
   Found sigma_, beyond_;
   const SourceAttitude* attitude_ = nullptr;  // of the quaternion that can't be
   double norm_ = 1.0;
@@ -303,6 +309,10 @@ class SampleImport : public StreamImport {
     if (HasSeries()) sample.t = stamps_.Read(row);
     RowConverter converter(row, map_, sample.t, frame_.get());
     Sample::Describe(converter, sample, stream_);
+    if (converter.IsOfOthers() && !map_.skip_missing) {
+      if (of_others_++ == 0) first_of_others_ = converter.Error(stream_.name).what();
+      return;
+    }
     if (converter.fault() != RowFault::kNone) return AddFault(converter);
     ++whole_;
     if (!HasSeries()) sample.t = stamps_.Read(row);
@@ -508,6 +518,13 @@ class SampleImport : public StreamImport {
 
   // Single rows are damaged; where many are so, the map is wrong or the log is.
   void RefuseManyFaults() const {
+    const auto refuse_all = [](const std::string& first, std::size_t rows) {
+      throw InputError(fmt::format(
+          "{}; all {} rows lack values or have 'not a number': the sensor gave none, or the map "
+          "names the wrong columns",
+          first, rows));
+    };
+    if (whole_ == 0 && of_others_ > 0) refuse_all(first_of_others_, of_others_);
     const Faults& quaternions = Of(RowFault::kQuaternion);
     if (map_.skip_missing && quaternions.count > whole_) throw InputError(quaternions.first);
     std::size_t count = 0, all = whole_;
@@ -520,12 +537,7 @@ class SampleImport : public StreamImport {
       if (most == nullptr || faults.count > most->count) most = &faults;
     }
     if (static_cast<double>(count) <= kFewFaults * static_cast<double>(all)) return;
-    if (count == all && most == &Of(RowFault::kMissing)) {
-      throw InputError(fmt::format(
-          "{}; all {} rows lack values or have 'not a number': the sensor gave none, or the map "
-          "names the wrong columns",
-          most->first, all));
-    }
+    if (count == all && most == &Of(RowFault::kMissing)) refuse_all(most->first, all);
     throw InputError(fmt::format("{}; {} of {} rows can't be used: {}", most->first, count, all,
                                  most == &Of(RowFault::kBeyond)
                                      ? "the log is damaged, or the map's 'unit' or 'scale' is wrong"
@@ -539,6 +551,7 @@ class SampleImport : public StreamImport {
     const Faults& quaternion = Of(RowFault::kQuaternion);
     const Faults& beyond = Of(RowFault::kBeyond);
     const bool expected = map_.skip_missing;
+    left_out->Add(of_others_, "with none of its values");
     left_out->Add(missing.count + sigma.count, "with missing values",
                   expected            ? ""
                   : missing.count > 0 ? missing.first
@@ -555,7 +568,9 @@ class SampleImport : public StreamImport {
   std::map<std::string, std::string>* source_;  // of the log
   std::vector<Sample>* samples_;
   bool bound_ = false;
-  std::size_t whole_ = 0;  // rows with all values
+  std::size_t whole_ = 0;      // rows with all values
+  std::size_t of_others_ = 0;  // rows with none
+  std::string first_of_others_;
   std::array<Faults, kRowFaults> faults_;
   std::vector<std::size_t> places_;  // of the samples, in the file
   std::vector<bool> unstamped_;      // likewise

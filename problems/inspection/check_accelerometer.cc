@@ -62,18 +62,32 @@ void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
   if (residual(as_read) < residual(e->fixed)) e->Repair("imu", back);
 }
 
+// Whether the turn that fits one half of the flight explains the other half as well, both ways.
+bool HoldsInOtherHalf(const BodyForce& force, const std::vector<Bend>& bends,
+                      const std::vector<Eigen::Matrix3d>& hints) {
+  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
+  const std::vector<Bend> first(bends.begin(), middle), second(middle, bends.end());
+  const auto holds = [&](const std::vector<Bend>& fitted, const std::vector<Bend>& other) {
+    const auto fit = FitForce(force, fitted, hints);
+    return fit && ForceResidual(force, other, Snapped(fit->turn)) <
+                      kBetter * ForceResidual(force, other, Eigen::Matrix3d::Identity());
+  };
+  return holds(first, second) && holds(second, first);
+}
+
 void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector<Bend>& bends) {
   std::vector<Eigen::Matrix3d> hints;
   for (const RateWitness& rate : e->rates) {
     hints.push_back(rate.turn);
     hints.push_back(rate.turn.transpose());
   }
-  const auto fit = FitForce(BodyForce(e->fixed, witness.attitude), bends, hints);
+  const BodyForce force(e->fixed, witness.attitude);
+  const auto fit = FitForce(force, bends, hints);
   if (!fit) return;
   const Eigen::Matrix3d turn = Snapped(fit->turn);
   const bool better = fit->residual < kBetter * fit->as_read &&
                       fit->as_read - fit->residual > kLeastGain && fit->clearly > kTurnClearly;
-  if (turn.isIdentity(1e-9) || !better) return;
+  if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   const double size = TurnSize(turn);
   Finding finding{.level = size > 15.0 ? Level::kFatal : Level::kBiases,

@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "problems/common/units.h"
-#include "problems/inspection/examination.h"
+#include "problems/inspection/force_fit.h"
+#include "problems/inspection/position_witness.h"
 
 namespace trueline {
 namespace {
@@ -12,6 +13,8 @@ constexpr double kSameTurn = 8.0 * kDegree;  // of two witnesses
 constexpr double kLeastBodyTurn = 8.0 * kDegree;
 constexpr double kLeastGyroScale = 0.04;
 constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
+constexpr double kLeastSound = 0.85;       // correlation that shows the absence of a scale
+constexpr double kClearRest = 0.6;         // of the square that other tilts leave
 constexpr double kLongBaseline = 0.35;     // s
 constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
@@ -153,26 +156,54 @@ std::optional<VectorMatch> MatchOverLongTime(const Examination& e, const std::st
   return MatchVectors(RatePairs(gyro, turns, false), {0.0, 0.02});
 }
 
-// The gyroscope's scale: the ratio of rates by every attitude, where it is outside of what noise in
-// either explains.
-void CheckGain(Examination* e) {
-  const RateWitness* best = nullptr;
-  for (const RateWitness& witness : e->rates) {
-    if (e->IsCopy(witness.stream)) continue;
-    if (best == nullptr || witness.match.correlation > best->match.correlation) best = &witness;
+// Whether the ratio of rates is off in a way that neither noise nor a filter explains: a filter
+// changes fast turns, a scale changes slow ones as well.
+bool IsScaled(const Examination& e, const RateWitness& witness) {
+  const VectorMatch& match = witness.match;
+  if (!IsOff(match)) return false;
+  if (UnitOfRates(match) == nullptr && match.correlation < kLeastAlikeRates) return false;
+  const auto slow = MatchOverLongTime(e, witness.stream);
+  return slow && IsOff(*slow) &&
+         std::abs(slow->gain - match.gain) <= 0.3 * std::abs(match.gain - 1.0);
+}
+
+std::vector<AttitudeSample> WithTiltScaled(std::vector<AttitudeSample> attitude, double factor) {
+  for (AttitudeSample& sample : attitude) {
+    const Eigen::Vector3d down = sample.q_Ep_I * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down);
+    const double tilt = std::atan2(axis.norm(), down.z());
+    if (axis.norm() < 1e-9) continue;
+    sample.q_Ep_I = Eigen::AngleAxisd((factor - 1.0) * tilt, axis.normalized()) * sample.q_Ep_I;
   }
-  if (best == nullptr || !IsOff(best->match)) return;
-  const double gain = best->match.gain;
-  const KnownUnit* unit = UnitOfRates(best->match);
-  if (unit == nullptr && best->match.correlation < kLeastAlikeRates) return;
-  // A filter of either side changes fast turns; a scale changes slow ones as well.
-  const auto slow = MatchOverLongTime(*e, best->stream);
-  if (!slow || !IsOff(*slow) || std::abs(slow->gain - gain) > 0.3 * std::abs(gain - 1.0)) return;
-  const double error = e->log.gravity * std::min(1.0, best->match.seen_rms * std::abs(gain - 1.0));
-  const double sigma = best->match.gain_sigma / (gain * gain);
+  return attitude;
+}
+
+// By how much the square of the residual between positions and accelerometer falls if the tilts of
+// the attitude are divided by `gain`; none where no position comes with this attitude.
+std::optional<double> RestAfterTilt(const Examination& e, const std::string& stream, double gain) {
+  for (const char* of : {"mocap", "pose", "fixes"}) {
+    const auto witness = PositionWitnessOf(e, of);
+    if (!witness || (witness->of_attitude != stream && !e.IsCopy(witness->of_attitude))) continue;
+    const auto bends = InEarthOfAttitude(e, *witness);
+    if (!bends) continue;
+    const auto residual = [&](const std::vector<AttitudeSample>& attitude) {
+      return ForceResidual(BodyForce(e.fixed, attitude), *bends, Eigen::Matrix3d::Identity());
+    };
+    const double as_read = residual(witness->attitude);
+    const double scaled = residual(WithTiltScaled(witness->attitude, 1.0 / gain));
+    if (std::isfinite(as_read) && as_read > 0.0) return std::pow(scaled / as_read, 2);
+  }
+  return std::nullopt;
+}
+
+void AddGyroScale(Examination* e, const RateWitness& by) {
+  const double gain = by.match.gain;
+  const double error = e->log.gravity * std::min(1.0, by.match.seen_rms * std::abs(gain - 1.0));
+  const double sigma = by.match.gain_sigma / (gain * gain);
   Finding finding{"gyro_scale", "imu", Level::kBiases, 1.0 / gain, "1", error, sigma};
   finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
-                             finding.size, finding.sigma, best->stream);
+                             finding.size, finding.sigma, by.stream);
+  const KnownUnit* unit = UnitOfRates(by.match);
   const double factor = unit != nullptr ? unit->factor : gain;
   if (unit != nullptr) finding.level = Level::kFatal;
   finding.remedy = fmt::format("multiply its readings by {:.6g}{}; check the unit and range",
@@ -180,6 +211,66 @@ void CheckGain(Examination* e) {
   finding.repaired = true;
   e->Repair("imu", {.gyro_scale = factor});
   e->Add(finding);
+}
+
+void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& why) {
+  const double gain = of.match.gain;
+  const double error = e->log.gravity * std::min(1.0, of.match.seen_rms * std::abs(gain - 1.0));
+  Finding finding{"attitude_scale",   of.stream, Level::kBiases, gain, "1", error,
+                  of.match.gain_sigma};
+  finding.text =
+      fmt::format("the turns of {}.csv are {:.3f} +- {:.3f} times those of the gyroscope, {}",
+                  of.stream, finding.size, finding.sigma, why);
+  finding.remedy = "check the unit of its angles, and the filter that estimates it";
+  e->Add(finding);
+}
+
+// A ratio between the gyroscope's rates and those of an attitude is the fault of the one that a
+// third stream contradicts: another attitude, or positions beside the accelerometer.
+void JudgeLoneScale(Examination* e, const RateWitness& witness) {
+  if (UnitOfRates(witness.match) != nullptr) return AddGyroScale(e, witness);
+  const auto rest = RestAfterTilt(*e, witness.stream, witness.match.gain);
+  if (rest && *rest < kClearRest) {
+    AddAttitudeScale(e, witness,
+                     "and so are its tilts: positions and the accelerometer agree better without");
+  } else if (rest && *rest > 1.0 / kClearRest) {
+    AddGyroScale(e, witness);
+  } else {
+    e->result.notes.push_back(
+        fmt::format("which of the gyroscope and {}.csv is off: the turns of {}.csv are {:.3f} +- "
+                    "{:.3f} times those of "
+                    "the gyroscope",
+                    witness.stream, witness.stream, witness.match.gain, witness.match.gain_sigma));
+  }
+}
+
+// Whether the rates agree well enough to tell that the gyroscope reads them right.
+bool IsSound(const VectorMatch& match) {
+  return !IsOff(match) && match.correlation > kLeastSound && match.gain_sigma < kLeastGyroScale;
+}
+
+void CheckGain(Examination* e) {
+  std::vector<const RateWitness*> scaled, sound;
+  for (const RateWitness& witness : e->rates) {
+    if (e->IsCopy(witness.stream)) continue;
+    if (IsScaled(*e, witness))
+      scaled.push_back(&witness);
+    else if (IsSound(witness.match))
+      sound.push_back(&witness);
+  }
+  if (scaled.empty()) return;
+  if (!sound.empty()) {
+    for (const RateWitness* witness : scaled) {
+      AddAttitudeScale(e, *witness, fmt::format("with which {}.csv agrees", sound.front()->stream));
+    }
+  } else if (scaled.size() == 1) {
+    JudgeLoneScale(e, *scaled.front());
+  } else {
+    AddGyroScale(e,
+                 **std::max_element(scaled.begin(), scaled.end(), [](const auto* a, const auto* b) {
+                   return a->match.correlation < b->match.correlation;
+                 }));
+  }
 }
 
 }  // namespace

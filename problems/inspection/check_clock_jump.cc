@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "problems/inspection/examination.h"
+#include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/vector_match.h"
 
 namespace trueline {
@@ -151,6 +152,17 @@ bool IsJump(const LaggedFixes& fixes, const Division& d, double flown) {
   return clearly(part, part_at_other) && clearly(rest, rest_at_other);
 }
 
+std::vector<Fix> Moved(const FlightLog& log, const LaggedFixes& lagged, const Division& d) {
+  std::vector<Fix> fixes = log.fixes;
+  const LogClock clock(log);
+  for (Fix& fix : fixes) {
+    const double t = clock(fix.t);
+    const bool in_part = t >= lagged.time(d.from) && t <= lagged.time(d.to - 1);
+    fix.t -= FromSeconds(lagged.lag(in_part ? d.lag : d.rest_lag));
+  }
+  return fixes;
+}
+
 }  // namespace
 
 void CheckClockJump(Examination* e) {
@@ -158,6 +170,7 @@ void CheckClockJump(Examination* e) {
   if (fixes.size() < kFewFixes) return;
   const Division best = BestDivision(fixes);
   if (best.to == 0 || !IsJump(fixes, best, SpreadOfMocap(e->fixed))) return;
+  if (!BringsFixesToMocap(*e, Moved(e->fixed, fixes, best))) return;
   Finding finding{"clock_jump", "fixes", Level::kBiases,
                   fixes.lag(best.lag) - fixes.lag(best.rest_lag), "s"};
   finding.text = fmt::format(

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "problems/inspection/examination.h"
+#include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/vector_match.h"
 #include "problems/inspection/vector_sums.h"
 #include "problems/log/fixes.h"
@@ -126,9 +127,10 @@ void CheckPlacement(Examination* e) {
   if (as_read < kPlaced * flown) return;
   const Placement axes = BestPlacementByAxes(sums);
   const Placement lag = BestPlacementByLag(pairs, 0.5 * sums.n);
-  if (is_good(lag) && std::abs(lag.lag) > kFarLag && lag.rms < 1.5 * axes.rms) {
+  if (is_good(lag) && BringsFixesToMocap(*e, {.time_offset = -lag.lag}) &&
+      std::abs(lag.lag) > kFarLag && lag.rms < 1.5 * axes.rms) {
     AddPlacedClock(e, lag, as_read);
-  } else if (is_good(axes)) {
+  } else if (is_good(axes) && BringsFixesToMocap(*e, {.position = axes.turn.transpose()})) {
     AddPlacedAxes(e, axes, as_read);
   }
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "problems/common/units.h"
+#include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
 #include "problems/inspection/vector_match.h"
@@ -64,9 +65,24 @@ bool IsLate(const VectorMatch& match) {
   return RestOf(match.correlation) < kExplains * RestOf(match.unshifted);
 }
 
+bool IsMocap(const Reference& reference) { return std::string(reference.what) == "mocap"; }
+
+// Whether mocap, where it is the reference, confirms a repair.
+bool IsConfirmed(const Examination& e, const Reference& reference, const StreamRepair& change) {
+  return !IsMocap(reference) || BringsFixesToMocap(e, change);
+}
+
+// A lag may show only once the axes are turned as well.
+bool IsConfirmedLag(const Examination& e, const Reference& reference, const VectorMatch& match) {
+  const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn).transpose();
+  return IsConfirmed(e, reference, {.time_offset = -match.lag}) ||
+         (!IsConfirmed(e, reference, {.position = turn}) &&
+          IsConfirmed(e, reference, {.time_offset = -match.lag, .position = turn}));
+}
+
 void AddLag(Examination* e, const std::string& stream, VectorMatch match,
             const Reference& reference) {
-  if (!IsLate(match)) return;
+  if (!IsLate(match) || !IsConfirmedLag(*e, reference, match)) return;
   if (reference.of_ahrs != nullptr) {
     const auto beside = BesideFilter(e, *reference.of_ahrs, match);
     if (!beside || !IsLate(*beside)) return;
@@ -99,6 +115,7 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
              const Reference& reference) {
   const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn);
   if (turn.isIdentity(1e-9)) return;
+  if (!IsConfirmed(*e, reference, {.position = turn.transpose()})) return;
   // A force along an axis that reads another multiple points elsewhere.
   const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
   if (e->HasFinding("lateral_force", "imu") && angle < kTurnOfForce) return;
@@ -152,10 +169,11 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
                       const Reference& reference) {
   if (!IsOffScale(match)) return;
   // A smoothed position has less of the fast motion; a scale changes the slow one as well.
-  const bool by_force = std::string(reference.what) != "mocap";
+  const bool by_force = !IsMocap(reference);
   const auto slow = by_force ? Rescaled(*e, stream, match, 2.0) : std::optional(match);
   if (!slow || !IsOffScale(*slow)) return;
   if (std::abs(slow->gain - match.gain) > 0.3 * std::abs(match.gain - 1.0)) return;
+  if (!IsConfirmed(*e, reference, {.position_scale = 1.0 / match.gain})) return;
   const double error = match.seen_rms * std::abs(match.gain - 1.0);
   Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
                   match.gain_sigma};
@@ -206,7 +224,7 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   }
   AddAxes(e, stream, *comparison.match, reference);
   auto scaled = comparison.match;
-  const bool by_force = std::string(reference.what) != "mocap";
+  const bool by_force = !IsMocap(reference);
   if (by_force && e->HasFinding("gravity_missing", "imu")) {
     e->result.notes.push_back(fmt::format(
         "the scale of distances in {}.csv is not shown: the accelerometer is in another unit, or "
@@ -245,6 +263,7 @@ void CheckPositions(Examination* e) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
       const bool moved = e->HasFinding("clock_offset", "mocap");
+      LeaveOutGatesApart(e);
       if (!moved) {
         CheckPlacement(e);
         CheckSpread(e);

@@ -45,7 +45,7 @@ void CorrectVector(YAML::Node stream, const char* field, const SourceAxes& outer
 }
 
 void CorrectAttitude(YAML::Node stream, const SourceAxes& outer, const StreamRepair& repair) {
-  const char* key = stream["quaternion"] ? "quaternion" : "euler";
+  const char* key = stream["quaternion"] ? "quaternion" : stream["matrix"] ? "matrix" : "euler";
   if (!stream[key]) return;
   if (std::string(key) == "quaternion") {
     const YAML::Node old = YAML::Clone(stream[key]);
@@ -117,7 +117,7 @@ void CorrectRows(const StreamRepair& repair, YAML::Node stream) {
     stream["leave_out"].push_back(part);
   }
   if (!repair.only_new || stream["new_where"]) return;
-  for (const char* field : {"position", "quaternion", "euler"}) {
+  for (const char* field : {"position", "quaternion", "euler", "matrix"}) {
     YAML::Node source = stream[field];
     if (!source) continue;
     for (const char* list : {"columns", "geodetic"}) {

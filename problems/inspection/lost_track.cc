@@ -3,18 +3,29 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "problems/import/shared_stamps.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/stuck.h"
+#include "problems/result/statistics.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kFarFromZero = 0.3;     // m, of the rows beside a stretch of 0 0 0
-constexpr std::size_t kFewestZeros = 2;  // rows
-constexpr double kManyLost = 0.2;        // share of rows, that makes a stream useless
+constexpr double kFarFromZero = 0.3;               // m, of the rows beside a stretch of 0 0 0
+constexpr std::size_t kFewestZeros = 2;            // rows
+constexpr std::size_t kFewestRuns = 10;            // positions that differ
+constexpr double kLeastHeld = 0.1;                 // s
+constexpr double kHeldJump = 0.05;                 // m
+constexpr double kUsualStep = 0.9;                 // quantile of the stream's own steps
+constexpr double kLongHeld = 3.0, kFarJump = 3.0;  // times those
+constexpr double kLeastFlip = 30.0 * kDegree;      // beside the gyroscope's turn
+constexpr double kSameBody = 25.0 * kDegree;
+constexpr double kLongestFlip = 0.3;  // s, between the rows
+constexpr double kManyLost = 0.2;     // share of rows, that makes a stream useless
 
 template <class Sample>
 std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
@@ -24,8 +35,10 @@ std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
     while (end < samples.size() && samples[end].p_E.isZero(0.0)) ++end;
     const auto is_far = [&](std::size_t i) { return samples[i].p_E.norm() > kFarFromZero; };
     const bool jumps = (begin == 0 || is_far(begin - 1)) && (end == samples.size() || is_far(end));
-    if (end - begin >= kFewestZeros && jumps && end - begin < samples.size()) {
-      zeros.push_back({samples[begin].t, samples[end - 1].t, true});
+    // A single one at an end may be the origin of the positions.
+    const bool inside = begin > 0 && end < samples.size();
+    if (end - begin >= (inside ? 1 : kFewestZeros) && jumps && end - begin < samples.size()) {
+      zeros.push_back({samples[begin].t, samples[end - 1].t});
     }
     begin = std::max(end, begin + 1);
   }
@@ -39,6 +52,47 @@ bool IsLost(const std::vector<LostStretch>& stretches, const Sample& sample) {
   });
 }
 
+// Rows first to last - 1 have one position.
+struct HeldRun {
+  std::size_t first = 0, last = 0;
+};
+
+template <class Sample>
+std::vector<HeldRun> HeldRuns(const std::vector<Sample>& samples) {
+  std::vector<HeldRun> runs;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (i > 0 && samples[i].p_E == samples[i - 1].p_E) {
+      runs.back().last = i + 1;
+    } else {
+      runs.push_back({i, i + 1});
+    }
+  }
+  return runs;
+}
+
+// Positions of a moving vehicle that keep one value for much longer than the stream's own step, and
+// then jump. A vehicle at rest goes on where it stood.
+template <class Sample>
+std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
+  std::vector<LostStretch> held;
+  const std::vector<HeldRun> runs = HeldRuns(samples);
+  if (runs.size() < kFewestRuns) return held;
+  std::vector<double> steps, jumps;
+  for (std::size_t k = 1; k < runs.size(); ++k) {
+    steps.push_back(SecondsBetween(samples[runs[k - 1].first].t, samples[runs[k].first].t));
+    jumps.push_back((samples[runs[k].first].p_E - samples[runs[k - 1].first].p_E).norm());
+  }
+  const double usual_step = Quantile(steps, kUsualStep), usual_jump = Quantile(jumps, kUsualStep);
+  for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
+    const HeldRun& run = runs[k];
+    const double seconds = SecondsBetween(samples[run.first].t, samples[run.last - 1].t);
+    if (seconds < std::max(kLeastHeld, kLongHeld * usual_step)) continue;
+    if (jumps[k] < std::max(kHeldJump, kFarJump * usual_jump)) continue;
+    held.push_back({samples[run.first + 1].t, samples[run.last - 1].t});
+  }
+  return held;
+}
+
 // Stretches of one pose, but for its first row.
 template <class Sample>
 void AddHeld(const FlightLog& log, const Stream& stream, const std::vector<Sample>& samples,
@@ -47,8 +101,83 @@ void AddHeld(const FlightLog& log, const Stream& stream, const std::vector<Sampl
     const auto first = std::find_if(samples.begin(), samples.end(),
                                     [&](const Sample& sample) { return sample.t > frozen.from; });
     if (IsLost(*stretches, *first) || !TurnsMeanwhile(log, frozen)) continue;
-    stretches->push_back({first->t, frozen.until, false});
+    stretches->push_back({first->t, frozen.until});
   }
+}
+
+// rad, all turns of the gyroscope up to each of its samples.
+class TurnsSoFar {
+ public:
+  explicit TurnsSoFar(const std::vector<ImuSample>& imu) : imu_(imu) {
+    double turn = 0.0;
+    for (std::size_t i = 0; i < imu.size(); ++i) {
+      if (i > 0) turn += imu[i].gyro.norm() * SecondsBetween(imu[i - 1].t, imu[i].t);
+      turns_.push_back(turn);
+    }
+  }
+  double Between(TimeNs from, TimeNs to) const { return turns_[Index(to)] - turns_[Index(from)]; }
+
+ private:
+  std::size_t Index(TimeNs t) const {
+    const auto at = std::lower_bound(imu_.begin(), imu_.end(), t,
+                                     [](const ImuSample& s, TimeNs time) { return s.t < time; });
+    return std::min<std::size_t>(at - imu_.begin(), imu_.size() - 1);
+  }
+
+  const std::vector<ImuSample>& imu_;
+  std::vector<double> turns_;
+};
+
+// A part of the flight with one set of body axes.
+struct BodyPart {
+  std::size_t first = 0, last = 0;  // rows first to last - 1
+  Eigen::Quaterniond body;          // turned against those of the first part
+};
+
+// An attitude that turns at once by far more than the gyroscope begins a part.
+std::vector<BodyPart> BodyParts(const FlightLog& log, const std::vector<PoseSample>& poses) {
+  const TurnsSoFar turns(log.imu);
+  std::vector<BodyPart> parts = {{0, poses.size(), Eigen::Quaterniond::Identity()}};
+  std::size_t before = 0;  // the row at which the last different attitude came
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Quaterniond step = poses[before].q_E.conjugate() * poses[i].q_E;
+    const double angle = step.angularDistance(Eigen::Quaterniond::Identity());
+    if (angle == 0.0) continue;
+    const double seconds = SecondsBetween(poses[before].t, poses[i].t);
+    const double turned = turns.Between(poses[before].t, poses[i].t);
+    before = i;
+    if (seconds > kLongestFlip || angle < kLeastFlip + 1.2 * turned) continue;
+    parts.back().last = i;
+    parts.push_back({i, poses.size(), (parts.back().body * step).normalized()});
+  }
+  return parts;
+}
+
+bool IsSameBody(const BodyPart& a, const BodyPart& b) {
+  return a.body.angularDistance(b.body) < kSameBody;
+}
+
+// Parts in other body axes than those of most rows.
+std::vector<LostStretch> Flips(const FlightLog& log, const std::vector<PoseSample>& poses) {
+  std::vector<LostStretch> flips;
+  if (log.imu.empty() || poses.empty()) return flips;
+  if (RepeatsAttitude(log, AttitudesOf(poses)))
+    return flips;  // that of a filter, which may be reset
+  const std::vector<BodyPart> parts = BodyParts(log, poses);
+  const auto rows_like = [&](const BodyPart& part) {
+    std::size_t rows = 0;
+    for (const BodyPart& other : parts) {
+      if (IsSameBody(part, other)) rows += other.last - other.first;
+    }
+    return rows;
+  };
+  const BodyPart usual = *std::max_element(
+      parts.begin(), parts.end(),
+      [&](const BodyPart& a, const BodyPart& b) { return rows_like(a) < rows_like(b); });
+  for (const BodyPart& part : parts) {
+    if (!IsSameBody(part, usual)) flips.push_back({poses[part.first].t, poses[part.last - 1].t});
+  }
+  return flips;
 }
 
 // Shares of rows that an import has stated in the log's `source`.
@@ -92,31 +221,43 @@ double LostTrack::Seconds() const {
 }
 
 std::string LostTrack::Text() const {
-  const bool zero = std::any_of(stretches.begin(), stretches.end(),
-                                [](const LostStretch& stretch) { return stretch.is_default; });
+  constexpr std::array<const char*, 3> kHow = {
+      "the position is exactly 0 0 0", "one value is held, while the vehicle moves,",
+      "the attitude turns at once, by far more than the gyroscope, to other body axes"};
+  constexpr std::array<const char*, 3> kWhy = {
+      "the tracker has lost the vehicle", "the tracker has lost the vehicle",
+      "the tracker takes another set of markers for the vehicle"};
+  const auto kind = static_cast<std::size_t>(how);
   std::string places;
   for (const LostStretch& stretch : stretches) {
     places += fmt::format("{}{:.3f} to {:.3f}", places.empty() ? "" : ", ", ToSeconds(stretch.from),
                           ToSeconds(stretch.until));
   }
-  return fmt::format(
-      "{}.csv: {} in {} stretch{} ({} s), {:.1f} s in all: the tracker has lost the "
-      "vehicle",
-      stream,
-      zero ? "the position is exactly 0 0 0" : "no number changes, while the gyroscope turns,",
-      stretches.size(), stretches.size() == 1 ? "" : "es", places, Seconds());
+  return fmt::format("{}.csv: {} in {} stretch{} ({} s), {:.1f} s in all: {}", stream, kHow[kind],
+                     stretches.size(), stretches.size() == 1 ? "" : "es", places, Seconds(),
+                     kWhy[kind]);
 }
 
 std::vector<LostTrack> FindLostTracks(const FlightLog& log) {
   std::vector<LostTrack> lost;
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     using Sample = SampleOf<decltype(samples)>;
-    if constexpr (requires(Sample s) { s.p_E; }) {
-      std::vector<LostStretch> stretches = ZerosOf(samples);
-      if constexpr (std::is_same_v<Sample, PoseSample>) AddHeld(log, stream, samples, &stretches);
+    const auto add = [&](Lost how, std::vector<LostStretch> stretches) {
       std::sort(stretches.begin(), stretches.end(),
                 [](const LostStretch& a, const LostStretch& b) { return a.from < b.from; });
-      if (!stretches.empty()) lost.push_back({stream.name, stretches});
+      if (!stretches.empty()) lost.push_back({stream.name, how, std::move(stretches)});
+    };
+    if constexpr (requires(Sample s) { s.p_E; }) {
+      const std::vector<LostStretch> zeros = ZerosOf(samples);
+      std::vector<Sample> seen = samples;
+      std::erase_if(seen, [&](const Sample& sample) { return IsLost(zeros, sample); });
+      std::vector<LostStretch> held = HeldPlaces(seen);
+      if constexpr (std::is_same_v<Sample, PoseSample>) {
+        AddHeld(log, stream, seen, &held);
+        add(Lost::kFlipped, Flips(log, seen));
+      }
+      add(Lost::kZero, zeros);
+      add(Lost::kHeld, held);
     }
   });
   return lost;
@@ -137,9 +278,8 @@ std::vector<std::string> LeaveOutLostTracks(FlightLog* log) {
 void CheckRows(Examination* e) {
   CheckShares(e);
   for (const LostTrack& lost : FindLostTracks(e->log)) {
-    const bool zero = lost.stretches.front().is_default;
-    Finding finding{zero ? "tracking_lost" : "stuck", lost.stream, Level::kBiases, lost.Seconds(),
-                    "s"};
+    const char* id = lost.how == Lost::kHeld ? "stuck" : "tracking_lost";
+    Finding finding{id, lost.stream, Level::kBiases, lost.Seconds(), "s"};
     finding.text = lost.Text();
     finding.remedy = "leave these rows out (`leave_out` in the map)";
     finding.repaired = true;

@@ -10,22 +10,27 @@ namespace trueline {
 
 struct LostStretch {
   TimeNs from = 0, until = 0;  // of the first and the last row that is no measurement
-  bool is_default = false;     // 0 0 0, in place of the last pose
+};
+
+enum class Lost {
+  kZero,     // exactly 0 0 0, beside others that are far from there
+  kHeld,     // a pose or position that keeps one value while the vehicle moves
+  kFlipped,  // a pose of other body axes, which a tracker takes from another set of markers
 };
 
 struct LostTrack {
   std::string stream;
+  Lost how = Lost::kZero;
   std::vector<LostStretch> stretches;
 
   double Seconds() const;
   std::string Text() const;  // one sentence, with all places
 };
 
-// Positions that are exactly 0 0 0 beside others that are far from there, in mocap, pose and fixes;
-// poses that keep one value, in mocap and pose, while the gyroscope turns.
+// In mocap, pose and fixes, by stream and kind.
 std::vector<LostTrack> FindLostTracks(const FlightLog& log);
 
-// Removes these rows from the log, and returns a warning for each stream.
+// Removes these rows from the log, and returns a warning for each stream and kind.
 std::vector<std::string> LeaveOutLostTracks(FlightLog* log);
 
 }  // namespace trueline

@@ -48,6 +48,10 @@ TEST(Judge, AHoverIsUnusable) {
   const Verdict verdict = Judge(run);
   EXPECT_EQ(verdict.word, "unusable");
   EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr("(hovering)")));
+  for (WindowEstimate& window : run.windows) window.misfits[0].sigma = 0.02;
+  EXPECT_NE(Judge(run).word, "unusable");  // in a small space, with a drag that is shown
+  for (ParameterEstimate& p : run.windows.back().parameters) p.status = "unobservable";
+  EXPECT_EQ(Judge(run).word, "unusable");
   run = FlownRun();  // it moves by less than the noise of its fixes
   for (WindowEstimate& window : run.windows) window.misfits[0].sigma = 1.5;
   EXPECT_EQ(Judge(run).word, "unusable");

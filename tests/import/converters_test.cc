@@ -198,6 +198,50 @@ TEST_F(Converters, TheGyroscopeMayComeFromAnotherFile) {
   EXPECT_THAT(ErrorOf([&] { Read({apart, gyro, pos}); }), HasSubstr("do not overlap in time"));
 }
 
+TEST_F(Converters, AttitudesMayBeMatrices) {
+  const double c = std::cos(0.5), s = std::sin(0.5);  // turned by 0.5 rad about z
+  for (const char* names : {"r11,r12,r13,r21,r22,r23,r31,r32,r33",
+                            "rot[0],rot[1],rot[2],rot[3],rot[4],rot[5],rot[6],rot[7],rot[8]",
+                            "rot_xx,rot_xy,rot_xz,rot_yx,rot_yy,rot_yz,rot_zx,rot_zy,rot_zz"}) {
+    const std::string file =
+        Table("matrix.csv", std::string("t,ax,ay,az,gx,gy,gz,x,y,z,") + names, [&](int i) {
+          return fmt::format("{:.3f},0.1,-0.2,-9.81,{},0.02,0.03,{},2,-1,{},{},0,{},{},0,0,0,1",
+                             0.004 * i, 0.1 * i, i, c, -s, s, c);
+        });
+    const FlightLog log = Read({file});
+    ExpectImu(log);
+    ASSERT_EQ(log.attitude.size(), log.imu.size()) << names;
+    EXPECT_NEAR(log.attitude[7].q_Ep_I.z(), std::sin(0.25), 1e-9);
+  }
+}
+
+// A table that was put together of several by time has rows of each, with empty cells.
+TEST_F(Converters, RowsOfOthersAreEmpty) {
+  const std::string file = Table(
+      "joined.csv", "t,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z,pos_x,pos_y,pos_z",
+      [](int i) {
+        const double t = 0.002 * i;
+        return i % 2 == 0 ? fmt::format("{:.3f},0.1,-0.2,-9.81,{},0.02,0.03,,,", t, 0.05 * i)
+                          : fmt::format("{:.3f},,,,,,,{},2,3", t, i);
+      },
+      2 * kTableRows);
+  const FlightLog log = Read({file});
+  ExpectImu(log);
+  EXPECT_EQ(log.fixes.size(), static_cast<std::size_t>(kTableRows));
+}
+
+// The names are those of a Crazyflie, whose accelerometer is in g; the numbers are in m/s^2.
+TEST_F(Converters, NumbersCountBeforeTheMapThatNamesSuit) {
+  const std::string file = Table("crazy.csv",
+                                 "timestamp,acc.x,acc.y,acc.z,gyro.x,gyro.y,gyro.z,stateEstimate.x,"
+                                 "stateEstimate.y,stateEstimate.z",
+                                 [](int i) {
+                                   return fmt::format("{},0.1,-0.2,-9.81,{},0.02,0.03,{},2,-1",
+                                                      1000 + 4 * i, 0.1 * i, i);
+                                 });
+  ExpectImu(Read({file}));
+}
+
 TEST_F(Converters, VelocitiesStandForPositionsThatAreMissing) {
   const std::string file = Table(
       "v.csv", "timestamp,vx,vy,vz,ang_vel_x,ang_vel_y,ang_vel_z,acc_b_x,acc_b_y,acc_b_z",

@@ -231,8 +231,9 @@ constexpr std::array kCommandMaps = {"crazypad_motors", "crazypad_controller", "
 
 TEST(Maps, AllAreReadAndFlown) {
   // Those of recordings are flown in recordings_test.cc.
-  std::set<std::string> flown = {"ardupilot",   "betaflight", "crazyflie", "euroc", "foxglove",
-                                 "imu_and_tum", "indiflight", "px4",       "ros"};
+  std::set<std::string> flown = {"ardupilot", "betaflight", "crazyflie",   "crazyflie_commands",
+                                 "euroc",     "foxglove",   "imu_and_tum", "indiflight",
+                                 "px4",       "ros"};
   for (const Flight& flight : kFlights) flown.insert(flight.map);
   for (const char* map : kCommandMaps) flown.insert(map);
   for (const auto& entry : std::filesystem::directory_iterator(

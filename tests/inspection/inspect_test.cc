@@ -282,6 +282,41 @@ TEST(Inspect, PutsFixesIntoMocapByTheirClock) {
   EXPECT_NEAR(inspection.repairs.streams.at("fixes").time_offset, -3.0, 0.1);
 }
 
+// Of six gates.
+FlightLog FastLog() {
+  SimulationConfig config = testing_simulation::ReadShipped("fast");
+  config.duration = 60.0;
+  return testing_simulation::Fly(config, 5).log;
+}
+
+void MoveGate(FlightLog* log) {
+  const int gate = log->fixes.front().gate;
+  for (Fix& fix : log->fixes) {
+    if (fix.gate == gate) fix.p_E += Eigen::Vector3d(0.6, -0.5, 0.0);
+  }
+}
+
+// A gate that stands off the map is no clock, no axes and no scale.
+TEST(Inspect, AMovedGateIsNoOtherFault) {
+  FlightLog log = FastLog();
+  MoveGate(&log);
+  EXPECT_THAT(Harmful(Inspect(log, {})), IsEmpty());
+}
+
+// Of two attitudes and a gyroscope the one that is alone is wrong.
+TEST(Inspect, AnAttitudeThatScalesItsTiltIsNoGyroscope) {
+  FlightLog log = GoodLog();
+  for (AttitudeSample& sample : log.attitude) {
+    const Eigen::Vector3d down = sample.q_Ep_I * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(down);
+    if (axis.norm() < 1e-9) continue;
+    const double tilt = std::atan2(axis.norm(), down.z());
+    sample.q_Ep_I = Eigen::AngleAxisd(0.25 * tilt, axis.normalized()) * sample.q_Ep_I;
+  }
+  const std::vector<std::string> harmful = Harmful(Inspect(log, {}));
+  EXPECT_THAT(harmful, testing::Not(Contains("gyro_scale of imu")));
+}
+
 TEST(Inspect, TakesTheHandednessOfFixesFromTheirPlaces) {
   FlightLog log = GoodLog();
   for (Fix& fix : log.fixes) std::swap(fix.p_E.x(), fix.p_E.y());

@@ -53,5 +53,78 @@ TEST(LostTrack, AStartAtTheOriginIsNone) {
   EXPECT_THAT(FindLostTracks(log), IsEmpty());
 }
 
+// A position may be held while the attitude goes on.
+TEST(LostTrack, HeldPlacesAreNamedAndLeftOut) {
+  for (const double rate : {20.0, 100.0, 1000.0}) {
+    FlightLog log = Circles(rate);
+    Eigen::Vector3d last = Eigen::Vector3d::Zero();
+    for (PoseSample& pose : log.mocap) {
+      const double t = ToSeconds(pose.t);
+      const bool held = (t > 4 && t < 4.6) || (t > 12 && t < 12.6);
+      if (held) pose.p_E = last;
+      if (!held) last = pose.p_E;
+    }
+    const std::vector<LostTrack> lost = FindLostTracks(log);
+    ASSERT_EQ(lost.size(), 1U) << rate;
+    EXPECT_THAT(lost.front().Text(), HasSubstr("one value is held, while the vehicle moves, in 2"));
+    LeaveOutLostTracks(&log);
+    EXPECT_THAT(FindLostTracks(log), IsEmpty()) << rate;
+    for (const PoseSample& pose : log.mocap) {
+      const double t = ToSeconds(pose.t);
+      EXPECT_NEAR(pose.p_E.x(), 5 + 3 * std::sin(t), 1e-9);
+    }
+  }
+}
+
+TEST(LostTrack, AVehicleThatWaitsIsNotHeld) {
+  FlightLog log = Circles(100.0);
+  for (PoseSample& pose : log.mocap) {  // it stops from 5 to 9 s, seen in steps of 1 mm
+    const double t = ToSeconds(pose.t);
+    const double turn = t < 5 ? t : t < 9 ? 5 : t - 4;
+    pose.p_E = {std::round(3e3 * std::sin(turn)) * 1e-3, std::round(3e3 * std::cos(turn)) * 1e-3,
+                -1};
+  }
+  EXPECT_THAT(FindLostTracks(log), IsEmpty());
+}
+
+// A sensor that is slower than its rows holds every value for as long.
+TEST(LostTrack, ASlowSensorIsNotHeld) {
+  FlightLog log = Circles(100.0);
+  for (std::size_t i = 0; i < log.mocap.size(); ++i) log.mocap[i].p_E = log.mocap[i - i % 20].p_E;
+  EXPECT_THAT(FindLostTracks(log), IsEmpty());
+}
+
+TEST(LostTrack, PosesOfAnotherMarkerSetAreNamedAndLeftOut) {
+  for (const double rate : {20.0, 100.0, 1000.0}) {
+    FlightLog log = Circles(rate);
+    const Eigen::Quaterniond other(
+        Eigen::AngleAxisd(1.6, Eigen::Vector3d(0.2, 0.3, 0.9).normalized()));
+    for (PoseSample& pose : log.mocap) {
+      const double t = ToSeconds(pose.t);
+      if (!((t >= 4 && t < 5) || (t >= 12 && t < 14))) continue;
+      pose.p_E += pose.q_E * Eigen::Vector3d(0.05, 0.03, 0.02);
+      pose.q_E = pose.q_E * other;
+    }
+    const std::size_t all = log.mocap.size();
+    const std::vector<LostTrack> lost = FindLostTracks(log);
+    ASSERT_EQ(lost.size(), 1U) << rate;
+    EXPECT_THAT(lost.front().Text(), HasSubstr("in 2 stretches (4.000 to "));
+    EXPECT_NEAR(lost.front().Seconds(), 3.0, 2.5 / rate);
+    LeaveOutLostTracks(&log);
+    EXPECT_EQ(all - log.mocap.size(), static_cast<std::size_t>(std::lround(3 * rate)));
+    EXPECT_THAT(FindLostTracks(log), IsEmpty()) << rate;
+  }
+}
+
+// A vehicle that tumbles turns by as much as its gyroscope says.
+TEST(LostTrack, FastTurnsAreNoOtherMarkers) {
+  FlightLog log = Circles(20.0);
+  for (ImuSample& sample : log.imu) sample.gyro = {0, 0, 24};
+  for (PoseSample& pose : log.mocap) {
+    pose.q_E = Eigen::AngleAxisd(24 * ToSeconds(pose.t), Eigen::Vector3d::UnitZ());
+  }
+  EXPECT_THAT(FindLostTracks(log), IsEmpty());
+}
+
 }  // namespace
 }  // namespace trueline
