@@ -9,7 +9,7 @@ from . import _trueline
 from .result import Array, Table
 from .run import _text
 
-File = Union[str, "os.PathLike[str]"]
+File = Union[str, os.PathLike[str]]
 # t [s]; attitude, body to NED; position [m] and velocity [m/s] in E; rates [rad/s] in the body.
 STATE = np.dtype([(name, float) for name in
                   "t qw qx qy qz x y z vx vy vz wx wy wz".split()])

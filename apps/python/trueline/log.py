@@ -36,7 +36,7 @@ class Log:
     exit_code: int = 0  # of the run that made it
     warned: List[str] = []
 
-    def __init__(self, folder: Optional[Union[str, "os.PathLike[str]"]] = None, **given: Any):
+    def __init__(self, folder: Optional[Union[str, os.PathLike[str]]] = None, **given: Any):
         self.folder = Path(folder) if folder is not None else self._write(given)
         if folder is not None and given:
             raise TypeError("give either a folder, or streams and keys")

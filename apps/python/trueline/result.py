@@ -100,7 +100,7 @@ class Result:
     exit_code: int = 0
     warned: List[str] = []
 
-    def __init__(self, folder: Union[str, "os.PathLike[str]"]):
+    def __init__(self, folder: Union[str, os.PathLike[str]]):
         self.folder = Path(folder)
         # manifest.yaml and model.yaml stand beside the verb's own file, which has one of these names.
         own = [name for name in ("calibration", "diagnosis", "inspection", "audit", "score",
@@ -117,6 +117,10 @@ class Result:
     def tables(self) -> List[str]:
         """The names of the CSV files."""
         return sorted(path.stem for path in self.folder.glob("*.csv"))
+
+    def table(self, name: str) -> Table:
+        """One of `tables`, also where an entry has its name: `arcs` of a calibration."""
+        return read_table(self.folder / f"{name}.csv")
 
     @property
     def files(self) -> List[str]:
@@ -138,9 +142,8 @@ class Result:
         values: Record = self.__dict__.get("values", Record())
         if name in values:
             return values[name]
-        path = self.__dict__.get("folder", Path()) / f"{name}.csv"
-        if path.exists():
-            self.__dict__[name] = read_table(path)
+        if "folder" in self.__dict__ and name in self.tables:
+            self.__dict__[name] = self.table(name)
             return self.__dict__[name]
         raise AttributeError(f"'{name}' is neither an entry ({', '.join(map(str, values))}) nor a "
                              f"table ({', '.join(self.tables)})")

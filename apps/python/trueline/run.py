@@ -10,9 +10,9 @@ from typing import Any, Callable, Dict, Mapping, Optional, Sequence, TypeVar, Un
 from . import _trueline
 from .result import write_yaml
 
-Folder = Optional[Union[str, "os.PathLike[str]"]]
+Folder = Optional[Union[str, os.PathLike[str]]]
 # Paths with commas between on the command line; a mapping is written as a YAML file.
-Text = Union[str, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]],
+Text = Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]],
              Mapping[str, Any]]
 Kind = TypeVar("Kind")
 
