@@ -73,18 +73,19 @@ Contradicted FromFinding(const FileFinding& finding) {
 
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit) {
-  constexpr double kDrag = 0.1, kTurn = 3.0;  // 1/s, rad/m/s: what is worth a mention
+  constexpr double kMentionedDrag = 0.1,
+                   kMentionedTurn = 3.0;  // 1/s, rad/m/s: what is worth a mention
   const auto clear = [&](const char* name, double least) {
     const auto found = values.find(name);
     return found != values.end() && found->second.shown && std::abs(found->second.value) > least &&
            std::abs(found->second.value) > kThreshold * found->second.sigma;
   };
-  if (!has_drag && (clear("K_x", kDrag) || clear("K_y", kDrag))) {
+  if (!has_drag && (clear("K_x", kMentionedDrag) || clear("K_y", kMentionedDrag))) {
     audit->lacks.push_back(
         {"linear_drag", fmt::format("the vehicle brakes with K_x {:.2f}, K_y {:.2f} 1/s",
                                     values.at("K_x").value, values.at("K_y").value)});
   }
-  if (clear("L_v", kTurn) || clear("M_u", kTurn)) {
+  if (clear("L_v", kMentionedTurn) || clear("M_u", kMentionedTurn)) {
     audit->lacks.push_back(
         {"air_moment", fmt::format("air speed turns the vehicle: L_v {:.1f}, M_u {:.1f} rad/m/s",
                                    values.at("L_v").value, values.at("M_u").value)});
