@@ -77,14 +77,20 @@ std::vector<trueline::FlightLog> ReadLogs(trueline::ForDrive drive,
   return logs;
 }
 
+// Writes the files of a diagnosis and prints its warnings; returns its table.
+std::string Write(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,
+                  const trueline::ResultFolder& out) {
+  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
+  trueline::WriteDiagnosis(diagnosis, provenance, out.path());
+  const std::string tried = FLAGS_verbose ? trueline::CandidateTable(diagnosis) : "";
+  return tried + trueline::DiagnosisTable(diagnosis);
+}
+
 int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
           const YAML::Node& provenance, trueline::ResultFolder* out) {
   trueline::AddLogFaults(faults, &diagnosis);
-  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
-  trueline::WriteDiagnosis(diagnosis, provenance, out->path());
-  const std::string tried = FLAGS_verbose ? trueline::CandidateTable(diagnosis) : "";
-  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet,
-                    tried + trueline::DiagnosisTable(diagnosis), out);
+  const std::string table = Write(diagnosis, provenance, *out);
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, table, out);
   if (!FLAGS_quiet) {
     fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
                diagnosis.base_seconds);
@@ -222,10 +228,8 @@ int RunAgainst() {
                       &out);
     return Refused().ExitFor(comparison.Verdict());
   }
-  trueline::WarnAll(changes->diagnosis.warnings, FLAGS_quiet);
-  trueline::WriteDiagnosis(changes->diagnosis, trueline::Provenance(log, 0, changes->options),
-                           out.path());
-  std::string table = trueline::DiagnosisTable(changes->diagnosis);
+  std::string table =
+      Write(changes->diagnosis, trueline::Provenance(log, 0, changes->options), out);
   std::string verdict = changes->diagnosis.verdict;
   if (HasCommands(log) && std::ranges::all_of(references, HasCommands, &Reference::log)) {
     try {

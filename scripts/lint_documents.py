@@ -1,15 +1,25 @@
 #!/usr/bin/python3
 """Finds lines over 120 characters and sentences over 40 words in documents; tables and code apart.
 
-    lint_documents.py FILE.md...
+    lint_documents.py [FILE.md...]    without files: all documents of the source
 """
 import re
+import subprocess
 import sys
 from pathlib import Path
 
 LONGEST_LINE, LONGEST_SENTENCE = 120, 40
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|eq|fig|al|vs|Tab|resp)\.")
 LIST_ITEM = re.compile(r"^\s*([-*]|\d+\.)\s+")
+
+
+def documents(root):
+    """Paths of the Markdown files that belong to the source; None where git can't tell."""
+    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=root,
+                            capture_output=True, text=True)
+    if listed.returncode != 0:
+        return None
+    return [root / name for name in sorted(listed.stdout.splitlines()) if (root / name).exists()]
 
 
 def prose(text):
@@ -55,6 +65,7 @@ def complaints(path):
 
 
 def main(paths):
+    paths = paths or documents(Path(__file__).resolve().parents[1]) or []
     found = [complaint for path in paths for complaint in complaints(path)]
     print("\n".join(found) if found else f"lint: {len(paths)} documents are clean")
     return bool(found)

@@ -1,6 +1,7 @@
 #include "apps/python/log_arrays.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
 #include <cmath>
@@ -116,6 +117,13 @@ std::vector<Sample> SamplesOf(const pybind11::array_t<double>& rows, const Strea
 
 }  // namespace
 
+std::vector<std::string> StreamNames() {
+  std::vector<std::string> names;
+  const FlightLog log;
+  ForEachStream(log, [&](const Stream& stream, const auto&) { names.emplace_back(stream.name); });
+  return names;
+}
+
 std::map<std::string, StreamArray> ArraysOf(const FlightLog& log) {
   std::map<std::string, StreamArray> arrays;
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
@@ -126,15 +134,14 @@ std::map<std::string, StreamArray> ArraysOf(const FlightLog& log) {
 
 void SetStreams(const std::map<std::string, pybind11::array_t<double>>& arrays, FlightLog* log) {
   std::size_t known = 0;
-  std::string names;
   ForEachStream(*log, [&](const Stream& stream, auto& samples) {
-    names += std::string(" ") + stream.name;
     const auto found = arrays.find(stream.name);
     if (found == arrays.end()) return;
     samples = SamplesOf<SampleOf<decltype(samples)>>(found->second, stream);
     ++known;
   });
-  if (known < arrays.size()) throw InputError("a log has the streams" + names);
+  if (known == arrays.size()) return;
+  throw InputError(fmt::format("a log has the streams {}", fmt::join(StreamNames(), " ")));
 }
 
 }  // namespace trueline

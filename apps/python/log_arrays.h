@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "problems/log/flight_log.h"
 
@@ -15,6 +16,9 @@ struct StreamArray {
   std::vector<std::string> columns;  // "t", "ax", ...
   pybind11::array_t<double> rows;    // samples x columns
 };
+
+// Of all streams that a log may have.
+std::vector<std::string> StreamNames();
 
 // The streams that have samples, by name.
 std::map<std::string, StreamArray> ArraysOf(const FlightLog& log);

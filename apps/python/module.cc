@@ -196,6 +196,7 @@ PYBIND11_MODULE(_trueline, module) {
   for (const Verb* verb : AllVerbs()) names.push_back(verb->name());
   module.attr("version") = Version();
   module.attr("verbs") = names;
+  module.attr("streams") = StreamNames();
   module.def("usage", [](const std::string& verb) { return FindVerb(verb).usage(); });
   module.def("flags", &FlagsOf);
   module.def("find_shared", &FindShared);

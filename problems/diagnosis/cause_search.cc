@@ -106,8 +106,7 @@ class NamedCauseSearch {
       AskWitnesses(outcome->flight->data(), outcome->flight->log(), &causes);
       if (others_->Any()) others_->Confirm(&causes);
       for (Cause& cause : causes) {
-        AddIndependentEvidence(&cause);
-        if (options_.against) JudgeChange(options_.alpha, &cause);
+        AddOthersEvidence(options_, &cause);
         cause.because = WhyNotNamed(cause, options_.alpha);
       }
       const auto least = std::ranges::min_element(

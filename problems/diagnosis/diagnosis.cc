@@ -185,8 +185,7 @@ class FlightDiagnosis {
       Cause& cause = diagnosis_.causes[FalseData(rounds) + i];
       const UnstatedErrors errors = UnstatedErrorsOf(rest.fit(), i, others, unstated);
       cause.unstated_sigma = MeanSigma(errors, cause.value.size());
-      AddIndependentEvidence(&cause);
-      if (options_.against) JudgeChange(options_.alpha, &cause);
+      AddOthersEvidence(options_, &cause);
       evidence.push_back(FlightEvidenceOf(TestFound(rest.fit(), all, i, beside),
                                           PriorSizes(*all[i].candidate.info), flight_->clusters(),
                                           errors));

@@ -63,12 +63,13 @@ std::string WhyNotNamed(const Cause& cause, double alpha) {
   return why;
 }
 
-void JudgeChange(double alpha, Cause* cause) {
-  const std::optional<double> change = ChangeEvidence(*cause);
+void AddOthersEvidence(const SearchOptions& options, Cause* cause) {
+  AddIndependentEvidence(cause);
+  const auto change = options.against ? ChangeEvidence(*cause) : std::nullopt;
   if (!change) return;
   EvidenceSum& evidence = cause->evidence;
   cause->shared = std::ranges::count(cause->repeats, "repeats", &Repeat::outcome) > 0 &&
-                  *change + evidence.prior < EvidenceNeeded(alpha);
+                  *change + evidence.prior < EvidenceNeeded(options.alpha);
   if (cause->shared) return;
   evidence.flight = std::min(evidence.flight, *change);
   evidence.other_flights = 0.0;

@@ -27,9 +27,9 @@ std::string PartsText(const EvidenceSum& evidence);
 // Why a cause is not named: its evidence is less than a chance `alpha` of a false cause demands.
 // Empty if it is named.
 std::string WhyNotNamed(const Cause& cause, double alpha);
-// Of a cause on a flight with references: whether they share it. If not, the flight speaks for a
-// change alone.
-void JudgeChange(double alpha, Cause* cause);
+// Stores what the witness and the further flights say. Where these are references: whether they
+// share the cause; if not, the flight speaks for a change alone.
+void AddOthersEvidence(const SearchOptions& options, Cause* cause);
 // True if the flight shows the cause and its witness, or other flights, show that it is absent.
 bool Refuted(const Cause& cause, double alpha);
 

@@ -196,11 +196,16 @@ std::optional<double> RestAfterTilt(const Examination& e, const std::string& str
   return std::nullopt;
 }
 
+// m/s^2, by which a specific force points elsewhere where the turns between are so much too large.
+double HarmOfScale(const Examination& e, const VectorMatch& match) {
+  return e.log.gravity * std::min(1.0, match.seen_rms * std::abs(match.gain - 1.0));
+}
+
 void AddGyroScale(Examination* e, const RateWitness& by) {
   const double gain = by.match.gain;
-  const double error = e->log.gravity * std::min(1.0, by.match.seen_rms * std::abs(gain - 1.0));
   const double sigma = by.match.gain_sigma / (gain * gain);
-  Finding finding{"gyro_scale", "imu", Level::kBiases, 1.0 / gain, "1", error, sigma};
+  Finding finding{"gyro_scale", "imu", Level::kBiases, 1.0 / gain, "1", HarmOfScale(*e, by.match),
+                  sigma};
   finding.text = fmt::format("the gyroscope reads {:.3f} +- {:.3f} of the turn rates that {} shows",
                              finding.size, finding.sigma, by.stream);
   const KnownUnit* unit = UnitOfRates(by.match);
@@ -214,10 +219,8 @@ void AddGyroScale(Examination* e, const RateWitness& by) {
 }
 
 void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& why) {
-  const double gain = of.match.gain;
-  const double error = e->log.gravity * std::min(1.0, of.match.seen_rms * std::abs(gain - 1.0));
-  Finding finding{"attitude_scale",   of.stream, Level::kBiases, gain, "1", error,
-                  of.match.gain_sigma};
+  Finding finding{"attitude_scale",          of.stream,          Level::kBiases, of.match.gain, "1",
+                  HarmOfScale(*e, of.match), of.match.gain_sigma};
   finding.text =
       fmt::format("the turns of {}.csv are {:.3f} +- {:.3f} times those of the gyroscope, {}",
                   of.stream, finding.size, finding.sigma, why);

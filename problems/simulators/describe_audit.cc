@@ -73,8 +73,8 @@ Contradicted FromFinding(const FileFinding& finding) {
 
 void AddLacks(const std::map<std::string, FlightValue>& values, bool has_drag, bool has_lag,
               Audit* audit) {
-  constexpr double kMentionedDrag = 0.1,
-                   kMentionedTurn = 3.0;  // 1/s, rad/m/s: what is worth a mention
+  constexpr double kMentionedDrag = 0.1;  // 1/s
+  constexpr double kMentionedTurn = 3.0;  // rad/m/s
   const auto clear = [&](const char* name, double least) {
     const auto found = values.find(name);
     return found != values.end() && found->second.shown && std::abs(found->second.value) > least &&

@@ -9,13 +9,17 @@ import html
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import markdown
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path.append(str(ROOT / "scripts"))
+
+import lint_documents
+
 CSS = ROOT / "scripts/report/page.css"
 MORE = """
 main { display: grid; grid-template-columns: 230px minmax(0, 1fr); gap: 24px; }
@@ -29,7 +33,8 @@ article h1 { font-size: 24px; } article p, article li { max-width: 90ch; }
 @media print { aside { display: none; } main { display: block; } }
 """
 GROUPS = [("Start", ["README.md", "config/handbook/README.md"]),
-          ("Tutorials", ["config/handbook/autopilots.md", "config/handbook/laboratory.md"]),
+          ("Tutorials", ["config/handbook/autopilots.md", "config/handbook/laboratory.md",
+                         "config/handbook/python.md"]),
           ("Understand", ["config/handbook/reading.md", "config/handbook/diagnosis.md", "config/handbook/inspection.md",
                           "config/handbook/simulators.md", "config/handbook/mathematics.md"]),
           ("Look up", ["config/README.md", "config/reference/", "config/handbook/evidence.md",
@@ -39,11 +44,9 @@ LINK = re.compile(r'(href|src)="([^"#:]*)(#[^"]*)?"')
 
 def documents():
     """Of the source: what git knows, else all Markdown files outside of builds."""
-    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=ROOT,
-                            capture_output=True, text=True)
-    names = listed.stdout.split("\n") if listed.returncode == 0 else \
-        [str(p.relative_to(ROOT)) for p in ROOT.rglob("*.md") if not p.relative_to(ROOT).parts[0].startswith("build")]
-    return sorted(name for name in names if name and (ROOT / name).exists())
+    known = lint_documents.documents(ROOT)
+    names = [str(path.relative_to(ROOT)) for path in (ROOT.rglob("*.md") if known is None else known)]
+    return sorted(name for name in names if known is not None or not name.startswith("build"))
 
 
 def page_of(name):

@@ -1,7 +1,6 @@
 """The documents: lists that are made agree with the code, prose is short, links lead somewhere."""
 import os
 import re
-import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -17,11 +16,10 @@ import reference
 
 
 def documents():
-    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=SOURCE,
-                            capture_output=True, text=True)
-    if listed.returncode != 0:
+    known = lint_documents.documents(SOURCE)
+    if known is None:
         raise unittest.SkipTest("no git here: which documents belong to the source is not known")
-    return [SOURCE / name for name in listed.stdout.splitlines() if (SOURCE / name).exists()]
+    return known
 
 
 def anchors(text):

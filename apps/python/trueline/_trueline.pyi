@@ -11,6 +11,7 @@ class NoUsableResult(InputError):
 
 version: str
 verbs: List[str]
+streams: List[str]  # that a log may have
 
 def usage(verb: str) -> str: ...
 def flags(verb: str) -> List[Tuple[str, Any, str]]: ...  # name, initial value, help

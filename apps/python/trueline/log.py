@@ -44,8 +44,7 @@ class Log:
 
     def _write(self, given: Dict[str, Any]) -> Path:
         arrays = {name: np.ascontiguousarray(_rows(value)) for name, value in given.items()
-                  if isinstance(value, np.ndarray) or name in ("imu", "attitude", "fixes", "pose", "mocap",
-                                                               "rotors", "motors", "battery", "range")}
+                  if isinstance(value, np.ndarray) or name in _trueline.streams}
         about = {name: value for name, value in given.items() if name not in arrays}
         self._keep = Scratch()
         folder = Path(self._keep.name) / "log"
