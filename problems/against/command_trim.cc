@@ -18,7 +18,7 @@ namespace {
 constexpr double kHigh = 0.8;          // of the flight's usual greatest height above the floor
 constexpr double kLeastHeight = 0.15;  // m
 constexpr double kSlow = 0.15;         // m/s, of climb or descent
-constexpr double kStep = 0.1;          // s, before and after, over which the climb is measured
+constexpr double kClimbStep = 0.1;     // s, before and after, over which the climb is measured
 constexpr double kMaxGap = 0.3;        // s, between positions or attitudes
 constexpr double kLeastSeconds = 3.0;  // of steady flight
 constexpr double kBlock = 1.0;         // s
@@ -148,10 +148,10 @@ SteadyFlight SteadyPartOf(const FlightLog& log, const std::vector<ChannelsSample
   std::vector<double> cosines;
   for (const ChannelsSample& sample : commands) {
     const auto now = HeightAt(heights, sample.t);
-    const auto before = HeightAt(heights, sample.t - FromSeconds(kStep));
-    const auto after = HeightAt(heights, sample.t + FromSeconds(kStep));
+    const auto before = HeightAt(heights, sample.t - FromSeconds(kClimbStep));
+    const auto after = HeightAt(heights, sample.t + FromSeconds(kClimbStep));
     if (!now || !before || !after || *now < least) continue;
-    if (std::abs(*after - *before) > kSlow * 2.0 * kStep) continue;
+    if (std::abs(*after - *before) > kSlow * 2.0 * kClimbStep) continue;
     if (TotalOf(sample) < kAirborne * median) continue;
     steady.commands.push_back(sample);
     cosines.push_back(tilt.Cosine(sample.t));

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace trueline {
@@ -123,8 +123,8 @@ class SectionChain {
   // block add(block, &G) adds the functions' derivatives by that block's unknowns
   // (and by those of later blocks that have columns already) to the rows of G, one for each column.
   // Directions that the rows leave open count as certain.
-  template <class Add>
-  Eigen::MatrixXd Covariance(int count, Add&& add) const {
+  using AddSlopes = std::function<void(int block, Columns* G)>;
+  Eigen::MatrixXd Covariance(int count, const AddSlopes& add) const {
     Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(count, count);
     Columns G = Columns::Zero(width_, count);
     for (int b = 0; b < static_cast<int>(blocks_.size()); ++b) {
@@ -151,8 +151,8 @@ class SectionChain {
   // Visits all blocks from the last one on: visit(block, F) with the joint covariance F of the
   // node, the section's shared unknowns and the border. After a section's own block the node is the
   // first of the next section.
-  template <class Visit>
-  void VisitCovariances(Visit&& visit) const {
+  using VisitCovariance = std::function<void(int block, const Eigen::MatrixXd& F)>;
+  void VisitCovariances(const VisitCovariance& visit) const {
     const int border = width_ - 1 - kBorderAt, rest = kShared + border, global = border - local_;
     Eigen::MatrixXd F = Eigen::MatrixXd::Zero(kNode + rest, kNode + rest);
     Eigen::MatrixXd K, U, inverse, cross;
@@ -188,7 +188,7 @@ class SectionChain {
       F.block(at, at + block.count, block.count, after) = -cross.rightCols(after);
       F.block(0, at, before, block.count) = -cross.leftCols(before).transpose();
       F.block(at + block.count, at, after, block.count) = -cross.rightCols(after).transpose();
-      visit(b, std::as_const(F));
+      visit(b, F);
     }
   }
 

@@ -8,7 +8,7 @@ namespace trueline::simulation {
 void AhrsFilter::Start(const Quaterniond& q_E_I, const Vector3d& accel_bias,
                        const Vector3d& gyro_bias, double gravity) {
   const Vector3d up_I = q_E_I.conjugate() * Vector3d(0.0, 0.0, -gravity);
-  const Quaterniond lean = Quaterniond::FromTwoVectors(up_I + accel_bias, up_I);
+  const Quaterniond lean = TurnBetween(up_I + accel_bias, up_I);
   q_Ep_I_ = q_E_I * lean;
   integral_ = -gyro_bias;
 }

@@ -45,6 +45,13 @@ inline Quaterniond RotationByVector(const Vector3d& angle) {
   return Quaterniond(Eigen::AngleAxisd(norm, angle / norm));
 }
 
+// The shortest turn that takes the direction of `a` to that of `b`, which are not opposite.
+// (Eigen's FromTwoVectors compiles a singular value decomposition for opposite ones.)
+inline Quaterniond TurnBetween(const Vector3d& a, const Vector3d& b) {
+  const Vector3d u = a.normalized(), v = b.normalized(), axis = u.cross(v);
+  return Quaterniond(1.0 + u.dot(v), axis.x(), axis.y(), axis.z()).normalized();
+}
+
 // R_E_B as a quaternion: -z_B along the wanted `thrust_E`, x_B towards `heading` (rad).
 inline Quaterniond AttitudeFor(const Vector3d& thrust_E, double heading) {
   const Vector3d z = -thrust_E.normalized();

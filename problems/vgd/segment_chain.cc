@@ -306,6 +306,20 @@ double SegmentChain::LogEvidence() {
   return log_weights_ - cost - 0.5 * normal_->log_det();
 }
 
+Eigen::MatrixXd SegmentChain::Covariance(int count, const AddSlopes& add) {
+  Factorise();
+  return normal_->Covariance(count, [&](int block, Columns* G) {
+    if (segment_of_[block] >= 0) add(static_cast<std::size_t>(segment_of_[block]), G);
+  });
+}
+
+void SegmentChain::VisitCovariances(const VisitCovariance& visit) {
+  Factorise();
+  normal_->VisitCovariances([&](int block, const Eigen::MatrixXd& F) {
+    if (segment_of_[block] >= 0) visit(static_cast<std::size_t>(segment_of_[block]), F);
+  });
+}
+
 SegmentChain::Columns SegmentChain::Rows(std::size_t s) {
   Refresh(true);
   double cost = 0.0;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -119,21 +120,11 @@ class SegmentChain : private ceres::EvaluationCallback {
   // Covariances by the Gauss-Newton Hessian, robust losses included. Of `count` linear functions of
   // the unknowns: add(s, G) adds their derivatives by the unknowns of segment s, for all of them,
   // to the rows of G from Normal::kNodeAt, kSharedAt and kBorderAt.
-  template <class Add>
-  Eigen::MatrixXd Covariance(int count, Add&& add) {
-    Factorise();
-    return normal_->Covariance(count, [&](int block, Columns* G) {
-      if (segment_of_[block] >= 0) add(static_cast<std::size_t>(segment_of_[block]), G);
-    });
-  }
+  using AddSlopes = std::function<void(std::size_t s, Columns* G)>;
+  Eigen::MatrixXd Covariance(int count, const AddSlopes& add);
   // Of (node, theta, border): visit(s, F) for all segments from the last one on.
-  template <class Visit>
-  void VisitCovariances(Visit&& visit) {
-    Factorise();
-    normal_->VisitCovariances([&](int block, const Eigen::MatrixXd& F) {
-      if (segment_of_[block] >= 0) visit(static_cast<std::size_t>(segment_of_[block]), F);
-    });
-  }
+  using VisitCovariance = std::function<void(std::size_t s, const Eigen::MatrixXd& F)>;
+  void VisitCovariances(const VisitCovariance& visit);
   // Adds a segment's velocity and its uncertainty (F as above), as if `segments` were like it.
   void AddDragErrors(std::size_t s, const Eigen::MatrixXd& F, int segments,
                      DragErrors* drag_errors) const;

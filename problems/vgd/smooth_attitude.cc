@@ -88,7 +88,11 @@ double RmsTilt(const std::vector<AttitudeSample>& attitude) {
 }  // namespace
 
 Vector3d TiltOf(const Quaterniond& q_Ep_I) {
-  return RotationVector(Quaterniond::FromTwoVectors(Vector3d::UnitZ(), q_Ep_I * Vector3d::UnitZ()));
+  const Vector3d z = q_Ep_I * Vector3d::UnitZ();
+  const Vector3d turn(-z.y(), z.x(), 0.0);  // e_z x z
+  const double sine = turn.norm();
+  const Vector3d axis = sine > 0.0 ? Vector3d(turn / sine) : Vector3d::UnitX();
+  return std::atan2(sine, z.z()) * axis;
 }
 
 double MemoryOfGyro(const std::vector<Vector3d>& changes, const std::vector<double>& seconds,

@@ -28,7 +28,7 @@ DesignTask ShortTask(int evaluations) {
 }
 
 TEST(BoundDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
-  DesignTask task = ShortTask(24);
+  DesignTask task = ShortTask(12);
   const DesignOutcome first = RunDesignTask(task, kQuiet);
   task.options.threads = 1;
   EXPECT_EQ(RunDesignTask(task, kQuiet).result.score, first.result.score);
@@ -37,7 +37,7 @@ TEST(BoundDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
 }
 
 TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
-  const DesignTask task = ShortTask(480);
+  const DesignTask task = ShortTask(240);
   const DesignOutcome outcome = RunDesignTask(task, kQuiet);
   const DesignResult& result = outcome.result;
   EXPECT_GT(result.score, 1.05 * result.start_score);

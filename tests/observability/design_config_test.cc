@@ -28,7 +28,7 @@ TEST(DesignConfig, SlowEveryFileThatShipsIsReadAndCanBegin) {
     task.compare = 0;
     if (auto* gramian = std::get_if<GramianCriterion>(&task.criterion)) gramian->scale_flights = 1;
     if (auto* bound = std::get_if<BoundCriterion>(&task.criterion)) {
-      bound->evaluations = 24;
+      bound->evaluations = 12;
       task.options.candidates = 3;
     }
     const DesignOutcome outcome = RunDesignTask(task, kSilent);
