@@ -202,7 +202,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
 
 void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, double reach,
            const Reference& reference) {
-  Comparison comparison{fmt::format("positions against {}", reference.what), stream, {}, {}};
+  MotionComparison comparison{fmt::format("positions against {}", reference.what), stream, {}, {}};
   comparison.match = MatchVectors(pairs, {reach, 0.02});
   if (!comparison.match) {
     comparison.not_shown = "they share too little time at any lag that was tried";

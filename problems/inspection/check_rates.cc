@@ -226,7 +226,7 @@ std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningInteg
 void CheckStream(Examination* e, const std::string& stream, const RunningIntegral<3>& gyro) {
   std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
   if (attitude.size() < 30) return;
-  Comparison comparison{"turn rates against the gyroscope", stream, {}, {}};
+  MotionComparison comparison{"turn rates against the gyroscope", stream, {}, {}};
   const LogClock clock(e->fixed);
   const auto turns = TurnsOf(attitude, clock, kMostTurns);
   auto match = MatchVectors(RatePairs(gyro, turns, false), {});

@@ -13,7 +13,7 @@
 namespace trueline {
 
 // Two streams that were compared; `match` only where the flight shows enough.
-struct Comparison {
+struct MotionComparison {
   std::string what;    // "turn rates of mocap against the gyroscope"
   std::string stream;  // the one in question
   std::optional<VectorMatch> match;
@@ -23,7 +23,7 @@ struct Comparison {
 struct Inspection {
   std::vector<Finding> findings;  // worst first
   std::vector<StreamHealth> streams;
-  std::vector<Comparison> comparisons;
+  std::vector<MotionComparison> comparisons;
   std::optional<RotorLayout> rotors;
   Repairs repairs;
   std::vector<std::string> notes;  // what could not be checked, and why

@@ -56,7 +56,7 @@ YAML::Node StreamNode(const StreamHealth& h) {
   return node;
 }
 
-YAML::Node ComparisonNode(const Comparison& c) {
+YAML::Node ComparisonNode(const MotionComparison& c) {
   YAML::Node node;
   node["stream"] = c.stream;
   node["what"] = c.what;
@@ -118,7 +118,7 @@ std::string InspectionYaml(const Inspection& inspection, const std::string& log,
   }
   if (!corrected.empty()) node["corrected_by"] = corrected;
   node["not_checked"] = inspection.notes;
-  for (const Comparison& comparison : inspection.comparisons) {
+  for (const MotionComparison& comparison : inspection.comparisons) {
     node["comparisons"].push_back(ComparisonNode(comparison));
   }
   if (inspection.rotors) node["rotors"] = RotorsNode(*inspection.rotors);
