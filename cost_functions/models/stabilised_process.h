@@ -58,12 +58,25 @@ class StabilisedProcess {
   void Expect(const std::vector<std::vector<T>>& observed,
               std::vector<std::vector<T>>* rates) const;
 
+  // Variances, at the ends of the steps, of the errors of an axis' rate [(rad/s)^2], of its angle
+  // [rad^2] and of the angle's first and second integral [(rad s)^2, (rad s^2)^2], about what
+  // Expect expects: those of each size (Rasmussen and Williams 2006, eq. 2.24), and the sizes'
+  // spread about their mean. A size's are as much larger as the squares of what is observed are
+  // than it expects, as a Student-t process has it (Shah et al. 2014, lemma 3). The window's start
+  // is exact.
+  using Spread = std::array<Eigen::Vector4d, kSteps>;
+  std::vector<Spread> Spreads(const std::vector<std::vector<double>>& observed) const;
+
  private:
   struct Expert {
     Eigen::MatrixXd gain;       // kSteps x kObserved
     Eigen::MatrixXd precision;  // kObserved x kObserved
     double log_determinant = 0.0;
+    Spread spread;
   };
+  // Rate, angle and its integrals at the ends of the steps (rows) from the rates there (columns).
+  using Integrals = Eigen::Matrix<double, 4, kSteps>;
+  static Integrals Integrate(const Eigen::VectorXd& rates);
   struct Kernel;
   static Expert MakeExpert(const StabilisedProcessNumbers& n, double size);
 
@@ -166,7 +179,56 @@ inline StabilisedProcess::Expert StabilisedProcess::MakeExpert(const StabilisedP
   expert.gain = llt.solve(X.transpose()).transpose();
   expert.precision = llt.solve(Eigen::MatrixXd::Identity(kObserved, kObserved));
   expert.log_determinant = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+  const Eigen::MatrixXd left =
+      rates.bottomRightCorner(kSteps, kSteps) - expert.gain * X.transpose();
+  std::array<Integrals, kSteps> of_rate;
+  for (int j = 0; j < kSteps; ++j) of_rate[j] = Integrate(Eigen::VectorXd::Unit(kSteps, j));
+  for (int k = 0; k < kSteps; ++k) {
+    Eigen::Matrix<double, 4, kSteps> map;
+    for (int j = 0; j < kSteps; ++j) map.col(j) = of_rate[j].col(k);
+    expert.spread[k] = (map * left * map.transpose()).diagonal();
+  }
   return expert;
+}
+
+inline StabilisedProcess::Integrals StabilisedProcess::Integrate(const Eigen::VectorXd& rates) {
+  Integrals all;
+  Eigen::Vector4d last = Eigen::Vector4d::Zero();
+  for (int k = 0; k < kSteps; ++k) {
+    Eigen::Vector4d next(rates[k], 0.0, 0.0, 0.0);
+    for (int i = 1; i < 4; ++i) next[i] = last[i] + 0.5 * kStep * (last[i - 1] + next[i - 1]);
+    all.col(k) = last = next;
+  }
+  return all;
+}
+
+inline std::vector<StabilisedProcess::Spread> StabilisedProcess::Spreads(
+    const std::vector<std::vector<double>>& observed) const {
+  const std::array<double, kSizes> share = Shares(observed);
+  std::array<double, kSizes> scale = {};
+  for (const auto& axis : observed) {
+    const Eigen::Map<const Eigen::VectorXd> x(axis.data(), kObserved);
+    for (int e = 0; e < kSizes; ++e) {
+      scale[e] +=
+          x.dot(experts_[e].precision * x) / static_cast<double>(kObserved * observed.size());
+    }
+  }
+  std::vector<Spread> spreads(observed.size());
+  for (std::size_t a = 0; a < observed.size(); ++a) {
+    const Eigen::Map<const Eigen::VectorXd> x(observed[a].data(), kObserved);
+    std::array<Integrals, kSizes> means;
+    Integrals mean = Integrals::Zero();
+    for (int e = 0; e < kSizes; ++e)
+      mean += share[e] * (means[e] = Integrate(experts_[e].gain * x));
+    for (int k = 0; k < kSteps; ++k) {
+      spreads[a][k].setZero();
+      for (int e = 0; e < kSizes; ++e) {
+        const Eigen::Vector4d apart = means[e].col(k) - mean.col(k);
+        spreads[a][k] += share[e] * (scale[e] * experts_[e].spread[k] + apart.cwiseAbs2());
+      }
+    }
+  }
+  return spreads;
 }
 
 // Weights of the sizes; their derivatives follow the observations' to first order.

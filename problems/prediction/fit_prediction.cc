@@ -4,6 +4,7 @@
 #include "problems/prediction/fit_fused_velocity.h"
 #include "problems/prediction/fit_processes.h"
 #include "problems/prediction/number_fit.h"
+#include "problems/prediction/tube.h"
 
 namespace trueline {
 namespace {
@@ -148,6 +149,7 @@ PredictionFit FitPrediction(const PredictionSetup& setup,
     const int number = WindowPrediction::kVelocity + i;
     if (setup.numbers[number].free) fit.sigmas[number] = velocity.sigmas[i];
   }
+  fit.tube = LearnTube(ModelOf(setup, fit), fit.numbers, runs, windows, threads);
   return fit;
 }
 

@@ -37,12 +37,18 @@ struct PredictionSetup {
 // Name, unit and meaning of number `i`.
 const RotorAirInfo& PredictionNumberInfo(int i);
 
+// By quantity (p, v, R, w) and step.
+using QuantitySteps = std::array<std::array<double, PredictionWindow::kSteps>, 4>;
+// By chance (kTubeChances); tube.h.
+using Tube = std::array<QuantitySteps, 2>;
+
 struct PredictionFit {
   std::vector<double> numbers;  // WindowPrediction::kCount
   // One standard deviation by the spread between runs, and between trajectories where that is more
   // (sandwich with runs or trajectories as clusters); 0 for numbers that are held.
   std::vector<double> sigmas;
   ProcessNumbers processes;
+  Tube tube;          // factors on the processes' spread
   double cost = 0.0;  // mean over windows of the scaled errors' sum
   int windows = 0;
   bool converged = false;

@@ -39,7 +39,7 @@ std::vector<TrainingWindow> ChooseWindows(const std::vector<const PredictionRun*
     const int stride = std::max(1, available[trajectory] / count);
     for (int row = stride / 2; row < runs[i]->num_windows(); row += stride) {
       windows.push_back({WindowAt(*runs[i], row), TruthAfter(*runs[i], row), 1.0,
-                         static_cast<int>(i), sum.index});
+                         static_cast<int>(i), row, sum.index});
       sum.change += ChangeOfRate(windows.back());
       ++sum.windows;
     }

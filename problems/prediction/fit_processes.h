@@ -14,6 +14,7 @@ struct TrainingWindow {
   WindowTruth truth;
   double weight = 1.0;
   int run = 0;         // index of the run
+  int row = 0;         // its start
   int trajectory = 0;  // index of the trajectory
 };
 

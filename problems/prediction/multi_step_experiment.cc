@@ -75,6 +75,7 @@ void ScoreAll(const MultiStepExperiment& experiment, const PredictionFit& fit,
         VehiclePredictor("rotor by rotor", model.prediction, fit.numbers)}) {
     result->rows.push_back({trajectory, predictor.name, Score(predictor, runs, threads)});
   }
+  result->tubes.push_back({trajectory, ShareHeld(model, fit, runs, threads)});
 }
 
 // The folder must not hold a run of the training folder: its score would not be held out.

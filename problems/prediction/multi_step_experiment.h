@@ -20,6 +20,7 @@
 #include "problems/common/yaml_archive.h"
 #include "problems/prediction/multi_step_score.h"
 #include "problems/prediction/prediction_experiment.h"
+#include "problems/prediction/tube.h"
 
 namespace trueline {
 
@@ -47,6 +48,12 @@ struct MultiStepRow {
   MultiStepScore score;
 };
 
+// The share of a trajectory's windows that the tubes hold.
+struct TubeRow {
+  std::string trajectory;
+  Tube held;
+};
+
 // One fit, and what it has predicted.
 struct MultiStepFold {
   std::string trajectory;  // predicted
@@ -59,6 +66,7 @@ struct MultiStepResult {
   PredictionFit fit;                    // to all training runs
   std::vector<std::string> trained_on;  // its trajectories
   std::vector<MultiStepRow> rows;
+  std::vector<TubeRow> tubes;
   std::vector<PredictionRun> predicted;  // the runs that were predicted
 
   // The fit that predicted a trajectory.
@@ -77,8 +85,8 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
                     const std::filesystem::path& directory);
 
 // predictions.csv: the rotor-by-rotor model's states at every step from the start rows, a line a
-// step. Frames as PredictionRun; the quaternion goes on from the start's without taking the shorter
-// way.
+// step, and the radii of their tubes (tube.h). Frames as PredictionRun; the quaternion goes on from
+// the start's without taking the shorter way.
 void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResult& result,
                       int threads, const std::filesystem::path& directory);
 

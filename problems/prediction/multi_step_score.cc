@@ -73,6 +73,14 @@ double MultiStepErrors::Sum(int quantity) const {
   return std::accumulate(mean[quantity].begin(), mean[quantity].end(), 0.0);
 }
 
+WindowStates StatesOf(const PredictedStates<double>& predicted) {
+  WindowStates states;
+  for (int k = 0; k < kSteps; ++k) {
+    states.col(k) << predicted[k].p, predicted[k].v, predicted[k].q, predicted[k].w;
+  }
+  return states;
+}
+
 std::array<double, 4> StateErrors(const Eigen::Matrix<double, 13, 1>& truth,
                                   const Eigen::Matrix<double, 13, 1>& predicted) {
   const Eigen::Vector4d e =
@@ -143,11 +151,7 @@ Predictor VehiclePredictor(const std::string& name, const WindowPrediction& pred
   return {name, [&prediction, numbers](const PredictionRun& run, int row) {
             PredictedStates<double> predicted;
             prediction.Predict(numbers.data(), WindowAt(run, row), &predicted);
-            WindowStates states;
-            for (int k = 0; k < kSteps; ++k) {
-              states.col(k) << predicted[k].p, predicted[k].v, predicted[k].q, predicted[k].w;
-            }
-            return states;
+            return StatesOf(predicted);
           }};
 }
 

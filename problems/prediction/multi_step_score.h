@@ -14,6 +14,8 @@ namespace trueline {
 using WindowStates =
     Eigen::Matrix<double, 13, PredictionWindow::kSteps>;  // as PredictionRun::states
 
+WindowStates StatesOf(const PredictedStates<double>& predicted);
+
 struct Predictor {
   std::string name;
   // The states of the rows that follow `row`, from the state there and the speeds from there on.

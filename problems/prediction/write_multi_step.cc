@@ -1,5 +1,7 @@
 #include <fmt/ostream.h>
 
+#include <numeric>
+
 #include "problems/common/atomic_file.h"
 #include "problems/prediction/multi_step_experiment.h"
 #include "problems/result/csv_file.h"
@@ -8,7 +10,7 @@
 namespace trueline {
 namespace {
 
-constexpr int kScoreDigits = 5;
+constexpr int kScoreDigits = 5, kShareDigits = 3;
 constexpr std::array<int, 3> kShownHorizons = {1, 10, 50};
 
 YAML::Node ErrorsNode(const MultiStepErrors& errors) {
@@ -22,6 +24,28 @@ YAML::Node ErrorsNode(const MultiStepErrors& errors) {
     quantity["unit"] = kScoredUnits[a];
     quantity.SetStyle(YAML::EmitterStyle::Flow);
     node[kScoredQuantities[a]] = quantity;
+  }
+  return node;
+}
+
+double MeanOf(const std::array<double, PredictionWindow::kSteps>& steps) {
+  return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+}
+
+// Shares of windows that the tubes hold: at the shown horizons, and the mean over all.
+YAML::Node TubeNode(const TubeRow& row) {
+  YAML::Node node;
+  node["trajectory"] = row.trajectory;
+  for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+    for (int a = 0; a < 4; ++a) {
+      YAML::Node held;
+      for (const int h : kShownHorizons) {
+        held[fmt::format("h{}", h)] = Rounded(row.held[c][a][h - 1], kShareDigits);
+      }
+      held["mean"] = Rounded(MeanOf(row.held[c][a]), kShareDigits);
+      held.SetStyle(YAML::EmitterStyle::Flow);
+      node[fmt::format("{:g} %", 100.0 * kTubeChances[c])][kScoredQuantities[a]] = held;
+    }
   }
   return node;
 }
@@ -67,6 +91,7 @@ void WriteMultiStep(const MultiStepExperiment& experiment, const MultiStepResult
     score["within"] = ErrorsNode(row.score.within);
     node["scores"].push_back(score);
   }
+  for (const TubeRow& row : result.tubes) node["tubes"].push_back(TubeNode(row));
   for (const PublishedScore& published : experiment.published) {
     YAML::Node entry;
     entry["name"] = published.name;
@@ -99,6 +124,16 @@ std::string MultiStepTable(const MultiStepExperiment& experiment, const MultiSte
     table += "   ";
     for (int a = 0; a < 4; ++a) table += fmt::format("{:>9.3f}", row.score.within.Sum(a));
     table += "\n";
+  }
+  table += "\nshare of windows that the tubes hold, mean over h\n";
+  for (const TubeRow& row : result.tubes) {
+    for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
+      table += fmt::format("{:<12}{:<26}", row.trajectory,
+                           fmt::format("{:g} % meant", 100.0 * kTubeChances[c]));
+      for (int a = 0; a < 4; ++a)
+        table += fmt::format("{:>8.0f} %", 100.0 * MeanOf(row.held[c][a]));
+      table += "\n";
+    }
   }
   table += "\nnumbers (fitted to all training runs)\n";
   table += NumbersTable(experiment.setup.numbers, result.fit.numbers, result.fit.sigmas,

@@ -4,6 +4,7 @@
 
 #include "problems/common/parallel.h"
 #include "problems/prediction/multi_step_experiment.h"
+#include "problems/prediction/tube.h"
 #include "problems/result/csv_file.h"
 
 namespace trueline {
@@ -13,10 +14,26 @@ constexpr char kHeader[] =
     "run,start row [1],step [1],px [m],py [m],pz [m],vx [m/s],vy [m/s],vz [m/s],"
     "qw [1],qx [1],qy [1],qz [1],wx [rad/s],wy [rad/s],wz [rad/s]";
 
-void Print(const std::string& run, int row, const WindowStates& states, fmt::memory_buffer* out) {
-  for (Eigen::Index k = 0; k < states.cols(); ++k) {
-    fmt::format_to(fmt::appender(*out), "{},{},{}", run, row, k + 1);
-    for (const double value : states.col(k)) fmt::format_to(fmt::appender(*out), ",{:.6g}", value);
+// The tube's columns: "p 50 % [m]" and so on.
+std::string Header() {
+  std::string header = kHeader;
+  for (const double chance : kTubeChances) {
+    for (int a = 0; a < 4; ++a) {
+      header +=
+          fmt::format(",{} {:g} % [{}]", kScoredQuantities[a], 100.0 * chance, kScoredUnits[a]);
+    }
+  }
+  return header;
+}
+
+void Print(const std::string& run, int row, const TubedStates& tubed, fmt::memory_buffer* out) {
+  const auto text = fmt::appender(*out);
+  for (int k = 0; k < PredictionWindow::kSteps; ++k) {
+    fmt::format_to(text, "{},{},{}", run, row, k + 1);
+    for (const double value : tubed.states.col(k)) fmt::format_to(text, ",{:.6g}", value);
+    for (const QuantitySteps& radii : tubed.radii) {
+      for (const auto& radius : radii) fmt::format_to(text, ",{:.4g}", radius[k]);
+    }
     out->push_back('\n');
   }
 }
@@ -27,7 +44,6 @@ void PrintRun(const PredictionFit& fit, const PredictionSetup& setup, const Pred
               int stride, int threads, std::ostream& out) {
   constexpr int kPieces = 16, kPiece = 32;  // windows
   const PredictionModel model(setup.vehicle, fit.processes, fit.numbers);
-  const Predictor predictor = VehiclePredictor("", model.prediction, fit.numbers);
   const std::string name = CsvField(run.name);
   const int windows = (run.num_windows() + stride - 1) / stride;
   for (int first = 0; first < windows; first += kPieces * kPiece) {
@@ -35,7 +51,8 @@ void PrintRun(const PredictionFit& fit, const PredictionSetup& setup, const Pred
     ParallelFor(kPieces, threads, [&](int i) {
       const int begin = first + i * kPiece, end = std::min(begin + kPiece, windows);
       for (int w = begin; w < end; ++w) {
-        Print(name, w * stride, predictor.predict(run, w * stride), &texts[i]);
+        const int row = w * stride;
+        Print(name, row, PredictTube(model, fit.numbers, fit.tube, run, row), &texts[i]);
       }
     });
     for (const fmt::memory_buffer& text : texts) {
@@ -48,7 +65,7 @@ void PrintRun(const PredictionFit& fit, const PredictionSetup& setup, const Pred
 
 void WritePredictions(const MultiStepExperiment& experiment, const MultiStepResult& result,
                       int threads, const std::filesystem::path& directory) {
-  WriteCsv(directory / "predictions.csv", kHeader, [&](std::ostream& out) {
+  WriteCsv(directory / "predictions.csv", Header(), [&](std::ostream& out) {
     for (const PredictionRun& run : result.predicted) {
       PrintRun(result.FitFor(run.trajectory), experiment.setup, run, experiment.predictions_stride,
                threads, out);

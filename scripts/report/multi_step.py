@@ -35,6 +35,9 @@ def build(arguments):
     page.add("horizons", "Errors by horizon", *(
         charts.embed(_curves(part, escape(name)), f"plot-{index}") for index, (name, part)
         in enumerate(horizons[horizons.average == "within"].groupby("trajectory"))))
+    if summary.get("tubes"):
+        page.add("tubes", "What the tubes hold", _tubes(summary["tubes"]), paragraph(
+            "Share of a trajectory's windows whose error is inside the radius that predictions.csv states.", "note"))
     page.add("numbers", "Numbers of the model", _numbers(summary["fit"], trained), paragraph(
         "One standard deviation by the spread between runs, or between trajectories where that is "
         "more. The last columns: the fits that leave out one trajectory.", "note"))
@@ -50,6 +53,15 @@ def _scores(scores):
                 + _cells(s[average]) for s in scores]
         blocks += [f"<h3>{escape(meaning)}</h3>", table(headers, rows)]
     return blocks
+
+
+def _tubes(rows):
+    shown = ("h1", "h10", "h50", "mean")
+    headers = [("Trajectory", False), ("Meant", False),
+               *((f"{q} {h.replace('h', 'h=')}", True) for q in QUANTITIES for h in shown)]
+    return table(headers, [[escape(row["trajectory"]), chance,
+                            *(f"{100 * of[q][h]:.0f} %" for q in QUANTITIES for h in shown)]
+                           for row in rows for chance, of in row.items() if chance != "trajectory"])
 
 
 def _columns():

@@ -14,6 +14,7 @@ import yaml
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 BENCHMARK = Path(os.environ["TRUELINE_TEST_BUILD_DIR"]) / "apps" / "trueline-benchmark"
 STEPS = 50
+UNITS = {"p": "m", "v": "m/s", "R": "rad", "w": "rad/s"}
 STATE = ["x", "y", "z", "vx", "vy", "vz", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]
 PREDICTED = ["px [m]", "py [m]", "pz [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]", "qw [1]", "qx [1]",
              "qy [1]", "qz [1]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]"]
@@ -102,6 +103,29 @@ class Predictions(unittest.TestCase):
                     self.assertAlmostEqual(means[:, quantity].sum() / stated["sum"], 1.0, delta=1e-3)
                     for h in (1, 10, 50):
                         self.assertAlmostEqual(means[h - 1, quantity] / stated[f"h{h}"], 1.0, delta=2e-3)
+
+    def test_tubes_hold_what_the_summary_says(self):
+        table = self.run_benchmark(self.folder, self.config)
+        summary = yaml.safe_load((self.folder / "out" / "summary.yaml").read_text())
+        for stated in summary["tubes"]:
+            wrong, radii = [], {chance: [] for chance in (50, 95)}
+            for file in sorted((self.folder / "train").glob(f"{stated['trajectory']}_*.csv")):
+                truth, rows = pd.read_csv(file)[STATE].to_numpy(), table[table["run"] == file.stem]
+                later = np.concatenate([truth[row + 1:row + STEPS + 1] for row in range(len(truth) - STEPS)])
+                wrong.append(errors(later, rows[PREDICTED].to_numpy()).reshape(-1, STEPS, 4))
+                for chance, of in radii.items():
+                    of.append(rows[[f"{q} {chance} % [{u}]" for q, u in UNITS.items()]].to_numpy()
+                              .reshape(-1, STEPS, 4))
+            wrong = np.concatenate(wrong)
+            for chance, of in radii.items():
+                held = (wrong <= np.concatenate(of)).mean(axis=0)
+                for quantity, name in enumerate("pvRw"):
+                    self.assertAlmostEqual(held[:, quantity].mean(), stated[f"{chance} %"][name]["mean"], delta=2e-3)
+                    self.assertAlmostEqual(held[49, quantity], stated[f"{chance} %"][name]["h50"], delta=2e-3)
+            # Two trajectories of one kind: neither tube is empty or holds all.
+            self.assertLess(0.2, stated["50 %"]["w"]["mean"])
+            self.assertLess(stated["50 %"]["w"]["mean"], 0.8)
+            self.assertLess(0.8, stated["95 %"]["w"]["mean"])
 
     def test_every_nth_start_row(self):
         table = self.run_benchmark(self.folder, {**self.config, "predictions_stride": 40})

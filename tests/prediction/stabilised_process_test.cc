@@ -92,5 +92,78 @@ TEST(StabilisedProcess, DerivativesAreThoseOfDifferences) {
   }
 }
 
+// One axis of a vehicle that is such a process: the angle by random frequencies of its kernel.
+struct DrawnAxis {
+  Columns observed;
+  std::array<double, kSteps> rates;
+};
+DrawnAxis Draw(const StabilisedProcessNumbers& n, std::mt19937* random) {
+  constexpr int kWaves = 200;
+  constexpr double kSeconds = StabilisedProcess::kStep;
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
+  const auto draw = [&] { return normal(*random); };
+  const double size = n.sizes[0], height = size * std::sqrt(2.0 / kWaves);
+  std::array<double, kSteps + 1> w = {};
+  double angle = 0.0;
+  for (int m = 0; m < kWaves; ++m) {
+    const double frequency = draw() / n.length, at = phase(*random);
+    angle += height * std::cos(at);
+    for (int k = 0; k <= kSteps; ++k) {
+      w[k] -= height * frequency * std::sin(frequency * k * kSeconds + at);
+    }
+  }
+  const auto next = [&](double last, double sigma, double time) {
+    const double memory = std::exp(-kSeconds / time);
+    return memory * last + std::sqrt(1.0 - memory * memory) * sigma * draw();
+  };
+  const double shake = n.jitter * size / n.length,
+               grown = std::sqrt(1.0 + std::pow(n.growth * size, 2));
+  double jitter = shake * draw(), coloured = n.coloured * draw();
+  for (int k = 0; k <= kSteps; ++k, jitter = next(jitter, shake, n.jitter_time)) w[k] += jitter;
+  const double constant = n.constant * draw();
+  DrawnAxis axis;
+  axis.observed = {{angle + 0.03 * draw(), w[0] + 0.01 * draw()}};
+  for (int k = 0; k < kSteps; ++k, coloured = next(coloured, n.coloured, n.coloured_time)) {
+    axis.rates[k] = w[k + 1];
+    axis.observed[0].push_back((w[k + 1] - w[k]) / kSeconds -
+                               grown * (constant + coloured + n.white * draw()));
+  }
+  axis.observed[0].push_back(0.0);
+  return axis;
+}
+
+TEST(StabilisedProcess, SpreadsAreThoseOfTheErrors) {
+  StabilisedProcessNumbers numbers;
+  numbers.sizes.fill(0.2);
+  const StabilisedProcess process(numbers);
+  std::mt19937 random(11);
+  constexpr int kDraws = 2000;
+  Eigen::Vector2d square = Eigen::Vector2d::Zero(), expected = Eigen::Vector2d::Zero();
+  for (int i = 0; i < kDraws; ++i) {
+    const DrawnAxis axis = Draw(numbers, &random);
+    Columns rates;
+    process.Expect(axis.observed, &rates);
+    double angle = 0.0, last = 0.0, error = 0.0;
+    for (int k = 0; k < kSteps; ++k, last = error) {
+      error = axis.rates[k] - rates[0][k];
+      angle += 0.5 * StabilisedProcess::kStep * (last + error);
+    }
+    square += Eigen::Vector2d(error, angle).cwiseAbs2();
+    expected += process.Spreads(axis.observed)[0][kSteps - 1].head<2>();
+  }
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(square[i] / expected[i], 1.0, 0.12) << i;
+}
+
+// A manoeuvre beyond all sizes is predicted with as much less certainty.
+TEST(StabilisedProcess, SpreadsGrowWithWhatIsObserved) {
+  const StabilisedProcess process{StabilisedProcessNumbers{}};
+  const auto wave = [](double height) {
+    return Observed(0.0, 0.0, [=](double t) { return height * std::cos(20.0 * t); });
+  };
+  const double usual = process.Spreads(wave(100.0))[0][20][0];
+  EXPECT_NEAR(process.Spreads(wave(1000.0))[0][20][0] / usual, 100.0, 10.0);
+}
+
 }  // namespace
 }  // namespace trueline
