@@ -49,7 +49,7 @@ constexpr char kUsage[] = R"(Names what the calibrated model gets wrong on a fli
   trueline-diagnose --log=flight,flight2 --out=result
       claims only what repeats on the second flight of the same vehicle
   trueline-diagnose --log=flight --out=result --verbose
-      prints the table of all candidates, too: what was tried, and from which size on it would show
+      prints the table of all candidates, too: what was tried, and how large it must be to show
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       the next flight with what was found
   trueline-diagnose --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml

@@ -10,7 +10,7 @@
 #include "problems/effects/declaration.h"
 #include "problems/result/yaml_text.h"
 
-DEFINE_string(drive, "", "imu or rotors: only the effects which that model sees; all by default");
+DEFINE_string(drive, "", "imu or rotors: only the effects that this model sees; all by default");
 DEFINE_string(id, "", "only these effects, separated by commas");
 DEFINE_bool(yaml, false, "as YAML, for programs; with the sizes that the blind sets hide");
 

@@ -292,15 +292,16 @@ std::string ComparisonTable(const Comparison& comparison) {
                          Statement(comparison, *same));
   }
   table += SessionText(comparison) + "\n\n";
-  table += fmt::format("{:<9}{:>10}{:>12}{:>12}{:>12}\n", "command", "mean", "expected", "change",
-                       "sigma");
+  const bool is_speed = comparison.flight.is_speed;
+  table += fmt::format("{:<9}{:>11}{:>12}{:>12}{:>12}\n", is_speed ? "speed^2" : "command", "mean",
+                       "expected", "change", "sigma");
   const Eigen::VectorXd change = comparison.ln_command - comparison.forecast.mean;
   for (Eigen::Index k = 0; k < change.size(); ++k) {
     const double mean = comparison.flight.command[k];
-    table +=
-        fmt::format("{:<9}{:>10.4f}{:>12.4f}{:>10.1f} %{:>10.1f} %\n", fmt::format("u{}", k + 1),
-                    mean, mean * std::exp(-change[k]), 100.0 * std::expm1(change[k]),
-                    100.0 * std::sqrt(comparison.forecast.cov(k, k)));
+    table += fmt::format("{:<9}{:>11.4g}{:>12.4g}{:>10.1f} %{:>10.1f} %\n",
+                         fmt::format("{}{}", is_speed ? "w" : "u", k + 1), mean,
+                         mean * std::exp(-change[k]), 100.0 * std::expm1(change[k]),
+                         100.0 * std::sqrt(comparison.forecast.cov(k, k)));
   }
   return table;
 }

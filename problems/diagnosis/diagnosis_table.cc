@@ -111,7 +111,7 @@ std::string DiagnosisTable(const Diagnosis& diagnosis) {
   std::string table = diagnosis.fixes.empty() ? "" : diagnosis.fixes + "\n\n";
   table += fmt::format("verdict: {}: {}\n", diagnosis.verdict, VerdictMeaning(diagnosis));
   for (const std::string& fault : diagnosis.log_faults) {
-    table += "  the log has a fault, of which all below may be traces: " + fault + "\n";
+    table += "  the log has a fault, which may cause all that follows: " + fault + "\n";
   }
   if (!diagnosis.not_shown.empty()) {
     table += fmt::format("  this flight can't show: {}\n", fmt::join(diagnosis.not_shown, ", "));

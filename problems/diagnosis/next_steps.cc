@@ -56,7 +56,7 @@ std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
     steps.emplace_back("see what the misfit is correlated with: report.html, section Misfit");
   }
   if (diagnosis.verdict == "clean") {
-    steps.emplace_back("see from which size on each effect would have been found: --verbose");
+    steps.emplace_back("see how large each effect must be to be found: --verbose");
   }
   return steps;
 }

@@ -109,6 +109,7 @@ YAML::Node WitnessNode(const Cause& cause) {
 YAML::Node CauseNode(const Cause& cause) {
   YAML::Node node;
   node["id"] = cause.candidate.info->id;
+  node["physics"] = cause.candidate.info->physics;
   if (!cause.because.empty()) node["because"] = cause.because;
   node["parameters"] = ParametersNode(cause);
   node["witness"] = WitnessNode(cause);

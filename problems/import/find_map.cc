@@ -181,14 +181,14 @@ ImportMap MapOf(const FoundLog& found) {
   }
   ImportMap map = ReadImportMapText(found.map, "proposed_map.yaml");
   if (map.streams.contains("fixes") || map.streams.contains("mocap")) return map;
-  throw NoUsableLog(file + ": no column is a position or a velocity by its name, which is needed");
+  throw NoUsableLog(file + ": no column has the name of a position or a velocity; log one");
 }
 
 std::vector<std::string> AssumptionWarnings(const FoundLog& found) {
   if (found.assumed.empty()) return {};
   std::vector<std::string> warnings = {
-      fmt::format("{}: no map is known for it; by the names and the numbers of its columns it is "
-                  "read as follows, which to check and correct in proposed_map.yaml",
+      fmt::format("{}: no map is known for it. The names and numbers of its columns say what "
+                  "follows; check it, and correct proposed_map.yaml where it is wrong",
                   found.recording->file())};
   warnings.insert(warnings.end(), found.assumed.begin(), found.assumed.end());
   return warnings;
@@ -256,8 +256,8 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
   }
   if (log.imu.size() < kLeastImuSamples) {
     throw NoUsableLog(fmt::format(
-        "{}: the IMU has no more than {} samples, which are no flight; log it at 100 Hz or more",
-        file, log.imu.size()));
+        "{}: the IMU has only {} samples, too few for a flight; log it at 100 Hz or more", file,
+        log.imu.size()));
   }
   const double rate = 1.0 / MedianStep(log.imu);
   if (rate > kFastestImuRate) {

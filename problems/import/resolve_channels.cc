@@ -311,7 +311,7 @@ std::map<std::string, StreamMap> ResolveInput(const std::map<std::string, Stream
     }
   }
   if (!lacking.empty()) {
-    warnings->push_back(fmt::format("{}: has not what the map would also take: {}",
+    warnings->push_back(fmt::format("{}: lacks these streams, which the map can read, too: {}",
                                     recording->file(), fmt::join(lacking, "; ")));
   }
   return resolved;

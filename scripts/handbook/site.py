@@ -33,8 +33,8 @@ article h1 { font-size: 24px; } article p, article li { max-width: 90ch; }
 @media print { aside { display: none; } main { display: block; } }
 """
 GROUPS = [("Start", ["README.md", "config/handbook/README.md"]),
-          ("Tutorials", ["config/handbook/autopilots.md", "config/handbook/laboratory.md",
-                         "config/handbook/python.md"]),
+          ("Tutorials", [f"config/handbook/{name}.md" for name in (
+              "px4", "ardupilot", "betaflight", "crazyflie", "laboratory", "autopilots", "python", "library")]),
           ("Understand", ["config/handbook/reading.md", "config/handbook/diagnosis.md", "config/handbook/inspection.md",
                           "config/handbook/simulators.md", "config/handbook/mathematics.md"]),
           ("Look up", ["config/README.md", "config/reference/", "config/handbook/evidence.md",

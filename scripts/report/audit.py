@@ -1,7 +1,7 @@
 """The page of trueline-audit: what a simulator's file gets wrong, what it costs, what was not judged."""
 from pathlib import Path
 
-from page import Page, escape, paragraph
+from page import Page, escape, paragraph, verdict
 from tables import number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
@@ -13,7 +13,7 @@ HORIZONS = (0.25, 0.5, 1.0)
 def build(arguments):
     result = read_mapping(arguments.result / "audit.yaml", "run trueline-audit first")
     page = Page("Audit of a simulator", str(result.get("simulator", "")))
-    page.add("contradicted", "Contradicted", *_contradicted(result))
+    page.add("contradicted", "Result", *_contradicted(result))
     if result.get("before"):
         page.add("proof", "Held-out flight", *_proof(result))
     if result.get("compared"):
@@ -32,13 +32,17 @@ def build(arguments):
 def _contradicted(result):
     entries = result.get("contradicted") or []
     if not entries:
-        return [paragraph("Nothing is contradicted.")]
+        return [verdict("good", "The flights do not contradict the file." if result.get("compared") else
+                        "The file does not contradict itself, nor what vehicles have.")]
     rows = [[escape(c["parameter"]), number(c["file_value"], 4), _flight(c), escape(c["unit"]),
              number((c.get("cost") or {}).get(0.5)), escape(c["text"]), _place(c)]
             for c in entries]
     headers = [("parameter", 0), ("in the file", 1), ("by the flight", 1), ("unit", 0),
                ("cost in 0.5 s [m]", 1), ("", 0), ("where", 0)]
-    return [table(headers, rows),
+    return [verdict("bad", "The file is wrong; the corrected one lies beside this page.",
+                    [f"{c['parameter']}: {number(c['file_value'], 4)} {c['unit']} in the file, {_flight(c)} by the flight"
+                     if "flight_value" in c else f"{c['parameter']}: {number(c['file_value'], 4)} {c['unit']}"
+                     for c in entries]), table(headers, rows),
             paragraph("Cost: how much farther predictions of held-out flight err with the file's "
                       "value than with the flight's. Without a flight the file contradicts itself, "
                       "or what vehicles have.", "note")]

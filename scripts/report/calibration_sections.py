@@ -5,8 +5,8 @@ import yaml
 
 import charts
 import plots_residuals
-from page import details, escape, paragraph
-from tables import as_number, badge, bullets, number, percent, table, tiles, with_sigma
+from page import details, escape, paragraph, sentence
+from tables import as_number, badge, bullets, interval_95, number, percent, table, tiles, with_sigma
 
 VERDICTS = {
     "usable": "Usable: the parameters and their intervals can be relied on.",
@@ -14,22 +14,23 @@ VERDICTS = {
     "unusable": "Unusable: this flight does not calibrate the model.",
 }
 
+LACKS = "See what the model lacks: trueline diagnose --log=LOG."
 NEXT = {
     "usable": ["Use it: --model=model.yaml of this result, for the next flight of the vehicle.",
-               "See what the model lacks: trueline diagnose --log=LOG."],
+               LACKS],
     "poor": ["Read the reasons above; faults of the log: trueline inspect --log=LOG.",
-             "See what the model lacks: trueline diagnose --log=LOG."],
+             LACKS],
     "unusable": ["Fly with turns, climbs and changes of speed: a hover shows no drag and no misalignment.",
                  "See what a flight shows: trueline observe --log=LOG."],
 }
 
 
-def headline(result):
-    """Verdict with its reasons, key figures and warnings."""
+def headline(result, flags=""):
+    """Verdict with its reasons, key figures and warnings; `flags` of the commands that come next."""
     summary, verdict = result.summary, result.verdict
     blocks = [f'<div class="verdict {verdict}"><strong>{VERDICTS[verdict]}</strong>'
               f"{bullets(summary.get('reasons') or [])}</div>",
-              "<h3>What to do</h3>" + bullets(NEXT[verdict])]
+              "<h3>What to do</h3>" + bullets(text.replace("--log=LOG", f"{flags}--log=LOG") for text in NEXT[verdict])]
     arcs = summary.get("arcs") or {}
     error = arcs.get("final_point_error") or {}
     if arcs.get("count"):
@@ -41,7 +42,7 @@ def headline(result):
             (percent(arcs.get("inside_95_ellipse")), "of ends inside their 95 % ellipse"),
             (str(arcs["count"]), "arcs predicted")]))
     if fixes := summary.get("fixes"):
-        blocks.append(paragraph(fixes["text"][0].upper() + fixes["text"][1:] + "."))
+        blocks.append(paragraph(sentence(fixes["text"])))
     warnings = summary.get("warnings") or []
     if warnings:
         blocks.append(f'<div class="warnings"><b>Warnings</b>{bullets(warnings)}</div>')
@@ -55,21 +56,19 @@ def parameter_table(parameters, truth=None):
     for name, entry in (parameters or {}).items():
         value, sigma = as_number(entry.get("value")), as_number(entry.get("sigma"))
         unit, status = str(entry.get("unit", "")), str(entry.get("status", ""))
-        known = status != "unobservable"
-        interval = f"{number(value - 1.96 * sigma)} to {number(value + 1.96 * sigma)}"
+        sigma = sigma if status != "unobservable" else math.nan
         rows.append([f"<code>{escape(name)}</code>", escape(str(entry.get("meaning", ""))),
-                     escape(with_sigma(value, sigma if known else math.nan)),
-                     escape(interval if known and math.isfinite(sigma) else "–"), escape(unit),
-                     escape(_in_degrees(value, sigma if known else math.nan, unit)),
+                     escape(with_sigma(value, sigma)),
+                     escape(interval_95(value, sigma)), escape(unit), escape(_in_degrees(value, sigma, unit)),
                      badge(status)])
         if truth:
-            rows[-1] += _beside_truth(value, sigma if known else math.nan, truth.get(name, math.nan))
+            rows[-1] += _beside_truth(value, sigma, truth.get(name, math.nan))
     if not rows:
         return paragraph("No parameter was estimated.")
-    return table([("Parameter", False), ("", False), ("Value ± 1 sigma", True),
-                  ("95 % interval", True), ("Unit", False), ("In degrees", True),
-                  ("Status", False)] + ([("Truth", True), ("Error / sigma", True)] if truth else []),
-                 rows)
+    headers = [("Parameter", False), ("", False), ("Value ± 1 sigma", True), ("95 % interval", True), ("Unit", False),
+               ("In degrees", True), ("Status", False)] + ([("Truth", True), ("Error / sigma", True)] if truth else [])
+    filled = [column for column in range(len(headers)) if any(row[column] for row in rows)]
+    return table([headers[column] for column in filled], [[row[column] for column in filled] for row in rows])
 
 
 def _beside_truth(value, sigma, truth):

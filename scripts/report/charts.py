@@ -41,6 +41,8 @@ def style(figure, height, **layout):
                         title_standoff=8, title_font=dict(size=13))
     figure.update_yaxes(gridcolor=GRID, zeroline=False, linecolor="#c6cfda", showline=True,
                         title_standoff=8, title_font=dict(size=13))
+    figure.update_xaxes(exponentformat="power")
+    figure.update_yaxes(exponentformat="power")  # not 600µ kg m^2
     figure.update_layout(**layout)
     return figure
 

@@ -6,7 +6,7 @@ import misfit_sections
 from charts import BAD, FIXES, MUTED, decimate, embed, style
 from csv_table import read_table
 from errors import ReportError
-from page import Page, details, escape, paragraph, verdict
+from page import Page, details, escape, paragraph, sentence, verdict
 from tables import badge, bullets, number, table, tiles, with_sigma
 from yaml_file import read_mapping
 
@@ -15,10 +15,9 @@ PROGRAM = "trueline-diagnose"
 VERDICTS = {"clean": "Nothing of the catalogue shows in this flight; the table says what would have.",
             "explained": "The causes below explain what the model gets wrong, with what they gain.",
             "ambiguous": "Something is wrong, and more than one effect would explain it.",
-            "unexplained": "A residual is left that is real and that nothing explains which would hold "
-                           "on flight that took no part in the search."}
-NAMED_BESIDE = ("The causes below are named. Beside them a residual is left that is real and that nothing "
-                "explains which would hold on flight that took no part in the search.")
+            "unexplained": "A significant misfit remains, and no cause explains it on held-out flight."}
+NAMED_BESIDE = ("The causes below are named. Beside them a significant misfit remains, which no cause explains on "
+                "held-out flight.")
 
 WITNESS = {"confirms": "another stream shows it directly", "refutes": "another stream refutes it",
            "silent": "no other stream can tell"}
@@ -60,7 +59,7 @@ def _verdict(result):
     if fixes := result.get("fixes"):
         blocks.append(paragraph(fixes[0].upper() + fixes[1:] + "."))
     if result.get("log_faults"):
-        blocks += ["<h3>The log has faults, of which all below may be traces</h3>",
+        blocks += ["<h3>The log has faults, which may cause all that follows</h3>",
                    bullets(result["log_faults"])]
     for cause in causes:
         blocks += _cause(cause)
@@ -112,7 +111,8 @@ def _evidence(result):
             figure.add_bar(y=rows, x=parts, name=what, orientation="h")
     figure.add_vline(x=result["evidence_needed"], line_dash="dash", line_color=MUTED)
     figure.update_layout(barmode="relative")
-    style(figure, 140 + 34 * len(causes), xaxis_title="evidence (log of the likelihood ratio)")
+    style(figure, 110 + 30 * len(causes))
+    figure.update_xaxes(title_text="evidence (log of the likelihood ratio)")
     figure.update_yaxes(automargin=True)  # for the causes' names
     note = ("The sum of the bars of a cause decides: it is named from the dashed line on.")
     return ["<h3>Evidence</h3>", paragraph(note, "note"), embed(figure, "plot-evidence")]
@@ -159,6 +159,7 @@ def _cause(cause):
              escape(p["unit"])] for name, p in cause["parameters"].items()]
     repeated = {True: badge("confirmed"), False: badge("not confirmed")}.get(cause.get("confirmed"), "")
     blocks = [f"<h3>{escape(cause['id'])} {badge(_chance(cause['confidence']))} {repeated}</h3>",
+              *([paragraph(sentence(cause["physics"]))] if cause.get("physics") else []),
               table([("parameter", 0), ("value", 1), ("unit", 0)], rows)]
     if cause.get("because"):
         blocks.append(paragraph(f"Not named: {cause['because']}."))

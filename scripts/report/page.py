@@ -18,6 +18,11 @@ def paragraph(text, css_class=""):
     return f'<p class="{css_class}">{escape(text)}</p>'
 
 
+def sentence(text):
+    """A clause of a result file as a sentence."""
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
 def details(summary, content):
     """Content (HTML) that is folded until its summary is clicked."""
     return f"<details><summary>{escape(summary)}</summary>{content}</details>"

@@ -1,6 +1,7 @@
 """A diagnosis as one picture, before and after: the course from above, with a line from where the
 vehicle was to where the model has it two seconds after it last saw a gate."""
 import math
+import textwrap
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from yaml_file import read_mapping
 VERB_HELP = "the result of trueline-diagnose, as an SVG picture"
 PROGRAM = "trueline-diagnose"
 GOOD = "#1a7f4b"
-PANEL, MARGIN, HEAD, FOOT = 430, 24, 80, 40  # px
+PANEL, MARGIN, HEAD, LINE, FOOT = 430, 24, 62, 18, 40  # px
+LETTERS = 54   # of a line below a title
 HORIZON = 2.0  # s
 LINES = 120    # of a panel
 
@@ -39,13 +41,16 @@ class Picture(Document):
         self.scale = (PANEL - 2 * MARGIN) / max(np.ptp(rows.x) + 2.0, np.ptp(rows.y) + 2.0,
                                                 1e-3 * np.abs(reach).max())
 
+        self.words = textwrap.wrap(self._causes(), LETTERS)
+        self.head = HEAD + LINE * len(self.words)
+
     def render(self):
-        width, height = 2 * PANEL, HEAD + PANEL + FOOT
+        width, height = 2 * PANEL, self.head + PANEL + FOOT
         return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
                 f'font-family="system-ui, Helvetica, Arial, sans-serif" font-size="16">'
                 f'<rect width="{width}" height="{height}" fill="#fff"/>'
                 f'{self._panel(0, "before", BAD, "Before: the model as calibrated")}'
-                f'{self._panel(1, "after", GOOD, "After: with what was found", self._causes())}'
+                f'{self._panel(1, "after", GOOD, "After: with what was found", self.words)}'
                 f'<text x="{MARGIN}" y="{height - 14}" fill="{MUTED}" font-size="14">From above. '
                 f'Dot: where the vehicle was. Line: to where the model has it {HORIZON:g} s after '
                 f'the last known position.</text></svg>\n')
@@ -55,7 +60,7 @@ class Picture(Document):
             f'{name} {with_sigma(p["value"], p["sigma"])} {p["unit"]}'
             for name, p in cause["parameters"].items() if "sigma" in p) for cause in self.result["causes"])
 
-    def _panel(self, column, when, colour, title, more=""):
+    def _panel(self, column, when, colour, title, more=()):
         north, east = self.rows[f"north_{when}"], self.rows[f"east_{when}"]
         rms = math.sqrt(np.mean(north**2 + east**2))
         lines, dots = [], []
@@ -64,13 +69,15 @@ class Picture(Document):
             lines.append(f"M{u:.0f} {v:.0f}L{du:.0f} {dv:.0f}")
             dots.append(f"M{u:.0f} {v:.0f}h0")
         left = column * PANEL + MARGIN
+        words = [f'<text x="{left}" y="{72 + LINE * i}" fill="{MUTED}" font-size="14">{escape(text)}</text>'
+                 for i, text in enumerate(more)]
         return (f'<text x="{left}" y="26" font-weight="600">{escape(title)}</text>'
                 f'<text x="{left}" y="50" fill="{colour}">{number(rms, 2)} m off after {HORIZON:g} s '
-                f'(rms)</text><text x="{left}" y="72" fill="{MUTED}" font-size="14">{escape(more)}</text><path d="{"".join(lines)}" stroke="{colour}" stroke-width="2"/>'
+                f'(rms)</text>{"".join(words)}<path d="{"".join(lines)}" stroke="{colour}" stroke-width="2"/>'
                 f'<path d="{"".join(dots)}" stroke="{MUTED}" stroke-width="5" '
                 'stroke-linecap="round"/>')
 
     def _at(self, north, east, column):
         """Pixels of a place in NED; north is up."""
         return (column * PANEL + MARGIN + self.scale * (east - self.low[1]),
-                HEAD + PANEL - MARGIN - self.scale * (north - self.low[0]))
+                self.head + PANEL - MARGIN - self.scale * (north - self.low[0]))

@@ -16,7 +16,7 @@ COLUMNS = {"imu": ACCEL + GYRO, "attitude": QUATERNION, "mocap": POSITION + QUAT
 REFERENCE, STREAM = "#8a94a3", "#1f6feb"
 LEVELS = {"fatal": "#c0312b", "biases": "#c0312b", "widens": "#a86500", "note": "#1a7f4b"}
 SHOWN = 20.0       # s of flight laid over each other, from the middle
-SMOOTH = 0.1       # s, over which second differences of positions are averaged
+SMOOTH = 0.1       # s, at least, over which second differences of positions are averaged
 GAP = 3.0          # times the median interval
 MOST = 1500        # points of a line
 TIMES = re.compile(r"(?:from|at|between) ([\d.]+)(?: s)?(?: (?:to|and) ([\d.]+))? s")
@@ -49,18 +49,25 @@ def _turn_rate(frame):
     return pd.DataFrame({"t": 0.5 * (t[1:] + t[:-1]), "v": angle / np.diff(t)})
 
 
-def _specific_force(frame):
-    """Length of the second derivative of positions less gravity, m/s^2."""
+def _specific_force(frame, step):
+    """Length of the second derivative of positions less gravity, m/s^2, by differences over `step` s."""
     t, p = frame.t.to_numpy(), frame[POSITION].to_numpy()
-    grid = np.arange(t[0], t[-1], SMOOTH)
+    grid = np.arange(t[0], t[-1], step)
     p = np.stack([np.interp(grid, t, axis) for axis in p.T], axis=1)
-    force = (p[2:] - 2.0 * p[1:-1] + p[:-2]) / SMOOTH**2 - [0.0, 0.0, 9.81]
+    force = (p[2:] - 2.0 * p[1:-1] + p[:-2]) / step**2 - [0.0, 0.0, 9.81]
     return _lengths(grid[1:-1], force)
 
 
 def _smoothed(line, seconds):
     step = max(line.t.diff().median(), 1e-6)
     return line.assign(v=line.v.rolling(max(1, round(seconds / step)), center=True, min_periods=1).mean())
+
+
+def _averaged(imu, seconds):
+    """Specific force as second differences over `seconds` see it: averaged twice. The body's turns are neglected."""
+    rows = max(1, round(seconds / max(imu.t.diff().median(), 1e-6)))
+    once = imu[ACCEL].rolling(rows, center=True, min_periods=1).mean()
+    return once.rolling(rows, center=True, min_periods=1).mean()
 
 
 def _pair(comparison, streams):
@@ -73,8 +80,9 @@ def _pair(comparison, streams):
         lines = _smoothed(_lengths(imu.t, imu[GYRO]), 0.02), _smoothed(_turn_rate(frame), 0.02)
         return "turn rate [rad/s]", "gyroscope", *lines
     if what.startswith("positions against the accelerometer"):
-        return ("specific force [m/s²]", "accelerometer", _smoothed(_lengths(imu.t, imu[ACCEL]), SMOOTH),
-                _specific_force(frame))
+        step = max(SMOOTH, 2.0 * frame.t.diff().median())  # between samples a line would show no force
+        return ("specific force [m/s²]", "accelerometer", _lengths(imu.t, _averaged(imu, step)),
+                _specific_force(frame, step))
     if what == "positions against mocap" and "mocap" in streams:
         mocap = streams["mocap"]
         return ("north [m]", "mocap", mocap[["t", "x"]].set_axis(["t", "v"], axis=1),
@@ -133,7 +141,7 @@ def time_line(streams, findings):
                            hovertext=f'{finding["id"]}: {finding["text"]}'.replace("<", "&lt;"), hoverinfo="text")
     charts.style(figure, 110 + 34 * len(streams), hovermode="closest")
     figure.update_xaxes(title_text="since the first IMU sample [s]")
-    figure.update_yaxes(automargin=True, autorange="reversed")
+    figure.update_yaxes(automargin=True, range=[len(streams) - 0.4, -0.6])
     return figure
 
 
@@ -169,5 +177,5 @@ def spectra(streams, axes):
     charts.style(figure, 520, legend=dict(orientation="h", x=0, y=1.02, xanchor="left", yanchor="bottom"))
     figure.update_xaxes(type="log")
     figure.update_xaxes(title_text="frequency [Hz]", row=2)
-    figure.update_yaxes(type="log", exponentformat="power")
+    figure.update_yaxes(type="log")
     return figure

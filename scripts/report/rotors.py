@@ -37,7 +37,7 @@ def build(arguments):
                    ["estimator", "parameter", "unit", "status"], REMEDY),
         read_table(folder / "trajectory.csv", ["t", "x", "y", "z"], [], REMEDY))
     page = Page("Calibration by rotor speeds", str(result.summary["provenance"].get("log", "")))
-    page.add("verdict", "Result", *headline(result), _predictions(result))
+    page.add("verdict", "Result", *headline(result, "--drive=rotors --config=CONFIG "), _predictions(result))
     page.add("parameters", "Constants", parameter_table(result.summary.get("parameters")),
              unobservable(result.summary))
     page.add("time", "Over time", paragraph(

@@ -48,15 +48,28 @@ def number(value, digits=3, unit=""):
     return f"{text.replace('-', '−')} {unit}".strip()
 
 
-def with_sigma(value, sigma):
-    """`value ± sigma`, both to the decimals of two significant digits of sigma."""
-    value, sigma = as_number(value), as_number(sigma)
-    if not (math.isfinite(sigma) and sigma > 0 and math.isfinite(value)):
-        return number(value)
+def to_digits_of(sigma, *values):
+    """Texts of values to the decimals of two significant digits of sigma; None where there is no such sigma."""
+    sigma = as_number(sigma)
+    if not (math.isfinite(sigma) and sigma > 0 and all(map(math.isfinite, values))):
+        return None
     decimals = max(0, 1 - math.floor(math.log10(sigma)))
     if decimals > 9:
-        return f"{number(value)} ± {number(sigma, 2)}"
-    return f"{value:.{decimals}f} ± {sigma:.{decimals}f}".replace("-", "−")
+        return [number(value) for value in values]
+    return [f"{value:.{decimals}f}".replace("-", "−") for value in values]
+
+
+def with_sigma(value, sigma):
+    """`value ± sigma`."""
+    value, sigma = as_number(value), as_number(sigma)
+    texts = to_digits_of(sigma, value, sigma)
+    return " ± ".join(texts) if texts else number(value)
+
+
+def interval_95(value, sigma):
+    """The ends of the 95 % interval of a normal distribution."""
+    texts = to_digits_of(sigma, value - 1.96 * sigma, value + 1.96 * sigma)
+    return " to ".join(texts) if texts else "–"
 
 
 def percent(share):

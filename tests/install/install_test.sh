@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the build to an empty prefix, then builds and runs a project that knows nothing but
-# find_package(Trueline); the installed command line works from there too.
+# Installs the build to an empty prefix, then builds and runs the handbook's example, a project that knows nothing
+# but find_package(Trueline); the installed command line works from there too.
 set -euo pipefail
 source_dir=${TRUELINE_TEST_SOURCE_DIR:?run by ctest}
 build_dir=${TRUELINE_TEST_BUILD_DIR:?run by ctest}
@@ -12,11 +12,19 @@ fail() { echo "FAILED: $1" >&2; exit 1; }
 # looks at whole packages.
 TRUELINE_INSTALL_AS_BUILT=1 cmake --install "$build_dir" --prefix "$scratch/prefix" >"$scratch/install.log"
 
-cmake -S "$source_dir/tests/install/consumer" -B "$scratch/consumer" -G Ninja \
+block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/p" "$source_dir/config/handbook/library.md" | grep -v '^```'; }
+mkdir "$scratch/example"
+block cmake >"$scratch/example/CMakeLists.txt"
+block cpp >"$scratch/example/main.cc"
+cmake -S "$scratch/example" -B "$scratch/consumer" -G Ninja \
   -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/configure.log"
 cmake --build "$scratch/consumer"
-output=$("$scratch/consumer/consumer")
-[[ $output == version\ *,\ sum\ 6 ]] || fail "the consumer printed '$output'"
+"$scratch/prefix/bin/trueline" simulate --config="$source_dir/config/simulate/iros2016.yaml" --duration=40 \
+  --out="$scratch/log" --quiet
+output=$("$scratch/consumer/consumer" "$scratch/log")
+[[ $output == verdict\ *K_x\ -0.4* ]] || fail "the example printed '$output'"
+"$scratch/consumer/consumer" "$scratch" 2>"$scratch/error" && fail "the example takes a folder without a log"
+grep -q log.yaml "$scratch/error" || fail "the example does not say what is missing: $(cat "$scratch/error")"
 
 # Nothing that was installed may point back to where it was built.
 if grep -rlF "$build_dir" "$scratch/prefix/lib"*/cmake "$scratch/prefix/include"; then

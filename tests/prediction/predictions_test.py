@@ -3,6 +3,7 @@
 with summary.yaml by both averages."""
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -10,6 +11,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
+
+sys.dont_write_bytecode = True
+sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
+
+from schemas import complaints
 
 SOURCE = Path(os.environ["TRUELINE_TEST_SOURCE_DIR"])
 BENCHMARK = Path(os.environ["TRUELINE_TEST_BUILD_DIR"]) / "apps" / "trueline-benchmark"
@@ -85,6 +91,7 @@ class Predictions(unittest.TestCase):
     def test_scores_are_those_of_the_summary(self):
         table = self.run_benchmark(self.folder, self.config)
         summary = yaml.safe_load((self.folder / "out" / "summary.yaml").read_text())
+        self.assertEqual(complaints(self.folder / "out" / "summary.yaml"), [])
         for trajectory in ("one", "two"):
             truths, predictions = [], []
             for file in sorted((self.folder / "train").glob(f"{trajectory}_*.csv")):

@@ -1,5 +1,6 @@
 """Pages in a real browser at three widths: the answer first, nothing sideways, dark, and on paper."""
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,11 +19,11 @@ import diagnosis_page_test
 import synthetic_result as synthetic
 
 SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
 REPORT = SOURCE / "scripts" / "report" / "report.py"
 WIDTHS = [1366, 1100, 390]  # CSS pixels: a screen, a small one, a telephone
 PAPER = 720                 # of a sheet of A4 between its margins
-READY = ("return [...document.querySelectorAll('div.plot')].length > 0 && "
-         "[...document.querySelectorAll('div.plot')].every(p => p.querySelector('.main-svg'))")
+READY = "return [...document.querySelectorAll('div.plot')].every(p => p.querySelector('.main-svg'))"
 
 
 def sized(value, sigma, unit):
@@ -60,6 +61,21 @@ def write_inspected(root):
     return log, result
 
 
+def fly_by_rotors(root):
+    """Results of the rotor drive: a calibration, an audit of its export with ten times the mass, a comparison."""
+    def run(*command):
+        subprocess.run([BUILD / "apps/trueline", *command, "--quiet"], cwd=root, check=True)
+    for seed in (1, 2, 3):
+        run("simulate", f"--config={SOURCE}/config/rotors/random.yaml", f"--seed={seed}", f"--out=flown_{seed}")
+    run("calibrate", "--drive=rotors", f"--config={SOURCE}/config/calibrate/rotors.yaml", "--log=flown_1",
+        "--out=rotors", "--report=false")
+    run("export", "--model=rotors/model.yaml", "--to=rotorpy", "--out=wrong.yaml")
+    file = root / "wrong.yaml"
+    file.write_text(re.sub(r"(mass: *)([\d.]+)", lambda found: f"{found[1]}{10 * float(found[2])}", file.read_text()))
+    run("audit", "--simulator=wrong.yaml", "--out=audit", "--report=false")
+    run("diagnose", "--log=flown_1", "--against=flown_2,flown_3", "--out=against", "--report=false")
+
+
 @unittest.skipUnless(shutil.which("chromedriver"), "SKIPPED: no chromedriver, no page was looked at")
 class Pages(unittest.TestCase):
     @classmethod
@@ -70,13 +86,16 @@ class Pages(unittest.TestCase):
         diagnosis_page_test.write_result(cls.root / "diagnosis")
         inspected, inspection_result = write_inspected(cls.root)
         cls.pages = {}
+        fly_by_rotors(cls.root)
         for verb, folder, more in (("calibration", result, [f"--log={log}"]), ("diagnosis", cls.root / "diagnosis", []),
-                                   ("inspection", inspection_result, [f"--log={inspected}"])):
-            page = cls.root / f"{verb}.html"
+                                   ("inspection", inspection_result, [f"--log={inspected}"]),
+                                   ("rotors", cls.root / "rotors", []), ("audit", cls.root / "audit", []),
+                                   ("diagnosis", cls.root / "against", [])):
+            page = cls.root / f"{folder.name}.html"
             outcome = subprocess.run(["/usr/bin/python3", REPORT, verb, f"--result={folder}", f"--out={page}", *more],
                                      capture_output=True, text=True)
             assert outcome.returncode == 0, outcome.stderr
-            cls.pages[verb] = page
+            cls.pages[verb if folder.name != "against" else "against"] = page
         cls.browser = cls.enterClassContext(browser.Browser())
 
     def each_page(self):

@@ -1,0 +1,88 @@
+"""Follows a tutorial of the handbook as a reader would. `tutorial.py PAGE` prints what its commands say.
+
+A block of YAML is the reader's map.yaml, blocks of commands run one after the other, and each block of output is
+looked for, line by line, in what the commands before it have said.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import yaml
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "result"))
+
+from schemas import complaints
+
+SOURCE = Path(os.environ.get("TRUELINE_TEST_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+BUILD = Path(os.environ.get("TRUELINE_TEST_BUILD_DIR", SOURCE / "build"))
+BLOCK = re.compile(r"```(sh|text|yaml)\n(.*?)```", re.S)
+
+
+def squeezed(text):
+    return re.sub(r"\s+", " ", text).strip()
+
+
+def follow(page, folder):
+    """Yields (commands, what they said, the outputs that the page shows of them)."""
+    for name in ("config", "scripts"):
+        (folder / name).symlink_to(SOURCE / name)
+    environment = {**os.environ, "PATH": f"{BUILD / 'apps'}:/usr/bin:/bin"}
+    commands = said = None
+    shown = []
+    for kind, text in BLOCK.findall((SOURCE / "config/handbook" / page).read_text()):
+        if kind == "yaml":
+            (folder / "map.yaml").write_text(text)
+        elif kind == "text" and commands:
+            shown.append(text)
+        elif kind == "sh":
+            if commands:
+                yield commands, said, shown
+            outcome = subprocess.run(["bash", "-euc", text], cwd=folder, env=environment, text=True,
+                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            assert outcome.returncode == 0, text + outcome.stdout
+            commands, said, shown = text, outcome.stdout, []
+    if commands:
+        yield commands, said, shown
+
+
+class Tutorial(unittest.TestCase):
+    """A page whose commands are run once; what each of them says is compared with what the page shows."""
+
+    page = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = Path(tempfile.mkdtemp(prefix="trueline_tutorial_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root)
+        cls.steps = list(follow(cls.page, cls.root))
+
+    def result(self, name):
+        return yaml.safe_load((self.root / name).read_text())
+
+    def test_what_the_page_shows_is_said(self):
+        compared = 0
+        for commands, said, shown in self.steps:
+            for line in (line for text in shown for line in text.splitlines() if line != "..."):
+                compared += 1
+                self.assertIn(squeezed(line), squeezed(said), commands)
+        self.assertGreater(compared, 5)
+
+    def test_results_are_as_their_schemas_say(self):
+        for name in ("inspection/inspection", "calibration/calibration", "calibration/model", "diagnosis/diagnosis",
+                     "diagnosis/model", "diagnosis/manifest", "flight.truth"):
+            self.assertEqual(complaints(self.root / f"{name}.yaml"), [], name)
+
+    def test_the_causes_are_those_that_were_hidden(self):
+        flown = [effect["id"] for effect in self.result("flight.truth.yaml")["effects"]]
+        self.assertEqual([cause["id"] for cause in self.result("diagnosis/diagnosis.yaml")["causes"]], flown)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as made:
+        for commands, said, _ in follow(sys.argv[1], Path(made)):
+            print(f"$ {commands}{said}")
