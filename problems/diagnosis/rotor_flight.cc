@@ -200,7 +200,7 @@ bool RotorDrivenFlight::Move(const std::vector<Found>& before, std::vector<Found
   return false;
 }
 
-void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
+void RotorDrivenFlight::RefineValues(std::vector<Found>* found, int most_steps) {
   bool comparable = false;
   std::vector<Found> last = AtLastFit(*found, &comparable);
   if (!comparable) {
@@ -211,14 +211,14 @@ void RotorDrivenFlight::RefineValues(std::vector<Found>* found) {
   Fitted regular = fit_;
   regular.found = last;
   if (comparable || last != *found) Move(last, found);
-  for (int i = 0; i < kMostSteps && !found->empty(); ++i) {
+  for (int i = 0; i < most_steps && !found->empty(); ++i) {
     const std::vector<Found> before = *found;
     const double before_step = fit_.batch.cost;
     const bool settled = Step(found);
     if (!Move(before, found) || settled) break;
     if (before_step - fit_.batch.cost < kSmallGain) break;
   }
-  ReweighOrShorten(regular, found);
+  if (most_steps > 1) ReweighOrShorten(regular, found);
 }
 
 void RotorDrivenFlight::LearnNoiseAgain() {
@@ -241,11 +241,11 @@ void RotorDrivenFlight::LearnNoiseAgain() {
 
 void RotorDrivenFlight::Fit(std::vector<Found>* found) {
   if (const Fitted* known = Known(*found)) return Restore(*known);
-  RefineValues(found);
   if (learn_noise_) {
+    RefineValues(found, 1);  // noise needs rough values
     LearnNoiseAgain();
-    RefineValues(found);
   }
+  RefineValues(found, kMostSteps);
   Keep();
 }
 

@@ -102,7 +102,9 @@ class RotorDrivenFlight final : public DiagnosedFlight {
   // `found` with the values of the last fit, without effect where new. `comparable`: false if that
   // fit had another cause or other noise, so that costs can't be compared.
   std::vector<Found> AtLastFit(const std::vector<Found>& found, bool* comparable) const;
-  void RefineValues(std::vector<Found>* found);
+  // Moves the values to the best fit in at most so many steps. After a single one, which is rough,
+  // the weights stay those of before.
+  void RefineValues(std::vector<Found>* found, int most_steps);
   // One Gauss-Newton step of the causes with the weights of `fit_`. True if it is small in
   // sigmas.
   bool Step(std::vector<Found>* found) const;
