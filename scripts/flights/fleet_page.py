@@ -38,13 +38,13 @@ def _add_history(page, compared, trims):
     changed = set(firsts[firsts.differ > 0].vehicle)
     charts = [embed(over_time(group, changed), f"plot-trim-{number}")
               for number, (_, group) in enumerate(trims.groupby("parameter"))]
-    differing = compared[compared.outcome == "differs"].drop(columns=["earlier", "outcome"])
+    differing = compared[compared.outcome.isin(["differs", "wrong log"])].drop(columns="earlier")
     page.add("history", "What has changed, and when", paragraph(
         "Each flight against the earlier ones of its vehicle (trueline-diagnose --against; a day is "
         "a session), each with a chance of 1 % of being named without cause. Colour: vehicles with a "
         "flight that differs. Trim: mean command of a motor in steady flight.", "note"),
         html_table(firsts), *charts,
-        *([details("all flights that differ", html_table(differing))] if len(differing) else []))
+        *([details("all flights that differ, and wrong logs", html_table(differing))] if len(differing) else []))
 
 
 def fleet_page(flights, table, rows, vehicles, compared, trims):

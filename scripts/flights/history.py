@@ -14,15 +14,17 @@ def _reason(cause):
     return f"{cause['id']}: {', '.join(sizes)}"
 
 
-def reasons_of(result):
-    """Why the flight differs from the earlier ones; empty where it does not. A rotor pair has one text."""
-    if result.get("log_faults"):
-        return [f"a fault of the log: {fault}" for fault in result["log_faults"]]
+def outcome_of(result):
+    """(outcome, why) of a comparison, whose rotor pairs have one text. What a wrong log shows is no change."""
+    if result is None:
+        return "not compared", ""
+    if result["verdict"] == "unexplained" and result.get("log_faults"):
+        return "wrong log", "; ".join(result["log_faults"])
     reasons = list(dict.fromkeys(_reason(cause) for cause in result.get("causes") or []))
     trim = result if result.get("drive") == "commands" else result.get("trim") or {}
     if not reasons and trim.get("verdict") == "unexplained":
         reasons.append("the commands that hold it in the air have changed in a way that no cause explains")
-    return reasons
+    return "differs" if reasons else "alike", "; ".join(reasons)
 
 
 def flight_rows(flights, out):
@@ -33,12 +35,10 @@ def flight_rows(flights, out):
         of_vehicle = days.setdefault(flight.vehicle, {})
         file = out / "against" / flight.flight / "diagnosis.yaml"
         result = yaml.safe_load(file.read_text()) if file.exists() else None
-        reasons = reasons_of(result) if result else []
+        outcome, why = outcome_of(result)
         rows.append({"flight": flight.flight, "vehicle": flight.vehicle, "date": flight.date,
                      "session": of_vehicle.setdefault(flight.day, len(of_vehicle) + 1),
-                     "earlier": len(result["against"]) if result else 0,
-                     "outcome": "not compared" if result is None else "differs" if reasons else "alike",
-                     "why": "; ".join(reasons)})
+                     "earlier": len(result["against"]) if result else 0, "outcome": outcome, "why": why})
     return pd.DataFrame(rows)
 
 
