@@ -172,7 +172,7 @@ std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs) {
   std::vector<std::string> warnings;
   for (const FlightLog& log : logs) {
     for (const std::string& warning : log.warnings) {
-      const bool has_name = warning.starts_with(log.directory);
+      const bool has_name = warning.starts_with(log.directory + ":");
       warnings.push_back(has_name ? warning : fmt::format("{}: {}", log.directory, warning));
     }
   }
