@@ -145,8 +145,7 @@ int RunAlone() {
 // True if the log may hold what the drive is fitted to; the trim needs less.
 bool HoldsDrive(const trueline::FlightLog& log) {
   const bool placed = !log.fixes.empty() || !log.mocap.empty();
-  const bool driven = ByRotors() ? !log.rotors.empty() : !log.attitude.empty();
-  return !log.imu.empty() && placed && driven;
+  return !log.imu.empty() && placed && (!ByRotors() || !log.rotors.empty());
 }
 
 bool HasCommands(const trueline::FlightLog& log) {

@@ -21,7 +21,7 @@ struct LogFault {
 
 // What drives the model: the IMU, which needs an attitude, or the rotors, which do not. Findings of
 // streams that the drive does not read are left out: they do not make its results wrong. A
-// comparison with other flights reads the commands, too, and does without the IMU.
+// comparison with other flights reads the commands, too, and does without IMU and attitude.
 enum class ForDrive { kImu, kRotors, kAny, kCommands };
 
 // ReadAnyLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
