@@ -6,6 +6,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"
+#include "problems/import/find_map.h"
 #include "problems/result/render.h"
 #include "problems/simulators/write_audit.h"
 
@@ -44,8 +45,8 @@ defect.)";
 std::vector<trueline::FlightLog> Flights(const std::string& list) {
   std::vector<trueline::FlightLog> logs;
   for (const trueline::NamedFlight& flight : trueline::FlightsOf(list)) {
-    logs.push_back(trueline::ReadOrConvert(flight.path, FLAGS_map));
-    logs.back().directory = flight.path;
+    logs.push_back(trueline::ReadAnyLog(flight.path, FLAGS_map));
+    trueline::WarnAll(logs.back().warnings, FLAGS_quiet);
   }
   return logs;
 }

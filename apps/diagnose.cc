@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <span>
 
 #include "apps/main/flags.h"
 #include "problems/against/read_flights.h"
@@ -23,8 +25,8 @@
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(against, "", "reference flights of the same vehicle: logs, folders of logs, globs");
 DEFINE_string(session, "unknown", "with --against: same, if the flight is of their session");
-DEFINE_string(map, "",
-              "with --against: the YAML column map of foreign logs; empty: one that ships");
+DEFINE_string(
+    map, "", "the YAML column map of foreign logs; empty: one that ships, or by the names in them");
 DEFINE_string(out, "", "where results go; made if missing");
 DEFINE_string(drive, "imu", "what drives the model: imu (fixes) or rotors (rotor speeds)");
 DEFINE_string(fit_to, "fixes", "what the model is fitted to: fixes, or mocap beside them");
@@ -69,33 +71,18 @@ trueline::FailOn Refused() {
   return trueline::FailOn(FLAGS_fail_on, {"explained", "ambiguous", "unexplained"});
 }
 
-std::vector<trueline::FlightLog> ReadLogs(trueline::ForDrive drive,
+// The flight and further ones, looked at; without further ones that have a fatal fault.
+std::vector<trueline::FlightLog> ReadLogs(const std::vector<std::string>& paths,
+                                          trueline::ForDrive drive,
                                           std::vector<trueline::LogFault>* faults) {
-  std::vector<trueline::FlightLog> logs =
-      trueline::ReadFlights(trueline::SplitPaths(FLAGS_log), faults, drive);
+  std::vector<trueline::FlightLog> logs = trueline::ReadFlights(paths, faults, drive, FLAGS_map);
   trueline::LeaveOutFaultyFlights(&logs, faults);
   return logs;
 }
 
-// Writes the files of a diagnosis and prints its warnings; returns its table.
-std::string Write(const trueline::Diagnosis& diagnosis, const YAML::Node& provenance,
-                  const trueline::ResultFolder& out) {
-  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
-  trueline::WriteDiagnosis(diagnosis, provenance, out.path());
+std::string TableOf(const trueline::Diagnosis& diagnosis) {
   const std::string tried = FLAGS_verbose ? trueline::CandidateTable(diagnosis) : "";
   return tried + trueline::DiagnosisTable(diagnosis);
-}
-
-int Store(trueline::Diagnosis diagnosis, const std::vector<trueline::LogFault>& faults,
-          const YAML::Node& provenance, trueline::ResultFolder* out) {
-  trueline::AddLogFaults(faults, &diagnosis);
-  const std::string table = Write(diagnosis, provenance, *out);
-  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, table, out);
-  if (!FLAGS_quiet) {
-    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
-               diagnosis.base_seconds);
-  }
-  return Refused().ExitFor(diagnosis.verdict);
 }
 
 // A diagnosis, and the options that it ran with, for its provenance.
@@ -139,10 +126,20 @@ int RunAlone() {
   trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");  // fails before the work
   std::vector<trueline::LogFault> faults;
   const std::vector<trueline::FlightLog> logs =
-      ReadLogs(ByRotors() ? trueline::ForDrive::kRotors : trueline::ForDrive::kImu, &faults);
+      ReadLogs(trueline::SplitPaths(FLAGS_log),
+               ByRotors() ? trueline::ForDrive::kRotors : trueline::ForDrive::kImu, &faults);
   Diagnosed done = DiagnoseLogs(logs, false);
-  return Store(std::move(done.diagnosis), faults,
-               trueline::Provenance(logs.front(), 0, done.options), &out);
+  trueline::Diagnosis& diagnosis = done.diagnosis;
+  trueline::AddLogFaults(faults, &diagnosis);
+  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
+  const YAML::Node provenance = trueline::Provenance(logs.front(), 0, done.options);
+  trueline::WriteDiagnosis(diagnosis, trueline::DiagnosisNode(diagnosis, provenance), out.path());
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, TableOf(diagnosis), &out);
+  if (!FLAGS_quiet) {
+    fmt::print(stderr, "{:.1f} s, of which the base fit {:.1f} s\n", diagnosis.seconds,
+               diagnosis.base_seconds);
+  }
+  return Refused().ExitFor(diagnosis.verdict);
 }
 
 // True if the log may hold what the drive is fitted to; the trim needs less.
@@ -155,54 +152,64 @@ bool HasCommands(const trueline::FlightLog& log) {
   return !log.motors.empty() || !log.rotors.empty();
 }
 
-struct Reference {
-  trueline::FlightLog log;
-  int session;
+// A flight and its references, with their sessions by directory and the faults of the flight.
+struct AgainstLogs {
+  std::vector<trueline::FlightLog> logs;
+  std::map<std::string, int> sessions;
+  std::vector<trueline::LogFault> faults;
 };
 
-std::vector<Reference> ReadReferences() {
-  std::vector<Reference> references;
-  for (const trueline::NamedFlight& flight : trueline::FlightsOf(FLAGS_against)) {
-    references.push_back({trueline::ReadOrConvert(flight.path, FLAGS_map), flight.session});
+AgainstLogs ReadAgainst() {
+  const std::vector<trueline::NamedFlight> named = trueline::FlightsOf(FLAGS_log);
+  if (named.size() != 1) throw trueline::InputError("--against: give one flight in --log");
+  AgainstLogs read;
+  std::vector<std::string> paths = {named.front().path};
+  for (const auto& [path, session] : trueline::ReferencesOf(named.front(), FLAGS_against)) {
+    paths.push_back(path);
+    read.sessions[path] = session;
   }
-  return references;
+  read.logs = ReadLogs(paths, trueline::ForDrive::kCommands, &read.faults);
+  if (read.logs.size() > 1) return read;
+  trueline::WarnAll(read.logs.front().warnings, FLAGS_quiet);
+  throw trueline::NoUsableResult("--against: every reference has a fatal fault; give others");
 }
 
-// By the commands that hold the vehicle in the air, with what is odd as warnings. Throws
-// NoUsableResult where no reference can be used.
-trueline::Comparison CompareTrims(const trueline::FlightLog& log,
-                                  const std::vector<Reference>& references) {
-  const trueline::CommandTrim trim = trueline::TrimOf(log);
-  std::vector<trueline::ReferenceFlight> trims;
-  for (const Reference& reference : references) {
+// By the commands that hold the vehicle in the air. Throws NoUsableResult where no reference can be
+// used.
+trueline::Comparison CompareTrims(const AgainstLogs& read) {
+  const trueline::CommandTrim trim = trueline::TrimOf(read.logs.front());
+  std::vector<trueline::ReferenceFlight> references;
+  std::vector<std::string> warnings;
+  for (const trueline::FlightLog& log : std::span(read.logs).subspan(1)) {
     try {
-      trims.push_back({trueline::TrimOf(reference.log), reference.session});
+      references.push_back({trueline::TrimOf(log), read.sessions.at(log.directory)});
     } catch (const trueline::NoUsableResult& error) {
-      trueline::Warn(std::string("left out of --against: ") + error.what(), FLAGS_quiet);
+      warnings.push_back(std::string("left out of the trims: ") + error.what());
     }
   }
-  if (trims.empty()) throw trueline::NoUsableResult("--against: no flight can be used");
+  if (references.empty()) {
+    trueline::WarnAll(warnings, FLAGS_quiet);
+    throw trueline::NoUsableResult("--against: no flight can be used");
+  }
   trueline::Comparison comparison =
-      trueline::Compare(trim, trims,
+      trueline::Compare(trim, references,
                         FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
                                                 : trueline::SessionOfFlight::kUnknown);
-  trueline::WarnAll(comparison.warnings, FLAGS_quiet);
+  comparison.warnings.insert(comparison.warnings.end(), warnings.begin(), warnings.end());
   return comparison;
 }
 
 // The causes of the flight that its references lack; none where a log holds too little for it.
-std::optional<Diagnosed> DiagnoseChanges(const trueline::FlightLog& log,
-                                         const std::vector<Reference>& references) {
-  std::vector<trueline::FlightLog> logs = {log};
-  for (const Reference& reference : references) {
-    if (HoldsDrive(reference.log)) logs.push_back(reference.log);
-  }
-  if (!HoldsDrive(log) || logs.size() == 1) return std::nullopt;
+std::optional<Diagnosed> DiagnoseChanges(const AgainstLogs& read) {
+  std::vector<trueline::FlightLog> logs;
+  std::ranges::copy_if(read.logs, std::back_inserter(logs), HoldsDrive);
+  if (!HoldsDrive(read.logs.front()) || logs.size() == 1) return std::nullopt;
   try {
     Diagnosed done = DiagnoseLogs(logs, true);
-    for (std::size_t i = 1; i < logs.size(); ++i) {
-      done.diagnosis.against.push_back(logs[i].directory);
+    for (const trueline::FlightLog& log : std::span(logs).subspan(1)) {
+      done.diagnosis.against.push_back(log.directory);
     }
+    trueline::AddLogFaults(read.faults, &done.diagnosis);
     return done;
   } catch (const trueline::InputError& error) {
     trueline::Warn(std::string("compared by the commands alone: ") + error.what(), FLAGS_quiet);
@@ -210,38 +217,50 @@ std::optional<Diagnosed> DiagnoseChanges(const trueline::FlightLog& log,
   }
 }
 
-int RunAgainst() {
-  if (FLAGS_session != "unknown" && FLAGS_session != "same") {
-    throw trueline::InputError("--session=" + FLAGS_session + " is not known; use unknown or same");
-  }
-  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
-  const std::vector<trueline::NamedFlight> named = trueline::FlightsOf(FLAGS_log);
-  if (named.size() != 1) throw trueline::InputError("--against: give one flight in --log");
-  const trueline::FlightLog log = trueline::ReadOrConvert(named.front().path, FLAGS_map);
-  trueline::WarnAll(log.warnings, FLAGS_quiet);
-  const std::vector<Reference> references = ReadReferences();
-  const std::optional<Diagnosed> changes = DiagnoseChanges(log, references);
-  if (!changes) {
-    const trueline::Comparison comparison = CompareTrims(log, references);
-    trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out.path());
-    trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
-                      &out);
-    return Refused().ExitFor(comparison.Verdict());
-  }
-  std::string table =
-      Write(changes->diagnosis, trueline::Provenance(log, 0, changes->options), out);
-  std::string verdict = changes->diagnosis.verdict;
-  if (HasCommands(log) && std::ranges::all_of(references, HasCommands, &Reference::log)) {
+// The trims alone, of logs that hold no more.
+int StoreTrims(const AgainstLogs& read, trueline::ResultFolder* out) {
+  const trueline::FlightLog& log = read.logs.front();
+  trueline::Comparison comparison = CompareTrims(read);
+  comparison.verdict = trueline::VerdictWith(read.faults, comparison.verdict);
+  for (const trueline::LogFault& fault : read.faults) comparison.log_faults.push_back(fault.text);
+  comparison.warnings.insert(comparison.warnings.begin(), log.warnings.begin(), log.warnings.end());
+  trueline::WarnAll(comparison.warnings, FLAGS_quiet);
+  trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out->path());
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, trueline::ComparisonTable(comparison),
+                    out);
+  return Refused().ExitFor(comparison.verdict);
+}
+
+int StoreChanges(const AgainstLogs& read, const Diagnosed& changes, trueline::ResultFolder* out) {
+  const trueline::Diagnosis& diagnosis = changes.diagnosis;
+  trueline::WarnAll(diagnosis.warnings, FLAGS_quiet);
+  YAML::Node result = trueline::DiagnosisNode(
+      diagnosis, trueline::Provenance(read.logs.front(), 0, changes.options));
+  std::string table = TableOf(diagnosis);
+  if (std::ranges::all_of(read.logs, HasCommands)) {
     try {
-      const trueline::Comparison comparison = CompareTrims(log, references);
-      verdict = trueline::AddComparison(comparison, out.path());
+      const trueline::Comparison comparison = CompareTrims(read);
+      trueline::WarnAll(comparison.warnings, FLAGS_quiet);
+      trueline::AddComparison(comparison, &result);
+      trueline::WriteTrims(comparison, out->path() / "trims.csv");
       table += "\nby the trim, " + trueline::ComparisonTable(comparison);
     } catch (const trueline::NoUsableResult& error) {
       trueline::Warn(std::string("the trim is not compared: ") + error.what(), FLAGS_quiet);
     }
   }
-  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, table, &out);
-  return Refused().ExitFor(verdict);
+  trueline::WriteDiagnosis(diagnosis, result, out->path());
+  trueline::Publish("diagnosis", FLAGS_report, FLAGS_quiet, table, out);
+  return Refused().ExitFor(result["verdict"].as<std::string>());
+}
+
+int RunAgainst() {
+  if (FLAGS_session != "unknown" && FLAGS_session != "same") {
+    throw trueline::InputError("--session=" + FLAGS_session + " is not known; use unknown or same");
+  }
+  trueline::ResultFolder out(FLAGS_out, "trueline-diagnose");
+  const AgainstLogs read = ReadAgainst();
+  const std::optional<Diagnosed> changes = DiagnoseChanges(read);
+  return changes ? StoreChanges(read, *changes, &out) : StoreTrims(read, &out);
 }
 
 int Run() {

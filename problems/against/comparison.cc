@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/common/error.h"
 #include "problems/result/distributions.h"
 
 namespace trueline {
@@ -147,37 +146,22 @@ TrimForecast ForecastOf(const References& references, const CommandTrim& flight,
   const double of_speed = kByTilt * greatest_tilt;
   forecast.cov.diagonal() += flight.sigma.cwiseAbs2();
   forecast.cov.diagonal().array() += of_speed * of_speed;
-  if (references.voltage && flight.voltage) {
-    const double volts = *flight.voltage - *references.voltage;
-    const double sigma = references.slope_sigma * volts;
-    forecast.mean.array() += references.slope * volts;
+  if (references.ln_voltage && flight.voltage) {
+    const double ln_volts = std::log(*flight.voltage) - *references.ln_voltage;
+    const double sigma = references.slope_sigma * ln_volts;
+    forecast.mean.array() += references.slope * ln_volts;
     forecast.cov.array() += sigma * sigma;
   }
   return forecast;
 }
 
-// The references that are not the flight itself, as folders may hold it.
-std::vector<ReferenceFlight> Others(const CommandTrim& flight,
-                                    const std::vector<ReferenceFlight>& references,
-                                    std::vector<std::string>* warnings) {
-  std::vector<ReferenceFlight> others;
-  for (const ReferenceFlight& reference : references) {
-    const bool same =
-        reference.trim.channels() == flight.channels() && reference.trim.command == flight.command;
-    if (!same) others.push_back(reference);
-    if (same) warnings->push_back(reference.trim.log + " is the flight itself; it is left out");
-  }
-  if (others.empty()) throw InputError("--against: no flight is left to compare with; give others");
-  return others;
-}
-
-}  // namespace
-
-std::string Comparison::Verdict() const {
+std::string VerdictOf(const Findings& findings) {
   const double left = findings.named ? findings.named->misfit_p : findings.misfit_p;
   if (left < kMisfit) return "unexplained";
   return findings.named ? "ambiguous" : "clean";
 }
+
+}  // namespace
 
 double Comparison::Threshold() const { return ThresholdFor(findings.tried.size()); }
 
@@ -203,9 +187,8 @@ Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>
   Comparison comparison;
   comparison.flight = flight;
   comparison.session = session;
-  const std::vector<ReferenceFlight> others = Others(flight, references, &comparison.warnings);
-  for (const ReferenceFlight& other : others) comparison.others.push_back(other.trim);
-  std::vector<ReferenceFlight> all = others;
+  for (const ReferenceFlight& other : references) comparison.others.push_back(other.trim);
+  std::vector<ReferenceFlight> all = references;
   all.push_back({flight, -1});
   RequireSameChannels(all);
   for (const ReferenceFlight& one : all) {
@@ -214,7 +197,7 @@ Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>
   }
   comparison.by_mass = std::ranges::all_of(
       all, [](const ReferenceFlight& one) { return one.trim.mass.has_value(); });
-  comparison.references = LearnFrom(others, comparison.by_mass);
+  comparison.references = LearnFrom(references, comparison.by_mass);
   comparison.ln_command = LnCommand(flight, comparison.by_mass);
   const Eigen::MatrixXd within = comparison.references.within.Cov(flight.channels());
   double tilt = 0.0;
@@ -226,6 +209,7 @@ Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>
   TrimForecast same;
   comparison.findings = search(session, &comparison.forecast);
   comparison.if_same_session = search(SessionOfFlight::kSame, &same);
+  comparison.verdict = VerdictOf(comparison.findings);
   return comparison;
 }
 

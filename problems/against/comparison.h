@@ -61,15 +61,16 @@ struct Comparison {
   Eigen::VectorXd ln_command;  // of the flight
   Findings findings;
   Findings if_same_session;  // what --session=same would say
+  // clean | ambiguous | unexplained: a load always explains as well as what is named.
+  std::string verdict;
+  std::vector<std::string> log_faults;
   std::vector<std::string> warnings;
 
-  // clean | ambiguous | unexplained: a load always explains as well as what is named.
-  std::string Verdict() const;
   AlikeLoad LoadOf(const TriedCause& cause) const;
   double Threshold() const;  // of the evidence: ln(100 * number of causes tried)
 };
 
-// Throws InputError if the flight and the references differ in their channels, or nothing is left.
+// Throws InputError if the flight and the references, one or more, differ in their channels.
 Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>& references,
                    SessionOfFlight session);
 

@@ -4,15 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
-#include "problems/import/convert.h"
-#include "problems/import/find_map.h"
-#include "problems/import/formats/open_recording.h"
-#include "problems/import/resolve_channels.h"
-#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
@@ -43,14 +37,6 @@ std::vector<std::string> LogsIn(const fs::path& folder) {
   return there;
 }
 
-ImportMap MapFor(const std::string& path, const std::string& map) {
-  if (!map.empty()) return ReadImportMap(map);
-  const std::unique_ptr<Recording> recording = OpenRecording(path);
-  if (auto shipped = FindShippedMap(*recording)) return *shipped;
-  throw NoUsableResult(path + ": no map of config/import fits: " + WhyNoMapFits(recording.get()) +
-                       "; give one by --map");
-}
-
 }  // namespace
 
 std::vector<NamedFlight> FlightsOf(const std::string& list) {
@@ -74,15 +60,13 @@ std::vector<NamedFlight> FlightsOf(const std::string& list) {
   return flights;
 }
 
-FlightLog ReadOrConvert(const std::string& path, const std::string& map) {
-  if (fs::is_directory(path)) return ReadCommandLog(path);
-  try {
-    FlightLog log = ConvertLog(MapFor(path, map), {path}, {});
-    log.directory = path;
-    return log;
-  } catch (const NoUsableLog& error) {
-    throw NoUsableResult(error.what());
-  }
+std::vector<NamedFlight> ReferencesOf(const NamedFlight& flight, const std::string& list) {
+  std::vector<NamedFlight> references = FlightsOf(list);
+  std::erase_if(references, [&](const NamedFlight& reference) {
+    return fs::equivalent(reference.path, flight.path);
+  });
+  if (references.empty()) throw InputError("--against: names no flight but the one in --log");
+  return references;
 }
 
 }  // namespace trueline

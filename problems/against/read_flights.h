@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/log/flight_log.h"
-
 namespace trueline {
 
 struct NamedFlight {
@@ -17,8 +15,7 @@ struct NamedFlight {
 // logs in it, which are of one session. Throws InputError for what is not there.
 std::vector<NamedFlight> FlightsOf(const std::string& list);
 
-// A native log, or a foreign one converted by `map` (empty: by the map that ships for it). Throws
-// InputError for what can't be read, NoUsableResult where no map fits.
-FlightLog ReadOrConvert(const std::string& path, const std::string& map);
+// The same without the flight itself, as folders may hold it.
+std::vector<NamedFlight> ReferencesOf(const NamedFlight& flight, const std::string& list);
 
 }  // namespace trueline

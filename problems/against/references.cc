@@ -11,9 +11,10 @@
 namespace trueline {
 namespace {
 
-// The battery's part of a command that the firmware compensates for: measured on two vehicles as
-// 0.04 and 0.09 1/V.
-constexpr double kUsualSlope = 0.06, kUsualSlopeSigma = 0.03;  // 1/V
+// ln(command) by ln(voltage): 0.05 +- 0.07 and 0.49 +- 0.09 on two vehicles (CrazyPAD) whose
+// firmware compensates for the battery. Without it a thrust goes with the square of the voltage:
+// -2.
+constexpr double kUsualSlope = 0.2, kUsualSlopeSigma = 0.8;
 
 // Sums of squares of deviations, split into the mean of the channels and what is left of each.
 struct Squares {
@@ -77,13 +78,13 @@ std::vector<Eigen::VectorXd> MeansOf(const std::vector<Eigen::VectorXd>& values,
   return means;
 }
 
-// Slope of ln(command) by voltage within the sessions, drawn to the usual one. Flights that state
-// no voltage have the mean one.
-void LearnSlope(const std::vector<double>& volts, const std::vector<Eigen::VectorXd>& values,
+// Slope of ln(command) by ln(voltage) within the sessions, drawn to the usual one. Flights that
+// state no voltage have the mean one.
+void LearnSlope(const std::vector<double>& ln_volts, const std::vector<Eigen::VectorXd>& values,
                 References* learned) {
   std::vector<Eigen::VectorXd> pairs;  // voltage, mean of ln(command)
-  for (std::size_t i = 0; i < volts.size(); ++i) {
-    pairs.push_back(Eigen::Vector2d(volts[i], values[i].mean()));
+  for (std::size_t i = 0; i < ln_volts.size(); ++i) {
+    pairs.push_back(Eigen::Vector2d(ln_volts[i], values[i].mean()));
   }
   const std::vector<Eigen::VectorXd> means = MeansOf(pairs, learned->session_of);
   const double noise = kUsualWithin.OfOneChannel() * kUsualWithin.OfOneChannel();
@@ -98,19 +99,21 @@ void LearnSlope(const std::vector<double>& volts, const std::vector<Eigen::Vecto
   learned->slope_sigma = 1.0 / std::sqrt(information);
 }
 
-// The voltages, the mean one for flights that state none; empty where no flight does, or the
+// Their ln(voltage), the mean one for flights that state none; empty where no flight does, or the
 // battery does not drive the commands.
-std::vector<double> VoltsOf(const std::vector<ReferenceFlight>& flights) {
+std::vector<double> LnVoltsOf(const std::vector<ReferenceFlight>& flights) {
   std::vector<double> known;
   for (const ReferenceFlight& flight : flights) {
-    if (flight.trim.voltage && !flight.trim.is_speed) known.push_back(*flight.trim.voltage);
+    if (flight.trim.voltage && !flight.trim.is_speed)
+      known.push_back(std::log(*flight.trim.voltage));
   }
   if (known.empty()) return {};
-  std::vector<double> volts;
+  std::vector<double> ln_volts;
   for (const ReferenceFlight& flight : flights) {
-    volts.push_back(flight.trim.voltage.value_or(Mean(known)));
+    const std::optional<double>& volts = flight.trim.voltage;
+    ln_volts.push_back(volts ? std::log(*volts) : Mean(known));
   }
-  return volts;
+  return ln_volts;
 }
 
 }  // namespace
@@ -144,13 +147,13 @@ References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass) 
   learned.flights = static_cast<int>(flights.size());
   std::vector<Eigen::VectorXd> values;
   for (const ReferenceFlight& flight : flights) values.push_back(LnCommand(flight.trim, by_mass));
-  const std::vector<double> volts = VoltsOf(flights);
+  const std::vector<double> ln_volts = LnVoltsOf(flights);
   learned.session_of = SessionsOf(flights, values);
-  if (!volts.empty()) {
-    LearnSlope(volts, values, &learned);
-    learned.voltage = Mean(volts);
+  if (!ln_volts.empty()) {
+    LearnSlope(ln_volts, values, &learned);
+    learned.ln_voltage = Mean(ln_volts);
     for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i].array() -= learned.slope * (volts[i] - *learned.voltage);
+      values[i].array() -= learned.slope * (ln_volts[i] - *learned.ln_voltage);
     }
   }
   learned.ln_command = MeansOf(values, learned.session_of);

@@ -26,12 +26,12 @@ struct ReferenceFlight {
 struct References {
   int flights = 0;
   std::vector<int> session_of;              // by flight, from 0
-  std::vector<Eigen::VectorXd> ln_command;  // mean of each session, at `voltage`
+  std::vector<Eigen::VectorXd> ln_command;  // mean of each session, at `ln_voltage`
   std::vector<int> size;                    // flights of each session
   TrimScatter within, between;
   bool between_is_usual = false;          // one session: not learned
-  std::optional<double> voltage;          // V, mean
-  double slope = 0.0, slope_sigma = 0.0;  // of ln(command) by voltage, 1/V
+  std::optional<double> ln_voltage;       // of V, mean
+  double slope = 0.0, slope_sigma = 0.0;  // of ln(command) by ln(voltage)
 
   int sessions() const { return static_cast<int>(ln_command.size()); }
 };

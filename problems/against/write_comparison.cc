@@ -194,16 +194,17 @@ YAML::Node ReferencesNode(const Comparison& comparison) {
   node["sigma_within"] = ScatterNode(references.within);
   node["sigma_between"] = ScatterNode(references.between);
   node["sigma_between_is_usual"] = references.between_is_usual;
-  if (references.voltage) {
-    node["by_voltage"] = Value(references.slope, references.slope_sigma, "1/V");
+  if (references.ln_voltage) {
+    node["by_voltage"] = Value(references.slope, references.slope_sigma, "1");
   }
   return node;
 }
 
-YAML::Node DiagnosisNode(const Comparison& comparison, const YAML::Node& provenance) {
+YAML::Node ComparisonNode(const Comparison& comparison, const YAML::Node& provenance) {
   const Findings& findings = comparison.findings;
   YAML::Node node;
-  node["verdict"] = comparison.Verdict();
+  node["verdict"] = comparison.verdict;
+  if (!comparison.log_faults.empty()) node["log_faults"] = comparison.log_faults;
   node["drive"] = "commands";
   for (const CommandTrim& other : comparison.others) node["against"].push_back(other.log);
   const auto causes = [&](const Findings& of) {
@@ -236,7 +237,8 @@ std::string TrimRow(const CommandTrim& trim, int session) {
   return row;
 }
 
-// One row a flight, that under judgement first with session -1.
+}  // namespace
+
 void WriteTrims(const Comparison& comparison, const std::filesystem::path& path) {
   std::string header = "log,session [1],steady [s],battery [V]";
   for (int k = 1; k <= comparison.flight.channels(); ++k) {
@@ -250,36 +252,29 @@ void WriteTrims(const Comparison& comparison, const std::filesystem::path& path)
   });
 }
 
-}  // namespace
-
 void WriteComparison(const Comparison& comparison, const YAML::Node& provenance,
                      const std::filesystem::path& directory) {
   WriteTrims(comparison, directory / "trims.csv");
-  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(comparison, provenance)));
+  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(ComparisonNode(comparison, provenance)));
 }
 
-std::string AddComparison(const Comparison& comparison, const std::filesystem::path& directory) {
-  const std::filesystem::path file = directory / "diagnosis.yaml";
-  YAML::Node whole = YAML::LoadFile(file);
-  YAML::Node trim = DiagnosisNode(comparison, YAML::Node());
-  for (const YAML::Node& cause : trim["causes"]) whole["causes"].push_back(YAML::Clone(cause));
+void AddComparison(const Comparison& comparison, YAML::Node* diagnosis) {
+  YAML::Node trim = ComparisonNode(comparison, YAML::Node());
+  for (const YAML::Node& cause : trim["causes"])
+    (*diagnosis)["causes"].push_back(YAML::Clone(cause));
   const std::vector<std::string> verdicts = {"clean", "explained", "ambiguous", "unexplained"};
   const auto rank = [&](const YAML::Node& of) {
-    return std::ranges::find(verdicts, of["verdict"].as<std::string>()) - verdicts.begin();
+    return std::ranges::find(verdicts, of["verdict"].as<std::string>());
   };
-  const std::string verdict = verdicts[static_cast<std::size_t>(std::max(rank(whole), rank(trim)))];
-  whole["verdict"] = verdict;
+  (*diagnosis)["verdict"] = *std::max(rank(*diagnosis), rank(trim));
   for (const char* key : {"drive", "against", "provenance"}) trim.remove(key);
-  whole["trim"] = trim;
-  WriteTrims(comparison, directory / "trims.csv");
-  WriteFileAtomically(file, TextOf(whole));
-  return verdict;
+  (*diagnosis)["trim"] = trim;
 }
 
 std::string ComparisonTable(const Comparison& comparison) {
   const Findings& findings = comparison.findings;
   const TriedCause& best = findings.tried.front();
-  std::string table = fmt::format("verdict: {}\n", comparison.Verdict());
+  std::string table = fmt::format("verdict: {}\n", comparison.verdict);
   if (findings.named) {
     table += Statement(comparison, *findings.named) + "\n";
   } else if (best.Score() > 0.0) {

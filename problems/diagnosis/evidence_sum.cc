@@ -132,7 +132,9 @@ Cause CauseOf(const Tested& tested, int clusters) {
 }
 
 std::optional<double> ChangeEvidence(const Cause& cause) {
-  constexpr int kTails = 10;  // degrees of freedom
+  // The scatter between clusters counts in the flight's own evidence, of which and of this the
+  // lesser holds.
+  constexpr int kManyClusters = std::numeric_limits<int>::max();
   const Eigen::Index size = cause.value.size();
   VectorXd mean = VectorXd::Zero(size), variance = mean, square = mean;
   double flights = 0.0;
@@ -151,8 +153,7 @@ std::optional<double> ChangeEvidence(const Cause& cause) {
   ScoreTest change;
   change.value = cause.value - mean;
   change.cov_model = change.cov_cluster = variance.asDiagonal();
-  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info),
-                          kTails + static_cast<int>(size));
+  return FlightEvidenceOf(change, PriorSizes(*cause.candidate.info), kManyClusters);
 }
 
 void AddIndependentEvidence(Cause* cause) {

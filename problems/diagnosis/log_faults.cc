@@ -23,14 +23,17 @@ void LeaveOutOfModel(Diagnosis* diagnosis) {
 
 }  // namespace
 
+std::string VerdictWith(const std::vector<LogFault>& faults, const std::string& verdict) {
+  const auto blocks = [&](const LogFault& fault) {
+    return fault.fatal || (verdict == "clean" && !IsInCatalogue(fault));
+  };
+  return std::ranges::any_of(faults, blocks) ? "unexplained" : verdict;
+}
+
 void AddLogFaults(const std::vector<LogFault>& faults, Diagnosis* diagnosis) {
   for (const LogFault& fault : faults) diagnosis->log_faults.push_back(fault.text);
-  const auto blocks = [&](const LogFault& fault) {
-    return fault.fatal || (diagnosis->verdict == "clean" && !IsInCatalogue(fault));
-  };
-  if (std::any_of(faults.begin(), faults.end(), blocks)) diagnosis->verdict = "unexplained";
-  const auto fatal = [](const LogFault& fault) { return fault.fatal; };
-  if (std::any_of(faults.begin(), faults.end(), fatal)) LeaveOutOfModel(diagnosis);
+  diagnosis->verdict = VerdictWith(faults, diagnosis->verdict);
+  if (std::ranges::any_of(faults, &LogFault::fatal)) LeaveOutOfModel(diagnosis);
 }
 
 void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* faults) {
@@ -44,7 +47,7 @@ void LeaveOutFaultyFlights(std::vector<FlightLog>* logs, std::vector<LogFault>* 
   for (std::size_t i = logs->size(); i-- > 1;) {
     const FlightLog& log = (*logs)[i];
     if (!is_fatal(log)) continue;
-    warnings.push_back(log.directory + ": has a fatal fault, so it confirms nothing; correct it");
+    warnings.push_back(log.directory + ": has a fatal fault and is left out; correct it");
     logs->erase(logs->begin() + static_cast<long>(i));
   }
   std::erase_if(*faults,

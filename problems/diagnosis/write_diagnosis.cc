@@ -213,52 +213,6 @@ YAML::Node MisfitNode(const Misfit& misfit) {
   return node;
 }
 
-YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
-  YAML::Node node;
-  node["verdict"] = diagnosis.verdict;
-  node["meaning"] = VerdictMeaning(diagnosis);
-  node["next"] = NextSteps(diagnosis);
-  if (!diagnosis.log_faults.empty()) node["log_faults"] = diagnosis.log_faults;
-  if (!diagnosis.drive.empty()) node["drive"] = diagnosis.drive;
-  node["causes"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
-  for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
-  AddGains(diagnosis.gain, diagnosis.open_loop, &node);
-  if (!diagnosis.model_lacks.empty()) node["model_lacks"] = diagnosis.model_lacks;
-  if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
-  for (const DescribedTerm& term : diagnosis.open.described)
-    node["terms"].push_back(TermNode(term));
-  if (diagnosis.terms_gain.arcs + diagnosis.terms_open_loop.arcs > 0) {
-    YAML::Node gains;
-    AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
-    node["terms_gain"] = gains;
-  }
-  if (!diagnosis.against.empty()) node["against"] = diagnosis.against;
-  node["evidence_needed"] = Rounded(diagnosis.evidence_needed, 3);
-  node["not_shown"] = diagnosis.not_shown;
-  node["not_shown"].SetStyle(YAML::EmitterStyle::Flow);
-  node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const CandidateReport& c : diagnosis.candidates) {
-    node["candidates"].push_back(CandidateNode(c));
-  }
-  YAML::Node residual;
-  residual["rms_before"] = Rounded(diagnosis.rms_before, 4);
-  residual["rms_after"] = Rounded(diagnosis.rms_after, 4);
-  residual["unit"] = "sigma";
-  residual["white"] = diagnosis.whiteness_p > 0.01;
-  residual["whiteness_p"] = Rounded(diagnosis.whiteness_p, 3);
-  residual["whiteness_p_before"] = Rounded(diagnosis.whiteness_p_before, 3);
-  node["residual"] = Flow(residual);
-  if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
-  node["noise"] = diagnosis.noise;
-  if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
-  if (diagnosis.gyro_delay) node["gyro_delay"] = *diagnosis.gyro_delay;
-  if (!diagnosis.fixes.empty()) node["fixes"] = diagnosis.fixes;
-  node["warnings"] = diagnosis.warnings;
-  node["provenance"] = provenance;
-  return node;
-}
-
 // The content that --model takes: the vehicle's parameters, and effects beyond eq. 15.
 YAML::Node ModelNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
   YAML::Node node;
@@ -324,13 +278,59 @@ void WriteMisfit(const Misfit& misfit, const std::filesystem::path& path) {
 
 }  // namespace
 
-void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
+YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance) {
+  YAML::Node node;
+  node["verdict"] = diagnosis.verdict;
+  node["meaning"] = VerdictMeaning(diagnosis);
+  node["next"] = NextSteps(diagnosis);
+  if (!diagnosis.log_faults.empty()) node["log_faults"] = diagnosis.log_faults;
+  if (!diagnosis.drive.empty()) node["drive"] = diagnosis.drive;
+  node["causes"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const Cause& cause : diagnosis.causes) node["causes"].push_back(CauseNode(cause));
+  for (const Cause& cause : diagnosis.set_aside) node["set_aside"].push_back(CauseNode(cause));
+  AddGains(diagnosis.gain, diagnosis.open_loop, &node);
+  if (!diagnosis.model_lacks.empty()) node["model_lacks"] = diagnosis.model_lacks;
+  if (!diagnosis.unexplained_by.empty()) node["goes_with"] = diagnosis.unexplained_by;
+  for (const DescribedTerm& term : diagnosis.open.described)
+    node["terms"].push_back(TermNode(term));
+  if (diagnosis.terms_gain.arcs + diagnosis.terms_open_loop.arcs > 0) {
+    YAML::Node gains;
+    AddGains(diagnosis.terms_gain, diagnosis.terms_open_loop, &gains);
+    node["terms_gain"] = gains;
+  }
+  if (!diagnosis.against.empty()) node["against"] = diagnosis.against;
+  node["evidence_needed"] = Rounded(diagnosis.evidence_needed, 3);
+  node["not_shown"] = diagnosis.not_shown;
+  node["not_shown"].SetStyle(YAML::EmitterStyle::Flow);
+  node["candidates"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const CandidateReport& c : diagnosis.candidates) {
+    node["candidates"].push_back(CandidateNode(c));
+  }
+  YAML::Node residual;
+  residual["rms_before"] = Rounded(diagnosis.rms_before, 4);
+  residual["rms_after"] = Rounded(diagnosis.rms_after, 4);
+  residual["unit"] = "sigma";
+  residual["white"] = diagnosis.whiteness_p > 0.01;
+  residual["whiteness_p"] = Rounded(diagnosis.whiteness_p, 3);
+  residual["whiteness_p_before"] = Rounded(diagnosis.whiteness_p_before, 3);
+  node["residual"] = Flow(residual);
+  if (diagnosis.misfit) node["misfit"] = MisfitNode(*diagnosis.misfit);
+  node["noise"] = diagnosis.noise;
+  if (diagnosis.rotor_delay) node["rotor_delay"] = *diagnosis.rotor_delay;
+  if (diagnosis.gyro_delay) node["gyro_delay"] = *diagnosis.gyro_delay;
+  if (!diagnosis.fixes.empty()) node["fixes"] = diagnosis.fixes;
+  node["warnings"] = diagnosis.warnings;
+  node["provenance"] = provenance;
+  return node;
+}
+
+void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& result,
                     const std::filesystem::path& directory) {
-  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "model.yaml", TextOf(ModelNode(diagnosis, result["provenance"])));
   WriteResiduals(diagnosis, directory / "residuals.csv");
   WriteTerms(diagnosis.open.tested, directory / "terms.csv");
   if (diagnosis.misfit) WriteMisfit(*diagnosis.misfit, directory / "misfit.csv");
-  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(DiagnosisNode(diagnosis, provenance)));
+  WriteFileAtomically(directory / "diagnosis.yaml", TextOf(result));
 }
 
 }  // namespace trueline

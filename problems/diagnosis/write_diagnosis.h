@@ -11,7 +11,11 @@
 
 namespace trueline {
 
-void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& provenance,
+// The content of diagnosis.yaml.
+YAML::Node DiagnosisNode(const Diagnosis& diagnosis, const YAML::Node& provenance);
+
+// `result`: DiagnosisNode(), to which others may have added.
+void WriteDiagnosis(const Diagnosis& diagnosis, const YAML::Node& result,
                     const std::filesystem::path& directory);
 
 // For standard output: verdict, causes, what to do next. It fits on one screen.

@@ -113,6 +113,8 @@ void PreferWhatIsUsable(FoundLog* found) {
   }
 }
 
+bool HasCommandsAlone(const FlightLog& log) { return log.imu.empty() && !log.motors.empty(); }
+
 }  // namespace
 
 std::optional<ImportMap> FindShippedMap(const Recording& recording) {
@@ -226,18 +228,26 @@ ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& f
   return with_fixes;
 }
 
-FlightLog ReadAnyLog(const std::string& path) {
+FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
   namespace fs = std::filesystem;
   std::error_code unknown;
   const bool is_native = fs::exists(fs::path(path) / "log.yaml", unknown) ||
                          fs::exists(fs::path(path) / "imu.csv", unknown);
-  if (is_native || !fs::exists(path, unknown)) return ReadNativeLog(path);
-  const FoundLog found = FindLog({path});
+  if (is_native || !fs::exists(path, unknown)) return ReadCommandLog(path);
+  FoundLog found;
+  if (map.empty()) {
+    found = FindLog({path});
+  } else {
+    found.files = {path};
+    found.shipped = ReadImportMap(map);
+  }
   FlightLog log = ConvertFound(found, {});
   if (found.shipped && found.shipped->mocap_on_imu_clock) {
     log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
   }
-  for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);
+  if (!HasCommandsAlone(log)) {
+    for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);
+  }
   for (const std::string& line : AssumptionWarnings(found)) log.warnings.push_back(line);
   if (found.shipped) {
     log.warnings.push_back(
@@ -251,9 +261,8 @@ FlightLog ReadAnyLog(const std::string& path) {
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {
   std::vector<std::string> found;
-  if (log.imu.empty() && !log.motors.empty()) {
+  if (HasCommandsAlone(log))
     return {file + ": has no IMU; only trueline-diagnose --against reads it"};
-  }
   if (log.imu.size() < kLeastImuSamples) {
     throw NoUsableLog(fmt::format(
         "{}: the IMU has only {} samples, too few for a flight; log it at 100 Hz or more", file,

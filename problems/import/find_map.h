@@ -46,8 +46,9 @@ FlightLog ConvertFound(const FoundLog& found, const ConvertOptions& options);
 ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& files,
                       std::vector<std::string>* warnings, YAML::Node* node);
 
-// A native log's folder, or any other log, which is converted on the way.
-FlightLog ReadAnyLog(const std::string& path);
+// A native log's folder, or any other log, which is converted on the way: by the file `map`, or
+// where that is empty by FindLog(). The log may lack the IMU where it has motor commands.
+FlightLog ReadAnyLog(const std::string& path, const std::string& map = "");
 
 // A map to edit, as YAML: channels and columns by the names of their fields; axes and units that no
 // name states by the size of the numbers, as comments say.

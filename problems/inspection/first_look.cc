@@ -102,6 +102,7 @@ bool MayRead(ForDrive drive, const std::string& stream) {
     case ForDrive::kRotors:
       return !is_one_of("attitude", "fixes");
     case ForDrive::kAny:
+    case ForDrive::kCommands:
       break;
   }
   return true;
@@ -128,8 +129,12 @@ std::string WarningOf(const Finding& finding) {
 }  // namespace
 
 FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFault>* faults,
-                      ForDrive drive) {
-  FlightLog log = ReadAnyLog(directory.string());
+                      ForDrive drive, const std::string& map) {
+  FlightLog log = ReadAnyLog(directory.string(), map);
+  if (log.imu.empty() && drive != ForDrive::kCommands) {
+    throw ErrorAt((directory / "imu.csv").string(), 0,
+                  "is missing; every log needs it, but for trueline-diagnose --against");
+  }
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
   for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));
@@ -143,18 +148,19 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
 }
 
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults, ForDrive drive) {
+                                   std::vector<LogFault>* faults, ForDrive drive,
+                                   const std::string& map) {
   std::vector<FlightLog> logs;
   std::vector<Fingerprint> fingerprints;  // of `logs`
   for (const std::string& directory : directories) {
-    FlightLog log = ReadAndLook(directory, faults, drive);
+    FlightLog log = ReadAndLook(directory, faults, drive, map);
     if (directories.size() > 1) fingerprints.push_back(FingerprintOf(log));
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const double shared = SharedRecording(fingerprints.back(), fingerprints[i]);
       if (shared < kLeastShared) continue;
       throw ErrorAt(directory, 0,
-                    fmt::format("is the same recording as {} ({:.0f} % of its IMU samples are the "
-                                "same); give each flight once, in --log",
+                    fmt::format("is the same recording as {} ({:.0f} % of its samples are the "
+                                "same); give each flight once",
                                 logs[i].directory, 100.0 * shared));
     }
     logs.push_back(std::move(log));
@@ -166,7 +172,8 @@ std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs) {
   std::vector<std::string> warnings;
   for (const FlightLog& log : logs) {
     for (const std::string& warning : log.warnings) {
-      warnings.push_back(fmt::format("{}: {}", log.directory, warning));
+      const bool has_name = warning.starts_with(log.directory + ":");
+      warnings.push_back(has_name ? warning : fmt::format("{}: {}", log.directory, warning));
     }
   }
   return warnings;

@@ -20,18 +20,21 @@ struct LogFault {
 };
 
 // What drives the model: the IMU, which needs an attitude, or the rotors, which do not. Findings of
-// streams that the drive does not read are left out: they do not make its results wrong.
-enum class ForDrive { kImu, kRotors, kAny };
+// streams that the drive does not read are left out: they do not make its results wrong. A
+// comparison with other flights reads the commands, too, and does without IMU and attitude.
+enum class ForDrive { kImu, kRotors, kAny, kCommands };
 
-// ReadNativeLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
-// those that make parameters wrong.
+// ReadAnyLog, whose warnings also hold FirstLook's findings. `faults`, if given, gets
+// those that make parameters wrong. Throws InputError for a log without what the drive needs.
 FlightLog ReadAndLook(const std::filesystem::path& directory,
-                      std::vector<LogFault>* faults = nullptr, ForDrive drive = ForDrive::kAny);
+                      std::vector<LogFault>* faults = nullptr, ForDrive drive = ForDrive::kAny,
+                      const std::string& map = "");
 
 // ReadAndLook for several flights. Throws InputError where two of them hold one recording, whole or
 // a part of it, which would count its data twice and confirm itself.
 std::vector<FlightLog> ReadFlights(const std::vector<std::string>& directories,
-                                   std::vector<LogFault>* faults, ForDrive drive);
+                                   std::vector<LogFault>* faults, ForDrive drive,
+                                   const std::string& map = "");
 
 // The warnings of several flights, each with its directory.
 std::vector<std::string> WarningsByFlight(std::span<const FlightLog> logs);

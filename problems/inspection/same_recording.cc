@@ -18,22 +18,26 @@ std::uint64_t Mixed(std::uint64_t hash, std::uint64_t value) {
   return hash ^ (hash >> 29);
 }
 
-std::uint64_t HashOf(const ImuSample& sample) {
-  std::uint64_t hash = 14695981039346656037U;
-  for (const Eigen::Vector3d* v : {&sample.accel, &sample.gyro}) {
-    for (const double x : *v) hash = Mixed(hash, std::bit_cast<std::uint64_t>(x));
-  }
+constexpr std::uint64_t kBasis = 14695981039346656037U;
+
+std::uint64_t HashOf(std::uint64_t hash, const auto& values) {
+  for (const double x : values) hash = Mixed(hash, std::bit_cast<std::uint64_t>(x));
   return hash;
+}
+
+std::vector<std::uint64_t> HashesOf(const FlightLog& log) {
+  std::vector<std::uint64_t> hashes;
+  for (const ImuSample& s : log.imu) hashes.push_back(HashOf(HashOf(kBasis, s.accel), s.gyro));
+  if (!log.imu.empty()) return hashes;
+  for (const ChannelsSample& s : log.motors) hashes.push_back(HashOf(kBasis, s.values));
+  return hashes;
 }
 
 }  // namespace
 
 Fingerprint FingerprintOf(const FlightLog& log) {
-  const std::vector<ImuSample>& imu = log.imu;
-  std::vector<std::uint64_t> samples;
+  const std::vector<std::uint64_t> samples = HashesOf(log);
   Fingerprint runs;
-  samples.reserve(imu.size());
-  std::ranges::transform(imu, std::back_inserter(samples), HashOf);
   for (std::size_t i = 0; i + kRun <= samples.size(); ++i) {
     if (samples[i] % kOneOf != 0) continue;
     std::uint64_t run = 0;

@@ -8,11 +8,12 @@
 
 namespace trueline {
 
-// Hashes of runs of eight IMU samples, whatever their stamps; sorted, each once.
+// Hashes of runs of eight IMU samples, or motor commands where there are none, whatever their
+// stamps; sorted, each once.
 using Fingerprint = std::vector<std::uint64_t>;
 Fingerprint FingerprintOf(const FlightLog& log);
 
-// The share of the shorter log's IMU samples that the other has as well, 0 to 1: noise repeats in
+// The share of the shorter log's samples that the other has as well, 0 to 1: noise repeats in
 // no other flight.
 double SharedRecording(const Fingerprint& a, const Fingerprint& b);
 

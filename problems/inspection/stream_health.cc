@@ -213,8 +213,8 @@ class HealthFindings {
                       1e3 * h.jitter, 1e3 / h.rate),
           "log the time of measurement, not that of arrival");
     }
-    const double span =
-        log_.imu.empty() ? 0.0 : SecondsBetween(log_.imu.front().t, log_.imu.back().t);
+    const double span = log_.imu.empty() ? static_cast<double>(h.count) / h.rate + h.lost
+                                         : SecondsBetween(log_.imu.front().t, log_.imu.back().t);
     const bool drives = h.stream == "rotors" || h.stream == "motors";
     const bool long_gap = h.longest > std::max(kLongChannelGap, kLongChannelStep / h.rate);
     if (h.gaps > 0 && (imu || h.stream == "attitude" || (drives && long_gap))) {

@@ -17,6 +17,11 @@ class Flight:
     log: str
     map: str = ""
 
+    @property
+    def day(self):
+        """The session: nothing is rebuilt within a day."""
+        return self.date[:10]
+
 
 def is_date(text):
     try:
@@ -51,6 +56,26 @@ def read_flights(path):
 
 def is_native(log):
     return (Path(log) / "log.yaml").exists()
+
+
+def earlier_flights(flights, most):
+    """By flight, the last `most` ones of its vehicle before it."""
+    earlier, last = {}, {}
+    for flight in sorted(flights, key=lambda f: f.date):
+        before = last.setdefault(flight.vehicle, [])
+        earlier[flight.flight] = before[-most:] if most else []
+        before.append(flight)
+    return earlier
+
+
+def link_sessions(folder, flights, log_of):
+    """Links to the logs, in a folder for each session; returns these folders with commas between."""
+    for flight in flights:
+        link = folder / flight.day / flight.flight
+        link.parent.mkdir(parents=True, exist_ok=True)
+        if not link.is_symlink():
+            link.symlink_to(Path(log_of(flight)).resolve())
+    return ",".join(sorted({str(folder / flight.day) for flight in flights}))
 
 
 def find_program(apps, verb):

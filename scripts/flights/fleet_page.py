@@ -2,6 +2,7 @@
 import plotly.graph_objects as go
 
 from charts import embed, style
+from history import first_changes
 from page import Page, details, escape, paragraph
 
 
@@ -29,7 +30,24 @@ def over_time(table, look):
     return style(figure, 340, yaxis_title=f"{escape(table.parameter.iloc[0])} [{escape(unit)}]")
 
 
-def fleet_page(flights, table, rows, vehicles):
+def _add_history(page, compared, trims):
+    """Where a flight has earlier ones: the first that differs from them, and the trims over time."""
+    if not (compared.outcome != "not compared").any():
+        return
+    firsts = first_changes(compared)
+    changed = set(firsts[firsts.differ > 0].vehicle)
+    charts = [embed(over_time(group, changed), f"plot-trim-{number}")
+              for number, (_, group) in enumerate(trims.groupby("parameter"))]
+    differing = compared[compared.outcome.isin(["differs", "wrong log"])].drop(columns="earlier")
+    page.add("history", "What has changed, and when", paragraph(
+        "Each flight against the earlier ones of its vehicle (trueline-diagnose --against; a day is "
+        "a session), each with a chance of 1 % of being named without cause. Colour: vehicles with a "
+        "flight that differs. Trim: mean command of a motor in steady flight.", "note"),
+        html_table(firsts), *charts,
+        *([details("all flights that differ, and wrong logs", html_table(differing))] if len(differing) else []))
+
+
+def fleet_page(flights, table, rows, vehicles, compared, trims):
     page = Page("Flights", f"{len(flights)} flights of {len(vehicles)} vehicles")
     look = set(vehicles[vehicles.look == "yes"].vehicle)
     note = ("A vehicle needs a look if a parameter of it stands out from the fleet, drifts with "
@@ -37,6 +55,7 @@ def fleet_page(flights, table, rows, vehicles):
             "flights than chance allows. All these tests together give a fleet without a defect "
             "one such vehicle with a chance of 1 %.")
     page.add("vehicles", "Vehicles", paragraph(note, "note"), html_table(vehicles))
+    _add_history(page, compared, trims)
     known = table[table.status.isin(["identified", "weak"])]
     charts = [embed(over_time(group, look), f"plot-{number}")
               for number, (_, group) in enumerate(known.groupby("parameter"))]

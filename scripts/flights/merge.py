@@ -4,7 +4,8 @@
     merge.py --flights=flights.csv --out=flights_out
 
 Reads what the workflow wrote in OUT; writes OUT/parameters.csv (one row a flight and parameter),
-OUT/vehicles.csv (one row a vehicle) and OUT/report.html.
+OUT/vehicles.csv (one row a vehicle), OUT/history.yaml (each flight against the earlier ones) and
+OUT/report.html.
 """
 import argparse
 import collections
@@ -17,6 +18,7 @@ import yaml
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "report"))
 
+import history
 from fleet import read_flights
 from fleet_page import fleet_page
 from fleet_statistics import against_the_fleet, cause_by_chance, limit, vehicle_rows
@@ -113,14 +115,18 @@ def main():
     parser.add_argument("--flights", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    flights = flight_rows(read_flights(arguments.flights), arguments.out)
+    listed = read_flights(arguments.flights)
+    flights = flight_rows(listed, arguments.out)
     table = parameter_rows(flights)
     reasons, rows = reasons_of_parameters(table)
     reasons_of_causes(flights, reasons)
     vehicles = vehicle_table(flights, reasons)
     table.drop(columns="days").to_csv(arguments.out / "parameters.csv", index=False)
     vehicles.to_csv(arguments.out / "vehicles.csv", index=False)
-    fleet_page(flights, table, rows, vehicles).write(arguments.out / "report.html")
+    compared = history.flight_rows(listed, arguments.out)
+    trims = history.trim_rows(compared, arguments.out)
+    history.write_history(compared, trims, arguments.out / "history.yaml")
+    fleet_page(flights, table, rows, vehicles, compared, trims).write(arguments.out / "report.html")
     look = vehicles[vehicles.look == "yes"]
     print(f"{len(flights)} flights of {len(vehicles)} vehicles; to look at: "
           f"{', '.join(look.vehicle) if len(look) else 'none'}")

@@ -123,7 +123,7 @@ TEST(Diagnose, SlowTheBetterModelPredictsBetterAndIsTakenByModelFlags) {
   }
 
   const auto folder = std::filesystem::temp_directory_path() / "trueline_diagnosis_test";
-  WriteDiagnosis(diagnosis, YAML::Node(), folder);
+  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder);
   VgdOptions options;
   const std::vector<Effect> effects = ApplyModel(folder / "model.yaml", &options);
   ASSERT_EQ(effects.size(), diagnosis.causes.size());
@@ -165,7 +165,7 @@ TEST(Diagnose, SlowClaimsOnlyWhatRepeatsOnTheSecondFlight) {
   EXPECT_LT(drag->evidence.other_flights, -3.0);
   EXPECT_EQ(alone.verdict, "unexplained");
   const auto folder = std::filesystem::temp_directory_path() / "trueline_unconfirmed_test";
-  WriteDiagnosis(alone, YAML::Node(), folder);
+  WriteDiagnosis(alone, DiagnosisNode(alone, YAML::Node()), folder);
   const YAML::Node written = YAML::LoadFile(folder / "diagnosis.yaml");
   const YAML::Node evidence = written["set_aside"][0]["evidence"];
   EXPECT_LT(evidence["total"].as<double>(), written["evidence_needed"].as<double>());

@@ -135,6 +135,39 @@ TEST(IndependentEvidence, AWitnessSpeaksForWhatItShowsAndAgainstWhatItExcludes) 
   EXPECT_LT(WitnessOf(0.1, 0.0, 0.01, false), -3.0);
 }
 
+double ChangeOf(double value, const std::vector<double>& references) {
+  constexpr double kSigma = 0.01;
+  Cause cause = CauseOfSize(value, kSigma);
+  for (const double reference : references) {
+    cause.repeats.push_back(
+        {"reference", "", VectorXd::Constant(1, reference), VectorXd::Constant(1, kSigma)});
+  }
+  return ChangeEvidence(cause).value();
+}
+
+TEST(ChangeEvidence, ShowsASizeThatTheReferencesLack) {
+  EXPECT_GT(ChangeOf(0.12, {0.01, 0.02}), 7.5);  // 6 sigmas
+  EXPECT_GT(ChangeOf(0.12, {0.0}), 7.5);
+  EXPECT_LT(ChangeOf(0.03, {0.01, 0.0}), 2.0);
+  EXPECT_LT(ChangeOf(0.12, {0.11, 0.125}), 0.0);       // all have it
+  EXPECT_LT(ChangeOf(0.12, {0.2, -0.05, 0.05}), 2.0);  // one of a vehicle that scatters
+  EXPECT_FALSE(ChangeEvidence(CauseOfSize(0.1, 0.01)).has_value());
+}
+
+TEST(ChangeEvidence, HasAMeanOfOneAtMostWithoutAChange) {
+  constexpr int kSeeds = 20000;
+  for (const std::size_t references : {1, 2, 5}) {
+    Random random(2, "change");
+    double mean = 0.0;
+    for (int i = 0; i < kSeeds; ++i) {
+      std::vector<double> shown(references);
+      for (double& size : shown) size = 0.05 + 0.01 * random.Normal();
+      mean += std::exp(ChangeOf(0.05 + 0.01 * random.Normal(), shown)) / kSeeds;
+    }
+    EXPECT_LT(mean, 1.05) << references;
+  }
+}
+
 TEST(PriorEvidence, CountsEffectsAndTheirPlaces) {
   const auto report = [](const std::string& id) {
     CandidateReport r;

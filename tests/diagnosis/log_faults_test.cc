@@ -6,7 +6,7 @@
 namespace trueline {
 namespace {
 
-std::string VerdictWith(const std::string& verdict, const LogFault& fault) {
+std::string JudgedWith(const std::string& verdict, const LogFault& fault) {
   Diagnosis diagnosis;
   diagnosis.verdict = verdict;
   AddLogFaults({fault}, &diagnosis);
@@ -17,8 +17,8 @@ std::string VerdictWith(const std::string& verdict, const LogFault& fault) {
 TEST(LogFaults, AFatalFaultExplainsNothing) {
   const LogFault axes{
       "log", "accelerometer_axes", "", 0.0, true, "accelerometer_axes: x and y are exchanged"};
-  EXPECT_EQ(VerdictWith("clean", axes), "unexplained");
-  EXPECT_EQ(VerdictWith("explained", axes), "unexplained");
+  EXPECT_EQ(JudgedWith("clean", axes), "unexplained");
+  EXPECT_EQ(JudgedWith("explained", axes), "unexplained");
 }
 
 TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
@@ -36,14 +36,14 @@ TEST(LogFaults, AFatalFaultLeavesNoEffectInTheModel) {
 
 TEST(LogFaults, AnotherFaultIsNotClean) {
   const LogFault stuck{"log", "stuck", "", 0.0, false, "stuck: mocap.csv stands still"};
-  EXPECT_EQ(VerdictWith("clean", stuck), "unexplained");
-  EXPECT_EQ(VerdictWith("explained", stuck), "explained");
+  EXPECT_EQ(JudgedWith("clean", stuck), "unexplained");
+  EXPECT_EQ(JudgedWith("explained", stuck), "explained");
 }
 
 TEST(LogFaults, WhatTheCatalogueStatesIsJudgedByTheSearch) {
   const LogFault scale{"log", "accelerometer_scale", "", 0.0, false, "accelerometer_scale: 0.9"};
-  EXPECT_EQ(VerdictWith("clean", scale), "clean");
-  EXPECT_EQ(VerdictWith("ambiguous", scale), "ambiguous");
+  EXPECT_EQ(JudgedWith("clean", scale), "clean");
+  EXPECT_EQ(JudgedWith("ambiguous", scale), "ambiguous");
 }
 
 TEST(LogFaults, NoneLeaveTheVerdict) {

@@ -214,7 +214,7 @@ TEST(DiagnoseOpenTerms, SlowATermJoinsTheModelOfTheNextFlight) {
   EXPECT_LT(first.terms_open_loop.after, 0.85 * first.terms_open_loop.before);
 
   const TestFolder folder;
-  WriteDiagnosis(first, YAML::Node(), folder / "result");
+  WriteDiagnosis(first, DiagnosisNode(first, YAML::Node()), folder / "result");
   const CalibrationOptions model =
       ResolveCalibrationOptions({"", (folder / "result/model.yaml").string(), "vgd", "", "", 0});
   ImuDiagnosisOptions with;

@@ -111,7 +111,7 @@ TEST(DiagnoseRotors, SlowTheBetterModelIsTakenByCalibration) {
   EXPECT_LT(diagnosis.rms_after, diagnosis.rms_before);
 
   const auto folder = std::filesystem::path(testing::TempDir()) / "trueline_rotor_diagnosis";
-  WriteDiagnosis(diagnosis, YAML::Node(), folder);
+  WriteDiagnosis(diagnosis, DiagnosisNode(diagnosis, YAML::Node()), folder);
   const YAML::Node yaml = YAML::LoadFile((folder / "diagnosis.yaml").string());
   EXPECT_EQ(yaml["causes"][0]["id"].as<std::string>(), "rotor_tilt");
   EXPECT_EQ(yaml["causes"][0]["parameters"]["roll"]["unit"].as<std::string>(), "rad");
