@@ -30,6 +30,8 @@ constexpr Range kGyration = {"I", "radius of gyration over the arm", 0.25, 1.1,
                              "multirotors from 27 g to 2 kg have 0.4 to 0.7 in roll and pitch"};
 constexpr Range kGyrationYaw = {"I_z", "radius of gyration over the arm", 0.35, 1.5,
                                 "multirotors from 27 g to 2 kg have 0.6 to 1.0 in yaw"};
+constexpr Range kFlat = {"I_z", "moment about z over the larger of the others", 0.9, 2.1,
+                         "rotors in a plane make it 1.3 to 1.9 in vehicles from 27 g to 2 kg"};
 constexpr Range kThrustForArm = {
     "k_f", "k_f over air density and the fourth power of the arm", 2e-4, 4e-2,
     "propellers of thrust coefficient 0.05 to 0.15, half an arm to 1.4 arms wide"};
@@ -45,12 +47,54 @@ constexpr Range kLag = {"tau", "lag of the rotors, s", 0.01, 0.3,
 constexpr Range kDrag = {"K", "linear drag near hover, 1/s", -1.5, -0.05,
                          "measured vehicles have -0.2 to -0.5"};
 
+double ArmOf(const NeutralVehicle& v) {
+  return v.Get("arm") > 0.0 ? v.Get("arm") : v.Get("link_arm");
+}
+
+constexpr double kAir = 1.225;  // kg/m^3
+
+// k_f over air density and the fourth power of the arm.
+double ThrustForArm(const NeutralVehicle& v) {
+  return v.Get("k_f") / (kAir * std::pow(ArmOf(v), 4));
+}
+
+// What k_f is too small by where it stands in another unit, else 1.
+double OtherUnit(double thrust_for_arm) {
+  for (const double factor : {kRpm2, 1.0 / kRpm2}) {
+    const double right = thrust_for_arm * factor;
+    if (right > kThrustForArm.low && right < kThrustForArm.high) return factor;
+  }
+  return 1.0;
+}
+
+// `v` with a mass that is usual for its arm. What is stated by mass follows.
+NeutralVehicle WithUsualMass(NeutralVehicle v) {
+  constexpr double kUsual = 170.0;  // kg/m^3, over the cube of the arm
+  const double ratio = kUsual * std::pow(ArmOf(v), 3) / v.Get("m");
+  v.body["m"] *= ratio;
+  for (const NeutralInfo& info : kNeutral) {
+    const std::string_view meaning = info.meaning;
+    const bool by_mass = meaning.ends_with("by mass") || meaning.ends_with("and mass");
+    if (by_mass && v.States(info.name)) v.body[info.name] /= ratio;
+  }
+  return v;
+}
+
+// `v` with k_f in its right unit, or as is usual for its arm.
+NeutralVehicle WithUsualThrust(NeutralVehicle v) {
+  const double ratio = ThrustForArm(v), unit = OtherUnit(ratio);
+  const double usual = std::sqrt(kThrustForArm.low * kThrustForArm.high);
+  for (Numbers& rotor : v.rotors) rotor["k_f"] *= unit != 1.0 ? unit : usual / ratio;
+  return v;
+}
+
 class Checker {
  public:
   explicit Checker(const VehicleFile& file) : file_(file), v_(file.vehicle) {}
 
   std::vector<FileFinding> Run() {
     Inertia();
+    Flatness();
     Sizes();
     Rotors();
     Motors();
@@ -111,9 +155,16 @@ class Checker {
     }
   }
 
+  // Of a flat vehicle I_z is the largest.
+  void Flatness() {
+    const double larger = std::max(v_.Get("I_x"), v_.Get("I_y"));
+    if (!(larger > 0.0) || !(v_.Get("I_z") > 0.0) || v_.Get("I_z") > larger) return;
+    Within(kFlat, "I_z", v_.Get("I_z") / larger, "; axes may be exchanged");
+  }
+
   // Mass, inertia and thrust against the distance of the rotors.
   void Sizes() {
-    const double arm = v_.Get("arm"), mass = v_.Get("m");
+    const double arm = ArmOf(v_), mass = v_.Get("m");
     if (!(arm > 0.0)) return;
     if (mass > 0.0) Within(kMassForArm, "m", mass / std::pow(arm, 3));
     for (const char* axis : {"I_x", "I_y", "I_z"}) {
@@ -122,13 +173,11 @@ class Checker {
              "; mass and inertia do not go together");
     }
     if (file_.target->by_thrust || !(v_.Get("k_f") > 0.0)) return;
-    constexpr double kAir = 1.225;  // kg/m^3
-    const double ratio = v_.Get("k_f") / (kAir * std::pow(arm, 4));
-    const auto inside = [](double r) { return r > kThrustForArm.low && r < kThrustForArm.high; };
-    const char* hint = inside(ratio / kRpm2)   ? "; it would be right in N/(rad/s)^2 for N/rpm^2"
-                       : inside(ratio * kRpm2) ? "; it would be right in N/rpm^2 for N/(rad/s)^2"
-                                               : "";
-    Within(kThrustForArm, "k_f", ratio, hint);
+    const double ratio = ThrustForArm(v_), unit = OtherUnit(ratio);
+    Within(kThrustForArm, "k_f", ratio,
+           unit > 1.0   ? "; it would be right in N/rpm^2 for N/(rad/s)^2"
+           : unit < 1.0 ? "; it would be right in N/(rad/s)^2 for N/rpm^2"
+                        : "");
   }
 
   void Rotors() {
@@ -232,7 +281,49 @@ class Checker {
 
 }  // namespace
 
-std::vector<FileFinding> CheckVehicle(const VehicleFile& file) { return Checker(file).Run(); }
+std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
+  std::vector<FileFinding> findings = Checker(file).Run();
+  const auto names = [](const std::vector<FileFinding>& all, const std::string& parameter) {
+    return std::ranges::find(all, parameter, &FileFinding::parameter) != all.end();
+  };
+  // A wrong mass or thrust makes others look wrong, which are named where they stay so without it.
+  for (const auto& [parameter, usual] :
+       {std::pair{"m", &WithUsualMass}, std::pair{"k_f", &WithUsualThrust}}) {
+    if (!names(findings, parameter)) continue;
+    VehicleFile changed = file;
+    changed.vehicle = usual(file.vehicle);
+    const std::vector<FileFinding> left = Checker(changed).Run();
+    std::erase_if(findings, [&, root = std::string(parameter)](const FileFinding& finding) {
+      return finding.parameter != root && !names(left, finding.parameter);
+    });
+  }
+  return findings;
+}
+
+namespace {
+
+// Files have origins of their own: where the centre of mass stands between the rotors is compared.
+void CompareCentres(const VehicleFile& first, const VehicleFile& second,
+                    std::vector<FileFinding>* findings) {
+  constexpr double kSameCentre = 0.05;  // of the arm
+  const NeutralVehicle &a = first.vehicle, &b = second.vehicle;
+  if (!a.Flies() || !b.Flies()) return;
+  for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z"}) {
+    const int axis = name[5] - 'x';
+    const double one = a.CentreFromRotors(axis), other = b.CentreFromRotors(axis);
+    if (std::abs(one - other) <= kSameCentre * std::max(a.Get("arm"), b.Get("arm"))) continue;
+    const Reading* in = second.Find(name);
+    findings->push_back(
+        {name, "m", other,
+         fmt::format("{} is {:.4g} m from the middle of the rotors here and {:.4g} m in {}", name,
+                     other, one, first.Name()),
+         second.files[in != nullptr ? in->file : 0]->path().string(),
+         in != nullptr && in->leaf != nullptr ? in->leaf->place.line : 0,
+         in != nullptr ? in->key : ""});
+  }
+}
+
+}  // namespace
 
 std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) {
   std::vector<FileFinding> findings;
@@ -242,8 +333,10 @@ std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) 
       const bool same_file = first.files.front()->path() == second.files.front()->path();
       const std::string &x = first.vehicle.name, &y = second.vehicle.name;
       if (same_file || (!x.empty() && !y.empty() && x != y)) continue;
+      CompareCentres(first, second, &findings);
       for (const NeutralInfo& info : kNeutral) {
         const std::string name = info.name;
+        if (name.starts_with("r_BM")) continue;
         const bool thrust = name == "k_f" || name == "k_m" || name == "full_speed";
         if (thrust && first.target->by_thrust != second.target->by_thrust) continue;
         const Reading *at = first.Find(name), *in = second.Find(name);

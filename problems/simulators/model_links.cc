@@ -98,6 +98,27 @@ Eigen::Matrix3d Moved(double mass, const Eigen::Vector3d& r) {
   return mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
 }
 
+// m, mean horizontal distance from `centre` of the links that joints let turn; 0 where fewer than
+// three do. A model whose motors stand in another file has its rotors there.
+double ArmOf(const VehicleFile& vehicle, const std::vector<Link>& links,
+             const Eigen::Vector3d& centre) {
+  double sum = 0.0;
+  int count = 0;
+  for (const auto& file : vehicle.files) {
+    for (const FileNode* joint : file->All("joint")) {
+      const FileNode *type = joint->Child("@type"),
+                     *child = file->Find(*joint, "child/@link|child");
+      if (type == nullptr || child == nullptr) continue;
+      if (type->text != "revolute" && type->text != "continuous") continue;
+      for (const Link& link : links) {
+        if (link.name != child->text) continue;
+        sum += (link.centre - centre).head<2>().norm(), ++count;
+      }
+    }
+  }
+  return count < 3 ? 0.0 : sum / count;
+}
+
 // Of the heaviest link. The fields are the same for all models of a kind.
 std::vector<FileField> FieldsOfBase(bool urdf) {
   std::vector<FileField> fields = {{"m", urdf ? "mass/@value" : "mass"}};
@@ -134,6 +155,7 @@ void AddLinks(VehicleFile* file) {
   static const std::vector<FileField> sdf_fields = FieldsOfBase(false);
   static const std::vector<FileField> urdf_fields = FieldsOfBase(true);
   NeutralVehicle& v = file->vehicle;
+  if (const double arm = ArmOf(*file, links, centre); arm > 0.0) v.body["link_arm"] = arm;
   const ParameterFile& text = *file->files[base->file];
   for (const FileField& field : urdf ? urdf_fields : sdf_fields) {
     const std::string name = field.name;

@@ -58,6 +58,25 @@ const NeutralInfo* FindNeutral(const std::string& name) {
   return nullptr;
 }
 
+double NeutralVehicle::InertiaOfMotors(int axis) const {
+  double squares = 0.0;
+  for (const Numbers& r : rotors) {
+    const Eigen::Vector3d place = FromCentre(*this, r);
+    squares += place.squaredNorm() - place[axis] * place[axis];
+  }
+  return Get("raw_motor_mass") * squares;
+}
+
+double NeutralVehicle::SideOfBox(int axis) const {
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double moment = Get(std::string("I_") + "xyz"[k]) - InertiaOfMotors(k);
+    sum += k == axis ? -moment : moment;
+  }
+  const double mass = Get("m") - Get("n") * Get("raw_motor_mass");
+  return std::sqrt(std::max(0.0, 6.0 * sum / mass));
+}
+
 double NeutralVehicle::Get(const std::string& number, int rotor) const {
   if (rotor >= 0) {
     const Numbers& r = rotors.at(static_cast<std::size_t>(rotor));
@@ -81,6 +100,7 @@ double NeutralVehicle::Get(const std::string& number, int rotor) const {
   if (number == "w_h") return std::sqrt(Get("m") * gravity / (Get("n") * Get("k_f")));
   if (number == "S_h") return Get("n") * Get("w_h");
   if (body.contains(number)) return body.at(number);
+  if (number.starts_with("box_")) return SideOfBox(number[4] - 'x');
   if (number == "rise") return Get("tau") > 0.0 ? 1.0 / Get("tau") : kAtOnce;
   if (number == "fall") {
     return States("tau_down") ? 1.0 / Get("tau_down") : Get("rise");

@@ -58,8 +58,8 @@ using Numbers = std::map<std::string, double>;
 // centre of mass), k_f and k_m of all rotors (mean), arm (mean distance of the rotors from the
 // centre of mass, m), lever, lever_x, lever_y (the same along both, or one, of the axes), radius
 // and angle of a rotor, spin_k_m (spin times k_m), K and c (of all axes), body_mass (without rotors
-// of raw_rotor_mass each), small_... (1, which a unit scales), n (rotors), w_h and S_h (speed of a
-// rotor and of all in hover, rad/s).
+// of raw_rotor_mass each), box_x, box_y, box_z (SideOfBox), small_... (1, which a unit scales), n
+// (rotors), w_h and S_h (speed of a rotor and of all in hover, rad/s).
 class NeutralVehicle {
  public:
   std::string name;
@@ -70,6 +70,10 @@ class NeutralVehicle {
   bool States(const std::string& number) const { return body.contains(number); }
   double Get(const std::string& number, int rotor = -1) const;
   void Set(const std::string& number, int rotor, double value);
+  // kg m^2, of motors of raw_motor_mass each in the rotors' places, about an axis (0 to 2).
+  double InertiaOfMotors(int axis) const;
+  // m, of a box along an axis that has the rest of the mass and of the inertia.
+  double SideOfBox(int axis) const;
   // m, the centre of mass from the middle of the rotors, along an axis (0 to 2): files have origins
   // of their own.
   double CentreFromRotors(int axis) const;

@@ -200,10 +200,8 @@ FileNode ParseByContent(const std::filesystem::path& path, const std::string& te
   if (text[first] == '<') return ParseXmlFile(path, text);
   const std::string extension = path.extension().string();
   if (extension == ".toml") return ParseTomlFile(path, text);
-  if (extension == ".py" || extension == ".cc" || extension == ".hpp" || extension == ".java") {
-    throw ErrorAt(path.string(), 0,
-                  "is program code, which is not read; write its numbers as YAML (such as "
-                  "json.dumps(quad_params) of RotorPy), or compare by logs (--simulator_log)");
+  for (const char* code : {".py", ".cc", ".cpp", ".h", ".hpp", ".java"}) {
+    if (extension == code) return ParseCodeFile(path, text);
   }
   if (FileNode parameters = ParsePx4File(path, text); !parameters.children.empty()) {
     return parameters;

@@ -29,8 +29,9 @@ struct FileNode {
 
 class ParameterFile {
  public:
-  // YAML, TOML, XML (SDF, URDF, MJCF, xacro; also jinja whose templates stand in texts) or a list
-  // of PX4 parameters, known by the content. Throws InputError with file, line and remedy.
+  // YAML, TOML, XML (SDF, URDF, MJCF, xacro; also jinja whose templates stand in texts), a list of
+  // PX4 parameters, known by the content, or the plain numbers of program code (.py, .cc, .hpp,
+  // .java). Throws InputError with file, line and remedy.
   static ParameterFile Read(const std::filesystem::path& path);
   // The same of a text that is not on disk yet; `path` is for its format and messages.
   static ParameterFile Parse(const std::filesystem::path& path, std::string text);
@@ -71,6 +72,7 @@ class ParameterFile {
 FileNode ParseYamlFile(const std::filesystem::path& path, const std::string& text);
 FileNode ParseTomlFile(const std::filesystem::path& path, const std::string& text);
 FileNode ParseXmlFile(const std::filesystem::path& path, const std::string& text);
+FileNode ParseCodeFile(const std::filesystem::path& path, const std::string& text);
 FileNode ParsePx4File(const std::filesystem::path& path, const std::string& text);
 
 // A text replaced by another, by byte ranges of the original.

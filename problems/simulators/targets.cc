@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "problems/common/error.h"
 #include "problems/simulators/target.h"
@@ -10,7 +12,8 @@ namespace {
 
 constexpr double kRpm = 60.0 / (2.0 * M_PI);  // rpm in a rad/s
 constexpr double kPerRpm2 = 1.0 / (kRpm * kRpm);
-constexpr double kAirDensity = 1.225;  // kg/m^3, as PyFlyt has it
+constexpr double kPerRps2 = 4.0 * M_PI * M_PI;  // N/(rev/s)^2 in a N/(rad/s)^2
+constexpr double kAirDensity = 1.225;           // kg/m^3, of PyFlyt and AirSim
 
 // Orders of rotors: front right, rear left, ... with their spins.
 const std::vector<FixedRotor> kPx4 = {{1, 1, -1}, {-1, -1, -1}, {1, -1, 1}, {-1, 1, 1}};
@@ -18,11 +21,22 @@ const std::vector<FixedRotor> kCrazyflie = {{1, 1, -1}, {-1, 1, 1}, {-1, -1, -1}
 const std::vector<FixedRotor> kFlightmare = {{1, -1, 1}, {1, 1, -1}, {-1, 1, 1}, {-1, -1, -1}};
 const std::vector<FixedRotor> kFlightmareDev = {{1, 1, -1}, {-1, -1, -1}, {-1, 1, 1}, {1, -1, 1}};
 
+const NumberUnit kByMass = {1.0, {{"m", 1}}};
+
 using FileFields = std::vector<FileField>;
 
 FileFields operator+(FileFields a, const FileFields& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+// A field of each axis.
+FileFields Axes(const std::string& name, const std::string& x, const std::string& y,
+                const std::string& z, const NumberUnit& unit = {}) {
+  static const std::map<std::string, std::array<const char*, 3>> kAxes = {
+      {"I", {"I_x", "I_y", "I_z"}}, {"K", {"K_x", "K_y", "K_z"}}, {"c", {"c_x", "c_y", "c_z"}}};
+  const auto& names = kAxes.at(name);
+  return {{names[0], x, unit}, {names[1], y, unit}, {names[2], z, unit}};
 }
 
 // x forward-left-up: y and z change sign, and the products I_xy and I_xz.
@@ -35,7 +49,7 @@ FileFields FluPlaces(const std::string& x, const std::string& y, const std::stri
 FileFields GazeboMotors(const std::string& at, const std::vector<std::string>& names) {
   return {{"k_f", at + names[0]},        {"k_m", at + names[1], {1.0, {{"k_f", -1}}}},
           {"tau", at + names[2]},        {"tau_down", at + names[3]},
-          {"full_speed", at + names[4]}, {"rotor_speed_drag", at + names[5], {1.0, {{"m", 1}}}}};
+          {"full_speed", at + names[4]}, {"rotor_speed_drag", at + names[5], kByMass}};
 }
 
 FileFields SdfMotors() {
@@ -70,16 +84,14 @@ std::string Px4(const std::string& name) {
 
 // The controller's copy; `again`: beside the xacro of the vehicle.
 FileFields RotorsController(bool again) {
-  FileFields fields = {
-      {"m", "mass"},
-      {"I_x", "inertia/xx"},
-      {"I_y", "inertia/yy"},
-      {"I_z", "inertia/zz"},
-      {"radius", "rotor_configuration/{i}/arm_length"},
-      {"angle", "rotor_configuration/{i}/angle", {-1.0}},
-      {"k_f", "rotor_configuration/{i}/rotor_force_constant"},
-      {"k_m", "rotor_configuration/{i}/rotor_moment_constant", {1.0, {{"k_f", -1}}}},
-      {"spin", "rotor_configuration/{i}/direction", {-1.0}}};
+  FileFields fields =
+      Axes("I", "inertia/xx", "inertia/yy", "inertia/zz") +
+      FileFields{{"m", "mass"},
+                 {"radius", "rotor_configuration/{i}/arm_length"},
+                 {"angle", "rotor_configuration/{i}/angle", {-1.0}},
+                 {"k_f", "rotor_configuration/{i}/rotor_force_constant"},
+                 {"k_m", "rotor_configuration/{i}/rotor_moment_constant", {1.0, {{"k_f", -1}}}},
+                 {"spin", "rotor_configuration/{i}/direction", {-1.0}}};
   for (FileField& field : fields) field.again = again;
   return fields;
 }
@@ -95,26 +107,34 @@ std::vector<Target> MakeTargets() {
   const std::string urdf_prop = "//link[name=prop{i}_link]/inertial/origin/@xyz/";
   const std::string urdf_prop_from_1 = "//link[name=prop{r}_link]/inertial/origin/@xyz/";
   const auto dynamics = [](const std::string& key) { return "quadrotor_dynamics/" + key; };
+  const FileFields flightmare = {{"m", dynamics("mass")},
+                                 {"k_f", dynamics("thrust_map/0")},
+                                 {"k_f_1", dynamics("thrust_map/1")},
+                                 {"k_f_0", dynamics("thrust_map/2")},
+                                 {"k_m", dynamics("kappa"), {1.0, {{"k_f", -1}}}},
+                                 {"idle_speed", dynamics("motor_omega_min")},
+                                 {"full_speed", dynamics("motor_omega_max")},
+                                 {"tau", dynamics("motor_tau")}};
   return {
       {.name = "rotorpy",
        .about = "RotorPy: the dictionary quad_params, as YAML",
        .skeletons = {"rotorpy.yaml"},
        .mark = "k_eta",
-       .fields = FileFields{{"m", "mass"}, {"I_x", "Ixx"}, {"I_y", "Iyy"}, {"I_z", "Izz"}} +
-                 FileFields{{"I_xy", "Ixy", {-1.0}}, {"I_xz", "Ixz", {-1.0}}, {"I_yz", "Iyz"}} +
-                 FluPlaces("rotor_pos/r{r}/0", "rotor_pos/r{r}/1", "rotor_pos/r{r}/2") +
-                 FileFields{{"spin", "rotor_directions/{i}"},
-                            {"k_f", "k_eta"},
-                            {"k_m", "k_m"},
-                            {"full_speed", "rotor_speed_max"},
-                            {"idle_speed", "rotor_speed_min"},
-                            {"tau", "tau_m"},
-                            {"rotor_speed_drag", "k_d", {1.0, {{"m", 1}}}},
-                            {"rotor_inflow", "k_z", {1.0, {{"m", 1}}}},
-                            {"translational_lift", "k_h", {1.0, {{"m", 1}, {"n", -1}}}},
-                            {"c_x", "c_Dx", {1.0, {{"m", 1}}}},
-                            {"c_y", "c_Dy", {1.0, {{"m", 1}}}},
-                            {"c_z", "c_Dz", {1.0, {{"m", 1}}}}},
+       .fields =
+           Axes("I", "Ixx", "Iyy", "Izz") +
+           FileFields{
+               {"m", "mass"}, {"I_xy", "Ixy", {-1.0}}, {"I_xz", "Ixz", {-1.0}}, {"I_yz", "Iyz"}} +
+           FluPlaces("rotor_pos/r{r}/0", "rotor_pos/r{r}/1", "rotor_pos/r{r}/2") +
+           FileFields{{"spin", "rotor_directions/{i}"},
+                      {"k_f", "k_eta"},
+                      {"k_m", "k_m"},
+                      {"full_speed", "rotor_speed_max"},
+                      {"idle_speed", "rotor_speed_min"},
+                      {"tau", "tau_m"},
+                      {"rotor_speed_drag", "k_d", kByMass},
+                      {"rotor_inflow", "k_z", kByMass},
+                      {"translational_lift", "k_h", {1.0, {{"m", 1}, {"n", -1}}}}} +
+           Axes("c", "c_Dx", "c_Dy", "c_Dz", kByMass),
        .caveat =
            "drag and inflow act at each hub, which moves as the body turns: inflow damps roll "
            "and pitch, too"},
@@ -142,19 +162,17 @@ std::vector<Target> MakeTargets() {
        .about = "PX4 SIH: parameters SIH_... of an airframe",
        .skeletons = {"px4_sih.params"},
        .mark = Px4("SIH_MASS") + "|SIH_T_MAX",
-       .fields = {{"m", Px4("SIH_MASS")},
-                  {"I_x", Px4("SIH_IXX")},
-                  {"I_y", Px4("SIH_IYY")},
-                  {"I_z", Px4("SIH_IZZ")},
-                  {"I_xy", Px4("SIH_IXY")},
-                  {"I_xz", Px4("SIH_IXZ")},
-                  {"I_yz", Px4("SIH_IYZ")},
-                  {"lever_y", Px4("SIH_L_ROLL")},
-                  {"lever_x", Px4("SIH_L_PITCH")},
-                  {"k_f", Px4("SIH_T_MAX"), {1.0, {{"full_speed", 2}}}},
-                  {"k_m", Px4("SIH_Q_MAX"), {1.0, {{"full_speed", 2}}}},
-                  {"tau", Px4("SIH_T_TAU")},
-                  {"K", Px4("SIH_KDV"), {-1.0, {{"m", 1}}}}},
+       .fields = Axes("I", Px4("SIH_IXX"), Px4("SIH_IYY"), Px4("SIH_IZZ")) +
+                 FileFields{{"m", Px4("SIH_MASS")},
+                            {"I_xy", Px4("SIH_IXY")},
+                            {"I_xz", Px4("SIH_IXZ")},
+                            {"I_yz", Px4("SIH_IYZ")},
+                            {"lever_y", Px4("SIH_L_ROLL")},
+                            {"lever_x", Px4("SIH_L_PITCH")},
+                            {"k_f", Px4("SIH_T_MAX"), {1.0, {{"full_speed", 2}}}},
+                            {"k_m", Px4("SIH_Q_MAX"), {1.0, {{"full_speed", 2}}}},
+                            {"tau", Px4("SIH_T_TAU")},
+                            {"K", Px4("SIH_KDV"), {-1.0, {{"m", 1}}}}},
        .order = kPx4,
        .gravity = 9.80665,
        .by_thrust = true,
@@ -164,20 +182,19 @@ std::vector<Target> MakeTargets() {
        .about = "gym-pybullet-drones: URDF with <properties>",
        .skeletons = {"gym_pybullet_drones.urdf"},
        .mark = "robot/properties/@kf",
-       .fields =
-           FluPlaces(urdf_prop + "0", urdf_prop + "1", urdf_prop + "2") +
-           FileFields{{"k_f", "robot/properties/@kf", {kPerRpm2}},
-                      {"k_m", "robot/properties/@km", {kPerRpm2}},
-                      {"full_speed",
-                       "robot/properties/@thrust2weight",
-                       {1.0, {{"n", 1}, {"k_f", 1}, {"m", -1}, {"g", -1}}, 2.0}},
-                      {"rotor_speed_drag", "robot/properties/@drag_coeff_xy", {1.0, {{"m", 1}}}},
-                      {"rotor_inflow", "robot/properties/@drag_coeff_z", {1.0, {{"m", 1}}}},
-                      {"raw_prop_radius", "robot/properties/@prop_radius"},
-                      {"ground_effect",
-                       "robot/properties/@gnd_eff_coeff",
-                       {16.0, {{"raw_prop_radius", -2}}, 2.0}},
-                      {"arm", "robot/properties/@arm", {}, true}},
+       .fields = FluPlaces(urdf_prop + "0", urdf_prop + "1", urdf_prop + "2") +
+                 FileFields{{"k_f", "robot/properties/@kf", {kPerRpm2}},
+                            {"k_m", "robot/properties/@km", {kPerRpm2}},
+                            {"full_speed",
+                             "robot/properties/@thrust2weight",
+                             {1.0, {{"n", 1}, {"k_f", 1}, {"m", -1}, {"g", -1}}, 2.0}},
+                            {"rotor_speed_drag", "robot/properties/@drag_coeff_xy", kByMass},
+                            {"rotor_inflow", "robot/properties/@drag_coeff_z", kByMass},
+                            {"raw_prop_radius", "robot/properties/@prop_radius"},
+                            {"ground_effect",
+                             "robot/properties/@gnd_eff_coeff",
+                             {16.0, {{"raw_prop_radius", -2}}, 2.0}},
+                            {"arm", "robot/properties/@arm", {}, true}},
        .links = LinkKind::kUrdf,
        .order = kCrazyflie,
        .gravity = 9.8,
@@ -207,10 +224,9 @@ std::vector<Target> MakeTargets() {
        .skeletons = {"mujoco.xml"},
        .mark = "mujoco",
        .fields =
+           Axes("I", "//inertial/@diaginertia/0", "//inertial/@diaginertia/1",
+                "//inertial/@diaginertia/2") +
            FileFields{{"m", "//inertial/@mass"},
-                      {"I_x", "//inertial/@diaginertia/0"},
-                      {"I_y", "//inertial/@diaginertia/1"},
-                      {"I_z", "//inertial/@diaginertia/2"},
                       {"r_BM_x", "//inertial/@pos/0"},
                       {"r_BM_y", "//inertial/@pos/1", {-1.0}},
                       {"r_BM_z", "//inertial/@pos/2", {-1.0}},
@@ -226,70 +242,93 @@ std::vector<Target> MakeTargets() {
        .about = "crazyflow, drone-models: a table of first_principles parameters, TOML",
        .skeletons = {"crazyflow.toml"},
        .mark = "*/rpm2thrust",
-       .fields = {{"m", "mass"},
-                  {"I_x", "J/0/0"},
-                  {"I_y", "J/1/1"},
-                  {"I_z", "J/2/2"},
-                  {"I_xy", "J/0/1", {-1.0}},
-                  {"I_xz", "J/0/2", {-1.0}},
-                  {"I_yz", "J/1/2"},
-                  {"lever", "L"},
-                  {"y_M", "mixing_matrix/0/{i}", {-1.0, {{"lever", -1}}}},
-                  {"x_M", "mixing_matrix/1/{i}", {-1.0, {{"lever", -1}}}},
-                  {"spin", "mixing_matrix/2/{i}"},
-                  {"k_f", "rpm2thrust/2", {kPerRpm2}},
-                  {"k_f_1", "rpm2thrust/1", {1.0 / kRpm}},
-                  {"k_f_0", "rpm2thrust/0"},
-                  {"k_m", "rpm2torque/2", {kPerRpm2}},
-                  {"k_m_1", "rpm2torque/1", {1.0 / kRpm}},
-                  {"k_m_0", "rpm2torque/0"},
-                  {"rise", "rotor_dyn_coef/0", {}},
-                  {"rise_2", "rotor_dyn_coef/1", {1.0 / kRpm}},
-                  {"fall", "rotor_dyn_coef/2", {}},
-                  {"fall_2", "rotor_dyn_coef/3", {1.0 / kRpm}},
-                  {"K_x", "drag_matrix/0/0", {1.0, {{"m", 1}}}},
-                  {"K_y", "drag_matrix/1/1", {1.0, {{"m", 1}}}},
-                  {"K_z", "drag_matrix/2/2", {1.0, {{"m", 1}}}},
-                  {"full_speed", "thrust_max", {1.0, {{"k_f", 1}}, 2.0}},
-                  {"idle_speed", "thrust_min", {1.0, {{"k_f", 1}}, 2.0}}},
+       .fields = Axes("I", "J/0/0", "J/1/1", "J/2/2") +
+                 FileFields{{"m", "mass"},
+                            {"I_xy", "J/0/1", {-1.0}},
+                            {"I_xz", "J/0/2", {-1.0}},
+                            {"I_yz", "J/1/2"},
+                            {"lever", "L"},
+                            {"y_M", "mixing_matrix/0/{i}", {-1.0, {{"lever", -1}}}},
+                            {"x_M", "mixing_matrix/1/{i}", {-1.0, {{"lever", -1}}}},
+                            {"spin", "mixing_matrix/2/{i}"},
+                            {"k_f", "rpm2thrust/2", {kPerRpm2}},
+                            {"k_f_1", "rpm2thrust/1", {1.0 / kRpm}},
+                            {"k_f_0", "rpm2thrust/0"},
+                            {"k_m", "rpm2torque/2", {kPerRpm2}},
+                            {"k_m_1", "rpm2torque/1", {1.0 / kRpm}},
+                            {"k_m_0", "rpm2torque/0"},
+                            {"rise", "rotor_dyn_coef/0", {}},
+                            {"rise_2", "rotor_dyn_coef/1", {1.0 / kRpm}},
+                            {"fall", "rotor_dyn_coef/2", {}},
+                            {"fall_2", "rotor_dyn_coef/3", {1.0 / kRpm}},
+                            {"full_speed", "thrust_max", {1.0, {{"k_f", 1}}, 2.0}},
+                            {"idle_speed", "thrust_min", {1.0, {{"k_f", 1}}, 2.0}}} +
+                 Axes("K", "drag_matrix/0/0", "drag_matrix/1/1", "drag_matrix/2/2", kByMass),
        .order = kCrazyflie,
        .tables = true},
       {.name = "flightmare",
        .about = "Flightmare (branch dev): YAML with quadrotor_dynamics",
        .skeletons = {"flightmare.yaml"},
        .mark = dynamics("tbm_fr"),
-       .fields = {{"m", dynamics("mass")},
-                  {"I_x", dynamics("inertia/0")},
-                  {"I_y", dynamics("inertia/1")},
-                  {"I_z", dynamics("inertia/2")},
-                  {"x_M", dynamics("tbm_{fr,bl,br,fl}/0")},
-                  {"y_M", dynamics("tbm_{fr,bl,br,fl}/1"), {-1.0}},
-                  {"z_M", dynamics("tbm_{fr,bl,br,fl}/2"), {-1.0}},
-                  {"k_f", dynamics("thrust_map/0")},
-                  {"k_f_1", dynamics("thrust_map/1")},
-                  {"k_f_0", dynamics("thrust_map/2")},
-                  {"k_m", dynamics("kappa"), {1.0, {{"k_f", -1}}}},
-                  {"idle_speed", dynamics("motor_omega_min")},
-                  {"full_speed", dynamics("motor_omega_max")},
-                  {"tau", dynamics("motor_tau")},
-                  {"K_x", dynamics("body_drag_1/0"), {-1.0, {{"m", 1}}}},
-                  {"K_y", dynamics("body_drag_1/1"), {-1.0, {{"m", 1}}}},
-                  {"K_z", dynamics("body_drag_1/2"), {-1.0, {{"m", 1}}}},
-                  {"translational_lift", dynamics("body_drag_h"), {1.0, {{"m", 1}}}}},
+       .fields = Axes("I", dynamics("inertia/0"), dynamics("inertia/1"), dynamics("inertia/2")) +
+                 flightmare +
+                 FileFields{{"x_M", dynamics("tbm_{fr,bl,br,fl}/0")},
+                            {"y_M", dynamics("tbm_{fr,bl,br,fl}/1"), {-1.0}},
+                            {"z_M", dynamics("tbm_{fr,bl,br,fl}/2"), {-1.0}},
+                            {"translational_lift", dynamics("body_drag_h"), kByMass}} +
+                 Axes("K", dynamics("body_drag_1/0"), dynamics("body_drag_1/1"),
+                      dynamics("body_drag_1/2"), {-1.0, {{"m", 1}}}),
        .order = kFlightmareDev,
        .also = "agilicious"},
+      {.name = "airsim",
+       .about = "AirSim: C++ that fills the parameters of a quadrotor, which are compiled in",
+       .skeletons = {"airsim.hpp"},
+       .mark = "//motor_assembly_weight",
+       .fields = {{"m", "//mass"},
+                  {"raw_motor_mass", "//motor_assembly_weight"},
+                  {"small_motor_mass", "//motor_assembly_weight", {kSmall, {{"m", 1}}}},
+                  {"x_M", "//rotor_{i}/0"},
+                  {"y_M", "//rotor_{i}/1"},
+                  {"z_M", "//rotor_{i}/2"},
+                  {"box_x", "//body_box.x"},
+                  {"box_y", "//body_box.y"},
+                  {"box_z", "//body_box.z"},
+                  {"full_speed", "//max_rpm", {kRpm}},
+                  {"raw_prop_diameter", "//propeller_diameter"},
+                  {"k_f", "//C_T", {4.0 * M_PI * M_PI / kAirDensity, {{"raw_prop_diameter", -4}}}},
+                  {"k_m",
+                   "//C_P",
+                   {8.0 * M_PI * M_PI * M_PI / kAirDensity, {{"raw_prop_diameter", -5}}}},
+                  {"tau", "//control_signal_filter_tc"}},
+       .order = kPx4,
+       .by_thrust = true,
+       .caveat = "inertia is that of a box and point motors; thrust is linear in the command, and "
+                 "the lag acts on it; drag is set to 0: its faces are those of that box"},
+      {.name = "isaac_lab",
+       .about = "Isaac Lab: a MultirotorCfg, in Python; mass and inertia are set beside it",
+       .skeletons = {"isaac_lab.py"},
+       .mark = "//torque_to_thrust_ratio",
+       .fields = Axes("I", "//INERTIA/0", "//INERTIA/1", "//INERTIA/2") +
+                 FileFields{{"m", "//MASS"},
+                            {"k_f", "//thrust_const_range/0", {kPerRps2}},
+                            {"k_f", "//thrust_const_range/1", {kPerRps2}},
+                            {"full_speed", "//thrust_range/1", {1.0, {{"k_f", 1}}, 2.0}},
+                            {"idle_speed", "//thrust_range/0", {1.0, {{"k_f", 1}}, 2.0}},
+                            {"tau", "//tau_inc_range/0"},
+                            {"tau", "//tau_inc_range/1"},
+                            {"tau_down", "//tau_dec_range/0"},
+                            {"tau_down", "//tau_dec_range/1"},
+                            {"k_m", "//torque_to_thrust_ratio", {1.0, {{"k_f", -1}}}},
+                            {"y_M", "//allocation_matrix/3/{i}", {-1.0}},
+                            {"x_M", "//allocation_matrix/4/{i}", {-1.0}},
+                            {"spin", "//rotor_directions/{i}", {-1.0}},
+                            {"spin_k_m", "//allocation_matrix/5/{i}", {1.0, {{"k_f", -1}}}}},
+       .order = kPx4,
+       .caveat = "no air; commands are thrusts, and the lag acts on the rotor's speed"},
       {.name = "flightmare_master",
        .about = "Flightmare (branch master), which sets no inertia: read only",
        .mark = dynamics("arm_l"),
-       .fields = {{"m", dynamics("mass")},
-                  {"arm", dynamics("arm_l")},
-                  {"k_f", dynamics("thrust_map/0")},
-                  {"k_f_1", dynamics("thrust_map/1")},
-                  {"k_f_0", dynamics("thrust_map/2")},
-                  {"k_m", dynamics("kappa"), {1.0, {{"k_f", -1}}}},
-                  {"idle_speed", dynamics("motor_omega_min")},
-                  {"full_speed", dynamics("motor_omega_max")},
-                  {"tau", dynamics("motor_tau")}},
+       .fields = FileFields{{"arm", dynamics("arm_l")}} + flightmare,
        .order = kFlightmare},
       {.name = "rotors",
        .about = "RotorS, CrazyS: xacro of the vehicle, and the controller's YAML beside it",
@@ -299,9 +338,6 @@ std::vector<Target> MakeTargets() {
            FileFields{{"raw_rotor_mass", Property("mass_rotor")},
                       {"small_mass", Property("mass_rotor"), {kSmall, {{"m", 1}}}},
                       {"body_mass", Property("mass")},
-                      {"I_x", "//inertia/@ixx"},
-                      {"I_y", "//inertia/@iyy"},
-                      {"I_z", "//inertia/@izz"},
                       {"spin", "./@direction"},
                       {"x", "./origin/@xyz/0"},
                       {"y", "./origin/@xyz/1", {-1.0}},
@@ -309,7 +345,7 @@ std::vector<Target> MakeTargets() {
            GazeboMotors("", {Property("motor_constant"), Property("moment_constant"),
                              Property("time_constant_up"), Property("time_constant_down"),
                              Property("max_rot_velocity"), Property("rotor_drag_coefficient")}) +
-           RotorsController(true),
+           Axes("I", "//inertia/@ixx", "//inertia/@iyy", "//inertia/@izz") + RotorsController(true),
        .rotor_elements = "xacro:vertical_rotor",
        .rotor_number = "@motor_number",
        .gravity = 9.8,

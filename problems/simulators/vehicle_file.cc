@@ -226,6 +226,19 @@ void AddRotorMasses(VehicleFile* file) {
   }
 }
 
+// AirSim states the sides of a box and the mass of its motors, which give the inertia.
+void TakeInertiaOfBox(VehicleFile* file) {
+  NeutralVehicle& v = file->vehicle;
+  if (!v.States("box_x")) return;
+  const double body = v.Get("m") - v.Get("n") * v.Get("raw_motor_mass");
+  const Eigen::Vector3d sides(v.Get("box_x"), v.Get("box_y"), v.Get("box_z"));
+  for (int axis = 0; axis < 3; ++axis) {
+    const double across = sides.squaredNorm() - sides[axis] * sides[axis];
+    v.body[std::string("I_") + "xyz"[axis]] = body / 12.0 * across + v.InertiaOfMotors(axis);
+  }
+  for (const char* name : {"box_x", "box_y", "box_z"}) v.body.erase(name);
+}
+
 VehicleFile ReadOne(const Target& target, std::vector<std::shared_ptr<const ParameterFile>> files,
                     const std::string& table) {
   VehicleFile file{&target, std::move(files), {}, {}};
@@ -234,6 +247,7 @@ VehicleFile ReadOne(const Target& target, std::vector<std::shared_ptr<const Para
   AddFixedOrder(&file);
   LineariseAtHover(&file);
   AddRotorMasses(&file);
+  TakeInertiaOfBox(&file);
   return file;
 }
 
@@ -298,6 +312,7 @@ bool States(const std::string& field, const std::string& parameter) {
   if (field == "spin_k_m") return parameter == "k_m";
   if (field == "K" || field == "c") return parameter.starts_with(field + "_");
   if (field.starts_with("rise")) return parameter == "tau";
+  if (field.starts_with("box_")) return parameter.starts_with("I_") && parameter[2] != field[4];
   if (field.starts_with("fall")) return parameter == "tau" || parameter == "tau_down";
   if (field == "tau_down") return parameter == "tau";
   return (field.starts_with("k_f_") && parameter == "k_f") ||

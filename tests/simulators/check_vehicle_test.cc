@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
 #include "problems/simulators/write_export.h"
@@ -45,6 +47,26 @@ TEST(ParameterFile, FindsNumbersWithTheirBytes) {
   ExpectPlace(Parsed("a.params", "# x\n1\t1\tSIH_MASS\t1.5\t9\n"), "SIH_MASS", "1.5", 2);
 }
 
+TEST(ParameterFile, ReadsProgramCode) {
+  const std::string python =
+      "# mass = 7\n\"\"\"mass = 8\"\"\"\nX = Cfg(\n  mass=1.5,  # kg\n  rows=[[1.0, -2e-3], "
+      "[d, 4.0]],\n  box={\"side\": np.array([5.0, 6.0])},\n  most: int = 9)\n";
+  ExpectPlace(Parsed("a.py", python), "//mass", "1.5", 4);
+  ExpectPlace(Parsed("a.py", python), "X/rows/0/1", "-2e-3", 5);
+  ExpectPlace(Parsed("a.py", python), "rows/1/1", "4.0", 5);
+  ExpectPlace(Parsed("a.py", python), "//box/side/1", "6.0", 6);
+  ExpectPlace(Parsed("a.py", python), "//most", "9", 7);
+  const std::string c =
+      "/* k = 1; */\nvoid Set(Params& p) {\n  p.motor.k = 2.5f;  // N\n  p.box.x() = 0.25;\n"
+      "  const Vector3r place = Vector3r(0.1f, -0.2f, d);\n  if (p.k == 3) return;\n}\n";
+  ExpectPlace(Parsed("a.hpp", c), "//k", "2.5", 3);
+  ExpectPlace(Parsed("a.hpp", c), "//box.x", "0.25", 4);
+  ExpectPlace(Parsed("a.hpp", c), "//place/1", "-0.2", 5);
+  const ParameterFile code = Parsed("a.hpp", c);
+  EXPECT_THAT(ErrorOf([&] { code.NumberOf(*code.Find("//place/2")); }), HasSubstr("a.hpp:5"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.py", std::string(1000, '(')); }), HasSubstr("too deeply"));
+}
+
 TEST(ParameterFile, ComputesXacro) {
   const ParameterFile file = Parsed("a.xacro",
                                     "<robot><xacro:property name=\"arm\" value=\"0.5\"/>\n"
@@ -70,7 +92,8 @@ TEST(ParameterFile, RefusesWhatIsNoNumber) {
   EXPECT_THAT(ErrorOf([] { Parsed("a.yaml", "a: [1,\n"); }), HasSubstr("YAML"));
   EXPECT_THAT(ErrorOf([] { Parsed("a.toml", "a = \n"); }), HasSubstr("a.toml:1"));
   EXPECT_THAT(ErrorOf([] { Parsed("a.yaml", "  \n"); }), HasSubstr("empty"));
-  EXPECT_THAT(ErrorOf([] { Parsed("a.py", "quad_params = {}"); }), HasSubstr("program code"));
+  EXPECT_THAT(ErrorOf([] { Parsed("a.py", "a.mass = 1\nb.mass = 2"); }),
+              HasSubstr("'mass' is 2 here and 1 in line 1"));
   EXPECT_THAT(ErrorOf([] { ParameterFile::Read("none.sdf"); }), HasSubstr("can't be read"));
 }
 
@@ -102,6 +125,58 @@ class FileChecks : public testing::Test {
   TestFolder folder_;
   fs::path path_;
 };
+
+// A mass ten times too large makes inertia, hover and drag look wrong: the mass alone is named.
+TEST_F(FileChecks, AWrongMassIsNamedAlone) {
+  NeutralVehicle v = Vehicle();
+  v.body["m"] *= 10.0;
+  EXPECT_THAT(Named(v, "gz"), testing::ElementsAre("m"));
+}
+
+TEST_F(FileChecks, AThrustInAnotherUnitIsNamedAlone) {
+  NeutralVehicle v = Vehicle();
+  for (Numbers& rotor : v.rotors) rotor["k_f"] /= 91.189;
+  EXPECT_THAT(Named(v, "rotorpy"), testing::ElementsAre("k_f"));
+}
+
+TEST_F(FileChecks, ExchangedAxesAreNamed) {
+  NeutralVehicle v = Vehicle();
+  std::swap(v.body["I_x"], v.body["I_z"]);
+  EXPECT_THAT(Named(v, "gz"), testing::ElementsAre("I_z"));
+}
+
+// Links that joints turn are the rotors of a model whose motors stand elsewhere.
+TEST_F(FileChecks, AModelWithoutMotorsHasAnArm) {
+  const auto without_motors = [&](const NeutralVehicle& v) {
+    std::string text = Text(v, "gz");
+    const std::string end = "</plugin>";
+    for (std::size_t at; (at = text.find("<plugin")) != std::string::npos;) {
+      text.erase(at, text.find(end, at) + end.size() - at);
+    }
+    std::ofstream(path_) << text;
+    return AuditFiles(ReadVehicleFiles({path_.string()})).contradicted;
+  };
+  EXPECT_THAT(without_motors(Vehicle()), IsEmpty());
+  NeutralVehicle v = Vehicle();
+  v.body["m"] *= 50.0;
+  ASSERT_FALSE(without_motors(v).empty());
+  EXPECT_EQ(without_motors(v).front().parameter, "m");
+}
+
+// A centre of mass that one file has elsewhere between the rotors.
+TEST_F(FileChecks, CompareTheCentreOfMass) {
+  NeutralVehicle v = Vehicle();
+  Text(v, "gz");
+  const fs::path first = folder_ / "first.sdf";
+  fs::rename(path_, first);
+  v.body["r_BM_z"] = -0.02;
+  Text(v, "gz");
+  const std::vector<VehicleFile> files = ReadVehicleFiles({first.string(), path_.string()});
+  const std::vector<FileFinding> findings = CompareVehicles(files);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].parameter, "r_BM_z");
+  EXPECT_NEAR(findings[0].value, -0.02, 1e-3);
+}
 
 TEST_F(FileChecks, NameWhatNoVehicleHas) {
   EXPECT_THAT(Named(Vehicle(), "gz"), IsEmpty());

@@ -127,6 +127,25 @@ TEST_F(ExportTest, MujocoFliesTheSame) {
   EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
 }
 
+TEST_F(ExportTest, AirSimFliesTheSame) {
+  const Export e = Write(With({{"tau", 0.03}, {"full_speed", 2200.0}}), "airsim");
+  ExpectSameFlight(e.vehicle, replay::LoadAirSim(out_, 2200.0));
+  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
+}
+
+// Its inertia is that of a box: what no box has is said.
+TEST_F(ExportTest, AirSimLosesDrag) {
+  const Export e = Write(With({{"K_x", -0.3}, {"tau", 0.03}, {"full_speed", 2200.0}}), "airsim");
+  ASSERT_EQ(e.lost.size(), 1u);
+  EXPECT_EQ(e.lost[0].name, "K_x");
+}
+
+TEST_F(ExportTest, IsaacLabFliesTheSame) {
+  const Export e = Write(With({{"tau", 0.03}, {"full_speed", 2200.0}}), "isaac_lab");
+  ExpectSameFlight(e.vehicle, replay::LoadIsaacLab(out_, 2200.0));
+  EXPECT_TRUE(e.lost.empty()) << e.lost.front().name;
+}
+
 TEST_F(ExportTest, CrazyflowFliesTheSame) {
   const Export e =
       Write(With({{"K_x", -0.3}, {"K_y", -0.4}, {"K_z", -0.2}, {"tau", 0.05}, {"r_BM_x", 0.002}}),

@@ -43,6 +43,9 @@ Simulator LoadPyFlyt(const std::filesystem::path& yaml, const std::filesystem::p
 Simulator LoadMujoco(const std::filesystem::path& file, double full_speed);
 Simulator LoadCrazyflow(const std::filesystem::path& file);
 Simulator LoadFlightmare(const std::filesystem::path& file);
+// The C++ and Python that an export writes, read by their statements.
+Simulator LoadAirSim(const std::filesystem::path& file, double full_speed);
+Simulator LoadIsaacLab(const std::filesystem::path& file, double full_speed);
 Simulator LoadRotorS(const std::filesystem::path& file);
 
 // States every millisecond over `seconds`, by commands (rad/s) at a time.

@@ -1,5 +1,6 @@
 #include "tests/simulators/independent_replay.h"
 
+#include <gtest/gtest.h>
 #include <toml++/toml.h>
 #include <yaml-cpp/yaml.h>
 
@@ -7,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <pugixml.hpp>
+#include <regex>
 #include <sstream>
 
 namespace trueline::replay {
@@ -390,6 +392,90 @@ Simulator LoadMujoco(const std::filesystem::path& file, double full_speed) {
     for (std::size_t i = 0; i < rotors.size(); ++i) {
       Push(Vector3d(0.0, 0.0, most[i] * u[i]), rotors[i], &sum);
       sum.moment.z() += moment[i] * most[i] * u[i];
+    }
+    return sum;
+  };
+  return s;
+}
+
+namespace {
+
+// Numbers after `name` and an equals sign, up to the end of the statement or bracket.
+std::vector<double> NumbersAfter(const std::string& code, const std::string& name) {
+  std::smatch found;
+  const std::regex statement(name + R"(\s*=\s*(?:Vector3r)?[(\[]*([-+0-9.e,\s]+))");
+  std::vector<double> numbers;
+  if (!std::regex_search(code, found, statement)) return numbers;
+  std::istringstream in(std::regex_replace(found[1].str(), std::regex(","), " "));
+  for (double x = 0.0; in >> x;) numbers.push_back(x);
+  return numbers;
+}
+
+std::string TextOfFile(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+Simulator LoadAirSim(const std::filesystem::path& file, double full_speed) {
+  constexpr double kRho = 1.225;
+  const std::string code = TextOfFile(file);
+  const auto n = [&](const char* name) { return NumbersAfter(code, name).at(0); };
+  Simulator s;
+  s.mass = n("params.mass");
+  const double motor = n("motor_assembly_weight"), body = s.mass - 4.0 * motor;
+  const Vector3d box(n("x\\(\\)"), n("y\\(\\)"), n("z\\(\\)"));
+  s.inertia.diagonal() << body / 12.0 * (box.y() * box.y() + box.z() * box.z()),
+      body / 12.0 * (box.x() * box.x() + box.z() * box.z()),
+      body / 12.0 * (box.x() * box.x() + box.y() * box.y());
+  for (int i = 0; i < 4; ++i) {
+    const std::vector<double> p = NumbersAfter(code, "rotor_" + std::to_string(i));
+    const Vector3d at(p[0], -p[1], -p[2]);  // forward-right-down there
+    s.rotors.push_back(at);
+    s.inertia += motor * (at.squaredNorm() * Eigen::Matrix3d::Identity() - at * at.transpose());
+  }
+  const double d = n("propeller_diameter"), revolutions = n("max_rpm") / 60.0;
+  const double thrust = n("C_T") * kRho * revolutions * revolutions * std::pow(d, 4);
+  const double torque = n("C_P") * kRho * revolutions * revolutions * std::pow(d, 5) / (2.0 * M_PI);
+  LagOnThrust(n("control_signal_filter_tc"), full_speed, &s);
+  s.wrench = [rotors = s.rotors, thrust, torque](const std::vector<double>& u, const State&) {
+    const double turns[] = {-1.0, -1.0, 1.0, 1.0};
+    Wrench sum;
+    for (std::size_t i = 0; i < 4; ++i) {
+      Push(Vector3d(0.0, 0.0, thrust * u[i]), rotors[i], &sum);
+      sum.moment.z() += turns[i] * torque * u[i];
+    }
+    return sum;
+  };
+  return s;
+}
+
+Simulator LoadIsaacLab(const std::filesystem::path& file, double full_speed) {
+  const std::string code = TextOfFile(file);
+  Simulator s;
+  s.mass = NumbersAfter(code, "MASS").at(0);
+  const std::vector<double> inertia = NumbersAfter(code, "INERTIA");
+  s.inertia.diagonal() << inertia.at(0), inertia.at(1), inertia.at(2);
+  std::vector<std::vector<double>> rows;
+  const std::regex row(R"(\n\s+\[([-0-9.e, +]+)\],)");
+  for (std::sregex_iterator at(code.begin(), code.end(), row), end; at != end; ++at) {
+    rows.emplace_back();
+    std::istringstream in(std::regex_replace((*at)[1].str(), std::regex(","), " "));
+    for (double x = 0.0; in >> x;) rows.back().push_back(x);
+  }
+  const double k = NumbersAfter(code, "thrust_const_range").at(0);  // N/(rev/s)^2
+  const double per_speed = k / (4.0 * M_PI * M_PI);
+  EXPECT_NEAR(NumbersAfter(code, "thrust_range").at(1), per_speed * full_speed * full_speed,
+              1e-4 * per_speed * full_speed * full_speed);
+  s.drive = SpeedLag(NumbersAfter(code, "tau_inc_range").at(0));
+  s.wrench = [rows, per_speed](const std::vector<double>& w, const State&) {
+    Wrench sum;
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      const double thrust = per_speed * w[i] * w[i];
+      sum.force += thrust * Vector3d(rows[0][i], rows[1][i], rows[2][i]);
+      sum.moment += thrust * Vector3d(rows[3][i], rows[4][i], rows[5][i]);
     }
     return sum;
   };
