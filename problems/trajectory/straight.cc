@@ -127,8 +127,8 @@ std::vector<Straight> FindStraights(const std::vector<PoseSample>& mocap,
   std::vector<Ends> all;
   for (const ResampledPath& path : paths) {
     for (const PathRun& run : FlatRuns(path, threshold, options.merge_gap)) {
-      const PathPoint& first = path.points[run.first];
-      const PathPoint& last = path.points[run.last];
+      const ResampledPoint& first = path.points[run.first];
+      const ResampledPoint& last = path.points[run.last];
       const Ends ends{first.t, last.t, first.p_E, last.p_E};
       if (LongEnough(ends, limits)) all.push_back(ends);
     }
@@ -172,9 +172,9 @@ double TurnBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.x() * b.y() - a.y() * b.x(), a.x() * b.x() + a.y() * b.y());
 }
 
-void SetCurvature(double chord, std::vector<PathPoint>* points) {
+void SetCurvature(double chord, std::vector<ResampledPoint>* points) {
   const auto count = static_cast<int>(points->size());
-  const auto at = [&](int i) -> PathPoint& { return (*points)[static_cast<std::size_t>(i)]; };
+  const auto at = [&](int i) -> ResampledPoint& { return (*points)[static_cast<std::size_t>(i)]; };
   for (int i = kStepsPerChord; i + kStepsPerChord < count; ++i) {
     const Eigen::Vector3d before = at(i).p_E - at(i - kStepsPerChord).p_E;
     const Eigen::Vector3d after = at(i + kStepsPerChord).p_E - at(i).p_E;
@@ -211,7 +211,7 @@ double CurvatureThreshold(const std::vector<ResampledPath>& paths,
                           const CurvatureOptions& options) {
   std::vector<double> curvature;
   for (const ResampledPath& path : paths) {
-    for (const PathPoint& point : path.points) {
+    for (const ResampledPoint& point : path.points) {
       if (std::isfinite(point.curvature)) curvature.push_back(std::abs(point.curvature));
     }
   }

@@ -56,7 +56,7 @@ struct PathRun {
   std::size_t first, last;  // both included
 };
 
-struct PathPoint {
+struct ResampledPoint {
   TimeNs t;
   Eigen::Vector3d p_E;  // m
   double curvature;     // 1/m, horizontal, positive to the right (NED); not a number near the ends
@@ -64,7 +64,7 @@ struct PathPoint {
 
 struct ResampledPath {
   double step;  // m between points
-  std::vector<PathPoint> points;
+  std::vector<ResampledPoint> points;
 };
 
 // The run's path, smoothed over 0.1 s, in steps of an eighth of `chord` (m); curvature is the turn
