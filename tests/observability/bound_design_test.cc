@@ -37,7 +37,7 @@ TEST(BoundDesign, SlowSameSeedGivesTheSameFlightOnAnyNumberOfThreads) {
 }
 
 TEST(BoundDesign, SlowAnEvolvedFigureNarrowsMoreWithinTheSameLimitsFromRest) {
-  const DesignTask task = ShortTask(240);
+  const DesignTask task = ShortTask(480);
   const DesignOutcome outcome = RunDesignTask(task, kQuiet);
   const DesignResult& result = outcome.result;
   EXPECT_GT(result.score, 1.05 * result.start_score);
