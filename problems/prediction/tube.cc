@@ -39,7 +39,7 @@ struct WeighedRatio {
 };
 
 // The smallest ratio up to which the weights sum to `chance` of them all.
-double Quantile(std::vector<WeighedRatio> ratios, double chance) {
+double WeighedQuantile(std::vector<WeighedRatio> ratios, double chance) {
   std::ranges::sort(ratios, {}, &WeighedRatio::ratio);
   double total = 0.0, sum = 0.0;
   for (const WeighedRatio& r : ratios) total += r.weight;
@@ -50,23 +50,24 @@ double Quantile(std::vector<WeighedRatio> ratios, double chance) {
   return ratios.back().ratio;
 }
 
-constexpr Tube Unit() {
-  Tube unit{};
-  for (QuantitySteps& factors : unit) {
-    for (auto& steps : factors) steps.fill(1.0);
-  }
-  return unit;
+struct SpreadStates {
+  WindowStates states;
+  QuantitySteps spread;
+};
+SpreadStates PredictSpread(const PredictionModel& model, const std::vector<double>& numbers,
+                           const PredictionRun& run, int row) {
+  PredictedStates<double> states;
+  WindowPrediction::Observed<double> seen;
+  model.prediction.Predict(numbers.data(), WindowAt(run, row), &states, &seen);
+  return {StatesOf(states), SpreadOf(model, seen)};
 }
 
 }  // namespace
 
 TubedStates PredictTube(const PredictionModel& model, const std::vector<double>& numbers,
                         const Tube& factors, const PredictionRun& run, int row) {
-  PredictedStates<double> states;
-  WindowPrediction::Observed<double> seen;
-  model.prediction.Predict(numbers.data(), WindowAt(run, row), &states, &seen);
-  const QuantitySteps spread = SpreadOf(model, seen);
-  TubedStates tubed{StatesOf(states), factors};
+  const auto [states, spread] = PredictSpread(model, numbers, run, row);
+  TubedStates tubed{states, factors};
   for (QuantitySteps& radii : tubed.radii) {
     for (int a = 0; a < 4; ++a) {
       for (int k = 0; k < kTubeSteps; ++k) radii[a][k] *= spread[a][k];
@@ -83,9 +84,9 @@ Tube LearnTube(const PredictionModel& model, const std::vector<double>& numbers,
   std::vector<QuantitySteps> ratios(windows.size());
   const auto see = [&](int i) {
     const TrainingWindow& w = windows[i];
-    const TubedStates tubed = PredictTube(model, numbers, Unit(), *runs[w.run], w.row);
-    ForEachError(*runs[w.run], w.row, tubed.states, [&](int a, int k, double error) {
-      ratios[i][a][k] = error / tubed.radii[0][a][k];
+    const SpreadStates predicted = PredictSpread(model, numbers, *runs[w.run], w.row);
+    ForEachError(*runs[w.run], w.row, predicted.states, [&](int a, int k, double error) {
+      ratios[i][a][k] = error / predicted.spread[a][k];
     });
   };
   ParallelRuns(static_cast<int>(windows.size()), 64, see, threads);
@@ -97,7 +98,7 @@ Tube LearnTube(const PredictionModel& model, const std::vector<double>& numbers,
         weighed.push_back({ratios[i][a][k], 1.0 / count[windows[i].trajectory]});
       }
       for (std::size_t c = 0; c < kTubeChances.size(); ++c) {
-        factors[c][a][k] = Quantile(weighed, kTubeChances[c]);
+        factors[c][a][k] = WeighedQuantile(weighed, kTubeChances[c]);
       }
     }
   }
@@ -110,7 +111,6 @@ Tube ShareHeld(const PredictionModel& model, const PredictionFit& fit,
   int windows = 0;
   for (const PredictionRun* run : runs) windows += run->num_windows();
   ParallelFor(static_cast<int>(runs.size()), threads, [&](int i) {
-    held[i] = {};
     for (int row = 0; row < runs[i]->num_windows(); ++row) {
       const TubedStates tubed = PredictTube(model, fit.numbers, fit.tube, *runs[i], row);
       ForEachError(*runs[i], row, tubed.states, [&](int a, int k, double error) {
