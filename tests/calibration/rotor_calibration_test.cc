@@ -118,7 +118,8 @@ TEST(LearnNoise, FindsTheNoiseThatFlew) {
   EXPECT_NEAR(std::log(learned.noise.position / sim.noise.position), 0.0, 0.3);
 }
 
-// On one core no trial is run ahead of its turn.
+// On one core no trial is run ahead of its turn. Rounding may differ: vectorised sums begin where
+// malloc aligns their data.
 TEST(LearnNoise, IsTheSameOnOneCoreAndOnMany) {
   const RotorSimulation sim(WuestVehicle());
   const RotorData data = MakeRotorData(FlyFor(2.0), 4, {});
@@ -132,9 +133,11 @@ TEST(LearnNoise, IsTheSameOnOneCoreAndOnMany) {
   std::array<LearnedNoise, 2> one;
   ParallelFor(2, 2, [&](int i) { one[i] = learn(); });
   EXPECT_LT(many.noise.gyro, 0.5 * options.noise.gyro);
-  EXPECT_TRUE(one[0].noise == many.noise);
+  EXPECT_NEAR(one[0].noise.gyro / many.noise.gyro, 1.0, 1e-9);
+  EXPECT_NEAR(one[0].noise.force_density / many.noise.force_density, 1.0, 1e-9);
+  EXPECT_NEAR(one[0].noise.position / many.noise.position, 1.0, 1e-9);
   EXPECT_EQ(one[0].runs, many.runs);
-  EXPECT_EQ(one[0].gain, many.gain);
+  EXPECT_NEAR(one[0].gain / many.gain, 1.0, 1e-9);
 }
 
 TEST(LearnRotorDelay, FindsLateStamps) {
