@@ -12,6 +12,7 @@ PROGRAM = "trueline-benchmark"
 REMEDY = "--result must be a folder that trueline-benchmark has written"
 QUANTITIES = {"p": "Position [m]", "v": "Velocity [m/s]", "R": "Attitude [rad]", "w": "Rate [rad/s]"}
 HORIZONS = ("h1", "h10", "h50", "sum")
+PAIRS = (("p", "v"), ("R", "w"))  # of quantities that a table holds: four are wider than a screen
 COLOURS = ["#8a94a3", "#e07b00", "#b0389a", "#1f6feb"]
 AVERAGES = {
     "concatenated": "Runs in a row, as the repository's metric: the published table is of this kind",
@@ -29,14 +30,14 @@ def build(arguments):
         f"Fitted to {', '.join(map(str, summary['fit']['trained_on']))}; predicted is what is listed.", "note"),
         *_scores(summary["scores"]))
     if summary.get("published"):
-        page.add("published", "Published, on the benchmark's test trajectory", _published(summary),
+        page.add("published", "Published, on the benchmark's test trajectory", *_published(summary),
                  paragraph("Comparable with rows above only where these are of that trajectory.",
                            "note"))
     page.add("horizons", "Errors by horizon", *(
         charts.embed(_curves(part, escape(name)), f"plot-{index}") for index, (name, part)
         in enumerate(horizons[horizons.average == "within"].groupby("trajectory"))))
     if summary.get("tubes"):
-        page.add("tubes", "What the tubes hold", _tubes(summary["tubes"]), paragraph(
+        page.add("tubes", "What the tubes hold", *_tubes(summary["tubes"]), paragraph(
             "Share of a trajectory's windows whose error is inside the radius that predictions.csv states.", "note"))
     page.add("numbers", "Numbers of the model", _numbers(summary["fit"], trained), paragraph(
         "One standard deviation by the spread between runs, or between trajectories where that is "
@@ -46,44 +47,45 @@ def build(arguments):
 
 
 def _scores(scores):
-    headers = [("Trajectory", False), ("Predictor", False), *_columns()]
     blocks = []
     for average, meaning in AVERAGES.items():
-        rows = [[escape(s["trajectory"]), escape(s["predictor"])]
-                + _cells(s[average]) for s in scores]
-        blocks += [f"<h3>{escape(meaning)}</h3>", table(headers, rows)]
+        blocks += [f"<h3>{escape(meaning)}</h3>", *_tables(("Trajectory", "Predictor"), HORIZONS, [
+            ([s["trajectory"], s["predictor"]], _cells(s[average])) for s in scores])]
     return blocks
 
 
 def _tubes(rows):
     shown = ("h1", "h10", "h50", "mean")
-    headers = [("Trajectory", False), ("Meant", False),
-               *((f"{q} {h.replace('h', 'h=')}", True) for q in QUANTITIES for h in shown)]
-    return table(headers, [[escape(row["trajectory"]), chance,
-                            *(f"{100 * of[q][h]:.0f} %" for q in QUANTITIES for h in shown)]
-                           for row in rows for chance, of in row.items() if chance != "trajectory"])
+    return _tables(("Trajectory", "Meant"), shown, [
+        ([row["trajectory"], chance],
+         {q: [f"{100 * of[q][h]:.0f} %" for h in shown] for q in QUANTITIES})
+        for row in rows for chance, of in row.items() if chance != "trajectory"])
 
 
-def _columns():
-    return [(f"{q} {h}", True) for q in QUANTITIES for h in ("h=1", "10", "50", "sum")]
+def _tables(names, horizons, rows):
+    """Of rows (names, {quantity: a cell a horizon})."""
+    return [table([*((name, False) for name in names),
+                   *((f"{q} {h.replace('h', 'h=')}", True) for q in pair for h in horizons)],
+                  [[*map(escape, words), *(cell for q in pair for cell in cells[q])]
+                   for words, cells in rows]) for pair in PAIRS]
 
 
 def _cells(errors):
     """Of {quantity: {horizon: error}}; empty where nothing is stated."""
-    return [number(errors[q][h], 4) if h in errors[q] else "" for q in QUANTITIES for h in HORIZONS]
+    return {q: [number(errors[q][h], 4) if h in errors[q] else "" for h in HORIZONS] for q in QUANTITIES}
 
 
 def _published(summary):
     rows = []
     for p in summary["published"]:
         stated = {"sum": p["sums"], **{h: p[h] for h in HORIZONS if h in p}}
-        rows.append([escape(p["name"]), escape(p["average"]), *_cells(
-            {q: {h: values[i] for h, values in stated.items()} for i, q in enumerate(QUANTITIES)})])
+        rows.append(([p["name"], p["average"]], _cells(
+            {q: {h: values[i] for h, values in stated.items()} for i, q in enumerate(QUANTITIES)})))
     for score in summary["scores"]:
         for average in AVERAGES:
-            rows.append([escape(f"this run: {score['predictor']}, {score['trajectory']}"), average]
-                        + _cells(score[average]))
-    return table([("Model", False), ("Average", False), *_columns()], rows)
+            rows.append(([f"this run: {score['predictor']}, {score['trajectory']}", average],
+                         _cells(score[average])))
+    return _tables(("Model", "Average"), HORIZONS, rows)
 
 
 def _curves(part, title):
@@ -96,7 +98,7 @@ def _curves(part, title):
                 charts.label(predictor), COLOURS[k % len(COLOURS)], legendgroup=predictor,
                 showlegend=column == 1), row=1, col=column)
     charts.style(figure, 320, title=dict(text=title, x=0.0))
-    figure.update_layout(margin=dict(t=90))
+    figure.update_layout(margin=dict(t=120), legend=dict(y=1.2))
     figure.update_xaxes(title_text="Step of 10 ms")
     return figure
 

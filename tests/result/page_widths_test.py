@@ -61,6 +61,24 @@ def write_inspected(root):
     return log, result
 
 
+def write_multi_step(folder):
+    """A benchmark of one trajectory with errors at every horizon, fitted without another one."""
+    folder.mkdir()
+    errors = {q: {h: 12.345 for h in ("h1", "h10", "h50", "sum")} for q in "pvRw"}
+    held = {q: {h: 0.95 for h in ("h1", "h10", "h50", "mean")} for q in "pvRw"}
+    number = {"value": 0.123456, "sigma": 0.0123, "unit": "kg m^2", "status": "fitted", "about": "inertia about x_B"}
+    fit = {"trained_on": ["Random"], "numbers": {"I_x": number},
+           "processes": {axis: {"strengths": [0.1234, 1.234]} for axis in ("level", "heading")}}
+    score = {"trajectory": "Chirp", "predictor": "rotor by rotor", "concatenated": errors, "within": errors}
+    (folder / "summary.yaml").write_text(yaml.safe_dump({
+        "name": "nano-drones", "scores": [score], "fit": fit, "folds": {name: fit for name in ("Chirp", "Square")},
+        "published": [{"name": "physics with a residual network", "average": "concatenated", "sums": [1, 2, 3, 4],
+                       **{h: [0.1, 0.2, 0.3, 0.4] for h in ("h1", "h10", "h50")}}],
+        "tubes": [{"trajectory": "Chirp", "50 %": held, "95 %": held}]}))
+    synthetic.write_csv(folder / "horizons.csv", "trajectory,predictor,average,horizon,p,v,R,w",
+                        [("Chirp", "rotor by rotor", "within", step, *[0.01 * step] * 4) for step in range(1, 51)])
+
+
 def fly_by_rotors(root):
     """Results of the rotor drive: a calibration, an audit of its export with ten times the mass, a comparison."""
     def run(*command):
@@ -87,9 +105,11 @@ class Pages(unittest.TestCase):
         inspected, inspection_result = write_inspected(cls.root)
         cls.pages = {}
         fly_by_rotors(cls.root)
+        write_multi_step(cls.root / "multi_step")
         for verb, folder, more in (("calibration", result, [f"--log={log}"]), ("diagnosis", cls.root / "diagnosis", []),
                                    ("inspection", inspection_result, [f"--log={inspected}"]),
                                    ("rotors", cls.root / "rotors", []), ("audit", cls.root / "audit", []),
+                                   ("multi_step", cls.root / "multi_step", []),
                                    ("diagnosis", cls.root / "against", [])):
             page = cls.root / f"{folder.name}.html"
             outcome = subprocess.run(["/usr/bin/python3", REPORT, verb, f"--result={folder}", f"--out={page}", *more],
@@ -105,11 +125,12 @@ class Pages(unittest.TestCase):
                     self.browser.resize(width, 900)
                     self.browser.open(page.as_uri())
                     self.browser.wait_for(READY)
-                    yield width
+                    yield verb, width
 
     def test_the_answer_is_on_the_first_screen_and_nothing_is_cut(self):
-        for width in self.each_page():
-            bottom = self.browser.run("return document.querySelector('.verdict').getBoundingClientRect().bottom")
+        for verb, width in self.each_page():
+            answer = "table" if verb == "multi_step" else ".verdict"
+            bottom = self.browser.run(f"return document.querySelector('{answer}').getBoundingClientRect().bottom")
             self.assertLess(bottom, 760)
             self.assertLessEqual(*self.browser.run(
                 "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"))
