@@ -3,8 +3,8 @@
 // no terms of their own. Linear in the advance ratios of blade element theory (Leishman, Principles
 // of Helicopter Aerodynamics, ch. 3 and 5; NeuroBEM, Bauersfeld et al. 2021, sec. III): with disc
 // area A = pi R^2, tip speed u = omega R, hub velocity v, its part h across and v_z along the axis,
-//   thrust      rho A (C_T u^2 - C_Tz u v_z + C_Th |h|^2 + C_Tr u (e v'))  along the axis; e: unit
-//               vector from the centre to the hub (rotors ahead fly in other air than those behind)
+//   thrust      rho A (C_T u^2 - C_Tz u v_z + C_Th |h|^2 + C_Thy h_y^2)  along the axis; C_Thy: the
+//               rotors ahead are nearer to those behind than left to right, and the body lifts
 //   drag        rho A (C_H u + C_Hz v_z) (-h)                    at the hub (Faessler et al. 2018)
 //   hub moment  rho A R (C_M u + C_Mz v_z) (v' x axis)           blades that flap back,
 //                                                                uneven inflow
@@ -33,7 +33,7 @@ inline constexpr RotorAirInfo kRotorAirNumbers[] = {
     {"C_T", "1", "thrust of a rotor at rest in the air"},
     {"C_Tz", "1", "thrust lost to air speed along the axis (inflow)"},
     {"C_Th", "1", "thrust gained by air speed across the axis (translational lift)"},
-    {"C_Tr", "1", "thrust gained by air speed along the arm of the rotor (uneven inflow)"},
+    {"C_Thy", "1", "what the latter has more for air speed from the side"},
     {"C_H", "1", "rotor drag across the axis"},
     {"C_Hz", "1", "rotor drag: change with air speed along the axis"},
     {"C_M", "1", "hub moment of air speed across the axis (flapping, uneven inflow)"},
@@ -80,7 +80,7 @@ class RotorAir {
     kThrust,
     kThrustInflow,
     kThrustLift,
-    kThrustGradient,
+    kThrustLiftAside,
     kDrag,
     kDragInflow,
     kMoment,
@@ -113,10 +113,7 @@ class RotorAir {
       const RotorAirVehicle::Rotor& rotor = vehicle_.rotors[i];
       const Vec3<T> arm(T(rotor.position.x()) - c[kCentre], T(rotor.position.y()) - c[kCentre + 1],
                         T(rotor.position.z()));
-      Vec3<T> force = HubForce(c, Vec3<T>(v + Cross(w, arm)), rotors[i].speed);
-      const Eigen::Vector2d e = rotor.position.head<2>().normalized();
-      force[2] += T(disc_ * vehicle_.radius * rotors[i].speed) * c[kThrustGradient] *
-                  (T(e.x()) * wake[0] + T(e.y()) * wake[1]);
+      const Vec3<T> force = HubForce(c, Vec3<T>(v + Cross(w, arm)), rotors[i].speed);
       sum.force += force;
       sum.moment += Cross(arm, force) + HubMoment(c, wake, rotors[i].speed);
       sum.moment[2] += T(rotor.spin) * Reaction(c, rotors[i]);
@@ -149,10 +146,10 @@ class RotorAir {
   template <class T>
   Vec3<T> HubForce(const T* c, const Vec3<T>& v, double speed) const {
     const double tip = speed * vehicle_.radius;
-    const T across = v[0] * v[0] + v[1] * v[1];
+    const T lift = c[kThrustLift] * (v[0] * v[0] + v[1] * v[1]) + c[kThrustLiftAside] * v[1] * v[1];
     const T drag = T(-disc_) * (c[kDrag] * T(tip) + c[kDragInflow] * v[2]);
-    const T thrust = T(disc_) * (c[kThrust] * T(tip * tip) - c[kThrustInflow] * T(tip) * v[2] +
-                                 c[kThrustLift] * across);
+    const T thrust =
+        T(disc_) * (c[kThrust] * T(tip * tip) - c[kThrustInflow] * T(tip) * v[2] + lift);
     return Vec3<T>(drag * v[0], drag * v[1], thrust);
   }
   template <class T>

@@ -200,17 +200,13 @@ Wrenches Corrected(const Wrenches& truth, Wrenches predicted) {
   return predicted;
 }
 
-void ScoreWrench(const std::string& flight, const std::string& predictor,
-                 const std::string& reading, const Wrenches& truth, const Wrenches& predicted,
-                 WrenchResult* result) {
-  result->scores.push_back({flight, predictor, reading, ErrorsOf(truth, predicted)});
-}
-
 void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& fold,
              const std::filesystem::path& data, int threads, WrenchResult* result) {
   std::vector<WrenchFlight> training;
   for (const std::string& name : fold.train) training.push_back(ReadWrenchFlight(data, name));
   const WrenchFlight test = ReadWrenchFlight(data, fold.test);
+  const auto is_of_test = [&](const WrenchFold& f) { return f.test == fold.test; };
+  const bool first = std::ranges::none_of(result->folds, is_of_test);
   std::vector<double> masses = {experiment.vehicle.mass};
   if (experiment.other_mass > 0.0) masses.push_back(experiment.other_mass);
   for (const double mass : masses) {
@@ -221,19 +217,22 @@ void RunFold(const WrenchExperiment& experiment, const WrenchExperiment::Fold& f
     const MomentRecord record = RecordOf(test, truth, ours);
     ours.middleRows<2>(3) = fit.washout.Of(record.modelled, record.t);
     ours.bottomRows<3>() = fit.share.asDiagonal() * ours.bottomRows<3>().eval();
-    const std::string reading = fmt::format("{} kg", mass);
-    ScoreWrench(test.name, "rotor by rotor", reading, truth, ours, result);
-    if (test.published) {
-      ScoreWrench(test.name, "BEM+NN, published", reading, truth, *test.published, result);
+    const auto score = [&](const std::string& reading, auto&& reads) {
+      const auto add = [&](const std::string& predictor, const Wrenches& predicted, int fitted_to) {
+        result->scores.push_back(
+            {test.name, predictor, reading, ErrorsOf(truth, reads(predicted)), fitted_to});
+      };
+      add("rotor by rotor", ours, static_cast<int>(fold.train.size()));
+      if (first && test.published) add("BEM+NN, published", *test.published, 0);
+    };
+    score(fmt::format("{} kg", mass), [](const Wrenches& predicted) { return predicted; });
+    if (first) {
+      const WrenchErrors none = ErrorsOf(truth, Wrenches::Zero(6, truth.cols()));
+      result->scores.push_back({test.name, "none", fmt::format("{} kg", mass), none});
     }
-    ScoreWrench(test.name, "none", reading, truth, Wrenches::Zero(6, truth.cols()), result);
     if (mass != masses.front()) continue;  // the gain absorbs the mass
-    const std::string corrected = "fz gain, means removed";
-    ScoreWrench(test.name, "rotor by rotor", corrected, truth, Corrected(truth, ours), result);
-    if (test.published) {
-      ScoreWrench(test.name, "BEM+NN, published", corrected, truth,
-                  Corrected(truth, *test.published), result);
-    }
+    score("fz gain, means removed",
+          [&](const Wrenches& predicted) { return Corrected(truth, predicted); });
   }
 }
 

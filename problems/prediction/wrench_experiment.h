@@ -64,6 +64,7 @@ struct WrenchErrors {
 struct WrenchScore {
   std::string flight, predictor, reading;  // reading: what the truth is, or is corrected for
   WrenchErrors errors;
+  int fitted_to = 0;  // flights; 0: not fitted here
 };
 
 struct WrenchFit {

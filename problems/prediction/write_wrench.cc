@@ -14,6 +14,7 @@ YAML::Node WrenchScoreNode(const WrenchScore& score) {
   node["flight"] = score.flight;
   node["predictor"] = score.predictor;
   node["truth"] = score.reading;
+  if (score.fitted_to > 0) node["fitted_to"] = score.fitted_to;
   constexpr const char* kForces[] = {"fx", "fy", "fz"};
   constexpr const char* kMoments[] = {"tx", "ty", "tz"};
   for (int i = 0; i < 3; ++i) {
@@ -59,15 +60,16 @@ void WriteWrench(const WrenchExperiment& experiment, const WrenchResult& result,
 }
 
 std::string WrenchTable(const WrenchExperiment& experiment, const WrenchResult& result) {
-  std::string table =
-      fmt::format("{:<34}{:<20}{:<23}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "flight",
-                  "predictor", "truth", "fx [N]", "fy", "fz", "F", "tx [N m]", "ty", "tz", "M");
+  std::string table = fmt::format(
+      "{:<38}{:<20}{:>8} {:<23}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "flight", "predictor",
+      "flights", "truth", "fx [N]", "fy", "fz", "F", "tx [N m]", "ty", "tz", "M");
   for (const WrenchScore& s : result.scores) {
     const Eigen::Vector3d &f = s.errors.force, &t = s.errors.moment;
     table += fmt::format(
-        "{:<34}{:<20}{:<23}{:>7.3f}{:>7.3f}{:>7.3f}{:>7.3f}{:>9.4f}{:>8.4f}{:>8.4f}{:>8.4f}\n",
-        s.flight, s.predictor, s.reading, f[0], f[1], f[2], s.errors.F(), t[0], t[1], t[2],
-        s.errors.M());
+        "{:<38}{:<20}{:>8} "
+        "{:<23}{:>7.3f}{:>7.3f}{:>7.3f}{:>7.3f}{:>9.4f}{:>8.4f}{:>8.4f}{:>8.4f}\n",
+        s.flight, s.predictor, s.fitted_to > 0 ? std::to_string(s.fitted_to) : "", s.reading, f[0],
+        f[1], f[2], s.errors.F(), t[0], t[1], t[2], s.errors.M());
   }
   for (const WrenchFold& fold : result.folds) {
     table +=

@@ -31,10 +31,11 @@ def _moment(fold):
 
 
 def _scores(scores):
-    headers = [("Flight", False), ("Predictor", False), ("Truth", False)]
+    headers = [("Flight", False), ("Predictor", False), ("Fitted to flights", True),
+               ("Truth", False)]
     headers += [(f"{k} [N]", True) for k in FORCE] + [(f"{k} [N m]", True) for k in MOMENT]
     return table(headers, [
-        [escape(s["flight"]), escape(s["predictor"]), escape(s["truth"]),
+        [escape(s["flight"]), escape(s["predictor"]), str(s.get("fitted_to", "")), escape(s["truth"]),
          *(number(s["force"][k]) for k in FORCE), *(number(s["moment"][k]) for k in MOMENT)]
         for s in scores])
 

@@ -60,13 +60,15 @@ TEST(RotorAir, ReactionFollowsSpinAndAcceleration) {
               1e-12);
 }
 
-TEST(RotorAir, GradientLoadsTheRotorsAhead) {
+TEST(RotorAir, AirAcrossLifts) {
   auto c = SmallNumbers();
-  c[RotorAir::kMoment] = 0.0;
-  c[RotorAir::kThrustGradient] = 0.02;
-  const auto wrench = At(c, {2, 0, 0}, {0, 0, 0}, Hover());
-  const double change = kDisc * 1700.0 * kRadius * 0.02 * 2.0 * std::sqrt(0.5);  // N, each rotor
-  EXPECT_NEAR(wrench.moment.y(), -4.0 * 0.0353 * change, 1e-12);
+  c[RotorAir::kThrustLift] = 0.3;
+  c[RotorAir::kThrustLiftAside] = -0.2;
+  const double hover = At(c, {0, 0, 0}, {0, 0, 0}, Hover()).force.z();
+  EXPECT_NEAR(At(c, {2, 0, 0}, {0, 0, 0}, Hover()).force.z() - hover, 4.0 * kDisc * 0.3 * 4.0,
+              1e-12);
+  EXPECT_NEAR(At(c, {0, 2, 0}, {0, 0, 0}, Hover()).force.z() - hover, 4.0 * kDisc * 0.1 * 4.0,
+              1e-12);
 }
 
 TEST(RotorAir, EulerEquation) {
