@@ -147,7 +147,6 @@ class OpenSearch {
       if (best == nullptr) return false;
       described->push_back(Described(*best, *tested));
       if (Add(*best, described)) return true;
-      rejected_.insert(best->term.Name());
     }
     return false;
   }
@@ -371,8 +370,10 @@ class OpenSearch {
                         [&](const DescribedTerm& d) { return d.in_model && left-- == 0; });
   }
 
-  // And those that are not shown without it.
+  // And those that are not shown without it. They are not tried again: two terms that take each
+  // other's place would come and go without end.
   void Drop(std::size_t k, std::vector<DescribedTerm>* described) {
+    rejected_.insert(found_[k].candidate.term->Name());
     described->erase(InModel(k, described));
     found_.erase(found_.begin() + static_cast<long>(k));
     flight_.Fit(&found_);
