@@ -92,17 +92,23 @@ class FlightDiagnosis {
   }
 
  private:
-  // False data that remain after the catalogue's effects are fitted, provided no term is
-  // significant. A strongly rotated camera also displaces all fixes of a pass.
+  // False data that remain after the catalogue's effects are fitted: a strongly rotated camera also
+  // displaces all fixes of a pass. Terms that are significant beside them must be explained by
+  // them.
   void LeaveOutFalseData() {
     const double alpha = FalseDataAlpha(options_);
     const auto found = flight_->FindFalseData(alpha);
     if (!found) return;
     const Flight trial = flight_->WithoutCauses();
-    const Rounds rounds = SearchCauses(AllCandidates(*flight_), options_, trial.get());
-    if (!rounds.goes_with.empty() || !trial->FindFalseData(alpha)) return;
+    const auto terms_of = [&](DiagnosedFlight* flight) {
+      return SearchCauses(AllCandidates(*flight), options_, flight).goes_with.size();
+    };
+    const std::size_t terms = terms_of(trial.get());
+    if (!trial->FindFalseData(alpha)) return;
+    Flight without = flight_->WithoutFalseData(alpha);
+    if (terms > 0 && terms_of(without->WithoutCauses().get()) >= terms) return;
     false_data_ = found;
-    flight_ = flight_->WithoutFalseData(alpha);
+    flight_ = std::move(without);
   }
 
   // What the open catalogue says of the misfit that is left, and whether other flights show it.

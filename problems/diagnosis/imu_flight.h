@@ -8,6 +8,7 @@
 
 #include "problems/diagnosis/agreement.h"
 #include "problems/diagnosis/diagnosed_flight.h"
+#include "problems/diagnosis/false_gate.h"
 #include "problems/diagnosis/imu_columns.h"
 #include "problems/diagnosis/prepare_log.h"
 
@@ -84,6 +85,8 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   Columns ColumnsInModel(const std::vector<Found>& found, const Columns& ordinary);
   Columns OrdinaryColumns();
   const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;
+  BaseFit FitAsStated() const;
+  std::optional<FalseGate> FindFalsePlace(double alpha) const;
   // Physical parameters with their sigmas.
   ThetaVector Parameters() const;
   ThetaVector Sigmas() const;

@@ -91,6 +91,16 @@ TEST(Diagnose, SlowNamesFalseGates) {
   EXPECT_LT((offset - hidden_offset).norm(), 0.15 * hidden_offset.norm());
 }
 
+// Learned noise holds so many of a gate's fixes, and draws the path to them.
+TEST(Diagnose, SlowNamesAFalseGateSeenInFourOfTenFixes) {
+  const Diagnosis diagnosis = DiagnoseQuickly(FlyHiding(
+      {{"false_gate", {{"fraction", 0.4}, {"gate", 1}, {"dx", 0.6}, {"dy", -1.8}, {"dz", -0.2}}}},
+      27));
+  ASSERT_FALSE(diagnosis.causes.empty());
+  EXPECT_EQ(diagnosis.causes[0].candidate.id(), "false_gate");
+  EXPECT_EQ(diagnosis.causes[0].candidate.fixed.at("gate"), 1);
+}
+
 TEST(Diagnose, SlowNamesOneEffectOfEachKind) {
   const std::vector<Hidden> all = {
       {"quadratic_drag", {{"c", 0.25}}, {0.0214}},
