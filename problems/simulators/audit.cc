@@ -87,14 +87,17 @@ YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_
   return blame;
 }
 
+bool StatesRatio(const VehicleFile& file) {
+  return std::ranges::any_of(file.Find("k_m")->field->unit.with,
+                             [](const auto& with) { return std::string(with.first) == "k_f"; });
+}
+
 // By the number that the file states: k_m, or its ratio to k_f. By the ratio, too, where commands
 // instead of speeds were logged, which show no k_f.
 bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
                  const FlightValue& ratio, const FlightValue& thrust) {
   const Reading* at = file.Find("k_m");
-  const bool states_ratio = std::ranges::any_of(
-      at->field->unit.with, [](const auto& with) { return std::string(with.first) == "k_f"; });
-  if (states_ratio || !thrust.shown || file.target->by_thrust) {
+  if (StatesRatio(file) || !thrust.shown || file.target->by_thrust) {
     return judge.Compare("k_m/k_f", stated_ratio, ratio, &file, at);
   }
   return judge.Compare("k_m", file.vehicle.Get("k_m"),
@@ -339,10 +342,16 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       value.value *= blame.usual / in_file;
       value.sigma = std::hypot(value.sigma * blame.usual / in_file, kShapeSigma * value.value);
     }
-    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"]) &&
-        blame.could_be_both) {
-      audit.contradicted.back().confused_with = {"I_z"};
-      audit.contradicted.back().text += "; or I_z by the inverse: a flight shows their ratio";
+    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"])) {
+      Contradicted& moment = audit.contradicted.back();
+      if (blame.could_be_both) {
+        moment.confused_with = {"I_z"};
+        moment.text += "; or I_z by the inverse: a flight shows their ratio";
+      }
+      if (moment.parameter == "k_m/k_f" && !StatesRatio(file)) {
+        moment.confused_with.emplace_back("k_f");
+        moment.text += "; or k_f by the inverse: commands do not show it";
+      }
     }
   }
   const Reading* place = nullptr;

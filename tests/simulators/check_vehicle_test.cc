@@ -65,6 +65,11 @@ TEST(ParameterFile, ReadsProgramCode) {
   const ParameterFile code = Parsed("a.hpp", c);
   EXPECT_THAT(ErrorOf([&] { code.NumberOf(*code.Find("//place/2")); }), HasSubstr("a.hpp:5"));
   EXPECT_THAT(ErrorOf([] { Parsed("a.py", std::string(1000, '(')); }), HasSubstr("too deeply"));
+  // Text that ends anywhere is read as far as it goes.
+  for (std::size_t length = 1; length < python.size(); ++length) {
+    ErrorOf([&] { Parsed("a.py", python.substr(0, length)); });
+    ErrorOf([&] { Parsed("a.hpp", c.substr(0, std::min(length, c.size()))); });
+  }
 }
 
 TEST(ParameterFile, ComputesXacro) {
