@@ -9,19 +9,13 @@
 
 #include "problems/common/error.h"
 #include "problems/simulators/describe_audit.h"
+#include "problems/simulators/first_fit.h"
 #include "problems/simulators/judge_flights.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kShapeSigma = 0.1;  // relative, of I_z by I_x and I_y of a quadrotor
-
-// The number that a field states, with the flight's other numbers where it is made of several. So
-// a mass that is wrong makes no drag coefficient wrong.
-double StatedBeside(const Reading& reading, const NeutralVehicle& flight) {
-  return reading.scale * reading.field->unit.FromFile(reading.number, flight, reading.rotor) +
-         reading.offset;
-}
 
 // What the file states, by the names that flights are compared by.
 class StatedByFile {
@@ -55,8 +49,8 @@ class StatedByFile {
   std::optional<double> Drag(const std::string& by_rotors, const Reading** at) const {
     const Reading* rotors = file_.Find(by_rotors);
     if (*at == nullptr && rotors == nullptr) return std::nullopt;
-    double drag = *at != nullptr ? StatedBeside(**at, flight_) : 0.0;
-    if (rotors != nullptr) drag -= StatedBeside(*rotors, flight_) * flight_.Get("S_h");
+    double drag = *at != nullptr ? (*at)->Beside(flight_) : 0.0;
+    if (rotors != nullptr) drag -= rotors->Beside(flight_) * flight_.Get("S_h");
     if (*at == nullptr) *at = rotors;
     return drag;
   }
@@ -93,14 +87,17 @@ YawBlame BlameForYaw(const NeutralVehicle& file, double flight_k_m, double file_
   return blame;
 }
 
+bool StatesRatio(const VehicleFile& file) {
+  return std::ranges::any_of(file.Find("k_m")->field->unit.with,
+                             [](const auto& with) { return std::string(with.first) == "k_f"; });
+}
+
 // By the number that the file states: k_m, or its ratio to k_f. By the ratio, too, where commands
 // instead of speeds were logged, which show no k_f.
 bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double stated_ratio,
                  const FlightValue& ratio, const FlightValue& thrust) {
   const Reading* at = file.Find("k_m");
-  const bool states_ratio = std::ranges::any_of(
-      at->field->unit.with, [](const auto& with) { return std::string(with.first) == "k_f"; });
-  if (states_ratio || !thrust.shown || file.target->by_thrust) {
+  if (StatesRatio(file) || !thrust.shown || file.target->by_thrust) {
     return judge.Compare("k_m/k_f", stated_ratio, ratio, &file, at);
   }
   return judge.Compare("k_m", file.vehicle.Get("k_m"),
@@ -162,6 +159,20 @@ void CompareSpins(const VehicleFile& file, const FlightLog& log, const std::vect
   audit->contradicted.push_back(entry);
 }
 
+// All rotors the other way round, where the flight yaws against what their spins make; `start` gets
+// its spins.
+void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
+                       Audit* audit) {
+  if (FitFirst(log, InLogOrder(*start, log)).correlation.z() > -kGoesTogether) return;
+  Contradicted entry;
+  entry.parameter = "spin", entry.file_value = start->Get("spin", 0);
+  entry.text =
+      "the vehicle yaws against the spins: all rotors turn the other way, or its z axis is another";
+  Place(file, file.Find("spin"), &entry);
+  audit->contradicted.push_back(entry);
+  for (Numbers& rotor : start->rotors) rotor["spin"] *= -1.0;
+}
+
 // Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
 // the fit holds them.
 void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
@@ -176,6 +187,7 @@ void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
   }
   const std::vector<int> order = LogOrder(*start, log);
   if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) {
+    TurnSpinsByFlight(file, log, start, audit);
     if (std::ranges::is_sorted(order)) return;
     audit->warnings.push_back(fmt::format(
         "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
@@ -330,10 +342,16 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
       value.value *= blame.usual / in_file;
       value.sigma = std::hypot(value.sigma * blame.usual / in_file, kShapeSigma * value.value);
     }
-    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"]) &&
-        blame.could_be_both) {
-      audit.contradicted.back().confused_with = {"I_z"};
-      audit.contradicted.back().text += "; or I_z by the inverse: a flight shows their ratio";
+    if (!blame.inertia && JudgeMoment(judge, file, *ratio, value, values["k_f"])) {
+      Contradicted& moment = audit.contradicted.back();
+      if (blame.could_be_both) {
+        moment.confused_with = {"I_z"};
+        moment.text += "; or I_z by the inverse: a flight shows their ratio";
+      }
+      if (moment.parameter == "k_m/k_f" && !StatesRatio(file)) {
+        moment.confused_with.emplace_back("k_f");
+        moment.text += "; or k_f by the inverse: commands do not show it";
+      }
     }
   }
   const Reading* place = nullptr;
@@ -351,16 +369,26 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   }
   audit.before = MeanErrors(flights, before);
   audit.after = MeanErrors(flights, after);
-  // What the file says of itself counts where no flight has judged it.
+  // What the file says of itself counts where no flight has judged it, and comes first; what
+  // follows from an error that the flights have named does not count.
+  VehicleFile without = file;
+  without.vehicle = corrected;
+  const std::vector<FileFinding> left = CheckVehicle(without);
+  std::vector<Contradicted> by_file;
   for (const FileFinding& finding : CheckVehicle(file)) {
+    const auto has = [&](const auto& all, auto parameter) {
+      return std::ranges::find(all, finding.parameter, parameter) != all.end();
+    };
     const bool judged = std::ranges::any_of(audit.compared, [&](const Compared& c) {
       const bool drag = finding.parameter == "rotor_speed_drag" || finding.parameter == "K";
       return c.parameter == finding.parameter || (drag && c.parameter == "K_x") ||
              (finding.parameter == "k_m" && c.parameter == "k_m/k_f") ||
              (finding.parameter == "I_z" && c.parameter.starts_with("k_m"));
     });
-    if (!judged) audit.contradicted.push_back(FromFinding(finding));
+    if (judged || !has(left, &FileFinding::parameter)) continue;
+    if (!has(audit.contradicted, &Contradicted::parameter)) by_file.push_back(FromFinding(finding));
   }
+  audit.contradicted.insert(audit.contradicted.begin(), by_file.begin(), by_file.end());
   return audit;
 }
 

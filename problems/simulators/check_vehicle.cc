@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 namespace trueline {
 namespace {
@@ -26,10 +27,10 @@ struct Range {
 
 constexpr Range kMassForArm = {"m", "mass over the cube of the arm, kg/m^3", 20.0, 1500.0,
                                "multirotors from 27 g to 2 kg have 70 to 400"};
-constexpr Range kGyration = {"I", "radius of gyration over the arm", 0.25, 1.1,
-                             "multirotors from 27 g to 2 kg have 0.4 to 0.7 in roll and pitch"};
-constexpr Range kGyrationYaw = {"I_z", "radius of gyration over the arm", 0.35, 1.5,
-                                "multirotors from 27 g to 2 kg have 0.6 to 1.0 in yaw"};
+constexpr Range kGyration = {"I", "radius of gyration over the rotors' distance from the axis",
+                             0.35, 1.25,
+                             "multirotors from 27 g to 2 kg have 0.55 to 1.1; all mass at the "
+                             "rotors makes it 1"};
 constexpr Range kFlat = {"I_z", "moment about z over the larger of the others", 0.9, 2.1,
                          "rotors in a plane make it 1.3 to 1.9 in vehicles from 27 g to 2 kg"};
 constexpr Range kThrustForArm = {
@@ -67,10 +68,19 @@ double OtherUnit(double thrust_for_arm) {
   return 1.0;
 }
 
-// `v` with a mass that is usual for its arm. What is stated by mass follows.
-NeutralVehicle WithUsualMass(NeutralVehicle v) {
-  constexpr double kUsual = 170.0;  // kg/m^3, over the cube of the arm
-  const double ratio = kUsual * std::pow(ArmOf(v), 3) / v.Get("m");
+// m, root mean square, of the rotors from a body axis (0 to 2).
+double RotorsFromAxis(const NeutralVehicle& v, int axis) {
+  if (!(v.Get("arm") > 0.0)) return v.Get("link_arm") * (axis == 2 ? 1.0 : std::sqrt(0.5));
+  double squares = 0.0;
+  for (int i = 0; i < static_cast<int>(v.rotors.size()); ++i) {
+    if (axis != 0) squares += std::pow(v.Get("x_M", i), 2);
+    if (axis != 1) squares += std::pow(v.Get("y_M", i), 2);
+  }
+  return std::sqrt(squares / v.Get("n"));
+}
+
+// `v` with another mass. What is stated by mass follows.
+NeutralVehicle WithMass(NeutralVehicle v, double ratio) {
   v.body["m"] *= ratio;
   for (const NeutralInfo& info : kNeutral) {
     const std::string_view meaning = info.meaning;
@@ -80,12 +90,38 @@ NeutralVehicle WithUsualMass(NeutralVehicle v) {
   return v;
 }
 
-// `v` with k_f in its right unit, or as is usual for its arm.
-NeutralVehicle WithUsualThrust(NeutralVehicle v) {
-  const double ratio = ThrustForArm(v), unit = OtherUnit(ratio);
-  const double usual = std::sqrt(kThrustForArm.low * kThrustForArm.high);
-  for (Numbers& rotor : v.rotors) rotor["k_f"] *= unit != 1.0 ? unit : usual / ratio;
+NeutralVehicle WithThrust(NeutralVehicle v, double ratio) {
+  for (Numbers& rotor : v.rotors) rotor["k_f"] *= ratio;
   return v;
+}
+
+// A number whose error makes others look wrong, and the ratio to the arm that bounds it.
+struct Root {
+  const char* parameter;
+  NeutralVehicle (*with)(NeutralVehicle, double ratio);
+  double (*for_arm)(const NeutralVehicle&);
+  Range range;
+};
+const Root kRoots[] = {
+    {"m", &WithMass, [](const NeutralVehicle& v) { return v.Get("m") / std::pow(ArmOf(v), 3); },
+     kMassForArm},
+    {"k_f", &WithThrust, &ThrustForArm, kThrustForArm}};
+
+bool Names(const std::vector<FileFinding>& findings, const std::string& parameter) {
+  return std::ranges::find(findings, parameter, &FileFinding::parameter) != findings.end();
+}
+
+// `at`: the place; null: where the file states the parameter.
+FileFinding FindingAt(const VehicleFile& file, const std::string& parameter, double value,
+                      const std::string& text, const Reading* at = nullptr) {
+  const NeutralInfo* info = FindNeutral(parameter);
+  FileFinding finding{parameter, info != nullptr ? info->unit : "", value, text, "", 0, ""};
+  if (at == nullptr) at = file.Find(parameter);
+  finding.file = file.files[at != nullptr ? at->file : 0]->path().string();
+  if (at == nullptr) return finding;
+  finding.line = at->leaf != nullptr ? at->leaf->place.line : 0;
+  finding.key = at->key;
+  return finding;
 }
 
 class Checker {
@@ -104,22 +140,11 @@ class Checker {
   }
 
  private:
+  // The first finding of a parameter counts.
   void Add(const std::string& parameter, double value, const std::string& text,
            const Reading* at = nullptr) {
-    FileFinding finding;
-    finding.parameter = parameter;
-    const NeutralInfo* info = FindNeutral(parameter);
-    finding.unit = info != nullptr ? info->unit : "";
-    finding.value = value;
-    finding.text = text;
-    if (at == nullptr) at = file_.Find(parameter);
-    finding.file = file_.files.front()->path().string();
-    if (at != nullptr) {
-      finding.file = file_.files[at->file]->path().string();
-      finding.line = at->leaf != nullptr ? at->leaf->place.line : 0;
-      finding.key = at->key;
-    }
-    findings_.push_back(finding);
+    if (Names(findings_, parameter)) return;
+    findings_.push_back(FindingAt(file_, parameter, value, text, at));
   }
   // False, and a finding, outside of the range. `hint`: what may explain it.
   bool Within(const Range& range, const std::string& parameter, double ratio,
@@ -167,9 +192,11 @@ class Checker {
     const double arm = ArmOf(v_), mass = v_.Get("m");
     if (!(arm > 0.0)) return;
     if (mass > 0.0) Within(kMassForArm, "m", mass / std::pow(arm, 3));
-    for (const char* axis : {"I_x", "I_y", "I_z"}) {
-      if (!(mass > 0.0) || !(v_.Get(axis) > 0.0)) continue;
-      Within(axis[2] == 'z' ? kGyrationYaw : kGyration, axis, std::sqrt(v_.Get(axis) / mass) / arm,
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = std::string("I_") + "xyz"[axis];
+      const double lever = RotorsFromAxis(v_, axis);
+      if (!(mass > 0.0) || !(v_.Get(name) > 0.0) || !(lever > 0.0)) continue;
+      Within(kGyration, name, std::sqrt(v_.Get(name) / mass) / lever,
              "; mass and inertia do not go together");
     }
     if (file_.target->by_thrust || !(v_.Get("k_f") > 0.0)) return;
@@ -257,7 +284,6 @@ class Checker {
     for (const Reading& reading : file_.readings) {
       if (!reading.field->again) continue;
       const std::string name = reading.field->name;
-      if (std::ranges::find(findings_, name, &FileFinding::parameter) != findings_.end()) continue;
       double stated = v_.Get(name, reading.rotor), again = reading.value;
       if (name == "angle") again = stated + std::remainder(again - stated, 2.0 * M_PI);
       const double scale = name == "angle" ? 1.0 : std::abs(stated);
@@ -281,21 +307,54 @@ class Checker {
 
 }  // namespace
 
+namespace {
+
+// Of `findings`, those that stay with the best value that the root can have.
+std::vector<FileFinding> LeftBeside(const Root& root, const VehicleFile& file,
+                                    const std::vector<FileFinding>& findings) {
+  constexpr int kSteps = 40;
+  const double stated = root.for_arm(file.vehicle);
+  std::vector<FileFinding> least = findings;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double share = static_cast<double>(k) / kSteps;
+    VehicleFile changed = file;
+    const double wanted = root.range.low * std::pow(root.range.high / root.range.low, share);
+    changed.vehicle = root.with(file.vehicle, wanted / stated);
+    const std::vector<FileFinding> with = Checker(changed).Run();
+    std::vector<FileFinding> left = findings;
+    std::erase_if(left, [&](const FileFinding& f) { return !Names(with, f.parameter); });
+    if (left.size() < least.size()) least = std::move(left);
+  }
+  return least;
+}
+
+}  // namespace
+
 std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
   std::vector<FileFinding> findings = Checker(file).Run();
-  const auto names = [](const std::vector<FileFinding>& all, const std::string& parameter) {
-    return std::ranges::find(all, parameter, &FileFinding::parameter) != all.end();
-  };
-  // A wrong mass or thrust makes others look wrong, which are named where they stay so without it.
-  for (const auto& [parameter, usual] :
-       {std::pair{"m", &WithUsualMass}, std::pair{"k_f", &WithUsualThrust}}) {
-    if (!names(findings, parameter)) continue;
-    VehicleFile changed = file;
-    changed.vehicle = usual(file.vehicle);
-    const std::vector<FileFinding> left = Checker(changed).Run();
-    std::erase_if(findings, [&, root = std::string(parameter)](const FileFinding& finding) {
-      return finding.parameter != root && !names(left, finding.parameter);
+  // A wrong mass or thrust makes others look wrong, which are named where they stay so with
+  // whatever it may be. It is named itself where it explains others of two kinds.
+  for (const Root& root : kRoots) {
+    if (findings.empty() || !(ArmOf(file.vehicle) > 0.0)) break;
+    if (!(root.for_arm(file.vehicle) > 0.0)) continue;
+    const std::vector<FileFinding> left = LeftBeside(root, file, findings);
+    std::set<std::string> kinds;
+    std::string names;
+    for (const FileFinding& finding : findings) {
+      const std::string& name = finding.parameter;
+      if (Names(left, name)) continue;
+      kinds.insert(name.substr(0, name.find_first_of("xyz")));
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    const bool named = Names(findings, root.parameter);
+    if (!named && kinds.size() < 2) continue;
+    std::erase_if(findings, [&](const FileFinding& finding) {
+      return finding.parameter != root.parameter && !Names(left, finding.parameter);
     });
+    if (named) continue;
+    findings.insert(findings.begin(),
+                    FindingAt(file, root.parameter, file.vehicle.Get(root.parameter),
+                              names + " do not go with it, and would with another"));
   }
   return findings;
 }
@@ -303,24 +362,24 @@ std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
 namespace {
 
 // Files have origins of their own: where the centre of mass stands between the rotors is compared.
-void CompareCentres(const VehicleFile& first, const VehicleFile& second,
-                    std::vector<FileFinding>* findings) {
+// Returns how far the two are apart, m: moments of inertia about them differ by that, too.
+double CompareCentres(const VehicleFile& first, const VehicleFile& second,
+                      std::vector<FileFinding>* findings) {
   constexpr double kSameCentre = 0.05;  // of the arm
   const NeutralVehicle &a = first.vehicle, &b = second.vehicle;
-  if (!a.Flies() || !b.Flies()) return;
+  double squares = 0.0;
+  if (!a.Flies() || !b.Flies()) return 0.0;
   for (const char* name : {"r_BM_x", "r_BM_y", "r_BM_z"}) {
     const int axis = name[5] - 'x';
     const double one = a.CentreFromRotors(axis), other = b.CentreFromRotors(axis);
     if (std::abs(one - other) <= kSameCentre * std::max(a.Get("arm"), b.Get("arm"))) continue;
-    const Reading* in = second.Find(name);
-    findings->push_back(
-        {name, "m", other,
-         fmt::format("{} is {:.4g} m from the middle of the rotors here and {:.4g} m in {}", name,
-                     other, one, first.Name()),
-         second.files[in != nullptr ? in->file : 0]->path().string(),
-         in != nullptr && in->leaf != nullptr ? in->leaf->place.line : 0,
-         in != nullptr ? in->key : ""});
+    findings->push_back(FindingAt(
+        second, name, other,
+        fmt::format("{} is {:.4g} m from the middle of the rotors here and {:.4g} m in {}", name,
+                    other, one, first.Name())));
+    squares += (one - other) * (one - other);
   }
+  return std::sqrt(squares);
 }
 
 }  // namespace
@@ -333,7 +392,7 @@ std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) 
       const bool same_file = first.files.front()->path() == second.files.front()->path();
       const std::string &x = first.vehicle.name, &y = second.vehicle.name;
       if (same_file || (!x.empty() && !y.empty() && x != y)) continue;
-      CompareCentres(first, second, &findings);
+      const double centre = CompareCentres(first, second, &findings);
       for (const NeutralInfo& info : kNeutral) {
         const std::string name = info.name;
         if (name.starts_with("r_BM")) continue;
@@ -342,17 +401,19 @@ std::vector<FileFinding> CompareVehicles(const std::vector<VehicleFile>& files) 
         const Reading *at = first.Find(name), *in = second.Find(name);
         if (at == nullptr || in == nullptr) continue;
         const double one = first.vehicle.Get(name), other = second.vehicle.Get(name);
-        if (std::abs(one - other) <= kAgain * std::max(std::abs(one), std::abs(other))) continue;
-        FileFinding finding{name,
-                            info.unit,
-                            other,
-                            "",
-                            second.files[in->file]->path().string(),
-                            in->leaf != nullptr ? in->leaf->place.line : 0,
-                            in->key};
-        finding.text = fmt::format("{} is {:.4g} {} here and {:.4g} in {}", name, other, info.unit,
-                                   one, first.Name());
-        findings.push_back(finding);
+        const auto same = [](double a_value, double b_value) {
+          return std::abs(a_value - b_value) <=
+                 kAgain * std::max(std::abs(a_value), std::abs(b_value));
+        };
+        // A number that differs only because another does is none.
+        if (same(one, other) || same(one, in->Beside(first.vehicle))) continue;
+        if (name.starts_with("I_") &&
+            std::abs(one - other) <= first.vehicle.Get("m") * centre * centre) {
+          continue;
+        }
+        findings.push_back(FindingAt(second, name, other,
+                                     fmt::format("{} is {:.4g} {} here and {:.4g} in {}", name,
+                                                 other, info.unit, one, first.Name())));
       }
     }
   }

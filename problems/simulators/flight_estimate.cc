@@ -29,11 +29,21 @@ constexpr double kSpeedMomentSigma = 10.0;            // rad/m/s
 constexpr double kPoseDelaySigma = 0.02;              // s
 constexpr double kLagSigma = 0.05, kLagStart = 0.03;  // s
 constexpr double kVoltageSigma = 0.5;                 // 1
+// Of the rotors' yaw: drag at each hub, which simulators have and the fit has not.
+constexpr double kYawByHubs = 0.03;
 
 constexpr double kFactorOff = 1.5;  // of a first fit, beyond which a fit starts from it
 
 // I_z over I_x + I_y of quadrotors.
 constexpr double kTallest = 0.5;
+
+// An I_z that no body has beside I_x and I_y would hold them away from the flight. Only its ratio
+// to k_m counts.
+void HoldUsualYaw(NeutralVehicle* v) {
+  const double usual = kUsualYawInertia * (v->Get("I_x") + v->Get("I_y"));
+  for (Numbers& rotor : v->rotors) rotor["k_m"] *= usual / v->Get("I_z");
+  v->body["I_z"] = usual;
+}
 
 bool FarOff(double ratio) { return ratio > kFactorOff || ratio < 1.0 / kFactorOff; }
 
@@ -50,12 +60,8 @@ NeutralVehicle StartNear(const FlightLog& log, NeutralVehicle v) {
     if (k < 2) v.body[kAxes[k]] /= scaled.turn[k];
     for (Numbers& rotor : v.rotors) rotor["k_m"] *= k == 2 ? scaled.turn[k] : 1.0;
   }
-  // An I_z that no body has beside these would hold them away from the flight. Only its ratio to
-  // k_m counts.
   const double others = v.Get("I_x") + v.Get("I_y"), yaw = v.Get("I_z");
-  if (yaw > kTallest * others && yaw < others) return v;
-  for (Numbers& rotor : v.rotors) rotor["k_m"] *= kUsualYawInertia * others / yaw;
-  v.body["I_z"] = kUsualYawInertia * others;
+  if (!(yaw > kTallest * others && yaw < others)) HoldUsualYaw(&v);
   return v;
 }
 
@@ -207,7 +213,18 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
     fitted.body.erase(name);
   }
   RotorCalibrationOptions options = OptionsFor(log, fitted);
-  const RotorCalibration c = CalibrateRotors(log, options);
+  RotorCalibration c = CalibrateRotors(log, options);
+  if (std::ranges::find(c.parameters, "at_bound", &ParameterEstimate::status) !=
+      c.parameters.end()) {
+    // The I_z that is held may be what keeps the others there.
+    SetPrior("I_z", fitted.Get("I_z"), kInertiaSigma * fitted.Get("I_z"), &options.prior);
+    c = CalibrateRotors(log, options);
+    for (const char* name : {"I_x", "I_y"})
+      fitted.body[name] = c.batch.mean[FindRotorConstant(name)];
+    HoldUsualYaw(&fitted);
+    options = OptionsFor(log, fitted);
+    c = CalibrateRotors(log, options);
+  }
 
   FlightEstimate estimate;
   estimate.vehicle = fitted;
@@ -229,7 +246,8 @@ FlightEstimate EstimateFromFlight(const FlightLog& log, const NeutralVehicle& gi
   const double relative = c.batch.cov(f, f) / (scale_f * scale_f) +
                           c.batch.cov(m, m) / (scale_m * scale_m) -
                           2.0 * c.batch.cov(f, m) / (scale_f * scale_m);
-  const double ratio_sigma = Misfit(c) * std::abs(ratio) * std::sqrt(std::max(0.0, relative));
+  const double ratio_sigma =
+      std::abs(ratio) * std::hypot(Misfit(c) * std::sqrt(std::max(0.0, relative)), kYawByHubs);
   // A moment that could be none is not shown: the yaw of this flight is something else.
   moment.shown = moment.shown && ratio > kClear * ratio_sigma;
   // Beside the I_z that was given: the fit may have held another, and shows k_m / I_z.

@@ -9,13 +9,14 @@ namespace trueline {
 namespace {
 
 constexpr int kParts = 8;  // of the flight, each fitted alone: their scatter is the sigma
-constexpr double kShortestPart = 1.0;                  // s
-constexpr double kLeastChange = 0.003;                 // of a command, rms
+constexpr double kShortestPart = 1.0;                       // s
+constexpr double kMostScatter = 0.2, kMostSeconds = 0.003;  // of a lag that is shown: a share, s
+constexpr double kExplained = 0.5;  // of the speeds' squares, that commands explain at least
 constexpr double kResolution = 0.005, kFinest = 1e-4;  // of the search: a share, s
 constexpr double kLongestLag = 0.5;                    // s
 
 struct LagFit {
-  double lag, cost, full_speed;
+  double lag, cost, full_speed, squares;
 };
 
 // Commands as they pass a lag of first order, at the times of the speeds.
@@ -48,7 +49,7 @@ Eigen::VectorXd Lagged(const FlightLog& log, std::size_t rotor, double lag, std:
 
 // All rotors with one lag; slope and offset of each.
 LagFit CostOf(const FlightLog& log, double lag, std::size_t begin, std::size_t end) {
-  LagFit fit{lag, 0.0, 0.0};
+  LagFit fit{lag, 0.0, 0.0, 0.0};
   const std::size_t rotors = log.rotors.front().values.size();
   for (std::size_t r = 0; r < rotors; ++r) {
     const Eigen::VectorXd u = Lagged(log, r, lag, begin, end);
@@ -60,6 +61,7 @@ LagFit CostOf(const FlightLog& log, double lag, std::size_t begin, std::size_t e
     const Eigen::ArrayXd du = u.array() - mean_u, dw = w.array() - mean_w;
     const double slope = (du * dw).sum() / std::max(du.square().sum(), 1e-12);
     fit.cost += (dw - slope * du).square().sum();
+    fit.squares += dw.square().sum();
     fit.full_speed += (mean_w + slope * (1.0 - mean_u)) / static_cast<double>(rotors);
   }
   return fit;
@@ -82,27 +84,21 @@ LagFit BestLag(const FlightLog& log, std::size_t begin, std::size_t end) {
   return best;
 }
 
-double Change(const FlightLog& log) {
-  double squares = 0.0;
-  for (std::size_t i = 1; i < log.motors.size(); ++i) {
-    squares += std::pow(log.motors[i].values[0] - log.motors[i - 1].values[0], 2);
-  }
-  return std::sqrt(squares / static_cast<double>(log.motors.size()));
-}
-
 }  // namespace
 
 std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
   if (log.rotors.size() < 100 || log.motors.size() < 100) return std::nullopt;
   if (log.rotors.front().values.size() != log.motors.front().values.size()) return std::nullopt;
   const double seconds = SecondsBetween(log.rotors.front().t, log.rotors.back().t);
-  if (seconds < kParts * kShortestPart || Change(log) < kLeastChange) return std::nullopt;
+  if (seconds < kParts * kShortestPart) return std::nullopt;
   std::vector<double> lags, speeds;
+  double cost = 0.0, squares = 0.0;
   const std::size_t length = log.rotors.size() / kParts;
   for (int part = 0; part < kParts; ++part) {
     const std::size_t begin = static_cast<std::size_t>(part) * length;
     const LagFit fit = BestLag(log, begin, begin + length);
     lags.push_back(fit.lag), speeds.push_back(fit.full_speed);
+    cost += fit.cost, squares += fit.squares;
   }
   const auto mean_and_sigma = [](const std::vector<double>& x) {
     const Eigen::Map<const Eigen::ArrayXd> a(x.data(), static_cast<Eigen::Index>(x.size()));
@@ -110,6 +106,8 @@ std::optional<MotorResponse> FindMotorResponse(const FlightLog& log) {
     return std::pair(mean, std::sqrt((a - mean).square().sum() / (n * (n - 1.0))));
   };
   const auto [lag, scatter] = mean_and_sigma(lags);
+  if (!(cost < (1.0 - kExplained) * squares)) return std::nullopt;
+  if (scatter > std::max(kMostScatter * lag, kMostSeconds)) return std::nullopt;
   const double lag_sigma = std::max({scatter, kResolution * lag, kFinest});
   const auto [speed, speed_sigma] = mean_and_sigma(speeds);
   return MotorResponse{lag, lag_sigma, speed, speed_sigma};

@@ -12,7 +12,8 @@ struct MotorResponse {
   double lag, lag_sigma;                // s
   double full_speed, full_speed_sigma;  // rad/s, at u = 1
 };
-// None where the log lacks either, or where the commands hardly change.
+// None where the log lacks either, where commands explain little of the speeds, or
+// where parts of the flight show different lags.
 std::optional<MotorResponse> FindMotorResponse(const FlightLog& log);
 
 }  // namespace trueline

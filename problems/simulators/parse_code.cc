@@ -6,6 +6,7 @@
 //   {"name": [[1.0, 2.0]]}                 name/0/0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <map>
 #include <string>
@@ -103,11 +104,14 @@ class CodeParser {
           if (at_ == begin) ++at_;
         }
       } else if (name.empty()) {
-        Opens() ? Nested(node) : static_cast<void>(++at_);
+        Opens() ? Nested(node) : Step();
       }
     }
-    ++at_;
+    Step();
   }
+
+  // The text may end anywhere.
+  void Step() { at_ = std::min(at_ + 1, text_.size()); }
 
   void Nested(FileNode* node) {
     constexpr int kMostBrackets = 100;

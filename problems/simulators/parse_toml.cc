@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
+
 #include "problems/common/error.h"
 #include "problems/simulators/parameter_file.h"
 

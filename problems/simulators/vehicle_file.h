@@ -20,6 +20,12 @@ struct Reading {
   double value = 0.0;    // of the vehicle
   double scale = 1.0, offset = 0.0;
   std::string key = {};  // the place in words: the path in the file
+
+  // The number with those of another vehicle where the file makes it of several: a mass that is
+  // wrong makes no drag coefficient wrong.
+  double Beside(const NeutralVehicle& other) const {
+    return scale * field->unit.FromFile(number, other, rotor) + offset;
+  }
 };
 
 struct VehicleFile {

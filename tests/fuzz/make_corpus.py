@@ -185,9 +185,14 @@ def yaml():
             yield file.read_bytes()
 
 
+def program_code():
+    for name in ("airsim.hpp", "isaac_lab.py"):
+        yield (SOURCE / "config/export" / name).read_bytes()
+
+
 def main():
     for make in (ulog, rosbag1, rosbag2, mcap, dataflash, blackbox, crazyflie, tum, csv,
-                 native_log, yaml):
+                 native_log, yaml, program_code):
         folder = Path(sys.argv[1]) / make.__name__
         folder.mkdir(parents=True, exist_ok=True)
         for number, content in enumerate(make()):

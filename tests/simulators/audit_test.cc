@@ -152,6 +152,34 @@ TEST_F(AuditTest, SlowNamesMassByThatOfTheLog) {
   EXPECT_THAT(audit.contradicted[0].text, HasSubstr("power of ten"));
 }
 
+// A log that states no rotors: the flight yaws against the file's spins.
+TEST_F(AuditTest, SlowNamesSpinsByTheFlight) {
+  NeutralVehicle other = Truth();
+  for (Numbers& rotor : other.rotors) rotor["spin"] *= -1.0;
+  Right("rotorpy");
+  const std::string wrong = ExportVehicle(other, FindTarget("rotorpy")).files[0].text;
+  FlightLog log = Flight();
+  log.vehicle->rotors.clear();
+  const Audit audit = Of(wrong, log);
+  ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
+  EXPECT_EQ(audit.contradicted[0].parameter, "spin");
+}
+
+// An I_z that no body has beside what the flight shows does not hold I_x and I_y away from it, and
+// none of them stands beside what the file's own impossible inertia says.
+TEST_F(AuditTest, SlowNamesInertiaThatIsHeldAway) {
+  const std::string right = Right("rotorpy");
+  const Audit audit = Of(Replaced(
+      Replaced(Replaced(right, "Ixx: 0.000623", "Ixx: 0.00099"), "Iyy: 0.000678", "Iyy: 0.00108"),
+      "Izz: 0.001076", "Izz: 0.00198"));
+  std::map<std::string, double> named;
+  for (const Contradicted& entry : audit.contradicted) named[entry.parameter] = *entry.flight_value;
+  ASSERT_EQ(named.size(), 3U) << AuditTable(audit);
+  EXPECT_NEAR(named["I_x"] / 0.623e-3, 1.0, 0.03);
+  EXPECT_NEAR(named["I_y"] / 0.678e-3, 1.0, 0.03);
+  EXPECT_NEAR(named["I_z"] / 1.076e-3, 1.0, 0.1);
+}
+
 TEST_F(AuditTest, SlowNamesAThrustConstantInAnotherUnit) {
   const Audit audit = Of(Replaced(Right("flightmare"), "[3.811e-07,", "[3.4752e-05,"));
   ExpectNamed(audit, "k_f", 3.811e-7);
