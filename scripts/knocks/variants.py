@@ -352,7 +352,7 @@ def run(arguments, verb, *flags):
 # What a warning or a finding must speak of.
 WORDS = {"rows": ("left out", "rows_lost", "cut", "restart"), "span": ("left out", "restart", "time_unit"),
          "force": ("accelerometer_scale", "gravity", "accelerometer_bias"), "rate": ("gyro_scale", "attitude_scale", "rates_disagree"),
-         "path": ("tracking_lost", "stuck", "position_"), "zeros": ("tracking_lost",),
+         "path": ("tracking_lost", "stuck", "position_", "restart"), "zeros": ("tracking_lost",),
          "held": ("stuck",), "repeats": ("repeats",), "attitude": ("attitude_missing",), "no": ("no position",),
          "turns": ("quaternion_form", "body_axes", "imu_axes", "imu)", "attitude", "rates_disagree"),
          "gravity": ("earth_up", "body_up", "body_axes", "gravity", "quaternion_form", "imu_axes", "imu)")}
