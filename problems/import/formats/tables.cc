@@ -568,12 +568,10 @@ void WalkTables(const fs::path& paths, MessageSink* sink) {
   std::vector<std::unique_ptr<TableRows>> rows;
   for (const Table& table : tables) {
     if (!table.layout.warning.empty()) sink->Warn(table.file + ": " + table.layout.warning);
-    if (!table.HasTime()) {
-      const std::string why =
-          "no column has the name of a time or rises from row to row; name one, "
-          "as in 't [s]'";
-      if (tables.size() == 1) throw ErrorAt(table.file, 0, why);
-      sink->Warn(fmt::format("{}: {}. It is left out", table.file, why));
+    if (!table.HasTime() && tables.size() > 1) {
+      sink->Warn(table.file +
+                 ": no column has the name of a time or rises from row to row; name one, as in 't "
+                 "[s]'. It is left out");
       continue;
     }
     rows.push_back(std::make_unique<TableRows>(table, sink));
