@@ -6,7 +6,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/common/result_folder.h"
-#include "problems/import/find_map.h"
+#include "problems/inspection/settle_proposal.h"
 #include "problems/result/render.h"
 #include "problems/simulators/write_audit.h"
 

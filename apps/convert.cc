@@ -14,6 +14,7 @@
 #include "problems/import/resolve_channels.h"
 #include "problems/inspection/align_mocap.h"
 #include "problems/inspection/first_look.h"
+#include "problems/inspection/settle_proposal.h"
 #include "problems/log/native_log.h"
 #include "problems/log/stream_table.h"
 
@@ -113,7 +114,8 @@ void Propose(const std::string& proposed) {
 // Lists the log and the map that reads it; converts by that if --out is given. Where no usable log
 // can be made, an earlier one stays; the map to be edited comes beside it.
 int WithoutMap() {
-  const FoundLog found = FindLog(SplitPaths(FLAGS_in));
+  FoundLog found = FindLog(SplitPaths(FLAGS_in));
+  SettleProposal(&found);
   if (FLAGS_out.empty()) {
     WarnAll(found.recording->warnings(), FLAGS_quiet);
     if (!FLAGS_quiet) fmt::print("{}\n{}", ListChannels(*found.recording), found.map);

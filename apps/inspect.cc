@@ -16,6 +16,7 @@
 #include "problems/import/resolve_channels.h"
 #include "problems/inspection/corrected_map.h"
 #include "problems/inspection/inspection.h"
+#include "problems/inspection/settle_proposal.h"
 #include "problems/inspection/write_inspection.h"
 #include "problems/log/log_yaml.h"
 #include "problems/log/native_log.h"
@@ -82,7 +83,8 @@ Opened OpenForeign() {
   ImportMap map;
   std::vector<std::string> assumed;
   if (FLAGS_map.empty()) {
-    const FoundLog found = FindLog(opened.files);
+    FoundLog found = FindLog(opened.files);
+    SettleProposal(&found);
     map = MapOf(found);
     opened.files = found.files;
     opened.map = YAML::Load(found.map);

@@ -22,18 +22,6 @@
 namespace trueline {
 namespace {
 
-// Reads the rows of one file for the streams that come from it.
-void ReadFile(const std::string& file, const CsvDialect& dialect,
-              const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
-  ForeignCsv csv(file, dialect, warnings);
-  bool any = false;
-  for (; csv.Next(); any = true) {
-    for (StreamImport* stream : streams) stream->AddRow(csv);
-  }
-  if (!any) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
-  for (StreamImport* stream : streams) stream->Finish(warnings);
-}
-
 // Whether the chunks of the format may stand in another order than that of time.
 bool HasChunks(const std::string& format) {
   return format == "ros1" || format == "ros2" || format == "mcap";
@@ -111,6 +99,20 @@ void KeepOnePartOfEach(const std::string& file, const std::vector<StreamImport*>
     const std::size_t left_out = stream->Keep(LongestOf(parts));
     warnings->push_back(RestartWarning(file, stream->name(), parts, left_out));
   }
+}
+
+// Reads the rows of one file for the streams that come from it.
+void ReadFile(const std::string& file, const CsvDialect& dialect,
+              const std::vector<StreamImport*>& streams, std::vector<std::string>* warnings) {
+  ForeignCsv csv(file, dialect, warnings);
+  bool any = false;
+  for (; csv.Next(); any = true) {
+    for (StreamImport* stream : streams) stream->AddRow(csv);
+  }
+  if (!any) throw ErrorAt(file, 0, "has no rows; give the path of a recorded log");
+  KeepOnePart(file, kCsvFormat, streams, warnings);
+  KeepOnePartOfEach(file, streams, warnings);
+  for (StreamImport* stream : streams) stream->Finish(warnings);
 }
 
 // Reads the streams that come from a recording.

@@ -16,12 +16,13 @@ struct Spelling {
 
 // How names spell units, in lower case.
 constexpr auto kSpellings = std::to_array<Spelling>({
-    {"m/s^2", "m/s^2"},    {"m/s2", "m/s^2"},  {"m/s/s", "m/s^2"}, {"m s^-2", "m/s^2"},
-    {"mps2", "m/s^2"},     {"m_s2", "m/s^2"},  {"g", "g"},         {"rad/s", "rad/s"},
-    {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"}, {"radps", "rad/s"}, {"deg/s", "deg/s"},
-    {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"}, {"dps", "deg/s"},   {"deg", "deg"},
-    {"rad", "rad"},        {"m", "m"},         {"cm", "cm"},       {"mm", "mm"},
-    {"m/s", "m/s"},        {"mps", "m/s"},     {"cm/s", "cm/s"},   {"mm/s", "mm/s"},
+    {"m/s^2", "m/s^2"},    {"m/s2", "m/s^2"},    {"m/s/s", "m/s^2"}, {"m s^-2", "m/s^2"},
+    {"mps2", "m/s^2"},     {"m_s2", "m/s^2"},    {"g", "g"},         {"rad/s", "rad/s"},
+    {"rad s^-1", "rad/s"}, {"rad_s", "rad/s"},   {"radps", "rad/s"}, {"deg/s", "deg/s"},
+    {"deg s^-1", "deg/s"}, {"deg_s", "deg/s"},   {"dps", "deg/s"},   {"deg", "deg"},
+    {"rad", "rad"},        {"m", "m"},           {"cm", "cm"},       {"mm", "mm"},
+    {"m/s", "m/s"},        {"mps", "m/s"},       {"cm/s", "cm/s"},   {"mm/s", "mm/s"},
+    {"mg", "mg"},          {"mrad/s", "mrad/s"},
 });
 
 // "Acc X [g]", "acc_x_g" and "acc x (g)" as a name and a unit; none for "q[0]".
@@ -94,34 +95,57 @@ std::vector<FieldGroup> GroupsOf(const Channel& channel) {
     const std::size_t start = name.ends_with(']') ? name.rfind('[') : name.size() - 1;
     if (name.empty() || start == std::string::npos) continue;
     Add(name.substr(0, start), name.substr(start), unit, field, &groups);
-    const bool axis_first = name.size() > 2 && IsSeparator(name[1]);
-    if (axis_first) Add(name.substr(2), name.substr(0, 1), unit, field, &groups);
+    if (name.size() > 2 && IsSeparator(name[1])) {
+      Add(name.substr(2), name.substr(0, 1), unit, field, &groups);
+    } else if (name.size() > 2 && name[0] >= 'x' && name[0] <= 'z') {
+      Add(name.substr(1), name.substr(0, 1), unit, field, &groups);  // "xgyro"
+    }
+    for (const std::string_view direction : {"north", "east", "down", "up"}) {
+      if (!name.ends_with(direction)) continue;
+      Add(name.substr(0, name.size() - direction.size()), std::string(direction.substr(0, 1)), unit,
+          field, &groups);
+    }
   }
   std::stable_partition(groups.begin(), groups.end(),
                         [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
   return groups;
 }
 
-FieldGroup EulerAnglesOf(const Channel& channel) {
-  constexpr std::array<std::array<const char*, 2>, 3> kAngles = {
-      {{"roll", "phi"}, {"pitch", "theta"}, {"yaw", "psi"}}};
+// Groups of roll, pitch and yaw whose names end in `end`, the parts "x", "y" and "z".
+std::vector<FieldGroup> RollPitchYaw(const Channel& channel, const std::string& end) {
+  constexpr std::array<std::array<const char*, 3>, 3> kAngles = {
+      {{"x", "roll", "phi"}, {"y", "pitch", "theta"}, {"z", "yaw", "psi"}}};
   std::vector<FieldGroup> groups;
   for (const ChannelField& field : channel.fields) {
     const auto [name, unit] = SplitUnit(field);
     for (const auto& spellings : kAngles) {
-      for (std::size_t spelling = 0; spelling < spellings.size(); ++spelling) {
-        const std::string angle = spellings[spelling];
+      for (std::size_t spelling = 1; spelling < spellings.size(); ++spelling) {
+        const std::string angle = spellings[spelling] + end;
         if (!name.ends_with(angle)) continue;
         const std::string stem = name.substr(0, name.size() - angle.size());
         Add(fmt::format("{}:{}", spelling, stem), spellings[0], unit, field, &groups);
       }
     }
   }
-  // Rates are none, nor what a controller wants.
+  // What a controller wants is no measurement.
   std::erase_if(groups, [](const FieldGroup& g) {
-    return g.parts.size() < 3 || g.unit.ends_with("/s") ||
-           g.stem.find("controller.") != std::string::npos;
+    return g.parts.size() < 3 || g.stem.find("controller.") != std::string::npos;
   });
+  return groups;
+}
+
+std::vector<FieldGroup> AngleRatesOf(const Channel& channel) {
+  std::vector<FieldGroup> groups;
+  for (const char* end : {"_rate", ".rate", "rate", "speed", "_speed", " rate"}) {
+    for (FieldGroup& group : RollPitchYaw(channel, end)) groups.push_back(std::move(group));
+  }
+  std::erase_if(groups, [](const FieldGroup& g) { return IsSetpointOrEstimate(g.stem); });
+  return groups;
+}
+
+FieldGroup EulerAnglesOf(const Channel& channel) {
+  std::vector<FieldGroup> groups = RollPitchYaw(channel, "");
+  std::erase_if(groups, [](const FieldGroup& g) { return g.unit.ends_with("/s"); });
   std::stable_partition(groups.begin(), groups.end(),
                         [](const FieldGroup& g) { return !IsSetpointOrEstimate(g.stem); });
   return groups.empty() ? FieldGroup{} : groups.front();

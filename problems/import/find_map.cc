@@ -54,22 +54,6 @@ bool ReadsAsCsv(const CsvLayout& layout) {
   return !layout.is_named_by_shape && !(layout.time && layout.time->nanoseconds);
 }
 
-// The lines of a proposed map that say what is read, from where and how.
-std::vector<std::string> Assumptions(const std::string& map) {
-  std::vector<std::string> lines;
-  std::string axes;
-  for (const std::string& line : SplitList(map, '\n')) {
-    const std::string text = line.substr(0, line.find("  #"));
-    if (text.starts_with("earth: ") || text.starts_with("body: ")) {
-      axes += (axes.empty() ? "" : ", ") + text;
-    } else if (text.starts_with("  ") && text.find("# imu:") == std::string::npos) {
-      lines.push_back(text.substr(2));
-    }
-  }
-  lines.push_back(axes);
-  return lines;
-}
-
 Eigen::Vector3d MeanForce(const FlightLog& log) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const ImuSample& sample : log.imu) sum += sample.accel;
@@ -88,34 +72,59 @@ void RequireForceOfFlight(const FlightLog& log, const std::string& file) {
       file, mean, log.gravity));
 }
 
-// Whether a map makes a usable log of these files; by trying.
-bool IsUsable(const FoundLog& found) {
+// What a map makes of these files; none if that is no usable log.
+std::optional<FlightLog> Tried(const FoundLog& found) {
   try {
-    Shortcomings(ConvertLog(MapOf(found), found.files, {}), found.files.front());
-    return true;
+    FlightLog log = ConvertLog(MapOf(found), found.files, {});
+    Shortcomings(log, found.files.front());
+    return log;
   } catch (const InputError&) {
-    return false;
+    return std::nullopt;
   }
 }
 
-// Names alone may suit a map that ships while its units or topics do not: then what the numbers
-// propose is read, if it can be.
+bool HasAttitude(const FlightLog& log) { return !log.attitude.empty() || !log.mocap.empty(); }
+
+// Names alone may suit a map that ships while its units or topics do not, or while it reads less
+// than the names show: then what the numbers propose is read, if it can be.
 void PreferWhatIsUsable(FoundLog* found) {
-  const bool is_text = std::all_of(found->files.begin(), found->files.end(), IsTable);
-  if (!found->shipped || !is_text || IsUsable(*found)) return;
+  if (!found->shipped || !AreTables(*found)) return;
+  const std::optional<FlightLog> by_shipped = Tried(*found);
+  if (by_shipped && HasAttitude(*by_shipped)) return;
   FoundLog proposed{found->files, nullptr, std::nullopt, ProposeMap(found->recording.get()), {}};
   proposed.recording = std::move(found->recording);
-  if (IsUsable(proposed)) {
-    proposed.assumed = Assumptions(proposed.map);
+  const std::optional<FlightLog> by_names = Tried(proposed);
+  if (by_names && (!by_shipped || HasAttitude(*by_names))) {
+    proposed.assumed = AssumptionsOf(YAML::Load(proposed.map));
     *found = std::move(proposed);
   } else {
     found->recording = std::move(proposed.recording);
   }
 }
 
+}  // namespace
+
 bool HasCommandsAlone(const FlightLog& log) { return log.imu.empty() && !log.motors.empty(); }
 
-}  // namespace
+bool AreTables(const FoundLog& found) {
+  return std::all_of(found.files.begin(), found.files.end(), IsTable);
+}
+
+std::vector<std::string> AssumptionsOf(const YAML::Node& map) {
+  std::vector<std::string> lines;
+  const auto line = [](const std::string& key, const YAML::Node& value) {
+    YAML::Emitter emitter;
+    emitter << YAML::Flow << value;
+    return fmt::format("{}: {}", key, emitter.c_str());
+  };
+  for (const char* part : {"inputs", "streams"}) {
+    for (const auto& entry : map[part]) {
+      lines.push_back(line(entry.first.Scalar(), entry.second));
+    }
+  }
+  lines.push_back(fmt::format("{}, {}", line("earth", map["earth"]), line("body", map["body"])));
+  return lines;
+}
 
 std::optional<ImportMap> FindShippedMap(const Recording& recording) {
   std::optional<ImportMap> best;
@@ -170,7 +179,7 @@ FoundLog FindLog(const std::vector<std::string>& files) {
   }
   found.map =
       found.shipped ? FirstBytes(found.shipped->file, 1 << 20) : ProposeMap(found.recording.get());
-  if (!found.shipped) found.assumed = Assumptions(found.map);
+  if (!found.shipped) found.assumed = AssumptionsOf(YAML::Load(found.map));
   PreferWhatIsUsable(&found);
   return found;
 }
@@ -178,7 +187,7 @@ FoundLog FindLog(const std::vector<std::string>& files) {
 ImportMap MapOf(const FoundLog& found) {
   if (found.shipped) return *found.shipped;
   const std::string file = found.recording->file();
-  if (found.map.find("\n  imu: {") == std::string::npos) {
+  if (!YAML::Load(found.map)["streams"]["imu"]) {
     throw NoUsableLog(file + ": " + WhyNoMapFits(found.recording.get()));
   }
   ImportMap map = ReadImportMapText(found.map, "proposed_map.yaml");
@@ -226,37 +235,6 @@ ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& f
                   "added to 'streams': {}",
                   path, fixes->second));
   return with_fixes;
-}
-
-FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
-  namespace fs = std::filesystem;
-  std::error_code unknown;
-  const bool is_native = fs::exists(fs::path(path) / "log.yaml", unknown) ||
-                         fs::exists(fs::path(path) / "imu.csv", unknown);
-  if (is_native || !fs::exists(path, unknown)) return ReadCommandLog(path);
-  FoundLog found;
-  if (map.empty()) {
-    found = FindLog({path});
-  } else {
-    found.files = {path};
-    found.shipped = ReadImportMap(map);
-  }
-  FlightLog log = ConvertFound(found, {});
-  if (found.shipped && found.shipped->mocap_on_imu_clock) {
-    log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
-  }
-  if (!HasCommandsAlone(log)) {
-    for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);
-  }
-  for (const std::string& line : AssumptionWarnings(found)) log.warnings.push_back(line);
-  if (found.shipped) {
-    log.warnings.push_back(
-        fmt::format("{}: converted on the way by {}", path, found.shipped->file));
-  }
-  for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
-  log.directory = path;
-  log.sha256[fs::path(path).filename().string()] = log.source["sha256"];
-  return log;
 }
 
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {

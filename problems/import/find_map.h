@@ -35,6 +35,12 @@ FoundLog FindLog(const std::vector<std::string>& files);
 // The map. Throws NoUsableLog, with what is missing, for a proposal that reads no log.
 ImportMap MapOf(const FoundLog& found);
 
+// Whether all files are text that holds a table.
+bool AreTables(const FoundLog& found);
+
+// A line for each input and stream of a map, and one for its axes.
+std::vector<std::string> AssumptionsOf(const YAML::Node& map);
+
 // What to say of a log that was read by a proposal; nothing where the map ships.
 std::vector<std::string> AssumptionWarnings(const FoundLog& found);
 
@@ -46,13 +52,12 @@ FlightLog ConvertFound(const FoundLog& found, const ConvertOptions& options);
 ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& files,
                       std::vector<std::string>* warnings, YAML::Node* node);
 
-// A native log's folder, or any other log, which is converted on the way: by the file `map`, or
-// where that is empty by FindLog(). The log may lack the IMU where it has motor commands.
-FlightLog ReadAnyLog(const std::string& path, const std::string& map = "");
-
 // A map to edit, as YAML: channels and columns by the names of their fields; axes and units that no
 // name states by the size of the numbers, as comments say.
 std::string ProposeMap(Recording* recording);
+
+// A log of commands without an IMU.
+bool HasCommandsAlone(const FlightLog& log);
 
 // Why FindShippedMap() found none, as the end of a sentence about the file.
 std::string WhyNoMapFits(Recording* recording);

@@ -28,12 +28,13 @@ std::string CsvInput(const Recording& recording) {
                              (named ? "" : ", header: false") +
                              (named && layout.units_line ? ", units_line: true" : "");
   const std::string time = layout.time ? layout.columns[layout.time->column] : "t";
-  return fmt::format("{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}}}  # {}",
-                     delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,
-                     UnitOfExponent(layout.time ? layout.time->exponent : 9),
-                     layout.time && layout.time->is_named ? "check the unit: s, ms, us or ns"
-                     : layout.time ? "the first column that rises; check it and its unit"
-                                   : "no column rises as time does; give its name or number");
+  return fmt::format(
+      "{{delimiter: \"{}\"{}{}, time: {{column: \"{}\", unit: {}}}, unsorted: sort}}  # {}",
+      delimiter, decimal_comma ? ", decimal: \",\"" : "", header, time,
+      UnitOfExponent(layout.time ? layout.time->exponent : 9),
+      layout.time && layout.time->is_named ? "check the unit: s, ms, us or ns"
+      : layout.time                        ? "the first column that rises; check it and its unit"
+                    : "no column rises as time does; give its name or number");
 }
 
 // A map without a stream is still a mapping.

@@ -21,9 +21,9 @@ using Texts = std::vector<std::string>;
 // Numbers of this size tell units apart that no name states.
 constexpr double kLargestG = 3.0;      // mean specific force of a flight in g; in m/s^2 about 10
 constexpr double kFastestRate = 60.0;  // rad/s; gyroscopes end at 2000 deg/s = 35 rad/s
-constexpr double kLargestAngle = 6.5;  // rad
-constexpr double kFewRows = 0.7;       // share of the channel's rows that have a position
-constexpr double kLeastVerticalShare = 0.5;  // of the mean specific force, along z
+const Eigen::Vector3d kTurns(3.2, 1.6, 6.4);  // rad; the largest roll, pitch and heading
+constexpr double kFewRows = 0.7;              // share of the channel's rows that have a position
+constexpr double kLeastVerticalShare = 0.5;   // of the mean specific force, along z
 
 bool Mentions(const std::string& stem, const Texts& words) {
   return std::any_of(words.begin(), words.end(),
@@ -41,8 +41,8 @@ Texts PartsOf(const FieldGroup& group, const Texts& parts) {
   return fields;
 }
 
-// Three fields x, y and z, or by number, without a fourth one.
-Texts ThreeOf(const FieldGroup& group) {
+// Three fields x, y and z, or by number, without a fourth one; or in the order of `earth`.
+Texts ThreeOf(const FieldGroup& group, std::string* earth = nullptr) {
   if (group.parts.contains("w")) return {};
   const std::vector<Texts> all = {
       {"x", "y", "z"}, {"[0]", "[1]", "[2]"}, {"0", "1", "2"}, {"1", "2", "3"}};
@@ -50,13 +50,19 @@ Texts ThreeOf(const FieldGroup& group) {
     const Texts three = PartsOf(group, parts);
     if (!three.empty() && (parts[0] == "x" || group.parts.size() == 3)) return three;
   }
-  return {};
+  if (earth == nullptr) return {};
+  Texts three = PartsOf(group, {"n", "e", "d"});
+  *earth = three.empty() ? "ENU" : "NED";
+  if (three.empty()) three = PartsOf(group, {"e", "n", "u"});
+  if (three.empty()) earth->clear();
+  return three;
 }
 
 // Three columns of a map, with the unit that their names state.
 struct Vector {
   Texts columns;  // empty for none
   std::string_view unit;
+  std::string earth = "";  // the axes that their names state
 };
 
 // --- Names: one table of what a quantity is called
@@ -76,7 +82,7 @@ const std::vector<Synonyms>& AllSynonyms() {
       {Quantity::kAccel,
        "m/s^2",
        {"acc", "a_rs", "specific_force", "specificforce"},
-       {"a", "f", "imu_a", "imu.a", "sf"},
+       {"a", "f", "imu_a", "imu.a", "sf", "ag"},
        {"ang", "stateestimate", "world", "earth", "_ned", "_enu", "grav"}},
       {Quantity::kGyro,
        "rad/s",
@@ -87,7 +93,8 @@ const std::vector<Synonyms>& AllSynonyms() {
       {Quantity::kPosition,
        "m",
        {"pos", "transl", "p_rs", "point", "location"},
-       {"p", "t", "local", "stateestimate"},
+       {"p", "t", "local", "stateestimate", "vicon", "mocap", "optitrack", "gt", "ground_truth",
+        "groundtruth", "odom", "est"},
        {"imu_pos"}},
       {Quantity::kVelocity,
        "m/s",
@@ -119,7 +126,9 @@ Vector VectorOf(const std::vector<FieldGroup>& groups, Quantity quantity) {
   const Synonyms& names = SynonymsOf(quantity);
   for (const bool whole : {false, true}) {
     for (const FieldGroup& group : groups) {
-      const Texts three = ThreeOf(group);
+      std::string earth;
+      const bool in_earth = quantity == Quantity::kPosition || quantity == Quantity::kVelocity;
+      const Texts three = ThreeOf(group, in_earth ? &earth : nullptr);
       const std::string name = WithoutEnds(group.stem);
       if (three.empty() || Mentions(name, names.not_part)) continue;
       if (Mentions(name, {"cov", "var", "bias", "offset", "std", "sigma", "clip", "calib"}))
@@ -127,18 +136,21 @@ Vector VectorOf(const std::vector<FieldGroup>& groups, Quantity quantity) {
       const auto is = [&](const std::string& one) { return name == one || LastOf(name) == one; };
       const bool fits = whole ? std::any_of(names.whole.begin(), names.whole.end(), is)
                               : Mentions(name, names.part);
-      if (fits) return {three, group.unit};
+      if (fits) return {three, group.unit, earth};
     }
   }
   return {};
 }
 
-Vector GyroscopeOf(const std::vector<FieldGroup>& groups) {
+Vector GyroscopeOf(const Channel& channel, const std::vector<FieldGroup>& groups) {
   Vector named = VectorOf(groups, Quantity::kGyro);
   if (!named.columns.empty()) return named;
   for (const FieldGroup& group : groups) {
     Texts rates = PartsOf(group, {"p", "q", "r"});
     if (group.stem.empty() && !rates.empty()) return {rates, group.unit};
+  }
+  for (const FieldGroup& group : AngleRatesOf(channel)) {
+    return {PartsOf(group, {"x", "y", "z"}), group.unit};
   }
   return {};
 }
@@ -148,9 +160,10 @@ Vector PositionOf(const std::vector<FieldGroup>& groups, bool may_be_bare) {
   Vector named = VectorOf(groups, Quantity::kPosition);
   if (!named.columns.empty() || !may_be_bare) return named;
   for (const FieldGroup& group : groups) {
-    const Texts three = ThreeOf(group);
+    std::string earth;
+    const Texts three = ThreeOf(group, &earth);
     if (group.stem.empty() && !three.empty() && !group.parts.contains("w"))
-      return {three, group.unit};
+      return {three, group.unit, earth};
   }
   return {};
 }
@@ -227,7 +240,7 @@ Texts MatrixOf(const Channel& channel) {
 
 struct Sizes {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double largest = 0.0;
+  Eigen::Vector3d largest = Eigen::Vector3d::Zero();
   double count = 0.0, changes = 0.0;  // rows, and those that differ from the one before
 
   bool AreHeld() const { return count > 100.0 && changes < 0.7 * count; }
@@ -248,7 +261,7 @@ Sizes SizesOf(Recording* recording, std::size_t channel, const Texts& columns) {
     if (!row.allFinite()) return;
     sizes.changes += row == before ? 0.0 : 1.0;
     before = row;
-    sizes.largest = std::max(sizes.largest, row.cwiseAbs().maxCoeff());
+    sizes.largest = sizes.largest.cwiseMax(row.cwiseAbs());
     sizes.mean += (row - sizes.mean) / ++count;
   });
   return sizes;
@@ -266,9 +279,18 @@ std::string ColumnsText(const Texts& columns, std::string_view unit) {
   return fmt::format("columns: [{}], unit: {}", Quoted(columns), unit);
 }
 
+// Of a value that is repeated until there is a new one.
+std::string NewWhere(const Sizes& sizes, const Texts& columns) {
+  return sizes.AreHeld() ? fmt::format(", new_where: [{}]", Quoted(columns)) : "";
+}
+
 // The unit that names state, if it is one of `si`; else `guess`.
 std::string_view UnitOf(std::string_view stated, std::string_view si, std::string_view guess) {
   return UnitFactor(si, stated) ? stated : guess;
+}
+
+std::string EarthText(const Vector& vector) {
+  return vector.earth.empty() ? "" : ", earth: " + vector.earth;
 }
 
 std::string AttitudeText(const Channel& channel, std::size_t place, Recording* recording) {
@@ -280,9 +302,11 @@ std::string AttitudeText(const Channel& channel, std::size_t place, Recording* r
   const Texts matrix = MatrixOf(channel);
   if (!matrix.empty()) return fmt::format("matrix: {{columns: [{}]}}", Quoted(matrix));
   const FieldGroup group = EulerAnglesOf(channel);
-  const Texts angles = PartsOf(group, {"roll", "pitch", "yaw"});
+  const Texts angles = PartsOf(group, {"x", "y", "z"});
   if (angles.empty()) return "";
-  const bool large = SizesOf(recording, place, angles).largest > kLargestAngle;
+  // In rad a pitch lies within a quarter turn, a roll within half a turn, a heading within one.
+  const Eigen::Vector3d largest = SizesOf(recording, place, angles).largest;
+  const bool large = (largest.array() > kTurns.array()).any();
   return fmt::format("euler: {{roll: \"{}\", pitch: \"{}\", yaw: \"{}\", unit: {}}}", angles[0],
                      angles[1], angles[2], UnitOf(group.unit, "rad", large ? "deg" : "rad"));
 }
@@ -297,7 +321,8 @@ class ChannelProposal {
         groups_(GroupsOf(channel_)),
         is_csv_(recording->format().key == std::string(kCsvFormat)),
         streams_(streams) {
-    if (!is_csv_) from_ = fmt::format("channel: \"{}\", skip_missing: true, ", channel_.Label());
+    from_ = is_csv_ ? "skip_missing: true, "
+                    : fmt::format("channel: \"{}\", skip_missing: true, ", channel_.Label());
   }
 
   void Add() {
@@ -314,7 +339,7 @@ class ChannelProposal {
 
   void AddImu() {
     const Vector accel = VectorOf(groups_, Quantity::kAccel);
-    const Vector gyro = GyroscopeOf(groups_);
+    const Vector gyro = GyroscopeOf(channel_, groups_);
     if (!gyro.columns.empty()) streams_->gyros.push_back({place_, gyro.columns, gyro.unit});
     if (!accel.columns.empty()) streams_->accels.push_back({place_, accel.columns, accel.unit});
     if (accel.columns.empty() || gyro.columns.empty()) return;
@@ -326,7 +351,8 @@ class ChannelProposal {
   void AddImuLine(const Vector& accel, const Vector& gyro, std::size_t gyro_place) {
     if (streams_->lines.contains("imu")) return;
     const Eigen::Vector3d force = SizesOf(recording_, place_, accel.columns).mean;
-    const bool fast = SizesOf(recording_, gyro_place, gyro.columns).largest > kFastestRate;
+    const bool fast =
+        SizesOf(recording_, gyro_place, gyro.columns).largest.maxCoeff() > kFastestRate;
     const bool in_g = force.norm() > 0.0 && force.norm() < kLargestG;
     const bool stated =
         UnitFactor("m/s^2", accel.unit).has_value() && UnitFactor("rad/s", gyro.unit).has_value();
@@ -351,17 +377,18 @@ class ChannelProposal {
   // A pose is that of mocap; a position alone is that of fixes.
   void AddPositionAndAttitude() {
     const std::string attitude = AttitudeText(channel_, place_, recording_);
-    const bool may_be_bare =
-        is_csv_ || Mentions(LowerCase(channel_.name), {"pos", "odom", "traj", "track"});
+    const bool has_imu = !streams_->accels.empty() && streams_->accels.back().channel == place_;
+    const bool may_be_bare = is_csv_ || has_imu || !attitude.empty() ||
+                             Mentions(LowerCase(channel_.name), {"pos", "odom", "traj", "track"});
     const Vector position = PositionOf(groups_, may_be_bare);
     if (position.columns.empty()) {
       if (!attitude.empty()) AddLine("attitude", attitude);
       AddPlaceOnEarth();
       const Vector velocity = VectorOf(groups_, Quantity::kVelocity);
       if (velocity.columns.empty()) return;
-      streams_->velocity =
-          fmt::format("fixes: {{{}velocity: {{{}}}, sigma: {{constant: 0.05}}}}  # integrated",
-                      from_, ColumnsText(velocity.columns, UnitOf(velocity.unit, "m/s", "m/s")));
+      streams_->velocity = fmt::format(
+          "fixes: {{{}velocity: {{{}{}}}, sigma: {{constant: 0.05}}}}  # integrated", from_,
+          ColumnsText(velocity.columns, UnitOf(velocity.unit, "m/s", "m/s")), EarthText(velocity));
       return;
     }
     // Positions that repeat or are missing while an attitude goes on are of another sensor.
@@ -369,9 +396,8 @@ class ChannelProposal {
     const bool held = sizes.AreHeld();
     const bool few = sizes.count < kFewRows * static_cast<double>(channel_.count);
     const std::string columns = fmt::format(
-        "position: {{{}}}{}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")),
-        held ? fmt::format(", new_where: [{}]", Quoted(position.columns)) : "");
-    const bool has_imu = !streams_->accels.empty() && streams_->accels.back().channel == place_;
+        "position: {{{}{}}}{}", ColumnsText(position.columns, UnitOf(position.unit, "m", "m")),
+        EarthText(position), NewWhere(sizes, position.columns));
     if (has_imu && !attitude.empty()) AddLine("attitude", attitude);
     if (attitude.empty() || ((held || few) && has_imu)) {
       AddLine("fixes", columns + ", sigma: {constant: 0.05}", "state its standard deviation, m");
@@ -384,10 +410,12 @@ class ChannelProposal {
   void AddPlaceOnEarth() {
     const Texts place = PlaceOnEarthOf(channel_);
     if (place.empty()) return;
-    const bool counts = SizesOf(recording_, place_, place).largest > 1e6;
+    const Sizes sizes = SizesOf(recording_, place_, place);
+    const bool counts = sizes.largest.maxCoeff() > 1e6;
     AddLine("fixes",
-            fmt::format("position: {{geodetic: [{}]{}, earth: NED}}, sigma: {{constant: 2.5}}",
-                        Quoted(place), counts ? ", scale: [1.0e-7, 1.0e-7, 1.0e-3]" : ""),
+            fmt::format("position: {{geodetic: [{}]{}, earth: NED}}{}, sigma: {{constant: 2.5}}",
+                        Quoted(place), counts ? ", scale: [1.0e-7, 1.0e-7, 1.0e-3]" : "",
+                        NewWhere(sizes, place)),
             "state its standard deviation, m");
   }
 

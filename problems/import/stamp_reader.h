@@ -85,7 +85,7 @@ class StampReader {
   [[noreturn]] void FailUnsorted(const ForeignRow& row, TimeNs previous, TimeNs now) const {
     row.Fail(time_.column.index(),
              fmt::format("{} s does not come after {} s before; sort the rows, or set 'unsorted: "
-                         "drop' in the map",
+                         "sort' in the map, which keeps the longest part of a clock that restarts",
                          TimeText(now), TimeText(previous)));
   }
 

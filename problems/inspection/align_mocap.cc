@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/motion.h"
 #include "problems/log/attitude_cursor.h"
@@ -12,12 +13,9 @@
 namespace trueline {
 namespace {
 
-constexpr double kBendWidth = 0.2;  // s, half the width of a second difference
-constexpr std::size_t kMostPairs = 4000;
+constexpr double kBendWidth = 0.2;          // s, half the width of a second difference
 constexpr LagSearch kWithin = {0.5, 0.01};  // s
-constexpr double kLeastAgreement = 0.6;     // correlation, below which there is no match
 constexpr double kOrdinaryLag = 0.004;      // s
-constexpr double kCertain = 4.0;            // sigmas
 
 std::optional<VectorMatch> MocapAgainstForce(const FlightLog& log) {
   if (log.mocap.empty() || log.attitude.empty()) return std::nullopt;
@@ -34,7 +32,7 @@ void CopyAttitude(FlightLog* log) {
 
 // A shift suits one time of a flight only where the clock drifts.
 std::string DriftText(const FlightLog& log, const VectorMatch& match) {
-  if (std::abs(match.drift) < std::max(kOrdinaryDrift, kCertain * match.drift_sigma)) return "";
+  if (std::abs(match.drift) < std::max(kOrdinaryDrift, kShown * match.drift_sigma)) return "";
   return fmt::format(
       "mocap: its clock drifts by {:+.2e} s/s +- {:.1e} s/s against the IMU's, which a constant "
       "shift does not correct: {}",
@@ -49,10 +47,10 @@ std::string Joined(const std::string& a, const std::string& b) {
 
 std::string AlignMocap(bool sampled_fixes, FlightLog* log) {
   const std::optional<VectorMatch> match = MocapAgainstForce(*log);
-  if (!match || match->correlation < kLeastAgreement) return "";
+  if (!match || match->correlation < kAlike) return "";
   std::string drift = DriftText(*log, *match);
   if (match->or_else) return drift;
-  if (std::abs(match->lag) < std::max(kOrdinaryLag, kCertain * match->lag_sigma)) return drift;
+  if (std::abs(match->lag) < std::max(kOrdinaryLag, kShown * match->lag_sigma)) return drift;
   const TimeNs shift = FromSeconds(match->lag);
   const bool copy = RepeatsAttitude(*log, AttitudesOf(log->mocap));
   for (PoseSample& pose : log->mocap) pose.t -= shift;

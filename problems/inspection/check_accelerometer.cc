@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/lateral_axes.h"
 #include "problems/inspection/position_witness.h"
@@ -11,21 +12,16 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastAngle = 10.0 * kDegree;  // of the accelerometer; less is a misalignment
-constexpr double kBetter = 0.75;                // of the residual that a turn must reach
-constexpr double kTurnClearly = 5.0;            // sigmas
-constexpr double kLeastGain = 0.4;              // m/s^2, in residual: less may be drag or a bias
-constexpr double kMostGravities = 5.0;          // rms acceleration of a flight
+constexpr double kMostGravities = 5.0;  // rms acceleration of a flight
 constexpr double kLeastScale = 0.05;
-constexpr double kLeastBias = 0.4;  // m/s^2
+constexpr double kLeastBias = 0.4;  // m/s^2; a residual may be drag or a bias by as much
 // rad, by which an IMU is usually mounted askew: a horizontal bias for gravity's part along x and
 // y.
 constexpr double kUsualTilt = 2.5 * kDegree;
 // A flight whose thrust hardly varies does not tell a scale from a bias of the vertical axis. Such
 // a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
-constexpr double kMostBias = 0.85;      // m/s^2
-constexpr double kAlikeResidual = 1.1;  // ratio of residuals
-constexpr double kUpright = 0.35;       // horizontal over vertical part of the bias
+constexpr double kMostBias = 0.85;  // m/s^2
+constexpr double kUpright = 0.35;   // horizontal over vertical part of the bias
 
 // The residual if the earth axes of position were turned instead.
 double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
@@ -39,7 +35,7 @@ double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
 Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
   for (const Eigen::Matrix3d& m : SignedPermutations()) {
     if ((m.determinant() > 0.0) != (turn.determinant() > 0.0)) continue;
-    if (TurnBetween(turn, m).norm() < kLeastAngle) return m;
+    if (TurnBetween(turn, m).norm() < kOtherAxes) return m;
   }
   return turn;
 }
@@ -70,7 +66,7 @@ bool HoldsInOtherHalf(const BodyForce& force, const std::vector<Bend>& bends,
   const auto holds = [&](const std::vector<Bend>& fitted, const std::vector<Bend>& other) {
     const auto fit = FitForce(force, fitted, hints);
     return fit && ForceResidual(force, other, Snapped(fit->turn)) <
-                      kBetter * ForceResidual(force, other, Eigen::Matrix3d::Identity());
+                      kMuchLess * ForceResidual(force, other, Eigen::Matrix3d::Identity());
   };
   return holds(first, second) && holds(second, first);
 }
@@ -85,8 +81,8 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   const auto fit = FitForce(force, bends, hints);
   if (!fit) return;
   const Eigen::Matrix3d turn = Snapped(fit->turn);
-  const bool better = fit->residual < kBetter * fit->as_read &&
-                      fit->as_read - fit->residual > kLeastGain && fit->clearly > kTurnClearly;
+  const bool better = fit->residual < kMuchLess * fit->as_read &&
+                      fit->as_read - fit->residual > kLeastBias && fit->clearly > kShown;
   if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   const double size = TurnSize(turn);
@@ -142,7 +138,7 @@ Eigen::Vector3d BiasBesideFilter(Examination* e, const PositionWitness& witness,
 // True if the fit is of a scale rather than of a bias.
 bool IsScale(const ForceScale& fit) {
   if (fit.by_factor < fit.by_bias) return true;
-  return std::abs(fit.bias.z()) > kMostBias && fit.by_factor < kAlikeResidual * fit.by_bias &&
+  return std::abs(fit.bias.z()) > kMostBias && fit.by_factor < kAlikeRest * fit.by_bias &&
          fit.bias.head<2>().norm() < kUpright * std::abs(fit.bias.z());
 }
 

@@ -3,17 +3,15 @@
 #include <cmath>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kSameTurn = 8.0 * kDegree;  // of two witnesses
-constexpr double kLeastBodyTurn = 8.0 * kDegree;
 constexpr double kLeastGyroScale = 0.04;
 constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
-constexpr double kLeastSound = 0.85;       // correlation that shows the absence of a scale
 constexpr double kClearRest = 0.6;         // of the square that other tilts leave
 constexpr double kLongBaseline = 0.35;     // s
 constexpr double kClearCorrelation = 0.3;
@@ -29,7 +27,7 @@ double MeanLean(const FlightLog& log, const Eigen::Matrix3d& turn) {
 bool SameTurn(const RateWitness& a, const RateWitness& b) {
   if ((a.turn.determinant() > 0.0) != (b.turn.determinant() > 0.0)) return false;
   const double sigma = std::sqrt(a.match.turn_cov.trace() + b.match.turn_cov.trace());
-  return TurnBetween(a.turn, b.turn).norm() < std::max(kSameTurn, 3.0 * sigma);
+  return TurnBetween(a.turn, b.turn).norm() < std::max(kOtherBody, 3.0 * sigma);
 }
 
 // Whether the gyroscope is turned rather than the witnesses that say so.
@@ -249,7 +247,7 @@ void JudgeLoneScale(Examination* e, const RateWitness& witness) {
 
 // Whether the rates agree well enough to tell that the gyroscope reads them right.
 bool IsSound(const VectorMatch& match) {
-  return !IsOff(match) && match.correlation > kLeastSound && match.gain_sigma < kLeastGyroScale;
+  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kLeastGyroScale;
 }
 
 void CheckGain(Examination* e) {
@@ -282,7 +280,7 @@ void CheckBodies(Examination* e) {
   std::vector<const RateWitness*> turned;
   std::size_t independent = 0;
   for (RateWitness& witness : e->rates) {
-    KeepUpright(*e, kLeastBodyTurn, &witness);
+    KeepUpright(*e, kOtherBody, &witness);
     if (e->IsCopy(witness.stream) || ShowsTooLittle(witness)) continue;
     ++independent;
     if (!IsIdentity(witness.turn)) turned.push_back(&witness);

@@ -2,19 +2,18 @@
 #include <array>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/log/imu_health.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kLeastOverlap = 8.0;   // s
-constexpr double kAlikeSpan = 0.4;      // of the logarithm of a ratio of spans
-constexpr double kLeastCover = 0.8;     // share of a stream that lies in the IMU's time
-constexpr double kAttitudeCover = 0.8;  // share of the IMU's time that an attitude must cover
-constexpr double kPoseCover = 0.5;      // likewise, poses: a room's cameras see a part of a flight
-constexpr double kLittleCover = 0.25;   // below, an attitude biases parameters
-constexpr double kLongestStep = 2.0;    // s, that a sample covers
+constexpr double kLeastOverlap = 8.0;  // s
+constexpr double kAlikeSpan = 0.4;     // of the logarithm of a ratio of spans
+constexpr double kPoseCover = 0.5;     // the same of poses: cameras see a part of a flight
+constexpr double kLittleCover = 0.25;  // below, an attitude biases parameters
+constexpr double kLongestStep = 2.0;   // s, that a sample covers
 
 std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
   return fmt::format("{:.1f} to {:.1f} s", SecondsBetween(origin, from),
@@ -31,7 +30,7 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   const auto inside = std::count_if(samples.begin(), samples.end(),
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
-  if (share >= kLeastCover) return;
+  if (share >= kCovers) return;
   // Stamps in another unit explain it.
   if (e->HasFinding("time_unit", name) || e->HasFinding("time_unit", "imu")) return;
   Finding finding{"cover", name, share < 0.2 ? Level::kFatal : Level::kBiases, share, "1"};
@@ -146,7 +145,7 @@ void CheckCover(Examination* e) {
   CheckStreamCover(e->log.pose, "pose", e);
   CheckStreamCover(e->log.rotors, "rotors", e);
   CheckStreamCover(e->log.motors, "motors", e);
-  CheckImuCover(e->log.attitude, "attitude", kAttitudeCover, e);
+  CheckImuCover(e->log.attitude, "attitude", kCovers, e);
   CheckImuCover(e->log.mocap, "mocap", kPoseCover, e);
   CheckImuCover(e->log.pose, "pose", kPoseCover, e);
   const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;

@@ -3,15 +3,14 @@
 #include <cmath>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/heading.h"
 
 namespace trueline {
 namespace {
 
 // The AHRS may err by some degrees, and this comparison as well.
-constexpr double kMostHeading = 10.0 * kDegree;
 constexpr double kOtherHeading = 15.0 * kDegree;
-constexpr double kAlikeLeft = 1.1;                  // of the share that two explanations leave
 constexpr double kHeadingClearly = 4.0;             // sigmas
 constexpr double kOrdinarilyShown = 2.5;            // sigmas, with an attitude filter in order
 constexpr double kTurnByFilter = 15.0 * kDegree;    // of the IMU
@@ -108,7 +107,7 @@ void CheckHeading(Examination* e) {
     const auto heading = HeadingOf(e->fixed, stream, kOrdinaryGain);
     if (!heading) continue;
     // A force along an axis that reads another multiple points elsewhere.
-    const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kMostHeading;
+    const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kOtherAxes;
     const double beyond = std::abs(heading->angle) - most;
     if (beyond < 0.0 && heading->sigma < kHardlyUncertain) return;
     const auto any = HeadingOf(e->fixed, stream, kAnyGain);
@@ -120,7 +119,7 @@ void CheckHeading(Examination* e) {
     }
     const auto other =
         std::string(stream) == "fixes" ? BestLateralTurn(e->fixed, stream, 1.0) : std::nullopt;
-    if (other && other->heading.left < kAlikeLeft * heading->left) {
+    if (other && other->heading.left < kAlikeRest * heading->left) {
       AddUndecided(e, stream, *heading, *other);
     } else {
       AddOffset(e, stream, pair);

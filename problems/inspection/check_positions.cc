@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
@@ -13,10 +14,8 @@
 namespace trueline {
 namespace {
 
-constexpr double kAlikeAcceleration = 0.7;  // correlation of a match
 constexpr double kAlikePosition = 0.9;
 constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
-constexpr double kLeastAxesTurn = 10.0 * kDegree;
 constexpr double kLeastPositionLag = 0.02;  // s
 constexpr double kLeastPositionScale = 0.06;
 // rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
@@ -74,7 +73,7 @@ bool IsConfirmed(const Examination& e, const Reference& reference, const StreamR
 
 // A lag may show only once the axes are turned as well.
 bool IsConfirmedLag(const Examination& e, const Reference& reference, const VectorMatch& match) {
-  const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn).transpose();
+  const Eigen::Matrix3d turn = PlainTurn(match, kOtherAxes).transpose();
   return IsConfirmed(e, reference, {.time_offset = -match.lag}) ||
          (!IsConfirmed(e, reference, {.position = turn}) &&
           IsConfirmed(e, reference, {.time_offset = -match.lag, .position = turn}));
@@ -113,7 +112,7 @@ void AddLag(Examination* e, const std::string& stream, VectorMatch match,
 
 void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match,
              const Reference& reference) {
-  const Eigen::Matrix3d turn = PlainTurn(match, kLeastAxesTurn);
+  const Eigen::Matrix3d turn = PlainTurn(match, kOtherAxes);
   if (turn.isIdentity(1e-9)) return;
   if (!IsConfirmed(*e, reference, {.position = turn.transpose()})) return;
   // A force along an axis that reads another multiple points elsewhere.
@@ -278,8 +277,7 @@ void CheckPositions(Examination* e) {
     const RunningIntegral<3> force = ForceIntegral(e->fixed, witness->attitude);
     const bool any = fixes || e->IsCopy(stream);
     Judge(e, stream, AccelerationPairs(force, witness->bends), any ? 5.0 : 0.5,
-          {"the accelerometer", any, any, kAlikeAcceleration,
-           IsOfAhrs(*e, *witness) ? &*witness : nullptr});
+          {"the accelerometer", any, any, kAlike, IsOfAhrs(*e, *witness) ? &*witness : nullptr});
   }
 }
 

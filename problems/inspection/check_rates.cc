@@ -3,24 +3,22 @@
 #include <utility>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/following_filter.h"
 
 namespace trueline {
 namespace {
 
-constexpr std::size_t kMostTurns = 1500;  // for the search of the lag
-// Correlations of a match: the least one; below this it is of another flight; of a good sensor.
-constexpr double kMinCorrelation = 0.7, kOtherFlightBelow = 0.85, kGoodSensorAbove = 0.97;
-constexpr double kLeastRate = 0.05;   // rad/s
-constexpr double kLeastLag = 0.012;   // s; a shorter one is no fault
-constexpr double kLeastDrift = 1e-4;  // s/s; a smaller one is no fault
-constexpr double kFormMargin = 0.04;  // correlation by which another form must be better
+constexpr double kGoodSensorAbove = 0.97;  // correlation of a match
+constexpr double kLeastRate = 0.05;        // rad/s
+constexpr double kLeastLag = 0.012;        // s; a shorter one is no fault
+constexpr double kLeastDrift = 1e-4;       // s/s; a smaller one is no fault
+constexpr double kFormMargin = 0.04;       // correlation by which another form must be better
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
 constexpr double kRunsThrough = 0.2;                        // s, steps of a stream without a gap
 constexpr double kLeastTurn = 5.0 * kDegree;
 constexpr double kMostByFilter = 20.0 * kDegree;  // of a turn that an AHRS may seem to have
-constexpr double kLeastPoseTurn = 8.0 * kDegree;
 
 struct Form {
   std::array<int, 4> order;
@@ -72,7 +70,7 @@ std::vector<FormTrial> TryForms(const Examination& e, const std::string& stream,
   for (const Form& form : kForms) {
     if (!source.is_quaternion && form.order != kForms.front().order) continue;
     const auto read = InForm(attitude, form, source.axes);
-    const auto match = MatchAt(gyro, TurnsOf(read, LogClock(e.fixed), kMostTurns), lag);
+    const auto match = MatchAt(gyro, TurnsOf(read, LogClock(e.fixed), kMostPairs), lag);
     if (!match) continue;
     std::vector<AttitudeSample> shifted = read;
     for (AttitudeSample& sample : shifted) sample.t -= FromSeconds(lag);
@@ -139,8 +137,7 @@ void AddClock(Examination* e, const std::string& stream, const VectorMatch& matc
       stream, LateText(match.lag),
       other ? fmt::format(", or {}, as laps repeat", LateText(*match.or_else)) : "",
       match.correlation, match.unshifted);
-  if (match.correlation < kOtherFlightBelow)
-    finding.text += ", or it is of another flight of such laps";
+  if (match.correlation < kSound) finding.text += ", or it is of another flight of such laps";
   AddClockOffset(e, match.lag, finding);
 }
 
@@ -148,7 +145,7 @@ std::string NotShown(const VectorMatch& match) {
   if (match.seen_rms < kLeastRate) {
     return fmt::format("the vehicle turns by {:.3f} rad/s only", match.seen_rms);
   }
-  if (match.correlation < kMinCorrelation) {
+  if (match.correlation < kAlike) {
     return fmt::format("no lag within 5 s and no rotation makes them agree (correlation {:.2f})",
                        match.correlation);
   }
@@ -177,7 +174,7 @@ void AddUnlike(Examination* e, const std::string& stream, const VectorMatch& mat
 // Another attitude that agrees with the gyroscope, although this one does at no lag: the fault is
 // not in this one's clock. Null if there is none.
 const RateWitness* WitnessAgainst(const Examination& e, const VectorMatch& match) {
-  if (match.correlation >= kOtherFlightBelow) return nullptr;
+  if (match.correlation >= kSound) return nullptr;
   const auto good = std::find_if(e.rates.begin(), e.rates.end(), [](const RateWitness& rate) {
     return rate.match.correlation > kGoodSensorAbove;
   });
@@ -209,7 +206,7 @@ std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningInteg
   auto fit = FitFollowing(
       e->fixed, e->fixed.attitude,
       [&](const std::vector<AttitudeSample>& attitude) {
-        return MatchAt(gyro, TurnsOf(attitude, clock, kMostTurns), 0.0);
+        return MatchAt(gyro, TurnsOf(attitude, clock, kMostPairs), 0.0);
       },
       &VectorMatch::unturned);
   if (!fit || RestOf(match.correlation) < kExplains * RestOf(fit->match.unturned)) {
@@ -228,7 +225,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   if (attitude.size() < 30) return;
   MotionComparison comparison{"turn rates against the gyroscope", stream, {}, {}};
   const LogClock clock(e->fixed);
-  const auto turns = TurnsOf(attitude, clock, kMostTurns);
+  const auto turns = TurnsOf(attitude, clock, kMostPairs);
   auto match = MatchVectors(RatePairs(gyro, turns, false), {});
   const auto as_inverse = MatchVectors(RatePairs(gyro, turns, true), {});
   if (as_inverse && match && as_inverse->correlation > match->correlation + kFormMargin) {
@@ -260,11 +257,11 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
   attitude = AttitudesOf(e->fixed, stream);
   if (filter) attitude = WithoutFollowing(e->fixed, attitude, filter->gain);
   auto repaired =
-      MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostTurns), false), {0.0, 0.02});
+      MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostPairs), false), {0.0, 0.02});
   if (repaired) {
     repaired->or_else = match->or_else;
     // A pose's body axes are set by hand; some degrees are usual.
-    const double least = stream == "attitude" ? kLeastTurn : kLeastPoseTurn;
+    const double least = stream == "attitude" ? kLeastTurn : kOtherBody;
     e->rates.push_back({stream, *repaired, PlainTurn(*repaired, least)});
     const VectorMatch as_recorded = *match;
     comparison.match = repaired;
@@ -306,7 +303,7 @@ std::optional<VectorMatch> MatchPart(const RunningIntegral<3>& gyro,
                                      double reach) {
   std::erase_if(turns, [=](const AttitudeTurn& t) { return t.from < from || t.to > to; });
   auto match = MatchVectors(RatePairs(gyro, turns, false), {reach, 0.02});
-  if (match && match->correlation < kOtherFlightBelow) match.reset();
+  if (match && match->correlation < kSound) match.reset();
   return match;
 }
 
@@ -334,7 +331,7 @@ void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
     const std::vector<AttitudeSample> attitude = AttitudesOf(e->log, stream);
     if (attitude.size() < 100 || e->IsCopy(stream)) continue;
     if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
-    const auto turns = TurnsOf(attitude, clock, 2 * kMostTurns);
+    const auto turns = TurnsOf(attitude, clock, 2 * kMostPairs);
     const double reach = step.seconds + 0.5;
     const auto before = MatchPart(gyro, turns, 0.0, at, 0.5);
     const auto after = MatchPart(gyro, turns, at, end, reach);
@@ -385,7 +382,10 @@ void CheckRates(Examination* e) {
   if (e->fixed.imu.size() < 100) return;
   const RunningIntegral<3> gyro = GyroIntegral(e->fixed);
   for (const char* stream : {"mocap", "pose"}) {
-    if (RepeatsAttitude(e->fixed, AttitudesOf(e->fixed, stream))) e->copies.emplace_back(stream);
+    const std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
+    if (RepeatsAttitude(e->fixed, attitude) || HasValuesOfAttitude(e->fixed, attitude)) {
+      e->copies.emplace_back(stream);
+    }
   }
   CheckImuJump(e, gyro);
   for (const char* stream : {"attitude", "mocap", "pose"}) CheckStream(e, stream, gyro);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/result/statistics.h"
 
@@ -17,7 +18,6 @@ constexpr double kFits = 0.8;            // cosine of effects found and stated
 constexpr std::size_t kMostOrdered = 6;  // rotors; permutations of eight take too long
 constexpr double kLeastOrderGain =
     0.05;                             // by which another order must explain more; less may be k_f
-constexpr double kOtherSigmas = 5.0;  // the same
 constexpr double kAlikeSigmas = 3.0;  // by which the best order must be better than each other
 // An order that explains less than the best one by this share of all is rejected.
 constexpr double kNearOrder = 0.5;
@@ -230,8 +230,8 @@ void CheckLayout(Examination* e, const RotorLayout& layout) {
   const auto as_read = OrdersOf(layout.rotors.size()).front();
   const Order read = TryOrder(*layout.all, stated, as_read);
   const BestOrder best = FindOrder(layout, stated);
-  const bool other = best.order.Places() > kFits &&
-                     IsBetter(layout, stated, best.order.channel, as_read, kOtherSigmas);
+  const bool other =
+      best.order.Places() > kFits && IsBetter(layout, stated, best.order.channel, as_read, kShown);
   if (other) {
     AddOrder(e, layout, read, best);
     if (best.alike == 0) CheckSpins(e, layout, best.order);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/heading.h"
 #include "problems/inspection/position_witness.h"
@@ -19,7 +20,6 @@ constexpr double kLeastCalm = 2.0;  // s
 constexpr double kAlong = 0.85;     // cosine of a direction that is along an axis
 constexpr double kLeastLean = 60.0 * kDegree;
 constexpr double kErrorOfMean = 0.02;  // of gravity, by the mean force
-constexpr double kMuchLess = 0.75;     // of a residual that another explanation leaves
 
 // Mean specific force (m/s^2) in the body over the calm parts; zero where there are too few.
 Eigen::Vector3d CalmForce(const FlightLog& log) {
@@ -225,8 +225,13 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   finding.remedy =
       "state `earth: NWU` (or ENU, which differs by a quarter turn of heading) for the stream";
   finding.repaired = true;
-  // CheckPositions() judges the positions of the same stream by the repaired attitude.
-  e->Repair(witness.stream, {.earth = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()});
+  // Position and attitude of a pose have one earth, unless the attitude is that of another stream;
+  // CheckPositions() contradicts where the accelerometer does.
+  const Eigen::Matrix3d flip = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  const bool of_other = e->IsCopy(witness.stream) && e->HasFinding("earth_up", "attitude");
+  e->Repair(
+      witness.stream,
+      {.earth = flip, .position = of_other ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : flip});
   e->Add(finding);
 }
 

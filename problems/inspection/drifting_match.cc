@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/vector_sums.h"
 #include "problems/result/statistics.h"
 
@@ -23,11 +24,18 @@ struct Peak {
 };
 
 Peak CoarsePeak(const PairsAt& pairs, const LagSearch& search) {
-  std::vector<std::pair<double, double>> tried;  // lag, correlation
+  std::vector<std::pair<double, VectorSums>> sums;  // by lag
   const int reach = static_cast<int>(std::round(search.reach / search.step));
-  double top = 0.0;
+  double most = 0.0;
   for (int k = -reach; k <= reach; ++k) {
-    tried.emplace_back(k * search.step, Correlation(SumOf(pairs(k * search.step))));
+    sums.emplace_back(k * search.step, SumOf(pairs(k * search.step)));
+    most = std::max(most, sums.back().second.n);
+  }
+  std::vector<std::pair<double, double>> tried;  // lag, correlation
+  double top = 0.0;
+  for (const auto& [lag, sum] : sums) {
+    if (2.0 * sum.n < most) continue;  // where little is left to compare, much agrees
+    tried.emplace_back(lag, Correlation(sum));
     top = std::max(top, tried.back().second);
   }
   // Of lags that are as good the nearest one is the likeliest.

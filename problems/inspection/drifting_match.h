@@ -8,7 +8,6 @@
 namespace trueline {
 
 // A match of pairs of vectors by one lag for the whole flight.
-inline constexpr double kShown = 5.0;  // sigmas
 
 // A match by one lag, and what the blocks of the flight show of it.
 struct SteadyMatch {

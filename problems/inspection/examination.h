@@ -113,6 +113,8 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
 // which differ from the right ones by `turn`, and turns the positions back.
 void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding finding);
 
+// Whether a matrix only exchanges axes and their signs.
+bool IsSignedPermutation(const Eigen::Matrix3d& m);
 // deg, by which a rotation turns; 180 if `turn` is a reflection.
 double TurnSize(const Eigen::Matrix3d& turn);
 // rad, between a specific force and that of level flight, along -z.

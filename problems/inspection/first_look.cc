@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "problems/common/error.h"
-#include "problems/import/find_map.h"
 #include "problems/inspection/examination.h"
+#include "problems/inspection/excerpt.h"
 #include "problems/inspection/lost_track.h"
 #include "problems/inspection/same_recording.h"
+#include "problems/inspection/settle_proposal.h"
 
 namespace trueline {
 namespace {
 
 constexpr double kOrdinaryOffset = 0.1;  // s, below which it is a latency, not a clock
 constexpr double kLeastShared = 0.05;    // of two logs that hold one recording
-constexpr double kExcerpt = 180.0;       // s, enough for what is fatal
 
 // A fault of single samples of rotors or motors, which harms the models that they drive.
 bool IsOfRotorSamples(const Finding& finding) {
@@ -42,44 +42,19 @@ bool IsForAll(const Finding& finding) {
   return false;
 }
 
-// The middle of the flight by the IMU's time: all streams between the same stamps.
-FlightLog MiddleOf(const FlightLog& log) {
-  const TimeNs from = log.imu[log.imu.size() / 2].t - FromSeconds(0.5 * kExcerpt);
-  const TimeNs to = from + FromSeconds(kExcerpt);
-  FlightLog middle;
-  middle.gravity = log.gravity;
-  middle.environment = log.environment;
-  middle.gates = log.gates;
-  middle.vehicle = log.vehicle;
-  middle.source = log.source;
-  const auto copy = [&](const auto& samples, auto* kept) {
-    std::copy_if(samples.begin(), samples.end(), std::back_inserter(*kept),
-                 [&](const auto& sample) { return sample.t >= from && sample.t <= to; });
-  };
-  copy(log.imu, &middle.imu);
-  copy(log.attitude, &middle.attitude);
-  copy(log.fixes, &middle.fixes);
-  copy(log.pose, &middle.pose);
-  copy(log.mocap, &middle.mocap);
-  copy(log.rotors, &middle.rotors);
-  copy(log.motors, &middle.motors);
-  return middle;
-}
-
 bool IsOfWholeLog(const Finding& finding) {
   return finding.id == "cover" || finding.id == "attitude_missing";
 }
 
 // Of a long log, cover by the whole and all else by its middle.
 std::vector<Finding> FindingsOf(const FlightLog& log) {
-  const bool is_long =
-      log.imu.size() > 1 && SecondsBetween(log.imu.front().t, log.imu.back().t) > 2.0 * kExcerpt;
-  if (!is_long) return Inspect(log, {}).findings;
+  const std::optional<FlightLog> middle = MiddleOfLong(log);
+  if (!middle) return Inspect(log, {}).findings;
   const FileAttitudes sources;
   Examination whole{log, sources, {}, {}, {}, {}};
   CheckCover(&whole);
   std::vector<Finding> findings = whole.result.findings;
-  for (const Finding& finding : Inspect(MiddleOf(log), {}).findings) {
+  for (const Finding& finding : Inspect(*middle, {}).findings) {
     if (!IsOfWholeLog(finding)) findings.push_back(finding);
   }
   return findings;

@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/following_filter.h"
 #include "problems/log/fixes.h"
 #include "problems/result/statistics.h"
@@ -19,7 +20,6 @@ namespace {
 constexpr std::size_t kFewestOfGate = 5;                  // fixes
 constexpr double kApart = 3.0;                            // times what other fixes differ by
 constexpr double kAsGood = 1.2;                           // of two residuals
-constexpr double kCovered = 0.8;                          // share of fixes that mocap must cover
 constexpr double kFixLagReach = 2.0, kFixLagStep = 0.02;  // s
 
 // What a fix differs from mocap by.
@@ -111,7 +111,7 @@ Offs OffsAtBestLag(const FlightLog& log) {
   const int reach = static_cast<int>(std::round(kFixLagReach / kFixLagStep));
   for (int k = -reach; k <= reach; ++k) {
     Offs tried = ChangeOf(log, Later(log.fixes, -k * kFixLagStep)).after.all;
-    if (tried.size() < kCovered * static_cast<double>(log.fixes.size())) continue;
+    if (tried.size() < kCovers * static_cast<double>(log.fixes.size())) continue;
     const double spread = Spread(tried, MiddlesOf(tried, false));
     if (spread >= least) continue;
     least = spread;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "problems/inspection/clear.h"
 #include "problems/log/attitude_cursor.h"
 
 namespace trueline {
@@ -12,14 +13,13 @@ std::vector<AttitudeSample> WithoutFollowing(const FlightLog& log,
                                              const std::vector<AttitudeSample>& attitude,
                                              double gain) {
   constexpr double kMemory = 20.0;  // s, after which an error of the integral is forgotten
-  constexpr double kGap = 0.3;      // s, over which an attitude is not interpolated
   std::vector<AttitudeSample> corrected = attitude;
   Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // m/s^2
   AttitudeCursor cursor(attitude);
   std::size_t next = 0;
   for (std::size_t i = 0; i < log.imu.size(); ++i) {
     Eigen::Quaterniond q;
-    if (cursor.At(log.imu[i].t, kGap, &q) && i > 0) {
+    if (cursor.At(log.imu[i].t, kAttitudeGap, &q) && i > 0) {
       const double dt = SecondsBetween(log.imu[i - 1].t, log.imu[i].t);
       tilt += dt * (gain * (q * log.imu[i].accel).head<2>() - tilt / kMemory);
     }

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/vector_sums.h"
 
 namespace trueline {
 namespace {
 
-constexpr int kForceBlocks = 10;
 constexpr double kUsualBodyBias = 0.3;     // m/s^2, of a bias and of a tilt of the IMU by 1.5 deg
 constexpr double kLeastForceNoise = 0.05;  // m/s^2, of a bend
 constexpr double kAlikeBends = 10.0;       // neighbours whose errors are one error
@@ -35,7 +35,7 @@ struct Row {
 
 // Normal equations of the flight, and of each of its parts.
 struct Blocks {
-  std::array<Normal, kForceBlocks> each;
+  std::array<Normal, kBlocks> each;
   Normal all;
 
   explicit Blocks(const std::vector<Row>& rows) {
@@ -59,7 +59,7 @@ std::vector<Row> RowsOfBends(const BodyForce& force, const std::vector<Bend>& be
       const Bend& bend = bends[i];
       if (!force.Knows(bend)) continue;
       const double gravity = axis == 2 ? force.gravity() : 0.0;
-      rows.push_back({static_cast<int>(i * kForceBlocks / bends.size()), force.Force(axis, bend),
+      rows.push_back({static_cast<int>(i * kBlocks / bends.size()), force.Force(axis, bend),
                       force.Axes(axis, bend), bend.acceleration[axis] - gravity, gravity});
     }
   }
@@ -113,7 +113,7 @@ class BiasedFit {
     return Weighed(sums, square).ldlt().solve(sums.b);
   }
 
-  std::array<Sums, kForceBlocks> each_;
+  std::array<Sums, kBlocks> each_;
   Sums all_;
 };
 
@@ -265,8 +265,8 @@ std::optional<ForceScale> FitForceScale(const BodyForce& force, const std::vecto
   if (rows.size() < 300) return std::nullopt;
   const Vector9 one = RowsOf(Eigen::Matrix3d::Identity());
   std::vector<double> factors;
-  factors.reserve(kForceBlocks);
-  for (int block = 0; block < kForceBlocks; ++block) {
+  factors.reserve(kBlocks);
+  for (int block = 0; block < kBlocks; ++block) {
     factors.push_back(FitThree(rows, one, true, block).value[0]);
   }
   const ThreeFit factor = FitThree(rows, one, true, -1), bias = FitThree(rows, one, false, -1);

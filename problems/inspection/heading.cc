@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/motion.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/passes.h"
@@ -26,13 +27,10 @@ constexpr double kForceScale = 0.05;   // prior sigma of |c|
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis
 constexpr double kBodyForce = 0.25;    // m/s^2, prior sigma of d, each axis: a bias and a tilt
 constexpr double kLeastNoise = 0.03;   // m/s, of a change of velocity
-constexpr double kNoHeading = 10.0 * kDegree;
-constexpr double kClearlyLess = 0.8;  // of the share that is left unexplained
-constexpr double kPathStep = 0.05;    // s
-constexpr int kAngles = 120;          // that are tried
+constexpr double kPathStep = 0.05;     // s
+constexpr int kAngles = 120;           // that are tried
 constexpr double kAngleStep = 2.0 * M_PI / kAngles;
 constexpr std::size_t kLeastArcs = 8;
-constexpr std::size_t kHeadingBlocks = 10;
 
 // Velocity over a span, by positions and by the specific force from an unknown start.
 struct Span {
@@ -180,7 +178,7 @@ struct ArcSums {
 ArcSums SumArcs(const std::vector<Arc>& arcs, const std::vector<Complex>& missed,
                 std::size_t without) {
   ArcSums sums;
-  const auto block = [&](std::size_t i) { return i * kHeadingBlocks / arcs.size(); };
+  const auto block = [&](std::size_t i) { return i * kBlocks / arcs.size(); };
   Eigen::Matrix<double, 2, 6> j;
   for (std::size_t i = 0; i < arcs.size(); ++i) {
     if (block(i) == without) continue;
@@ -297,7 +295,7 @@ std::optional<Heading> HeadingBySpans(const std::vector<Span>& spans, double gai
   if (arcs.size() < kLeastArcs) return std::nullopt;
   std::vector<MissedVelocity> missed;
   for (const double gain : Gains()) missed.emplace_back(spans, gain);
-  const std::vector<ArcSums> sums = SumsOfGains(arcs, missed, kHeadingBlocks);
+  const std::vector<ArcSums> sums = SumsOfGains(arcs, missed, kBlocks);
   const double freedom = 2.0 * static_cast<double>(arcs.size()) - 7.0;
   double noise = kLeastNoise;
   AngleProfile profile = ProfileOf(sums, noise, gain_sigma);
@@ -308,7 +306,7 @@ std::optional<Heading> HeadingBySpans(const std::vector<Span>& spans, double gai
   const double left = profile.Best().left / sums.front().all;
   if (!(left < kLeastFit)) return std::nullopt;
   std::vector<double> without;
-  for (std::size_t block = 0; block < kHeadingBlocks; ++block) {
+  for (std::size_t block = 0; block < kBlocks; ++block) {
     const auto part = ProfileOf(SumsOfGains(arcs, missed, block), noise, gain_sigma);
     without.push_back(std::remainder(part.Angle() - profile.Angle(), 2.0 * M_PI));
   }
@@ -355,7 +353,7 @@ std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::stri
   for (const Eigen::Matrix3d& turn : LateralTurns(z)) {
     for (std::size_t i = 0; i < log.imu.size(); ++i) turned.imu[i].accel = turn * log.imu[i].accel;
     const auto heading = HeadingOf(turned, stream, kOrdinaryGain);
-    if (!heading || std::abs(heading->angle) > kNoHeading) continue;
+    if (!heading || std::abs(heading->angle) > kOtherAxes) continue;
     if (best && heading->left >= best->heading.left) {
       second = std::min(second, heading->left);
       continue;
@@ -363,7 +361,7 @@ std::optional<TurnedForce> BestLateralTurn(const FlightLog& log, const std::stri
     if (best) second = std::min(second, best->heading.left);
     best = TurnedForce{turn, *heading, false};
   }
-  if (best) best->clear = best->heading.left < kClearlyLess * second;
+  if (best) best->clear = best->heading.left < kExplains * second;
   return best;
 }
 

@@ -26,6 +26,7 @@ constexpr auto kReadAsSi = std::to_array<KnownUnit>({
     {"rad/s", "rpm", kRpm},
     {"rad/s", "revolutions per second", 60.0 * kRpm},
     {"rad/s", "thousandths of rad/s", 1e-3},
+    {"rad/s", "thousandths of rad/s converted as if from deg/s", 1e-3 / kDegree},
     {"rad/s", "rad/s converted as if from deg/s", 1.0 / kDegree},
     {"m", "cm", 1e-2},
     {"m", "mm", 1e-3},
@@ -38,10 +39,6 @@ std::string SignedAxis(const Eigen::RowVector3d& row) {
   Eigen::Index axis = 0;
   row.cwiseAbs().maxCoeff(&axis);
   return fmt::format("{}{}", row[axis] < 0.0 ? "-" : "", "xyz"[axis]);
-}
-
-bool IsSignedPermutation(const Eigen::Matrix3d& m) {
-  return (m.cwiseAbs() - m.cwiseAbs().array().round().matrix()).norm() < 1e-9;
 }
 
 // Rotations add up from the left; scales multiply; of orders and forms there is one.
@@ -114,6 +111,10 @@ std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string&
   if (stream == "mocap") return AttitudesOf(log.mocap);
   if (stream == "pose") return AttitudesOf(log.pose);
   return log.attitude;
+}
+
+bool IsSignedPermutation(const Eigen::Matrix3d& m) {
+  return (m.cwiseAbs() - m.cwiseAbs().array().round().matrix()).norm() < 1e-9;
 }
 
 std::string AxesText(const Eigen::Matrix3d& turn) {

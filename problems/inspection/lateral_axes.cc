@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/position_witness.h"
 
@@ -16,7 +17,6 @@ constexpr double kWidths[] = {1.0, 2.0, 3.0};
 constexpr double kMostNoise = 0.2;  // m; bends for more noise are too wide for the body's turns
 constexpr LagSearch kPositionLag = {0.5, 0.02};  // s
 constexpr double kLeastShare = 0.5;              // of a reading in a lateral force
-constexpr double kShareClearly = 5.0;            // sigmas
 constexpr double kMostThrust = 0.3;    // share of z, beyond which more than x and y is turned
 constexpr double kLateralForce = 1.0;  // m/s^2, of drag at racing speed
 constexpr double kLowShare = 0.65, kHighShare = 1.5;  // of an axis that reads another multiple
@@ -56,7 +56,7 @@ std::vector<Look> LooksAt(const Examination& e, const std::string& stream) {
 Eigen::RowVector2d ShownAxis(const LateralForce& fit, int row) {
   for (int k = 0; k < 2; ++k) {
     const double share = fit.share(row, k), other = fit.share(row, 1 - k);
-    if (std::abs(share) < std::max(kLeastShare, kShareClearly * fit.sigma(row, k))) continue;
+    if (std::abs(share) < std::max(kLeastShare, kShown * fit.sigma(row, k))) continue;
     if (std::abs(other) < 0.5 * std::abs(share)) {
       return std::copysign(1.0, share) * Eigen::RowVector2d::Unit(k);
     }
@@ -118,7 +118,7 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const ShownAxes& shown : all) {
     const double share = shown.fit.share(axis, axis);
-    if (std::abs(share - 1.0) < kShareClearly * shown.fit.sigma(axis, axis)) return std::nullopt;
+    if (std::abs(share - 1.0) < kShown * shown.fit.sigma(axis, axis)) return std::nullopt;
     lowest = std::min(lowest, share);
     highest = std::max(highest, share);
   }

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "problems/import/shared_stamps.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/stuck.h"
 #include "problems/result/statistics.h"
@@ -157,12 +159,25 @@ bool IsSameBody(const BodyPart& a, const BodyPart& b) {
   return a.body.angularDistance(b.body) < kSameBody;
 }
 
-// Parts in other body axes than those of most rows.
+// How well turn rates agree with those of the gyroscope as stamped, by any body axes; at most 1.
+double AgreementOf(const FlightLog& log, const std::vector<PoseSample>& poses) {
+  const auto turns = TurnsOf(AttitudesOf(poses), LogClock(log), kMostPairs);
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
+  double seen = 0.0, sure = 0.0;
+  for (const VectorPair& pair : RatePairs(GyroIntegral(log), turns, false)(0.0)) {
+    cross += pair.seen * pair.sure.transpose();
+    seen += pair.seen.squaredNorm();
+    sure += pair.sure.squaredNorm();
+  }
+  if (!(seen > 0.0 && sure > 0.0)) return 0.0;
+  return Eigen::JacobiSVD<Eigen::Matrix3d>(cross).singularValues().sum() / std::sqrt(seen * sure);
+}
+
+// Parts in other body axes than those of most rows, where the gyroscope shows that they are: a
+// filter that is reset, or another clock, jumps as well.
 std::vector<LostStretch> Flips(const FlightLog& log, const std::vector<PoseSample>& poses) {
   std::vector<LostStretch> flips;
   if (log.imu.empty() || poses.empty()) return flips;
-  if (RepeatsAttitude(log, AttitudesOf(poses)))
-    return flips;  // that of a filter, which may be reset
   const std::vector<BodyPart> parts = BodyParts(log, poses);
   const auto rows_like = [&](const BodyPart& part) {
     std::size_t rows = 0;
@@ -174,10 +189,17 @@ std::vector<LostStretch> Flips(const FlightLog& log, const std::vector<PoseSampl
   const BodyPart usual = *std::max_element(
       parts.begin(), parts.end(),
       [&](const BodyPart& a, const BodyPart& b) { return rows_like(a) < rows_like(b); });
+  std::vector<PoseSample> undone = poses;
   for (const BodyPart& part : parts) {
-    if (!IsSameBody(part, usual)) flips.push_back({poses[part.first].t, poses[part.last - 1].t});
+    if (IsSameBody(part, usual)) continue;
+    flips.push_back({poses[part.first].t, poses[part.last - 1].t});
+    const Eigen::Quaterniond back = part.body.conjugate() * usual.body;
+    for (std::size_t i = part.first; i < part.last; ++i) undone[i].q_E = poses[i].q_E * back;
   }
-  return flips;
+  if (flips.empty()) return flips;
+  const double agreement = AgreementOf(log, undone);
+  const bool are_shown = agreement > kAlike && agreement > AgreementOf(log, poses);
+  return are_shown ? flips : std::vector<LostStretch>();
 }
 
 // Shares of rows that an import has stated in the log's `source`.

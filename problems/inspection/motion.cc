@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/inspection/clear.h"
 #include "problems/log/attitude_cursor.h"
 #include "problems/log/imu_health.h"
 
@@ -13,8 +15,7 @@ namespace {
 constexpr double kGrid = 0.005;       // s
 constexpr double kMostGrid = 200000;  // steps of the grid
 constexpr double kLongestBaseline = 0.5;
-constexpr double kMostTurn = 0.8;     // rad, over which a mean rate stands for a rotation
-constexpr double kAttitudeGap = 0.3;  // s, over which an attitude is not interpolated
+constexpr double kMostTurn = 0.8;  // rad, over which a mean rate stands for a rotation
 
 double ImuGap(const FlightLog& log) { return std::max(0.05, 5.0 * MedianStep(log.imu)); }
 
@@ -69,6 +70,32 @@ std::vector<PositionSample> PositionsOf(const std::vector<Fix>& fixes) {
   positions.reserve(fixes.size());
   for (const Fix& fix : fixes) positions.push_back({fix.t, fix.p_E});
   return positions;
+}
+
+namespace {
+
+// The sizes of a quaternion's components in ascending order, which neither their order in a file
+// nor an inverse nor exchanged axes change.
+using ComponentSizes = std::array<long, 4>;
+
+ComponentSizes SizesOf(const Eigen::Quaterniond& q) {
+  constexpr double kDigits = 1e6;
+  ComponentSizes sizes{};
+  for (int i = 0; i < 4; ++i)
+    sizes[static_cast<std::size_t>(i)] = std::lround(kDigits * std::abs(q.coeffs()[i]));
+  std::sort(sizes.begin(), sizes.end());
+  return sizes;
+}
+
+}  // namespace
+
+bool HasValuesOfAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
+  std::set<ComponentSizes> values;
+  for (const AttitudeSample& sample : log.attitude) values.insert(SizesOf(sample.q_Ep_I));
+  const auto same = std::count_if(other.begin(), other.end(), [&](const AttitudeSample& sample) {
+    return values.contains(SizesOf(sample.q_Ep_I));
+  });
+  return other.size() > 1 && static_cast<double>(same) > 0.9 * static_cast<double>(other.size());
 }
 
 bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {

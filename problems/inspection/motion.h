@@ -107,6 +107,9 @@ std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses);
 
 // Whether `other` is the log's attitude over again, at its stamps or between them.
 bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
+// Whether `other` has the numbers of the log's attitude, though perhaps at other stamps or in
+// another form.
+bool HasValuesOfAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
 
 // Position over time, of fixes or poses.
 struct PositionSample {

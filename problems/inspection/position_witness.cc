@@ -4,18 +4,16 @@
 #include <cmath>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/log/fixes.h"
 
 namespace trueline {
 namespace {
 
-constexpr std::size_t kMostBends = 1500;
 constexpr std::size_t kLeastBends = 100;
 constexpr double kPoseNoise = 0.002;  // m
 constexpr double kBendNoise = 0.5;    // m/s^2, wanted of a bend at most
-constexpr double kAlikeForce = 0.7;   // correlation of accelerations
 constexpr double kAlikeHeading = 0.6;
-constexpr double kLeastTurnOfEarth = 10.0 * kDegree;
 constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
 
 std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
@@ -45,7 +43,7 @@ std::optional<PositionWitness> PositionWitnessOf(const Examination& e, const std
   if (witness.attitude.size() < 30) return std::nullopt;
   witness.noise = NoiseOf(e.fixed, stream);
   witness.bends = BendsOf(PositionsOf(e.fixed, stream), LogClock(e.fixed),
-                          wider * HalfWidth(witness.noise), kMostBends);
+                          wider * HalfWidth(witness.noise), kMostPairs);
   if (witness.bends.size() < kLeastBends) return std::nullopt;
   return witness;
 }
@@ -92,8 +90,8 @@ std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
 void TurnLikePositions(const Examination& e, const PositionWitness& witness,
                        std::vector<Bend>* bends) {
   const auto match = MatchBends(e, witness.attitude, *bends);
-  if (!match || match->correlation < kAlikeForce) return;
-  TurnBends(PlainTurn(*match, kLeastTurnOfEarth).transpose(), bends);
+  if (!match || match->correlation < kAlike) return;
+  TurnBends(PlainTurn(*match, kOtherAxes).transpose(), bends);
 }
 
 }  // namespace trueline

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/vector_sums.h"
 
 namespace trueline {
@@ -15,10 +16,9 @@ constexpr int kMostRotors = 8;
 constexpr int kOthers = 7;  // a constant, three rates, three products of rates
 constexpr int kTerms = kMostRotors + kOthers;
 constexpr int kConstant = kMostRotors;  // index of the constant
-constexpr int kLayoutBlocks = 10;
-constexpr double kHalf = 0.05;        // s, half width of the triangle over which all is averaged
-constexpr double kLayoutStep = 0.01;  // s, of lags
-constexpr double kLagSigmas = 3.0;    // by which an unusual lag must be better
+constexpr double kHalf = 0.05;          // s, half width of the triangle over which all is averaged
+constexpr double kLayoutStep = 0.01;    // s, of lags
+constexpr double kLagSigmas = 3.0;      // by which an unusual lag must be better
 constexpr std::size_t kMostTimes = 2000;
 // Of the largest eigenvalue of the channels' motion: less is what a motor's lag leaves of a mixer's
 // directions, not one of the mixer.
@@ -100,8 +100,8 @@ class LayoutFit {
     for (double t = 0.5; t < end - 0.5; t += step) times_.push_back(t);
   }
 
-  std::array<LayoutNormal, kLayoutBlocks> Blocks(double lag) const {
-    std::array<LayoutNormal, kLayoutBlocks> blocks;
+  std::array<LayoutNormal, kBlocks> Blocks(double lag) const {
+    std::array<LayoutNormal, kBlocks> blocks;
     for (std::size_t i = 0; i < times_.size(); ++i) {
       const double t = times_[i], at = t - lag;
       if (!gyro_.Knows(t - kHalf, t + kHalf) || !squares_.Knows(at - kHalf, at + kHalf)) continue;
@@ -111,11 +111,11 @@ class LayoutFit {
       x << (squares_.At(at + kHalf) - 2.0 * squares_.At(at) + squares_.At(at - kHalf)) /
                (kHalf * kHalf),
           1.0, w, w.y() * w.z(), w.z() * w.x(), w.x() * w.y();
-      blocks[i * kLayoutBlocks / times_.size()].Add(x, (after - before) / kHalf);
+      blocks[i * kBlocks / times_.size()].Add(x, (after - before) / kHalf);
     }
     return blocks;
   }
-  static LayoutNormal Total(const std::array<LayoutNormal, kLayoutBlocks>& blocks) {
+  static LayoutNormal Total(const std::array<LayoutNormal, kBlocks>& blocks) {
     LayoutNormal total;
     for (const LayoutNormal& block : blocks) total += block;
     return total;
@@ -148,12 +148,12 @@ LagTrial BestLag(const LayoutFit& fit, const UsualLag& range) {
 }
 
 // What each block leaves unexplained by the solution of the whole, of each axis' total, summed.
-std::array<double, kLayoutBlocks> RestOfBlocks(const LayoutFit& fit, double lag) {
+std::array<double, kBlocks> RestOfBlocks(const LayoutFit& fit, double lag) {
   const auto blocks = fit.Blocks(lag);
   const LayoutNormal total = LayoutFit::Total(blocks);
   const Eigen::Matrix<double, kTerms, 3> s = total.Solve();
-  std::array<double, kLayoutBlocks> rest{};
-  for (std::size_t k = 0; k < kLayoutBlocks; ++k) {
+  std::array<double, kBlocks> rest{};
+  for (std::size_t k = 0; k < kBlocks; ++k) {
     for (int axis = 0; axis < 3; ++axis) {
       const double square = blocks[k].yy[axis] - 2.0 * s.col(axis).dot(blocks[k].b.col(axis)) +
                             s.col(axis).dot(blocks[k].a * s.col(axis));
@@ -167,12 +167,12 @@ std::array<double, kLayoutBlocks> RestOfBlocks(const LayoutFit& fit, double lag)
 bool IsClearlyBetter(const LayoutFit& fit, double lag, double other) {
   const auto rest = RestOfBlocks(fit, lag), rest_of_other = RestOfBlocks(fit, other);
   double sum = 0.0, squares = 0.0;
-  for (std::size_t k = 0; k < kLayoutBlocks; ++k) {
+  for (std::size_t k = 0; k < kBlocks; ++k) {
     const double gain = rest_of_other[k] - rest[k];
     sum += gain;
     squares += gain * gain;
   }
-  const double scatter = squares - sum * sum / kLayoutBlocks;
+  const double scatter = squares - sum * sum / kBlocks;
   return sum > 0.0 && sum * sum > kLagSigmas * kLagSigmas * scatter;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cost_functions/models/rotation.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/drifting_match.h"
 #include "problems/inspection/motion.h"
 #include "problems/trajectory/mocap_path.h"

@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "problems/inspection/clear.h"
+
 namespace trueline {
 
 double Correlation(const VectorSums& sums, bool any_turn) {

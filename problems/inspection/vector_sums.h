@@ -9,11 +9,11 @@
 #include <type_traits>
 #include <vector>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/vector_match.h"
 
 namespace trueline {
 
-inline constexpr int kBlocks = 10;
 inline constexpr int kLeastPairs = 30;
 
 // Sums from which all else follows; those of blocks add up.

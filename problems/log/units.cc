@@ -27,10 +27,12 @@ constexpr auto kUnits = std::to_array<Unit>({
     {"m", "mm", 1e-3},
     {"rad", "deg", kDegree},
     {"rad/s", "deg/s", kDegree},
+    {"rad/s", "mrad/s", 1e-3},
     {"rad/s", "rpm", kRpm},
     {"m/s", "cm/s", 1e-2},
     {"m/s", "mm/s", 1e-3},
     {"m/s^2", "g", kStandardGravity},
+    {"m/s^2", "mg", 1e-3 * kStandardGravity},
     {"m/s^2", "cm/s^2", 1e-2},
     {"m/s^2", "mm/s^2", 1e-3},
     {"V", "mV", 1e-3},
@@ -131,6 +133,10 @@ bool ReadZone(DateScanner* scan, TimeNs* zone) {
 
 bool ParseDateTime(std::string_view text, TimeNs* time) {
   text = TrimmedField(text);
+  constexpr std::string_view kDuration = " sec";  // of MATLAB's durations
+  if (text.ends_with(kDuration)) {
+    return ParseTime(text.substr(0, text.size() - kDuration.size()), 9, time);
+  }
   DateScanner scan(text);
   TimeNs clock = 0, zone = 0;
   if (text.size() > 2 && text[2] == ':') {
@@ -139,8 +145,8 @@ bool ParseDateTime(std::string_view text, TimeNs* time) {
     return true;
   }
   int year = 0, month = 0, day = 0;
-  const bool is_date = scan.Number(4, 1900, 2200, &year) && scan.Skip("-") &&
-                       scan.Number(2, 1, 12, &month) && scan.Skip("-") &&
+  const bool is_date = scan.Number(4, 1900, 2200, &year) && scan.Skip("-/") &&
+                       scan.Number(2, 1, 12, &month) && scan.Skip("-/") &&
                        scan.Number(2, 1, 31, &day) && scan.Skip("Tt ");
   if (!is_date || !ReadClock(&scan, &clock) || !ReadZone(&scan, &zone) || !scan.AtEnd()) {
     return false;

@@ -19,8 +19,8 @@ int TimeExponent(double unit_in_seconds);
 
 // Dates and times of day as text.
 
-// "2024-05-01T23:59:55.25Z" (ISO 8601, RFC 3339; a blank for the T, a zone as +02:00, and none for
-// UTC) to the time since 1970, or "23:59:55.25" to that since midnight. False for any other text.
+// "2024-05-01T23:59:55.25Z" (ISO 8601; a blank for the T, slashes, a zone as +02:00, none for UTC)
+// since 1970, "23:59:55.25" since midnight, or "0.25 sec". False for any other text.
 bool ParseDateTime(std::string_view text, TimeNs* time);
 
 }  // namespace trueline

@@ -3,23 +3,29 @@
 
     scripts/knocks/variants.py --build=build --work=OUT [--count=200] [--seed=1]
 
-A variant draws a rate (20 Hz to 4 kHz), the unit, zero and width of the clock, names, units and order
-of columns, axes, the form of the attitude (quaternions, angles, rotation matrix), one table or
-several, dense, sparse or held, the packing, and at most one trouble of TROUBLES. It is converted
-without a map and inspected. Against the flight are judged: the IMU's rows and span, the sizes of specific
-force, turn rate and path, and gravity in the attitude's earth. Outcomes: right; refused (exit code
-2 or 3, with a remedy); said (something is wrong and a warning or finding tells of it); SILENT. Table and
-commands of all silent ones go to OUT/variants.md; exit code 1 if there are any.
+A variant draws a flight (fast or gentle), a rate (20 Hz to 4 kHz), the unit, zero, width and form of the
+clock, names, units and order of columns, axes, the form of the attitude (quaternions in any order, of
+either sign or inverse, angles, rotation matrix) and of the place (m, mm, velocities, latitude and
+longitude), one table or several, dense, sparse or held, what stands before the rows, other columns
+beside, the packing, and at most one trouble of TROUBLES. It is converted without a map and inspected.
+Against the flight are judged: the IMU's rows and span, the sizes of specific force, turn rate and path,
+gravity in the attitude's earth, and the turns of the body by the attitude. Outcomes: right; refused (exit
+code 2 or 3, with a remedy); said (something is wrong and a warning or finding tells of it); SILENT. Table
+and commands of all silent ones go to OUT/variants.md; exit code 1 if there are any.
 """
 import argparse
 import bz2
 import gzip
+import io
 import lzma
 import random
 import shutil
 import subprocess
 import sys
+import tarfile
+import zipfile
 from collections import Counter
+from datetime import datetime, timezone
 from pathlib import Path
 
 sys.dont_write_bytecode = True
@@ -29,7 +35,7 @@ sys.path[1:1] = [str(HERE.parent / "blind/measured")]
 import numpy as np
 import yaml
 
-from native import QUATERNION, Log, continuous, product, resampled, turn
+from native import QUATERNION, Log, continuous, inverse, product, resampled, turn
 
 ACCEL, GYRO, PLACE = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("x", "y", "z")
 RATES = (20, 50, 64, 100, 128, 250, 500, 1000, 2000, 4000)
@@ -45,7 +51,35 @@ NAMES = {  # accelerometer, gyroscope, position; {} stands for the axis
     "index": ("accelerometer[{i}]", "gyroscope[{i}]", "position[{i}]"),
     "matlab": ("acc_b_{}", "ang_vel_{}", "pos_{}"), "imu": ("imu_a{}", "imu_g{}", "mocap_pos_{}")}
 TROUBLES = ("none", "none", "none", "wrap_us", "wrap_ms", "wrap_16", "shared", "zeros", "held", "restart")
-PACKED = {"": lambda data: data, ".gz": gzip.compress, ".bz2": bz2.compress, ".xz": lzma.compress}
+ATTITUDES = ("wxyz", "wxyz", "xyzw", "rad", "deg", "matrix", "0123", "1230", "inverse", "flips")
+FLIGHTS = ("fast", "fast", "figure_eight")
+HEADS = ("", "", "", "units", "comments", "bom", "quoted", "number", "crlf", "blank")
+BESIDE = {  # columns that are no measurement, or of another sensor
+    "setpoints": ("roll_sp", "pitch_sp", "yaw_sp", "x_ref", "y_ref", "z_ref"),
+    "magnetometer": ("mag_x", "mag_y", "mag_z", "baro_alt"), "motors": ("m1", "m2", "m3", "m4", "vbat"),
+    "biases": ("gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accel_bias_x", "accel_bias_y", "accel_bias_z"),
+    "state": ("armed", "mode", "loop", "cpu_load")}
+HOME = (47.3977, 8.5456, 488.0)  # deg, deg, m
+
+
+def zipped(data):
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("table.csv", data)
+    return target.getvalue()
+
+
+def tarred(data):
+    target = io.BytesIO()
+    with tarfile.open(fileobj=target, mode="w:gz") as archive:
+        entry = tarfile.TarInfo("table.csv")
+        entry.size = len(data)
+        archive.addfile(entry, io.BytesIO(data))
+    return target.getvalue()
+
+
+PACKED = {"": lambda data: data, ".gz": gzip.compress, ".bz2": bz2.compress, ".xz": lzma.compress,
+          ".zip": zipped, ".tar.gz": tarred}
 
 
 def parse():
@@ -59,10 +93,10 @@ def parse():
     return parser.parse_args()
 
 
-def flight(arguments):
-    folder = arguments.work / "flight"
+def flight(arguments, name):
+    folder = arguments.work / f"flight_{name}"
     if not (folder / "log.yaml").exists():
-        config = HERE.parents[1] / "config/simulate/fast.yaml"
+        config = HERE.parents[1] / f"config/simulate/{name}.yaml"
         subprocess.run([arguments.build / "apps/trueline-simulate", f"--config={config}", "--seed=5",
                         "--duration=24", f"--out={folder}", "--quiet"], check=True)
     return Log(folder)
@@ -72,9 +106,13 @@ def draw(rng):
     return {"rate": rng.choice(RATES), "clock": rng.choice(sorted(CLOCKS)), "zero": rng.choice((0.0, 431.2, 1.7e9)),
             "names": rng.choice(sorted(NAMES)), "accel": rng.choice(("m/s^2", "m/s^2", "g")),
             "gyro": rng.choice(("rad/s", "rad/s", "deg/s")), "up": rng.random() < 0.5,
-            "attitude": rng.choice(("wxyz", "wxyz", "xyzw", "rad", "deg", "matrix")),
+            "attitude": rng.choice(ATTITUDES),
             "layout": rng.choice(("held", "held", "sparse", "files")), "delimiter": rng.choice((",", ",", ";", "\t")),
-            "shuffle": rng.random() < 0.4, "packed": rng.choice(("", "", *PACKED)), "trouble": rng.choice(TROUBLES)}
+            "shuffle": rng.random() < 0.4, "packed": rng.choice(("", "", *PACKED)), "trouble": rng.choice(TROUBLES),
+            "flight": rng.choice(FLIGHTS), "place": rng.choice(("m", "m", "m", "mm", "velocity", "geodetic")),
+            "stamp": rng.choice(("number", "number", "number", "date", "parts")), "head": rng.choice(HEADS),
+            "comma": rng.random() < 0.3, "missing": rng.choice(("", "", "nan", "NaN")),
+            "beside": rng.choice((None, None, *BESIDE))}
 
 
 def upright(q, up):
@@ -84,8 +122,13 @@ def upright(q, up):
 
 
 def attitude_columns(q, form):
-    w, x, y, z = continuous(q).T
-    if form == "wxyz":
+    q = continuous(inverse(q) if form == "inverse" else q)
+    if form == "flips":
+        q = q * np.where(np.arange(len(q)) // 7 % 3 == 0, -1.0, 1.0)[:, None]
+    w, x, y, z = q.T
+    if form in ("0123", "1230"):
+        return {f"q[{i}]": part for i, part in enumerate((w, x, y, z) if form == "0123" else (x, y, z, w))}
+    if form in ("wxyz", "inverse", "flips"):
         return {"qw": w, "qx": x, "qy": y, "qz": z}
     if form == "xyzw":
         return {"qx": x, "qy": y, "qz": z, "qw": w}
@@ -128,12 +171,40 @@ def streams_of(log, v):
             places[rows] = 0.0
         if v["trouble"] == "held":
             places[rows] = places[rows[0]]
-    path = {name: places[:, i] for name, i in named(place, v).items()}
+    path = place_columns(seconds, places, place, v)
+    if v["beside"]:
+        rows = np.arange(len(t))
+        imu |= {name: np.round(np.sin(0.3 * i + 2e-3 * i * rows), 2) for i, name in enumerate(BESIDE[v["beside"]], 1)}
     return [((t - log.imu.t[0]) * 1e-9, imu), (seconds, path)]
 
 
+def place_columns(seconds, places, pattern, v):
+    if v["place"] == "velocity":
+        speeds = np.gradient(places, seconds, axis=0)
+        return {f"v{axis}": speeds[:, i] for i, axis in enumerate("xyz")}
+    if v["place"] == "geodetic":
+        north, east, down = (places * ([1.0, -1, -1] if v["up"] else 1.0)).T
+        return {"lat": HOME[0] + np.degrees(north / 6.37e6), "alt": HOME[2] - down,
+                "lon": HOME[1] + np.degrees(east / (6.38e6 * np.cos(np.radians(HOME[0]))))}
+    scale = 1e3 if v["place"] == "mm" else 1.0
+    return {name.replace("[m]", f"[{v['place']}]"): scale * places[:, i] for name, i in named(pattern, v).items()}
+
+
 def clock(seconds, v):
-    """Numbers of the clock as texts."""
+    """Names of the clock's columns, and each row's stamp as a text for each."""
+    name, texts = numbers_of_clock(seconds, v)
+    if v["trouble"].startswith("wrap") or v["trouble"] == "restart" or v["stamp"] == "number":
+        return [name], [[text] for text in texts]
+    if v["trouble"] == "shared":
+        seconds = np.ceil(seconds * v["rate"] / 2 + 1e-9) * 2 / v["rate"]
+    parts = [divmod(round((1.7e9 + s) * 1e9), 10**9) for s in seconds]
+    if v["stamp"] == "parts":
+        return ["header.stamp.sec", "header.stamp.nanosec"], [[str(a), str(b)] for a, b in parts]
+    day = "%Y-%m-%d %H:%M:%S"
+    return ["datetime"], [[f"{datetime.fromtimestamp(a, timezone.utc):{day}}.{b // 1000:06d}"] for a, b in parts]
+
+
+def numbers_of_clock(seconds, v):
     names, unit, decimals = CLOCKS[v["clock"]]
     trouble, zero = v["trouble"], v["zero"]
     bits = {"wrap_us": (32, 1e-6), "wrap_ms": (32, 1e-3), "wrap_16": (16, 1e-3)}.get(trouble)
@@ -154,13 +225,44 @@ def clock(seconds, v):
 
 
 def table(seconds, columns, v, rng):
-    name, stamps = clock(seconds, v)
+    names, stamps = clock(seconds, v)
     order = list(columns)
     if v["shuffle"]:
         rng.shuffle(order)
-    texts = [[("" if np.isnan(x) else f"{x:.9g}") for x in columns[column]] for column in order]
-    rows = zip(stamps, *texts)
-    return "\n".join(v["delimiter"].join(row) for row in [[name, *order], *rows]) + "\n"
+    texts = [[(v["missing"] if np.isnan(x) else f"{x:.12g}") for x in columns[column]] for column in order]
+    rows = [[*stamp, *row] for stamp, row in zip(stamps, zip(*texts))]
+    names += order
+    if v["comma"] and v["delimiter"] != ",":
+        rows = [[text.replace(".", ",") for text in row] for row in rows]
+    if v["head"] == "number":
+        names, rows = ["", *names], [[str(i), *row] for i, row in enumerate(rows)]
+    if v["head"] == "quoted":
+        names = [f'"{name}"' for name in names]
+    if v["head"] == "units":
+        rows.insert(0, [unit_of(name, v) for name in names])
+    lines = [v["delimiter"].join(row) for row in [names, *rows]]
+    if v["head"] == "comments":
+        lines[:0] = ["# exported by a tool", "# flight 7, 2024"]
+    if v["head"] == "blank":
+        lines[1:1] = [""]
+    end = "\r\n" if v["head"] == "crlf" else "\n"
+    return ("\ufeff" if v["head"] == "bom" else "") + end.join(lines) + end
+
+
+def unit_of(name, v):
+    """Of a column, in a line of units; with what the table has of no unit."""
+    low = name.lower()
+    if low in (CLOCKS["s"][0] + CLOCKS["ms"][0] + CLOCKS["us"][0] + CLOCKS["ns"][0]):
+        return v["clock"] if not v["trouble"].startswith("wrap") else low[-2:]
+    if low in ("vx", "vy", "vz"):
+        return "m/s"
+    if low in ("roll", "pitch", "yaw"):
+        return v["attitude"]
+    kinds = dict(zip("agp", NAMES[v["names"]]))
+    for kind, unit in (("a", v["accel"]), ("g", v["gyro"]), ("p", v["place"])):
+        if name in named(kinds[kind], v) and unit not in ("velocity", "geodetic"):
+            return unit
+    return "-"
 
 
 def joined(streams, v):
@@ -197,9 +299,12 @@ def wrong_places(made, log, v, last):
         return ["no position"]
     path = log.mocap.get(PLACE)[log.mocap.t <= last]
     size = [np.sort(np.ptp(rows, axis=0)) for rows in (path, places.get(PLACE))]
+    if v["place"] in ("velocity", "geodetic") and v["trouble"] in ("zeros", "held"):
+        return []  # of places that were not written
     wrong = ["path"] if np.max(np.abs(size[0] - size[1])) > 0.05 * np.max(size[0]) else []
     rows = places.get(PLACE)
-    if np.any(np.all(rows == 0, axis=1)):
+    later = places.t > places.t[0] + 10**9  # a local frame begins at 0 0 0
+    if np.any(np.all(rows == 0, axis=1)[later]):
         wrong.append("zeros")
     changes = np.flatnonzero(np.any(np.diff(rows, axis=0) != 0, axis=1))
     longest = np.max(np.diff(places.t[changes + 1])) * 1e-9
@@ -227,7 +332,15 @@ def wrong_in(made, log, v):
         return [*wrong, "attitude"]
     q = resampled(made.attitude, QUATERNION, made.imu.t)
     up = np.mean(turn(q, made.imu.get(ACCEL)), axis=0)
-    return wrong if np.linalg.norm(up - [0, 0, -9.81]) < 3.0 else [*wrong, f"gravity {np.round(up, 1)}"]
+    if np.linalg.norm(up - [0, 0, -9.81]) > 3.0:
+        wrong.append(f"gravity {np.round(up, 1)}")
+    if len(made.imu.t) == len(stamps):
+        true = resampled(log.attitude, QUATERNION, stamps)
+        turns = [product(np.broadcast_to(inverse(p[:1]), p.shape), p) for p in (true, q)]
+        off = np.degrees(2 * np.arccos(np.clip(np.abs(product(inverse(turns[0]), turns[1])[:, 0]), 0, 1)))
+        if np.median(off) > 5.0:
+            wrong.append(f"turns off by {np.median(off):.0f} deg")
+    return wrong
 
 
 def run(arguments, verb, *flags):
@@ -239,8 +352,9 @@ def run(arguments, verb, *flags):
 # What a warning or a finding must speak of.
 WORDS = {"rows": ("left out", "rows_lost", "cut", "restart"), "span": ("left out", "restart", "time_unit"),
          "force": ("accelerometer_scale", "gravity", "accelerometer_bias"), "rate": ("gyro_scale", "attitude_scale", "rates_disagree"),
-         "path": ("tracking_lost", "stuck", "position", "left out"), "zeros": ("tracking_lost",),
+         "path": ("tracking_lost", "stuck", "position_", "restart"), "zeros": ("tracking_lost",),
          "held": ("stuck",), "repeats": ("repeats",), "attitude": ("attitude_missing",), "no": ("no position",),
+         "turns": ("quaternion_form", "body_axes", "imu_axes", "imu)", "attitude", "rates_disagree"),
          "gravity": ("earth_up", "body_up", "body_axes", "gravity", "quaternion_form", "imu_axes", "imu)")}
 
 
@@ -275,12 +389,12 @@ def judge(arguments, log, v, rng, folder):
 def main():
     arguments = parse()
     arguments.work.mkdir(parents=True, exist_ok=True)
-    log, outcomes, lines = flight(arguments), [], []
+    logs, outcomes, lines = {name: flight(arguments, name) for name in FLIGHTS}, [], []
     for k in range(arguments.count) if arguments.only is None else [arguments.only]:
         rng = random.Random(f"{arguments.seed} {k}")
         v = draw(rng)
         folder = arguments.work / "variant"
-        outcome, why = judge(arguments, log, v, rng, folder)
+        outcome, why = judge(arguments, logs[v["flight"]], v, rng, folder)
         outcomes.append((v["trouble"], outcome))
         if outcome != "right" or arguments.only is not None:
             about = " ".join(f"{key}={value}" for key, value in v.items())

@@ -141,7 +141,7 @@ TEST(BadCsv, Text) {
 TEST(BadCsv, UnsortedStamps) {
   EXPECT_THAT(CsvError("3,0,0,1", "1.5,0,0,1"),
               AllOf(HasSubstr("log.csv:4: column 't': 1.500000000 s does not come after"),
-                    HasSubstr("'unsorted: drop'")));
+                    HasSubstr("'unsorted: sort'")));
 }
 
 TEST(BadCsv, MissingStamp) {

@@ -132,6 +132,63 @@ TEST_F(Proposal, RatesOfAControllerAreNoAttitude) {
   EXPECT_TRUE(Convert(names, std::string(kImuRow) + ",0,0,0,0,0,0").attitude.empty()) << map_;
 }
 
+TEST_F(Proposal, VectorsHaveManyNames) {
+  for (const char* names : {"N,E,D", "pn,pe,pd", "north,east,down", "PosN,PosE,PosD",
+                            "vicon_x,vicon_y,vicon_z", "gt_x,gt_y,gt_z"}) {
+    const FlightLog log =
+        Convert(fmt::format("{},{}\n", kImuNames, names), std::string(kImuRow) + ",1,2,3");
+    ASSERT_EQ(log.fixes.size(), 3U) << map_;
+    EXPECT_EQ(log.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
+  }
+  const FlightLog up =
+      Convert(std::string(kImuNames) + ",east,north,up\n", std::string(kImuRow) + ",2,1,-3");
+  ASSERT_EQ(up.fixes.size(), 3U) << map_;
+  EXPECT_EQ(up.fixes[0].p_E, Eigen::Vector3d(1, 2, 3)) << map_;
+  for (const char* rates : {"roll_rate,pitch_rate,yaw_rate", "rollspeed,pitchspeed,yawspeed",
+                            "xgyro,ygyro,zgyro", "p,q,r"}) {
+    const FlightLog log = Convert(fmt::format("t,xacc,yacc,zacc,{}\n", rates), kImuRow);
+    EXPECT_EQ(log.imu[0].gyro.z(), 0.5) << map_;
+    EXPECT_EQ(log.imu[0].accel.z(), -9.81) << map_;
+  }
+}
+
+TEST_F(Proposal, AnglesInDegreesAreToldByAnyOfThem) {
+  const FlightLog log =
+      Convert(std::string(kImuNames) + ",roll,pitch,yaw\n", std::string(kImuRow) + ",0,3,0");
+  EXPECT_NEAR(2 * std::asin(log.attitude[0].q_Ep_I.y()), 3 * M_PI / 180, 1e-9) << map_;
+}
+
+TEST_F(Proposal, ALineOfUnitsMayHaveUnitsOfOthers) {
+  const FlightLog log = Convert(
+      std::string(kImuNames) + ",vx,vy,vz,load\ns,g,g,g,deg/s,deg/s,deg/s,m/s,m/s,m/s,furlong\n",
+      ",0,0,-1,0,0,90,1,0,0,0.5");
+  ASSERT_EQ(log.imu.size(), 3U) << map_;
+  EXPECT_NEAR(log.imu[0].gyro.z(), M_PI / 2, 1e-12) << map_;
+  EXPECT_EQ(log.fixes.size(), 3U) << map_;
+}
+
+TEST_F(Proposal, DurationsAndSlashedDatesAreTimes) {
+  std::string csv = std::string(kImuNames) + "\n";
+  for (const char* t : {"0 sec", "0.01 sec", "0.02 sec"}) csv += std::string(t) + kImuRow + "\n";
+  const std::string file = files_.Write("matlab.csv", csv);
+  const FlightLog log = ConvertLog(
+      ReadImportMap(files_.Write("map.yaml", ProposeMap(OpenRecording(file).get()))), {file}, {});
+  ASSERT_EQ(log.imu.size(), 3U);
+  EXPECT_EQ(log.imu[2].t - log.imu[0].t, 20'000'000);
+}
+
+// Of a clock that starts again the longest part is kept, as of recordings.
+TEST_F(Proposal, ARestartIsCutOff) {
+  std::string csv = std::string(kImuNames) + "\n";
+  for (int i = 0; i < 1000; ++i) csv += fmt::format("{}{}\n", 0.01 * i, kImuRow);
+  for (int i = 0; i < 700; ++i) csv += fmt::format("{}{}\n", 0.01 * i, kImuRow);
+  const std::string file = files_.Write("restart.csv", csv);
+  const FlightLog log = ConvertLog(
+      ReadImportMap(files_.Write("map.yaml", ProposeMap(OpenRecording(file).get()))), {file}, {});
+  EXPECT_EQ(log.imu.size(), 1000U);
+  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("as after a restart")));
+}
+
 // The error is about the IMU that is missing, not about the map's syntax.
 TEST_F(Proposal, WithoutAStreamIsStillAMap) {
   EXPECT_THAT(ErrorOf([&] { Convert("t,a\n", ",1"); }), HasSubstr("streams.imu"));

@@ -11,6 +11,7 @@
 #include "problems/import/formats/open_recording.h"
 #include "problems/inspection/corrected_map.h"
 #include "problems/inspection/inspection.h"
+#include "problems/inspection/motion.h"
 #include "problems/log/native_log.h"
 #include "problems/result/yaml_text.h"
 #include "tests/common/test_files.h"
@@ -186,6 +187,24 @@ INSTANTIATE_TEST_SUITE_P(
                                }
                              }}),
     [](const auto& parameter) { return std::string(parameter.param.name); });
+
+// Mocap that repeats the attitude is no second witness, whatever is wrong with either.
+TEST(Inspect, KnowsACopyOnAnotherClockAndInAnotherForm) {
+  FlightLog log = GoodLog();
+  log.mocap.clear();
+  for (std::size_t i = 0; i < log.attitude.size(); i += 5) {
+    log.mocap.push_back({log.attitude[i].t, Eigen::Vector3d::Zero(), log.attitude[i].q_Ep_I});
+  }
+  const auto others = [&] { return AttitudesOf(log.mocap); };
+  EXPECT_TRUE(RepeatsAttitude(log, others()));
+  for (PoseSample& pose : log.mocap) {
+    pose.t += FromSeconds(0.7);
+    pose.q_E = Shuffled(pose.q_E).conjugate();
+  }
+  EXPECT_FALSE(RepeatsAttitude(log, others()));
+  EXPECT_TRUE(HasValuesOfAttitude(log, others()));
+  EXPECT_FALSE(HasValuesOfAttitude(log, AttitudesOf(GoodLog().mocap)));
+}
 
 TEST(Inspect, FindsNothingInAGoodLog) {
   const Inspection inspection = Inspect(GoodLog(), {});

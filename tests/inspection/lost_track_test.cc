@@ -116,6 +116,23 @@ TEST(LostTrack, PosesOfAnotherMarkerSetAreNamedAndLeftOut) {
   }
 }
 
+// The gyroscope goes on in the same body axes: a filter was reset, or the stamps are those of
+// another clock.
+TEST(LostTrack, JumpsThatTheGyroscopeContradictsAreNoOtherMarkers) {
+  FlightLog log = Circles(100.0);
+  for (PoseSample& pose : log.mocap) {
+    const double t = ToSeconds(pose.t);
+    const double roll = 0.5 * std::sin(3 * t);
+    pose.q_E = pose.q_E * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());
+    if (t > 15) pose.q_E = Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitZ()) * pose.q_E;
+  }
+  for (ImuSample& sample : log.imu) {
+    const double t = ToSeconds(sample.t), roll = 0.5 * std::sin(3 * t);
+    sample.gyro = {1.5 * std::cos(3 * t), std::sin(roll), std::cos(roll)};
+  }
+  EXPECT_THAT(FindLostTracks(log), IsEmpty());
+}
+
 // A vehicle that tumbles turns by as much as its gyroscope says.
 TEST(LostTrack, FastTurnsAreNoOtherMarkers) {
   FlightLog log = Circles(20.0);

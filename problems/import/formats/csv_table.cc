@@ -150,6 +150,10 @@ int TimeScore(const std::string& column) {
     if (last.ends_with(end)) score = 30;
   }
   if (score == 0 && any({"header.stamp", "header/stamp", "time"})) score = 20;
+  for (const char* word : {"elapsed", "clock", "seconds", "secs", "sec", "millis", "micros",
+                           "nanos", "tout", "tick", "epoch", "date"}) {
+    if (score == 0 && last.starts_with(word)) score = 15;
+  }
   if (score == 0) return 0;
   if (any({"sample", "header.stamp", "header/stamp", "sensor", "measure", "device"})) score += 10;
   if (any({"recv", "receive", "record", "arriv", "publi", "host", "utc", "log_", "write", "left",
@@ -225,10 +229,14 @@ std::optional<int> StatedExponent(const std::string& column, const std::string& 
     return stated == end || name.ends_with("_" + end) || name.ends_with("[" + end + "]") ||
            name.ends_with("(" + end + ")");
   };
-  if (says("ns") || says("nsec")) return 0;
-  if (says("us") || says("usec") || name.ends_with("timeus")) return 3;
-  if (says("ms") || says("msec") || name.ends_with("timems")) return 6;
-  if (says("s") || says("sec")) return 9;
+  const auto is = [&](std::initializer_list<const char*> words) {
+    return std::any_of(words.begin(), words.end(),
+                       [&](const char* word) { return name.ends_with(word); });
+  };
+  if (says("ns") || says("nsec") || is({"nanos", "nanoseconds"})) return 0;
+  if (says("us") || says("usec") || is({"timeus", "micros", "microseconds"})) return 3;
+  if (says("ms") || says("msec") || is({"timems", "millis", "milliseconds"})) return 6;
+  if (says("s") || says("sec") || is({"seconds"})) return 9;
   return std::nullopt;
 }
 
@@ -271,21 +279,23 @@ std::string UnitText(const std::string& text) {
   return bracketed ? text.substr(1, text.size() - 2) : text;
 }
 
-// A line of units: each is known, in brackets, or none.
+// A line of units: some are known or in brackets, and none is a value.
 bool IsUnitsLine(const std::vector<std::string>& texts) {
   const auto is_unit = [](const std::string& text) {
     const std::string unit = UnitText(text);
-    if (unit != text || unit.empty() || unit == "1" || unit == "-") return true;
-    for (const char* si : {"s", "m", "m/s^2", "rad", "rad/s", "V"}) {
+    if (unit != text && !unit.empty()) return true;
+    for (const char* si : {"s", "m", "m/s", "m/s^2", "rad", "rad/s", "V"}) {
       if (UnitFactor(si, unit)) return true;
     }
     return false;
   };
-  const auto has_letter = [](const std::string& text) {
-    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c); });
+  const auto is_value = [](const std::string& text) {
+    double number = 0.0;
+    TimeNs time = 0;
+    return text != "1" && (ParseNumber(text, &number) || ParseDateTime(text, &time));
   };
-  return std::any_of(texts.begin(), texts.end(), has_letter) &&
-         std::all_of(texts.begin(), texts.end(), is_unit);
+  return std::any_of(texts.begin(), texts.end(), is_unit) &&
+         std::none_of(texts.begin(), texts.end(), is_value);
 }
 
 // A column of times, with the nanoseconds beside it.

@@ -124,6 +124,11 @@ struct Table {
   std::string file;
   CsvLayout layout;
   std::vector<TableChannel> channels;
+
+  bool HasTime() const {
+    return std::any_of(channels.begin(), channels.end(),
+                       [](const TableChannel& channel) { return channel.time.has_value(); });
+  }
 };
 
 // A column's name split into topic and field.
@@ -563,6 +568,12 @@ void WalkTables(const fs::path& paths, MessageSink* sink) {
   std::vector<std::unique_ptr<TableRows>> rows;
   for (const Table& table : tables) {
     if (!table.layout.warning.empty()) sink->Warn(table.file + ": " + table.layout.warning);
+    if (!table.HasTime() && tables.size() > 1) {
+      sink->Warn(table.file +
+                 ": no column has the name of a time or rises from row to row; name one, as in 't "
+                 "[s]'. It is left out");
+      continue;
+    }
     rows.push_back(std::make_unique<TableRows>(table, sink));
   }
   for (;;) {

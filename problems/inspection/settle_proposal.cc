@@ -1,0 +1,137 @@
+#include "problems/inspection/settle_proposal.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "problems/common/error.h"
+#include "problems/inspection/corrected_map.h"
+#include "problems/inspection/examination.h"
+#include "problems/inspection/excerpt.h"
+#include "problems/log/imu_health.h"
+#include "problems/log/native_log.h"
+#include "problems/result/yaml_text.h"
+
+namespace trueline {
+namespace {
+
+// The factor if it is that of a unit, else 1.
+double FactorOfUnit(const char* si, double factor) {
+  const KnownUnit* unit = UnitNear(si, factor);
+  return unit != nullptr && unit->factor == factor ? factor : 1.0;
+}
+
+Eigen::Matrix3d AxesOnly(const Eigen::Matrix3d& turn) {
+  return IsSignedPermutation(turn) ? turn : Eigen::Matrix3d::Identity();
+}
+
+// The part of a repair that is about what a file's numbers mean. Stamps, rows and small turns are
+// those of the flight.
+StreamRepair OfMeaning(const StreamRepair& repair, bool units_alone) {
+  StreamRepair part;
+  part.accel_scale = FactorOfUnit("m/s^2", repair.accel_scale);
+  part.gyro_scale = FactorOfUnit("rad/s", repair.gyro_scale);
+  part.position_scale = FactorOfUnit("m", repair.position_scale);
+  if (units_alone) return part;
+  part.quaternion = repair.quaternion;
+  part.inverse = repair.inverse;
+  part.earth = AxesOnly(repair.earth);
+  part.body = AxesOnly(repair.body);
+  part.accel = AxesOnly(repair.accel);
+  part.gyro = AxesOnly(repair.gyro);
+  part.position = AxesOnly(repair.position);
+  return part;
+}
+
+Repairs OfMeaning(const Repairs& all, bool units_alone) {
+  Repairs part;
+  for (const auto& [stream, repair] : all.streams) {
+    const StreamRepair meaning = OfMeaning(repair, units_alone);
+    if (!meaning.IsNone()) part.streams[stream] = meaning;
+  }
+  return part;
+}
+
+bool IsFault(const Finding& finding) { return finding.level <= Level::kBiases; }
+
+std::size_t CountFaults(const Inspection& inspection) {
+  return static_cast<std::size_t>(
+      std::count_if(inspection.findings.begin(), inspection.findings.end(), IsFault));
+}
+
+Inspection InspectBy(const ImportMap& map, const std::vector<std::string>& files) {
+  const FlightLog log = ConvertLog(map, files, {});
+  return Inspect(MiddleOfLong(log).value_or(log), FileAttitudesOf(map));
+}
+
+// Findings that the corrected map has taken away, as lines for the user.
+std::vector<std::string> TakenAway(const Inspection& before, const Inspection& after) {
+  std::vector<std::string> lines;
+  for (const Finding& finding : before.findings) {
+    const bool stays = std::any_of(
+        after.findings.begin(), after.findings.end(),
+        [&](const Finding& f) { return f.id == finding.id && f.stream == finding.stream; });
+    if (stays || !finding.repaired || !IsFault(finding)) continue;
+    lines.push_back(fmt::format(
+        "the names suggested another meaning; as the log shows, {}. The map corrects that",
+        finding.text));
+  }
+  return lines;
+}
+
+}  // namespace
+
+void SettleProposal(FoundLog* found) {
+  if (found->shipped && !AreTables(*found)) return;
+  try {
+    const ImportMap map = MapOf(*found);
+    const Inspection before = InspectBy(map, found->files);
+    const Repairs repairs = OfMeaning(before.repairs, found->shipped.has_value());
+    if (repairs.IsNone()) return;
+    const YAML::Node corrected = CorrectMap(YAML::Load(found->map), repairs);
+    const Inspection after =
+        InspectBy(ReadImportMapText(TextOf(corrected), "proposed_map.yaml"), found->files);
+    if (CountFaults(after) >= CountFaults(before)) return;
+    found->shipped.reset();
+    found->map = "# Proposed by the names of the columns, corrected by what the log shows.\n" +
+                 TextOf(corrected);
+    found->assumed = AssumptionsOf(corrected);
+    for (const std::string& line : TakenAway(before, after)) found->assumed.push_back(line);
+  } catch (const InputError&) {  // the conversion says why
+  }
+}
+
+FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  const bool is_native = fs::exists(fs::path(path) / "log.yaml", unknown) ||
+                         fs::exists(fs::path(path) / "imu.csv", unknown);
+  if (is_native || !fs::exists(path, unknown)) return ReadCommandLog(path);
+  FoundLog found;
+  if (map.empty()) {
+    found = FindLog({path});
+    SettleProposal(&found);
+  } else {
+    found.files = {path};
+    found.shipped = ReadImportMap(map);
+  }
+  FlightLog log = ConvertFound(found, {});
+  if (found.shipped && found.shipped->mocap_on_imu_clock) {
+    log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
+  }
+  if (!HasCommandsAlone(log)) {
+    for (const std::string& lack : Shortcomings(log, path)) log.warnings.push_back(lack);
+  }
+  for (const std::string& line : AssumptionWarnings(found)) log.warnings.push_back(line);
+  if (found.shipped) {
+    log.warnings.push_back(
+        fmt::format("{}: converted on the way by {}", path, found.shipped->file));
+  }
+  for (const std::string& warning : ImuWarnings(log.imu)) log.warnings.push_back(warning);
+  log.directory = path;
+  log.sha256[fs::path(path).filename().string()] = log.source["sha256"];
+  return log;
+}
+
+}  // namespace trueline
