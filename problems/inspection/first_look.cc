@@ -11,6 +11,7 @@
 #include "problems/inspection/examination.h"
 #include "problems/inspection/lost_track.h"
 #include "problems/inspection/same_recording.h"
+#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
@@ -135,6 +136,7 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
     throw ErrorAt((directory / "imu.csv").string(), 0,
                   "is missing; every log needs it, but for trueline-diagnose --against");
   }
+  if (drive != ForDrive::kRotors) RequirePositions(log, directory.string());
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
   for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));
