@@ -5,6 +5,7 @@
 #include "problems/calibration/calibration.h"
 #include "problems/calibration/calibration_config.h"
 #include "problems/calibration/rotor_calibration_config.h"
+#include "problems/calibration/without_poses.h"
 #include "problems/calibration/write_calibration.h"
 #include "problems/common/app.h"
 #include "problems/common/error.h"
@@ -12,6 +13,7 @@
 #include "problems/common/result_folder.h"
 #include "problems/diagnosis/unmodelled_wind.h"
 #include "problems/inspection/first_look.h"
+#include "problems/log/native_log.h"
 #include "problems/result/render.h"
 #include "problems/result/yaml_text.h"
 
@@ -51,7 +53,8 @@ constexpr char kUsage[] = R"(Calibrates the model of a drone from a flight log.
   trueline-calibrate --log=flight2 --out=result2 --model=result/model.yaml
       starts from what an earlier flight of the same vehicle showed
   trueline-calibrate --drive=rotors --log=flight --out=result --config=config/calibrate/rotors.yaml
-      mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses
+      mass, inertia, centre of mass, sensor positions and biases from rotor speeds, IMU and poses;
+      of a log without positions the motors' lag, thrust, and inertia beside the stated mass
   trueline-calibrate --show_config > mine.yaml
       every option with its value, to copy, change and give with --config; their meaning stands in
       config/reference/options.md
@@ -116,6 +119,20 @@ void RefuseFlagsOfImuDrive() {
   }
 }
 
+// Of a log without positions. There is no page.
+int FinishWithoutPoses(const trueline::FlightLog& log,
+                       const trueline::RotorCalibrationOptions& options,
+                       trueline::ResultFolder* out) {
+  const trueline::PoselessCalibration calibration = trueline::CalibrateWithoutPoses(log, options);
+  trueline::WarnAll(log.warnings, FLAGS_quiet);
+  trueline::WriteCalibration(
+      calibration, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)), out->path());
+  trueline::Publish("rotors", false, FLAGS_quiet, trueline::CalibrationTable(calibration), out);
+  const std::string& verdict = calibration.verdict.word;
+  return Refused().ExitFor(verdict,
+                           verdict == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
+}
+
 int RunRotors() {
   RefuseFlagsOfImuDrive();
   if (trueline::SplitPaths(FLAGS_log).size() > 1) {
@@ -127,6 +144,7 @@ int RunRotors() {
       trueline::ReadAndLook(FLAGS_log, &faults, trueline::ForDrive::kRotors);
   const trueline::RotorCalibrationOptions options =
       trueline::ResolveRotorOptions(FLAGS_config, FLAGS_model, log);
+  if (!trueline::HasPositions(log)) return FinishWithoutPoses(log, options, &out);
   trueline::RotorCalibration calibration = trueline::CalibrateRotors(log, options);
   return Finish(log, faults, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)),
                 "rotors", {}, &calibration, &out);

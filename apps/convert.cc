@@ -94,8 +94,9 @@ int Convert(const ImportMap& map, const FoundLog* found) {
     WriteFileAtomically(out.path() / kProposed, found->map);
   }
   WriteNativeLog(converted, out.path());
-  const FlightLog log =
-      converted.imu.empty() ? ReadCommandLog(out.path()) : ReadAndLook(out.path());
+  const FlightLog log = converted.imu.empty() || !HasPositions(converted)
+                            ? ReadCommandLog(out.path())
+                            : ReadAndLook(out.path());
   WarnAll(log.warnings, FLAGS_quiet);
   out.Commit(FLAGS_quiet);
   if (!FLAGS_quiet) fmt::print("{}", StreamTable(log));

@@ -265,7 +265,9 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
                     file, rate));
   }
   RequireForceOfFlight(log, file);
-  if (log.fixes.empty() && log.mocap.empty()) {
+  if (!HasPositions(log) && ReadsWithoutPositions(log)) {
+    found.push_back(file + ": has no position" + kWithoutPositions);
+  } else if (log.fixes.empty() && log.mocap.empty()) {
     throw NoUsableLog(file +
                       ": has no position: neither GNSS nor vision nor mocap; log one of them, or "
                       "give a trajectory as a second input of a map");

@@ -12,6 +12,7 @@
 #include "problems/inspection/lost_track.h"
 #include "problems/inspection/same_recording.h"
 #include "problems/inspection/settle_proposal.h"
+#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
@@ -110,6 +111,7 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
     throw ErrorAt((directory / "imu.csv").string(), 0,
                   "is missing; every log needs it, but for trueline-diagnose --against");
   }
+  if (drive != ForDrive::kRotors) RequirePositions(log, directory.string());
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
   for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));

@@ -18,7 +18,10 @@ namespace fs = std::filesystem;
 
 FlightLog ReadNativeLog(const fs::path& directory) {
   FlightLog log = ReadCommandLog(directory);
-  if (!log.imu.empty()) return log;
+  if (!log.imu.empty()) {
+    RequirePositions(log, directory.string());
+    return log;
+  }
   throw ErrorAt((directory / "imu.csv").string(), 0,
                 "is missing; every log needs it, but for trueline-diagnose --against");
 }
@@ -257,12 +260,25 @@ void ReadStreams(const fs::path& directory, FlightLog* log) {
     samples = ReadStream<SampleOf<decltype(samples)>>(path, stream, &log->warnings);
     log->sha256[path.filename().string()] = Sha256OfFile(path);
   });
-  if (log->fixes.empty() && log->mocap.empty() && log->pose.empty()) {
-    throw ErrorAt(
-        directory.string(), 0,
-        "has neither fixes.csv nor mocap.csv, nor pose.csv; add position fixes from gate "
-        "detections, a ground truth that fixes can be sampled from, or a pose sensor's output");
-  }
+  if (!ReadsWithoutPositions(*log)) RequirePositions(*log, directory.string());
+}
+
+bool HasPositions(const FlightLog& log) {
+  return !log.fixes.empty() || !log.mocap.empty() || !log.pose.empty();
+}
+
+bool ReadsWithoutPositions(const FlightLog& log) {
+  return !log.imu.empty() && (!log.motors.empty() || !log.rotors.empty());
+}
+
+void RequirePositions(const FlightLog& log, const std::string& directory) {
+  if (HasPositions(log)) return;
+  throw ErrorAt(
+      directory, 0,
+      std::string(
+          "has neither fixes.csv nor mocap.csv, nor pose.csv; add position fixes from gate "
+          "detections, a ground truth that fixes can be sampled from, or a pose sensor's output") +
+          (ReadsWithoutPositions(log) ? kWithoutPositions : ""));
 }
 
 void WriteStreams(const FlightLog& log, const fs::path& directory) {

@@ -15,8 +15,17 @@ namespace trueline {
 // integrator handles gaps).
 FlightLog ReadNativeLog(const std::filesystem::path& directory);
 
-// The same for a log that may lack the IMU where it has motor commands.
+// The same for a log that may lack the IMU where it has motor commands, or positions where it has
+// the IMU and motor commands or rotor speeds.
 FlightLog ReadCommandLog(const std::filesystem::path& directory);
+
+bool HasPositions(const FlightLog& log);  // of any stream
+bool ReadsWithoutPositions(const FlightLog& log);
+// Throws InputError for a log without.
+void RequirePositions(const FlightLog& log, const std::string& directory);
+// The end of a sentence about a log without positions.
+inline constexpr char kWithoutPositions[] =
+    "; trueline-calibrate --drive=rotors shows what IMU and rotors tell alone";
 
 // Each file is written under a temporary name and renamed; streams that are empty are not written.
 void WriteNativeLog(const FlightLog& log, const std::filesystem::path& directory);
