@@ -237,6 +237,12 @@ ImportMap ReadUserMap(const std::string& path, const std::vector<std::string>& f
   return with_fixes;
 }
 
+std::string NoPositions(const std::string& file) {
+  return file +
+         ": has no position: neither GNSS nor vision nor mocap; log one of them, or give a "
+         "trajectory as a second input of a map";
+}
+
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file) {
   std::vector<std::string> found;
   if (HasCommandsAlone(log))
@@ -266,11 +272,9 @@ std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& f
   }
   RequireForceOfFlight(log, file);
   if (!HasPositions(log) && ReadsWithoutPositions(log)) {
-    found.push_back(file + ": has no position" + kWithoutPositions);
+    found.push_back(NoPositions(file) + kWithoutPositions);
   } else if (log.fixes.empty() && log.mocap.empty()) {
-    throw NoUsableLog(file +
-                      ": has no position: neither GNSS nor vision nor mocap; log one of them, or "
-                      "give a trajectory as a second input of a map");
+    throw NoUsableLog(NoPositions(file));
   }
   const Eigen::Vector3d force = MeanForce(log);
   const double lean = std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0)) / kDegree;

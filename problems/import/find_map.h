@@ -65,5 +65,6 @@ std::string WhyNoMapFits(Recording* recording);
 // What a log made by a map that nobody has checked lacks for a calibration, and what to do about
 // it. Throws NoUsableLog for what no calibration can do without; `file` is the foreign log.
 std::vector<std::string> Shortcomings(const FlightLog& log, const std::string& file);
+std::string NoPositions(const std::string& file);  // what is said of one
 
 }  // namespace trueline

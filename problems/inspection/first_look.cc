@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "problems/common/error.h"
+#include "problems/import/find_map.h"
+#include "problems/import/resolve_channels.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/excerpt.h"
 #include "problems/inspection/lost_track.h"
@@ -111,7 +113,11 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
     throw ErrorAt((directory / "imu.csv").string(), 0,
                   "is missing; every log needs it, but for trueline-diagnose --against");
   }
-  if (drive != ForDrive::kRotors) RequirePositions(log, directory.string());
+  if (drive != ForDrive::kRotors && !HasPositions(log)) {
+    const bool native = std::filesystem::exists(directory / "log.yaml");
+    if (!native) throw NoUsableLog(NoPositions(directory.string()) + kWithoutPositions);
+    RequirePositions(log, directory.string());
+  }
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);
   for (const Finding& finding : FindingsForAll(log, drive)) {
     log.warnings.push_back(WarningOf(finding));

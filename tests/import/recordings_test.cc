@@ -453,13 +453,13 @@ std::string WhyUnusable(const std::string& name) {
   const auto map = FindShippedMap(*OpenRecording(file));
   if (!map) return "no map";
   try {
-    Shortcomings(ConvertLog(*map, {file}, {}), file);
+    const auto lacks = Shortcomings(ConvertLog(*map, {file}, {}), file);
+    return lacks.empty() ? "usable" : lacks.front();
   } catch (const NoUsableLog& error) {
     return error.what();
   } catch (const InputError& error) {
     return std::string("bad input: ") + error.what();
   }
-  return "usable";
 }
 
 TEST(ShippedMaps, SayWhatAnUnusableLogLacks) {

@@ -99,7 +99,7 @@ TEST(BadInput, UnknownUnit) {
   ReplaceIn(log / "imu.csv", "ay [m/s^2]", "ay [furlong/s^2]");
   EXPECT_THAT(log.Error(),
               AllOf(HasSubstr("imu.csv:1: column 'ay': unit 'furlong/s^2' is not known here"),
-                    HasSubstr("use one of: m/s^2, g, cm/s^2, mm/s^2")));
+                    HasSubstr("use one of: m/s^2, g, mg, cm/s^2, mm/s^2")));
 }
 
 TEST(BadInput, AUnitLeftOutBesideAnother) {
