@@ -197,11 +197,7 @@ TEST(PriorConflict, ASumThatTheFlightShowsContradictsTheModel) {
   EXPECT_FALSE(ContradictTogether({}, {}));
 }
 
-FlightLog FlyHippodrome() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 30.0;
-  return testing_simulation::Fly(config, 3).log;
-}
+FlightLog FlyHippodrome() { return testing_simulation::LogOf("hippodrome", 30.0, 3); }
 
 // The model's priors of these parameters are what the flight shows.
 void TakeAsModel(const Calibration& shown, const std::vector<int>& parameters, double sigma,

@@ -22,11 +22,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-FlightLog Hippodrome() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 30.0;
-  return testing_simulation::Fly(config, 5).log;
-}
+FlightLog Hippodrome() { return testing_simulation::LogOf("hippodrome", 30.0, 5); }
 
 template <class Samples>
 void Shift(double seconds, Samples* samples) {
@@ -227,9 +223,7 @@ TEST(SharedRecording, IsThatOfPartsAndOfShiftedStamps) {
 
 // The middle of a long flight shows a clock; the whole of it shows cover.
 TEST(FirstLook, OfALongFlightItInspectsAPart) {
-  SimulationConfig config = testing_simulation::ReadShipped("long_flight");
-  config.duration = 400.0;
-  FlightLog log = testing_simulation::Fly(config, 5).log;
+  FlightLog log = testing_simulation::LogOf("long_flight", 400.0, 5);
   EXPECT_THAT(FirstLook(log), IsEmpty());
   Shift(0.45, &log.attitude);
   EXPECT_THAT(FirstLook(log), ElementsAre(HasSubstr("attitude.csv come 0.4")));

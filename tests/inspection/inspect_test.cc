@@ -24,11 +24,7 @@ using testing::Contains;
 using testing::IsEmpty;
 
 const FlightLog& GoodLog() {
-  static const FlightLog log = [] {
-    SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-    config.duration = 40.0;
-    return testing_simulation::Fly(config, 5).log;
-  }();
+  static const FlightLog log = testing_simulation::LogOf("hippodrome", 40.0, 5);
   return log;
 }
 
@@ -302,11 +298,7 @@ TEST(Inspect, PutsFixesIntoMocapByTheirClock) {
 }
 
 // Of six gates.
-FlightLog FastLog() {
-  SimulationConfig config = testing_simulation::ReadShipped("fast");
-  config.duration = 60.0;
-  return testing_simulation::Fly(config, 5).log;
-}
+FlightLog FastLog() { return testing_simulation::LogOf("fast", 60.0, 5); }
 
 void MoveGate(FlightLog* log) {
   const int gate = log->fixes.front().gate;
@@ -440,9 +432,7 @@ TEST(Inspect, KeepsGravityWhereTheHandednessIsNotShown) {
 }
 
 TEST(Inspect, FindsRotorsThatAreLate) {
-  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
-  config.duration = 30.0;
-  FlightLog log = testing_simulation::Fly(config, 3).log;
+  FlightLog log = testing_simulation::LogOf("figure_eight", 30.0, 3);
   for (ChannelsSample& sample : log.rotors) sample.t += FromSeconds(0.4);
   EXPECT_THAT(Harmful(Inspect(log, {})), Contains("clock_offset of rotors"));
 }
@@ -459,9 +449,7 @@ TEST(Inspect, OneManoeuvreIsNoClockOfMotors) {
 
 // A flight driven by its rotors, whose speeds and places the log states.
 TEST(Inspect, FindsRotorsOutOfOrderAndSpinsTurnedRound) {
-  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
-  config.duration = 30.0;
-  const FlightLog good = testing_simulation::Fly(config, 3).log;
+  const FlightLog good = testing_simulation::LogOf("figure_eight", 30.0, 3);
   ASSERT_FALSE(good.rotors.empty());
   EXPECT_THAT(Harmful(Inspect(good, {})), Not(Contains(testing::HasSubstr("rotor"))));
   FlightLog bad = good;
@@ -543,9 +531,7 @@ TEST(Inspect, FindsSixSpinsTurnedRound) {
 }
 
 TEST(Inspect, FindsTheUnitOfRotorSpeeds) {
-  SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
-  config.duration = 30.0;
-  const FlightLog good = testing_simulation::Fly(config, 3).log;
+  const FlightLog good = testing_simulation::LogOf("figure_eight", 30.0, 3);
   FlightLog bad = good;
   for (ChannelsSample& sample : bad.rotors) {
     for (double& value : sample.values) value *= 30.0 / M_PI;

@@ -16,11 +16,7 @@ using testing::Contains;
 using testing::HasSubstr;
 
 const FlightLog& Gentle() {
-  static const FlightLog log = [] {
-    SimulationConfig config = testing_simulation::ReadShipped("figure_eight");
-    config.duration = 30.0;
-    return testing_simulation::Fly(config, 7).log;
-  }();
+  static const FlightLog log = testing_simulation::LogOf("figure_eight", 30.0, 7);
   return log;
 }
 

@@ -15,11 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
 
-FlightLog Flight() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 40.0;
-  return testing_simulation::Fly(config, 5).log;
-}
+FlightLog Flight() { return testing_simulation::LogOf("hippodrome", 40.0, 5); }
 
 TEST(StuckColumns, AFlightHasNone) {
   const FlightLog log = Flight();

@@ -38,6 +38,13 @@ inline Flown Fly(const SimulationConfig& config, std::uint64_t seed = 1) {
   return flown;
 }
 
+// The log of `seconds` of a flight that ships.
+inline FlightLog LogOf(const std::string& name, double seconds, std::uint64_t seed) {
+  SimulationConfig config = ReadShipped(name);
+  config.duration = seconds;
+  return Fly(config, seed).log;
+}
+
 inline Flown FlyWith(const std::string& id, const std::map<std::string, double>& values) {
   SimulationConfig config = ShortExactFlight();
   config.effects = {{id, values}};

@@ -16,11 +16,7 @@ using Eigen::Vector3d;
 constexpr double kTiltSigma = 0.015;  // rad
 constexpr double kTiltMemory = 1.0;   // s
 
-FlightLog Flown() {
-  SimulationConfig config = testing_simulation::ReadShipped("hippodrome");
-  config.duration = 100.0;
-  return testing_simulation::Fly(config, 3).log;
-}
+FlightLog Flown() { return testing_simulation::LogOf("hippodrome", 100.0, 3); }
 
 // rad, rms of the angle between two streams.
 double Apart(const std::vector<AttitudeSample>& a, const std::vector<AttitudeSample>& b) {
