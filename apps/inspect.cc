@@ -103,7 +103,7 @@ Opened OpenForeign() {
 Opened Open() {
   const std::filesystem::path folder = FLAGS_log;
   if (!std::filesystem::exists(folder / "imu.csv")) {
-    if (!std::filesystem::exists(folder / "log.yaml")) return OpenForeign();
+    if (!IsNativeLog(folder)) return OpenForeign();
     throw InputError((folder / "imu.csv").string() +
                      ": is missing; a native log (a folder with log.yaml) needs it");
   }
@@ -154,7 +154,7 @@ std::string WriteCorrected(const Opened& opened, const Repairs& repairs, const R
 class DrawnLog {
  public:
   explicit DrawnLog(const FlightLog& log) : folder_(log.directory) {
-    const bool native = !folder_.empty() && std::filesystem::exists(folder_ / "log.yaml");
+    const bool native = !folder_.empty() && IsNativeLog(folder_);
     if (!FLAGS_report || native) return;
     std::string copy = (std::filesystem::temp_directory_path() / "trueline-XXXXXX").string();
     if (mkdtemp(copy.data()) == nullptr) {

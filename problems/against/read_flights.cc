@@ -7,13 +7,12 @@
 
 #include "problems/common/app.h"
 #include "problems/common/error.h"
+#include "problems/log/native_log.h"
 
 namespace trueline {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool IsNative(const fs::path& path) { return fs::exists(path / "log.yaml"); }
 
 std::vector<std::string> Matches(const std::string& pattern) {
   glob_t found{};
@@ -29,7 +28,7 @@ std::vector<std::string> Matches(const std::string& pattern) {
 std::vector<std::string> LogsIn(const fs::path& folder) {
   std::vector<std::string> logs, files;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (IsNative(entry.path())) logs.push_back(entry.path().string());
+    if (IsNativeLog(entry.path())) logs.push_back(entry.path().string());
     if (entry.is_regular_file()) files.push_back(entry.path().string());
   }
   std::vector<std::string>& there = logs.empty() ? files : logs;
@@ -47,7 +46,7 @@ std::vector<NamedFlight> FlightsOf(const std::string& list) {
         fs::exists(entry) ? std::vector<std::string>{entry} : Matches(entry);
     if (paths.empty()) throw InputError(entry + ": there is no such log or folder; check the path");
     for (const std::string& path : paths) {
-      if (!fs::is_directory(path) || IsNative(path)) {
+      if (!fs::is_directory(path) || IsNativeLog(path)) {
         flights.push_back({path});
         continue;
       }

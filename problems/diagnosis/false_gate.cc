@@ -181,20 +181,21 @@ double DetectableFraction(const BaseFlight& flight, const BaseFit& fit, double a
 
 // Learned noise grows to hold fixes of another place, and the path is then drawn to them. With the
 // noise as stated the path keeps to the majority of each pass.
-BaseFit ImuDrivenFlight::FitAsStated() const {
+const BaseFit& ImuDrivenFlight::FitAsStated() const {
   constexpr int kIterations = 8;
-  BaseFit fit = fit_;
-  fit.noise = StartingNoise(options_);
-  Solve(flight_.get(), kIterations, &fit);
+  if (as_stated_) return *as_stated_;
+  as_stated_ = fit_;
+  as_stated_->noise = StartingNoise(options_);
+  Solve(flight_.get(), kIterations, &*as_stated_);
   flight_->Evaluate(fit_.x, false);
-  return fit;
+  return *as_stated_;
 }
 
 // The place that is surer of those beside both paths.
 std::optional<FalseGate> ImuDrivenFlight::FindFalsePlace(double alpha) const {
   std::optional<FalseGate> best;
-  for (const BaseFit& fit : {fit_, FitAsStated()}) {
-    const auto found = FindFalseGate(*flight_, fit, 0.5 * alpha);
+  for (const BaseFit* fit : {&fit_, &FitAsStated()}) {
+    const auto found = FindFalseGate(*flight_, *fit, 0.5 * alpha);
     if (found && (!best || found->p < best->p)) best = found;
   }
   if (best) best->p *= 2.0;

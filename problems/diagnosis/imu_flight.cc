@@ -208,6 +208,7 @@ void ImuDrivenFlight::SettleNoise(int sweeps, int repeats) {
 void ImuDrivenFlight::Fit(std::vector<Found>* found) {
   constexpr int kRefits = 8;  // at most
   columns_.clear();
+  as_stated_.reset();
   if (Restore(*found)) return;
   Eigen::VectorXd last;
   Columns ordinary;

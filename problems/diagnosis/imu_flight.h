@@ -85,7 +85,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   Columns ColumnsInModel(const std::vector<Found>& found, const Columns& ordinary);
   Columns OrdinaryColumns();
   const Eigen::MatrixXd& ColumnsOf(const Candidate& candidate, const Eigen::VectorXd& here) const;
-  BaseFit FitAsStated() const;
+  const BaseFit& FitAsStated() const;
   std::optional<FalseGate> FindFalsePlace(double alpha) const;
   // Physical parameters with their sigmas.
   ThetaVector Parameters() const;
@@ -114,6 +114,7 @@ class ImuDrivenFlight final : public DiagnosedFlight {
   ProcessNoise bare_process_;                     // learned by the first fit, which has no causes
   // Of candidates at their neutral value, for the last Fit.
   mutable std::map<std::pair<std::string, std::map<std::string, double>>, Eigen::MatrixXd> columns_;
+  mutable std::optional<BaseFit> as_stated_;  // of FitAsStated
 };
 
 }  // namespace trueline

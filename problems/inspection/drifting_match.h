@@ -7,8 +7,6 @@
 
 namespace trueline {
 
-// A match of pairs of vectors by one lag for the whole flight.
-
 // A match by one lag, and what the blocks of the flight show of it.
 struct SteadyMatch {
   VectorMatch match;

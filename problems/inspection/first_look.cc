@@ -114,8 +114,9 @@ FlightLog ReadAndLook(const std::filesystem::path& directory, std::vector<LogFau
                   "is missing; every log needs it, but for trueline-diagnose --against");
   }
   if (drive != ForDrive::kRotors && !HasPositions(log)) {
-    const bool native = std::filesystem::exists(directory / "log.yaml");
-    if (!native) throw NoUsableLog(NoPositions(directory.string()) + kWithoutPositions);
+    if (!IsNativeLog(directory)) {
+      throw NoUsableLog(NoPositions(directory.string()) + kWithoutPositions);
+    }
     RequirePositions(log, directory.string());
   }
   for (const std::string& warning : LeaveOutLostTracks(&log)) log.warnings.push_back(warning);

@@ -14,7 +14,6 @@ namespace trueline {
 
 // 1 - correlation^2, the share of a signal's square that a match leaves.
 inline double RestOf(double correlation) { return 1.0 - correlation * correlation; }
-// What a fault must leave of the rest of another explanation to be shown beside it.
 
 // `attitude` without the tilt of a filter of this gain (1/s). The tilt times gravity follows the
 // acceleration, d(tilt)/dt = gain (a - tilt), and a force that is turned by it reads a - tilt.

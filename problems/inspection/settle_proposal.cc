@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "problems/common/error.h"
 #include "problems/inspection/corrected_map.h"
@@ -60,9 +61,16 @@ std::size_t CountFaults(const Inspection& inspection) {
       std::count_if(inspection.findings.begin(), inspection.findings.end(), IsFault));
 }
 
-Inspection InspectBy(const ImportMap& map, const std::vector<std::string>& files) {
-  const FlightLog log = ConvertLog(map, files, {});
-  return Inspect(MiddleOfLong(log).value_or(log), FileAttitudesOf(map));
+struct Reading {
+  FlightLog log;
+  Inspection inspection;
+};
+
+Reading ReadBy(const ImportMap& map, const std::vector<std::string>& files) {
+  Reading reading{ConvertLog(map, files, {}), {}};
+  const std::optional<FlightLog> middle = MiddleOfLong(reading.log);
+  reading.inspection = Inspect(middle ? *middle : reading.log, FileAttitudesOf(map));
+  return reading;
 }
 
 // Findings that the corrected map has taken away, as lines for the user.
@@ -82,41 +90,45 @@ std::vector<std::string> TakenAway(const Inspection& before, const Inspection& a
 
 }  // namespace
 
-void SettleProposal(FoundLog* found) {
-  if (found->shipped && !AreTables(*found)) return;
+std::optional<FlightLog> SettleProposal(FoundLog* found) {
+  if (found->shipped && !AreTables(*found)) return std::nullopt;
+  std::optional<FlightLog> log;
   try {
-    const ImportMap map = MapOf(*found);
-    const Inspection before = InspectBy(map, found->files);
-    const Repairs repairs = OfMeaning(before.repairs, found->shipped.has_value());
-    if (repairs.IsNone()) return;
+    Reading before = ReadBy(MapOf(*found), found->files);
+    log = std::move(before.log);
+    const Repairs repairs = OfMeaning(before.inspection.repairs, found->shipped.has_value());
+    if (repairs.IsNone()) return log;
     const YAML::Node corrected = CorrectMap(YAML::Load(found->map), repairs);
-    const Inspection after =
-        InspectBy(ReadImportMapText(TextOf(corrected), "proposed_map.yaml"), found->files);
-    if (CountFaults(after) >= CountFaults(before)) return;
+    Reading after = ReadBy(ReadImportMapText(TextOf(corrected), "proposed_map.yaml"), found->files);
+    if (CountFaults(after.inspection) >= CountFaults(before.inspection)) return log;
+    log = std::move(after.log);
     found->shipped.reset();
     found->map = "# Proposed by the names of the columns, corrected by what the log shows.\n" +
                  TextOf(corrected);
     found->assumed = AssumptionsOf(corrected);
-    for (const std::string& line : TakenAway(before, after)) found->assumed.push_back(line);
+    for (const std::string& line : TakenAway(before.inspection, after.inspection)) {
+      found->assumed.push_back(line);
+    }
   } catch (const InputError&) {  // the conversion says why
   }
+  return log;
 }
 
 FlightLog ReadAnyLog(const std::string& path, const std::string& map) {
   namespace fs = std::filesystem;
   std::error_code unknown;
-  const bool is_native = fs::exists(fs::path(path) / "log.yaml", unknown) ||
-                         fs::exists(fs::path(path) / "imu.csv", unknown);
+  const bool is_native = IsNativeLog(path) || fs::exists(fs::path(path) / "imu.csv", unknown);
   if (is_native || !fs::exists(path, unknown)) return ReadCommandLog(path);
   FoundLog found;
+  std::optional<FlightLog> settled;
   if (map.empty()) {
     found = FindLog({path});
-    SettleProposal(&found);
+    settled = SettleProposal(&found);
   } else {
     found.files = {path};
     found.shipped = ReadImportMap(map);
   }
-  FlightLog log = ConvertFound(found, {});
+  FlightLog log = settled ? *std::move(settled) : ConvertFound(found, {});
   if (found.shipped && found.shipped->mocap_on_imu_clock) {
     log.warnings.push_back(path + ": mocap keeps its own clock here; trueline-convert aligns it");
   }

@@ -1,6 +1,7 @@
 // Logs that come without a map: what names leave open in a proposal, the streams settle together.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "problems/import/find_map.h"
@@ -11,7 +12,8 @@ namespace trueline {
 // an inspection of the log so read shows others, `found` gets the map that reads those, and a line
 // in `assumed` for each. The corrected map counts only if an inspection of what it reads has fewer
 // faults. A map that ships is taken for its units' names in tables alone: recordings state them.
-void SettleProposal(FoundLog* found);
+// Returns the log that the map in `found` then reads; none where that was not tried.
+std::optional<FlightLog> SettleProposal(FoundLog* found);
 
 // A native log's folder, or any other log, which is converted on the way: by the file `map`, or
 // where that is empty by FindLog() and SettleProposal(). The log may lack the IMU where it has

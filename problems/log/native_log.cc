@@ -263,6 +263,11 @@ void ReadStreams(const fs::path& directory, FlightLog* log) {
   if (!ReadsWithoutPositions(*log)) RequirePositions(*log, directory.string());
 }
 
+bool IsNativeLog(const fs::path& folder) {
+  std::error_code unknown;
+  return fs::exists(folder / "log.yaml", unknown);
+}
+
 bool HasPositions(const FlightLog& log) {
   return !log.fixes.empty() || !log.mocap.empty() || !log.pose.empty();
 }

@@ -19,7 +19,8 @@ FlightLog ReadNativeLog(const std::filesystem::path& directory);
 // the IMU and motor commands or rotor speeds.
 FlightLog ReadCommandLog(const std::filesystem::path& directory);
 
-bool HasPositions(const FlightLog& log);  // of any stream
+bool IsNativeLog(const std::filesystem::path& folder);  // by its log.yaml
+bool HasPositions(const FlightLog& log);                // of any stream
 bool ReadsWithoutPositions(const FlightLog& log);
 // Throws InputError for a log without.
 void RequirePositions(const FlightLog& log, const std::string& directory);

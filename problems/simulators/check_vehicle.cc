@@ -305,10 +305,6 @@ class Checker {
   std::vector<FileFinding> findings_;
 };
 
-}  // namespace
-
-namespace {
-
 // Of `findings`, those that stay with the best value that the root can have.
 std::vector<FileFinding> LeftBeside(const Root& root, const VehicleFile& file,
                                     const std::vector<FileFinding>& findings) {
