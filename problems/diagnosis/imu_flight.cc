@@ -35,26 +35,35 @@ AttitudeErrorPriors FilterErrorsBeside(const std::vector<Effect>& effects,
   return priors;
 }
 
+// The last step of the found effects, and the move that was made for it.
+struct LastStep {
+  Eigen::VectorXd step, move;
+};
+
 // Moves the found effects by `step`, clamped to plausible values. True once the move is small
 // against the steps of the difference quotients. The first steps are those of Newton's method, of
-// which the first never converges. Later ones shrink by a constant ratio because the noise is
-// learned again each time; Aitken extrapolation uses two of them.
-bool Advance(const Eigen::VectorXd& step, bool extrapolate, Eigen::VectorXd* last,
+// which the first never converges. Later ones shrink, or turn back, by a constant ratio: the noise
+// is learned again each time, and the flight's path follows the effect. Aitken's extrapolation goes
+// where they would end.
+bool Advance(const Eigen::VectorXd& step, bool extrapolate, LastStep* last,
              std::vector<Found>* found) {
-  constexpr double kFurthest = 4.0;  // times the step
-  bool settled = last->size() > 0 || step.size() == 0;
+  constexpr double kNearest = 0.5, kFurthest = 4.0;  // times the step
+  bool settled = last->step.size() > 0 || step.size() == 0;
+  Eigen::VectorXd moves = step;
   int at = 0;
   for (Found& f : *found) {
     for (int k = 0; k < f.value.size(); ++k, ++at) {
       const EffectParameterInfo& info = f.candidate.info->parameters[k];
-      const double ratio = extrapolate ? step[at] / (*last)[at] : 0.0;
-      const double ahead = ratio > 0.0 && ratio < 1.0 ? 1.0 / (1.0 - ratio) : 1.0;
-      const double move = step[at] * std::min(kFurthest, ahead);
-      f.value[k] = std::clamp(f.value[k] + move, -info.plausible, info.plausible);
-      settled = settled && std::abs(move) < 0.2 * info.step;
+      const bool moved = extrapolate && last->move[at] != 0.0;  // not held by a bound
+      const double ratio = moved ? 1.0 + (step[at] - last->step[at]) / last->move[at] : 0.0;
+      const double ahead = ratio < 1.0 ? std::clamp(1.0 / (1.0 - ratio), kNearest, kFurthest) : 1.0;
+      const double before = f.value[k];
+      f.value[k] = std::clamp(before + ahead * step[at], -info.plausible, info.plausible);
+      moves[at] = f.value[k] - before;
+      settled = settled && std::abs(moves[at]) < 0.2 * info.step;
     }
   }
-  *last = step;
+  *last = {step, moves};
   return settled;
 }
 
@@ -154,10 +163,18 @@ ThetaVector ImuDrivenFlight::Sigmas() const {
       cov.diagonal().head<kThetaSize>().cwiseSqrt());
 }
 
+std::vector<Candidate> ImuDrivenFlight::Ordinary() const {
+  if (log_->data.attitude.empty()) return {};
+  std::vector<Candidate> errors = OrdinaryErrors();
+  std::erase_if(errors, [this](const Candidate& error) {
+    return std::ranges::count(effects_, error.id(), &Effect::id) > 0;
+  });
+  return errors;
+}
+
 int ImuDrivenFlight::OrdinaryCount() const {
-  if (log_->data.attitude.empty()) return 0;
   int count = 0;
-  for (const Candidate& error : OrdinaryErrors()) count += error.size();
+  for (const Candidate& error : Ordinary()) count += error.size();
   return count;
 }
 
@@ -210,7 +227,7 @@ void ImuDrivenFlight::Fit(std::vector<Found>* found) {
   columns_.clear();
   as_stated_.reset();
   if (Restore(*found)) return;
-  Eigen::VectorXd last;
+  LastStep last;
   Columns ordinary;
   for (int i = 0; i <= kRefits; ++i) {
     Rebuild(*found);
@@ -241,13 +258,12 @@ void ImuDrivenFlight::Start() {
   StorePath();
 }
 
-// Of OrdinaryErrors, with their usual sizes as priors.
+// With their usual sizes as priors.
 Columns ImuDrivenFlight::OrdinaryColumns() {
   Columns all = Columns::None(flight_->rows());
-  if (OrdinaryCount() == 0) return all;
   const Eigen::VectorXd here = flight_->Evaluate(fit_.x, false).r;
   const SensitivityBase base{log_->data, plan_, options_, all_, path_};
-  for (const Candidate& error : OrdinaryErrors()) {
+  for (const Candidate& error : Ordinary()) {
     Columns columns =
         FreeColumns(Sensitivity(base, error, error.Neutral(), fit_.x, here, flight_.get()));
     columns.precision = error.Ordinary().cwiseAbs2().cwiseInverse();
@@ -314,7 +330,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   }
   auto fit =
       std::make_unique<ImuLinearisation>(flight_, fit_, ordinary, FreeColumns(stacked), fit_.noise);
-  for (const Candidate& error : OrdinaryErrors()) fit->ordinary.push_back(error.id());
+  for (const Candidate& error : Ordinary()) fit->ordinary.push_back(error.id());
   fit->found = std::move(found_columns);
   fit->candidates = std::move(candidate_columns);
   fit->terms = std::move(term_columns);

@@ -75,7 +75,9 @@ class ImuDrivenFlight final : public DiagnosedFlight {
  private:
   // Those of --model, then the given ones.
   std::vector<Effect> WithKnown(const std::vector<Effect>& effects) const;
-  int OrdinaryCount() const;  // columns of ordinary errors; they come first
+  // Ordinary errors that are nuisances: one that is found is fitted once, without a prior.
+  std::vector<Candidate> Ordinary() const;
+  int OrdinaryCount() const;  // their columns, which come first
   // True if this model is one of those that are kept.
   bool Restore(const std::vector<Found>& found);
   void Start();  // of a fit, once the flight is rebuilt
