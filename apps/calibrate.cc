@@ -72,6 +72,11 @@ trueline::Calibration Fit(const trueline::FlightLog& log,
   return trueline::Calibrate(log, options, others, [&] { progress.Done(); });
 }
 
+int ExitOf(const trueline::Verdict& verdict) {
+  return Refused().ExitFor(
+      verdict.word, verdict.word == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
+}
+
 // Judges the log by what the calibration has estimated, writes the files of either drive and the
 // report `page`. Returns the exit code.
 template <class Calibration>
@@ -83,9 +88,7 @@ int Finish(const trueline::FlightLog& log, const std::vector<trueline::LogFault>
   trueline::WriteCalibration(*calibration, log, provenance, out->path());
   trueline::Publish(page, FLAGS_report, FLAGS_quiet, trueline::CalibrationTable(*calibration), out,
                     more);
-  const std::string& verdict = calibration->verdict.word;
-  return Refused().ExitFor(verdict,
-                           verdict == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
+  return ExitOf(calibration->verdict);
 }
 
 trueline::CalibrationOptions ImuOptions() {
@@ -128,9 +131,7 @@ int FinishWithoutPoses(const trueline::FlightLog& log,
   trueline::WriteCalibration(
       calibration, trueline::Provenance(log, FLAGS_seed, trueline::ToYaml(options)), out->path());
   trueline::Publish("rotors", false, FLAGS_quiet, trueline::CalibrationTable(calibration), out);
-  const std::string& verdict = calibration.verdict.word;
-  return Refused().ExitFor(verdict,
-                           verdict == "unusable" ? trueline::kExitNoResult : trueline::kExitDone);
+  return ExitOf(calibration.verdict);
 }
 
 int RunRotors() {
