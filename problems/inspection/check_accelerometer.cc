@@ -13,8 +13,7 @@ namespace trueline {
 namespace {
 
 constexpr double kMostGravities = 5.0;  // rms acceleration of a flight
-constexpr double kLeastScale = 0.05;
-constexpr double kLeastBias = 0.4;  // m/s^2; a residual may be drag or a bias by as much
+constexpr double kLeastBias = 0.4;      // m/s^2; a residual may be drag or a bias by as much
 // rad, by which an IMU is usually mounted askew: a horizontal bias for gravity's part along x and
 // y.
 constexpr double kUsualTilt = 2.5 * kDegree;
@@ -22,6 +21,8 @@ constexpr double kUsualTilt = 2.5 * kDegree;
 // a bias is then a scale if it is larger than sensors have: makers state up to 80 mg along z.
 constexpr double kMostBias = 0.85;  // m/s^2
 constexpr double kUpright = 0.35;   // horizontal over vertical part of the bias
+// rad, by which a force seems turned if an axis reads another multiple of it.
+constexpr double kTurnOfForce = 30.0 * kDegree;
 
 // The residual if the earth axes of position were turned instead.
 double ResidualOfEarthTurn(const Examination& e, const PositionWitness& witness,
@@ -44,10 +45,9 @@ Eigen::Matrix3d Snapped(const Eigen::Matrix3d& turn) {
 // better explained without it.
 void JudgeAssumedAxes(Examination* e, const PositionWitness& witness,
                       const std::vector<Bend>& bends) {
-  const auto repaired = e->result.repairs.streams.find("imu");
-  if (repaired == e->result.repairs.streams.end() || repaired->second.accel.isIdentity(1e-9))
-    return;
-  const StreamRepair back{.accel = repaired->second.accel.transpose()};
+  const Eigen::Matrix3d assumed = e->RepairOf("imu").accel;
+  if (assumed.isIdentity(1e-9)) return;
+  const StreamRepair back{.accel = assumed.transpose()};
   Repairs alone;
   alone.streams["imu"] = back;
   FlightLog as_read = e->fixed;
@@ -86,15 +86,13 @@ void CheckAxes(Examination* e, const PositionWitness& witness, const std::vector
   if (turn.isIdentity(1e-9) || !better || !HoldsInOtherHalf(force, bends, hints)) return;
   if (ResidualOfEarthTurn(*e, witness, bends) < 1.1 * fit->residual) return;
   const double size = TurnSize(turn);
-  Finding finding{.level = size > 15.0 ? Level::kFatal : Level::kBiases,
-                  .size = size,
-                  .error = fit->as_read - fit->residual};
+  Finding finding{.level = LevelOfTurn(size), .size = size, .error = fit->as_read - fit->residual};
   finding.text = fmt::format(
       "the accelerometer's axes are not the body's: taken as {}, {}, it leaves {:.2f} m/s^2 (rms) "
       "of the acceleration of {} unexplained, otherwise {:.2f}",
       AxesText(turn),
-      e->result.repairs.streams["imu"].accel.isIdentity(1e-9) ? "the gyroscope's left as they are"
-                                                              : "beside the gyroscope's repair",
+      e->RepairOf("imu").accel.isIdentity(1e-9) ? "the gyroscope's left as they are"
+                                                : "beside the gyroscope's repair",
       fit->residual, witness.stream, fit->as_read);
   finding.remedy = "take the accelerometer's axes so";
   AddAccelerometerAxes(e, turn, finding);
@@ -142,23 +140,26 @@ bool IsScale(const ForceScale& fit) {
          fit.bias.head<2>().norm() < kUpright * std::abs(fit.bias.z());
 }
 
-void CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend> bends) {
+// Returns whether the scale is repaired.
+bool CheckScale(Examination* e, const PositionWitness& witness, std::vector<Bend> bends) {
   TurnLikePositions(*e, witness, &bends);
   const auto fit = FitForceScale(BodyForce(e->fixed, witness.attitude), bends);
-  if (!fit) return;
+  if (!fit) return false;
   const double off = std::abs(fit->factor - 1.0);
-  if (off > kLeastScale && off > 5.0 * fit->sigma && IsScale(*fit)) {
+  if (off > kOtherScale && off > kShown * fit->sigma && IsScale(*fit)) {
     AddAccelerometerScale(
         e, fit->factor, fit->sigma,
         fmt::format("a scale leaves {:.3f} m/s^2 (rms) of the acceleration of {} unexplained, "
                     "a bias {:.3f}",
                     fit->by_factor, witness.stream, fit->by_bias));
-  } else if (e->HasFinding("gravity_missing", "imu")) {
-    return;  // a bias of the size of gravity says the same
-  } else if (BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
+    return true;
+  }
+  // Without gravity a bias of its size says the same.
+  if (ReadsGravity(e->fixed) && BeyondTilt(fit->bias, e->log.gravity) > kLeastBias) {
     const Eigen::Vector3d bias = BiasBesideFilter(e, witness, bends, fit->bias);
     if (BeyondTilt(bias, e->log.gravity) > kLeastBias) AddBias(e, bias, witness.stream);
   }
+  return false;
 }
 
 // Without positions: the mean of the specific force, turned to earth axes, is gravity.
@@ -168,7 +169,7 @@ void CheckMeanForce(Examination* e) {
   const auto mean = MeanForceInEarth(e->fixed, attitude, 1.0);
   if (!mean || SecondsBetween(attitude.front().t, attitude.back().t) < 15.0) return;
   const double reads = -mean->z() / e->log.gravity;
-  if (std::abs(reads - 1.0) < 0.07) return;
+  if (std::abs(reads - 1.0) < kOtherScale) return;
   if (reads < 0.3 && UnitNear("m/s^2", 1.0 / reads) == nullptr) return;
   AddAccelerometerScale(
       e, 1.0 / reads, 0.02,
@@ -202,11 +203,6 @@ void AddAccelerometerScale(Examination* e, double factor, double sigma, const st
                              factor);
   finding.repaired = true;
   e->Repair("imu", {.accel_scale = unit != nullptr ? unit->factor : factor});
-  // The unit explains why gravity seemed to be missing, and the lateral force another multiple.
-  if (unit != nullptr) {
-    e->Remove("gravity_missing", "imu");
-    e->Remove("lateral_force", "imu");
-  }
   e->Add(finding);
 }
 
@@ -228,9 +224,12 @@ void CheckAccelerometer(Examination* e) {
     if (AreOfAnotherUnit(*bends, e->log.gravity)) return;  // CheckPositions() says so
     JudgeAssumedAxes(e, *witness, *bends);
     CheckAxes(e, *witness, *bends);
-    CheckLateralAxes(e, stream);
+    const std::vector<Finding> lateral = CheckLateralAxes(e, stream);
     bends = InEarthOfAttitude(*e, *witness);
-    if (bends) CheckScale(e, *witness, *bends);
+    // A scale of all axes explains that of one.
+    if ((bends && CheckScale(e, *witness, *bends)) || lateral.empty()) return;
+    for (const Finding& finding : lateral) e->Add(finding);
+    e->other_axes = kTurnOfForce;
     return;
   }
   CheckMeanForce(e);

@@ -10,9 +10,7 @@
 namespace trueline {
 namespace {
 
-constexpr double kLeastGyroScale = 0.04;
 constexpr double kLeastAlikeRates = 0.95;  // correlation that shows a scale which is no unit's
-constexpr double kClearRest = 0.6;         // of the square that other tilts leave
 constexpr double kLongBaseline = 0.35;     // s
 constexpr double kClearCorrelation = 0.3;
 constexpr double kClearLean = 12.0 * kDegree;  // by which one reading must be more upright
@@ -97,7 +95,7 @@ Finding TurnFinding(const Examination& e, const RateWitness& witness, const std:
   const double size = TurnSize(repair);
   return {.id = id,
           .stream = stream,
-          .level = size > 15.0 ? Level::kFatal : Level::kBiases,
+          .level = LevelOfTurn(size),
           .size = size,
           .unit = "deg",
           .error = 2.0 * e.log.gravity * std::sin(0.5 * size * kDegree),
@@ -138,7 +136,7 @@ void TurnAttitude(Examination* e, const RateWitness& witness, const std::string&
 bool IsOff(const VectorMatch& match) {
   const double least =
       std::abs(std::log(match.gain)) + std::log(match.correlation) - 5.0 * match.gain_sigma;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kLeastGyroScale;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
 }
 
 // The unit that the gyroscope's readings are in. Noise of the attitude's rates makes the ratio of
@@ -176,8 +174,8 @@ std::vector<AttitudeSample> WithTiltScaled(std::vector<AttitudeSample> attitude,
   return attitude;
 }
 
-// By how much the square of the residual between positions and accelerometer falls if the tilts of
-// the attitude are divided by `gain`; none where no position comes with this attitude.
+// By how much the residual between positions and accelerometer falls if the tilts of the attitude
+// are divided by `gain`; none where no position comes with this attitude.
 std::optional<double> RestAfterTilt(const Examination& e, const std::string& stream, double gain) {
   for (const char* of : {"mocap", "pose", "fixes"}) {
     const auto witness = PositionWitnessOf(e, of);
@@ -189,7 +187,7 @@ std::optional<double> RestAfterTilt(const Examination& e, const std::string& str
     };
     const double as_read = residual(witness->attitude);
     const double scaled = residual(WithTiltScaled(witness->attitude, 1.0 / gain));
-    if (std::isfinite(as_read) && as_read > 0.0) return std::pow(scaled / as_read, 2);
+    if (std::isfinite(as_read) && as_read > 0.0) return scaled / as_read;
   }
   return std::nullopt;
 }
@@ -231,10 +229,10 @@ void AddAttitudeScale(Examination* e, const RateWitness& of, const std::string& 
 void JudgeLoneScale(Examination* e, const RateWitness& witness) {
   if (UnitOfRates(witness.match) != nullptr) return AddGyroScale(e, witness);
   const auto rest = RestAfterTilt(*e, witness.stream, witness.match.gain);
-  if (rest && *rest < kClearRest) {
+  if (rest && *rest < kMuchLess) {
     AddAttitudeScale(e, witness,
                      "and so are its tilts: positions and the accelerometer agree better without");
-  } else if (rest && *rest > 1.0 / kClearRest) {
+  } else if (rest && *rest > 1.0 / kMuchLess) {
     AddGyroScale(e, witness);
   } else {
     e->result.notes.push_back(
@@ -247,7 +245,7 @@ void JudgeLoneScale(Examination* e, const RateWitness& witness) {
 
 // Whether the rates agree well enough to tell that the gyroscope reads them right.
 bool IsSound(const VectorMatch& match) {
-  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kLeastGyroScale;
+  return !IsOff(match) && match.correlation > kSound && match.gain_sigma < kOtherScale;
 }
 
 void CheckGain(Examination* e) {

@@ -16,12 +16,7 @@ constexpr double kLongestJump = 1.5;      // s, each way
 constexpr double kJumpStep = 0.05;        // s
 constexpr double kLeastClockJump = 0.15;  // s
 constexpr std::size_t kCoarseParts = 16;
-constexpr int kLeastFixes = 12;        // of a part
-constexpr int kFewFixes = 30;          // one gate's error may look like a lag
-constexpr double kClearlyWorse = 1.5;  // times the residual at the other's lag
-constexpr double kFarWorse = 2.0;      // the same of few fixes
-constexpr double kFollows = 0.3;       // residual against the distances flown
-constexpr double kMoves = 0.02;        // the same at the other's lag: at rest every lag fits
+constexpr std::size_t kLeastFixes = 12;  // of a part
 
 // Of differences between fixes and mocap.
 struct Differences {
@@ -127,50 +122,37 @@ Division BestDivision(const LaggedFixes& fixes) {
   return best;
 }
 
-double SpreadOfMocap(const FlightLog& log) {
-  const std::vector<VectorPair> pairs = FixPairs(log)(0.0);
-  Differences flown;
-  for (const VectorPair& pair : pairs) {
-    flown = flown.Plus({1.0, pair.sure.squaredNorm(), pair.sure}, 1.0);
-  }
-  return std::sqrt(flown.MeanSquareAbout(flown.sum / flown.n));
-}
-
-// Each follows mocap at its own lag, and clearly less well at the lag of the other.
-bool IsJump(const LaggedFixes& fixes, const Division& d, double flown) {
-  if (!(std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) >= kLeastClockJump)) return false;
-  const Differences part = fixes.Part(d, d.lag), rest = fixes.Rest(d, d.rest_lag);
-  const Differences part_at_other = fixes.Part(d, d.rest_lag), rest_at_other = fixes.Rest(d, d.lag);
-  const Differences both = part.Plus(rest, 1.0);
-  const Eigen::Vector3d mean = both.sum / both.n;
-  const double factor = std::min(part.n, rest.n) < kFewFixes ? kFarWorse : kClearlyWorse;
-  const auto clearly = [&](const Differences& own, const Differences& other) {
-    const double residual = std::sqrt(own.MeanSquareAbout(mean));
-    const double worse = other.n > 0.0 ? std::sqrt(other.MeanSquareAbout(mean)) : 0.0;
-    return residual < kFollows * flown && worse > std::max(factor * residual, kMoves * flown);
-  };
-  return clearly(part, part_at_other) && clearly(rest, rest_at_other);
-}
-
-std::vector<Fix> Moved(const FlightLog& log, const LaggedFixes& lagged, const Division& d) {
+// The fixes, the part moved by one lag and the rest by another.
+std::vector<Fix> Moved(const FlightLog& log, const LaggedFixes& lagged, const Division& d,
+                       std::size_t lag, std::size_t rest_lag) {
   std::vector<Fix> fixes = log.fixes;
   const LogClock clock(log);
   for (Fix& fix : fixes) {
     const double t = clock(fix.t);
     const bool in_part = t >= lagged.time(d.from) && t <= lagged.time(d.to - 1);
-    fix.t -= FromSeconds(lagged.lag(in_part ? d.lag : d.rest_lag));
+    fix.t -= FromSeconds(lagged.lag(in_part ? lag : rest_lag));
   }
   return fixes;
+}
+
+// Each of the two comes nearer to mocap at its own lag than at that of the other.
+bool IsJump(const Examination& e, const LaggedFixes& fixes, const Division& d) {
+  const auto moved = [&](std::size_t lag, std::size_t rest) {
+    return Moved(e.fixed, fixes, d, lag, rest);
+  };
+  const std::vector<Fix> own = moved(d.lag, d.rest_lag);
+  return std::abs(fixes.lag(d.lag) - fixes.lag(d.rest_lag)) >= kLeastClockJump &&
+         BringsFixesToMocap(e, moved(d.rest_lag, d.rest_lag), own) &&
+         BringsFixesToMocap(e, moved(d.lag, d.lag), own);
 }
 
 }  // namespace
 
 void CheckClockJump(Examination* e) {
   const LaggedFixes fixes(e->fixed);
-  if (fixes.size() < kFewFixes) return;
+  if (fixes.size() < 2 * kLeastFixes) return;
   const Division best = BestDivision(fixes);
-  if (best.to == 0 || !IsJump(fixes, best, SpreadOfMocap(e->fixed))) return;
-  if (!BringsFixesToMocap(*e, Moved(e->fixed, fixes, best))) return;
+  if (best.to == 0 || !IsJump(*e, fixes, best)) return;
   Finding finding{"clock_jump", "fixes", Level::kBiases,
                   fixes.lag(best.lag) - fixes.lag(best.rest_lag), "s"};
   finding.text = fmt::format(

@@ -20,19 +20,18 @@ std::string SpanOf(TimeNs origin, TimeNs from, TimeNs to) {
                      SecondsBetween(origin, to));
 }
 
+// Returns whether most of the stream lies outside of the IMU's time.
 template <class Sample>
-void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Examination* e) {
-  if (samples.empty() || e->log.imu.empty()) return;
+bool CheckStreamCover(const std::vector<Sample>& samples, const char* name, Examination* e) {
+  if (samples.empty() || e->log.imu.empty()) return false;
   const TimeNs begin = e->log.imu.front().t, end = e->log.imu.back().t;
   const double longest =
       std::max(SecondsBetween(begin, end), SecondsBetween(samples.front().t, samples.back().t));
-  if (longest < kLeastOverlap) return;
+  if (longest < kLeastOverlap) return false;
   const auto inside = std::count_if(samples.begin(), samples.end(),
                                     [&](const Sample& s) { return s.t >= begin && s.t <= end; });
   const double share = static_cast<double>(inside) / static_cast<double>(samples.size());
-  if (share >= kCovers) return;
-  // Stamps in another unit explain it.
-  if (e->HasFinding("time_unit", name) || e->HasFinding("time_unit", "imu")) return;
+  if (share >= kCovers) return false;
   Finding finding{"cover", name, share < 0.2 ? Level::kFatal : Level::kBiases, share, "1"};
   finding.text = fmt::format(
       "only {:.0f} % of {}.csv lies within the time of imu.csv ({}): it spans {}", 100.0 * share,
@@ -40,6 +39,7 @@ void CheckStreamCover(const std::vector<Sample>& samples, const char* name, Exam
   finding.remedy =
       "export the whole flight, or bring the clocks together (time: offset in the map)";
   e->Add(finding);
+  return true;
 }
 
 // s, within the IMU's time: the steps between samples, of which a gap counts as kLongestStep.
@@ -64,9 +64,6 @@ void CheckImuCover(const std::vector<Sample>& samples, const char* name, double 
   if (span < kLeastOverlap) return;
   const double covered = SecondsCovered(samples, begin, end);
   if (covered >= least * span) return;
-  for (const char* known : {"cover", "time_unit"}) {
-    if (e->HasFinding(known, name) || e->HasFinding(known, "imu")) return;
-  }
   const bool attitude = std::string(name) == "attitude";
   const bool biases = attitude && covered < kLittleCover * span;
   Finding finding{"cover", name, biases ? Level::kBiases : Level::kWidens, covered / span, "1"};
@@ -100,9 +97,11 @@ const char* TimeUnitOf(double ratio) {
   return nullptr;
 }
 
-// The IMU is known by its rate. Any other stream is judged against it.
-void CheckTimeUnit(Examination* e) {
-  if (e->log.imu.size() < 30) return;
+// The IMU is known by its rate. Any other stream is judged against it. Returns the streams whose
+// stamps have another unit.
+std::vector<std::string> CheckTimeUnit(Examination* e) {
+  std::vector<std::string> other_unit;
+  if (e->log.imu.size() < 30) return other_unit;
   ForEachStream(e->log, [&](const Stream& stream, const auto& samples) {
     if (samples.size() < 30) return;
     const bool imu = std::string(stream.name) == "imu";
@@ -118,7 +117,9 @@ void CheckTimeUnit(Examination* e) {
         stream.name, unit, span, rate, imu ? "other streams" : "IMU", other);
     finding.remedy = fmt::format("state `unit: {}` of its time", unit);
     e->Add(finding);
+    other_unit.emplace_back(stream.name);
   });
+  return other_unit;
 }
 
 }  // namespace
@@ -138,16 +139,22 @@ std::optional<Finding> MissingAttitude(const FlightLog& log) {
 }
 
 void CheckCover(Examination* e) {
-  CheckTimeUnit(e);
-  CheckStreamCover(e->log.attitude, "attitude", e);
-  CheckStreamCover(e->log.fixes, "fixes", e);
-  CheckStreamCover(e->log.mocap, "mocap", e);
-  CheckStreamCover(e->log.pose, "pose", e);
-  CheckStreamCover(e->log.rotors, "rotors", e);
-  CheckStreamCover(e->log.motors, "motors", e);
-  CheckImuCover(e->log.attitude, "attitude", kCovers, e);
-  CheckImuCover(e->log.mocap, "mocap", kPoseCover, e);
-  CheckImuCover(e->log.pose, "pose", kPoseCover, e);
+  const std::vector<std::string> other_unit = CheckTimeUnit(e);
+  const auto has_other_unit = [&](const char* name) {
+    return std::find(other_unit.begin(), other_unit.end(), name) != other_unit.end();
+  };
+  // `least`: share of the IMU's time that the stream must cover; fixes come in passes, and rotors
+  // need not turn for the whole log.
+  const auto check = [&](const auto& samples, const char* name, double least) {
+    if (has_other_unit("imu") || has_other_unit(name)) return;
+    if (!CheckStreamCover(samples, name, e)) CheckImuCover(samples, name, least, e);
+  };
+  check(e->log.attitude, "attitude", kCovers);
+  check(e->log.fixes, "fixes", 0.0);
+  check(e->log.mocap, "mocap", kPoseCover);
+  check(e->log.pose, "pose", kPoseCover);
+  check(e->log.rotors, "rotors", 0.0);
+  check(e->log.motors, "motors", 0.0);
   const auto missing = e->log.rotors.empty() ? MissingAttitude(e->log) : std::nullopt;
   if (missing) e->Add(*missing);
 }

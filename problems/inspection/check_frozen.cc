@@ -32,23 +32,34 @@ double TurnOfAttitude(const FlightLog& log, const FrozenStretch& frozen) {
   return turn;
 }
 
-void Judge(const std::string& stream, const FrozenStretch& frozen, Examination* e) {
-  const bool imu = stream == "imu";
+// s, of a stretch in which the vehicle turns by `turn`; zero for one that may be at rest.
+double SecondsMoving(const FrozenStretch& frozen, double turn) {
   const double seconds = SecondsBetween(frozen.from, frozen.until);
-  const double turn = imu ? TurnOfAttitude(e->log, frozen) : TurnOfGyro(e->log, frozen);
-  if (seconds < kLeastFrozen || turn < std::max(kMovingTurn, kMovingRate * seconds)) return;
-  Finding finding{"stuck", stream, Level::kBiases, seconds, "s"};
-  finding.text = fmt::format(
-      "{}.csv: no number changes from {:.3f} to {:.3f} s, in which time {} turns by {:.0f} deg",
-      stream, ToSeconds(frozen.from), ToSeconds(frozen.until),
-      imu ? "the attitude" : "the gyroscope", turn / kDegree);
+  const bool moves =
+      seconds >= kLeastFrozen && turn >= std::max(kMovingTurn, kMovingRate * seconds);
+  return moves ? seconds : 0.0;
+}
+
+// Names the longest stretch in which the vehicle moves.
+void Judge(const std::string& stream, const std::vector<FrozenStretch>& stretches, Examination* e) {
+  const bool imu = stream == "imu";
+  Finding finding{"stuck", stream, Level::kBiases, 0.0, "s"};
+  for (const FrozenStretch& frozen : stretches) {
+    const double turn = imu ? TurnOfAttitude(e->log, frozen) : TurnOfGyro(e->log, frozen);
+    const double seconds = SecondsMoving(frozen, turn);
+    if (seconds <= finding.size) continue;
+    finding.size = seconds;
+    finding.text = fmt::format(
+        "{}.csv: no number changes from {:.3f} to {:.3f} s, in which time {} turns by {:.0f} deg",
+        stream, ToSeconds(frozen.from), ToSeconds(frozen.until),
+        imu ? "the attitude" : "the gyroscope", turn / kDegree);
+  }
+  if (finding.size == 0.0) return;
   finding.remedy = "leave out the samples that repeat (`new_where` in the map), or cut that part";
   e->Add(finding);
 }
 
-constexpr double kTurnWindow = 0.5;  // s
-constexpr double kSureTurn = 0.1;    // rad, within a window, beside the gyroscope's bias
-constexpr int kSureWindows = 3;
+constexpr double kTurnWindow = 1.0;  // s
 
 // Mean rates of the gyroscope over windows, without vibration.
 std::vector<Eigen::Vector3d> WindowRates(const std::vector<ImuSample>& imu) {
@@ -75,9 +86,9 @@ bool TurnsByGyro(const FlightLog& log) {
     for (const Eigen::Vector3d& rate : rates) values.push_back(rate[axis]);
     usual[axis] = LowerMedian(values);
   }
-  return std::count_if(rates.begin(), rates.end(), [&](const Eigen::Vector3d& rate) {
-           return (rate - usual).norm() * kTurnWindow > kSureTurn;
-         }) >= kSureWindows;
+  return std::any_of(rates.begin(), rates.end(), [&](const Eigen::Vector3d& rate) {
+    return (rate - usual).norm() * kTurnWindow > kMovingTurn;
+  });
 }
 
 // Whether some attitude turns by more than its noise.
@@ -112,9 +123,7 @@ void JudgeDead(const std::string& stream, const std::string& columns, Examinatio
 }  // namespace
 
 bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen) {
-  const double seconds = SecondsBetween(frozen.from, frozen.until);
-  return seconds >= kLeastFrozen &&
-         TurnOfGyro(log, frozen) >= std::max(kMovingTurn, kMovingRate * seconds);
+  return SecondsMoving(frozen, TurnOfGyro(log, frozen)) > 0.0;
 }
 
 // Of poses see lost_track.h.
@@ -126,7 +135,7 @@ void CheckFrozen(Examination* e) {
       for (const std::string& dead : FindDead(stream, samples)) JudgeDead(stream.name, dead, e);
     }
     if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, AttitudeSample>) {
-      if (const auto frozen = FindFrozen(stream, samples)) Judge(stream.name, *frozen, e);
+      Judge(stream.name, FindFrozen(stream, samples), e);
     }
   });
 }

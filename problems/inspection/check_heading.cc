@@ -4,16 +4,12 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
+#include "problems/inspection/following_filter.h"
 #include "problems/inspection/heading.h"
 
 namespace trueline {
 namespace {
 
-// The AHRS may err by some degrees, and this comparison as well.
-constexpr double kOtherHeading = 15.0 * kDegree;
-constexpr double kHeadingClearly = 4.0;             // sigmas
-constexpr double kOrdinarilyShown = 2.5;            // sigmas, with an attitude filter in order
-constexpr double kTurnByFilter = 15.0 * kDegree;    // of the IMU
 constexpr double kHardlyUncertain = 5.0 * kDegree;  // of a heading, sigma
 
 // The heading with an attitude filter in order, and with one of any gain.
@@ -24,19 +20,19 @@ struct HeadingPair {
     const double a = std::abs(ordinary.angle), b = std::abs(any.angle);
     const double apart = std::abs(std::remainder(ordinary.angle - any.angle, 2.0 * M_PI));
     const bool zero_between = apart > std::max(a, b);
-    return std::min(a, b) > least && !zero_between && ordinary.none_excluded > kOrdinarilyShown &&
-           any.none_excluded > kHeadingClearly;
+    return std::min(a, b) > least && !zero_between && ordinary.none_excluded > kLikely &&
+           any.none_excluded > kShown;
   }
   bool IsPrecise() const {
-    return std::abs(ordinary.angle) > kHeadingClearly * ordinary.sigma &&
-           std::abs(any.angle) > kHeadingClearly * any.sigma;
+    return std::abs(ordinary.angle) > kShown * ordinary.sigma &&
+           std::abs(any.angle) > kShown * any.sigma;
   }
 };
 
 Finding OffsetOf(const Heading& heading, double gravity) {
-  const Level level = std::abs(heading.angle) > kOtherHeading ? Level::kFatal : Level::kBiases;
   const double error = gravity * std::abs(std::sin(heading.angle));
   const double size = heading.angle / kDegree, sigma = heading.sigma / kDegree;
+  const Level level = LevelOfTurn(std::abs(size));
   return {"heading_offset", "attitude", level, size, "deg", error, sigma};
 }
 
@@ -92,9 +88,8 @@ void NoteUndecided(Examination* e, const std::string& stream, const HeadingPair&
 // An attitude filter that takes acceleration for tilt turns at other rates than the gyroscope,
 // which looks like a small turn of the IMU.
 bool MayFollowAcceleration(const Examination& e) {
-  return std::any_of(e.result.findings.begin(), e.result.findings.end(), [](const Finding& f) {
-    return f.id == "imu_axes" && f.size < kTurnByFilter / kDegree;
-  });
+  const Eigen::Matrix3d turn = e.RepairOf("imu").gyro;
+  return !IsIdentity(turn) && TurnSize(turn) < kTurnByFilter / kDegree;
 }
 
 }  // namespace
@@ -103,17 +98,15 @@ void CheckHeading(Examination* e) {
   if (e->fixed.attitude.size() < 30) return;
   for (const char* stream : {"mocap", "fixes"}) {
     // By another clock, which may be a lap off, they are compared once that is repaired.
-    if (e->HasFinding("clock_offset", stream)) continue;
+    if (e->RepairOf(stream).time_offset != 0.0) continue;
     const auto heading = HeadingOf(e->fixed, stream, kOrdinaryGain);
     if (!heading) continue;
-    // A force along an axis that reads another multiple points elsewhere.
-    const double most = e->HasFinding("lateral_force", "imu") ? kTurnOfForce : kOtherAxes;
-    const double beyond = std::abs(heading->angle) - most;
-    if (beyond < 0.0 && heading->sigma < kHardlyUncertain) return;
+    const bool small = std::abs(heading->angle) < e->other_axes;
+    if (small && heading->sigma < kHardlyUncertain) return;
     const auto any = HeadingOf(e->fixed, stream, kAnyGain);
     if (!any) continue;
     const HeadingPair pair{*heading, *any};
-    if (!pair.IsShown(most) || MayFollowAcceleration(*e)) {
+    if (!pair.IsShown(e->other_axes) || MayFollowAcceleration(*e)) {
       NoteUndecided(e, stream, pair);
       return;
     }

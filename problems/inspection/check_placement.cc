@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "problems/inspection/clear.h"
 #include "problems/inspection/examination.h"
 #include "problems/inspection/fix_agreement.h"
 #include "problems/inspection/vector_match.h"
@@ -18,7 +19,6 @@ namespace {
 constexpr double kPlaced = 0.2;          // rms against the distances flown
 constexpr double kPlacementStep = 0.05;  // s
 constexpr int kPlacementSteps = 200;
-constexpr double kAlikePlacement = 1.5;  // of the rms
 constexpr double kFarLag = 1.0;          // s; CheckPositions() finds a shorter one
 constexpr double kOddSpread = 10.0;      // sigmas that fixes scatter about mocap
 constexpr double kLeastOddSpread = 1.0;  // m
@@ -55,7 +55,7 @@ Placement BestPlacementByLag(const PairsAt& pairs, double least_count) {
     tried.push_back({k * kPlacementStep, one, AbsoluteRms(sums, one), sums.n, {}});
     if (best.count == 0.0 || Misfit(tried.back()) < Misfit(best)) best = tried.back();
   }
-  double second = kAlikePlacement * best.rms;
+  double second = kAlikeRest * best.rms;
   for (const Placement& placement : tried) {
     if (std::abs(placement.lag - best.lag) < 1.0 || placement.rms > second) continue;
     second = placement.rms;
@@ -121,17 +121,14 @@ void CheckPlacement(Examination* e) {
   if (sums.n < kLeastPairs) return;
   const double flown = std::sqrt(sums.SureVar());
   const double as_read = AbsoluteRms(sums, Eigen::Matrix3d::Identity());
-  const auto is_good = [&](const Placement& placement) {
-    return placement.rms < kPlaced * flown && placement.rms < 0.5 * as_read;
-  };
   if (as_read < kPlaced * flown) return;
   const Placement axes = BestPlacementByAxes(sums);
-  const Placement lag = BestPlacementByLag(pairs, 0.5 * sums.n);
-  if (is_good(lag) && BringsFixesToMocap(*e, {.time_offset = -lag.lag}) &&
-      std::abs(lag.lag) > kFarLag && lag.rms < 1.5 * axes.rms) {
-    AddPlacedClock(e, lag, as_read);
-  } else if (is_good(axes) && BringsFixesToMocap(*e, {.position = axes.turn.transpose()})) {
+  const Placement lag = BestPlacementByLag(pairs, kCovers * sums.n);
+  if (std::min(lag.rms, axes.rms) > kPlaced * flown) return;
+  if (axes.rms < lag.rms && BringsFixesToMocap(*e, {.position = axes.turn.transpose()})) {
     AddPlacedAxes(e, axes, as_read);
+  } else if (std::abs(lag.lag) > kFarLag && BringsFixesToMocap(*e, {.time_offset = -lag.lag})) {
+    AddPlacedClock(e, lag, as_read);
   }
 }
 

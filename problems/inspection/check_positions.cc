@@ -17,7 +17,6 @@ namespace {
 constexpr double kAlikePosition = 0.9;
 constexpr double kLeastAcceleration = 0.4;  // m/s^2, rms
 constexpr double kLeastPositionLag = 0.02;  // s
-constexpr double kLeastPositionScale = 0.06;
 // rad, of an attitude's tilt along with the acceleration: of a pose's own, and of an AHRS that
 // takes the specific force for gravity.
 constexpr double kTiltOfPose = 0.3 * kDegree;
@@ -41,7 +40,6 @@ bool IsHeading(const Eigen::Matrix3d& turn) {
 // explains as much without a lag.
 std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& witness,
                                         VectorMatch match) {
-  constexpr double kFarther = 0.1;  // s
   const auto as_stamped = FollowingOf(*e, witness, 0.0);
   if (as_stamped && RestOf(match.correlation) > kExplains * RestOf(as_stamped->match.correlation)) {
     e->result.notes.push_back(fmt::format(
@@ -51,7 +49,7 @@ std::optional<VectorMatch> BesideFilter(Examination* e, const PositionWitness& w
         witness.stream, LateText(match.lag), as_stamped->gain));
     return std::nullopt;
   }
-  const auto beside = FollowingOf(*e, witness, std::abs(match.lag) + kFarther);
+  const auto beside = FollowingOf(*e, witness, std::abs(match.lag) + kLeastPositionLag);
   if (!beside || beside->match.correlation < match.correlation) return match;
   match.lag_sigma = std::hypot(match.lag_sigma, 0.5 * (match.lag - beside->match.lag));
   match.lag = beside->match.lag;
@@ -115,9 +113,7 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
   const Eigen::Matrix3d turn = PlainTurn(match, kOtherAxes);
   if (turn.isIdentity(1e-9)) return;
   if (!IsConfirmed(*e, reference, {.position = turn.transpose()})) return;
-  // A force along an axis that reads another multiple points elsewhere.
-  const double angle = TurnBetween(turn, Eigen::Matrix3d::Identity()).norm();
-  if (e->HasFinding("lateral_force", "imu") && angle < kTurnOfForce) return;
+  if (TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() < e->other_axes) return;
   if (reference.any_heading && IsHeading(turn)) return;  // CheckHeading() judges it
   Finding finding{.stream = stream,
                   .error = match.seen_rms * 2.0 * std::sin(0.5 * TurnSize(turn) * kDegree),
@@ -132,7 +128,7 @@ void AddAxes(Examination* e, const std::string& stream, const VectorMatch& match
 bool IsOffScale(const VectorMatch& match) {
   const double least = std::abs(std::log(match.gain)) + std::log(match.correlation) -
                        5.0 * match.gain_sigma / match.gain;
-  return least > 0.0 && std::abs(match.gain - 1.0) > kLeastPositionScale;
+  return least > 0.0 && std::abs(match.gain - 1.0) > kOtherScale;
 }
 
 // Against the accelerometer, over bends `wider` times as wide as usual.
@@ -176,7 +172,7 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   const double error = match.seen_rms * std::abs(match.gain - 1.0);
   Finding finding{"position_scale", stream, Level::kBiases, match.gain, "1", error,
                   match.gain_sigma};
-  const bool after_repair = e->HasFinding("position_scale", reference.what);
+  const bool after_repair = e->RepairOf(reference.what).position_scale != 1.0;
   finding.text = fmt::format("distances in {}.csv are {:.3f} +- {:.3f} times those that {} shows{}",
                              stream, match.gain, match.gain_sigma, reference.what,
                              after_repair ? " once its own scale is repaired" : "");
@@ -193,8 +189,6 @@ void AddPositionScale(Examination* e, const std::string& stream, const VectorMat
   finding.remedy =
       fmt::format("multiply the positions by {:.6g}{}; check the unit", factor, UnitText(unit));
   finding.repaired = true;
-  // Positions in another unit scatter about mocap as well.
-  if (unit != nullptr && stream == "fixes") e->Remove("position_spread", "fixes");
   e->Repair(stream, {.position_scale = factor});
   e->Add(finding);
 }
@@ -215,8 +209,7 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   e->result.comparisons.push_back(comparison);
   if (!comparison.not_shown.empty()) return;
   AddLag(e, stream, *comparison.match, reference);
-  const bool reference_drifts = e->HasFinding("clock_drift", reference.what);
-  if (reference.own_clock && !reference_drifts) {
+  if (reference.own_clock && !e->Drifts(reference.what)) {
     // Errors of a map, gate by gate, look like a smaller drift.
     const double least = stream == "fixes" ? kDriftOfFixes : kOrdinaryDrift;
     AddClockDrift(e, stream, *comparison.match, reference.what, least);
@@ -224,7 +217,7 @@ void Judge(Examination* e, const std::string& stream, const PairsAt& pairs, doub
   AddAxes(e, stream, *comparison.match, reference);
   auto scaled = comparison.match;
   const bool by_force = !IsMocap(reference);
-  if (by_force && e->HasFinding("gravity_missing", "imu")) {
+  if (by_force && !ReadsGravity(e->fixed)) {
     e->result.notes.push_back(fmt::format(
         "the scale of distances in {}.csv is not shown: the accelerometer is in another unit, or "
         "reads no gravity",
@@ -261,15 +254,15 @@ void CheckPositions(Examination* e) {
   for (const char* stream : {"mocap", "pose", "fixes"}) {
     const bool fixes = std::string(stream) == "fixes";
     if (fixes && e->fixed.mocap.size() > 100) {
-      const bool moved = e->HasFinding("clock_offset", "mocap");
+      const bool moved = e->RepairOf("mocap").time_offset != 0.0;
       LeaveOutGatesApart(e);
       if (!moved) {
         CheckPlacement(e);
-        CheckSpread(e);
         CheckClockJump(e);
       }
       if (moved && HasAmbiguousClock(*e, "mocap")) continue;
       Judge(e, stream, FixPairs(e->fixed), 2.0, {"mocap", false, true, kAlikePosition});
+      if (!moved) CheckSpread(e);
       continue;
     }
     const auto witness = PositionWitnessOf(*e, stream);

@@ -16,9 +16,6 @@ constexpr double kLeastLag = 0.012;        // s; a shorter one is no fault
 constexpr double kLeastDrift = 1e-4;       // s/s; a smaller one is no fault
 constexpr double kFormMargin = 0.04;       // correlation by which another form must be better
 constexpr double kLeastImuJump = 0.5, kMostImuJump = 60.0;  // s
-constexpr double kRunsThrough = 0.2;                        // s, steps of a stream without a gap
-constexpr double kLeastTurn = 5.0 * kDegree;
-constexpr double kMostByFilter = 20.0 * kDegree;  // of a turn that an AHRS may seem to have
 
 struct Form {
   std::array<int, 4> order;
@@ -198,9 +195,9 @@ void AddOtherFlight(Examination* e, const std::string& stream, const VectorMatch
 std::optional<FollowingFit> ExplainedByFilter(Examination* e, const RunningIntegral<3>& gyro,
                                               const VectorMatch& match) {
   const bool late = std::abs(match.lag) > std::max(kLeastLag, 5.0 * match.lag_sigma);
-  if (!late && IsIdentity(PlainTurn(match, kLeastTurn))) return std::nullopt;
+  if (!late && IsIdentity(PlainTurn(match, kOtherBody))) return std::nullopt;
   if (e->fixed.attitude.empty() ||
-      TurnBetween(match.turn, Eigen::Matrix3d::Identity()).norm() > kMostByFilter)
+      TurnBetween(match.turn, Eigen::Matrix3d::Identity()).norm() > kTurnByFilter)
     return std::nullopt;
   const LogClock clock(e->fixed);
   auto fit = FitFollowing(
@@ -260,9 +257,7 @@ void CheckStream(Examination* e, const std::string& stream, const RunningIntegra
       MatchVectors(RatePairs(gyro, TurnsOf(attitude, clock, kMostPairs), false), {0.0, 0.02});
   if (repaired) {
     repaired->or_else = match->or_else;
-    // A pose's body axes are set by hand; some degrees are usual.
-    const double least = stream == "attitude" ? kLeastTurn : kOtherBody;
-    e->rates.push_back({stream, *repaired, PlainTurn(*repaired, least)});
+    e->rates.push_back({stream, *repaired, PlainTurn(*repaired, kOtherBody)});
     const VectorMatch as_recorded = *match;
     comparison.match = repaired;
     comparison.match->lag = as_recorded.lag;
@@ -292,7 +287,7 @@ Step LongestStep(const std::vector<ImuSample>& imu) {
 bool HasGap(const std::vector<AttitudeSample>& attitude, TimeNs from, TimeNs to) {
   for (std::size_t i = 1; i < attitude.size(); ++i) {
     if (attitude[i].t <= from || attitude[i - 1].t >= to) continue;
-    if (SecondsBetween(attitude[i - 1].t, attitude[i].t) > kRunsThrough) return true;
+    if (SecondsBetween(attitude[i - 1].t, attitude[i].t) > kAttitudeGap) return true;
   }
   return false;
 }
@@ -318,30 +313,6 @@ void AddImuJump(Examination* e, const std::string& through, const Step& step, do
       "before and after it as flights of their own",
       jump);
   e->Add(finding);
-}
-
-// Stamps that jump while a stream of another clock runs through look like a gap of the IMU.
-void CheckImuJump(Examination* e, const RunningIntegral<3>& gyro) {
-  const std::vector<ImuSample>& imu = e->log.imu;
-  const Step step = LongestStep(imu);
-  if (step.seconds < kLeastImuJump || step.seconds > kMostImuJump) return;
-  const LogClock clock(e->log);
-  const double at = clock(imu[step.after - 1].t), end = clock(imu.back().t);
-  for (const char* stream : {"mocap", "pose"}) {
-    const std::vector<AttitudeSample> attitude = AttitudesOf(e->log, stream);
-    if (attitude.size() < 100 || e->IsCopy(stream)) continue;
-    if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
-    const auto turns = TurnsOf(attitude, clock, 2 * kMostPairs);
-    const double reach = step.seconds + 0.5;
-    const auto before = MatchPart(gyro, turns, 0.0, at, 0.5);
-    const auto after = MatchPart(gyro, turns, at, end, reach);
-    if (!before || !after) continue;
-    const double jump = before->lag - after->lag;
-    if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
-    e->Remove("gaps", "imu");
-    AddImuJump(e, stream, step, jump);
-    return;
-  }
 }
 
 }  // namespace
@@ -376,18 +347,40 @@ void AddClockDrift(Examination* e, const std::string& stream, const VectorMatch&
                   6e4 * std::abs(match.drift), match.drift > 0.0 ? "faster" : "slower", reference);
   finding.remedy = DriftRemedy(e->log, match.drift) + ", then inspect again";
   e->Add(finding);
+  e->drifting.push_back(stream);
+}
+
+void FindCopies(Examination* e) {
+  for (const char* stream : {"mocap", "pose"}) {
+    if (RepeatsAttitude(e->log, AttitudesOf(e->log, stream))) e->copies.emplace_back(stream);
+  }
+}
+
+std::optional<TimeNs> CheckImuJump(Examination* e) {
+  const std::vector<ImuSample>& imu = e->log.imu;
+  const Step step = LongestStep(imu);
+  if (step.seconds < kLeastImuJump || step.seconds > kMostImuJump) return std::nullopt;
+  const RunningIntegral<3> gyro = GyroIntegral(e->log);
+  const LogClock clock(e->log);
+  const double at = clock(imu[step.after - 1].t), end = clock(imu.back().t);
+  for (const char* stream : {"mocap", "pose"}) {
+    const std::vector<AttitudeSample> attitude = AttitudesOf(e->log, stream);
+    if (attitude.size() < 100 || e->IsCopy(stream)) continue;
+    if (HasGap(attitude, imu[step.after - 1].t, imu[step.after].t)) continue;
+    const auto turns = TurnsOf(attitude, clock, 2 * kMostPairs);
+    const auto before = MatchPart(gyro, turns, 0.0, at, kLeastImuJump);
+    const auto after = MatchPart(gyro, turns, at, end, step.seconds + kLeastImuJump);
+    if (!before || !after) continue;
+    const double jump = before->lag - after->lag;
+    if (std::abs(jump - step.seconds) > 0.1 * step.seconds) continue;
+    AddImuJump(e, stream, step, jump);
+    return imu[step.after].t;
+  }
+  return std::nullopt;
 }
 
 void CheckRates(Examination* e) {
-  if (e->fixed.imu.size() < 100) return;
   const RunningIntegral<3> gyro = GyroIntegral(e->fixed);
-  for (const char* stream : {"mocap", "pose"}) {
-    const std::vector<AttitudeSample> attitude = AttitudesOf(e->fixed, stream);
-    if (RepeatsAttitude(e->fixed, attitude) || HasValuesOfAttitude(e->fixed, attitude)) {
-      e->copies.emplace_back(stream);
-    }
-  }
-  CheckImuJump(e, gyro);
   for (const char* stream : {"attitude", "mocap", "pose"}) CheckStream(e, stream, gyro);
 }
 

@@ -17,8 +17,7 @@ constexpr double kLeastExplained = 0.3;  // share of the angular acceleration
 constexpr double kFits = 0.8;            // cosine of effects found and stated
 constexpr std::size_t kMostOrdered = 6;  // rotors; permutations of eight take too long
 constexpr double kLeastOrderGain =
-    0.05;                             // by which another order must explain more; less may be k_f
-constexpr double kAlikeSigmas = 3.0;  // by which the best order must be better than each other
+    0.05;  // by which another order must explain more; less may be k_f
 // An order that explains less than the best one by this share of all is rejected.
 constexpr double kNearOrder = 0.5;
 constexpr double kLeastRotorLag = 0.025;  // s, of measured speeds
@@ -111,7 +110,7 @@ BestOrder FindOrder(const RotorLayout& layout, const Eigen::Matrix3Xd& stated) {
   BestOrder found{TryOrder(*layout.all, stated, best), 0};
   for (std::size_t k = 0; k < orders.size(); ++k) {
     if (*most - explained[k] > kNearOrder || orders[k] == best) continue;
-    found.alike += !IsBetter(layout, stated, best, orders[k], kAlikeSigmas);
+    found.alike += !IsBetter(layout, stated, best, orders[k], kLikely);
   }
   return found;
 }

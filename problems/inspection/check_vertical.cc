@@ -9,6 +9,7 @@
 #include "problems/inspection/force_fit.h"
 #include "problems/inspection/heading.h"
 #include "problems/inspection/position_witness.h"
+#include "problems/log/attitude_cursor.h"
 #include "problems/result/statistics.h"
 
 namespace trueline {
@@ -21,62 +22,60 @@ constexpr double kAlong = 0.85;     // cosine of a direction that is along an ax
 constexpr double kLeastLean = 60.0 * kDegree;
 constexpr double kErrorOfMean = 0.02;  // of gravity, by the mean force
 
-// Mean specific force (m/s^2) in the body over the calm parts; zero where there are too few.
-Eigen::Vector3d CalmForce(const FlightLog& log) {
+// Mean specific force (m/s^2) over the calm parts, each sample turned by `turn`, which returns
+// false where it knows none; zero where there are too few.
+template <class Turn>
+Eigen::Vector3d CalmForce(const FlightLog& log, const Turn& turn) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double calm = 0.0, n = 0.0;
   for (std::size_t i = 1; i < log.imu.size(); ++i) {
     const ImuSample& s = log.imu[i];
     if (s.gyro.norm() > kCalmRate || std::abs(s.accel.norm() - log.gravity) > kCalmForce) continue;
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+    if (!turn(s.t, &q)) continue;
     calm += std::min(0.1, SecondsBetween(log.imu[i - 1].t, s.t));
-    sum += s.accel;
+    sum += q * s.accel;
     n += 1.0;
   }
   return calm < kLeastCalm ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sum / n);
 }
 
-// The same in the earth of an attitude.
+Eigen::Vector3d CalmForceInBody(const FlightLog& log) {
+  return CalmForce(log, [](TimeNs, Eigen::Quaterniond*) { return true; });
+}
+
 Eigen::Vector3d CalmForceInEarth(const FlightLog& log,
                                  const std::vector<AttitudeSample>& attitude) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double n = 0.0;
-  std::size_t k = 0;
-  if (attitude.empty()) return sum;
-  for (const ImuSample& s : log.imu) {
-    while (k + 1 < attitude.size() && attitude[k + 1].t <= s.t) ++k;
-    if (std::abs(SecondsBetween(attitude[k].t, s.t)) > 0.3) continue;
-    if (s.gyro.norm() > kCalmRate || std::abs(s.accel.norm() - log.gravity) > kCalmForce) continue;
-    sum += attitude[k].q_Ep_I * s.accel;
-    n += 1.0;
-  }
-  return n < 50.0 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sum / n);
+  if (attitude.empty()) return Eigen::Vector3d::Zero();
+  AttitudeCursor cursor(attitude);
+  return CalmForce(log,
+                   [&](TimeNs t, Eigen::Quaterniond* q) { return cursor.At(t, kAttitudeGap, q); });
 }
 
 // The mean force in earth is gravity, in the unit of the readings. Where gravity is taken out it is
 // nearly zero. Repairs a known unit.
-bool IsGravityInAnotherUnit(Examination* e) {
-  if (e->rates.empty()) return false;
+void CheckGravityUnit(Examination* e) {
+  if (e->rates.empty() || ReadsGravity(e->fixed)) return;
   const auto mean = MeanForceInEarth(e->fixed, AttitudesOf(e->fixed, e->rates.front().stream), 1.0);
-  if (!mean || !(mean->norm() > 0.0)) return false;
+  if (!mean || !(mean->norm() > 0.0)) return;
   const double factor = e->log.gravity / mean->norm();
-  if (UnitNear("m/s^2", factor) == nullptr) return false;
+  if (UnitNear("m/s^2", factor) == nullptr) return;
   AddAccelerometerScale(
       e, factor, kErrorOfMean * factor,
       fmt::format("by its mean in the earth of {}.csv, which is gravity", e->rates.front().stream));
-  return true;
+}
+
+double UsualForce(const FlightLog& log) {
+  std::vector<double> sizes;
+  sizes.reserve(log.imu.size());
+  for (const ImuSample& s : log.imu) sizes.push_back(s.accel.norm());
+  return LowerMedian(sizes);
 }
 
 // Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
 void CheckGravityMissing(Examination* e) {
-  constexpr double kLeastTime = 5.0;  // s
-  const std::vector<ImuSample>& imu = e->fixed.imu;
-  if (SecondsBetween(imu.front().t, imu.back().t) < kLeastTime) return;
-  std::vector<double> sizes;
-  sizes.reserve(imu.size());
-  for (const ImuSample& s : imu) sizes.push_back(s.accel.norm());
-  const double usual = LowerMedian(sizes);
-  if (!(usual < 0.5 * e->log.gravity)) return;
-  if (IsGravityInAnotherUnit(e)) return;
+  const double usual = UsualForce(e->fixed);
+  if (ReadsGravity(e->fixed)) return;
   Finding finding{"gravity_missing", "imu", Level::kFatal, usual, "m/s^2", e->log.gravity};
   finding.text = fmt::format(
       "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
@@ -116,7 +115,7 @@ bool IsUprightByAttitude(const Examination& e) {
 }
 
 void CheckBodyUp(Examination* e) {
-  const Eigen::Vector3d force = CalmForce(e->fixed);
+  const Eigen::Vector3d force = CalmForceInBody(e->fixed);
   if (force.norm() < 0.5 * e->log.gravity) return;
   const double lean = LeanOf(force);
   if (lean < kLeastLean) return;
@@ -228,7 +227,7 @@ void CheckEarthUp(Examination* e, const RateWitness& witness) {
   // Position and attitude of a pose have one earth, unless the attitude is that of another stream;
   // CheckPositions() contradicts where the accelerometer does.
   const Eigen::Matrix3d flip = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  const bool of_other = e->IsCopy(witness.stream) && e->HasFinding("earth_up", "attitude");
+  const bool of_other = e->IsCopy(witness.stream) && !IsIdentity(e->RepairOf("attitude").earth);
   e->Repair(
       witness.stream,
       {.earth = flip, .position = of_other ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : flip});
@@ -255,14 +254,16 @@ void WithdrawRepairs(const std::string& stream, Examination* e) {
 
 }  // namespace
 
+bool ReadsGravity(const FlightLog& log) { return !(UsualForce(log) < 0.5 * log.gravity); }
+
 void CheckGravity(Examination* e) {
-  constexpr double kMostLean = 30.0;  // deg
+  CheckGravityMissing(e);
   std::vector<std::pair<std::string, double>> leaning;
   bool one_agrees = false;
   for (const char* stream : {"attitude", "mocap", "pose"}) {
     const std::optional<double> lean = LeanBy(*e, stream);
     if (!lean) continue;
-    if (*lean > kMostLean) {
+    if (std::cos(*lean * kDegree) < kAlong) {
       leaning.emplace_back(stream, *lean);
     } else {
       one_agrees = true;
@@ -286,7 +287,7 @@ void CheckGravity(Examination* e) {
 }
 
 void CheckVertical(Examination* e) {
-  CheckGravityMissing(e);
+  CheckGravityUnit(e);
   CheckBodyUp(e);
   if (IsAccelerometerReversed(e)) return;
   for (const RateWitness& witness : e->rates) CheckEarthUp(e, witness);

@@ -204,7 +204,6 @@ namespace {
 
 constexpr double kMostDrift = 0.01;      // s/s
 constexpr int kMostDriftSteps = 100;     // each way
-constexpr int kFewBlocks = 7;            // that must show a drift
 constexpr int kMostParts = 60;           // of the flight, each of one lag
 constexpr double kPartLag = 0.02;        // s, by which the lag may change over a part
 constexpr double kDriftExplains = 0.95;  // of the residual's square that remains
@@ -322,7 +321,7 @@ std::optional<VectorMatch> MatchDrifting(const PairsAt& pairs, const SteadyMatch
   if (coarse.drift == 0.0) return std::nullopt;
   const auto found = MatchSteady(WithoutDrift(pairs, coarse, steady.from, steady.to),
                                  {5.0 * search.step, search.step});
-  if (!found || found->shown < std::max(kFewBlocks, steady.shown + 1)) return std::nullopt;
+  if (!found || found->shown < steady.shown + 1) return std::nullopt;
   VectorMatch match = found->match;
   match.lag += coarse.lag;
   match.drift += coarse.drift;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "problems/common/units.h"
+#include "problems/inspection/clear.h"
 #include "problems/inspection/inspection.h"
 #include "problems/inspection/motion.h"
 
@@ -22,9 +23,6 @@ struct RateWitness {
 
 // Of the logarithm of a scale: another unit is farther off, a sensor's own scale is not.
 inline constexpr double kOtherUnit = 0.2;
-
-// rad, by which a force seems turned if an axis reads another multiple of it (lateral_force).
-inline constexpr double kTurnOfForce = 30.0 * kDegree;
 
 // A unit that was read as the SI unit, and what makes SI of its numbers.
 struct KnownUnit {
@@ -45,19 +43,27 @@ struct Examination {
   Inspection result;
   std::vector<RateWitness> rates;
   // Streams whose attitude only repeats that of attitude.csv.
-  std::vector<std::string> copies;
+  std::vector<std::string> copies = {};
+  // Streams whose clock drifts, which no repair undoes.
+  std::vector<std::string> drifting = {};
+  // rad: a force is turned only by more. Wider where an axis of the accelerometer reads another
+  // multiple of it, so that it points elsewhere.
+  double other_axes = kOtherAxes;
 
   bool IsCopy(const std::string& stream) const;
-  bool HasFinding(const std::string& id, const std::string& stream) const;
+  bool Drifts(const std::string& stream) const;
+  // What is repaired in a stream so far.
+  StreamRepair RepairOf(const std::string& stream) const;
   // Adds to what is repaired in a stream; `repaired` holds the change alone.
   void Repair(const std::string& stream, const StreamRepair& change);
-  void Remove(const std::string& id, const std::string& stream);
   void Add(Finding finding) { result.findings.push_back(std::move(finding)); }
 };
 
 // The attitudes of a stream of the repaired log: attitude, mocap or pose.
 std::vector<AttitudeSample> AttitudesOf(const FlightLog& log, const std::string& stream);
 
+// Streams whose attitude repeats that of attitude.csv.
+void FindCopies(Examination* e);
 // Time that streams share with the IMU; whether there is an attitude, unless rotor speeds may drive
 // the model.
 void CheckCover(Examination* e);
@@ -67,6 +73,8 @@ std::optional<Finding> MissingAttitude(const FlightLog& log);
 void CheckRows(Examination* e);
 // Streams that stand still while the vehicle turns.
 void CheckFrozen(Examination* e);
+// When the IMU's clock jumps, which looks like a gap, while a stream of another clock runs through.
+std::optional<TimeNs> CheckImuJump(Examination* e);
 // Clock and quaternion form of attitude, mocap and pose, by turn rates.
 void CheckRates(Examination* e);
 // Which of gyroscope, accelerometer and attitudes are turned in the body.
@@ -75,7 +83,10 @@ void CheckBodies(Examination* e);
 void CheckAccelerometer(Examination* e);
 // Up and down of earth and body.
 void CheckVertical(Examination* e);
-// Whether gravity points down once all is repaired; repairs that leave it sideways are withdrawn.
+// Whether the accelerometer reads gravity, by the median of its size.
+bool ReadsGravity(const FlightLog& log);
+// Whether gravity is read, and points down, once all is repaired; repairs that leave it sideways
+// are withdrawn.
 void CheckGravity(Examination* e);
 // Heading of the attitude's earth against that of positions.
 void CheckHeading(Examination* e);
@@ -117,6 +128,8 @@ void AddPositionAxes(Examination* e, const Eigen::Matrix3d& turn, Finding findin
 bool IsSignedPermutation(const Eigen::Matrix3d& m);
 // deg, by which a rotation turns; 180 if `turn` is a reflection.
 double TurnSize(const Eigen::Matrix3d& turn);
+// Of axes that are turned by `size` (deg): an attitude may err by as much as a small turn.
+Level LevelOfTurn(double size);
 // rad, between a specific force and that of level flight, along -z.
 double LeanOf(const Eigen::Vector3d& force);
 

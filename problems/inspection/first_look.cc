@@ -54,7 +54,7 @@ std::vector<Finding> FindingsOf(const FlightLog& log) {
   const std::optional<FlightLog> middle = MiddleOfLong(log);
   if (!middle) return Inspect(log, {}).findings;
   const FileAttitudes sources;
-  Examination whole{log, sources, {}, {}, {}, {}};
+  Examination whole{log, sources, {}, {}, {}};
   CheckCover(&whole);
   std::vector<Finding> findings = whole.result.findings;
   for (const Finding& finding : Inspect(*middle, {}).findings) {

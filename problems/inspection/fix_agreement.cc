@@ -19,7 +19,6 @@ namespace {
 
 constexpr std::size_t kFewestOfGate = 5;                  // fixes
 constexpr double kApart = 3.0;                            // times what other fixes differ by
-constexpr double kAsGood = 1.2;                           // of two residuals
 constexpr double kFixLagReach = 2.0, kFixLagStep = 0.02;  // s
 
 // What a fix differs from mocap by.
@@ -70,17 +69,22 @@ struct Side {
 };
 struct Change {
   Side before, after;
+  Offs others;  // fixes that stay as they are
 };
 
-Change ChangeOf(const FlightLog& log, const std::vector<Fix>& changed) {
+Change ChangeOf(const FlightLog& log, const std::vector<Fix>& fixes,
+                const std::vector<Fix>& changed) {
   Change change;
-  for (std::size_t i = 0; i < log.fixes.size(); ++i) {
-    const Fix &old = log.fixes[i], &now = changed[i];
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const Fix &old = fixes[i], &now = changed[i];
     const auto was = PositionAt(log.mocap, old.t), is = PositionAt(log.mocap, now.t);
     if (!was || !is) continue;
     change.before.all.push_back({old.gate, old.p_E - *was});
     change.after.all.push_back({now.gate, now.p_E - *is});
-    if (old.t == now.t && old.p_E == now.p_E) continue;
+    if (old.t == now.t && old.p_E == now.p_E) {
+      change.others.push_back(change.after.all.back());
+      continue;
+    }
     change.before.changed.push_back(change.before.all.back());
     change.after.changed.push_back(change.after.all.back());
   }
@@ -99,6 +103,13 @@ bool IsSmallerInHalves(const Change& change) {
          Spread(after.subspan(half), is) < Spread(before.subspan(half), was);
 }
 
+// A part of the fixes that is right agrees with mocap as well as the others do.
+bool FitsLikeOthers(const Change& change) {
+  if (change.others.size() < 2 * kFewestOfGate) return true;
+  return SpreadOf(change.after, false) <
+         kLikely * Spread(change.others, MiddlesOf(change.after.all, false));
+}
+
 std::vector<Fix> Later(std::vector<Fix> fixes, double seconds) {
   for (Fix& fix : fixes) fix.t += FromSeconds(seconds);
   return fixes;
@@ -110,7 +121,7 @@ Offs OffsAtBestLag(const FlightLog& log) {
   double least = std::numeric_limits<double>::infinity();
   const int reach = static_cast<int>(std::round(kFixLagReach / kFixLagStep));
   for (int k = -reach; k <= reach; ++k) {
-    Offs tried = ChangeOf(log, Later(log.fixes, -k * kFixLagStep)).after.all;
+    Offs tried = ChangeOf(log, log.fixes, Later(log.fixes, -k * kFixLagStep)).after.all;
     if (tried.size() < kCovers * static_cast<double>(log.fixes.size())) continue;
     const double spread = Spread(tried, MiddlesOf(tried, false));
     if (spread >= least) continue;
@@ -148,16 +159,18 @@ void LeaveOutGatesApart(Examination* e) {
   }
 }
 
-bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& changed) {
-  const Change change = ChangeOf(e.fixed, changed);
+bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& before,
+                        const std::vector<Fix>& changed) {
+  const Change change = ChangeOf(e.fixed, before, changed);
   if (change.before.changed.size() < 2 * kFewestOfGate || !IsSmallerInHalves(change)) return false;
+  if (!FitsLikeOthers(change)) return false;
   const double after = SpreadOf(change.after, false);
   const double by_gates = SpreadOf(change.before, true);
   const auto clearly = [](double less, double more) {
     return less * less < kExplains * more * more;
   };
   return clearly(after, SpreadOf(change.before, false)) &&
-         (after < kAsGood * by_gates || clearly(SpreadOf(change.after, true), by_gates));
+         (after < kAlikeRest * by_gates || clearly(SpreadOf(change.after, true), by_gates));
 }
 
 bool BringsFixesToMocap(const Examination& e, const StreamRepair& change) {
@@ -166,7 +179,7 @@ bool BringsFixesToMocap(const Examination& e, const StreamRepair& change) {
   Repairs alone;
   alone.streams["fixes"] = change;
   ApplyRepairs(alone, e.sources, &changed);
-  return BringsFixesToMocap(e, changed.fixes);
+  return BringsFixesToMocap(e, e.fixed.fixes, changed.fixes);
 }
 
 }  // namespace trueline

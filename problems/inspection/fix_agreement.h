@@ -13,9 +13,11 @@ namespace trueline {
 void LeaveOutGatesApart(Examination* e);
 
 // Whether `change` of the fixes makes their median distance from mocap clearly smaller in both
-// halves of the flight, and explains more than a displacement of each gate does.
+// halves of the flight, and explains more than a displacement of each gate does. Where it is of
+// some fixes, these must then agree with mocap as well as the others.
 bool BringsFixesToMocap(const Examination& e, const StreamRepair& change);
-// The same of fixes that were changed in another way, one for one those of `e.fixed`.
-bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& changed);
+// The same of fixes before and after any change, one for one those of `e.fixed`.
+bool BringsFixesToMocap(const Examination& e, const std::vector<Fix>& before,
+                        const std::vector<Fix>& after);
 
 }  // namespace trueline

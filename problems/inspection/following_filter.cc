@@ -36,15 +36,14 @@ std::vector<AttitudeSample> WithoutFollowing(const FlightLog& log,
 std::optional<FollowingFit> FitFollowing(const FlightLog& log,
                                          const std::vector<AttitudeSample>& attitude,
                                          const MatchOfAttitude& of, double VectorMatch::*by) {
-  constexpr double kLowest = 0.01, kHighest = 3.0;  // 1/s
-  constexpr int kBits = 8;                          // of the logarithm
+  constexpr int kBits = 8;  // of the logarithm
   const auto rest = [&](double logarithm) {
     const auto match = of(WithoutFollowing(log, attitude, std::exp(logarithm)));
     return match ? RestOf((*match).*by) : 1.0;
   };
-  const double gain = std::exp(
-      boost::math::tools::brent_find_minima(rest, std::log(kLowest), std::log(kHighest), kBits)
-          .first);
+  const double gain = std::exp(boost::math::tools::brent_find_minima(rest, std::log(kLowestGain),
+                                                                     std::log(kHighestGain), kBits)
+                                   .first);
   auto match = of(WithoutFollowing(log, attitude, gain));
   if (!match) return std::nullopt;
   return FollowingFit{gain, std::move(*match)};

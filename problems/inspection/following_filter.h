@@ -7,10 +7,16 @@
 #include <optional>
 #include <vector>
 
+#include "problems/common/units.h"
 #include "problems/inspection/vector_match.h"
 #include "problems/log/flight_log.h"
 
 namespace trueline {
+
+// 1/s, gains of an attitude filter that are tried.
+inline constexpr double kLowestGain = 0.01, kHighestGain = 3.0;
+// rad, by which such a filter may make the IMU seem turned.
+inline constexpr double kTurnByFilter = 20.0 * kDegree;
 
 // 1 - correlation^2, the share of a signal's square that a match leaves.
 inline double RestOf(double correlation) { return 1.0 - correlation * correlation; }

@@ -9,6 +9,7 @@
 
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
+#include "problems/inspection/following_filter.h"
 #include "problems/inspection/motion.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/passes.h"
@@ -20,8 +21,6 @@ namespace {
 using Complex = std::complex<double>;  // north + i east
 
 constexpr double kLeastFit = 0.5;      // of the changes' square that is explained
-constexpr double kHighestGain = 3.0;   // 1/s, as the catalogue of effects has it
-constexpr double kLowestGain = 0.02;   // 1/s
 constexpr double kGainStep = 1.4;      // from one gain that is tried to the next
 constexpr double kForceScale = 0.05;   // prior sigma of |c|
 constexpr double kSteadyForce = 0.15;  // m/s^2, prior sigma of b, each axis

@@ -71,14 +71,13 @@ bool Examination::IsCopy(const std::string& stream) const {
   return std::find(copies.begin(), copies.end(), stream) != copies.end();
 }
 
-bool Examination::HasFinding(const std::string& id, const std::string& stream) const {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& f) { return f.id == id && f.stream == stream; });
+bool Examination::Drifts(const std::string& stream) const {
+  return std::find(drifting.begin(), drifting.end(), stream) != drifting.end();
 }
 
-void Examination::Remove(const std::string& id, const std::string& stream) {
-  std::erase_if(result.findings,
-                [&](const Finding& f) { return f.id == id && f.stream == stream; });
+StreamRepair Examination::RepairOf(const std::string& stream) const {
+  const auto found = result.repairs.streams.find(stream);
+  return found == result.repairs.streams.end() ? StreamRepair() : found->second;
 }
 
 void Examination::Repair(const std::string& stream, const StreamRepair& change) {
@@ -133,6 +132,8 @@ double TurnSize(const Eigen::Matrix3d& turn) {
   return TurnBetween(turn, Eigen::Matrix3d::Identity()).norm() / kDegree;
 }
 
+Level LevelOfTurn(double size) { return size > 15.0 ? Level::kFatal : Level::kBiases; }
+
 double LeanOf(const Eigen::Vector3d& force) {
   return std::acos(std::clamp(-force.z() / force.norm(), -1.0, 1.0));
 }
@@ -148,8 +149,10 @@ std::string LateText(double seconds) {
 }
 
 Inspection Inspect(const FlightLog& log, const FileAttitudes& sources) {
-  Examination e{log, sources, log, {}, {}, {}};
-  e.result.streams = CheckStreams(log, &e.result.findings);
+  Examination e{log, sources, log, {}, {}};
+  FindCopies(&e);
+  const std::optional<TimeNs> jump = CheckImuJump(&e);
+  e.result.streams = CheckStreams(log, jump, &e.result.findings);
   CheckCover(&e);
   CheckRows(&e);
   CheckFrozen(&e);

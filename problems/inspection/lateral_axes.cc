@@ -128,7 +128,7 @@ std::optional<double> OffShare(const std::vector<ShownAxes>& all, int axis) {
   return all.back().fit.share(axis, axis);
 }
 
-void AddScale(Examination* e, const PositionWitness& witness, int axis, const LateralForce& fit) {
+Finding ScaleOf(const PositionWitness& witness, int axis, const LateralForce& fit) {
   const double share = fit.share(axis, axis), sigma = fit.sigma(axis, axis);
   Finding finding{"lateral_force", "imu", Level::kBiases, share, "1", kLateralForce, sigma};
   finding.text = fmt::format(
@@ -139,7 +139,7 @@ void AddScale(Examination* e, const PositionWitness& witness, int axis, const La
   finding.remedy =
       "check the scale of this axis; drag is read from it (drag_measurement: {enabled: false} "
       "leaves both out)";
-  e->Add(finding);
+  return finding;
 }
 
 void NoteUnshown(Examination* e, const std::string& stream) {
@@ -151,24 +151,32 @@ void NoteUnshown(Examination* e, const std::string& stream) {
 
 }  // namespace
 
-void CheckLateralAxes(Examination* e, const std::string& stream) {
+std::vector<Finding> CheckLateralAxes(Examination* e, const std::string& stream) {
+  std::vector<Finding> findings;
   const std::vector<Look> looks = LooksAt(*e, stream);
-  if (looks.empty()) return NoteUnshown(e, stream);
+  if (looks.empty()) {
+    NoteUnshown(e, stream);
+    return findings;
+  }
   const BodyForce force(e->fixed, looks.front().witness.attitude);
   std::vector<ShownAxes> all;
   for (const Look& look : looks) {
     const auto shown = BestAxes(force, look);
     if (shown && !shown->AreStated() && shown->AreBothShown()) {
-      return AddExchange(e, stream, *shown);
+      AddExchange(e, stream, *shown);
+      return findings;
     }
     if (shown) all.push_back(*shown);
   }
   bool any = false;
   for (int axis = 0; axis < 2; ++axis) {
-    if (OffShare(all, axis)) AddScale(e, looks.back().witness, axis, all.back().fit);
+    if (OffShare(all, axis)) {
+      findings.push_back(ScaleOf(looks.back().witness, axis, all.back().fit));
+    }
     for (const ShownAxes& shown : all) any = any || shown.of(axis, axis) > 0.0;
   }
   if (!any) NoteUnshown(e, stream);
+  return findings;
 }
 
 }  // namespace trueline

@@ -17,17 +17,14 @@
 namespace trueline {
 namespace {
 
-constexpr double kFarFromZero = 0.3;               // m, of the rows beside a stretch of 0 0 0
-constexpr std::size_t kFewestZeros = 2;            // rows
-constexpr std::size_t kFewestRuns = 10;            // positions that differ
-constexpr double kLeastHeld = 0.1;                 // s
-constexpr double kHeldJump = 0.05;                 // m
-constexpr double kUsualStep = 0.9;                 // quantile of the stream's own steps
-constexpr double kLongHeld = 3.0, kFarJump = 3.0;  // times those
-constexpr double kLeastFlip = 30.0 * kDegree;      // beside the gyroscope's turn
-constexpr double kSameBody = 25.0 * kDegree;
-constexpr double kLongestFlip = 0.3;  // s, between the rows
-constexpr double kManyLost = 0.2;     // share of rows, that makes a stream useless
+constexpr double kFarFromZero = 0.3;           // m, of the rows beside a stretch of 0 0 0
+constexpr std::size_t kFewestRuns = 10;        // positions that differ
+constexpr double kLeastHeld = 0.1;             // s
+constexpr double kHeldJump = 0.05;             // m
+constexpr double kUsualStep = 0.9;             // quantile of the stream's own steps
+constexpr double kFar = 3.0;                   // times those
+constexpr double kLeastFlip = 30.0 * kDegree;  // beside the gyroscope's turn
+constexpr double kManyLost = 0.2;              // share of rows, that makes a stream useless
 
 template <class Sample>
 std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
@@ -38,8 +35,8 @@ std::vector<LostStretch> ZerosOf(const std::vector<Sample>& samples) {
     const auto is_far = [&](std::size_t i) { return samples[i].p_E.norm() > kFarFromZero; };
     const bool jumps = (begin == 0 || is_far(begin - 1)) && (end == samples.size() || is_far(end));
     // A single one at an end may be the origin of the positions.
-    const bool inside = begin > 0 && end < samples.size();
-    if (end - begin >= (inside ? 1 : kFewestZeros) && jumps && end - begin < samples.size()) {
+    const bool at_end = begin == 0 || end == samples.size();
+    if (end - begin > (at_end ? 1 : 0) && jumps && end - begin < samples.size()) {
       zeros.push_back({samples[begin].t, samples[end - 1].t});
     }
     begin = std::max(end, begin + 1);
@@ -88,8 +85,8 @@ std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     const HeldRun& run = runs[k];
     const double seconds = SecondsBetween(samples[run.first].t, samples[run.last - 1].t);
-    if (seconds < std::max(kLeastHeld, kLongHeld * usual_step)) continue;
-    if (jumps[k] < std::max(kHeldJump, kFarJump * usual_jump)) continue;
+    if (seconds < std::max(kLeastHeld, kFar * usual_step)) continue;
+    if (jumps[k] < std::max(kHeldJump, kFar * usual_jump)) continue;
     held.push_back({samples[run.first + 1].t, samples[run.last - 1].t});
   }
   return held;
@@ -99,7 +96,7 @@ std::vector<LostStretch> HeldPlaces(const std::vector<Sample>& samples) {
 template <class Sample>
 void AddHeld(const FlightLog& log, const Stream& stream, const std::vector<Sample>& samples,
              std::vector<LostStretch>* stretches) {
-  for (const FrozenStretch& frozen : FindAllFrozen(stream, samples)) {
+  for (const FrozenStretch& frozen : FindFrozen(stream, samples)) {
     const auto first = std::find_if(samples.begin(), samples.end(),
                                     [&](const Sample& sample) { return sample.t > frozen.from; });
     if (IsLost(*stretches, *first) || !TurnsMeanwhile(log, frozen)) continue;
@@ -148,7 +145,7 @@ std::vector<BodyPart> BodyParts(const FlightLog& log, const std::vector<PoseSamp
     const double seconds = SecondsBetween(poses[before].t, poses[i].t);
     const double turned = turns.Between(poses[before].t, poses[i].t);
     before = i;
-    if (seconds > kLongestFlip || angle < kLeastFlip + 1.2 * turned) continue;
+    if (seconds > kAttitudeGap || angle < kLeastFlip + 1.2 * turned) continue;
     parts.back().last = i;
     parts.push_back({i, poses.size(), (parts.back().body * step).normalized()});
   }
@@ -156,7 +153,7 @@ std::vector<BodyPart> BodyParts(const FlightLog& log, const std::vector<PoseSamp
 }
 
 bool IsSameBody(const BodyPart& a, const BodyPart& b) {
-  return a.body.angularDistance(b.body) < kSameBody;
+  return a.body.angularDistance(b.body) < kLeastFlip;
 }
 
 // How well turn rates agree with those of the gyroscope as stamped, by any body axes; at most 1.
@@ -312,12 +309,8 @@ void CheckRows(Examination* e) {
     }
     e->Repair(lost.stream, repair);
   }
-  for (Finding& finding : e->result.findings) {
-    if (finding.id != "repeats" || finding.stream == "imu") continue;
-    finding.repaired = true;
-    StreamRepair repair;
-    repair.only_new = true;
-    e->Repair(finding.stream, repair);
+  for (const StreamHealth& health : e->result.streams) {
+    if (health.IsHeld() && health.stream != "imu") e->Repair(health.stream, {.only_new = true});
   }
 }
 

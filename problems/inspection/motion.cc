@@ -87,8 +87,7 @@ ComponentSizes SizesOf(const Eigen::Quaterniond& q) {
   return sizes;
 }
 
-}  // namespace
-
+// Whether `other` has the numbers of the log's attitude, at any stamps and in any form.
 bool HasValuesOfAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
   std::set<ComponentSizes> values;
   for (const AttitudeSample& sample : log.attitude) values.insert(SizesOf(sample.q_Ep_I));
@@ -98,7 +97,8 @@ bool HasValuesOfAttitude(const FlightLog& log, const std::vector<AttitudeSample>
   return other.size() > 1 && static_cast<double>(same) > 0.9 * static_cast<double>(other.size());
 }
 
-bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
+// Whether `other` lies on the log's attitude as stamped, at its samples or between them.
+bool LiesOnAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
   constexpr double kCopy = 5e-4;  // rad
   if (log.attitude.size() < 2 || other.size() < 2) return false;
   AttitudeCursor cursor(log.attitude);
@@ -115,6 +115,12 @@ bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& ot
     ++all;
   }
   return same > 0.9 * all;
+}
+
+}  // namespace
+
+bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other) {
+  return LiesOnAttitude(log, other) || HasValuesOfAttitude(log, other);
 }
 
 RunningIntegral<3> GyroIntegral(const FlightLog& log) {

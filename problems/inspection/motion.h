@@ -105,11 +105,9 @@ double GridStep(const FlightLog& log);
 
 std::vector<AttitudeSample> AttitudesOf(const std::vector<PoseSample>& poses);
 
-// Whether `other` is the log's attitude over again, at its stamps or between them.
+// Whether `other` is the log's attitude over again: at its stamps or between them, or its numbers
+// at other stamps or in another form.
 bool RepeatsAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
-// Whether `other` has the numbers of the log's attitude, though perhaps at other stamps or in
-// another form.
-bool HasValuesOfAttitude(const FlightLog& log, const std::vector<AttitudeSample>& other);
 
 // Position over time, of fixes or poses.
 struct PositionSample {

@@ -11,9 +11,8 @@ namespace trueline {
 namespace {
 
 constexpr std::size_t kLeastBends = 100;
-constexpr double kPoseNoise = 0.002;  // m
-constexpr double kBendNoise = 0.5;    // m/s^2, wanted of a bend at most
-constexpr double kAlikeHeading = 0.6;
+constexpr double kPoseNoise = 0.002;               // m
+constexpr double kBendNoise = 0.5;                 // m/s^2, wanted of a bend at most
 constexpr double kShortest = 0.2, kLongest = 2.0;  // s, half width of a bend
 
 std::vector<PositionSample> PositionsOf(const FlightLog& log, const std::string& stream) {
@@ -78,7 +77,7 @@ std::optional<std::vector<Bend>> InEarthOfAttitude(const Examination& e,
   if (!match) return std::nullopt;
   std::vector<Bend> bends = witness.bends;
   if (witness.stream != "fixes") return bends;
-  if (match->correlation < kAlikeHeading) return std::nullopt;
+  if (match->correlation < kAlike) return std::nullopt;
   const Eigen::Matrix3d turn = match->turn;
   const double heading = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
   const Eigen::Matrix3d yaw =

@@ -18,7 +18,6 @@ constexpr int kTerms = kMostRotors + kOthers;
 constexpr int kConstant = kMostRotors;  // index of the constant
 constexpr double kHalf = 0.05;          // s, half width of the triangle over which all is averaged
 constexpr double kLayoutStep = 0.01;    // s, of lags
-constexpr double kLagSigmas = 3.0;      // by which an unusual lag must be better
 constexpr std::size_t kMostTimes = 2000;
 // Of the largest eigenvalue of the channels' motion: less is what a motor's lag leaves of a mixer's
 // directions, not one of the mixer.
@@ -173,7 +172,7 @@ bool IsClearlyBetter(const LayoutFit& fit, double lag, double other) {
     squares += gain * gain;
   }
   const double scatter = squares - sum * sum / kBlocks;
-  return sum > 0.0 && sum * sum > kLagSigmas * kLagSigmas * scatter;
+  return sum > 0.0 && sum * sum > kLikely * kLikely * scatter;
 }
 
 }  // namespace
@@ -207,7 +206,7 @@ double MomentSums::Cosine(int axis, const Eigen::RowVectorXd& effects) const {
 
 int RotorLayout::Sign(std::size_t i, int axis, double sign) const {
   const double value = rotors[i].value[axis];
-  if (!(std::abs(value) > 3.0 * rotors[i].sigma[axis])) return 0;
+  if (!(std::abs(value) > kLikely * rotors[i].sigma[axis])) return 0;
   return sign * value > 0.0 ? 1 : -1;
 }
 

@@ -94,7 +94,8 @@ Spikes FindSpikes(const std::vector<double>& values, double least) {
 }
 
 template <class Sample>
-StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples) {
+StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples,
+                      std::optional<TimeNs> jump) {
   StreamHealth health;
   health.stream = stream.name;
   health.count = samples.size();
@@ -103,7 +104,9 @@ StreamHealth TimingOf(const Stream& stream, const std::vector<Sample>& samples) 
   std::vector<double> before;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     std::vector<double> now = NumbersOf(samples[i], stream);
-    if (i > 0) steps.push_back(SecondsBetween(samples[i - 1].t, samples[i].t));
+    if (i > 0 && samples[i].t != jump) {
+      steps.push_back(SecondsBetween(samples[i - 1].t, samples[i].t));
+    }
     repeats += i > 0 && now == before;
     before = std::move(now);
   }
@@ -222,9 +225,7 @@ class HealthFindings {
           fmt::format("{} gaps, the longest {:.3f} s", h.gaps, h.longest),
           "log on a faster card or at a lower rate");
     }
-    const bool measured = imu || h.stream == "attitude" || h.stream == "mocap" ||
-                          h.stream == "pose" || h.stream == "fixes";
-    if (measured && h.repeats > kRepeatShare) {
+    if (h.IsHeld()) {
       Add("repeats", h, imu || h.stream == "fixes" ? Level::kBiases : Level::kWidens, h.repeats,
           "1",
           fmt::format(
@@ -232,6 +233,7 @@ class HealthFindings {
               "{:.0f} Hz of its stamps, which are late by up to a held sample",
               100.0 * h.repeats, h.rate),
           "keep the rows where a value changes (`new_where` in the map)");
+      findings_->back().repaired = !imu;
     }
     if (h.spikes > 0 && !drives) {
       Add("spikes", h, Level::kBiases, h.spikes, "samples",
@@ -349,13 +351,21 @@ class HealthFindings {
 
 }  // namespace
 
-std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding>* findings) {
+bool StreamHealth::IsHeld() const {
+  const bool is_sensor = stream == "imu" || stream == "attitude" || stream == "mocap" ||
+                         stream == "pose" || stream == "fixes";
+  return is_sensor && repeats > kRepeatShare;
+}
+
+std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::optional<TimeNs> jump,
+                                       std::vector<Finding>* findings) {
   std::vector<StreamHealth> all;
   HealthFindings add(log, findings);
   ForEachStream(log, [&](const Stream& stream, const auto& samples) {
     if (samples.empty()) return;
-    StreamHealth health = TimingOf(stream, samples);
     using Sample = SampleOf<decltype(samples)>;
+    const bool imu = std::is_same_v<Sample, ImuSample>;
+    StreamHealth health = TimingOf(stream, samples, imu ? jump : std::nullopt);
     if constexpr (requires(Sample s) { s.p_E; }) health.spikes = PositionSpikes(samples);
     if constexpr (std::is_same_v<Sample, ImuSample>) AddAxes(samples, &health);
     add.Timing(health);

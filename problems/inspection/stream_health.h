@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,9 +58,14 @@ struct StreamHealth {
   double repeats = 0.0;          // share of samples equal to the one before
   int spikes = 0;                // of positions, or of the rotor that has most
   std::vector<AxisHealth> axes;  // of the IMU
+
+  // Whether it is measured by a sensor that is slower than its stamps.
+  bool IsHeld() const;
 };
 
-// Of every stream that is there; findings go to `findings`.
-std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::vector<Finding>* findings);
+// Of every stream that is there; findings go to `findings`. `jump`: where a step of the IMU's
+// stamps is a jump of its clock and no gap.
+std::vector<StreamHealth> CheckStreams(const FlightLog& log, std::optional<TimeNs> jump,
+                                       std::vector<Finding>* findings);
 
 }  // namespace trueline

@@ -174,7 +174,7 @@ std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sampl
 }
 
 template <class Sample>
-std::vector<FrozenStretch> FindAllFrozen(const Stream& stream, const std::vector<Sample>& samples) {
+std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples) {
   std::vector<FrozenStretch> all;
   const std::vector<Sensor> sensors = SensorsOf(stream, samples);
   if (samples.empty() || sensors.empty()) return all;
@@ -186,16 +186,6 @@ std::vector<FrozenStretch> FindAllFrozen(const Stream& stream, const std::vector
     begin = end;
   }
   return all;
-}
-
-template <class Sample>
-std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples) {
-  const std::vector<Sensor> sensors = SensorsOf(stream, samples);
-  if (samples.empty() || sensors.empty()) return std::nullopt;
-  const Values changes = ChangesOf(sensors, samples.size());
-  const Run run = LongestRun(changes);
-  if (!IsOdd(changes, run)) return std::nullopt;
-  return FrozenStretch{samples[run.first].t, samples[run.last - 1].t};
 }
 
 template <class Sample>
@@ -238,10 +228,8 @@ template std::vector<std::string> FindDead(const Stream&, const std::vector<Atti
 template std::vector<std::string> FindDead(const Stream&, const std::vector<Fix>&);
 template std::vector<std::string> FindDead(const Stream&, const std::vector<PoseSample>&);
 
-template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
-template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);
-template std::optional<FrozenStretch> FindFrozen(const Stream&, const std::vector<PoseSample>&);
-
-template std::vector<FrozenStretch> FindAllFrozen(const Stream&, const std::vector<PoseSample>&);
+template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<ImuSample>&);
+template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<AttitudeSample>&);
+template std::vector<FrozenStretch> FindFrozen(const Stream&, const std::vector<PoseSample>&);
 
 }  // namespace trueline

@@ -32,14 +32,10 @@ double QuantumOf(const std::vector<double>& values);
 template <class Sample>
 std::vector<StuckColumn> FindStuck(const Stream& stream, const std::vector<Sample>& samples);
 
-// The longest stretch over which no number of a stream changes and that no ordinary repeats make: a
-// tracker that has lost the vehicle, a driver that hangs, or a vehicle at rest.
+// All stretches over which no number of a stream changes and that no ordinary repeats make, in the
+// order of time: a tracker that has lost the vehicle, a driver that hangs, or a vehicle at rest.
 template <class Sample>
-std::optional<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples);
-
-// All such stretches, in the order of time.
-template <class Sample>
-std::vector<FrozenStretch> FindAllFrozen(const Stream& stream, const std::vector<Sample>& samples);
+std::vector<FrozenStretch> FindFrozen(const Stream& stream, const std::vector<Sample>& samples);
 
 // Whether the gyroscope turns within the stretch, by more than a vehicle at rest.
 bool TurnsMeanwhile(const FlightLog& log, const FrozenStretch& frozen);

@@ -2,10 +2,12 @@
 """Puts faults into good logs and looks whether trueline-inspect finds and repairs them.
 
     scripts/blind/faults.py --build=build --work=OUT --seed=1 [--half=report] [--flights=oval_1,...]
+        [--beside=gate_moved]
 
 The measured flights of scripts/freeze (TRUELINE_DATA, default ../shared/data beside the source
 folder) are converted, four simulated ones flown. Each is inspected untouched and with each fault of
-faults_put.py, drawn by the seed. A fault counts as found if a finding names it on the right stream;
+faults_put.py, drawn by the seed. With --beside=WHAT one more error of BESIDE stands in the log all along: it
+belongs to the untouched log, so that only what the fault adds is judged. A fault counts as found if a finding names it on the right stream;
 as repaired if the log converted by corrected_map.yaml equals the untouched log, itself repaired by
 its own map where inspect gave one: vectors to 8 % (rms), attitudes to 5 deg, stamps to the 12 ms
 below which inspect names no lag, channels exactly. What has a result in OUT is not run again, so
@@ -29,7 +31,7 @@ sys.path[1:1] = [str(HERE), str(HERE / "measured"), str(HERE.parent / "freeze")]
 import numpy as np
 import yaml
 
-from faults_put import ACCEL, FAULTS, GYRO, PLACE
+from faults_put import ACCEL, BESIDE, FAULTS, GYRO, PLACE
 from flights import FLIGHTS, ROTORS
 from measured_flights import convert, halves
 from native import QUATERNION, Log, inverse, product, resampled
@@ -48,6 +50,7 @@ def parse():
     parser.add_argument("--half", choices=("tune", "report", "all"), default="all")
     parser.add_argument("--flights", help="only these, separated by commas")
     parser.add_argument("--faults", default=",".join(FAULTS))
+    parser.add_argument("--beside", choices=sorted(BESIDE), help="an error that is in every log")
     arguments = parser.parse_args()
     arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
     arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
@@ -67,10 +70,11 @@ def base_log(arguments, name):
     if (folder / "log.yaml").exists():
         return folder
     if name.startswith("sim_"):
-        clear_left_over(folder)
+        flown = folder.with_name(name + "_flown")
+        clear_left_over(flown)
         subprocess.run([app(arguments, "simulate"), f"--config={SOURCE}/config/simulate/{name[4:]}.yaml",
-                        f"--out={folder}", f"--seed={arguments.seed}", "--quiet"], check=True)
-        return folder
+                        f"--out={flown}", f"--seed={arguments.seed}", "--quiet"], check=True)
+        return written(arguments, Log(flown), name, folder)
     converted = convert(arguments, name)
     if converted is None:
         return None
@@ -80,6 +84,13 @@ def base_log(arguments, name):
         rotors = (config.get("vehicle") or {}).get("rotors")
         if rotors:
             log.about["vehicle"] = {"rotors": [{"axis": [0, 0, -1], **r} for r in rotors]}
+    return written(arguments, log, name, folder)
+
+
+def written(arguments, log, name, folder):
+    """The log's folder, once what stands beside is put in; None where the log has no place for that."""
+    if arguments.beside and not BESIDE[arguments.beside](log, random.Random(f"{arguments.seed} {name}")):
+        return None
     log.write(folder)
     return folder
 
@@ -211,12 +222,14 @@ def main():
     arguments = parse()
     arguments.work.mkdir(parents=True, exist_ok=True)
     refuse_other_program(arguments)
-    refuse_other_draw(arguments.work, {"seed": arguments.seed})
+    draw = {"seed": arguments.seed, **({"beside": arguments.beside} if arguments.beside else {})}
+    refuse_other_draw(arguments.work, draw)
     untouched, trials = {}, []
     for name in names(arguments):
         log = base_log(arguments, name)
         if log is None:
-            print(f"{name}: left out, its files are not in {arguments.data}", file=sys.stderr)
+            print(f"{name}: left out, without its files in {arguments.data} or a place for what stands beside",
+                  file=sys.stderr)
             continue
         untouched[name] = inspect(arguments, log, arguments.work / "inspected" / name)
         for fault in arguments.faults.split(","):

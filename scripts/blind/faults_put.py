@@ -1,7 +1,9 @@
 """Faults that users' logs have, put into good native logs. Each entry of FAULTS changes a Log in
-place by random draws and returns what inspect must name: (finding ids, streams), any of them."""
+place by random draws and returns what inspect must name: (finding ids, streams), any of them. Each
+of BESIDE puts in an error that is no fault of these, and returns whether the log has a place for it."""
 import numpy as np
 
+import changes
 from native import QUATERNION, about, inverse, product, turn
 
 ACCEL, GYRO, PLACE = ("ax", "ay", "az"), ("gx", "gy", "gz"), ("x", "y", "z")
@@ -118,3 +120,32 @@ def spins_reversed(log, rng):
 FAULTS = {f.__name__: f for f in (
     axes_swapped, gyro_sign, turned, flu, scale, clock, late, quaternion_order, quaternion_inverse,
     earth_up, motors_permuted, spins_reversed)}
+
+
+def gate_moved(log, rng):
+    """One gate of the map, so its fixes, moved by 0.4 m in any direction that is level."""
+    if not log.has("fixes") or not log.about.get("gates"):
+        return False
+    heading = rng.uniform(0, 2 * np.pi)
+    gate = rng.choice(log.about["gates"])["id"]
+    changes.gate_moved(log, {"gate": gate, "dx": 0.4 * np.cos(heading), "dy": 0.4 * np.sin(heading), "dz": 0.0})
+    return True
+
+
+def tilt_scaled(log, rng):
+    """The logged attitude leans by a quarter more."""
+    if not log.has("attitude"):
+        return False
+    changes.tilt_scale(log, {"s": 0.25})
+    return True
+
+
+def fixes_late(log, rng):
+    """Fixes late by 50 ms."""
+    if not log.has("fixes"):
+        return False
+    log.fixes.delay(0.05)
+    return True
+
+
+BESIDE = {f.__name__: f for f in (gate_moved, tilt_scaled, fixes_late)}

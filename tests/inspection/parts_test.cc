@@ -176,7 +176,7 @@ TEST(StreamHealth, NamesGapsRepeatsAndSpikes) {
   }
   log.imu[2000].accel.x() = 60.0;
   std::vector<Finding> findings;
-  const auto streams = CheckStreams(log, &findings);
+  const auto streams = CheckStreams(log, std::nullopt, &findings);
   ASSERT_EQ(streams.size(), 2U);
   EXPECT_EQ(streams[0].gaps, 1);
   EXPECT_NEAR(streams[0].longest, 0.51, 1e-6);
@@ -202,7 +202,7 @@ FlightLog TwoRotors(double rate) {
 
 std::vector<std::string> NamesOfFindings(const FlightLog& log) {
   std::vector<Finding> findings;
-  CheckStreams(log, &findings);
+  CheckStreams(log, std::nullopt, &findings);
   std::vector<std::string> names;
   for (const Finding& f : findings) {
     names.push_back(std::string(NameOf(f.level)) + " " + f.id + " of " + f.stream);
