@@ -94,17 +94,17 @@ bool IsPartOf(const TriedCause& part, const TriedCause& whole) {
          });
 }
 
-// The cause that is named. Of two rotors, the second one is left out where the first alone is
-// proven and the second is not.
+// The first cause, if it is proven. Of two rotors, the second one is left out where the first alone
+// is proven and the second is not.
 std::optional<TriedCause> NamedOf(const TrimForecast& forecast, double alpha,
                                   const std::vector<TriedCause>& tried) {
   const TriedCause& best = tried.front();
-  const std::optional<TriedCause> proven = best.p < alpha ? std::optional(best) : std::nullopt;
-  if (best.channels.size() != 2) return proven;
+  if (best.p >= alpha) return std::nullopt;
+  if (best.channels.size() != 2) return best;
   const auto single = std::ranges::find_if(tried, [&](const TriedCause& cause) {
     return cause.channels.size() == 1 && IsPartOf(cause, best);
   });
-  if (single == tried.end() || single->p >= alpha) return proven;
+  if (single == tried.end() || single->p >= alpha) return best;
   const double all = AllDof(forecast);
   const double further_rotors = static_cast<double>(forecast.mean.size()) - 1.0;
   const double chance = ChanceOf(best.evidence - single->evidence, 1.0, all - 2.0, all);
