@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "apps/main/flags.h"
@@ -25,6 +27,9 @@
 DEFINE_string(log, "", "the flight: a native log directory; further ones, after commas, confirm");
 DEFINE_string(against, "", "reference flights of the same vehicle: logs, folders of logs, globs");
 DEFINE_string(session, "unknown", "with --against: same, if the flight is of their session");
+DEFINE_string(usual_scatter, "0.005,0.007,0.025,0.022",
+              "with --against: standard deviations of ln(command) that are usual, within a session "
+              "and between sessions, each: common to all channels, of one channel");
 DEFINE_string(
     map, "", "the YAML column map of foreign logs; empty: one that ships, or by the names in them");
 DEFINE_string(out, "", "where results go; made if missing");
@@ -174,6 +179,19 @@ AgainstLogs ReadAgainst() {
   throw trueline::NoUsableResult("--against: every reference has a fatal fault; give others");
 }
 
+trueline::UsualScatter Usual() {
+  trueline::UsualScatter usual;
+  auto& [within, between] = usual;
+  char more = '\0';
+  const int found = std::sscanf(FLAGS_usual_scatter.c_str(), "%lf,%lf,%lf,%lf%c", &within.common,
+                                &within.own, &between.common, &between.own, &more);
+  const bool positive =
+      within.common >= 0.0 && within.own > 0.0 && between.common >= 0.0 && between.own > 0.0;
+  if (found == 4 && positive) return usual;
+  throw trueline::InputError("--usual_scatter=" + FLAGS_usual_scatter +
+                             ": write four positive numbers with commas between; see --help");
+}
+
 // By the commands that hold the vehicle in the air. Throws NoUsableResult where no reference can be
 // used.
 trueline::Comparison CompareTrims(const AgainstLogs& read) {
@@ -194,7 +212,8 @@ trueline::Comparison CompareTrims(const AgainstLogs& read) {
   trueline::Comparison comparison =
       trueline::Compare(trim, references,
                         FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
-                                                : trueline::SessionOfFlight::kUnknown);
+                                                : trueline::SessionOfFlight::kUnknown,
+                        {Usual(), FLAGS_alpha});
   comparison.warnings.insert(comparison.warnings.end(), warnings.begin(), warnings.end());
   return comparison;
 }
@@ -217,12 +236,21 @@ std::optional<Diagnosed> DiagnoseChanges(const AgainstLogs& read) {
   }
 }
 
+// A trim reads no IMU, takes from positions only when the vehicle flies, and its means do without
+// some of the samples.
+bool BendsTrim(const trueline::LogFault& fault) {
+  const std::set<std::string> values = {"motors", "rotors", "battery", "attitude"};
+  return fault.fatal || (values.contains(fault.stream) && fault.id != "gaps");
+}
+
 // The trims alone, of logs that hold no more.
 int StoreTrims(const AgainstLogs& read, trueline::ResultFolder* out) {
   const trueline::FlightLog& log = read.logs.front();
   trueline::Comparison comparison = CompareTrims(read);
-  comparison.verdict = trueline::VerdictWith(read.faults, comparison.verdict);
-  for (const trueline::LogFault& fault : read.faults) comparison.log_faults.push_back(fault.text);
+  std::vector<trueline::LogFault> faults;
+  std::ranges::copy_if(read.faults, std::back_inserter(faults), BendsTrim);
+  comparison.verdict = trueline::VerdictWith(faults, comparison.verdict);
+  for (const trueline::LogFault& fault : faults) comparison.log_faults.push_back(fault.text);
   comparison.warnings.insert(comparison.warnings.begin(), log.warnings.begin(), log.warnings.end());
   trueline::WarnAll(comparison.warnings, FLAGS_quiet);
   trueline::WriteComparison(comparison, trueline::Provenance(log, 0, YAML::Node()), out->path());

@@ -36,17 +36,37 @@ std::vector<Pattern> PatternsOf(int channels) {
   return patterns;
 }
 
+double AllDof(const TrimForecast& forecast) {
+  return forecast.dof + static_cast<double>(forecast.mean.size());
+}
+
+// Chance that the forecast leaves as much as `chi2` in `count` directions.
+double MisfitP(double chi2, double count, double dof) {
+  return count > 0.0 ? FTail(chi2 / count, count, dof) : 1.0;
+}
+
+// Chance that `added` sizes, which chance alone fits, add as much evidence as `gain`. `all` is the
+// number of degrees of freedom of the forecast and its channels, `left` what all sizes leave of it.
+double ChanceOf(double gain, double added, double left, double all) {
+  return FTail(std::expm1(2.0 * gain / all) * left / added, added, left);
+}
+
+// The F of `sizes` that names one of the causes tried.
+double FNeeded(double alpha, std::size_t tried, double sizes, double all) {
+  return FCritical(alpha / static_cast<double>(tried), sizes, all - sizes);
+}
+
 // The generalised least squares of the deviation by the pattern. A rotor is weaker or it is none.
-TriedCause Try(const Pattern& pattern, const Eigen::VectorXd& deviation, const Eigen::MatrixXd& cov,
-               const Eigen::MatrixXd& within, int tried) {
-  const Eigen::MatrixXd information = cov.inverse();
+TriedCause Try(const Pattern& pattern, const Eigen::VectorXd& deviation,
+               const TrimForecast& forecast, const Eigen::MatrixXd& within, int tried) {
+  const Eigen::MatrixXd information = forecast.cov.inverse();
   const auto fit_cov = [&](const Eigen::MatrixXd& of) -> Eigen::MatrixXd {
     return (pattern.columns.transpose() * of.inverse() * pattern.columns).inverse();
   };
   TriedCause cause;
   cause.id = pattern.id;
   cause.channels = pattern.channels;
-  const Eigen::MatrixXd size_cov = fit_cov(cov);
+  const Eigen::MatrixXd size_cov = fit_cov(forecast.cov);
   cause.size = size_cov * pattern.columns.transpose() * information * deviation;
   cause.sigma = size_cov.diagonal().cwiseSqrt();
   cause.sigma_flight = fit_cov(within).diagonal().cwiseSqrt();
@@ -55,11 +75,11 @@ TriedCause Try(const Pattern& pattern, const Eigen::VectorXd& deviation, const E
   const Eigen::VectorXd left = deviation - pattern.columns * cause.size;
   const double chi2 = deviation.dot(information * deviation);
   const double chi2_left = left.dot(information * left);
-  const auto dof = static_cast<double>(cause.size.size());
-  cause.evidence = 0.5 * (chi2 - chi2_left);
-  cause.p = std::min(1.0, tried * ChiSquareTail(2.0 * cause.evidence, dof));
-  const double dof_left = static_cast<double>(deviation.size()) - dof;
-  cause.misfit_p = dof_left > 0.0 ? ChiSquareTail(chi2_left, dof_left) : 1.0;
+  const auto sizes = static_cast<double>(cause.size.size());
+  const double all = AllDof(forecast);
+  cause.evidence = 0.5 * all * std::log((forecast.dof + chi2) / (forecast.dof + chi2_left));
+  cause.p = std::min(1.0, tried * ChanceOf(cause.evidence, sizes, all - sizes, all));
+  cause.misfit_p = MisfitP(chi2_left, static_cast<double>(deviation.size()) - sizes, forecast.dof);
   if (cause.size.size() == 2 && cause.size[1] > cause.size[0]) {
     std::swap(cause.channels[0], cause.channels[1]);
     for (Eigen::VectorXd* of : {&cause.size, &cause.sigma, &cause.sigma_flight})
@@ -74,41 +94,37 @@ bool IsPartOf(const TriedCause& part, const TriedCause& whole) {
          });
 }
 
-double ThresholdFor(std::size_t tried) { return std::log(100.0 * static_cast<double>(tried)); }
-
-// The cause that the evidence names. Of two rotors, a second one is left out where the first alone
-// is proven and the second is not; where neither is, both together need the evidence of both.
-std::optional<TriedCause> NamedOf(int channels, const std::vector<TriedCause>& tried) {
-  const double threshold = ThresholdFor(tried.size());
+// The first cause, if it is proven. Of two rotors, the second one is left out where the first alone
+// is proven and the second is not.
+std::optional<TriedCause> NamedOf(const TrimForecast& forecast, double alpha,
+                                  const std::vector<TriedCause>& tried) {
   const TriedCause& best = tried.front();
-  if (best.evidence < threshold) return std::nullopt;
+  if (best.p >= alpha) return std::nullopt;
   if (best.channels.size() != 2) return best;
   const auto single = std::ranges::find_if(tried, [&](const TriedCause& cause) {
     return cause.channels.size() == 1 && IsPartOf(cause, best);
   });
-  const double further_rotors = channels - 1.0;
-  if (single == tried.end() || single->evidence < threshold) {
-    const bool both = best.evidence >= threshold + std::log(100.0 * further_rotors);
-    return both ? std::optional(best) : std::nullopt;
-  }
-  const double gain = 2.0 * (best.evidence - single->evidence);
-  return further_rotors * ChiSquareTail(gain, 1.0) < kSecondRotor ? best : *single;
+  if (single == tried.end() || single->p >= alpha) return best;
+  const double all = AllDof(forecast);
+  const double further_rotors = static_cast<double>(forecast.mean.size()) - 1.0;
+  const double chance = ChanceOf(best.evidence - single->evidence, 1.0, all - 2.0, all);
+  return further_rotors * chance < kSecondRotor ? best : *single;
 }
 
 Findings Search(const Eigen::VectorXd& ln_command, const TrimForecast& forecast,
-                const Eigen::MatrixXd& within) {
+                const Eigen::MatrixXd& within, double alpha) {
   const Eigen::VectorXd deviation = ln_command - forecast.mean;
   const std::vector<Pattern> patterns = PatternsOf(static_cast<int>(deviation.size()));
   Findings findings;
-  findings.misfit_p = ChiSquareTail(deviation.dot(forecast.cov.inverse() * deviation),
-                                    static_cast<double>(deviation.size()));
+  findings.misfit_p = MisfitP(deviation.dot(forecast.cov.inverse() * deviation),
+                              static_cast<double>(deviation.size()), forecast.dof);
   for (const Pattern& pattern : patterns) {
     findings.tried.push_back(
-        Try(pattern, deviation, forecast.cov, within, static_cast<int>(patterns.size())));
+        Try(pattern, deviation, forecast, within, static_cast<int>(patterns.size())));
   }
   std::vector<TriedCause>& tried = findings.tried;
   std::ranges::stable_sort(tried, std::greater(), &TriedCause::Score);
-  findings.named = NamedOf(static_cast<int>(deviation.size()), tried);
+  findings.named = NamedOf(forecast, alpha, tried);
   const TriedCause& best = tried.front();
   for (const TriedCause& other : tried) {
     const bool nested = IsPartOf(other, best) || IsPartOf(best, other);
@@ -136,12 +152,14 @@ TrimForecast ForecastOf(const References& references, const CommandTrim& flight,
     const std::size_t nearest = NearestSession(references, ln_command);
     forecast.mean = references.ln_command[nearest];
     forecast.cov = (1.0 + 1.0 / references.size[nearest]) * within;
+    forecast.dof = references.within.dof;
   } else {
     const auto sessions = static_cast<double>(references.sessions());
     forecast.mean = Eigen::VectorXd::Zero(channels);
     for (const Eigen::VectorXd& mean : references.ln_command) forecast.mean += mean / sessions;
     forecast.cov = (1.0 + 1.0 / sessions) * references.between.Cov(channels) +
                    (1.0 + 1.0 / references.flights) * within;
+    forecast.dof = references.between.dof;
   }
   const double of_speed = kByTilt * greatest_tilt;
   forecast.cov.diagonal() += flight.sigma.cwiseAbs2();
@@ -163,7 +181,16 @@ std::string VerdictOf(const Findings& findings) {
 
 }  // namespace
 
-double Comparison::Threshold() const { return ThresholdFor(findings.tried.size()); }
+double Comparison::SigmasNeeded() const {
+  return std::sqrt(FNeeded(alpha, findings.tried.size(), 1.0, AllDof(forecast)));
+}
+
+double Comparison::EvidenceNeeded() const {
+  const double all = AllDof(forecast);
+  const auto sizes = static_cast<double>(findings.tried.front().size.size());
+  return 0.5 * all *
+         std::log1p(sizes / (all - sizes) * FNeeded(alpha, findings.tried.size(), sizes, all));
+}
 
 AlikeLoad Comparison::LoadOf(const TriedCause& cause) const {
   const Eigen::ArrayXd usual = forecast.mean.array().exp();
@@ -183,10 +210,11 @@ AlikeLoad Comparison::LoadOf(const TriedCause& cause) const {
 }
 
 Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>& references,
-                   SessionOfFlight session) {
+                   SessionOfFlight session, const ComparisonRules& rules) {
   Comparison comparison;
   comparison.flight = flight;
   comparison.session = session;
+  comparison.alpha = rules.alpha;
   for (const ReferenceFlight& other : references) comparison.others.push_back(other.trim);
   std::vector<ReferenceFlight> all = references;
   all.push_back({flight, -1});
@@ -197,14 +225,14 @@ Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>
   }
   comparison.by_mass = std::ranges::all_of(
       all, [](const ReferenceFlight& one) { return one.trim.mass.has_value(); });
-  comparison.references = LearnFrom(references, comparison.by_mass);
+  comparison.references = LearnFrom(references, comparison.by_mass, rules.usual);
   comparison.ln_command = LnCommand(flight, comparison.by_mass);
   const Eigen::MatrixXd within = comparison.references.within.Cov(flight.channels());
   double tilt = 0.0;
   for (const ReferenceFlight& one : all) tilt = std::max(tilt, one.trim.tilt);
   const auto search = [&](SessionOfFlight of, TrimForecast* forecast) {
     *forecast = ForecastOf(comparison.references, flight, tilt, comparison.ln_command, of);
-    return Search(comparison.ln_command, *forecast, within);
+    return Search(comparison.ln_command, *forecast, within, rules.alpha);
   };
   TrimForecast same;
   comparison.findings = search(session, &comparison.forecast);

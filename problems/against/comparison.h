@@ -5,6 +5,8 @@
 // changes all commands alike. A load that hangs in the stream of a rotor has the trim of that rotor
 // being weak: its weight pulls there and its drag takes the moment of the extra thrust. So each
 // cause comes with the load that it can't be told from.
+//
+// A few flights do not show how far flights scatter, so deviations have the tails of Student's t.
 #pragma once
 
 #include <optional>
@@ -18,10 +20,16 @@ namespace trueline {
 // Of the flight and the references: unknown, or stated to be the same (one day, nothing rebuilt).
 enum class SessionOfFlight { kUnknown, kSame };
 
+struct ComparisonRules {
+  UsualScatter usual;
+  double alpha = 0.01;  // chance of naming a cause where nothing has changed
+};
+
 // What the flight should show if nothing has changed: ln(command) with its covariance.
 struct TrimForecast {
   Eigen::VectorXd mean;
   Eigen::MatrixXd cov;
+  double dof = 0.0;  // degrees of freedom that `cov` is known by
 };
 
 // A change that was tried.
@@ -56,6 +64,7 @@ struct Comparison {
   std::vector<CommandTrim> others;
   References references;
   SessionOfFlight session = SessionOfFlight::kUnknown;
+  double alpha = 0.0;
   bool by_mass = false;  // all flights state their mass, so commands are by mass
   TrimForecast forecast;
   Eigen::VectorXd ln_command;  // of the flight
@@ -67,11 +76,13 @@ struct Comparison {
   std::vector<std::string> warnings;
 
   AlikeLoad LoadOf(const TriedCause& cause) const;
-  double Threshold() const;  // of the evidence: ln(100 * number of causes tried)
+  // To be named: sigmas of a cause of one size, evidence of the first cause.
+  double SigmasNeeded() const;
+  double EvidenceNeeded() const;
 };
 
 // Throws InputError if the flight and the references, one or more, differ in their channels.
 Comparison Compare(const CommandTrim& flight, const std::vector<ReferenceFlight>& references,
-                   SessionOfFlight session);
+                   SessionOfFlight session, const ComparisonRules& rules = {});
 
 }  // namespace trueline

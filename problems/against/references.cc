@@ -27,15 +27,20 @@ struct Squares {
   }
 };
 
+// One channel is the total thrust: the mean of at least so many rotors.
+constexpr double kRotorsOfOneChannel = 4.0;
+
 TrimScatter Drawn(const TrimScatter& usual, const Squares& found, int channels) {
   const double n = channels;
   const double weight = kUsualCounts + found.dof;
   const double own = channels < 2
                          ? 0.0  // one channel has no own part
                          : (kUsualCounts * usual.own * usual.own + found.own / (n - 1.0)) / weight;
-  const double usual_mean = usual.common * usual.common + usual.own * usual.own / n;  // of a mean
+  const double rotors = channels < 2 ? kRotorsOfOneChannel : n;
+  const double usual_mean = usual.common * usual.common + usual.own * usual.own / rotors;
   const double mean = (kUsualCounts * usual_mean + found.common) / weight;
-  return {std::sqrt(std::max(0.0, mean - own / n)), std::sqrt(own)};
+  return {std::sqrt(std::max(0.0, mean - own / n)), std::sqrt(own),
+          weight * std::max(1.0, n - 1.0)};
 }
 
 bool AreOfOneSession(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
@@ -78,22 +83,21 @@ std::vector<Eigen::VectorXd> MeansOf(const std::vector<Eigen::VectorXd>& values,
   return means;
 }
 
-// Slope of ln(command) by ln(voltage) within the sessions, drawn to the usual one. Flights that
-// state no voltage have the mean one.
+// Slope of ln(command) by ln(voltage) within the sessions, drawn to the usual one. `noise` is the
+// standard deviation of ln(command). Flights that state no voltage have the mean one.
 void LearnSlope(const std::vector<double>& ln_volts, const std::vector<Eigen::VectorXd>& values,
-                References* learned) {
+                double noise, References* learned) {
   std::vector<Eigen::VectorXd> pairs;  // voltage, mean of ln(command)
   for (std::size_t i = 0; i < ln_volts.size(); ++i) {
     pairs.push_back(Eigen::Vector2d(ln_volts[i], values[i].mean()));
   }
   const std::vector<Eigen::VectorXd> means = MeansOf(pairs, learned->session_of);
-  const double noise = kUsualWithin.OfOneChannel() * kUsualWithin.OfOneChannel();
   double information = 1.0 / (kUsualSlopeSigma * kUsualSlopeSigma);
   double sum = kUsualSlope * information;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::VectorXd d = pairs[i] - means[static_cast<std::size_t>(learned->session_of[i])];
-    information += d[0] * d[0] / noise;
-    sum += d[0] * d[1] / noise;
+    information += d[0] * d[0] / (noise * noise);
+    sum += d[0] * d[1] / (noise * noise);
   }
   learned->slope = sum / information;
   learned->slope_sigma = 1.0 / std::sqrt(information);
@@ -142,7 +146,8 @@ Eigen::VectorXd LnCommand(const CommandTrim& trim, bool by_mass) {
   return trim.command.array().log() - (by_mass ? std::log(*trim.mass) : 0.0);
 }
 
-References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass) {
+References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass,
+                     const UsualScatter& usual) {
   References learned;
   learned.flights = static_cast<int>(flights.size());
   std::vector<Eigen::VectorXd> values;
@@ -150,7 +155,7 @@ References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass) 
   const std::vector<double> ln_volts = LnVoltsOf(flights);
   learned.session_of = SessionsOf(flights, values);
   if (!ln_volts.empty()) {
-    LearnSlope(ln_volts, values, &learned);
+    LearnSlope(ln_volts, values, usual.within.OfOneChannel(), &learned);
     learned.ln_voltage = Mean(ln_volts);
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i].array() -= learned.slope * (ln_volts[i] - *learned.ln_voltage);
@@ -170,8 +175,8 @@ References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass) 
   const Eigen::VectorXd mean = MeansOf(learned.ln_command, one).front();
   for (const Eigen::VectorXd& session : learned.ln_command) between.Add(session - mean);
   between.dof = learned.sessions() - 1;
-  learned.within = Drawn(kUsualWithin, within, channels);
-  learned.between = Drawn(kUsualBetween, between, channels);
+  learned.within = Drawn(usual.within, within, channels);
+  learned.between = Drawn(usual.between, between, channels);
   learned.between_is_usual = learned.sessions() == 1;
   return learned;
 }

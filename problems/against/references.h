@@ -13,9 +13,16 @@ namespace trueline {
 // Standard deviations of ln(command): one that all channels share, and one of each channel's own.
 struct TrimScatter {
   double common = 0.0, own = 0.0;
+  double dof = 0.0;  // degrees of freedom that it is known by
 
   Eigen::MatrixXd Cov(int channels) const;
   double OfOneChannel() const;
+};
+
+// What small quadrotors scatter by (CrazyPAD: 0.9 % within a session, 3.3 % between sessions, by
+// motor).
+struct UsualScatter {
+  TrimScatter within = {0.005, 0.007}, between = {0.025, 0.022};
 };
 
 struct ReferenceFlight {
@@ -44,14 +51,12 @@ Eigen::VectorXd LnCommand(const CommandTrim& trim, bool by_mass);
 
 // Flights without a stated session are of one where some chain of them differs by less than
 // `kSessionGap` from flight to flight in every channel. The scatter is that of the flights, drawn
-// to the usual one of small quadrotors (CrazyPAD: 0.9 % within a session, 3.3 % between sessions,
-// by motor), which counts as much as `kUsualCounts` flights or sessions. The flights have the same
-// channels.
-References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass);
+// to the usual one, which counts as much as `kUsualCounts` flights or sessions. The flights have
+// the same channels.
+References LearnFrom(const std::vector<ReferenceFlight>& flights, bool by_mass,
+                     const UsualScatter& usual = {});
 
 inline constexpr double kSessionGap = 0.025;
 inline constexpr double kUsualCounts = 6.0;
-inline constexpr TrimScatter kUsualWithin = {0.005, 0.007};
-inline constexpr TrimScatter kUsualBetween = {0.025, 0.022};
 
 }  // namespace trueline

@@ -8,12 +8,13 @@
 
 #include "problems/common/atomic_file.h"
 #include "problems/result/csv_file.h"
+#include "problems/result/distributions.h"
 #include "problems/result/yaml_text.h"
 
 namespace trueline {
 namespace {
 
-constexpr double kNormal95 = 1.96, kPower95 = 1.645;  // sigmas
+constexpr double kPower95 = 1.645;  // sigmas
 
 constexpr char kSeparateRotor[] =
     "weigh the vehicle, and fly it without the load: a weak rotor stays weak; or change the "
@@ -74,6 +75,15 @@ YAML::Node Flow(YAML::Node node) {
   return node;
 }
 
+// By Student's t with `dof` degrees of freedom.
+YAML::Node Interval95(double value, double sigma, double dof) {
+  const double half = sigma * std::sqrt(FCritical(0.05, 1.0, dof));
+  YAML::Node node;
+  node.push_back(Rounded(value - half, 4));
+  node.push_back(Rounded(value + half, 4));
+  return Flow(node);
+}
+
 YAML::Node LoadNode(const Comparison& comparison, const TriedCause& cause) {
   const AlikeLoad load = comparison.LoadOf(cause);
   YAML::Node node;
@@ -127,18 +137,15 @@ YAML::Node CausesNode(const Comparison& comparison, const Findings& findings,
       node["column"] = fmt::format("{}{}", comparison.flight.is_speed ? "w" : "u", channel + 1);
     }
     node["parameters"][is_scale ? "s" : "factor"] = Value(value, sigma, "1");
-    node["interval95"].push_back(Rounded(value - kNormal95 * sigma, 4));
-    node["interval95"].push_back(Rounded(value + kNormal95 * sigma, 4));
-    node["repeats95"].push_back(Rounded(value - kNormal95 * repeat, 4));
-    node["repeats95"].push_back(Rounded(value + kNormal95 * repeat, 4));
-    for (const char* key : {"interval95", "repeats95"}) Flow(node[key]);
+    node["interval95"] = Interval95(value, sigma, comparison.forecast.dof);
+    node["repeats95"] = Interval95(value, repeat, comparison.references.within.dof);
     AddShared(comparison, cause, findings, &node);
     causes.push_back(node);
   }
   return causes;
 }
 
-YAML::Node CandidateNode(const Comparison& comparison, const TriedCause& cause, double threshold) {
+YAML::Node CandidateNode(const Comparison& comparison, const TriedCause& cause) {
   YAML::Node node;
   node["id"] = cause.id;
   node["which"] = NameOf(comparison, cause);
@@ -146,9 +153,10 @@ YAML::Node CandidateNode(const Comparison& comparison, const TriedCause& cause, 
   node["score_z"] = Rounded(std::sqrt(2.0 * cause.evidence), 3);
   node["p_value"] = Rounded(cause.p, 3);
   const char* name = cause.channels.empty() ? "s" : "factor";
+  const double needed = comparison.SigmasNeeded();
   for (Eigen::Index i = 0; i < cause.size.size(); ++i) {
     const double factor = FactorOf(cause, i);
-    const double shown = std::exp(-(std::sqrt(2.0 * threshold) + kPower95) * cause.sigma[i]);
+    const double shown = std::exp(-(needed + kPower95) * cause.sigma[i]);
     const double less = cause.channels.empty() ? 1.0 : 0.0;
     node["estimate"][name].push_back(Rounded(factor - less, 4));
     node["sigma"][name].push_back(Rounded(factor * cause.sigma[i], 2));
@@ -216,9 +224,9 @@ YAML::Node ComparisonNode(const Comparison& comparison, const YAML::Node& proven
   if (comparison.session == SessionOfFlight::kUnknown) {
     node["if_same_session"] = causes(comparison.if_same_session);
   }
-  node["evidence_needed"] = Rounded(comparison.Threshold(), 4);
+  node["evidence_needed"] = Rounded(comparison.EvidenceNeeded(), 4);
   for (const TriedCause& cause : findings.tried) {
-    node["candidates"].push_back(CandidateNode(comparison, cause, comparison.Threshold()));
+    node["candidates"].push_back(CandidateNode(comparison, cause));
   }
   node["misfit_p"] = Rounded(findings.misfit_p, 3);
   node["references"] = ReferencesNode(comparison);
@@ -279,7 +287,7 @@ std::string ComparisonTable(const Comparison& comparison) {
     table += Statement(comparison, *findings.named) + "\n";
   } else if (best.Score() > 0.0) {
     table += fmt::format("nothing is named; first would be: {} (evidence {:.1f} of {:.1f})\n",
-                         Statement(comparison, best), best.evidence, comparison.Threshold());
+                         Statement(comparison, best), best.evidence, comparison.EvidenceNeeded());
   }
   const std::optional<TriedCause>& same = comparison.if_same_session.named;
   if (comparison.session == SessionOfFlight::kUnknown && !findings.named && same) {

@@ -249,7 +249,8 @@ void WriteStream(const Stream& stream, const std::vector<Sample>& samples, const
 }  // namespace
 
 void ReadStreams(const fs::path& directory, FlightLog* log) {
-  if (!fs::exists(directory / "imu.csv") && !fs::exists(directory / "motors.csv")) {
+  const auto lacks = [&](const char* name) { return !fs::exists(directory / name); };
+  if (lacks("imu.csv") && lacks("motors.csv") && lacks("rotors.csv")) {
     throw ErrorAt((directory / "imu.csv").string(), 0,
                   fmt::format("is missing; every log needs '{}'",
                               Header(ColumnsOf(ImuSample{}, Stream{"imu"}))));

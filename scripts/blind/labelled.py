@@ -60,15 +60,15 @@ class Program:
         return out
 
     def diagnose(self, trials):
-        """[(name, log, references, session)] to the contents of diagnosis.yaml; None for exit code 3."""
+        """[(name, log, references, further flags)] to the contents of diagnosis.yaml; None for exit code 3."""
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(lambda trial: self._one(*trial), trials))
 
-    def _one(self, name, log, references, session):
+    def _one(self, name, log, references, flags):
         out = self.work / "results" / name
-        command = [self.apps / "trueline-diagnose", f"--log={log}", f"--session={session}",
-                   "--against=" + ",".join(map(str, references)), f"--out={out}", "--report=false",
-                   "--quiet"]
+        command = [self.apps / "trueline-diagnose", f"--log={log}",
+                   "--against=" + ",".join(map(str, references)), f"--out={out}", "--quiet",
+                   "--report=false", *flags]
         code = subprocess.run(command, check=False).returncode
         if code == 3:
             return None
@@ -126,10 +126,10 @@ class Cuts:
             return self.normals(flight, ("00", "01", "02"), "motor")
         return label(MILDEST[flight["vehicle"]])
 
-    def run(self, name, chosen, references, session="unknown"):
+    def run(self, name, chosen, references, *flags):
         trials = [(f, references(f)) for f in chosen]
         trials = [(f, r) for f, r in trials if r]
-        results = self.program.diagnose([(f"{name}/{f['path'].name}", f["path"], r, session) for f, r in trials])
+        results = self.program.diagnose([(f"{name}/{f['path'].name}", f["path"], r, flags) for f, r in trials])
         return [(f, result) for (f, _), result in zip(trials, results) if result]
 
     def table(self):
@@ -171,7 +171,53 @@ class Cuts:
         rows.append(("tape, light weight, string, cuts below 1 mm: named wrongly", share(
             [bool(r["causes"]) and not {f"M{k}" for k in rotors(r)} <= set(re.split(r"\W+", f["rotors"]))
              for f, r in found]), "2 %"))
-        return rows + self._sizes(certain)
+        return rows + self._sizes(certain) + self._without(deep, large, normal) + self._seconds()
+
+    def _without(self, deep, large, normal):
+        """The same where the usual scatter is learned on the other vehicle alone."""
+        def run(name, flights, references):
+            return [pair for vehicle, other in (("E8", "E9"), ("E9", "E8")) for pair in self.run(
+                f"{name}_without", [f for f in flights if f["vehicle"] == vehicle], references,
+                f"--usual_scatter={self._scatter(other)}")]
+        cuts, whole = run("campaign", deep, self.campaign), run("normals", large, self.normals)
+        quiet = run("null", normal, lambda f: [p for p in self.normals(f) if self._session(p) != self._session(f["path"])])
+        first_right = [set(first(r)) == {1, 2} if f["pair"] else first(r)[:1] == [3] for f, r in cuts]
+        return [("usual scatter of the other vehicle alone: campaign cuts first; another rotor named", share(first_right)
+                 + "; " + share([bool(set(rotors(r)) - set(f["weak"])) for f, r in cuts]), "95 %; 0"),
+                ("the same: M3 of 2.5 mm or more named; a normal flight named", share([rotors(r)[:1] == [3] for _, r in whole])
+                 + "; " + share([bool(r["causes"]) for _, r in quiet]), "95 %; 0")]
+
+    def _scatter(self, vehicle):
+        """For --usual_scatter: of flights of one label, and of normal sessions, by all trims so far."""
+        trims = {}
+        for file in (self.program.work / "results").glob("*/*/trims.csv"):
+            for row in list(csv.reader(file.open()))[1:]:
+                trims[Path(row[0]).name] = np.log(np.array(row[4::3], float))
+        def sigmas(key, of_means):
+            groups = {}
+            for f in self.flights:
+                if f["vehicle"] == vehicle and f["path"].name in trims and key(f):
+                    groups.setdefault(key(f), []).append(trims[f["path"].name])
+            if of_means:
+                groups = {"": [np.mean(group, 0) for group in groups.values()]}
+            deviations = np.concatenate([np.array(group) - np.mean(group, 0) for group in groups.values()])
+            freedom, mean = len(deviations) - len(groups), deviations.mean(1)
+            own = ((deviations - mean[:, None]) ** 2).sum() / freedom / (deviations.shape[1] - 1)
+            common = max(0, (mean ** 2).sum() / freedom - own / deviations.shape[1])
+            return f"{np.sqrt(common):.4f},{np.sqrt(own):.4f}"
+        within = sigmas(lambda f: f["cause"] != "none" and (f["label"], f["kind"]), False)
+        return f"{within},{sigmas(lambda f: f['cause'] == 'none' and self._session(f['path']), True)}"
+
+    def _seconds(self):
+        """From recordings to a page, one flight at a time."""
+        seconds = []
+        for flight in self.judged[::max(1, len(self.judged) // 8)]:
+            others = [f for f in self.flights if f["path"] in self.normals(flight, kind=flight["kind"])]
+            start = time.time()
+            self.program.diagnose([(f"page/{flight['path'].name}", self.folder / flight["file"],
+                                    [self.folder / f["file"] for f in others], ["--report=true"])])
+            seconds.append(time.time() - start)
+        return [("from recordings to a page", f"{np.median(seconds):.1f} s, at most {max(seconds):.1f} s", "10 s")]
 
     def _session(self, path):
         """Sessions of the normal flights, by their README; controller logs are taken as further ones."""
@@ -250,7 +296,7 @@ class Fleet:
             return list(others.values())[::max(1, len(others) // 8)]
         chosen = [(f, references(f)) for f in self.judged]
         results = self.program.diagnose([(f"fleet/{f['path'].name}", f["path"], [r["path"] for r in refs],
-                                          "unknown") for f, refs in chosen])
+                                          ()) for f, refs in chosen])
         judged = [(f, refs, r) for (f, refs), r in zip(chosen, results) if r]
         def named(result):
             return [c["parameters"]["s"]["value"] for c in result["causes"] if c["id"] == "thrust_scale"]
@@ -259,7 +305,8 @@ class Fleet:
                   for f, refs, r in upgraded if named(r)]
         rows = [("fleet, upgraded motors: thrust_scale named", share([bool(named(r)) for _, _, r in upgraded]), "99 %"),
                 ("its size within 2 % of the regression", share([abs(e) < 0.02 for e in errors]), "all"),
-                ("standard motors: named", share([bool(named(r)) for f, _, r in judged if f in standard]), "0")]
+                ("standard motors: named; verdict clean", share([bool(named(r)) for f, _, r in judged if f in standard])
+                 + "; " + share([r["verdict"] == "clean" for f, _, r in judged if f in standard]), "0; all")]
         for f, _, r in judged:
             if f["load"] or any(f["log"].startswith(f"log{n}") for n in odd):
                 text = r["causes"][0]["text"] if r["causes"] else "nothing named"
@@ -279,7 +326,7 @@ class Full:
 
     def table(self):
         pairs = list(itertools.permutations(self.logs, 2))
-        results = self.program.diagnose([(f"full/{a.name}_{b.name}", a, [b], "unknown") for a, b in pairs])
+        results = self.program.diagnose([(f"full/{a.name}_{b.name}", a, [b], ()) for a, b in pairs])
         return [("NanoBench flights against each other, by trim: a cause is named",
                  share([bool(r["causes"]) for r in results if r]), "2 %")]
 

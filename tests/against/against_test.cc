@@ -117,6 +117,21 @@ TEST(Against, NamesNothingOnFlightsOfOtherSessions) {
   EXPECT_LE(named, 2);
 }
 
+TEST(Against, AScatterKnownByFewFlightsHasTails) {
+  int named = 0;
+  const UsualScatter narrow = {{0.004, 0.005}, {0.01, 0.012}};  // half of the vehicle's
+  for (int seed = 0; seed < 200; ++seed) {
+    Fleet fleet(static_cast<std::uint64_t>(700 + seed));
+    const auto references = fleet.References(4, 2);
+    const auto flight = fleet.Flight(fleet.Session());
+    const Comparison found = Compare(flight, references, SessionOfFlight::kUnknown, {narrow});
+    named += found.findings.named ? 1 : 0;
+    EXPECT_EQ(found.findings.named.has_value(),
+              found.findings.tried.front().evidence > found.EvidenceNeeded());
+  }
+  EXPECT_LE(named, 4);
+}
+
 TEST(Against, SeesSmallLossesWithinASession) {
   int named = 0, right = 0;
   for (int seed = 0; seed < 40; ++seed) {

@@ -58,6 +58,14 @@ class LabelledFlights(unittest.TestCase):
             result = self.diagnose(log, against, "--report=false")
             self.assertEqual(result["causes"], [], log)
 
+    def test_a_slow_position_sensor_bends_no_trim(self):
+        fleet = DATA / "crazyswarm_thrust"
+        rows = [line.split(",") for line in (fleet / "labels.csv").read_text().splitlines()]
+        log, *others = [fleet / r[0] for r in rows if r[1] in ("log147", "log160", "log168", "log180")]
+        result = self.diagnose(log, others, "--report=false")
+        self.assertEqual((result["verdict"], "log_faults" in result), ("clean", False))
+        self.assertIn("repeats", " ".join(result["warnings"]))
+
     def test_names_the_thrust_scale_of_upgraded_motors(self):
         fleet = DATA / "crazyswarm_thrust"
         rows = [line.split(",") for line in (fleet / "labels.csv").read_text().splitlines()]

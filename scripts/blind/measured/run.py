@@ -29,12 +29,12 @@ import yaml
 from changes import CHANGES
 from draw_hidden import ABSORBED, NEEDS, can_show, draw_absorbed, draw_effect
 from judge_measured import judge_trial, table
-from measured_flights import ROTOR_CONFIGS, convert, has_sampled_fixes, usable
+from measured_flights import HIDDEN_IN, ROTOR_CONFIGS, convert, has_sampled_fixes, second_flight, usable
 from native import Log
 from program import SOURCE, app, read_yaml, refuse_other_draw, refuse_other_program, run_once
 from sizes import drawn_effects
 
-DRAW = ("seed", "half", "drive", "fits", "flights", "effects")
+DRAW = ("seed", "half", "drive", "fits", "flights", "effects", "against")
 FITS = {"imu": ["mocap", "fixes"], "rotors": ["mocap"]}
 
 
@@ -52,6 +52,8 @@ def parse(description=__doc__):
     parser.add_argument("--fits", help="mocap, fixes, or alone: fixes of a log without mocap")
     parser.add_argument("--flights", help="only these, separated by commas")
     parser.add_argument("--effects", help="only these, separated by commas")
+    parser.add_argument("--against", action="store_true",
+                        help="judge --against another untouched flight of the vehicle; the trials are the same")
     arguments = parser.parse_args()
     arguments.data = Path(os.environ.get("TRUELINE_DATA", SOURCE.parent / "shared/data")).resolve()
     arguments.build, arguments.work = arguments.build.resolve(), arguments.work.resolve()
@@ -70,11 +72,14 @@ def config_of(arguments, flight):
     return SOURCE / f"config/calibrate/{ROTOR_CONFIGS[flight]}.yaml" if arguments.drive == "rotors" else None
 
 
-def diagnose(arguments, flight, fit, log, folder):
-    """The diagnosis; None where there is none. `log`: a folder, or several with commas."""
+def diagnose(arguments, flight, fit, log, folder, reference=None):
+    """The diagnosis, against a reference flight if given; None where there is none. `log`: a folder, or
+    several with commas."""
     flags = [f"--fit_to={'fixes' if fit == 'alone' else fit}"]
     if arguments.drive == "rotors":
         flags = ["--drive=rotors", f"--config={config_of(arguments, flight)}"]
+    if reference:
+        flags.append(f"--against={reference}")
     run_once(arguments, [app(arguments, "diagnose"), f"--log={log}", f"--out={folder}", "--quiet",
                          "--report=false", *flags], folder)
     file = folder / "diagnosis.yaml"
@@ -95,14 +100,24 @@ def as_fitted(log, fit):
     return log if fit != "alone" else copy if copy.exists() else written(Log(log), copy, fit)
 
 
+def reference_of(arguments, flight, fit):
+    """The log of another flight of the vehicle, without --against None."""
+    other = second_flight(flight, list(HIDDEN_IN)) if arguments.against else None
+    log = convert(arguments, other) if other else None
+    return as_fitted(log, fit) if log else None
+
+
 def diagnose_untouched(arguments, flight, fit):
-    """(flight, fit) and (folder of its log, diagnosis); None where it can't be used."""
-    log = convert(arguments, flight)
-    if log is None:
+    """(flight, fit) and (folder of its log, diagnosis by which trials are drawn, the one to judge by);
+    None where it can't be used."""
+    log, reference = convert(arguments, flight), reference_of(arguments, flight, fit)
+    if log is None or (arguments.against and not reference):
         return (flight, fit), None
-    diagnosis = diagnose(arguments, flight, fit, as_fitted(log, fit),
-                         arguments.work / "results" / f"untouched_{arguments.drive}_{flight}_{fit}")
-    return (flight, fit), (log, diagnosis) if diagnosis else None
+    folder = arguments.work / "results" / f"untouched_{arguments.drive}_{flight}_{fit}"
+    alone = diagnose(arguments, flight, fit, as_fitted(log, fit), folder)
+    judged = diagnose(arguments, flight, fit, as_fitted(log, fit), folder.with_name(f"against_{folder.name}"),
+                      reference) if reference else alone
+    return (flight, fit), (log, alone, judged) if alone and judged else None
 
 
 def draw(arguments, trial, untouched, sizes):
@@ -115,7 +130,7 @@ def draw(arguments, trial, untouched, sizes):
     flights = sorted(flight for flight, of in untouched if of == fit)
     rng.shuffle(flights)
     for counted, flight in itertools.product((from_counted, not from_counted), flights):
-        log, diagnosis = untouched[flight, fit]
+        log, diagnosis, _ = untouched[flight, fit]
         about, config = read_yaml(log / "log.yaml"), config_of(arguments, flight)
         if not can_show(effect, arguments.drive, log, about):
             continue
@@ -140,9 +155,10 @@ def run_trial(arguments, trial, untouched, sizes):
         sealed.write_text(yaml.safe_dump(drawn, sort_keys=False))
         written(log, arguments.work / "logs" / name, drawn["fit"])
     drawn = read_yaml(sealed)
-    changed = diagnose(arguments, drawn["flight"], drawn["fit"], arguments.work / "logs" / name, folder)
+    changed = diagnose(arguments, drawn["flight"], drawn["fit"], arguments.work / "logs" / name, folder,
+                       reference_of(arguments, drawn["flight"], drawn["fit"]))
     shutil.rmtree(arguments.work / "logs" / name, ignore_errors=True)
-    log, before = untouched[drawn["flight"], drawn["fit"]]
+    log, _, before = untouched[drawn["flight"], drawn["fit"]]
     if changed is None:
         print(f"{name}: no diagnosis: {read_yaml(folder / 'outcome.yaml')['errors']}", file=sys.stderr)
         return None
@@ -161,7 +177,10 @@ def main():
     refuse_other_draw(arguments.work, {name: getattr(arguments, name) for name in DRAW})
     flights = chosen(usable(arguments.drive, arguments.half), arguments.flights)
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        list(pool.map(lambda name: convert(arguments, name), flights))
+        references = [second_flight(name, list(HIDDEN_IN)) for name in flights if arguments.against]
+        logs = pool.map(lambda name: convert(arguments, name), {*flights, *filter(None, references)})
+        for log, fit in itertools.product(filter(None, logs), arguments.fits):
+            as_fitted(log, fit)
         pairs = [(name, fit) for name in flights for fit in arguments.fits]
         untouched = dict(pool.map(lambda pair: diagnose_untouched(arguments, *pair), pairs))
         untouched = {pair: of for pair, of in untouched.items() if of}
@@ -171,7 +190,7 @@ def main():
                    pool.map(lambda trial: run_trial(arguments, trial, untouched, sizes), trials) if record]
     (arguments.work / "trials.yaml").write_text(yaml.safe_dump(records, sort_keys=False, width=150))
     text = table(records, [(*pair, has_sampled_fixes(pair[0]), diagnosis)
-                           for pair, (_, diagnosis) in untouched.items()])
+                           for pair, (_, _, diagnosis) in untouched.items()])
     (arguments.work / "table.md").write_text(text)
     print(text)
 
