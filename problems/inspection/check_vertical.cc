@@ -65,6 +65,7 @@ void CheckGravityUnit(Examination* e) {
       fmt::format("by its mean in the earth of {}.csv, which is gravity", e->rates.front().stream));
 }
 
+// Median size (m/s^2) of the specific force.
 double UsualForce(const FlightLog& log) {
   std::vector<double> sizes;
   sizes.reserve(log.imu.size());
@@ -72,10 +73,12 @@ double UsualForce(const FlightLog& log) {
   return LowerMedian(sizes);
 }
 
+bool IsOfGravity(double force, const FlightLog& log) { return !(force < 0.5 * log.gravity); }
+
 // Some autopilots log the acceleration with gravity taken out, which has no mean in earth.
 void CheckGravityMissing(Examination* e) {
   const double usual = UsualForce(e->fixed);
-  if (ReadsGravity(e->fixed)) return;
+  if (IsOfGravity(usual, e->log)) return;
   Finding finding{"gravity_missing", "imu", Level::kFatal, usual, "m/s^2", e->log.gravity};
   finding.text = fmt::format(
       "the accelerometer reads {:.2f} m/s^2 (median of its size), where a vehicle in flight reads "
@@ -254,7 +257,7 @@ void WithdrawRepairs(const std::string& stream, Examination* e) {
 
 }  // namespace
 
-bool ReadsGravity(const FlightLog& log) { return !(UsualForce(log) < 0.5 * log.gravity); }
+bool ReadsGravity(const FlightLog& log) { return IsOfGravity(UsualForce(log), log); }
 
 void CheckGravity(Examination* e) {
   CheckGravityMissing(e);

@@ -212,7 +212,8 @@ class Cuts:
         """From recordings to a page, one flight at a time."""
         seconds = []
         for flight in self.judged[::max(1, len(self.judged) // 8)]:
-            others = [f for f in self.flights if f["path"] in self.normals(flight, kind=flight["kind"])]
+            normals = self.normals(flight, kind=flight["kind"])
+            others = [f for f in self.flights if f["path"] in normals]
             start = time.time()
             self.program.diagnose([(f"page/{flight['path'].name}", self.folder / flight["file"],
                                     [self.folder / f["file"] for f in others], ["--report=true"])])
