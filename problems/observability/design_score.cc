@@ -70,14 +70,14 @@ FlatMatrix SweepSegment(const RotorDrivenSystem& system, const RotorFlight& flig
 
 SegmentState ExpandSegment(const RotorDrivenSystem& system, const RotorFlight& flight,
                            const DesignTarget& target, const SegmentTimes& time) {
-  const auto flat = FlatSeries<Taylor<double, kMostE2logOrder + 4>>(
+  const auto flat = FlatSeries<Taylor<double, kScoreOrder + 4>>(
       flight.path().ExpandPiece(time.piece, time.start, kScoreOrder + 4));
   const auto start =
-      StartFromFlat<double, kMostE2logOrder>(flight.vehicle(), flight.parameters(), flat);
+      StartFromFlat<double, kScoreOrder>(flight.vehicle(), flight.parameters(), flat);
   SegmentState state;
   const RotorSumsSystem by_sums(system);
-  state.local =
-      ExpandSensitivity(by_sums, start.x, by_sums.Inputs(start.u), time.duration, kScoreOrder);
+  state.local = ExpandSensitivity<kScoreOrder, double>(by_sums, start.x, by_sums.Inputs(start.u),
+                                                       time.duration);
   state.gramian = LocalGramian<System::kErrors>(state.local, target.weights, time.duration);
   state.transition = state.local.transition;
   return state;

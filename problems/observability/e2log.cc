@@ -20,32 +20,30 @@ struct SegmentGramian {
   MovingRows transition;  // constants: rows of the identity
 };
 
-// Series of every order compile once, in storage for the highest: the inputs' coefficients above
-// `order` are zeros, which a series up to t^order does not read.
-SegmentStart<double, kMostE2logOrder> StartOf(const RotorFlight& flight,
-                                              const SegmentTimes& segment, int order) {
-  const auto flat = FlatSeries<Taylor<double, kMostE2logOrder + 4>>(
-      flight.path().ExpandPiece(segment.piece, segment.start, order + 4));
-  return StartFromFlat<double, kMostE2logOrder>(flight.vehicle(), flight.parameters(), flat);
+template <int kOrder>
+SegmentStart<double, kOrder> StartOf(const RotorFlight& flight, const SegmentTimes& segment) {
+  const auto flat = FlatSeries<Taylor<double, kOrder + 4>>(
+      flight.path().ExpandPiece(segment.piece, segment.start, kOrder + 4));
+  return StartFromFlat<double, kOrder>(flight.vehicle(), flight.parameters(), flat);
 }
 
 // Polynomials in time through the inputs, by least squares on an even grid.
-SegmentStart<double, kMostE2logOrder> StartOf(const NominalFlight& flight,
-                                              const SegmentTimes& segment, int order) {
-  const int samples = 4 * (order + 1);
+template <int kOrder>
+SegmentStart<double, kOrder> StartOf(const NominalFlight& flight, const SegmentTimes& segment) {
+  constexpr int kSamples = 4 * (kOrder + 1);
   const NominalPoint begin = flight.at(segment.start);
-  Eigen::MatrixXd powers(samples, order + 1), inputs(samples, begin.u.size());
-  for (int k = 0; k < samples; ++k) {
-    const double share = static_cast<double>(k) / (samples - 1);
+  Eigen::MatrixXd powers(kSamples, kOrder + 1), inputs(kSamples, begin.u.size());
+  for (int k = 0; k < kSamples; ++k) {
+    const double share = static_cast<double>(k) / (kSamples - 1);
     const NominalPoint point = flight.at(segment.start + share * segment.duration);
-    for (int j = 0; j <= order; ++j) powers(k, j) = std::pow(share, j);
+    for (int j = 0; j <= kOrder; ++j) powers(k, j) = std::pow(share, j);
     inputs.row(k) = Eigen::Map<const Eigen::RowVectorXd>(point.u.data(), inputs.cols());
   }
   const Eigen::MatrixXd fit = powers.householderQr().solve(inputs);
-  SegmentStart<double, kMostE2logOrder> start{begin.x, {}};
+  SegmentStart<double, kOrder> start{begin.x, {}};
   for (Eigen::Index i = 0; i < fit.cols(); ++i) {
-    auto u = Taylor<double, kMostE2logOrder>::Start(fit(0, i));
-    for (int j = 1; j <= order; ++j) u.Append(fit(j, i) / std::pow(segment.duration, j));
+    auto u = Taylor<double, kOrder>::Start(fit(0, i));
+    for (int j = 1; j <= kOrder; ++j) u.Append(fit(j, i) / std::pow(segment.duration, j));
     start.u.push_back(u);
   }
   return start;
@@ -64,11 +62,13 @@ std::vector<SegmentTimes> SegmentsOf(const NominalFlight& flight, double longest
   return segments;
 }
 
+template <int kOrder>
 SegmentGramian OneSegment(const RotorDrivenSystem& system,
-                          const SegmentStart<double, kMostE2logOrder>& start, int order,
+                          const SegmentStart<double, kOrder>& start,
                           const std::vector<double>& weights, double duration) {
   const RotorSumsSystem by_sums(system);
-  const auto local = ExpandSensitivity(by_sums, start.x, by_sums.Inputs(start.u), duration, order);
+  const auto local =
+      ExpandSensitivity<kOrder, double>(by_sums, start.x, by_sums.Inputs(start.u), duration);
   return {LocalGramian<kErrors>(local, weights, duration), local.transition.topRows(kMoving)};
 }
 
@@ -83,14 +83,14 @@ Square Chain(const SegmentGramian& segment, const Square& after) {
   return result + segment.gramian;
 }
 
-template <class Flight>
+template <int kOrder, class Flight>
 Square AddSegments(const RotorDrivenSystem& system, const Flight& flight,
                    const std::vector<double>& weights, const E2logOptions& options) {
   const std::vector<SegmentTimes> times = SegmentsOf(flight, options.segment);
   std::vector<SegmentGramian, Eigen::aligned_allocator<SegmentGramian>> parts(times.size());
   ParallelFor(static_cast<int>(times.size()), options.threads, [&](int i) {
-    parts[i] = OneSegment(system, StartOf(flight, times[i], options.order), options.order, weights,
-                          times[i].duration);
+    parts[i] =
+        OneSegment<kOrder>(system, StartOf<kOrder>(flight, times[i]), weights, times[i].duration);
   });
   Square total = Square::Zero();
   for (std::size_t i = parts.size(); i-- > 0;) {
@@ -105,10 +105,22 @@ Eigen::MatrixXd GramianOf(const RotorDrivenSystem& system, const Flight& flight,
   if (!(options.segment > 0.0)) {
     throw InputError(fmt::format("E2LOG segment of {} s; use 0.02 to 0.5 s", options.segment));
   }
-  if (options.order < 1 || options.order > kMostE2logOrder) {
-    throw InputError(fmt::format("E2LOG order {}; use 1 to {}", options.order, kMostE2logOrder));
+  switch (options.order) {
+    case 1:
+      return AddSegments<1>(system, flight, weights, options);
+    case 2:
+      return AddSegments<2>(system, flight, weights, options);
+    case 3:
+      return AddSegments<3>(system, flight, weights, options);
+    case 4:
+      return AddSegments<4>(system, flight, weights, options);
+    case 5:
+      return AddSegments<5>(system, flight, weights, options);
+    case 6:
+      return AddSegments<6>(system, flight, weights, options);
+    default:
+      throw InputError(fmt::format("E2LOG order {}; use 1 to 6", options.order));
   }
-  return AddSegments(system, flight, weights, options);
 }
 
 }  // namespace

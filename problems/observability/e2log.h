@@ -13,10 +13,8 @@
 
 namespace trueline {
 
-inline constexpr int kMostE2logOrder = 6;
-
 struct E2logOptions {
-  int order = 3;         // of the Taylor series, 1 to kMostE2logOrder
+  int order = 3;         // of the Taylor series, 1 to 6
   double segment = 0.1;  // s; a segment never spans a break of the trajectory
   bool chained = true;   // false: the sum of the segments' Gramians, as published
   int threads = 1;       // 0: all cores

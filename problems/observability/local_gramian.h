@@ -46,9 +46,9 @@ void ExpandColumns(const System& system, const std::vector<ceres::Jet<C, System:
   const auto solution =
       SolveSeriesWithGradient<kColumns, kOrder, C, System>(system, seeded, u, order, columns);
   const int count = static_cast<int>(columns.size());
-  for (std::size_t i = 0; i < local->gradients.size(); ++i) {
+  for (int i = 0; i <= kOrder; ++i) {
     for (int row = 0; row < system.num_outputs(); ++row) {
-      const Jet y = solution.y[row][static_cast<int>(i)];
+      const Jet y = solution.y[row][i];
       for (int j = 0; j < count; ++j) local->gradients[i](row, columns[j]) = y.v[j];
     }
   }
@@ -65,17 +65,17 @@ void ExpandColumns(const System& system, const std::vector<ceres::Jet<C, System:
   }
 }
 
-// By series up to t^order. In Jets of a few errors, which stay in registers; for other scalars than
-// double in Jets of all, because each Jet evaluates the values again.
+// In Jets of a few errors, which stay in registers; for other scalars than double in Jets of all,
+// because each Jet evaluates the values again.
 template <int kOrder, class C, class System>
 LocalSensitivity<C, System::kErrors> ExpandSensitivity(const System& system,
                                                        const std::vector<C>& x0,
                                                        const std::vector<Taylor<C, kOrder>>& u,
-                                                       double duration, int order = kOrder) {
+                                                       double duration) {
   constexpr int kErrors = System::kErrors;
   constexpr int kColumns = std::is_same_v<C, double> ? std::min(kErrors, kJetColumns) : kErrors;
   LocalSensitivity<C, kErrors> local;
-  local.gradients.assign(order + 1, {system.num_outputs(), kErrors});
+  local.gradients.assign(kOrder + 1, {system.num_outputs(), kErrors});
   local.transition.resize(kErrors, kErrors);
   std::vector<int> curved, affine;
   for (int i = 0; i < kErrors; ++i) {
@@ -84,15 +84,15 @@ LocalSensitivity<C, System::kErrors> ExpandSensitivity(const System& system,
     (is_affine ? affine : curved).push_back(i);
   }
   const auto seeded = Seeded(system, x0);
-  const auto expand = [&](std::span<const int> columns, int degree) {
+  const auto expand = [&](std::span<const int> columns, int order) {
     for (std::size_t first = 0; first < columns.size(); first += kColumns) {
       ExpandColumns<kColumns>(
-          system, seeded, u, duration, degree,
+          system, seeded, u, duration, order,
           columns.subspan(first, std::min<std::size_t>(kColumns, columns.size() - first)), &local);
     }
   };
-  expand(curved, order);
-  expand(affine, std::min(order, 1));
+  expand(curved, kOrder);
+  expand(affine, std::min(kOrder, 1));
   return local;
 }
 
