@@ -12,8 +12,9 @@
 
 namespace trueline {
 
-// Specific force [m/s^2], angular acceleration [rad/s^2], logged attitude [rad], fix [m].
-enum class TermOn { kForce, kTurn, kAttitude, kFix };
+// Specific force [m/s^2], angular acceleration [rad/s^2], logged attitude [rad], fix [m]; what a
+// sensor reads, of which no model can hold a term: specific force [m/s^2], turn rate [rad/s].
+enum class TermOn { kForce, kTurn, kAttitude, kFix, kAccelerometer, kGyro };
 
 enum class TermQuantity {
   kSpeedX,  // m/s, over ground, in body axes
@@ -33,6 +34,7 @@ enum class TermQuantity {
   kPlace,    // a hump around (at[0], at[1]) of radius at[2]; at[3]: power of its edge, 2 if absent
   kSlopeNorth,  // metres north of the middle of such a hump, times the hump
   kSlopeEast,
+  kGateDistance,  // m
 };
 
 // What the log alone shows, evenly in time.
@@ -67,8 +69,9 @@ struct TermState {
   Vector3<T> w_B = Vector3<T>::Zero();  // rad/s
   T thrust = T(0);                      // m/s^2
   Matrix3<T> R_E_B = Matrix3<T>::Identity();
-  Vector3<T> p_E = Vector3<T>::Zero();  // m
-  double t = 0.0;                       // s, from the log's start
+  Vector3<T> p_E = Vector3<T>::Zero();                // m
+  double t = 0.0;                                     // s, from the log's start
+  Eigen::Vector3d to_gate = Eigen::Vector3d::Zero();  // m, in E; zero without a gate
 };
 
 template <typename T>
@@ -128,6 +131,8 @@ T ValueOf(const TermFactor& factor, const TermState<T>& state) {
       return from(state.p_E[0]) * PlaceOf(factor, state);
     case kSlopeEast:
       return T(state.p_E[1] - T(factor.at[1])) * PlaceOf(factor, state);
+    case kGateDistance:
+      return T(state.to_gate.norm());
     case kVoltage:
       break;
   }
@@ -144,9 +149,13 @@ T ValueOf(const std::vector<TermFactor>& factors, const TermState<T>& state) {
   return product;
 }
 
-// `axis`: 0 to 2 of B, 3 to 5 north, east, down.
+// `axis`: 0 to 2 of B, 3 to 5 north, east, down, 6 towards the gate.
 template <typename T>
 Vector3<T> AlongInBody(int axis, const T& size, const TermState<T>& state) {
+  if (axis == 6) {
+    const Vector3<T> towards = state.to_gate.stableNormalized().template cast<T>();
+    return state.R_E_B.transpose() * towards * size;
+  }
   if (axis >= 3) return state.R_E_B.row(axis - 3).transpose() * size;
   Vector3<T> along = Vector3<T>::Zero();
   along[axis] = size;

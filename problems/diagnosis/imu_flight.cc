@@ -6,7 +6,6 @@
 
 #include "problems/calibration/conflict.h"
 #include "problems/diagnosis/imu_open_terms.h"
-#include "problems/diagnosis/imu_terms.h"
 #include "problems/diagnosis/prepare_log.h"
 
 namespace trueline {
@@ -309,6 +308,7 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
   std::vector<EffectColumns> found_columns, candidate_columns;
   std::vector<TermColumns> term_columns;
   std::vector<const Eigen::MatrixXd*> parts;
+  Eigen::MatrixXd of_terms;
   for (const Effect& e : effects_) found_columns.push_back(effect(InfoOf(e).parameters.size()));
   const Eigen::VectorXd here =
       candidates.empty() ? Eigen::VectorXd() : flight_->Evaluate(fit_.x, false).r;
@@ -316,11 +316,17 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     candidate_columns.push_back(effect(c.info->parameters.size()));
     parts.push_back(&ColumnsOf(c, here));
   }
-  const std::vector<ImuTerm> library =
-      terms ? ImuTerms(flight_.get(), fit_.x) : std::vector<ImuTerm>();
-  for (const ImuTerm& term : library) {
-    term_columns.push_back({term.name, next(static_cast<int>(term.columns.cols())), term.ordinary});
-    parts.push_back(&term.columns);
+  if (terms) {
+    const ImuOpenTerms open(flight_.get(), fit_.x);
+    const TermScope scope{drive(), log_->data, open.Motions()};
+    std::vector<TermForm> all;
+    for (const TermGroup& group : TermGroups(scope)) {
+      all.insert(all.end(), group.terms.begin(), group.terms.end());
+      term_columns.push_back(
+          TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
+    }
+    of_terms = open.Columns(all);
+    parts.push_back(&of_terms);
   }
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());
   Eigen::Index column = 0;

@@ -13,6 +13,12 @@ using Eigen::Vector3d;
 
 constexpr int kParts = 4;  // of a segment: about the spacing of the force samples
 
+Vector3d ToNearestGate(const FlightLog& log, const Vector3d& p_E) {
+  const auto nearest = std::ranges::min_element(
+      log.gates, {}, [&](const Gate& gate) { return (gate.position - p_E).squaredNorm(); });
+  return nearest == log.gates.end() ? Vector3d::Zero() : Vector3d(nearest->position - p_E);
+}
+
 }  // namespace
 
 ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight_(*flight) {
@@ -42,6 +48,9 @@ ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight
   for (const std::size_t i : plan.fixes) {
     const TimeNs t = flight_.log().fixes[i].t;
     at_fixes_.push_back(At(x, plan.SegmentOf(t), t));
+    const Gate* gate = GateOf(flight_.log(), flight_.log().fixes[i].gate);
+    at_fixes_.back().to_gate =
+        gate == nullptr ? Vector3d::Zero() : Vector3d(gate->position - at_fixes_.back().p_E);
   }
 }
 
@@ -62,6 +71,7 @@ ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, Time
   }
   at.v_B = at.R_E_B.transpose() * v_E;
   at.p_E = node.segment<3>(kStateAt) + 0.5 * since * (node.segment<3>(kStateAt + 3) + v_E);
+  at.to_gate = ToNearestGate(flight_.log(), at.p_E);
   at.w_B =
       R_I_B_.transpose() * Vector3d(rates_[0].At(at.t), rates_[1].At(at.t), rates_[2].At(at.t));
   at.thrust = -drive.a_z;

@@ -29,16 +29,6 @@ constexpr double kLeastOwn = 0.01;
 // simulated flights 1.4 to 1.7 times.
 const double kSpread = std::log(2.0);
 
-// A size of no interest: 0.005 m/s^2, 0.05 rad/s^2, 0.5 mrad or 5 mm in the root mean square. A
-// term is reported from about five times that on.
-double OrdinarySize(const TermForm& term, const std::vector<TermMotion>& flight) {
-  constexpr double kLeast[] = {0.005, 0.05, 5e-4, 0.005};
-  double sum = 0.0;
-  for (const TermMotion& at : flight) sum += term.At(at).squaredNorm();
-  const double rms = std::sqrt(sum / static_cast<double>(flight.size()));
-  return kLeast[static_cast<int>(term.on)] / std::max(rms, 1e-9);
-}
-
 struct TestedOpenTerm {
   TermForm term = {};
   double ordinary = 0.0;

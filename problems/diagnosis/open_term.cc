@@ -65,17 +65,6 @@ std::vector<Factors> HeadingsAndVoltage(const FlightLog& log) {
   return all;
 }
 
-// As above, below, north and east of the middle of the flight; and time.
-std::vector<Factors> Places(const std::vector<TermMotion>& flight) {
-  Vector3d middle = Vector3d::Zero();
-  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
-  const double from = flight.front().t, to = flight.back().t;
-  return {{{TermQuantity::kNorth, {middle.x()}}},
-          {{TermQuantity::kEast, {middle.y()}}},
-          {{TermQuantity::kHeight, {-middle.z()}}},
-          {{TermQuantity::kTime, {0.5 * (from + to), std::max(1e-3, 0.5 * (to - from))}}}};
-}
-
 constexpr double kLeastShare = 0.02;  // of the flight's time
 
 // How much of the flight's time is spent at a hump.
@@ -180,11 +169,21 @@ std::string PhysicsOf(const TermForm& term) {
   return local ? "moving air at this place" : "";
 }
 
+std::vector<Factors> PlacesAndTime(const std::vector<TermMotion>& flight) {
+  Vector3d middle = Vector3d::Zero();
+  for (const TermMotion& at : flight) middle += at.p_E / static_cast<double>(flight.size());
+  const double from = flight.front().t, to = flight.back().t;
+  return {{{TermQuantity::kNorth, {middle.x()}}},
+          {{TermQuantity::kEast, {middle.y()}}},
+          {{TermQuantity::kHeight, {-middle.z()}}},
+          {{TermQuantity::kTime, {0.5 * (from + to), std::max(1e-3, 0.5 * (to - from))}}}};
+}
+
 std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope) {
   const Factors motions = Motions(scope);
   std::vector<Factors> all = Products(motions);
-  for (const auto& more : {Lagged(motions), HeadingsAndVoltage(scope.log), Places(scope.motions),
-                           Humps(scope.motions)}) {
+  for (const auto& more : {Lagged(motions), HeadingsAndVoltage(scope.log),
+                           PlacesAndTime(scope.motions), Humps(scope.motions)}) {
     all.insert(all.end(), more.begin(), more.end());
   }
   for (Factors& variable : all) BindTerms(scope.log, &variable);
@@ -213,6 +212,10 @@ std::vector<TermForm> OpenTerms(const TermScope& scope) {
         }
       }
     }
+  }
+  if (!rotors && !scope.log.gates.empty()) {
+    terms.push_back(
+        {TermOn::kFix, 6, {{TermQuantity::kGateDistance}, {TermQuantity::kGateDistance}}});
   }
   return terms;
 }

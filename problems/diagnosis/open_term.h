@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/diagnosis/linearisation.h"
 #include "problems/effects/declaration.h"
 #include "problems/effects/term.h"
 
@@ -68,11 +69,30 @@ struct TermScope {
 // on the course flown, in linear form and as humps where the flight has been, and slopes of these;
 // height; time; voltage where it is logged. Series are bound.
 std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope);
+// North, east and above the middle of the flight; and time.
+std::vector<std::vector<TermFactor>> PlacesAndTime(const std::vector<TermMotion>& flight);
 
 // Forces along horizontal axes of B and E, attitude errors and errors of fixes, for both drives.
 // The rotor drive also has forces along z_B and moments: the IMU drive measures the former and has
 // no latter. What goes with a part of the course acts along axes of E.
 std::vector<TermForm> OpenTerms(const TermScope& scope);
+
+// Terms that are tested jointly. They describe a residual that no effect explains and are never
+// named as a cause.
+struct TermGroup {
+  std::string name;  // what the residual is correlated with
+  std::vector<TermForm> terms;
+  // Effects are sought beside it: an error of a reading, or what all vehicles have.
+  bool held = false;
+};
+std::vector<TermGroup> TermGroups(const TermScope& scope);
+
+// A size of no interest: 0.005 m/s^2, 0.05 rad/s^2, 1 mrad or 5 mm in the root mean square, and
+// of readings 0.005 m/s^2 and 0.5 mrad/s. A term is reported from about five times that on.
+double OrdinarySize(const TermForm& term, const std::vector<TermMotion>& flight);
+// `columns`: where those of the group stand.
+TermColumns TermColumnsOf(const TermGroup& group, const std::vector<TermMotion>& flight,
+                          std::vector<int> columns);
 
 // Where to look for the hump that a term on a part of the course tells about: the hump itself, or
 // either side of a slope. None if the term is neither.

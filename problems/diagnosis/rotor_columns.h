@@ -44,19 +44,6 @@ RotorVariant VariantOf(const FlightLog& log, const RotorCalibrationOptions& opti
                        const LaggedRotorData& data, const RotorSetup& setup,
                        const std::vector<Effect>& effects);
 
-// A term that is no effect (see TermColumns).
-struct RotorTerm {
-  std::string name;
-  int count;  // columns
-  bool held;
-};
-// All terms for one flight; `setup` must outlive it.
-struct RotorTerms {
-  std::vector<RotorTerm> terms;
-  RotorColumns columns;
-};
-RotorTerms MakeRotorTerms(const RotorSetup& setup);
-
 // Of the open catalogue, a column each; `setup` must outlive them.
 RotorColumns OpenRotorTerms(const RotorSetup& setup, const std::vector<TermForm>& terms);
 // At each pose.

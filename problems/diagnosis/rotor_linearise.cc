@@ -99,12 +99,17 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   for (const Candidate& c : candidates) {
     for (RotorVariant& v : VariantsFor(c, c.Neutral(), effects)) variants.push_back(std::move(v));
   }
-  const RotorTerms library = terms ? MakeRotorTerms(*fit_.setup) : RotorTerms();
+  const TermScope scope{drive(), log_, terms ? Motions() : std::vector<TermMotion>()};
+  const std::vector<TermGroup> groups = terms ? TermGroups(scope) : std::vector<TermGroup>();
+  std::vector<TermForm> all;
+  for (const TermGroup& group : groups)
+    all.insert(all.end(), group.terms.begin(), group.terms.end());
+  const RotorColumns of_terms = OpenRotorTerms(*fit_.setup, all);
   const bool as_fitted = candidates.empty() && !terms;
   auto fit = std::make_unique<Linearisation>(
-      as_fitted ? Normal()
-                : NormalWith(ColumnsOf(*fit_.setup, std::move(variants),
-                                       terms ? &library.columns : nullptr)));
+      as_fitted
+          ? Normal()
+          : NormalWith(ColumnsOf(*fit_.setup, std::move(variants), terms ? &of_terms : nullptr)));
   fit->nuisances = Range(0, constants());
   int at = constants();
   const auto next = [&at](int count) { return Range(std::exchange(at, at + count), count); };
@@ -114,9 +119,9 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   for (const Candidate& c : candidates) {
     fit->candidates.push_back({next(c.size()), UnitsAt(c, c.Neutral())});
   }
-  for (const RotorTerm& term : library.terms) {
+  for (const TermGroup& group : groups) {
     fit->terms.push_back(
-        {term.name, next(term.count), Eigen::VectorXd::Zero(term.count), term.held});
+        TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
   }
   return fit;
 }

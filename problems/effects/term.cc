@@ -38,6 +38,7 @@ const std::vector<QuantityInfo>& Quantities() {
       {kPlace, "place", "being", "1", 2, {NAN, NAN, NAN}},
       {kSlopeNorth, "slope_north", "the distance north of x = {:.1f} m", "m", 3, {NAN, NAN, NAN}},
       {kSlopeEast, "slope_east", "the distance east of y = {:.1f} m", "m", 3, {NAN, NAN, NAN}},
+      {kGateDistance, "d", "the distance to the gate", "m", 1, {}},
   };
   return quantities;
 }
@@ -115,7 +116,7 @@ struct Entry {
   TermOn on;
   int axis;
 };
-constexpr std::array<Entry, 18> kEntries = {{{"force_x", TermOn::kForce, 0},
+constexpr std::array<Entry, 19> kEntries = {{{"force_x", TermOn::kForce, 0},
                                              {"force_y", TermOn::kForce, 1},
                                              {"force_z", TermOn::kForce, 2},
                                              {"force_north", TermOn::kForce, 3},
@@ -132,8 +133,10 @@ constexpr std::array<Entry, 18> kEntries = {{{"force_x", TermOn::kForce, 0},
                                              {"fix_z", TermOn::kFix, 2},
                                              {"fix_north", TermOn::kFix, 3},
                                              {"fix_east", TermOn::kFix, 4},
-                                             {"fix_down", TermOn::kFix, 5}}};
-constexpr std::array<const char*, 6> kAxes = {"x_B", "y_B", "z_B", "north", "east", "down"};
+                                             {"fix_down", TermOn::kFix, 5},
+                                             {"fix_gate", TermOn::kFix, 6}}};
+constexpr std::array<const char*, 7> kAxes = {
+    "x_B", "y_B", "z_B", "north", "east", "down", "the line to the gate"};
 
 // What is wrong, up to its size: "the logged pitch is wrong by".
 std::string Subject(const TermForm& term) {
@@ -147,6 +150,9 @@ std::string Subject(const TermForm& term) {
       return fmt::format("the logged {} is wrong by", kAngles[term.axis % 3]);
     case TermOn::kFix:
       return fmt::format("the fixes are off along {} by", term.Along());
+    case TermOn::kAccelerometer:
+    case TermOn::kGyro:
+      break;
   }
   return "";
 }
@@ -331,7 +337,13 @@ TermForm ParseTerm(const std::string& where, const std::string& with) {
   }
   form.on = entry->on;
   form.axis = entry->axis;
-  for (const std::string& symbol : Split(with, "*")) form.with.push_back(ParseFactor(symbol));
+  for (const std::string& symbol : Split(with, "*")) {
+    form.with.push_back(ParseFactor(symbol));
+    if (form.with.back().of == TermQuantity::kGateDistance && form.on != TermOn::kFix) {
+      throw TermError{"with",
+                      "'d' is the distance of a fix to its gate: only fix_x, ... go with it"};
+    }
+  }
   return form;
 }
 

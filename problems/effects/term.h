@@ -20,7 +20,7 @@ bool IsLocal(const std::vector<TermFactor>& factors);
 
 struct TermForm {
   TermOn on = TermOn::kForce;
-  int axis = 0;  // 0 to 2: x, y, z of B; 3, 4, 5: north, east, down
+  int axis = 0;  // 0 to 2: x, y, z of B; 3, 4, 5: north, east, down; 6: to the gate
   std::vector<TermFactor> with = {};
 
   std::string Where() const;   // force_x, ..., attitude_roll, fix_north

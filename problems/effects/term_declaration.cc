@@ -28,8 +28,8 @@ class TermMotionOfLog {
     thrust_ = SeriesOf(log, kThrust, 0.0);
   }
 
-  // What the term adds at `t`, in body axes.
-  Vector3d At(TimeNs t, const Quaterniond& q_E_B) const {
+  // What the term adds at `t`, in body axes. `gate`: that of a fix; may be null.
+  Vector3d At(TimeNs t, const Quaterniond& q_E_B, const Gate* gate = nullptr) const {
     TermState<double> state;
     state.t = context_.Since(t);
     state.R_E_B = q_E_B.toRotationMatrix();
@@ -37,6 +37,7 @@ class TermMotionOfLog {
     state.v_B = state.R_E_B.transpose() * state.v_B;
     for (int i = 0; i < 3; ++i) state.w_B[i] = rates_[i].At(state.t);
     state.thrust = thrust_.At(state.t);
+    if (gate != nullptr) state.to_gate = gate->position - state.p_E;
     return term_.InBody(state);
   }
 
@@ -73,7 +74,7 @@ void UndoFixTerm(const Effect& effect, const CorrectionContext& context, FlightL
   if (context.original.attitude.empty()) return;
   for (Fix& fix : log->fixes) {
     const Quaterniond& q_E_B = AttitudeNear(context.original, fix.t);
-    fix.p_E -= q_E_B * motion.At(fix.t, q_E_B);
+    fix.p_E -= q_E_B * motion.At(fix.t, q_E_B, GateOf(context.original, fix.gate));
   }
 }
 

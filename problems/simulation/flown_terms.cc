@@ -53,6 +53,7 @@ double QuantityAt(const TermFactor& factor, const Flow& flow) {
     case Of::kSlopeEast:
       return (flow.p_E.y() - factor.at[1]) * HumpAt(factor, flow);
     case Of::kVoltage:
+    case Of::kGateDistance:
       break;
   }
   return 0.0;

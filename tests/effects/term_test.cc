@@ -40,9 +40,33 @@ TEST(Term, SymbolsAreReadAsTheyAreWritten) {
   for (const std::string& symbols : AllSymbols()) {
     EXPECT_EQ(SymbolsOf(ParseTerm("force_x", symbols).with), symbols);
   }
-  for (const char* where : {"force_z", "force_east", "moment_y", "attitude_yaw", "fix_north"}) {
+  for (const char* where :
+       {"force_z", "force_east", "moment_y", "attitude_yaw", "fix_north", "fix_gate"}) {
     EXPECT_EQ(ParseTerm(where, "v_x").Where(), where);
   }
+  EXPECT_EQ(SymbolsOf(ParseTerm("fix_gate", "d*d").with), "d*d");
+  EXPECT_THROW(ParseTerm("force_x", "d"), TermError);  // no model of the vehicle has gates
+}
+
+TEST(Term, OfTheDistanceToTheGateIsUndoneInTheFixes) {
+  FlightLog log;
+  log.gravity = 9.81;
+  log.gates.push_back({1, {4.0, 3.0, -1.0}, 0.0});
+  for (int k = 0; k < 3; ++k) {
+    const TimeNs t = FromSeconds(0.1 * k);
+    log.imu.push_back({t, {0.0, 0.0, -9.81}, Eigen::Vector3d::Zero()});
+    log.attitude.push_back(
+        {t, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))});
+  }
+  // The vehicle is 5 m from the gate, so that fixes err by 0.02 * 25 m along the line to it.
+  log.fixes.push_back({FromSeconds(0.1), {0.4, 0.3, -1.0}, 0.1, 1});
+  const Effect effect{
+      "term", {{"size", 0.02}}, std::make_shared<TermForm>(ParseTerm("fix_gate", "d*d"))};
+  const std::vector<VelocitySample> path = {
+      {0, Eigen::Vector3d::Zero(), {0.0, 0.0, -1.0}},
+      {FromSeconds(0.2), Eigen::Vector3d::Zero(), {0.0, 0.0, -1.0}}};
+  const FlightLog corrected = CorrectLog(log, {effect}, path);
+  EXPECT_LT((corrected.fixes.front().p_E - Eigen::Vector3d(0.0, 0.0, -1.0)).norm(), 1e-9);
 }
 
 TEST(Term, WordsHaveUnits) {
@@ -62,6 +86,9 @@ TEST(Term, WordsHaveUnits) {
   EXPECT_EQ(ParseTerm("fix_north", "v_x").Text(0.1, 0.02),
             "the fixes are off along north by 0.1 +- 0.02 m for each m/s of forward speed");
   EXPECT_EQ(ParseTerm("fix_north", "v_x*v_x").Unit(), "m for each (m/s)^2");
+  EXPECT_EQ(ParseTerm("fix_gate", "d*d").Text(0.06, 0.01),
+            "the fixes are off along the line to the gate by 0.06 +- 0.01 m for each (m)^2 of the "
+            "square of the distance to the gate");
 }
 
 // At 45 deg of heading, moving and turning about all axes.
