@@ -183,10 +183,10 @@ TEST_F(AuditTest, OrdersRotorsByCommands) {
   EXPECT_FALSE(OrderByFlight(log, file).shown);
 }
 
-// Rotors whose drag acts far above the centre of mass turn the vehicle in the air.
+// Rotors whose drag acts far above the centre of mass turn the vehicle more than it turns.
 TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
   NeutralVehicle truth = Truth();
-  truth.body["r_BM_z"] = 0.03;
+  truth.body["r_BM_z"] = 0.005;
   const Target& gz = FindTarget("gz");
   truth.gravity = gz.gravity;
   const auto write = [&](const NeutralVehicle& vehicle) {
@@ -201,12 +201,12 @@ TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
       right.vehicle, 1);
   const Audit silent = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
   EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
-  truth.body["r_BM_z"] = 0.005;
+  truth.body["r_BM_z"] = 0.03;
   write(truth);
   const Audit audit = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
   ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
   EXPECT_EQ(audit.contradicted[0].parameter, "r_BM_z");
-  EXPECT_NEAR(*audit.contradicted[0].flight_value, 0.03, 0.003);
+  EXPECT_NEAR(*audit.contradicted[0].flight_value, 0.005, 0.003);
 }
 
 // An I_z that no body has beside what the flight shows does not hold I_x and I_y away from it, and

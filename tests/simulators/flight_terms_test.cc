@@ -140,6 +140,23 @@ TEST(FlightTerms, DragFarFromTheCentre) {
        {"M_u", kHeight * kAirDrag / v.Get("I_y")}});
 }
 
+// The rotors' angular momentum turns roll the wrong way when the vehicle pitches.
+TEST(FlightTerms, GyroscopicMomentOfTheOtherSign) {
+  constexpr double kRotor = 1.3e-6;  // kg m^2
+  ExpectTerms(
+      [=](const Acting& a) {
+        double momentum = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) momentum -= kTurns[i] * kRotor * a.w[i];
+        const Vector3d moment = -a.body.w.cross(Vector3d(0.0, 0.0, momentum));
+        Drag(a), a.sum->moment += Vector3d(-moment.x(), moment.y(), 0.0);
+      },
+      {{"K_x", kDragByMass},
+       {"K_y", kDragByMass},
+       {"K_z", kDragByMass},
+       {"J_r_roll", -kRotor},
+       {"J_r_pitch", kRotor}});
+}
+
 // The rotors' moments follow commands at once: they lead the thrust by the lag.
 TEST(FlightTerms, MomentsByCommands) {
   const NeutralVehicle v = MadeQuadrotor();
