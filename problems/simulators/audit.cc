@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <tuple>
 
 #include "problems/common/error.h"
 #include "problems/simulators/describe_audit.h"
 #include "problems/simulators/first_fit.h"
+#include "problems/simulators/flight_terms.h"
 #include "problems/simulators/judge_flights.h"
 
 namespace trueline {
@@ -104,8 +106,48 @@ bool JudgeMoment(const FlightJudge& judge, const VehicleFile& file, double state
                        {ratio.value * thrust.value, ratio.sigma * thrust.value, true}, &file, at);
 }
 
+// Adds what the flight shows term by term; of drag the more certain of both.
+void AddTerms(const FlightLog& log, FlightEstimate* flight) {
+  for (const auto& [name, term] : TermsOf(log, *flight)) {
+    FlightValue& value = flight->values[name];
+    if (name[0] != 'K' || !value.shown || term.sigma < value.sigma) value = term;
+  }
+}
+
+// m, where what the term is wrong by acts all the time.
+ErrorByHorizon CostOfTerm(const FlightValue& flight, double simulated) {
+  const double off = std::abs(simulated - flight.value) * flight.size;
+  ErrorByHorizon cost{};
+  for (std::size_t k = 0; k < cost.size(); ++k) {
+    const double t = kHorizons[k];
+    cost[k] = flight.moment ? 9.81 * off * std::pow(t, 4) / 24.0 : 0.5 * off * t * t;
+  }
+  return cost;
+}
+
 constexpr std::array kByFlight = {"k_f", "I_x", "I_y", "r_BM_x", "r_BM_y",
                                   "K_x", "K_y", "K_z", "tau",    "full_speed"};
+
+// Height of the rotors above the centre of mass, where the file has drag act at them: air speed
+// then turns the vehicle. Blades that flap do, too: only a height that is too large is named.
+void JudgeHeight(const FlightJudge& judge, const VehicleFile& file, const NeutralVehicle& flight,
+                 const std::map<std::string, FlightValue>& values) {
+  const double stated = file.vehicle.CentreFromRotors(2);
+  const Reading* drag = file.Find("rotor_speed_drag");
+  if (stated == 0.0 || drag == nullptr || drag->number == 0.0) return;
+  FlightValue height;
+  for (const auto& [turn, by, inertia] : {std::tuple("L_v", "K_y", -flight.Get("I_x")),
+                                          std::tuple("M_u", "K_x", flight.Get("I_y"))}) {
+    const FlightValue &moment = values.at(turn), &force = values.at(by);
+    if (!moment.shown || !force.shown || std::abs(force.value) < kThreshold * force.sigma) return;
+    const double each = -inertia * moment.value / (flight.Get("m") * force.value);
+    height.value += 0.5 * each;
+    height.sigma +=
+        0.5 * std::abs(each) * std::hypot(moment.sigma / moment.value, force.sigma / force.value);
+  }
+  if (stated < height.value) return;
+  judge.Compare("r_BM_z", stated, height, &file, file.Find("r_BM_z"));
+}
 
 std::vector<FlightEstimate> Estimates(const std::vector<FlightLog>& logs,
                                       const NeutralVehicle& start, Audit* audit) {
@@ -160,22 +202,28 @@ void CompareSpins(const VehicleFile& file, const FlightLog& log, const std::vect
 }
 
 // All rotors the other way round, where the flight yaws against what their spins make; `start` gets
-// its spins.
-void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
-                       Audit* audit) {
+// its spins. Where nothing shows the order of the rotors, that may be what is another.
+void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, bool ordered,
+                       NeutralVehicle* start, Audit* audit) {
   if (FitFirst(log, InLogOrder(*start, log)).correlation.z() > -kGoesTogether) return;
+  for (Numbers& rotor : start->rotors) rotor["spin"] *= -1.0;
+  if (!ordered) {
+    audit->warnings.push_back(log.directory +
+                              ": yaws against the file's spins, or its columns come in another "
+                              "order; state the rotors in log.yaml");
+    return;
+  }
   Contradicted entry;
-  entry.parameter = "spin", entry.file_value = start->Get("spin", 0);
+  entry.parameter = "spin", entry.file_value = -start->Get("spin", 0);
   entry.text =
       "the vehicle yaws against the spins: all rotors turn the other way, or its z axis is another";
   Place(file, file.Find("spin"), &entry);
   audit->contradicted.push_back(entry);
-  for (Numbers& rotor : start->rotors) rotor["spin"] *= -1.0;
 }
 
 // Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
-// the fit holds them.
-void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
+// the fit holds them. False where neither the log nor the flight shows the order of the rotors.
+bool HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
                      Audit* audit) {
   if (!log.vehicle || !log.vehicle->mass) {
     audit->not_judged.push_back({"m", ManoeuvreFor("m")});
@@ -187,14 +235,15 @@ void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
   }
   const std::vector<int> order = LogOrder(*start, log);
   if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) {
-    TurnSpinsByFlight(file, log, start, audit);
-    if (std::ranges::is_sorted(order)) return;
+    const bool ordered = OrderByFlight(log, *start).shown;
+    TurnSpinsByFlight(file, log, ordered, start, audit);
+    if (std::ranges::is_sorted(order)) return ordered;
     audit->warnings.push_back(fmt::format(
         "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
         "come in the file's order, the file's places or spins are wrong: state the rotors in "
         "log.yaml",
         log.directory, fmt::join(order, ", ")));
-    return;
+    return ordered;
   }
   CompareSpins(file, log, order, start, audit);
   const auto count = static_cast<double>(start->rotors.size());
@@ -206,7 +255,7 @@ void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
   }
   if (!(arm > 0.0) ||
       !CompareWithLog("arm", start->Get("arm"), arm, "the places of the rotors", audit)) {
-    return;
+    return true;
   }
   const Reading* at = nullptr;
   for (const char* name : {"arm", "lever", "lever_x", "x_M", "x"}) {
@@ -214,6 +263,7 @@ void HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
   }
   Place(file, at, &audit->contradicted.back());
   *start = With(*start, "arm", arm);
+  return true;
 }
 
 void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* audit,
@@ -299,7 +349,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   Audit audit;
   audit.simulator = file.Name();
   NeutralVehicle start = file.vehicle;
-  HoldWhatIsKnown(file, logs.front(), &start, &audit);
+  const bool ordered = HoldWhatIsKnown(file, logs.front(), &start, &audit);
   const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   std::map<std::string, FlightValue> values = Together(flights);
   const NeutralVehicle& flight = flights.front().vehicle;
@@ -313,7 +363,9 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     const std::optional<double> value = stated.Get(parameter, &at);
     if (!value) continue;
     const auto shown = values.find(parameter);
-    if (shown == values.end() || !shown->second.shown) {
+    // Along which axis the centre of mass is off is known by the order of the rotors only.
+    if (shown == values.end() || !shown->second.shown ||
+        (parameter.starts_with("r_BM") && !ordered)) {
       audit.not_judged.push_back({parameter, ManoeuvreFor(parameter)});
       continue;
     }
@@ -325,6 +377,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     const bool wrong = judge.Compare(parameter, from_file, compared, &file, at);
     turns_wrong = turns_wrong || (wrong && parameter.starts_with("I_"));
   }
+  JudgeHeight(judge, file, flight, values);
   const Reading* at = nullptr;
   if (const auto ratio = stated.Get("k_m/k_f", &at); ratio && values["k_m/k_f"].shown) {
     FlightValue value = values["k_m/k_f"];
@@ -379,14 +432,25 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     const auto has = [&](const auto& all, auto parameter) {
       return std::ranges::find(all, finding.parameter, parameter) != all.end();
     };
+    // A flight that shows a number roughly only leaves it to the file.
+    const auto roughly = [&](const std::string& name) {
+      return std::ranges::find(audit.not_judged, name, &NotJudged::parameter) !=
+             audit.not_judged.end();
+    };
     const bool judged = std::ranges::any_of(audit.compared, [&](const Compared& c) {
+      if (roughly(c.parameter)) return false;
       const bool drag = finding.parameter == "rotor_speed_drag" || finding.parameter == "K";
       return c.parameter == finding.parameter || (drag && c.parameter == "K_x") ||
              (finding.parameter == "k_m" && c.parameter == "k_m/k_f") ||
              (finding.parameter == "I_z" && c.parameter.starts_with("k_m"));
     });
     if (judged || !has(left, &FileFinding::parameter)) continue;
-    if (!has(audit.contradicted, &Contradicted::parameter)) by_file.push_back(FromFinding(finding));
+    if (has(audit.contradicted, &Contradicted::parameter)) continue;
+    by_file.push_back(FromFinding(finding));
+    // A rough size is better than none.
+    const auto rough = std::ranges::find(audit.compared, finding.parameter, &Compared::parameter);
+    if (rough == audit.compared.end()) continue;
+    by_file.back().flight_value = rough->flight_value, by_file.back().sigma = rough->sigma;
   }
   audit.contradicted.insert(audit.contradicted.begin(), by_file.begin(), by_file.end());
   return audit;
@@ -403,23 +467,35 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   if (mass(simulated) && mass(logs.front())) {
     CompareWithLog("m", *mass(simulated), *mass(logs.front()), "the masses", &audit);
   }
-  const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
+  std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   // Both are fitted from one start, with one mass and one I_z: what differs is the simulator's.
   std::vector<FlightEstimate> in_simulator = Estimates({simulated}, start, &audit);
   audit.logs.pop_back();
+  for (std::size_t i = 0; i < logs.size(); ++i) AddTerms(logs[i], &flights[i]);
+  AddTerms(simulated, &in_simulator.front());
   const std::map<std::string, FlightValue> values = Together(flights),
                                            simulator = Together(in_simulator);
   const FlightJudge judge{&audit, flights, start.Get("arm")};
-  for (const char* name : {"k_f", "k_m/k_f", "I_x", "I_y", "r_BM_x", "r_BM_y", "K_x", "K_y", "K_z",
-                           "tau", "full_speed"}) {
-    const auto a = simulator.find(name), b = values.find(name);
-    if (a == simulator.end() || b == values.end()) continue;
-    if (!a->second.shown || !b->second.shown) {
-      audit.not_judged.push_back({name, ManoeuvreFor(name)});
+  for (const auto& [name, b] : values) {
+    const auto a = simulator.find(name);
+    const bool fitted = b.size == 0.0 && (name == "L_v" || name == "M_u");  // beside others
+    if (a == simulator.end() || name == "k_m" || fitted) continue;
+    if (!a->second.shown || !b.shown) {
+      if (b.size == 0.0) audit.not_judged.push_back({name, ManoeuvreFor(name)});
       continue;
     }
-    const FlightValue both{b->second.value, std::hypot(a->second.sigma, b->second.sigma), true};
-    judge.Compare(name, a->second.value, both, nullptr, nullptr);
+    const FlightValue both{b.value, std::hypot(a->second.sigma, b.sigma), true};
+    // A simulator that knows nothing of an effect lacks it; its zero is no wrong number.
+    const bool none = std::abs(a->second.value) < std::max(kThreshold * a->second.sigma,
+                                                           Tolerance(name, 0.0, start.Get("arm")));
+    const bool drag = name == "K_x" || name == "K_y" || name == "K_z";
+    // Yaw that lags the speeds is an offset of the log's clocks.
+    const bool late = name == "J_r_yaw" && a->second.value < 0.0;
+    if (b.size > 0.0 && (none || late) && !drag) continue;
+    if (!judge.Compare(name, a->second.value, both, nullptr, nullptr) || b.size == 0.0) continue;
+    Contradicted& entry = audit.contradicted.back();
+    entry.cost = CostOfTerm(b, a->second.value);
+    entry.text += (entry.text.empty() ? "" : "; ") + std::string(FindNeutral(name)->meaning);
   }
   judge.AddCosts();
   audit.before = MeanErrors(flights, {flights.size(), in_simulator.front().vehicle});

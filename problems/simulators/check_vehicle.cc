@@ -134,6 +134,7 @@ class Checker {
     Sizes();
     Rotors();
     Motors();
+    Signs();
     Drag();
     Repeated();
     return findings_;
@@ -260,6 +261,24 @@ class Checker {
       const bool rate = tau > kLag.high && 1.0 / tau > kLag.low && 1.0 / tau < kLag.high;
       if (!Within(kLag, name, tau, rate ? "; it would be right as a rate, 1/s" : "")) break;
     }
+  }
+
+  // Numbers of which only one sign is physics.
+  void Signs() {
+    constexpr const char* kPositive[] = {
+        "m",        "body_mass",        "k_f",          "k_m",     "tau",
+        "tau_down", "full_speed",       "arm",          "lever",   "lever_x",
+        "lever_y",  "rotor_speed_drag", "rotor_inflow", "damping", "quadratic_damping",
+        "J_r"};
+    for (const Reading& reading : file_.readings) {
+      const std::string name = reading.field->name;
+      if (reading.value >= 0.0 || std::ranges::find(kPositive, name) == std::end(kPositive))
+        continue;
+      const bool air = name.find("damping") != std::string::npos || name.starts_with("rotor_");
+      Add(name == "body_mass" ? "m" : name, reading.value,
+          air ? "of this sign it accelerates the vehicle" : "can't be negative", &reading);
+    }
+    if (v_.Get("K_z") > 0.0) Add("K_z", v_.Get("K_z"), "of this sign it accelerates the vehicle");
   }
 
   void Drag() {

@@ -8,24 +8,15 @@
 namespace trueline {
 namespace {
 
-constexpr double kWindow = 0.08;  // s, over which turn rates and moments are compared
+constexpr double kWindow = 0.08;    // s, over which turn rates and moments are compared
+constexpr double kUsualLag = 0.05;  // s
+constexpr double kThreeSigma = 3.0;
 
 // Squared speeds at `t`: of the last sample.
 const ChannelsSample& At(const std::vector<ChannelsSample>& samples, TimeNs t) {
   auto next = std::upper_bound(samples.begin(), samples.end(), t,
                                [](TimeNs at, const ChannelsSample& s) { return at < s.t; });
   return next == samples.begin() ? *next : *std::prev(next);
-}
-
-// Angular acceleration about each axis by the squared speed of each rotor.
-Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v) {
-  Eigen::MatrixX3d turn(static_cast<int>(v.rotors.size()), 3);
-  for (int i = 0; i < turn.rows(); ++i) {
-    const double k_f = v.Get("k_f", i);
-    turn.row(i) << -v.Get("y_M", i) * k_f / v.Get("I_x"), v.Get("x_M", i) * k_f / v.Get("I_y"),
-        -v.Get("spin_k_m", i) / v.Get("I_z");
-  }
-  return turn;
 }
 
 // What a flight shows of its rotors' moments.
@@ -38,8 +29,11 @@ struct Turns {
   Eigen::MatrixXd pushes;
 };
 
-Turns TurnsOf(const FlightLog& log, int rotors) {
+// `lag` (s): of the rotors behind `speeds`.
+Turns TurnsOf(const std::vector<ChannelsSample>& speeds, double lag,
+              const std::vector<ImuSample>& imu) {
   Turns turns;
+  const auto rotors = static_cast<int>(speeds.front().values.size());
   turns.squares = Eigen::VectorXd::Zero(rotors);
   Eigen::VectorXd push = turns.squares, push_before = turns.squares;
   Eigen::Vector3d rate = Eigen::Vector3d::Zero(), rate_before = rate;
@@ -50,13 +44,14 @@ Turns TurnsOf(const FlightLog& log, int rotors) {
   bool first = true;
   // Mean rates of neighbouring windows differ by the acceleration between their middles: half of
   // what the rotors do in each.
-  for (std::size_t i = 1; i < log.imu.size(); ++i) {
-    const ImuSample& sample = log.imu[i];
-    if (sample.t < log.rotors.front().t || sample.t > log.rotors.back().t) continue;
-    const std::vector<double>& speeds = At(log.rotors, sample.t).values;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    const ImuSample& sample = imu[i];
+    const TimeNs t = sample.t - FromSeconds(lag);
+    if (t < speeds.front().t || t > speeds.back().t) continue;
+    const std::vector<double>& now = At(speeds, t).values;
     const Eigen::VectorXd squares =
-        Eigen::Map<const Eigen::VectorXd>(speeds.data(), rotors).cwiseAbs2();
-    const double dt = SecondsBetween(log.imu[i - 1].t, sample.t);
+        Eigen::Map<const Eigen::VectorXd>(now.data(), rotors).cwiseAbs2();
+    const double dt = SecondsBetween(imu[i - 1].t, sample.t);
     turns.force -= sample.accel.z();
     turns.squares += squares;
     push += squares * dt;
@@ -102,23 +97,37 @@ FirstFit FitTo(const Turns& turns, const NeutralVehicle& vehicle) {
   return fit;
 }
 
-bool HasSpeeds(const FlightLog& log, const NeutralVehicle& vehicle) {
-  return !log.rotors.empty() && !log.imu.empty() &&
-         log.rotors.front().values.size() == vehicle.rotors.size();
+bool FitTheRotors(const std::vector<ChannelsSample>& speeds, const FlightLog& log,
+                  const NeutralVehicle& vehicle) {
+  return !speeds.empty() && !log.imu.empty() &&
+         speeds.front().values.size() == vehicle.rotors.size();
 }
 
 }  // namespace
 
-FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle) {
-  if (!HasSpeeds(log, vehicle)) return {};
-  return FitTo(TurnsOf(log, static_cast<int>(vehicle.rotors.size())), vehicle);
+Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v) {
+  Eigen::MatrixX3d turn(static_cast<int>(v.rotors.size()), 3);
+  for (int i = 0; i < turn.rows(); ++i) {
+    const double k_f = v.Get("k_f", i);
+    turn.row(i) << -v.Get("y_M", i) * k_f / v.Get("I_x"), v.Get("x_M", i) * k_f / v.Get("I_y"),
+        -v.Get("spin_k_m", i) / v.Get("I_z");
+  }
+  return turn;
 }
 
-std::vector<int> OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle) {
-  std::vector<int> order(vehicle.rotors.size());
-  std::iota(order.begin(), order.end(), 0);
-  if (!HasSpeeds(log, vehicle) || order.size() > 6) return order;
-  const Turns turns = TurnsOf(log, static_cast<int>(order.size()));
+FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle) {
+  if (!FitTheRotors(log.rotors, log, vehicle)) return {};
+  return FitTo(TurnsOf(log.rotors, 0.0, log.imu), vehicle);
+}
+
+RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle) {
+  RotorOrder stated{std::vector<int>(vehicle.rotors.size())};
+  std::iota(stated.rotors.begin(), stated.rotors.end(), 0);
+  // Commands stand for speeds that follow them.
+  const bool measured = !log.rotors.empty();
+  const std::vector<ChannelsSample>& speeds = measured ? log.rotors : log.motors;
+  if (!FitTheRotors(speeds, log, vehicle) || stated.rotors.size() > 6) return stated;
+  const Turns turns = TurnsOf(speeds, measured ? 0.0 : kUsualLag, log.imu);
   const auto roll_and_pitch = [&](const std::vector<int>& by) {
     NeutralVehicle v = vehicle;
     for (std::size_t i = 0; i < by.size(); ++i) {
@@ -127,16 +136,19 @@ std::vector<int> OrderByFlight(const FlightLog& log, const NeutralVehicle& vehic
     const FirstFit fit = FitTo(turns, v);
     return std::min(fit.correlation[0], fit.correlation[1]);
   };
-  const std::vector<int> stated = order;
-  std::vector<int> best = order;
-  const double own = roll_and_pitch(stated);
+  RotorOrder best = stated;
+  std::vector<int> order = stated.rotors;
+  const double own = roll_and_pitch(order);
   double most = own;
   while (std::next_permutation(order.begin(), order.end())) {
     const double score = roll_and_pitch(order);
-    if (score > most) most = score, best = order;
+    if (score > most) most = score, best.rotors = order;
   }
-  const bool clear = own < kGoesTogether && most > 2.0 * kGoesTogether;
-  return clear ? best : stated;
+  // By chance a correlation has a sigma of one over the root of the count.
+  const double chance = kThreeSigma / std::sqrt(1.0 + static_cast<double>(turns.changes.rows()));
+  if (most < chance || (own > 0.0 && own > 0.5 * most)) best = stated;
+  best.shown = roll_and_pitch(best.rotors) > chance;
+  return best;
 }
 
 }  // namespace trueline

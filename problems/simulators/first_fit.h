@@ -18,10 +18,16 @@ struct FirstFit {
 
 inline constexpr double kGoesTogether = 0.3;  // correlation that is believed
 
+// Angular acceleration about each axis by the squared speed of each rotor.
+Eigen::MatrixX3d TurnBySquares(const NeutralVehicle& v);
 // Of a log with measured rotor speeds, in the order of the vehicle's rotors.
 FirstFit FitFirst(const FlightLog& log, const NeutralVehicle& vehicle);
 // The vehicle's rotors in the order of the log's columns, by the turns that each of them makes: the
 // order as it is, unless roll and pitch contradict it and agree with another.
-std::vector<int> OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle);
+struct RotorOrder {
+  std::vector<int> rotors;
+  bool shown = false;  // false: roll and pitch tell nothing
+};
+RotorOrder OrderByFlight(const FlightLog& log, const NeutralVehicle& vehicle);
 
 }  // namespace trueline

@@ -152,7 +152,7 @@ FlightValue ValueOf(const RotorCalibration& c, const RotorPrior& prior, const st
 
 std::vector<int> LogOrder(const NeutralVehicle& vehicle, const FlightLog& log) {
   if (!log.vehicle || log.vehicle->rotors.size() != vehicle.rotors.size()) {
-    return OrderByFlight(log, vehicle);
+    return OrderByFlight(log, vehicle).rotors;
   }
   std::vector<int> order;
   for (const Rotor& rotor : log.vehicle->rotors) {
@@ -354,7 +354,8 @@ std::map<std::string, FlightValue> Together(const std::vector<FlightEstimate>& f
       together[name] = first;
       continue;
     }
-    FlightValue value{sum / weights, std::sqrt(1.0 / weights), true};
+    FlightValue value = first;
+    value.value = sum / weights, value.sigma = std::sqrt(1.0 / weights), value.shown = true;
     double scatter = 0.0;
     for (const FlightEstimate& flight : flights) {
       const auto own = flight.values.find(name);

@@ -20,6 +20,10 @@ using ErrorByHorizon = std::array<double, kHorizons.size()>;
 struct FlightValue {
   double value = 0.0, sigma = 0.0;
   bool shown = false;  // false: the flight does not tell it from others, or not at all
+  // Of a term (flight_terms.h): what a unit of it makes in this flight, root mean square, m/s^2 or
+  // (a moment) rad/s^2. 0: of no term.
+  double size = 0.0;
+  bool moment = false;
 };
 
 struct FlightEstimate {

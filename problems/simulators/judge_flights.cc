@@ -18,10 +18,19 @@ struct Scatter {
   double share, floor;
 };
 constexpr Scatter kScatter[] = {
-    {"m", 0.03, 0.0},   {"I_x", 0.15, 0.0},   {"I_y", 0.15, 0.0},    {"I_z", 0.2, 0.0},
-    {"k_f", 0.06, 0.0}, {"k_m", 0.2, 0.0},    {"k_m/k_f", 0.2, 0.0}, {"K_x", 0.4, 0.12},
-    {"K_y", 0.4, 0.12}, {"K_z", 0.5, 0.2},    {"tau", 0.2, 0.003},   {"full_speed", 0.1, 0.0},
-    {"arm", 0.05, 0.0}, {"r_BM_x", 0.0, 0.0}, {"r_BM_y", 0.0, 0.0},
+    {"m", 0.05, 0.0},       {"I_x", 0.15, 0.0},
+    {"I_y", 0.15, 0.0},     {"I_z", 0.2, 0.0},
+    {"k_f", 0.06, 0.0},     {"k_m", 0.2, 0.0},
+    {"k_m/k_f", 0.2, 0.0},  {"K_x", 0.4, 0.12},
+    {"K_y", 0.4, 0.12},     {"K_z", 0.5, 0.2},
+    {"tau", 0.2, 0.003},    {"full_speed", 0.1, 0.0},
+    {"arm", 0.05, 0.0},     {"K_xy", 0.0, 0.12},
+    {"K_yx", 0.0, 0.12},    {"L_p", 0.5, 0.3},
+    {"M_q", 0.5, 0.3},      {"N_r", 0.5, 0.3},
+    {"L_u", 0.5, 0.3},      {"L_v", 0.5, 0.3},
+    {"M_u", 0.5, 0.3},      {"M_v", 0.5, 0.3},
+    {"J_r_roll", 0.5, 0.0}, {"J_r_pitch", 0.5, 0.0},
+    {"J_r_yaw", 0.5, 0.0},  {"translational_lift", 0.5, 0.003},
 };
 constexpr double kCentreScatter = 0.06;  // of the arm, of the centre of mass
 
@@ -39,6 +48,7 @@ ErrorByHorizon CostOfLag(const NeutralVehicle& vehicle, double file, double flig
 }  // namespace
 
 double Tolerance(const std::string& parameter, double value, double arm) {
+  if (parameter == "r_BM_z") return std::max(0.5 * std::abs(value), kCentreScatter * arm);
   if (parameter.starts_with("r_BM")) return kCentreScatter * arm;
   for (const Scatter& scatter : kScatter) {
     if (scatter.parameter == parameter) {
@@ -92,7 +102,8 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
   Contradicted entry;
   entry.parameter = parameter, entry.unit = UnitOf(parameter);
   entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
-  entry.text = RatioInWords(stated, value.value);
+  entry.text = std::abs(value.value) < kThreshold * value.sigma ? "the flight shows none of it"
+                                                                : RatioInWords(stated, value.value);
   if (file != nullptr) Place(*file, at, &entry);
   audit->contradicted.push_back(entry);
   return true;
@@ -103,12 +114,13 @@ void FlightJudge::AddCosts() const {
   for (const FlightEstimate& flight : flights) own.push_back(flight.vehicle);
   audit->best = MeanErrors(flights, own);
   for (Contradicted& entry : audit->contradicted) {
-    if (!entry.flight_value) continue;
+    if (!entry.flight_value || entry.cost) continue;
     if (entry.parameter == "tau") {
       entry.cost = CostOfLag(own.front(), entry.file_value, *entry.flight_value);
       continue;
     }
     if (entry.parameter == "full_speed" || entry.parameter == "spin") continue;
+    if (entry.parameter == "r_BM_z") continue;  // of the air's moment, which the replay has anyway
     std::vector<NeutralVehicle> changed;
     for (const NeutralVehicle& vehicle : own) {
       changed.push_back(With(vehicle, entry.parameter, entry.file_value));
@@ -117,6 +129,14 @@ void FlightJudge::AddCosts() const {
     for (std::size_t k = 0; k < entry.cost->size(); ++k) {
       (*entry.cost)[k] = std::max(0.0, (*entry.cost)[k] - (*audit->best)[k]);
     }
+  }
+  for (Contradicted& entry : audit->contradicted) {
+    constexpr double kNothing = 0.02;  // of the errors with the flight's own vehicle
+    bool nothing = entry.cost.has_value();
+    for (std::size_t k = 0; nothing && k < kHorizons.size(); ++k) {
+      nothing = (*entry.cost)[k] < kNothing * (*audit->best)[k];
+    }
+    if (nothing) entry.text += "; costs nothing in prediction on this flight";
   }
   const auto cost = [](const Contradicted& entry) {
     return entry.cost && std::isfinite((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;

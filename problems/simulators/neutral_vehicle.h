@@ -47,6 +47,21 @@ inline constexpr NeutralInfo kNeutral[] = {
     {"c_z", "1/m", "quadratic drag along body z, by mass", "climb slowly and fast"},
     {"ground_effect", "m", "height scale of the ground effect", "hover low and high"},
     {"air_moment", "N s", "moment of the air by speed, roll and pitch"},
+    // What logs alone are compared by, too.
+    {"K_xy", "1/s", "force along body x by air speed along y, by mass"},
+    {"K_yx", "1/s", "force along body y by air speed along x, by mass"},
+    {"L_p", "1/s", "roll acceleration by roll rate: damping is negative"},
+    {"M_q", "1/s", "pitch acceleration by pitch rate: damping is negative"},
+    {"N_r", "1/s", "yaw acceleration by yaw rate: damping is negative"},
+    {"L_u", "rad/m/s", "roll acceleration by air speed along x"},
+    {"L_v", "rad/m/s", "roll acceleration by air speed along y"},
+    {"M_u", "rad/m/s", "pitch acceleration by air speed along x"},
+    {"M_v", "rad/m/s", "pitch acceleration by air speed along y"},
+    {"J_r_roll", "kg m^2", "inertia of a rotor, as roll by pitch rate shows it"},
+    {"J_r_pitch", "kg m^2", "inertia of a rotor, as pitch by roll rate shows it"},
+    {"J_r_yaw", "kg m^2",
+     "inertia of a rotor, as yaw by changes of speed shows it: a moment that "
+     "leads the thrust looks like it"},
 };
 // Null for a name that is only a file's (arm, lever, ...).
 const NeutralInfo* FindNeutral(const std::string& name);

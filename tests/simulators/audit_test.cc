@@ -8,11 +8,12 @@
 #include <set>
 
 #include "problems/simulators/export_vehicle.h"
+#include "problems/simulators/first_fit.h"
 #include "problems/simulators/write_audit.h"
 #include "problems/simulators/write_export.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
-#include "tests/simulators/made_vehicle.h"
+#include "tests/simulators/shaky_flight.h"
 
 namespace trueline {
 namespace {
@@ -163,6 +164,49 @@ TEST_F(AuditTest, SlowNamesSpinsByTheFlight) {
   const Audit audit = Of(wrong, log);
   ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
   EXPECT_EQ(audit.contradicted[0].parameter, "spin");
+}
+
+// Commands, too, tell which rotor a column is, and say so only where roll and pitch show it.
+TEST_F(AuditTest, OrdersRotorsByCommands) {
+  FlightLog log = Flight();
+  log.rotors.clear();
+  const std::vector<int> columns = {3, 0, 1, 2};
+  NeutralVehicle file = Truth();
+  EXPECT_EQ(OrderByFlight(log, file).rotors, (std::vector<int>{0, 1, 2, 3}));
+  for (std::size_t i = 0; i < 4; ++i) {
+    file.rotors[static_cast<std::size_t>(columns[i])] = Truth().rotors[i];
+  }
+  const RotorOrder order = OrderByFlight(log, file);
+  EXPECT_EQ(order.rotors, columns);
+  EXPECT_TRUE(order.shown);
+  for (ChannelsSample& sample : log.motors) sample.values.assign(4, 0.5);
+  EXPECT_FALSE(OrderByFlight(log, file).shown);
+}
+
+// Rotors whose drag acts far above the centre of mass turn the vehicle more than it turns.
+TEST_F(AuditTest, SlowNamesTheHeightOfTheCentreOfMass) {
+  NeutralVehicle truth = Truth();
+  truth.body["r_BM_z"] = 0.005;
+  const Target& gz = FindTarget("gz");
+  truth.gravity = gz.gravity;
+  const auto write = [&](const NeutralVehicle& vehicle) {
+    path_ = folder_ / "vehicle.sdf";
+    const Export exported = ExportVehicle(vehicle, gz);
+    WriteExport(exported, gz, path_);
+    return exported;
+  };
+  const Export right = write(truth);
+  const FlightLog log = LogOf(
+      replay::FlyWith(replay::LoadGazebo(path_, false), {}, ShakyPilot(right.vehicle, 1), 25.0),
+      right.vehicle, 1);
+  const Audit silent = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
+  EXPECT_TRUE(silent.contradicted.empty()) << AuditTable(silent);
+  truth.body["r_BM_z"] = 0.03;
+  write(truth);
+  const Audit audit = AuditByFlights(ReadVehicleFiles({path_.string()}), {log});
+  ASSERT_EQ(audit.contradicted.size(), 1U) << AuditTable(audit);
+  EXPECT_EQ(audit.contradicted[0].parameter, "r_BM_z");
+  EXPECT_NEAR(*audit.contradicted[0].flight_value, 0.005, 0.003);
 }
 
 // An I_z that no body has beside what the flight shows does not hold I_x and I_y away from it, and

@@ -225,6 +225,28 @@ TEST_F(FileChecks, NameWhatNoVehicleHas) {
   EXPECT_THAT(Named(v, "gz"), Contains("spin"));
 }
 
+// Drag, damping and inertia that push the vehicle on.
+TEST_F(FileChecks, NumbersOfTheWrongSignAreNamed) {
+  struct Case {
+    const char *to, *number, *wrong, *named;
+  };
+  for (const auto& [to, number, wrong, named] : std::vector<Case>{
+           {"pyflyt", "drag_coef_pqr: 0.0", "drag_coef_pqr: -1.0e-4", "quadratic_damping"},
+           {"px4_sih", "SIH_KDW 0.0", "SIH_KDW -0.025", "damping"},
+           {"crazyflow", "prop_inertia = 0.0", "prop_inertia = -3.0e-8", "J_r"},
+           {"rotorpy", "k_d: ", "k_d: -", "rotor_speed_drag"}}) {
+    std::string text = Text(Vehicle(), to);
+    const std::size_t at = text.find(number);
+    ASSERT_NE(at, std::string::npos) << to;
+    std::ofstream(path_) << text.replace(at, std::string_view(number).size(), wrong);
+    const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
+    ASSERT_FALSE(audit.contradicted.empty()) << to;
+    EXPECT_EQ(audit.contradicted[0].parameter, named);
+    EXPECT_EQ(audit.contradicted.size(), 1U) << to << " " << audit.contradicted.back().parameter;
+    EXPECT_GT(audit.contradicted[0].line, 0);
+  }
+}
+
 TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
   std::string text = Text(Vehicle(), "gym_pybullet_drones");
   const std::size_t at = text.find("arm=\"");

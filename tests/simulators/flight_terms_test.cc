@@ -1,0 +1,193 @@
+// Mistakes in a simulator's equations: logs that are flown with them show the term, its size and
+// its sign, whatever the file says.
+#include "problems/simulators/flight_terms.h"
+
+#include <gtest/gtest.h>
+
+#include "problems/simulators/audit.h"
+#include "problems/simulators/write_audit.h"
+#include "tests/simulators/shaky_flight.h"
+
+namespace trueline {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kAirDrag = 0.075;                   // N s/m
+constexpr double kTurns[] = {-1.0, -1.0, 1.0, 1.0};  // about z (up), that each rotor gives the body
+
+// What acts on the vehicle beside its rotors; `commands` in rad/s.
+struct Acting {
+  const std::vector<double>&w, &commands;
+  const replay::State& body;
+  const NeutralVehicle& vehicle;
+  Vector3d v;  // m/s, in the body
+  replay::Wrench* sum;
+};
+using Equations = std::function<void(const Acting&)>;
+
+void Drag(const Acting& a) { a.sum->force -= kAirDrag * a.v; }
+
+// A simulator of few lines, with equations of its own for the air.
+FlightLog FlyBy(const Equations& air, std::uint64_t seed) {
+  NeutralVehicle v = MadeQuadrotor();
+  const auto commands = std::make_shared<std::vector<double>>(4, v.Get("w_h"));
+  replay::Simulator s;
+  s.mass = v.Get("m");
+  s.inertia.diagonal() << v.Get("I_x"), v.Get("I_y"), v.Get("I_z");
+  s.drive = [commands](const std::vector<double>& wanted, double dt, std::vector<double>* w) {
+    *commands = wanted;
+    for (std::size_t i = 0; i < w->size(); ++i) {
+      (*w)[i] = wanted[i] + std::exp(-dt / 0.03) * ((*w)[i] - wanted[i]);
+    }
+  };
+  s.wrench = [=](const std::vector<double>& w, const replay::State& body) {
+    replay::Wrench sum;
+    for (int i = 0; i < 4; ++i) {
+      const double square = w[static_cast<std::size_t>(i)] * w[static_cast<std::size_t>(i)];
+      const Vector3d thrust(0.0, 0.0, v.Get("k_f", i) * square);
+      sum.force += thrust;
+      sum.moment += Vector3d(v.Get("x", i), -v.Get("y", i), 0.0).cross(thrust);
+      sum.moment.z() += kTurns[i] * v.Get("k_m", i) * square;
+    }
+    air({w, *commands, body, v, body.q.conjugate() * body.v, &sum});
+    return sum;
+  };
+  FlightLog log = LogOf(replay::FlyWith(s, {}, ShakyPilot(v, seed), kShakySeconds), v, seed);
+  for (int i = 0; i < 4; ++i) {
+    const auto of = [&](const char* name) { return v.Get(name, i); };
+    log.vehicle->rotors.push_back({{of("x"), of("y"), 0.0},
+                                   {0.0, 0.0, -1.0},
+                                   of("spin") < 0.0 ? -1 : 1,
+                                   of("k_f"),
+                                   of("k_m")});
+  }
+  return log;
+}
+
+// A flight of these equations shows the terms at these values; all others at none, or as little.
+void ExpectTerms(const Equations& air, const std::map<std::string, double>& truth) {
+  FlightEstimate estimate;
+  estimate.vehicle = MadeQuadrotor();
+  const FlightLog log = FlyBy(air, 3);
+  for (const auto& [name, value] : TermsOf(log, estimate)) {
+    const auto found = truth.find(name);
+    const double wanted = found != truth.end() ? found->second : 0.0;
+    EXPECT_NEAR(value.value, wanted, std::max(4.0 * value.sigma, 0.05 * std::abs(wanted))) << name;
+    if (found != truth.end()) EXPECT_GT(std::abs(value.value), 4.0 * value.sigma) << name;
+  }
+}
+
+const double kDragByMass = -kAirDrag / MadeQuadrotor().Get("m");
+
+TEST(FlightTerms, RightEquationsShowDragOnly) {
+  ExpectTerms(Drag, {{"K_x", kDragByMass}, {"K_y", kDragByMass}, {"K_z", kDragByMass}});
+}
+
+// The drag is turned into the body twice: the vehicle heads to the east, by a quarter turn.
+TEST(FlightTerms, DragThatIsTurnedTwice) {
+  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitZ()));
+  FlightEstimate estimate;
+  estimate.vehicle = MadeQuadrotor();
+  const FlightLog log = FlyBy(
+      [&](const Acting& a) { a.sum->force -= kAirDrag * ((quarter * a.body.q).conjugate() * a.v); },
+      3);
+  const auto terms = TermsOf(log, estimate);
+  EXPECT_NEAR(terms.at("K_x").value, 0.0, 0.1);
+  EXPECT_NEAR(std::abs(terms.at("K_xy").value), -kDragByMass, 0.05);
+  EXPECT_NEAR(terms.at("K_yx").value, -terms.at("K_xy").value, 0.05);
+}
+
+TEST(FlightTerms, DampingOfTheOtherSign) {
+  constexpr double kDamping = 1.5e-3;  // N m s
+  const NeutralVehicle v = MadeQuadrotor();
+  ExpectTerms([=](const Acting& a) { Drag(a), a.sum->moment += kDamping * a.body.w; },
+              {{"K_x", kDragByMass},
+               {"K_y", kDragByMass},
+               {"K_z", kDragByMass},
+               {"L_p", kDamping / v.Get("I_x")},
+               {"M_q", kDamping / v.Get("I_y")},
+               {"N_r", kDamping / v.Get("I_z")}});
+}
+
+// A rolling moment along the air speed that has one sign for both spins.
+TEST(FlightTerms, RollingMomentsThatAddUp) {
+  constexpr double kRolling = 5e-4;  // N s
+  const NeutralVehicle v = MadeQuadrotor();
+  ExpectTerms(
+      [=](const Acting& a) {
+        Drag(a), a.sum->moment -= kRolling * Vector3d(a.v.x(), a.v.y(), 0.0);
+      },
+      {{"K_x", kDragByMass},
+       {"K_y", kDragByMass},
+       {"K_z", kDragByMass},
+       {"L_u", -kRolling / v.Get("I_x")},
+       {"M_v", -kRolling / v.Get("I_y")}});
+}
+
+// Drag that acts 4 cm above the centre of mass.
+TEST(FlightTerms, DragFarFromTheCentre) {
+  constexpr double kHeight = 0.04;  // m
+  const NeutralVehicle v = MadeQuadrotor();
+  ExpectTerms(
+      [=](const Acting& a) {
+        Drag(a), a.sum->moment += Vector3d(0.0, 0.0, kHeight).cross(-kAirDrag * a.v);
+      },
+      {{"K_x", kDragByMass},
+       {"K_y", kDragByMass},
+       {"K_z", kDragByMass},
+       {"L_v", -kHeight * kAirDrag / v.Get("I_x")},
+       {"M_u", kHeight * kAirDrag / v.Get("I_y")}});
+}
+
+// The rotors' angular momentum turns roll the wrong way when the vehicle pitches.
+TEST(FlightTerms, GyroscopicMomentOfTheOtherSign) {
+  constexpr double kRotor = 1.3e-6;  // kg m^2
+  ExpectTerms(
+      [=](const Acting& a) {
+        double momentum = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) momentum -= kTurns[i] * kRotor * a.w[i];
+        const Vector3d moment = -a.body.w.cross(Vector3d(0.0, 0.0, momentum));
+        Drag(a), a.sum->moment += Vector3d(-moment.x(), moment.y(), 0.0);
+      },
+      {{"K_x", kDragByMass},
+       {"K_y", kDragByMass},
+       {"K_z", kDragByMass},
+       {"J_r_roll", -kRotor},
+       {"J_r_pitch", kRotor}});
+}
+
+// The rotors' moments follow commands at once: they lead the thrust by the lag.
+TEST(FlightTerms, MomentsByCommands) {
+  const NeutralVehicle v = MadeQuadrotor();
+  FlightEstimate estimate;
+  estimate.vehicle = v;
+  const FlightLog log = FlyBy(
+      [=](const Acting& a) {
+        Drag(a);
+        for (int i = 0; i < 4; ++i) {
+          const auto k = static_cast<std::size_t>(i);
+          a.sum->moment.z() += kTurns[i] * a.vehicle.Get("k_m", i) *
+                               (a.commands[k] * a.commands[k] - a.w[k] * a.w[k]);
+        }
+      },
+      3);
+  const double wanted = 2.0 * v.Get("k_m") * v.Get("w_h") * 0.03;
+  EXPECT_NEAR(TermsOf(log, estimate).at("J_r_yaw").value, wanted, 0.3 * wanted);
+}
+
+TEST(FlightTerms, SlowLogsAloneNameMistakesInCode) {
+  const auto damped = [](double size) {
+    return [size](const Acting& a) { Drag(a), a.sum->moment -= size * a.body.w; };
+  };
+  const Audit audit = AuditLogs(FlyBy(damped(-1.5e-3), 1), {FlyBy(damped(1.5e-3), 2)});
+  ASSERT_FALSE(audit.contradicted.empty());
+  EXPECT_EQ(audit.contradicted[0].parameter, "L_p") << AuditTable(audit);
+  for (const Contradicted& entry : audit.contradicted) {
+    EXPECT_TRUE(entry.parameter == "L_p" || entry.parameter == "M_q" || entry.parameter == "N_r")
+        << AuditTable(audit);
+  }
+}
+
+}  // namespace
+}  // namespace trueline
