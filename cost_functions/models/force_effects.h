@@ -94,7 +94,7 @@ struct ForceEffects {
     return force;
   }
 
-  // All of them together in I, with the thrust that leaves a_z as it is. v_Ep: velocity in E';
+  // All of them together in I, as far as a_z does not show them. v_Ep: velocity in E';
   // p_E(): place (m), asked for by terms alone; thrust in m/s^2; t: s from the log's start.
   template <typename T, typename Place>
   Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const Eigen::Matrix3d& R_Ep_I,
@@ -109,7 +109,7 @@ struct ForceEffects {
       f_B += TermForce(model.R_B_I(), TermState<T>{v_B, Vector3<T>::Zero(), T(thrust),
                                                    model.BodyToEarth(R_Ep_I), p_E(), t});
     }
-    return model.R_B_I().transpose() * model.WithThrust(p.b_az, f_B);
+    return model.R_B_I().transpose() * model.Unseen(f_B);
   }
 };
 

@@ -203,20 +203,20 @@ class ImuDrivenModel {
     return R_Ep_E_.transpose() * R_Ep_I.template cast<T>() * R_B_I_.transpose();
   }
 
-  // Specific force in B: linear drag (eq. 9-10), and along z what a_z shows.
-  template <typename D>
-  Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
-    return WithThrust(a_z, Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(0)));
-  }
-
-  // Specific force in B of the given x and y, with the z that a_z shows: a_z less its bias (eq.
+  // Specific force in B: linear drag (eq. 9-10), and along z what a_z shows: a_z less its bias (eq.
   // 15), or the z that solves the third row of R_I_B f_B = (..., a_z - b_az) (eq. 8).
   template <typename D>
-  Vector3<T> WithThrust(const D& a_z, const Vector3<T>& f_B) const {
+  Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
     const T z = T(a_z) - p_.b_az;
-    if (axis_ == ThrustAxis::kBody) return Vector3<T>(f_B[0], f_B[1], z);
+    return Unseen(Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(0))) +
+           Vector3<T>(T(0), T(0), axis_ == ThrustAxis::kBody ? z : T(z / R_B_I_(2, 2)));
+  }
+
+  // The force in B of the given x and y that a_z does not show.
+  Vector3<T> Unseen(const Vector3<T>& f_B) const {
+    if (axis_ == ThrustAxis::kBody) return Vector3<T>(f_B[0], f_B[1], T(0));
     return Vector3<T>(f_B[0], f_B[1],
-                      (z - R_B_I_(0, 2) * f_B[0] - R_B_I_(1, 2) * f_B[1]) / R_B_I_(2, 2));
+                      -(R_B_I_(0, 2) * f_B[0] + R_B_I_(1, 2) * f_B[1]) / R_B_I_(2, 2));
   }
 
   // The same turned to I, where v_I is given.
