@@ -10,7 +10,7 @@ namespace {
 
 struct Case {
   ThrustAxis axis;
-  ModelEffects effects;
+  std::vector<Effect> effects;
 };
 
 class MotionSlopes : public testing::TestWithParam<Case> {};
