@@ -7,7 +7,8 @@
 
 namespace trueline {
 
-//   prediction: p(t_i), the trajectory of eq. 28 (Li et al. 2019) at the time of the fix, in E
+//   prediction: p(t_i), the trajectory of eq. 28 (Li et al. 2019) at the time of the fix, in E; a
+//               segment (problems/vgd/segment.cc) integrates it (models/motion_block.h)
 //   error:      p(t_i) - fix, in m (the bracket of eq. 29)
 //   weighting:  divided by the detector's sigma, the same for each axis
 struct FixError {

@@ -4,8 +4,6 @@
 // open catalogue in term_force.h.
 #pragma once
 
-#include <ceres/jet.h>
-
 #include <array>
 #include <memory>
 #include <vector>
@@ -15,9 +13,6 @@
 #include "cost_functions/numbers/for_scalars.h"
 
 namespace trueline {
-
-// Derivatives by the parameters of the motion in their order and by the start's velocity in E.
-inline constexpr int kMotionColumns = kMotionSize + 3;
 
 // Specific force along x_B and y_B, m/s^2: a_z shows the force along z_B.
 template <typename T>
@@ -44,7 +39,7 @@ struct DragStep {
 };
 
 struct ForceEffects {
-  using AirForce = ForScalars<AirFlow, PlaneForce, double, ceres::Jet<double, kMotionColumns>>;
+  using AirForce = ForScalars<AirFlow, PlaneForce, double, MotionJet>;
 
   Eigen::Vector3d wind_E = Eigen::Vector3d::Zero();  // w, m/s
   std::vector<DragStep> drag_steps = {};
@@ -97,6 +92,24 @@ struct ForceEffects {
     Vector3<T> force = SumInBody(terms, TermOn::kForce, state);
     force[2] = T(0);
     return force;
+  }
+
+  // All of them together in I, as far as a_z does not show them. v_Ep: velocity in E';
+  // p_E(): place (m), asked for by terms alone; thrust in m/s^2; t: s from the log's start.
+  template <typename T, typename Place>
+  Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const Eigen::Matrix3d& R_Ep_I,
+                        const Vector3<T>& v_Ep, const Place& p_E, double thrust, double t) const {
+    const ImuDrivenParameters<T>& p = model.parameters();
+    const auto in_B = [&](const Vector3<T>& x_Ep) -> Vector3<T> {
+      return model.R_B_I() * Times(R_Ep_I.transpose(), x_Ep);
+    };
+    const Vector3<T> v_B = in_B(v_Ep), wind_B = in_B(model.R_Ep_E() * wind_E.template cast<T>());
+    Vector3<T> f_B = AddedForce(p.K_x, p.K_y, v_B, wind_B, thrust, t);
+    if (!terms.empty()) {
+      f_B += TermForce(model.R_B_I(), TermState<T>{v_B, Vector3<T>::Zero(), T(thrust),
+                                                   model.BodyToEarth(R_Ep_I), p_E(), t});
+    }
+    return model.R_B_I().transpose() * model.Unseen(f_B);
   }
 };
 

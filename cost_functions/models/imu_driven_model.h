@@ -4,7 +4,10 @@
 // Frames: E (NED earth), E' written Ep (the AHRS's erroneous earth), I (IMU), B (body).
 #pragma once
 
+#include <ceres/jet.h>
+
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <string_view>
@@ -106,6 +109,22 @@ constexpr bool IsVehicle(int parameter) {
   return parameter < kStatedSize && kTheta[parameter].group != ParameterGroup::kAhrsError;
 }
 
+// Derivatives by the parameters of the motion (kMotionOrder) and by the start's velocity in E.
+inline constexpr int kMotionColumns = kMotionSize + 3;
+using MotionJet = ceres::Jet<double, kMotionColumns>;
+
+// The parameter of each column: those of the force first, then the AHRS's error.
+inline constexpr auto kMotionOrder = [] {
+  std::array<int, kMotionSize> order{};
+  int count = 0;
+  for (const bool ahrs : {false, true}) {
+    for (int i = 0; i < kMotionSize; ++i) {
+      if ((kTheta[i].group == ParameterGroup::kAhrsError) == ahrs) order[count++] = i;
+    }
+  }
+  return order;
+}();
+
 // The parameters of the equation of motion (eq. 16), constant over a window.
 template <typename T>
 struct ImuDrivenParameters {
@@ -143,6 +162,28 @@ enum class ThrustAxis {
   kImu,   // z_I, the accelerometer's own axis: thrust and a share of the drag
 };
 
+// For functions in which nearly all time is spent: compilers make a function call of each sum and
+// product of Jets, unless they are told. Under the sanitizers they are not: with a check on every
+// access the compilation would take half an hour.
+#ifdef __SANITIZE_ADDRESS__
+#define TRUELINE_INLINE inline
+#define TRUELINE_FLATTEN inline
+#else
+#define TRUELINE_INLINE [[gnu::always_inline]] inline
+#define TRUELINE_FLATTEN [[gnu::flatten]] inline
+#endif
+
+// m x, of plain numbers and any scalar (cheaper than casting the numbers to Jets).
+template <typename M, typename X>
+TRUELINE_INLINE auto Times(const M& m, const X& x) {
+  Eigen::Matrix<decltype(m(0, 0) * x[0]), M::RowsAtCompileTime, 1> y;
+  for (int i = 0; i < m.rows(); ++i) {
+    y[i] = m(i, 0) * x[0];
+    for (int j = 1; j < m.cols(); ++j) y[i] += m(i, j) * x[j];
+  }
+  return y;
+}
+
 // The model with its constant rotations precomputed.
 template <typename T>
 class ImuDrivenModel {
@@ -162,20 +203,25 @@ class ImuDrivenModel {
     return R_Ep_E_.transpose() * R_Ep_I.template cast<T>() * R_B_I_.transpose();
   }
 
-  // Specific force in B: linear drag (eq. 9-10), and along z what a_z shows.
-  template <typename D>
-  Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
-    return WithThrust(a_z, Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(0)));
-  }
-
-  // Specific force in B of the given x and y, with the z that a_z shows: a_z less its bias (eq.
+  // Specific force in B: linear drag (eq. 9-10), and along z what a_z shows: a_z less its bias (eq.
   // 15), or the z that solves the third row of R_I_B f_B = (..., a_z - b_az) (eq. 8).
   template <typename D>
-  Vector3<T> WithThrust(const D& a_z, const Vector3<T>& f_B) const {
+  Vector3<T> SpecificForce(const D& a_z, const Vector3<T>& v_B) const {
     const T z = T(a_z) - p_.b_az;
-    if (axis_ == ThrustAxis::kBody) return Vector3<T>(f_B[0], f_B[1], z);
+    return Unseen(Vector3<T>(p_.K_x * v_B[0], p_.K_y * v_B[1], T(0))) +
+           Vector3<T>(T(0), T(0), axis_ == ThrustAxis::kBody ? z : T(z / R_B_I_(2, 2)));
+  }
+
+  // The force in B of the given x and y that a_z does not show.
+  Vector3<T> Unseen(const Vector3<T>& f_B) const {
+    if (axis_ == ThrustAxis::kBody) return Vector3<T>(f_B[0], f_B[1], T(0));
     return Vector3<T>(f_B[0], f_B[1],
-                      (z - R_B_I_(0, 2) * f_B[0] - R_B_I_(1, 2) * f_B[1]) / R_B_I_(2, 2));
+                      -(R_B_I_(0, 2) * f_B[0] + R_B_I_(1, 2) * f_B[1]) / R_B_I_(2, 2));
+  }
+
+  // The same turned to I, where v_I is given.
+  Vector3<T> ForceInImu(double a_z, const Vector3<T>& v_I) const {
+    return R_B_I_.transpose() * SpecificForce(a_z, R_B_I_ * v_I);
   }
 
   // dv_E/dt (eq. 6): gravity plus the specific force turned to E.

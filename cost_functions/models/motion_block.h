@@ -1,14 +1,19 @@
 // Preintegrated motion of the IMU-driven model (Li et al. 2019, eq. 15) over a short block.
 //
-// Seen from the AHRS's earth E' the velocity obeys
-//   dv/dt = g' + R (w (a_z - b_az) + D R' v),
-// with R = R_Ep_I(t) logged, w = R_I_B e_z, D = R_I_B diag(K_x, K_y, 0) R_B_I where a_z is along
-// z_B. Where it is along z_I, w is divided by its z and D is without its third row: drag does not
-// change what was measured. The parameters are factors outside of all integrals over the log. The
-// log enters by moments that are summed once, at the IMU's own rate, and are valid for every
-// parameter value; nothing is linearised. The only approximation is in drag: within a block its
-// velocity is a straight line with the right mean. Tests limit the error to 1 mm after 10 s with
-// blocks of 50 ms.
+// The model's force is affine in what drives it (ForceLaw). Seen from the AHRS's earth E', with
+// R = R_Ep_I(t) logged, the velocity obeys
+//   dv/dt = g' + R (w a_z + f_0 + D R' v).
+// The parameters (in g', w, f_0 and D) are factors outside of all integrals over the log. The log
+// enters by moments that are summed once, at the IMU's own rate, and are valid for every parameter
+// value; nothing is linearised. A block of length h changes the velocity by dv, and the position by
+// u h with the mean velocity u:
+//   q  = v + c - E v                         A = int R D R' dtau
+//   r  = a h + f + A q                       E = int (tau / h - 1/2) R D R' dtau
+//   dv = r + E r + A (r / 2 + A r / 6)       f: gained from w and f_0
+//   u  = q + dv / 2 - A dv / 12              c: what the curve of f adds to the mean
+// where a holds g' and what else is constant. Drag acts on a velocity that bends as gravity, thrust
+// and drag itself bend it; what is left out is of fourth order in h. Tests limit the error to 1 mm
+// after 10 s with blocks of 50 ms.
 #pragma once
 
 #include "cost_functions/models/force_effects.h"
@@ -49,177 +54,173 @@ inline Eigen::Matrix<double, 6, 6> CongruenceMap(const Eigen::Matrix3d& R) {
   return map;
 }
 
-// Moments of the drive over a block, with tau the time since its start.
+// Moments of the drive over a block. The weight of `bend` is tau / h - 1/2: minus a half at the
+// start, a half at the end.
 struct MotionBlock {
-  double h = 0.0;                                       // s, length
-  double t = 0.0;                                       // s, start, from the log's
-  double a_dt = 0.0;                                    // int a_z dtau
-  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();       // int R dtau
-  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();      // int R a_z dtau
-  Eigen::Matrix3d R_tau_dt = Eigen::Matrix3d::Zero();   // int tau R dtau
-  Eigen::Matrix3d Ra_tau_dt = Eigen::Matrix3d::Zero();  // int tau R a_z dtau
-  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();      // int R (x) R dtau
-  Eigen::Matrix<double, 6, 6> RR_tau_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int tau R (x) R
+  double t;                                         // s, start, from the log's
+  double h;                                         // s, length
+  double tau = 0.0;                                 // s, how far it is filled
+  double a_dt = 0.0;                                // int a_z dtau
+  Eigen::Matrix3d R_dt = Eigen::Matrix3d::Zero();   // int R dtau
+  Eigen::Matrix3d Ra_dt = Eigen::Matrix3d::Zero();  // int R a_z dtau
+  Eigen::Matrix3d R_bend = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d Ra_bend = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 6, 6> RR_dt = Eigen::Matrix<double, 6, 6>::Zero();  // int R (x) R dtau
+  Eigen::Matrix<double, 6, 6> RR_bend = Eigen::Matrix<double, 6, 6>::Zero();
 
   // Appends `dt` seconds of constant drive (its value at the middle: second order).
   void Append(const Drive& drive, double dt) {
-    const double tau_mid = h + 0.5 * dt;
+    const double bend = ((tau + 0.5 * dt) / h - 0.5) * dt;
     const Eigen::Matrix<double, 6, 6> RR = CongruenceMap(drive.R_Ep_I);
     a_dt += drive.a_z * dt;
     R_dt += drive.R_Ep_I * dt;
     Ra_dt += drive.R_Ep_I * (drive.a_z * dt);
-    R_tau_dt += drive.R_Ep_I * (tau_mid * dt);
-    Ra_tau_dt += drive.R_Ep_I * (drive.a_z * tau_mid * dt);
+    R_bend += drive.R_Ep_I * bend;
+    Ra_bend += drive.R_Ep_I * (drive.a_z * bend);
     RR_dt += RR * dt;
-    RR_tau_dt += RR * (tau_mid * dt);
-    h += dt;
+    RR_bend += RR * bend;
+    tau += dt;
   }
 };
 
-// Products of the log's plain numbers with any scalar (cheaper than casting the numbers to Jets).
-template <typename T, int kRows, int kCols>
-Eigen::Matrix<T, kRows, 1> Times(const Eigen::Matrix<double, kRows, kCols>& m,
-                                 const Eigen::Matrix<T, kCols, 1>& x) {
-  Eigen::Matrix<T, kRows, 1> y;
-  for (int i = 0; i < kRows; ++i) {
-    y[i] = x[0] * m(i, 0);
-    for (int j = 1; j < kCols; ++j) y[i] += x[j] * m(i, j);
+// The model's specific force in I without effects: w a_z + f_0 + D v_I.
+template <typename T>
+struct ForceLaw {
+  Vector3<T> w, f_0;
+  Symmetric3<T> drag;  // the symmetric part of D
+  Vector3<T> turn;     // the rest of D is the cross product with this
+
+  explicit ForceLaw(const ImuDrivenModel<T>& model) {
+    Matrix3<T> D;
+    f_0 = model.ForceInImu(0.0, Vector3<T>::Zero());
+    w = model.ForceInImu(1.0, Vector3<T>::Zero()) - f_0;
+    for (int k = 0; k < 3; ++k) D.col(k) = model.ForceInImu(0.0, Vector3<T>::Unit(k)) - f_0;
+    const Matrix3<T> S = (D + D.transpose()) * 0.5;
+    drag << S(0, 0), S(1, 1), S(2, 2), S(0, 1), S(0, 2), S(1, 2);
+    turn = Vector3<T>(D(2, 1) - D(1, 2), D(0, 2) - D(2, 0), D(1, 0) - D(0, 1)) * 0.5;
   }
-  return y;
-}
+  template <typename U, typename Cast>
+  ForceLaw(const ForceLaw<U>& law, const Cast& cast)
+      : w(law.w.unaryExpr(cast)),
+        f_0(law.f_0.unaryExpr(cast)),
+        drag(law.drag.unaryExpr(cast)),
+        turn(law.turn.unaryExpr(cast)) {}
+};
+
+// What the law makes of a block's moments.
+template <typename T>
+struct BlockForces {
+  Matrix3<T> A, E;
+  Vector3<T> f, c;  // m/s
+
+  TRUELINE_INLINE BlockForces(const ForceLaw<T>& law, const MotionBlock& m)
+      : A(Drag(law, m.RR_dt, m.R_dt)),
+        E(Drag(law, m.RR_bend, m.R_bend)),
+        f(Times(m.Ra_dt, law.w) + Times(m.R_dt, law.f_0)),
+        c(-Times(m.Ra_bend, law.w) - Times(m.R_bend, law.f_0)) {}
+  template <typename U, typename Cast>
+  BlockForces(const BlockForces<U>& b, const Cast& cast)
+      : A(b.A.unaryExpr(cast)),
+        E(b.E.unaryExpr(cast)),
+        f(b.f.unaryExpr(cast)),
+        c(b.c.unaryExpr(cast)) {}
+
+ private:
+  TRUELINE_INLINE static Matrix3<T> Drag(const ForceLaw<T>& law,
+                                         const Eigen::Matrix<double, 6, 6>& RR,
+                                         const Eigen::Matrix3d& R) {
+    return Unpack<T>(Times(RR, law.drag)) + Skew<T>(Times(R, law.turn));
+  }
+};
+
+// The motion over a block. Forces B or velocities V may be plain where the other has derivatives.
+template <typename T>
+struct BlockMotion {
+  Vector3<T> dv, u;  // m/s
+
+  // v: at the start; gained: a h.
+  template <typename B, typename V>
+  TRUELINE_INLINE BlockMotion(const BlockForces<B>& b, const Vector3<V>& v,
+                              const Vector3<V>& gained)
+      : dv(Vector3<T>::Zero()), u(v - Times(b.E, v) + b.c) {
+    Gain<B>(b, gained + b.f + Times(b.A, u));
+  }
+  template <typename B>
+  TRUELINE_INLINE void Gain(const BlockForces<B>& b, const Vector3<T>& r) {
+    const Vector3<T> r_A = r * 0.5 + Times(b.A, r) * (1.0 / 6.0);
+    const Vector3<T> more = r + Times(b.E, r) + Times(b.A, r_A);
+    dv += more;
+    u += more * 0.5 - Times(b.A, more) * (1.0 / 12.0);
+  }
+};
 
 // The model in the blocks' form, seen from E'; computed once for each evaluation.
 template <typename T>
 struct BlockModel {
-  Matrix3<T> R_Ep_E;
-  Vector3<T> g_Ep;     // gravity in E'
-  Vector3<T> w;        // acceleration in I for each unit of a_z
-  Vector3<T> w_b;      // w * b_az
-  Symmetric3<T> drag;  // the symmetric part of D, packed, in I
-  Vector3<T> turn;     // the rest of D is the cross product with this
-  Matrix3<T> R_B_I;
-  T share_x = T(0), share_y = T(0);         // of the force along x_B and y_B, what a_z holds
-  T K_x, K_y, b_az;                         // 1/s, 1/s, m/s^2
+  ImuDrivenModel<T> model;
+  ForceLaw<T> law;
+  Vector3<T> g_Ep;                          // gravity in E'
   Vector3<T> start_E = Vector3<T>::Zero();  // m, where the chain starts; for forces at a place
   const ForceEffects* effects = nullptr;    // force beyond linear drag; null: none
 
-  explicit BlockModel(const ImuDrivenModel<T>& model, const ForceEffects* force_effects = nullptr)
-      : R_Ep_E(model.R_Ep_E()), R_B_I(model.R_B_I()) {
-    const ImuDrivenParameters<T>& p = model.parameters();
-    K_x = p.K_x;
-    K_y = p.K_y;
-    b_az = p.b_az;
-    if (force_effects != nullptr && force_effects->Any()) effects = force_effects;
-    g_Ep = R_Ep_E.col(2) * model.g_E()[2];
-    w = R_B_I.row(2).transpose();
-    if (model.axis() == ThrustAxis::kImu) {
-      share_x = R_B_I(0, 2) / w[2];
-      share_y = R_B_I(1, 2) / w[2];
-    }
-    // D = K_x (x - share_x z) x' + K_y (y - share_y z) y', for x, y, z the body's axes in I.
-    const Vector3<T> x = R_B_I.row(0).transpose(), y = R_B_I.row(1).transpose();
-    const Vector3<T> by_x = (x - w * share_x) * K_x, by_y = (y - w * share_y) * K_y;
-    const auto entry = [&](int i, int j) -> T {
-      return (by_x[i] * x[j] + by_x[j] * x[i] + by_y[i] * y[j] + by_y[j] * y[i]) * T(0.5);
+  explicit BlockModel(const ImuDrivenModel<T>& equations, const ForceEffects* added = nullptr)
+      : model(equations), law(equations), g_Ep(model.R_Ep_E() * model.g_E()) {
+    if (added != nullptr && added->Any()) effects = added;
+  }
+
+  // m/s, in E': what effects add over a block. They act at its mean attitude, thrust and place and
+  // at the mean velocity that they themselves change. p: at its start; u: mean without them.
+  Vector3<T> Added(const MotionBlock& m, const Vector3<T>& p, const Vector3<T>& u) const {
+    const Eigen::Matrix3d R_Ep_I = m.R_dt / m.h;
+    const auto place = [&]() -> Vector3<T> {
+      return start_E + model.R_Ep_E().transpose() * (p + u * (0.5 * m.h));
     };
-    drag << entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2);
-    turn = (y * (K_x * share_x) - x * (K_y * share_y)) * T(0.5);
-    if (model.axis() == ThrustAxis::kImu) w /= T(w[2]);
-    w_b = w * p.b_az;
-  }
-
-  // Int R D R' over a block, from the integrals of R (x) R and of R.
-  Matrix3<T> DragOver(const Eigen::Matrix<double, 6, 6>& RR, const Eigen::Matrix3d& R) const {
-    return Unpack<T>(Times(RR, drag)) + Skew<T>(Times(R, turn));
+    const auto at = [&](const Vector3<T>& v) -> Vector3<T> {
+      return Times(m.R_dt,
+                   effects->ForceInImu(model, R_Ep_I, v, place, -m.a_dt / m.h, m.t + 0.5 * m.h));
+    };
+    return at(u + at(u) * 0.5);
   }
 };
 
-// The acceleration of one block without effects, and how it changes (p, v) in E'.
+// Moves (p, v), both in E', over one block. Nearly all time of an evaluation is spent here.
 template <typename T>
-struct BlockMotion {
-  Matrix3<T> A, A_tau;    // int R D R' dtau, int tau R D R' dtau
-  Vector3<T> free_curve;  // m/s, mean of the velocity's curve by gravity and thrust
-  Vector3<T> first_a, a;  // m/s^2, mean acceleration: without and with A_tau
-  Vector3<T> dv, dp;
-};
-
-// Nearly all time of an evaluation is spent here. Without `flatten` compilers make a function call
-// of each sum and product of Jets. Under the sanitizers it is off: with a check on every access the
-// compilation would take half an hour.
-#ifdef __SANITIZE_ADDRESS__
-#define TRUELINE_FLATTEN
-#else
-#define TRUELINE_FLATTEN [[gnu::flatten]]
-#endif
-template <typename T>
-TRUELINE_FLATTEN BlockMotion<T> MotionOver(const BlockModel<T>& b, const MotionBlock& m,
-                                           const Vector3<T>& v) {
-  BlockMotion<T> x;
-  const T h(m.h);
-  // Velocity and position gained from gravity and thrust, without drag.
-  const Vector3<T> dv_free = b.g_Ep * h + Times(m.Ra_dt, b.w) - Times(m.R_dt, b.w_b);
-  const Vector3<T> dv_tau = b.g_Ep * T(0.5 * m.h * m.h) + Times(m.Ra_tau_dt, b.w) -
-                            Times(m.R_tau_dt, b.w_b);  // int tau dv
-  // Drag acts on the velocity v + a * tau + curve within the block; the curve's mean comes from the
-  // free motion and from drag itself; all terms up to h^3.
-  x.A = b.DragOver(m.RR_dt, m.R_dt);
-  x.A_tau = b.DragOver(m.RR_tau_dt, m.R_tau_dt);
-  x.free_curve = dv_free * T(0.5) - dv_tau * T(1.0 / m.h);
-  x.first_a = (dv_free + x.A * (v + x.free_curve)) * T(1.0 / m.h);
-  const Vector3<T> curve = x.free_curve - x.A * x.first_a * T(m.h / 12.0);
-  x.a = x.first_a + x.A_tau * x.first_a * T(1.0 / m.h);
-  x.dv = dv_free + x.A * (v + curve) + x.A_tau * x.a;
-  const Vector3<T> dv_tau_drag = x.A_tau * v + x.A * (x.a * T(m.h / 3.0) + curve * T(0.5)) * h;
-  // p changes by v h + int (h - tau) dv.
-  x.dp = v * h + (x.dv * h - dv_tau - dv_tau_drag);
-  return x;
-}
-#undef TRUELINE_FLATTEN
-
-// Acceleration in E' (m/s^2) that the effects add to a block in which the velocity is v_Ep on
-// average, p_Ep from the chain's start; attitude and thrust are the block's means.
-template <typename T>
-Vector3<T> AddedAcceleration(const BlockModel<T>& b, const MotionBlock& m, const Vector3<T>& v_Ep,
-                             const Vector3<T>& p_Ep) {
-  const Eigen::Matrix3d R_I_Ep = m.R_dt.transpose() / m.h;
-  const Vector3<T> ground_B = b.R_B_I * Times(R_I_Ep, v_Ep);
-  const Vector3<T> wind_Ep = b.R_Ep_E * b.effects->wind_E.template cast<T>();
-  const Vector3<T> wind_B = b.R_B_I * Times(R_I_Ep, wind_Ep);
-  const double thrust = -m.a_dt / m.h, t = m.t + 0.5 * m.h;
-  Vector3<T> f_B = b.effects->AddedForce(b.K_x, b.K_y, ground_B, wind_B, thrust, t);
-  if (!b.effects->terms.empty()) {
-    const Matrix3<T> R_E_Ep = b.R_Ep_E.transpose();
-    const Matrix3<T> R_Ep_B = R_I_Ep.transpose().template cast<T>() * b.R_B_I.transpose();
-    f_B +=
-        b.effects->TermForce(b.R_B_I, TermState<T>{ground_B, Vector3<T>::Zero(), T(thrust),
-                                                   R_E_Ep * R_Ep_B, b.start_E + R_E_Ep * p_Ep, t});
-  }
-  f_B[2] -= b.share_x * f_B[0] + b.share_y * f_B[1];
-  const Vector3<T> f_I = b.R_B_I.transpose() * f_B;
-  return Times(Eigen::Matrix3d(R_I_Ep.transpose()), f_I);
-}
-
-// Velocity that the effects add over a block, from the block's mean velocity without them. Two
-// iterations, so that all drag acts on the velocity that the effects themselves change.
-template <typename T>
-Vector3<T> AddedVelocity(const BlockModel<T>& b, const MotionBlock& m, const Matrix3<T>& A,
-                         const Vector3<T>& v_mean, const Vector3<T>& p_Ep) {
-  const Vector3<T> p_mean = p_Ep + v_mean * T(0.5 * m.h);
-  const Vector3<T> half = AddedAcceleration(b, m, v_mean, p_mean) * T(0.5 * m.h);
-  return AddedAcceleration<T>(b, m, v_mean + half, p_mean) * T(m.h) + A * half;
-}
-
-// Moves (p, v), both in E', over one block.
-template <typename T>
-void Propagate(const BlockModel<T>& b, const MotionBlock& m, MotionState<T>* state) {
-  BlockMotion<T> x = MotionOver(b, m, state->v);
-  if (b.effects != nullptr) {
-    const Vector3<T> added = AddedVelocity<T>(b, m, x.A, state->v + x.dv * T(0.5), state->p);
-    x.dv += added;
-    x.dp += added * T(0.5 * m.h);
-  }
-  state->p += x.dp;
+TRUELINE_FLATTEN void Propagate(const BlockModel<T>& model, const MotionBlock& m,
+                                MotionState<T>* state) {
+  const BlockForces<T> b(model.law, m);
+  BlockMotion<T> x(b, state->v, Vector3<T>(model.g_Ep * m.h));
+  if (model.effects != nullptr) x.Gain(b, model.Added(m, state->p, x.u));
+  state->p += x.u * m.h;
   state->v += x.dv;
+}
+
+// The same, twice as fast, by the total differential: x changes with the velocity by this law,
+// by_law with the law at this velocity. Only the first columns belong to the law; they fill whole
+// vectors of four.
+TRUELINE_FLATTEN void Propagate(const BlockModel<MotionJet>& model, const MotionBlock& m,
+                                MotionState<MotionJet>* state) {
+  constexpr int kLawColumns = kMotionSize / 4 * 4;
+  static_assert(kLawColumns >= kMotionSize - 3);
+  using LawJet = ceres::Jet<double, kLawColumns>;
+  const auto law = [](const MotionJet& x) { return LawJet(x.a, x.v.head<kLawColumns>()); };
+  const auto value = [](const auto& x) { return x.a; };
+  const auto values = [&](const Vector3<MotionJet>& x) { return x.unaryExpr(value).eval(); };
+  const auto total = [](Vector3<MotionJet> x, const Vector3<LawJet>& by_law) {
+    for (int i = 0; i < 3; ++i) x[i].v.head<kLawColumns>() += by_law[i].v;
+    return x;
+  };
+  const BlockForces<LawJet> b(ForceLaw<LawJet>(model.law, law), m);
+  const BlockForces<double> plain(b, value);
+  const Vector3<MotionJet> fall = model.g_Ep * m.h;
+  BlockMotion<MotionJet> x(plain, state->v, fall);
+  BlockMotion<LawJet> by_law(b, values(state->v), values(fall));
+  if (model.effects != nullptr) {
+    const Vector3<MotionJet> added = model.Added(m, state->p, total(x.u, by_law.u));
+    x.Gain(plain, added);
+    by_law.Gain<LawJet>(b, values(added).cast<LawJet>());
+  }
+  state->p += total(x.u, by_law.u) * m.h;
+  state->v += total(x.dv, by_law.dv);
 }
 
 }  // namespace trueline

@@ -2,16 +2,27 @@
 
 #include <algorithm>
 
+#include "cost_functions/drag_residual.h"
+#include "cost_functions/fix_residual.h"
 #include "problems/vgd/rough_path.h"
 #include "problems/vgd/term_series.h"
 
 namespace trueline {
 namespace {
 
-// The time at which a sample is evaluated: clamped to the segment if an effect shifted it outside.
-TimeNs Clamp(TimeNs t, const FlightPlan::SegmentSpan& span) {
-  return std::clamp(t, span.begin + 1, span.end);
-}
+// A fix that an effect shifted out of its segment is extrapolated along the velocity.
+struct ShiftedFixError {
+  FixError fix;
+  double seconds;
+
+  template <class T>
+  void operator()(const T* state, T* r) const {
+    T then[3];
+    for (int i = 0; i < 3; ++i) then[i] = state[i] + seconds * state[3 + i];
+    fix(then, r);
+  }
+};
+using ShiftedFixResidual = NodeResidual<ShiftedFixError, 6, 6, 3>;
 
 }  // namespace
 
@@ -28,23 +39,14 @@ BaseFlight::BaseFlight(const FlightLog& log, const FlightPlan& plan, const VgdOp
 
 void BaseFlight::BuildSegments(const VgdOptions& options) {
   std::vector<std::vector<TimeNs>> times(plan_.segments.size()), force_times(times.size());
-  segment_rows_.resize(times.size());
-  int row = 0;
-  const auto add_rows = [&](int s, int count) {
-    for (int k = 0; k < count; ++k) segment_rows_[s].push_back(row++);
-  };
   for (const std::size_t i : plan_.fixes) {
-    const int s = plan_.SegmentOf(log_.fixes[i].t);
-    fix_segment_.push_back(s);
-    add_rows(s, 3);
-    times[s].push_back(Clamp(log_.fixes[i].t, plan_.segments[s]));
+    const auto [s, t] = PlaceOf(log_.fixes[i].t);
+    times[s].push_back(t);
   }
   for (const std::size_t i : plan_.forces) {
-    const int s = plan_.SegmentOf(forces_[i].t);
-    force_segment_.push_back(s);
-    add_rows(s, 2);
-    force_times[s].push_back(Clamp(forces_[i].t, plan_.segments[s]));
-    times[s].push_back(force_times[s].back());
+    const auto [s, t] = PlaceOf(forces_[i].t);
+    times[s].push_back(t);
+    force_times[s].push_back(t);
   }
   for (std::size_t s = 0; s < times.size(); ++s) {
     times[s].push_back(plan_.segments[s].end);
@@ -53,6 +55,31 @@ void BaseFlight::BuildSegments(const VgdOptions& options) {
     segments_.push_back(std::make_unique<Segment>(track_, plan_.segments[s].begin,
                                                   std::move(times[s]), force_times[s], scaling_,
                                                   options.max_block));
+  }
+  AddReadings();
+}
+
+void BaseFlight::AddReadings() {
+  segment_rows_.resize(segments_.size());
+  int row = 0;
+  const auto add = [&](int s, auto* residual) {
+    readings_.push_back({std::unique_ptr<ceres::CostFunction>(residual), s});
+    for (int k = 0; k < residual->num_residuals(); ++k) segment_rows_[s].push_back(row++);
+  };
+  const auto gusts = [&](int s) {
+    return plan_.segments[s].linked ? Gusts::kLinked : Gusts::kHeld;
+  };
+  for (const std::size_t i : plan_.fixes) {
+    const Fix& fix = log_.fixes[i];
+    const auto [s, t] = PlaceOf(fix.t);
+    add(s,
+        new ShiftedFixResidual(segments_[s]->StateAt(t), {{fix.p_E, 1.0}, SecondsBetween(t, fix.t)},
+                               {gusts(s), segments_[s]->StateGustsAt(t)}));
+  }
+  for (const std::size_t i : plan_.forces) {
+    const auto [s, t] = PlaceOf(forces_[i].t);
+    add(s, new DragResidual(segments_[s]->ForceAt(t), {forces_[i].accel_xy, 1.0},
+                            {gusts(s), segments_[s]->ForceGustsAt(t)}));
   }
 }
 
@@ -75,96 +102,44 @@ FlightUnknowns BaseFlight::RoughStart(const std::vector<Pass>& passes) const {
 }
 
 FlightRows BaseFlight::Evaluate(const FlightUnknowns& x, bool derivatives) {
+  FlightRows rows(this->rows(), derivatives ? this->rows() : 0);
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     segments_[s]->Evaluate(x.theta.data(), x.nodes[s].data(), x.nodes[s].data() + kStateAt,
                            derivatives);
+    GustPair gusts;
+    gusts << x.nodes[s].tail<kGustSize>(), NextOf(s, x).tail<kGustSize>();
+    segments_[s]->AddGusts(gusts);
+    if (plan_.segments[s].linked) LinkRows(static_cast<int>(s), x, &rows);
   }
-  FlightRows result;
-  result.r.setZero(rows());
-  if (derivatives) {
-    result.d_node.setZero(rows(), kNodeSize);
-    result.d_next.setZero(rows(), kNodeSize);
-    result.d_theta.setZero(rows(), kThetaSize);
+  int row = 0;
+  for (const Reading& reading : readings_) {
+    const NodeVector &node = x.nodes[reading.segment], &next = NextOf(reading.segment, x);
+    const double* blocks[] = {x.theta.data(), node.data(), node.data() + kGustAt,
+                              next.data() + kGustAt};
+    const auto at = [row](FlightRows::RowMatrix& d) { return d.data() + row * d.cols(); };
+    double* slopes[] = {at(rows.d_theta), at(rows.d_node), at(rows.d_gust), at(rows.d_next_gust)};
+    reading.residual->Evaluate(blocks, &rows.r[row], derivatives ? slopes : nullptr);
+    row += reading.residual->num_residuals();
   }
-  for (std::size_t i = 0; i < plan_.fixes.size(); ++i) FixRow(i, x, &result);
-  for (std::size_t i = 0; i < plan_.forces.size(); ++i) ForceRow(i, x, &result);
-  for (std::size_t s = 0; s < segments_.size(); ++s) LinkRows(static_cast<int>(s), x, &result);
-  return result;
-}
-
-namespace {
-
-// The gusts at a segment's start and at the next segment's, or its own again if none follows.
-GustPair GustsOf(const FlightPlan& plan, const FlightUnknowns& x, int s) {
-  GustPair gusts;
-  gusts << x.nodes[s].tail<kGustSize>(),
-      x.nodes[plan.segments[s].linked ? s + 1 : s].tail<kGustSize>();
-  return gusts;
-}
-
-// Adds a derivative to the segment's gusts (rows x 4) to the gusts' columns of the rows.
-template <class Derivative>
-void AddGusts(const FlightPlan& plan, int s, int row, const Derivative& d, FlightRows* rows) {
-  const int count = static_cast<int>(d.rows());
-  rows->d_node.block(row, kGustAt, count, kGustSize) += d.template leftCols<kGustSize>();
-  auto& target = plan.segments[s].linked ? rows->d_next : rows->d_node;
-  target.block(row, kGustAt, count, kGustSize) += d.template rightCols<kGustSize>();
-}
-
-}  // namespace
-
-void BaseFlight::FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
-  const Fix& fix = log_.fixes[plan_.fixes[i]];
-  const int s = fix_segment_[i], row = static_cast<int>(3 * i);
-  const auto& span = plan_.segments[s];
-  const TimeNs t = Clamp(fix.t, span);
-  const StateNode& node = *segments_[s]->StateAt(t);
-  const Eigen::Matrix<double, 3, 4> by_gusts = segments_[s]->StateGustsAt(t).topRows<3>();
-  // A fix shifted out of the segment is extrapolated along the velocity.
-  const Eigen::Vector3d beyond = node.value.tail<3>() * SecondsBetween(t, fix.t);
-  const Eigen::Vector3d p = node.value.head<3>() + beyond + by_gusts * GustsOf(plan_, x, s);
-  rows->r.segment<3>(row) = p - fix.p_E;
-  if (rows->d_node.size() == 0) return;
-  rows->d_node.block<3, kDriftSize>(row, 0) = node.d_drift().topRows<3>();
-  rows->d_node.block<3, kStateSize>(row, kStateAt) = node.d_state.topRows<3>();
-  rows->d_theta.middleRows<3>(row) = node.d_theta.topRows<3>();
-  AddGusts(plan_, s, row, by_gusts, rows);
-}
-
-void BaseFlight::ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const {
-  const ForceSample& sample = forces_[plan_.forces[i]];
-  const int s = force_segment_[i];
-  const int row = static_cast<int>(3 * plan_.fixes.size() + 2 * i);
-  const TimeNs t = Clamp(sample.t, plan_.segments[s]);
-  const ForceNode& node = *segments_[s]->ForceAt(t);
-  const Eigen::Matrix<double, 2, 4> by_gusts = segments_[s]->ForceGustsAt(t);
-  rows->r.segment<2>(row) = node.value + by_gusts * GustsOf(plan_, x, s) - sample.accel_xy;
-  if (rows->d_node.size() == 0) return;
-  rows->d_node.block<2, kDriftSize>(row, 0) = node.d_drift();
-  rows->d_node.block<2, kStateSize>(row, kStateAt) = node.d_state;
-  rows->d_theta.middleRows<2>(row) = node.d_theta;
-  AddGusts(plan_, s, row, by_gusts, rows);
+  return rows;
 }
 
 void BaseFlight::LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) const {
-  const auto& span = plan_.segments[s];
-  if (!span.linked) return;
   const int row = LinkRow(s);
   const StateNode& end = *segments_[s]->end_node();
-  const Eigen::Matrix<double, 6, 4> by_gusts = segments_[s]->StateGustsAt(span.end);
-  const Eigen::Matrix<double, 6, 1> predicted = end.value + by_gusts * GustsOf(plan_, x, s);
-  rows->r.segment<6>(row) = x.nodes[s + 1].segment<kStateSize>(kStateAt) - predicted;
+  rows->r.segment<6>(row) = x.nodes[s + 1].segment<kStateSize>(kStateAt) - end.value;
   if (rows->d_node.size() == 0) return;
-  rows->d_node.block<6, kDriftSize>(row, 0) = -end.d_drift();
-  rows->d_node.block<6, kStateSize>(row, kStateAt) = -end.d_state;
-  rows->d_next.block<6, kStateSize>(row, kStateAt).setIdentity();
   rows->d_theta.middleRows<6>(row) = -end.d_theta;
-  AddGusts(plan_, s, row, -by_gusts, rows);
+  rows->d_node.middleRows<6>(row) << -end.d_drift(), -end.d_state;
+  rows->d_next.block<6, kStateSize>(row, kStateAt).setIdentity();
+  const GustSlope<6> gusts{Gusts::kLinked, segments_[s]->StateGustsAt(plan_.segments[s].end)};
+  rows->d_gust.middleRows<6>(row) = -gusts.Own();
+  rows->d_next_gust.middleRows<6>(row) = -gusts.Next();
 }
 
 Eigen::Matrix<double, 6, 1> BaseFlight::StateAtFix(std::size_t i) const {
-  const int s = fix_segment_[i];
-  return segments_[s]->StateAt(Clamp(log_.fixes[plan_.fixes[i]].t, plan_.segments[s]))->value;
+  const auto [s, t] = PlaceOf(log_.fixes[plan_.fixes[i]].t);
+  return segments_[s]->StateAt(t)->value;
 }
 
 }  // namespace trueline

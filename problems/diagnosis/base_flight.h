@@ -3,7 +3,11 @@
 // diagnosis its residuals.
 #pragma once
 
+#include <ceres/cost_function.h>
+
+#include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "cost_functions/chain_node.h"
@@ -47,8 +51,18 @@ struct FlightUnknowns {
 struct FlightRows {
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  Eigen::VectorXd r;                  // m, m/s^2; links: m, m/s
-  RowMatrix d_node, d_next, d_theta;  // empty unless asked for
+  explicit FlightRows(int rows = 0, int slopes = 0)
+      : r(Eigen::VectorXd::Zero(rows)),
+        d_theta(RowMatrix::Zero(slopes, kThetaSize)),
+        d_node(RowMatrix::Zero(slopes, kGustAt)),
+        d_next(d_node),
+        d_gust(RowMatrix::Zero(slopes, kGustSize)),
+        d_next_gust(d_gust) {}
+
+  Eigen::VectorXd r;  // m, m/s^2; links: m, m/s
+  // Empty unless asked for: by theta, drift and state of the segment's node and of the next one,
+  // and the gusts there.
+  RowMatrix d_theta, d_node, d_next, d_gust, d_next_gust;
 };
 
 class BaseFlight {
@@ -89,9 +103,23 @@ class BaseFlight {
   Eigen::Matrix<double, 6, 1> StateAtFix(std::size_t i) const;
 
  private:
+  struct Reading {
+    std::unique_ptr<ceres::CostFunction> residual;  // in physical units
+    int segment;
+  };
+
   void BuildSegments(const VgdOptions& options);
-  void FixRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const;
-  void ForceRow(std::size_t i, const FlightUnknowns& x, FlightRows* rows) const;
+  void AddReadings();
+  // The segment of a sample, and the time at which it is evaluated: clamped to the segment if an
+  // effect shifted it outside.
+  std::pair<int, TimeNs> PlaceOf(TimeNs t) const {
+    const int s = plan_.SegmentOf(t);
+    return {s, std::clamp(t, plan_.segments[s].begin + 1, plan_.segments[s].end)};
+  }
+  // The node whose gusts act at a segment's end: the next one, or its own if none follows.
+  const NodeVector& NextOf(int s, const FlightUnknowns& x) const {
+    return x.nodes[plan_.segments[s].linked ? s + 1 : s];
+  }
   void LinkRows(int s, const FlightUnknowns& x, FlightRows* rows) const;
 
   const FlightLog& log_;
@@ -100,7 +128,7 @@ class BaseFlight {
   DriveTrack track_;
   std::vector<ForceSample> forces_;
   std::vector<std::unique_ptr<Segment>> segments_;
-  std::vector<int> fix_segment_, force_segment_;
+  std::vector<Reading> readings_;  // fixes, then forces
   std::vector<std::vector<int>> segment_rows_;
 };
 

@@ -13,8 +13,8 @@ constexpr double kOpenPosition = 100.0, kOpenVelocity = 50.0;  // m, m/s: prior 
 // Copies a row of the flight, times w, to row `at` of the stack.
 void CopyRow(const LinearFlight& linear, int row, double w, int at, SegmentRows* stack) {
   const int columns = linear.columns.count();
-  stack->node().row(at) = w * linear.rows.d_node.row(row);
-  stack->next().row(at) = w * linear.rows.d_next.row(row);
+  stack->node().row(at) << w * linear.rows.d_node.row(row), w * linear.rows.d_gust.row(row);
+  stack->next().row(at) << w * linear.rows.d_next.row(row), w * linear.rows.d_next_gust.row(row);
   auto border = stack->border().row(at);
   border.head<kThetaSize>() = w * linear.rows.d_theta.row(row);
   if (columns > 0) border.segment(kThetaSize, columns) = w * linear.columns.d_rows.row(row);

@@ -20,9 +20,10 @@ MotionChain::MotionChain(const DriveTrack& track, TimeNs start, std::vector<Time
     const TimeNs length = times_[i] - from;
     const TimeNs pieces = static_cast<TimeNs>(block_ends_[i] - blocks_.size());
     for (TimeNs k = 0; k < pieces; ++k) {
-      MotionBlock& block = blocks_.emplace_back();
-      block.t = SecondsBetween(track.log_start(), from + length * k / pieces);
-      track.ForEachStep(from + length * k / pieces, from + length * (k + 1) / pieces,
+      const TimeNs begin = from + length * k / pieces, end = from + length * (k + 1) / pieces;
+      MotionBlock& block = blocks_.emplace_back(
+          MotionBlock{SecondsBetween(track.log_start(), begin), SecondsBetween(begin, end)});
+      track.ForEachStep(begin, end,
                         [&](const Drive& drive, double dt) { block.Append(drive, dt); });
     }
     from = times_[i];

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cost_functions/models/motion_slopes.h"
+#include "cost_functions/models/motion_block.h"
 #include "problems/vgd/drive_track.h"
 
 namespace trueline {
@@ -31,16 +31,6 @@ class MotionChain {
         [&](std::size_t i) {
           visit(i, MotionState<T>{start_E.p + R_E_Ep * state.p, R_E_Ep * state.v}, state.v);
         });
-  }
-
-  // The same with derivatives, without effects: calls visit(i, state, slopes), both in E', the
-  // position relative to the start's.
-  template <typename Visitor>
-  void IntegrateWithSlopes(const LinearisedModel& model, Visitor&& visit) const {
-    MotionState<double> state = model.Start();
-    ChainSlopes<6> slopes = LinearisedModel::StartSlopes();
-    ForEachBlock([&](const MotionBlock& block) { model.Propagate(block, &state, &slopes); },
-                 [&](std::size_t i) { visit(i, state, slopes); });
   }
 
   TimeNs start() const { return start_; }

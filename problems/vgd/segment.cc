@@ -1,6 +1,5 @@
 #include "problems/vgd/segment.h"
 
-#include <ceres/jet.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -23,61 +22,30 @@ double MeanThrust(const DriveTrack& track, TimeNs t) {
   return sum / static_cast<double>(last - first + 1);
 }
 
-// Specific force in I by eq. 7-9 from the velocity in E' and the place in E.
-// `thrust` in m/s^2, `t` in s from the log's start.
+// A parameter or a state's number, to differentiate by one column where T has columns.
 template <typename T>
-Vector3<T> ForceInImu(const ImuDrivenModel<T>& model, const ForceEffects& effects,
-                      const Drive& drive, const Vector3<T>& v_Ep, const Vector3<T>& p_E,
-                      double thrust, double t) {
-  const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
-  const Vector3<T> v_B = model.R_B_I() * Times(R_I_Ep, v_Ep);
-  Vector3<T> f_B = model.SpecificForce(drive.a_z, v_B);
-  if (effects.Any()) {
-    const Vector3<T> wind_Ep = model.R_Ep_E() * effects.wind_E.template cast<T>();
-    const Vector3<T> wind_B = model.R_B_I() * Times(R_I_Ep, wind_Ep);
-    const auto& p = model.parameters();
-    f_B += effects.AddedForce(p.K_x, p.K_y, v_B, wind_B, thrust, t);
-    if (!effects.terms.empty()) {
-      f_B +=
-          effects.TermForce(model.R_B_I(), TermState<T>{v_B, Vector3<T>::Zero(), T(thrust),
-                                                        model.BodyToEarth(drive.R_Ep_I), p_E, t});
-    }
-    f_B = model.WithThrust(drive.a_z, f_B);
-  }
-  return model.R_B_I().transpose() * f_B;
-}
-
-// Slopes of the force's x and y, from those of (p, v) in E'.
-ChainSlopes<2> SlopesOfForce(const BlockModel<double>& model, const Drive& drive,
-                             const Eigen::Vector3d& v_Ep, const ChainSlopes<6>& slopes_Ep) {
-  const Eigen::Matrix3d R_I_Ep = drive.R_Ep_I.transpose();
-  const Eigen::Matrix3d D = Unpack<double>(model.drag) + Skew<double>(model.turn);
-  const Eigen::Matrix<double, 2, 3> by_v = D.topRows<2>() * R_I_Ep;
-  ChainSlopes<2> slopes = Product(by_v, slopes_Ep.bottomRows<3>());
-  slopes.middleCols<kDragColumns>(kByDrag) += Spread(R_I_Ep * v_Ep).topRows<2>();
-  slopes.middleCols<2>(kByAxis).diagonal().array() += drive.a_z - model.b_az;
-  slopes.col(kByBias) -= model.w.head<2>();
-  return slopes;
-}
-
-using MotionJet = ceres::Jet<double, kMotionColumns>;
-
-template <int kSize>
-MotionSlopes<kSize> SlopesOf(const Eigen::Matrix<MotionJet, kSize, 1>& x) {
-  MotionSlopes<kSize> slopes;
-  for (int i = 0; i < kSize; ++i) slopes.row(i) = x[i].v.transpose();
-  return slopes;
+T Unknown(double value, [[maybe_unused]] int column, [[maybe_unused]] double unit = 1.0) {
+  T x(value);
+  if constexpr (std::is_same_v<T, MotionJet>) x.v[column] = unit;
+  return x;
 }
 
 }  // namespace
 
 // The initial position only adds, and the accelerometer's biases b_ax and b_ay do not affect the
 // motion, so their derivatives are known.
-template <int kSize>
-void Segment::StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) const {
-  node->d_theta.template leftCols<kMotionSize>() = slopes.template leftCols<kMotionSize>();
-  node->d_theta.template rightCols<kFilterSize>().noalias() = node->d_drift() * attitude_errors_;
-  node->d_state.template rightCols<3>() = slopes.template rightCols<3>();
+template <typename T, int kSize>
+void Segment::Store(const Eigen::Matrix<T, kSize, 1>& x, SegmentNode<kSize>* node) const {
+  if constexpr (std::is_same_v<T, double>) {
+    node->value = x;
+  } else {
+    for (int row = 0; row < kSize; ++row) {
+      node->value[row] = x[row].a;
+      for (int i = 0; i < kMotionSize; ++i) node->d_theta(row, kMotionOrder[i]) = x[row].v[i];
+      node->d_state.row(row).template tail<3>() = x[row].v.template tail<3>().transpose();
+    }
+    node->d_theta.template rightCols<kFilterSize>().noalias() = node->d_drift() * attitude_errors_;
+  }
 }
 
 ParameterScaling::ParameterScaling(const VgdOptions& options) {
@@ -137,9 +105,6 @@ Segment::Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs
       effects_(track.force_effects()),
       states_(chain_.times().size()),
       by_gusts_(GustSlopes(track, chain_)) {
-  for (const TimeNs t : chain_.times()) {
-    has_slopes_.push_back(std::binary_search(times.begin(), times.end(), t));
-  }
   for (StateNode& node : states_) node.d_state.topLeftCorner<3, 3>().setIdentity();
   forces_.reserve(force_times.size());
   for (const TimeNs t : force_times) {
@@ -194,31 +159,36 @@ void Segment::AddGusts(const GustPair& gusts) {
   for (Force& force : forces_) force.node.value += ForceByGusts(force) * gusts;
 }
 
-Segment::Vector Segment::Unscaled(const Inputs& at) const {
-  return scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
-}
-
-ImuDrivenModel<double> Segment::ModelAt(const Vector& x) const {
-  return {ImuDrivenParameters<double>::FromArray(x.data()), gravity_, axis_};
-}
-
-void Segment::StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
-                         const Eigen::Vector3d& p_E, const Vector& x, Force* force) const {
-  const Eigen::Vector3d f_I =
-      ForceInImu<double>(model, effects_, force->drive, v_Ep, p_E, force->thrust, force->t);
-  force->node.value = f_I.head<2>() + x.segment<2>(kForceBiasInTheta);
-}
-
+template <typename T>
 void Segment::Integrate(const Inputs& at) {
-  const Vector x = Unscaled(at);
-  const ImuDrivenModel<double> model = ModelAt(x);
-  const MotionState<double> start{at.state.head<3>(), at.state.tail<3>()};
+  const Vector x = scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
+  T theta[kMotionSize];
+  for (int i = 0; i < kMotionSize; ++i) {
+    const int k = kMotionOrder[i];
+    theta[k] = Unknown<T>(x[k], i, scaling_->sigma[k]);
+  }
+  MotionState<T> start;
+  for (int i = 0; i < 3; ++i) {
+    start.p[i] = T(at.state[i]);
+    start.v[i] = Unknown<T>(at.state[3 + i], kMotionSize + i);
+  }
+  const ImuDrivenModel<T> model(ImuDrivenParameters<T>::FromArray(theta), gravity_, axis_);
   auto force = forces_.begin();
-  const auto visit = [&](std::size_t i, const MotionState<double>& state,
-                         const Eigen::Vector3d& v_Ep) {
-    states_[i].value << state.p, state.v;
+  const auto visit = [&](std::size_t i, const MotionState<T>& state, const Vector3<T>& v_Ep) {
+    Eigen::Matrix<T, kStateSize, 1> both;
+    both.template head<3>() = state.p;
+    both.template tail<3>() = state.v;
+    Store(both, &states_[i]);
     if (force == forces_.end() || force->time_index != i) return;
-    StoreForce(model, v_Ep, state.p, x, &*force++);
+    const Eigen::Matrix3d& R_Ep_I = force->drive.R_Ep_I;
+    Vector3<T> f_I = model.ForceInImu(force->drive.a_z, Times(R_Ep_I.transpose(), v_Ep));
+    if (effects_.Any()) {
+      f_I += effects_.ForceInImu(
+          model, R_Ep_I, v_Ep, [&] { return state.p; }, force->thrust, force->t);
+    }
+    Store(Eigen::Matrix<T, 2, 1>(f_I.template head<2>()), &force->node);
+    force->node.value += x.segment<2>(kForceBiasInTheta);
+    ++force;
   };
   chain_.Integrate(model, start, visit, &effects_);
 }
@@ -259,63 +229,8 @@ void Segment::Extrapolate(const Inputs& to) {
   }
 }
 
-void Segment::IntegrateWithSlopes(const Inputs& at) {
-  const Vector x = Unscaled(at);
-  const LinearisedModel model(ModelAt(x), at.state.tail<3>(), scaling_->sigma.head<kMotionSize>());
-  const Eigen::Matrix3d R_E_Ep = model.model().R_Ep_E().transpose();
-  auto force = forces_.begin();
-  const auto visit = [&](std::size_t i, const MotionState<double>& state_Ep,
-                         const ChainSlopes<6>& slopes_Ep) {
-    states_[i].value << at.state.head<3>() + R_E_Ep * state_Ep.p, R_E_Ep * state_Ep.v;
-    if (follows_ || has_slopes_[i]) StoreSlopes(model.InEarth(state_Ep, slopes_Ep), &states_[i]);
-    if (force == forces_.end() || force->time_index != i) return;
-    StoreForce(model.model(), state_Ep.v, states_[i].value.head<3>(), x, &*force);
-    StoreSlopes(model.ByParameters<2>(
-                    SlopesOfForce(model.block_model(), force->drive, state_Ep.v, slopes_Ep)),
-                &force->node);
-    ++force;
-  };
-  chain_.IntegrateWithSlopes(model, visit);
-}
-
-// Jets of all columns: slower, for any force.
-void Segment::IntegrateInJets(const Inputs& at) {
-  const Vector x = Unscaled(at);
-  MotionJet jets[kMotionSize];
-  for (int i = 0; i < kMotionSize; ++i) {
-    jets[i] = MotionJet(x[i]);
-    jets[i].v[i] = scaling_->sigma[i];
-  }
-  const ImuDrivenModel<MotionJet> model(ImuDrivenParameters<MotionJet>::FromArray(jets), gravity_,
-                                        axis_);
-  MotionState<MotionJet> start;
-  for (int i = 0; i < 3; ++i) {
-    start.p[i] = MotionJet(at.state[i]);
-    start.v[i] = MotionJet(at.state[3 + i], kMotionSize + i);
-  }
-  auto force = forces_.begin();
-  const auto visit = [&](std::size_t i, const MotionState<MotionJet>& state,
-                         const Vector3<MotionJet>& v_Ep) {
-    Eigen::Matrix<MotionJet, 6, 1> both;
-    both << state.p, state.v;
-    for (int k = 0; k < 6; ++k) states_[i].value[k] = both[k].a;
-    StoreSlopes(SlopesOf(both), &states_[i]);
-    if (force == forces_.end() || force->time_index != i) return;
-    const Eigen::Matrix<MotionJet, 2, 1> f_I =
-        ForceInImu(model, effects_, force->drive, v_Ep, state.p, force->thrust, force->t).head<2>();
-    StoreSlopes(SlopesOf(f_I), &force->node);
-    force->node.value = Eigen::Vector2d(f_I[0].a, f_I[1].a) + x.segment<2>(kForceBiasInTheta);
-    ++force;
-  };
-  chain_.Integrate(model, start, visit, &effects_);
-}
-
 void Segment::Linearise(const Inputs& at) {
-  if (effects_.Any()) {
-    IntegrateInJets(at);
-  } else {
-    IntegrateWithSlopes(at);
-  }
+  Integrate<MotionJet>(at);
   if (!follows_) return;
   linearised_at_ = at;
   states_there_.clear();
@@ -336,7 +251,7 @@ void Segment::Evaluate(const double* theta, const double* drift, const double* s
   } else if (derivatives) {
     Linearise(at);
   } else {
-    Integrate(at);
+    Integrate<double>(at);
   }
 }
 

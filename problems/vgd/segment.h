@@ -23,9 +23,8 @@ struct ParameterScaling {
 
 class Segment {
  public:
-  // Both times ascending and unique in [start, end]; the last of `times` is `end`. States have
-  // derivatives at `times`; at times of forces alone, only values. `scaling` must outlive the
-  // segment.
+  // Both times ascending and unique in [start, end]; the last of `times` is `end`. `scaling` must
+  // outlive the segment.
   Segment(const DriveTrack& track, TimeNs start, const std::vector<TimeNs>& times,
           const std::vector<TimeNs>& force_times, const ParameterScaling& scaling,
           double max_block);
@@ -69,9 +68,9 @@ class Segment {
     Eigen::Matrix<double, kStateSize, 1> state;
   };
   bool IsNear(const Inputs& at) const;
+  // T: double, or MotionJet to store derivatives as well.
+  template <typename T>
   void Integrate(const Inputs& at);
-  void IntegrateWithSlopes(const Inputs& at);
-  void IntegrateInJets(const Inputs& at);
   void Linearise(const Inputs& at);
   void Extrapolate(const Inputs& to);
 
@@ -82,15 +81,11 @@ class Segment {
     double thrust;  // m/s^2, a short mean
     ForceNode node;
   };
-  template <int kSize>
-  void StoreSlopes(const MotionSlopes<kSize>& slopes, SegmentNode<kSize>* node) const;
+  // Stores what x holds: the values, and the derivatives if x has them.
+  template <typename T, int kSize>
+  void Store(const Eigen::Matrix<T, kSize, 1>& x, SegmentNode<kSize>* node) const;
   std::size_t IndexOf(TimeNs t) const;
   const Force& FindForce(TimeNs t) const;
-  Vector Unscaled(const Inputs& at) const;
-  ImuDrivenModel<double> ModelAt(const Vector& x) const;
-  // x: the parameters in their own units.
-  void StoreForce(const ImuDrivenModel<double>& model, const Eigen::Vector3d& v_Ep,
-                  const Eigen::Vector3d& p_E, const Vector& x, Force* force) const;
   Eigen::Matrix<double, 2, 4> ForceByGusts(const Force& force) const;
 
   MotionChain chain_;
@@ -102,7 +97,6 @@ class Segment {
   ThrustAxis axis_;
   ForceEffects effects_;
   std::vector<StateNode> states_;              // by time
-  std::vector<bool> has_slopes_;               // by time
   std::vector<StateByGusts::Slope> by_gusts_;  // of (p_E, v_E), by time
   std::vector<Force> forces_;                  // ascending in time
   bool follows_ = false;

@@ -104,10 +104,10 @@ TEST_F(ShortChain, RowsFollowTheGusts) {
       const auto add = [&](int segment, const FlightRows::RowMatrix& slope) {
         std::vector<int> rows = flight_->RowsOfSegment(segment);
         for (int i = 0; i < 6; ++i) rows.push_back(flight_->LinkRow(segment) + i);
-        for (const int row : rows) expected[row] += kGust * slope(row, column);
+        for (const int row : rows) expected[row] += kGust * slope(row, column - kGustAt);
       };
-      add(s, slopes.d_node);
-      if (plan_.segments[s - 1].linked) add(s - 1, slopes.d_next);
+      add(s, slopes.d_gust);
+      if (plan_.segments[s - 1].linked) add(s - 1, slopes.d_next_gust);
       const Eigen::VectorXd change = flight_->Evaluate(moved, false).r - here;
       EXPECT_GT(change.norm(), 0.01);
       EXPECT_LT((change - expected).norm(), 1e-9);

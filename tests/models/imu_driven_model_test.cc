@@ -136,7 +136,7 @@ double BlockError(double block_length, ThrustAxis axis = ThrustAxis::kBody) {
   MotionState<double> direct{Vector3d::Zero(), Vector3d(1.8, 0, 0)};
   MotionState<double> chained{Vector3d::Zero(), model.R_Ep_E() * direct.v};
   for (int i = 0; i < 5120 / per_block; ++i) {
-    MotionBlock block;
+    MotionBlock block{0.0, per_block * dt};
     for (int k = 0; k < per_block; ++k) {
       const double t = (i * per_block + k + 0.5) * dt;
       const Drive drive{AttitudeAt(t), ThrustAt(t)};
