@@ -7,7 +7,6 @@
 #include <ceres/jet.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <limits>
 #include <string_view>
@@ -109,21 +108,8 @@ constexpr bool IsVehicle(int parameter) {
   return parameter < kStatedSize && kTheta[parameter].group != ParameterGroup::kAhrsError;
 }
 
-// Derivatives by the parameters of the motion (kMotionOrder) and by the start's velocity in E.
-inline constexpr int kMotionColumns = kMotionSize + 3;
-using MotionJet = ceres::Jet<double, kMotionColumns>;
-
-// The parameter of each column: those of the force first, then the AHRS's error.
-inline constexpr auto kMotionOrder = [] {
-  std::array<int, kMotionSize> order{};
-  int count = 0;
-  for (const bool ahrs : {false, true}) {
-    for (int i = 0; i < kMotionSize; ++i) {
-      if ((kTheta[i].group == ParameterGroup::kAhrsError) == ahrs) order[count++] = i;
-    }
-  }
-  return order;
-}();
+// Derivatives by the parameters of the motion in their order and by the start's velocity in E.
+using MotionJet = ceres::Jet<double, kMotionSize + 3>;
 
 // The parameters of the equation of motion (eq. 16), constant over a window.
 template <typename T>

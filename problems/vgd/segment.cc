@@ -41,8 +41,9 @@ void Segment::Store(const Eigen::Matrix<T, kSize, 1>& x, SegmentNode<kSize>* nod
   } else {
     for (int row = 0; row < kSize; ++row) {
       node->value[row] = x[row].a;
-      for (int i = 0; i < kMotionSize; ++i) node->d_theta(row, kMotionOrder[i]) = x[row].v[i];
-      node->d_state.row(row).template tail<3>() = x[row].v.template tail<3>().transpose();
+      const auto slopes = x[row].v.transpose();
+      node->d_theta.row(row).template head<kMotionSize>() = slopes.template head<kMotionSize>();
+      node->d_state.row(row).template tail<3>() = slopes.template tail<3>();
     }
     node->d_theta.template rightCols<kFilterSize>().noalias() = node->d_drift() * attitude_errors_;
   }
@@ -163,10 +164,7 @@ template <typename T>
 void Segment::Integrate(const Inputs& at) {
   const Vector x = scaling_->mean + scaling_->sigma.cwiseProduct(at.theta);
   T theta[kMotionSize];
-  for (int i = 0; i < kMotionSize; ++i) {
-    const int k = kMotionOrder[i];
-    theta[k] = Unknown<T>(x[k], i, scaling_->sigma[k]);
-  }
+  for (int i = 0; i < kMotionSize; ++i) theta[i] = Unknown<T>(x[i], i, scaling_->sigma[i]);
   MotionState<T> start;
   for (int i = 0; i < 3; ++i) {
     start.p[i] = T(at.state[i]);
