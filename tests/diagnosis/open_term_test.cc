@@ -12,6 +12,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rotor_flight.h"
 #include "problems/diagnosis/write_diagnosis.h"
+#include "problems/log/fixes.h"
 #include "tests/common/test_files.h"
 #include "tests/rotor/rotor_flight_fixture.h"
 #include "tests/simulation/short_flight.h"
@@ -66,6 +67,23 @@ TEST(OpenTerms, AreDistinctAndSuitTheDrive) {
     }
     EXPECT_GT(names.size(), 300u);
     EXPECT_EQ(moments > 0, drive == DriveKind::kRotors);
+  }
+}
+
+TEST(TermGroups, NameWhatAFlightOfEachDriveIsCorrelatedWith) {
+  for (const DriveKind drive : {DriveKind::kImu, DriveKind::kRotors}) {
+    const std::vector<TermMotion> flight = SquareFlight();
+    std::set<std::string> names;
+    int held = 0;
+    for (const TermGroup& group : TermGroups({drive, SquareLog(), flight})) {
+      EXPECT_TRUE(names.insert(group.name).second) << group.name;
+      held += group.held;
+      const TermColumns columns = TermColumnsOf(group, flight, Range(0, group.terms.size()));
+      EXPECT_EQ(columns.ordinary.size(), std::ssize(columns.columns)) << group.name;
+      EXPECT_GT(columns.ordinary.minCoeff(), 0.0) << group.name;
+    }
+    EXPECT_GE(names.size(), 10u);
+    EXPECT_EQ(held > 0, drive == DriveKind::kRotors);  // errors of readings are its states' own
   }
 }
 
@@ -244,6 +262,23 @@ TEST(DiagnoseOpenTerms, SlowAForceAtAPlaceIsDescribedWhereItIs) {
   elsewhere.p_E = {35.0, 10.0, 0.0};
   EXPECT_GT(term.size.value * ValueOf<double>(term.term.with, there), 0.3);
   EXPECT_LT(ValueOf<double>(term.term.with, elsewhere), 0.05);
+}
+
+// A lens: vectors to gates are too long by 8 % for each metre of distance.
+TEST(DiagnoseOpenTerms, SlowFixesThatErrWithTheSquareOfTheDistance) {
+  FlightLog log = FlyWithForces({}, 5);
+  for (Fix& fix : log.fixes) {
+    const Eigen::Vector3d to_gate = GateOf(log, fix.gate)->position - fix.p_E;
+    fix.p_E -= 0.08 * to_gate.norm() * to_gate;
+  }
+  const Diagnosis diagnosis = DiagnoseQuickly({log});
+  const auto& described = diagnosis.open.described;
+  const auto term = std::ranges::find_if(
+      described, [](const DescribedTerm& t) { return t.term.Where() == "fix_gate"; });
+  ASSERT_NE(term, described.end());
+  EXPECT_EQ(SymbolsOf(term->term.with), "d*d");
+  EXPECT_NEAR(term->size.value, -0.08, 0.03);
+  EXPECT_EQ(diagnosis.verdict, "unexplained");
 }
 
 TEST(DiagnoseOpenTerms, SlowFlightsWithoutForcesHaveNone) {
