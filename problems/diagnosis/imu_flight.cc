@@ -317,7 +317,8 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     parts.push_back(&ColumnsOf(c, here));
   }
   if (terms) {
-    const ImuOpenTerms open(flight_.get(), fit_.x);
+    // By segments: within one, thrust and rates go with vibration.
+    const ImuOpenTerms open(flight_.get(), fit_.x, 1);
     const TermScope scope{drive(), log_->data, open.Motions()};
     std::vector<TermForm> all;
     for (const TermGroup& group : TermGroups(scope)) {

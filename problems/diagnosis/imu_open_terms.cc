@@ -11,8 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kParts = 4;  // of a segment: about the spacing of the force samples
-
 Vector3d ToNearestGate(const FlightLog& log, const Vector3d& p_E) {
   const auto nearest = std::ranges::min_element(
       log.gates, {}, [&](const Gate& gate) { return (gate.position - p_E).squaredNorm(); });
@@ -21,7 +19,8 @@ Vector3d ToNearestGate(const FlightLog& log, const Vector3d& p_E) {
 
 }  // namespace
 
-ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight_(*flight) {
+ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x, int parts)
+    : flight_(*flight) {
   flight->Evaluate(x, false);
   const FlightPlan& plan = flight_.plan();
   const ThetaVector theta = flight_.scaling().mean + flight_.scaling().sigma.cwiseProduct(x.theta);
@@ -34,16 +33,17 @@ ImuOpenTerms::ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x) : flight
   }
   for (std::size_t s = 0; s < plan.segments.size(); ++s) {
     const auto& span = plan.segments[s];
-    const double h = SecondsBetween(span.begin, span.end) / kParts;
-    std::vector<Part>& parts = parts_.emplace_back();
-    for (int k = 0; k < kParts; ++k) {
+    const double h = SecondsBetween(span.begin, span.end) / parts;
+    std::vector<Part>& of = parts_.emplace_back();
+    for (int k = 0; k < parts; ++k) {
       const TimeNs middle = span.begin + FromSeconds((k + 0.5) * h);
-      parts.push_back({At(x, static_cast<int>(s), middle), k * h, h});
+      of.push_back({At(x, static_cast<int>(s), middle), k * h, h});
     }
   }
   for (const std::size_t i : plan.forces) {
     const TimeNs t = flight_.forces()[i].t;
-    at_forces_.push_back(At(x, plan.SegmentOf(t), t));
+    const int s = plan.SegmentOf(t);
+    at_forces_.push_back(parts == 1 ? parts_[s].front().motion : At(x, s, t));
   }
   for (const std::size_t i : plan.fixes) {
     const TimeNs t = flight_.log().fixes[i].t;
@@ -109,7 +109,7 @@ Eigen::VectorXd ImuOpenTerms::Column(const TermForm& term) const {
   // Changes of position and velocity `dt` after the begin of segment s.
   const auto moved = [&](std::size_t s, double dt) {
     Eigen::Matrix<double, 6, 1> change = Eigen::Matrix<double, 6, 1>::Zero();
-    for (int k = 0; k < kParts; ++k) {
+    for (std::size_t k = 0; k < parts_[s].size(); ++k) {
       const Part& part = parts_[s][k];
       const double length = std::min(part.length, dt - part.begin);
       if (length <= 0.0) break;

@@ -10,10 +10,13 @@
 
 namespace trueline {
 
+inline constexpr int kTermParts = 4;  // of a segment: about the spacing of the force samples
+
 class ImuOpenTerms {
  public:
-  // At the solution `x`; `flight` must outlive this object.
-  ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x);
+  // At the solution `x`; `flight` must outlive this object. `parts` of a segment, each with one
+  // motion; where a segment has but one, force samples take it, too.
+  ImuOpenTerms(BaseFlight* flight, const FlightUnknowns& x, int parts = kTermParts);
 
   // Evenly in time.
   std::vector<TermMotion> Motions() const;
