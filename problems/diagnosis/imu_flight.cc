@@ -320,13 +320,12 @@ std::unique_ptr<Linearisation> ImuDrivenFlight::Linearise(const std::vector<Cand
     // By segments: within one, thrust and rates go with vibration.
     const ImuOpenTerms open(flight_.get(), fit_.x, 1);
     const TermScope scope{drive(), log_->data, open.Motions()};
-    std::vector<TermForm> all;
-    for (const TermGroup& group : TermGroups(scope)) {
-      all.insert(all.end(), group.terms.begin(), group.terms.end());
+    const std::vector<TermGroup> groups = TermGroups(scope);
+    for (const TermGroup& group : groups) {
       term_columns.push_back(
           TermColumnsOf(group, scope.motions, next(static_cast<int>(group.terms.size()))));
     }
-    of_terms = open.Columns(all);
+    of_terms = open.Columns(TermsOf(groups));
     parts.push_back(&of_terms);
   }
   Eigen::MatrixXd stacked(flight_->rows(), at - kThetaSize - fit_.columns.count());

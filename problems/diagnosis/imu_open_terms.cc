@@ -76,8 +76,6 @@ ImuOpenTerms::Motion ImuOpenTerms::At(const FlightUnknowns& x, int segment, Time
       R_I_B_.transpose() * Vector3d(rates_[0].At(at.t), rates_[1].At(at.t), rates_[2].At(at.t));
   at.thrust = -drive.a_z;
   at.f_E = drive.a_z * at.R_E_B.col(2);
-  const TimeNs begin = spans.front().begin;
-  at.s = 2.0 * SecondsBetween(begin, t) / SecondsBetween(begin, spans.back().end) - 1.0;
   return at;
 }
 

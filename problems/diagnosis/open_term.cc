@@ -49,13 +49,9 @@ std::vector<Factors> Lagged(const Factors& motions) {
   return all;
 }
 
-// Sine and cosine of the heading, once and twice a turn; battery voltage.
+// The heading once and twice a turn; battery voltage.
 std::vector<Factors> HeadingsAndVoltage(const FlightLog& log) {
-  std::vector<Factors> all;
-  for (const double periods : {1.0, 2.0}) {
-    all.push_back({{TermQuantity::kSine, {periods}}});
-    all.push_back({{TermQuantity::kCosine, {periods}}});
-  }
+  std::vector<Factors> all = HeadingWaves({1.0, 2.0});
   if (log.battery.empty()) return all;
   double mean = 0.0;
   for (const auto& sample : log.battery) {
@@ -139,8 +135,6 @@ bool Hovers(const std::vector<TermMotion>& motions) {
 
 }  // namespace
 
-double TermMotion::Heading() const { return trueline::Heading(R_E_B); }
-
 std::string PhysicsOf(const TermForm& term) {
   static const std::vector<std::pair<std::string, std::string>> known = {
       {"force along x_B with forward speed", "linear drag"},
@@ -167,6 +161,15 @@ std::string PhysicsOf(const TermForm& term) {
   }
   const bool local = term.on == TermOn::kForce && IsEarth(term.axis) && IsLocal(term.with);
   return local ? "moving air at this place" : "";
+}
+
+std::vector<Factors> HeadingWaves(const std::vector<double>& periods) {
+  std::vector<Factors> waves;
+  for (const double n : periods) {
+    waves.push_back({{TermQuantity::kSine, {n}}});
+    waves.push_back({{TermQuantity::kCosine, {n}}});
+  }
+  return waves;
 }
 
 std::vector<Factors> PlacesAndTime(const std::vector<TermMotion>& flight) {

@@ -14,11 +14,7 @@
 namespace trueline {
 
 // How the vehicle moves at one time: what a term may go with.
-struct TermMotion : TermState<double> {
-  double s = 0.0;  // time from -1 to 1 over the flight
-
-  double Heading() const;  // rad
-};
+using TermMotion = TermState<double>;
 
 // Known physics of this form; empty if there is none.
 std::string PhysicsOf(const TermForm& term);
@@ -69,6 +65,8 @@ struct TermScope {
 // on the course flown, in linear form and as humps where the flight has been, and slopes of these;
 // height; time; voltage where it is logged. Series are bound.
 std::vector<std::vector<TermFactor>> TermVariables(const TermScope& scope);
+// Sine and cosine of the heading, so many times a turn.
+std::vector<std::vector<TermFactor>> HeadingWaves(const std::vector<double>& periods);
 // North, east and above the middle of the flight; and time.
 std::vector<std::vector<TermFactor>> PlacesAndTime(const std::vector<TermMotion>& flight);
 
@@ -86,6 +84,8 @@ struct TermGroup {
   bool held = false;
 };
 std::vector<TermGroup> TermGroups(const TermScope& scope);
+// Those of all groups, one after another.
+std::vector<TermForm> TermsOf(const std::vector<TermGroup>& groups);
 
 // A size of no interest: 0.005 m/s^2, 0.05 rad/s^2, 1 mrad or 5 mm in the root mean square, and
 // of readings 0.005 m/s^2 and 0.5 mrad/s. A term is reported from about five times that on.

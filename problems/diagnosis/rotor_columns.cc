@@ -1,8 +1,5 @@
 #include "problems/diagnosis/rotor_columns.h"
 
-#include <cmath>
-#include <functional>
-
 namespace trueline {
 
 LaggedRotorData::LaggedRotorData(const FlightLog& log, int rotors, RotorDataOptions options)
@@ -71,7 +68,6 @@ TermMotion MotionAt(const RotorSetup& setup, double t, const RotorState& x) {
   at.w_B = x.segment<3>(RotorDrivenModel::kRate);
   at.p_E = x.segment<3>(RotorDrivenModel::kPosition);
   at.thrust = -setup.model.BodyAccelerationOf(x.data(), input).force.z();
-  at.s = 2.0 * t / setup.data->poses.back().t - 1.0;
   return at;
 }
 

@@ -101,10 +101,7 @@ std::unique_ptr<Linearisation> RotorDrivenFlight::Linearise(
   }
   const TermScope scope{drive(), log_, terms ? Motions() : std::vector<TermMotion>()};
   const std::vector<TermGroup> groups = terms ? TermGroups(scope) : std::vector<TermGroup>();
-  std::vector<TermForm> all;
-  for (const TermGroup& group : groups)
-    all.insert(all.end(), group.terms.begin(), group.terms.end());
-  const RotorColumns of_terms = OpenRotorTerms(*fit_.setup, all);
+  const RotorColumns of_terms = OpenRotorTerms(*fit_.setup, TermsOf(groups));
   const bool as_fitted = candidates.empty() && !terms;
   auto fit = std::make_unique<Linearisation>(
       as_fitted

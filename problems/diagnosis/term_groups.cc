@@ -26,10 +26,7 @@ std::vector<TermForm> ByAxis(TermOn on, const std::vector<Factors>& with) {
 // Errors of a heading that go with the heading, `periods` times a turn.
 std::vector<TermForm> HeadingErrors(const std::vector<double>& periods) {
   std::vector<TermForm> terms;
-  for (const double n : periods) {
-    terms.push_back({TermOn::kAttitude, 5, {{TermQuantity::kSine, {n}}}});
-    terms.push_back({TermOn::kAttitude, 5, {{TermQuantity::kCosine, {n}}}});
-  }
+  for (const Factors& wave : HeadingWaves(periods)) terms.push_back({TermOn::kAttitude, 5, wave});
   return terms;
 }
 
@@ -78,6 +75,12 @@ std::vector<TermGroup> TermGroups(const TermScope& scope) {
   const std::vector<TermGroup>& own = scope.drive == DriveKind::kRotors ? rotors : imu;
   groups.insert(groups.end(), own.begin(), own.end());
   return groups;
+}
+
+std::vector<TermForm> TermsOf(const std::vector<TermGroup>& groups) {
+  std::vector<TermForm> all;
+  for (const TermGroup& g : groups) all.insert(all.end(), g.terms.begin(), g.terms.end());
+  return all;
 }
 
 double OrdinarySize(const TermForm& term, const std::vector<TermMotion>& flight) {
