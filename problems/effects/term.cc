@@ -208,6 +208,7 @@ void CheckNumbers(const TermFactor& factor, const std::string& symbol) {
 }
 
 TermFactor ParseFactor(const std::string& symbol) {
+  if (std::ranges::count(symbol, '(') > 3) Unknown(symbol);  // abs(lag(T(9.81);1)) is the deepest
   const auto [name, inside] = NameAndInside(symbol);
   if (name == "abs") {
     TermFactor factor = ParseFactor(inside);

@@ -37,7 +37,8 @@ YAML::Node ExpandColumns(const YAML::Node& range) {
   const bool numbers =
       ParseNumber(std::string_view(text).substr(bracket + 1, dots - bracket - 1), &from) &&
       ParseNumber(std::string_view(text).substr(dots + 2, text.size() - dots - 3), &to);
-  if (!numbers || !(to - from < 64.0)) return range;
+  constexpr double kMost = 1e6;  // the last index that a range may name
+  if (!numbers || !(from >= 0.0 && to < kMost && to - from < 64.0)) return range;
   YAML::Node list;
   for (int i = static_cast<int>(from); i <= static_cast<int>(to); ++i) {
     list.push_back(fmt::format("{}[{}]", text.substr(0, bracket), i));

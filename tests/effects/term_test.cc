@@ -45,6 +45,9 @@ TEST(Term, SymbolsAreReadAsTheyAreWritten) {
     EXPECT_EQ(ParseTerm(where, "v_x").Where(), where);
   }
   EXPECT_EQ(SymbolsOf(ParseTerm("fix_gate", "d*d").with), "d*d");
+  std::string nested = "v_x";
+  for (int i = 0; i < 20000; ++i) nested = "abs(" + nested + ")";
+  EXPECT_THROW(ParseTerm("force_x", nested), TermError);
   EXPECT_THROW(ParseTerm("force_x", "d"), TermError);  // no model of the vehicle has gates
 }
 

@@ -68,6 +68,11 @@ TEST(BadMap, TimesThatNoLogHolds) {
 TEST(BadMap, WrongNumberOfColumns) {
   EXPECT_THAT(MapError("[a, b, c], unit: rad", "[a, b], unit: rad"),
               HasSubstr("map.yaml:6: 'streams.imu.gyro.columns': needs 3 columns, found 2"));
+  for (const char* range :
+       {"\"a[2147483647..2147483647]\"", "\"a[1e300..1e300]\"", "\"a[-1..1]\""}) {
+    EXPECT_THAT(MapError("[a, b, c], unit: rad", std::string(range) + ", unit: rad"),
+                HasSubstr("map.yaml:6: 'streams.imu.gyro.columns': must be a list of columns"));
+  }
 }
 
 TEST(BadMap, LeftHandedAxes) {
