@@ -179,6 +179,12 @@ AgainstLogs ReadAgainst() {
   throw trueline::NoUsableResult("--against: every reference has a fatal fault; give others");
 }
 
+std::vector<const trueline::FlightLog*> Others(const std::vector<trueline::FlightLog>& logs) {
+  std::vector<const trueline::FlightLog*> others;
+  for (const trueline::FlightLog& log : std::span(logs).subspan(1)) others.push_back(&log);
+  return others;
+}
+
 trueline::UsualScatter Usual() {
   trueline::UsualScatter usual;
   auto& [within, between] = usual;
@@ -214,6 +220,7 @@ trueline::Comparison CompareTrims(const AgainstLogs& read) {
                         FLAGS_session == "same" ? trueline::SessionOfFlight::kSame
                                                 : trueline::SessionOfFlight::kUnknown,
                         {Usual(), FLAGS_alpha});
+  comparison.response = trueline::ResponseOf(read.logs.front(), Others(read.logs));
   comparison.warnings.insert(comparison.warnings.end(), warnings.begin(), warnings.end());
   return comparison;
 }

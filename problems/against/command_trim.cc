@@ -107,10 +107,6 @@ double RemoveFrozen(double step, std::vector<ChannelsSample>* commands) {
   return step * static_cast<double>(removed);
 }
 
-double TotalOf(const ChannelsSample& sample) {
-  return std::accumulate(sample.values.begin(), sample.values.end(), 0.0);
-}
-
 double MedianTotal(const std::vector<ChannelsSample>& commands) {
   std::vector<double> totals;
   for (const ChannelsSample& sample : commands) {
@@ -194,6 +190,19 @@ void Require(const FlightLog& log, bool there, const char* what) {
 }
 
 }  // namespace
+
+double TotalOf(const ChannelsSample& sample) {
+  return std::accumulate(sample.values.begin(), sample.values.end(), 0.0);
+}
+
+double AirborneTotal(const std::vector<ChannelsSample>& commands) {
+  return kAirborne * MedianTotal(commands);
+}
+
+double LeastHeight(const FlightLog& log) {
+  const std::vector<ChannelsSample> commands = CommandsOf(log);
+  return LeastHeight(commands, MedianTotal(commands), HeightsOf(log));
+}
 
 double CensoredMean(const std::vector<double>& values, double full) {
   double mean = Mean(values);

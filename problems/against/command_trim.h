@@ -37,6 +37,14 @@ struct CommandTrim {
 // for one without a few seconds of steady flight.
 CommandTrim TrimOf(const FlightLog& log);
 
+double TotalOf(const ChannelsSample& sample);
+
+// A vehicle whose commands add up to less does not fly.
+double AirborneTotal(const std::vector<ChannelsSample>& commands);
+
+// m, from which on it is clear of the floor: -infinity where the log is all flight.
+double LeastHeight(const FlightLog& log);
+
 // Mean of a normal distribution by samples of which those at `full` or above are bounds.
 double CensoredMean(const std::vector<double>& values, double full);
 

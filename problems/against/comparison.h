@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/against/command_response.h"
 #include "problems/against/references.h"
 
 namespace trueline {
@@ -70,6 +71,7 @@ struct Comparison {
   Eigen::VectorXd ln_command;  // of the flight
   Findings findings;
   Findings if_same_session;  // what --session=same would say
+  std::optional<CommandResponse> response;
   // clean | ambiguous | unexplained: a load always explains as well as what is named.
   std::string verdict;
   std::vector<std::string> log_faults;

@@ -208,6 +208,29 @@ YAML::Node ReferencesNode(const Comparison& comparison) {
   return node;
 }
 
+YAML::Node ByAxis(const Eigen::Vector3d& values) {
+  return FlowMap({{"roll", Rounded(values[0], 3)},
+                  {"pitch", Rounded(values[1], 3)},
+                  {"yaw", Rounded(values[2], 3)}});
+}
+
+YAML::Node ResponseNode(const CommandResponse& response) {
+  YAML::Node node;
+  node["delay"] = FlowMap({{"value", Rounded(response.delay, 3)}, {"unit", "s"}});
+  node["motor_lag"] = FlowMap({{"value", Rounded(response.lag, 3)}, {"unit", "s"}});
+  node["explained"] = ByAxis(response.explained);
+  node["explained_without_trim"] = ByAxis(response.explained_without_trim);
+  return node;
+}
+
+std::string ResponseText(const CommandResponse& response) {
+  const Eigen::Vector3d percent = 100.0 * response.explained;
+  return fmt::format(
+      "by the references' response to commands (delay {:.2f} s, motor lag {:.3g} s) this flight's "
+      "angular acceleration is explained by {:.0f} % in roll, {:.0f} % in pitch, {:.0f} % in yaw\n",
+      response.delay, response.lag, percent[0], percent[1], percent[2]);
+}
+
 YAML::Node ComparisonNode(const Comparison& comparison, const YAML::Node& provenance) {
   const Findings& findings = comparison.findings;
   YAML::Node node;
@@ -230,6 +253,7 @@ YAML::Node ComparisonNode(const Comparison& comparison, const YAML::Node& proven
   }
   node["misfit_p"] = Rounded(findings.misfit_p, 3);
   node["references"] = ReferencesNode(comparison);
+  if (comparison.response) node["response"] = ResponseNode(*comparison.response);
   node["warnings"] = comparison.warnings;
   node["provenance"] = provenance;
   return node;
@@ -294,7 +318,9 @@ std::string ComparisonTable(const Comparison& comparison) {
     table += fmt::format("if the flight is of the references' session: {}\n",
                          Statement(comparison, *same));
   }
-  table += SessionText(comparison) + "\n\n";
+  table += SessionText(comparison) + "\n";
+  if (comparison.response) table += ResponseText(*comparison.response);
+  table += "\n";
   const bool is_speed = comparison.flight.is_speed;
   table += fmt::format("{:<9}{:>11}{:>12}{:>12}{:>12}\n", is_speed ? "speed^2" : "command", "mean",
                        "expected", "change", "sigma");

@@ -242,6 +242,62 @@ TEST(Against, SaysWhatIsAlike) {
   EXPECT_EQ(result["against"].size(), 3U);
 }
 
+// A vehicle that turns by its commands through a motor lag and a delay, by its air speed, and by
+// what no log shows. Gyroscope at `rate`.
+FlightLog TurningFlight(double rate, std::uint64_t seed) {
+  constexpr double kLag = 0.05, kDelay = 0.02, kStep = 0.001;  // s
+  const Eigen::Matrix<double, 3, 4> turn = (Eigen::Matrix<double, 3, 4>() << -90.0, -90.0, 90.0,
+                                            90.0, 90.0, -90.0, -90.0, 90.0, 9.0, -9.0, 9.0, -9.0)
+                                               .finished();  // rad/s^2 at full command
+  Random random(seed, "turning");
+  FlightLog log;
+  Eigen::Vector3d w = Eigen::Vector3d::Zero(), eddy = w;
+  Eigen::Vector4d speed = Eigen::Vector4d::Constant(std::sqrt(0.6));
+  std::vector<Eigen::Vector4d> commands;
+  for (int i = 0; i < 20000; ++i) {
+    const double t = kStep * i;
+    const TimeNs now = FromSeconds(t);
+    // A course along x, so that the air speed is known; attitude plays no part in what is tested.
+    const double x = 2.0 * std::sin(t), v = 2.0 * std::cos(t);
+    if (i % 10 == 0) {
+      Eigen::Vector4d u = Eigen::Vector4d::Constant(0.6);
+      for (double& one : u) one += 0.03 * random.Normal();
+      u += 0.1 * (turn.transpose() * -w).cwiseMax(-1.0).cwiseMin(1.0);
+      commands.push_back(u);
+      log.motors.push_back({now, {u[0], u[1], u[2], u[3]}});
+      log.mocap.push_back({now, {x, 0.0, -1.0}, Eigen::Quaterniond::Identity()});
+    }
+    const int acting = std::max(0, (i - static_cast<int>(kDelay / kStep)) / 10);
+    speed += kStep / kLag * (commands[acting].cwiseMax(0.0).cwiseSqrt() - speed);
+    if (i % 20 == 0) eddy = 6.0 * random.NormalVector3();
+    w += kStep * (turn * speed.cwiseAbs2() + Eigen::Vector3d(0.0, -4.0 * v, 0.0) + eddy);
+    if (i % static_cast<int>(1.0 / (rate * kStep)) == 0) {
+      log.imu.push_back({now, {0.0, 0.0, -9.81}, w + 0.005 * random.NormalVector3()});
+    }
+  }
+  return log;
+}
+
+TEST(Against, CommandsExplainTheTurnsOfAnotherFlight) {
+  for (const double rate : {100.0, 500.0}) {
+    const FlightLog first = TurningFlight(rate, 1), second = TurningFlight(rate, 2);
+    const auto response = ResponseOf(second, {&first});
+    ASSERT_TRUE(response);
+    EXPECT_NEAR(response->delay, 0.02, 0.0101);
+    EXPECT_NEAR(response->lag, 0.05, 0.0301);
+    EXPECT_GT(response->explained[0], 0.6);
+    EXPECT_LT(response->explained[0], 0.97);  // of the eddies no command knows
+    EXPECT_GT(response->explained[1], 0.6);
+    // Commands of another flight explain nothing.
+    FlightLog mixed = second;
+    mixed.motors = TurningFlight(rate, 3).motors;
+    EXPECT_LT(ResponseOf(mixed, {&first})->explained[0], 0.1);
+  }
+  FlightLog silent = TurningFlight(100.0, 4);
+  silent.mocap.clear();
+  EXPECT_FALSE(ResponseOf(silent, {&silent}));
+}
+
 TEST(Against, RefusesWhatCanNotBeCompared) {
   Fleet fleet(14);
   const CommandTrim flight = fleet.Flight(fleet.Session());
