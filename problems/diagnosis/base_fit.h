@@ -35,12 +35,12 @@ struct LearnedStrengths {
 
 // The strengths that each set of columns learns from `from`, by one Newton step in their
 // logarithms. The points of the parabola are the same for all sets, so that one elimination with
-// all columns serves them all. `again_from_ordinary_drift`: a second step starts at the attitude's
-// drift that ordinary flights have, and the better end counts.
+// all columns serves them all. Learned noise may hide a real effect and is then far from that of
+// the right candidate: a second step starts at the attitude's drift that ordinary flights have, and
+// the better end counts.
 std::vector<LearnedStrengths> LearnNoiseOfEach(const LinearFlight& linear, int nuisances,
                                                const std::vector<std::vector<int>>& sets,
-                                               const NoiseStrengths& from,
-                                               bool again_from_ordinary_drift);
+                                               const NoiseStrengths& from);
 
 // Initial strengths: the options' process noise, and the detector's sigmas as stated.
 NoiseStrengths StartingNoise(const VgdOptions& options);

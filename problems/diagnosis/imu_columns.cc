@@ -77,7 +77,12 @@ Eigen::MatrixXd Sensitivity(const SensitivityBase& base, const Candidate& candid
     } else if (enters == EntersAt::kForce) {
       columns.col(i) = (ForceResiduals(beyond, x, flight) - here) / infos[i].step;
     } else {
-      columns.col(i) = (DriveResiduals(base, beyond, x) - here) / infos[i].step;
+      // Differences to one side leave a share of the step's square, which a large effect would pay.
+      moved[i] -= 2.0 * infos[i].step;
+      std::vector<Effect> below = base.effects;
+      below.push_back(candidate.At(moved));
+      columns.col(i) = (DriveResiduals(base, beyond, x) - DriveResiduals(base, below, x)) /
+                       (2.0 * infos[i].step);
     }
   };
   // Force effects change the shared flight object, so they run in one thread.
@@ -120,11 +125,9 @@ std::vector<Linearisation::Relearned> ImuLinearisation::Relearn(
     with.push_back(modelled);
     for (const int border : set) with.back().push_back(border - kThetaSize);
   }
-  // Learned noise so large that it hides a real effect is far from the right candidate's noise.
-  const bool extraordinary = !ExtraordinaryNoiseOf(fit_.noise).empty();
   const LinearFlight linear{*flight_, fit_.rows, fit_.x, fit_.weight, columns_};
   const std::vector<LearnedStrengths> learned =
-      LearnNoiseOfEach(linear, ordinary_errors_, with, fit_.noise, extraordinary);
+      LearnNoiseOfEach(linear, ordinary_errors_, with, fit_.noise);
   std::vector<Relearned> relearned(sets.size());
   ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
     const auto& [noise, evidence] = learned[k + 1];

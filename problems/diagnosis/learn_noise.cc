@@ -225,8 +225,7 @@ double LearnNoise(const LinearFlight& linear, int nuisances, int sweeps, NoiseSt
 
 std::vector<LearnedStrengths> LearnNoiseOfEach(const LinearFlight& linear, int nuisances,
                                                const std::vector<std::vector<int>>& sets,
-                                               const NoiseStrengths& from,
-                                               bool again_from_ordinary_drift) {
+                                               const NoiseStrengths& from) {
   std::map<int, int> place;  // of a column in the flight with those of all sets
   for (const std::vector<int>& set : sets) {
     for (const int column : set) place.emplace(column, 0);
@@ -238,18 +237,14 @@ std::vector<LearnedStrengths> LearnNoiseOfEach(const LinearFlight& linear, int n
   }
   const Columns columns = linear.columns.Only(used);
   const LinearFlight together = linear.WithColumns(columns);
-  std::vector<NewtonSteps> starts;
-  starts.emplace_back(together, nuisances, from);
-  if (again_from_ordinary_drift) {
-    starts.emplace_back(together, nuisances, WithOrdinaryDrift(from));
-  }
+  const NewtonSteps here(together, nuisances, from),
+      ordinary(together, nuisances, WithOrdinaryDrift(from));
   std::vector<LearnedStrengths> learned(sets.size());
   ParallelFor(static_cast<int>(sets.size()), 0, [&](int k) {
     std::vector<int> places;
     for (const int column : sets[k]) places.push_back(place.at(column));
-    learned[k] = starts.front().Of(places);
-    if (starts.size() == 1) return;
-    const LearnedStrengths other = starts.back().Of(places);
+    learned[k] = here.Of(places);
+    const LearnedStrengths other = ordinary.Of(places);
     if (other.evidence > learned[k].evidence) learned[k] = other;
   });
   return learned;

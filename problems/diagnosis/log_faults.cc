@@ -8,9 +8,10 @@
 namespace trueline {
 namespace {
 
-// Faults that effects state as well: late sensors, scales.
+// Faults that effects state as well: late sensors, scales, a heading that drifts.
 bool IsInCatalogue(const LogFault& fault) {
-  return fault.id == "clock_offset" || fault.id == "accelerometer_scale";
+  return fault.id == "clock_offset" || fault.id == "accelerometer_scale" ||
+         fault.id == "heading_drift";
 }
 
 // What was fitted to a wrong log is no model of the next flight.

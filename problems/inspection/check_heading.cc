@@ -1,9 +1,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "problems/common/units.h"
 #include "problems/inspection/clear.h"
+#include "problems/inspection/excerpt.h"
 #include "problems/inspection/following_filter.h"
 #include "problems/inspection/heading.h"
 
@@ -61,6 +63,43 @@ void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pai
   e->Add(finding);
 }
 
+// Chi square of the headings of both halves of a flight by `shape` times their best size.
+double Misfit(const std::array<Heading, 2>& halves, const Eigen::Vector2d& shape, double* size) {
+  const Eigen::Vector2d sigma(halves[0].sigma, halves[1].sigma);
+  const Eigen::Vector2d angle =
+      Eigen::Vector2d(halves[0].angle, halves[1].angle).cwiseQuotient(sigma);
+  const Eigen::Vector2d unit = shape.cwiseQuotient(sigma);
+  *size = unit.dot(angle) / unit.squaredNorm();
+  return (angle - *size * unit).squaredNorm();
+}
+
+// A heading that grows from zero is no offset that a map could turn.
+bool AddDrift(Examination* e, const std::string& stream) {
+  const std::vector<ImuSample>& imu = e->fixed.imu;
+  const TimeNs from = imu.front().t, middle = imu[imu.size() / 2].t, to = imu.back().t;
+  const auto first = HeadingOf(PartOf(e->fixed, from, middle), stream, kOrdinaryGain);
+  const auto second = HeadingOf(PartOf(e->fixed, middle, to), stream, kOrdinaryGain);
+  if (!first || !second) return false;
+  double offset = 0.0, drift = 0.0;
+  const std::array<Heading, 2> halves = {*first, *second};
+  if (Misfit(halves, {1.0, 1.0}, &offset) < Misfit(halves, {0.25, 0.75}, &drift)) return false;
+  const double seconds = SecondsBetween(from, to);
+  const double sigma = std::hypot(first->sigma, second->sigma) / (0.5 * seconds);
+  Finding finding{"heading_drift", "attitude",
+                  Level::kBiases,  drift / kDegree / seconds,
+                  "deg/s",         e->log.gravity * std::abs(std::sin(drift)),
+                  sigma / kDegree};
+  finding.text = fmt::format(
+      "the heading of attitude.csv drifts rather than being turned: north of {}.csv is off by "
+      "{:.0f} "
+      "+- {:.1g} deg in the first half of the flight, by {:.0f} +- {:.1g} deg in the second",
+      stream, first->angle / kDegree, first->sigma / kDegree, second->angle / kDegree,
+      second->sigma / kDegree);
+  finding.remedy = "trueline diagnose tells a drift from an error that goes with the heading";
+  e->Add(finding);
+  return true;
+}
+
 // Passes alone do not tell an attitude of another heading from an accelerometer of other axes.
 void AddUndecided(Examination* e, const std::string& stream, const Heading& heading,
                   const TurnedForce& other) {
@@ -110,6 +149,7 @@ void CheckHeading(Examination* e) {
       NoteUndecided(e, stream, pair);
       return;
     }
+    if (AddDrift(e, stream)) return;
     const auto other =
         std::string(stream) == "fixes" ? BestLateralTurn(e->fixed, stream, 1.0) : std::nullopt;
     if (other && other->heading.left < kAlikeRest * heading->left) {

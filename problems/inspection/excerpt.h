@@ -1,4 +1,4 @@
-// A part of a long flight that shows what is fatal.
+// Parts of a flight.
 #pragma once
 
 #include <optional>
@@ -7,8 +7,11 @@
 
 namespace trueline {
 
-// The middle three minutes of a flight longer than six, all streams between the same stamps; none
-// of a shorter one.
+// All streams between two stamps, both included.
+FlightLog PartOf(const FlightLog& log, TimeNs from, TimeNs to);
+
+// What shows what is fatal: the middle three minutes of a flight longer than six, all streams
+// between the same stamps; none of a shorter one.
 std::optional<FlightLog> MiddleOfLong(const FlightLog& log);
 
 }  // namespace trueline

@@ -39,7 +39,7 @@ bool IsForAll(const Finding& finding) {
   if (finding.id == "gyro_scale") return std::abs(std::log(finding.size)) > kOtherUnit;
   for (const char* id : {"cover", "attitude_missing", "stuck", "dead_axis", "dead_rotor",
                          "clock_jump", "position_spread", "accelerometer_scale", "lateral_force",
-                         "heading_offset", "rotor_thrust"}) {
+                         "heading_offset", "heading_drift", "rotor_thrust"}) {
     if (finding.id == id) return true;
   }
   return false;

@@ -239,6 +239,19 @@ TEST(Diagnose, SlowNamesATiltThatIsStatedTooLarge) {
   ExpectNamed(DiagnoseQuickly(log), {"tilt_scale", {{"s", 0.12}}, {0.011}});
 }
 
+// 23 deg in 100 s. A slow wander of the heading explains the fixes nearly as well where the slope
+// of the drift is taken at too large a step.
+TEST(Diagnose, SlowNamesADriftOfTheHeadingWithoutMocap) {
+  SimulationConfig config = testing_simulation::ReadShipped("fast");
+  config.effects = {{"heading_drift", {{"d", 0.004}}}};
+  for (const std::uint64_t seed : {31, 32}) {
+    FlightLog log = testing_simulation::Fly(config, seed).log;
+    log.mocap.clear();
+    const Diagnosis diagnosis = DiagnoseQuickly(log);
+    ExpectNamed(diagnosis, {"heading_drift", {{"d", 0.004}}, {0.0003}});
+  }
+}
+
 TEST(Diagnose, SaysWhatIsMissing) {
   FlightLog log = FlyHiding({}, 26);
   ImuDiagnosisOptions options;

@@ -376,6 +376,18 @@ TEST(Inspect, FindsTheHeadingOfFixes) {
   EXPECT_NEAR(std::atan2(repair(1, 0), repair(0, 0)), 0.4, 0.1);  // with that of the AHRS
 }
 
+// A drift that turns the heading by 17 deg on average is no offset, which a map would turn.
+TEST(Inspect, AHeadingThatDriftsIsNoOffset) {
+  SimulationConfig config = testing_simulation::ReadShipped("fast");
+  config.effects = {{"heading_drift", {{"d", 0.006}}}};
+  FlightLog log = testing_simulation::Fly(config, 1).log;
+  log.mocap.clear();
+  const Inspection inspection = Inspect(log, {});
+  EXPECT_THAT(Harmful(inspection), Contains("heading_drift of attitude"));
+  EXPECT_THAT(Harmful(inspection), testing::Not(Contains("heading_offset of attitude")));
+  EXPECT_EQ(inspection.repairs.streams.count("attitude"), 0u);
+}
+
 // Without mocap, an attitude filter that takes acceleration for tilt looks like another heading on
 // laps of one direction.
 TEST(Inspect, AFilterThatFollowsAccelerationIsNoHeading) {
