@@ -61,7 +61,10 @@ std::vector<trueline::VehicleFile> Files() {
     std::erase_if(files, [](const auto& file) { return file.vehicle.name != FLAGS_vehicle; });
   }
   if (files.empty()) {
-    throw trueline::InputError("--vehicle=" + FLAGS_vehicle + ": is none of" + names);
+    const bool named = names.find_first_not_of(' ') != std::string::npos;
+    throw trueline::InputError(
+        "--vehicle=" + FLAGS_vehicle +
+        (named ? ": is none of" + names : ": the file names no vehicle; leave --vehicle out"));
   }
   if (!FLAGS_log.empty() && files.front().target->tables && files.size() > 1) {
     trueline::Warn("the file holds several vehicles (" + names + " ); " +

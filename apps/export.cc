@@ -5,6 +5,7 @@
 #include "problems/common/app.h"
 #include "problems/common/error.h"
 #include "problems/result/render.h"
+#include "problems/simulators/check_vehicle.h"
 #include "problems/simulators/write_export.h"
 
 DEFINE_string(model, "", "model.yaml of a calibration or diagnosis with --drive=rotors");
@@ -60,7 +61,15 @@ int Run() {
     throw trueline::InputError("--model, --to and --out are needed; see trueline-export --help");
   }
   const trueline::Target& target = trueline::FindTarget(FLAGS_to);
+  if (std::filesystem::is_directory(FLAGS_model)) {
+    throw trueline::InputError("--model=" + FLAGS_model +
+                               ": is a folder; give the model.yaml in it, or the folder by "
+                               "--result for tum and mcap");
+  }
   const trueline::NeutralVehicle model = trueline::VehicleFromModel(FLAGS_model);
+  for (const auto& [name, text] : trueline::ImpossibleInertia(model)) {
+    trueline::Warn(FLAGS_model + ": " + name + ": " + text, FLAGS_quiet);
+  }
   const trueline::Export exported = trueline::ExportVehicle(model, target);
   trueline::WriteExport(exported, target, FLAGS_out);
   if (!FLAGS_quiet) fmt::print(stderr, "{}", trueline::LossText(exported, target));

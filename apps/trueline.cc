@@ -21,6 +21,9 @@ int PrintHelp(const Verbs& verbs) {
   for (const auto& [verb, program] : verbs) {
     fmt::print("  {:<12} {}\n", verb, trueline::OneLineHelp(program));
   }
+  fmt::print(
+      "\nHandbook (handbook/README.md) and configurations: config of a clone, "
+      "/usr/share/trueline/config of the package\n");
   return trueline::kExitDone;
 }
 

@@ -24,12 +24,19 @@ std::vector<std::string> Matches(const std::string& pattern) {
   return paths;
 }
 
+// Texts that lie beside logs.
+bool IsNotice(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.starts_with(".") || name.starts_with("LICENSE") || name.starts_with("README") ||
+         name.ends_with(".md");
+}
+
 // The native logs in a folder or, without one, its files.
 std::vector<std::string> LogsIn(const fs::path& folder) {
   std::vector<std::string> logs, files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (IsNativeLog(entry.path())) logs.push_back(entry.path().string());
-    if (entry.is_regular_file()) files.push_back(entry.path().string());
+    if (entry.is_regular_file() && !IsNotice(entry.path())) files.push_back(entry.path().string());
   }
   std::vector<std::string>& there = logs.empty() ? files : logs;
   std::ranges::sort(there);
@@ -51,7 +58,9 @@ std::vector<NamedFlight> FlightsOf(const std::string& list) {
         continue;
       }
       const std::vector<std::string> logs = LogsIn(path);
-      if (logs.empty()) throw InputError(path + ": the folder holds no log");
+      if (logs.empty())
+        throw InputError(
+            path + ": the folder holds no log; name a flight: a folder with log.yaml, or its file");
       for (const std::string& log : logs) flights.push_back({log, sessions});
       ++sessions;
     }

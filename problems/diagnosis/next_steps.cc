@@ -46,7 +46,7 @@ std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
   }
   if (!diagnosis.in_model.empty()) {
     steps.emplace_back(
-        "use what was found: trueline calibrate --log=LOG --model=model.yaml of this result");
+        "use what was found: trueline calibrate --log=LOG --model=RESULT/model.yaml --out=OUT");
   }
   AddFlightsThatSeparate(diagnosis, &steps);
   if (AsksForAnotherFlight(diagnosis)) {

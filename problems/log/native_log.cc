@@ -27,6 +27,9 @@ FlightLog ReadNativeLog(const fs::path& directory) {
 }
 
 FlightLog ReadCommandLog(const fs::path& directory) {
+  if (!fs::exists(directory)) {
+    throw ErrorAt(directory.string(), 0, "does not exist; give the path of a recorded log");
+  }
   if (!fs::is_directory(directory)) {
     throw ErrorAt(directory.string(), 0,
                   "is no directory; a native log is a directory with log.yaml and imu.csv");

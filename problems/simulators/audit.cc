@@ -221,12 +221,29 @@ void TurnSpinsByFlight(const VehicleFile& file, const FlightLog& log, bool order
   audit->contradicted.push_back(entry);
 }
 
+// Where log.yaml states no rotors: the flight shows which column is which of the file's, or
+// nothing.
+void WarnOfOrder(const FlightLog& log, const std::vector<int>& order, bool ordered, Audit* audit) {
+  if (!std::ranges::is_sorted(order)) {
+    audit->warnings.push_back(fmt::format(
+        "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
+        "come in the file's order, the file's places or spins are wrong: state the rotors in "
+        "log.yaml",
+        log.directory, fmt::join(order, ", ")));
+  } else if (!ordered) {
+    audit->warnings.push_back(
+        log.directory +
+        ": does not show which rotor a column is; the file's order is taken; state the rotors in "
+        "log.yaml");
+  }
+}
+
 // Mass and places of rotors as log.yaml states them, else the file's: a flight shows neither, and
 // the fit holds them. False where neither the log nor the flight shows the order of the rotors.
 bool HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehicle* start,
                      Audit* audit) {
   if (!log.vehicle || !log.vehicle->mass) {
-    audit->not_judged.push_back({"m", ManoeuvreFor("m")});
+    audit->not_judged.push_back(NotShown("m", log));
   } else {
     if (CompareWithLog("m", start->Get("m"), *log.vehicle->mass, "the mass", audit)) {
       Place(file, file.Find("m"), &audit->contradicted.back());
@@ -237,12 +254,7 @@ bool HoldWhatIsKnown(const VehicleFile& file, const FlightLog& log, NeutralVehic
   if (!log.vehicle || log.vehicle->rotors.size() != start->rotors.size()) {
     const bool ordered = OrderByFlight(log, *start).shown;
     TurnSpinsByFlight(file, log, ordered, start, audit);
-    if (std::ranges::is_sorted(order)) return ordered;
-    audit->warnings.push_back(fmt::format(
-        "{}: turns as if its columns were the file's rotors {}, and is compared so; if the columns "
-        "come in the file's order, the file's places or spins are wrong: state the rotors in "
-        "log.yaml",
-        log.directory, fmt::join(order, ", ")));
+    WarnOfOrder(log, order, ordered, audit);
     return ordered;
   }
   CompareSpins(file, log, order, start, audit);
@@ -311,6 +323,26 @@ void CorrectFile(const VehicleFile& file, const NeutralVehicle& flight, Audit* a
   *after = file.target->tables ? corrected : ReadVehicleTexts(*file.target, files).vehicle;
 }
 
+// A number that is contradicted is judged, by the file if not by the flight.
+void JudgeOnce(Audit* audit) {
+  std::erase_if(audit->not_judged, [&](const NotJudged& n) {
+    return std::ranges::find(audit->contradicted, n.parameter, &Contradicted::parameter) !=
+           audit->contradicted.end();
+  });
+}
+
+// The flight's numbers together may predict worse than the file's, where the flight shows them
+// roughly only.
+void WarnOfWorse(Audit* audit) {
+  constexpr double kWorse = 1.01;
+  const double before = (*audit->before)[1], after = (*audit->after)[1];
+  if (!(after > kWorse * before)) return;
+  audit->warnings.push_back(
+      fmt::format("the corrected file errs more on held-out flight than the file ({} for {} after "
+                  "0.5 s): check its numbers by another flight",
+                  ErrorInWords(after), ErrorInWords(before)));
+}
+
 }  // namespace
 
 Audit AuditFiles(const std::vector<VehicleFile>& files) {
@@ -320,7 +352,7 @@ Audit AuditFiles(const std::vector<VehicleFile>& files) {
     for (const FileFinding& finding : CheckVehicle(file)) {
       audit.contradicted.push_back(FromFinding(finding));
     }
-    if (file.vehicle.Flies()) continue;
+    if (file.vehicle.Flies() || NotPositive(file)) continue;
     audit.warnings.push_back(fmt::format(
         "{} states no whole vehicle ({}); what depends on the rest is not checked: give its other "
         "files, too, after commas",
@@ -330,17 +362,23 @@ Audit AuditFiles(const std::vector<VehicleFile>& files) {
     audit.contradicted.push_back(FromFinding(finding));
   }
   for (const NeutralInfo& info : kNeutral) {
-    if (*info.fly == '\0') continue;
+    if (*info.fly == '\0' && info.needs == 0) continue;
     const bool stated = std::ranges::any_of(
         files, [&](const VehicleFile& file) { return file.Find(info.name) != nullptr; });
-    if (stated) audit.not_judged.push_back({info.name, info.fly});
+    if (stated) audit.not_judged.push_back(NotShown(info.name, {}));
   }
+  JudgeOnce(&audit);
   return audit;
 }
 
 Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<FlightLog>& logs) {
   const VehicleFile& file = files.front();
   if (!file.vehicle.Flies()) {
+    if (const auto bad = NotPositive(file)) {
+      throw ErrorAt(
+          bad->file, bad->line,
+          fmt::format("{} = {:.4g} {}: {}", bad->parameter, bad->value, bad->unit, bad->text));
+    }
     throw ErrorAt(
         file.files.front()->path().string(), 0,
         "states no whole vehicle (mass, inertia, and rotors with places and thrust); give "
@@ -350,11 +388,17 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   audit.simulator = file.Name();
   NeutralVehicle start = file.vehicle;
   const bool ordered = HoldWhatIsKnown(file, logs.front(), &start, &audit);
+  for (const FlightLog& log : logs) {
+    if (&log == &logs.front()) continue;
+    if (log.vehicle && log.vehicle->rotors.size() == start.rotors.size()) continue;
+    const RotorOrder order = OrderByFlight(log, start);
+    WarnOfOrder(log, order.rotors, order.shown, &audit);
+  }
   const std::vector<FlightEstimate> flights = Estimates(logs, start, &audit);
   std::map<std::string, FlightValue> values = Together(flights);
   const NeutralVehicle& flight = flights.front().vehicle;
   const StatedByFile stated(file, flight);
-  const FlightJudge judge{&audit, flights, start.Get("arm")};
+  const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
 
   bool turns_wrong = false;
   for (const char* name : kByFlight) {
@@ -364,9 +408,12 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     if (!value) continue;
     const auto shown = values.find(parameter);
     // Along which axis the centre of mass is off is known by the order of the rotors only.
-    if (shown == values.end() || !shown->second.shown ||
-        (parameter.starts_with("r_BM") && !ordered)) {
-      audit.not_judged.push_back({parameter, ManoeuvreFor(parameter)});
+    if (parameter.starts_with("r_BM") && !ordered) {
+      audit.not_judged.push_back({parameter, "state the rotors in log.yaml"});
+      continue;
+    }
+    if (shown == values.end() || !shown->second.shown) {
+      audit.not_judged.push_back(NotShown(parameter, logs.front()));
       continue;
     }
     FlightValue compared = shown->second;
@@ -422,6 +469,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
   }
   audit.before = MeanErrors(flights, before);
   audit.after = MeanErrors(flights, after);
+  WarnOfWorse(&audit);
   // What the file says of itself counts where no flight has judged it, and comes first; what
   // follows from an error that the flights have named does not count.
   VehicleFile without = file;
@@ -453,6 +501,7 @@ Audit AuditByFlights(const std::vector<VehicleFile>& files, const std::vector<Fl
     by_file.back().flight_value = rough->flight_value, by_file.back().sigma = rough->sigma;
   }
   audit.contradicted.insert(audit.contradicted.begin(), by_file.begin(), by_file.end());
+  JudgeOnce(&audit);
   return audit;
 }
 
@@ -475,13 +524,13 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   AddTerms(simulated, &in_simulator.front());
   const std::map<std::string, FlightValue> values = Together(flights),
                                            simulator = Together(in_simulator);
-  const FlightJudge judge{&audit, flights, start.Get("arm")};
+  const FlightJudge judge{&audit, flights, start.Get("arm"), logs.front()};
   for (const auto& [name, b] : values) {
     const auto a = simulator.find(name);
     const bool fitted = b.size == 0.0 && (name == "L_v" || name == "M_u");  // beside others
     if (a == simulator.end() || name == "k_m" || fitted) continue;
     if (!a->second.shown || !b.shown) {
-      if (b.size == 0.0) audit.not_judged.push_back({name, ManoeuvreFor(name)});
+      if (b.size == 0.0) audit.not_judged.push_back(NotShown(name, logs.front()));
       continue;
     }
     const FlightValue both{b.value, std::hypot(a->second.sigma, b.sigma), true};
@@ -500,6 +549,7 @@ Audit AuditLogs(const FlightLog& simulated, const std::vector<FlightLog>& logs) 
   judge.AddCosts();
   audit.before = MeanErrors(flights, {flights.size(), in_simulator.front().vehicle});
   audit.after = audit.best;
+  JudgeOnce(&audit);
   return audit;
 }
 

@@ -107,6 +107,10 @@ const Root kRoots[] = {
      kMassForArm},
     {"k_f", &WithThrust, &ThrustForArm, kThrustForArm}};
 
+constexpr const char* kAboveZero[] = {"m",          "body_mass", "k_f",   "k_m",     "I_x",
+                                      "I_y",        "I_z",       "box_x", "box_y",   "box_z",
+                                      "full_speed", "arm",       "lever", "lever_x", "lever_y"};
+
 bool Names(const std::vector<FileFinding>& findings, const std::string& parameter) {
   return std::ranges::find(findings, parameter, &FileFinding::parameter) != findings.end();
 }
@@ -160,25 +164,7 @@ class Checker {
   }
 
   void Inertia() {
-    const std::array<const char*, 3> names = {"I_x", "I_y", "I_z"};
-    if (!v_.States("I_x") || !v_.States("I_y") || !v_.States("I_z")) return;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double own = v_.Get(names[k]);
-      const double others = v_.Get(names[(k + 1) % 3]) + v_.Get(names[(k + 2) % 3]);
-      if (own > 0.0 && own <= others * (1.0 + kMeasured)) continue;
-      Add(names[k], own,
-          fmt::format("no body has this inertia: {} = {:.4g} kg m^2 must be positive and at most "
-                      "{} + {} = {:.4g}",
-                      names[k], own, names[(k + 1) % 3], names[(k + 2) % 3], others));
-    }
-    const std::array<std::array<const char*, 3>, 3> products = {
-        {{"I_xy", "I_x", "I_y"}, {"I_xz", "I_x", "I_z"}, {"I_yz", "I_y", "I_z"}}};
-    for (const auto& [product, a, b] : products) {
-      if (std::abs(v_.Get(product)) <= std::sqrt(std::abs(v_.Get(a) * v_.Get(b)))) continue;
-      Add(product, v_.Get(product),
-          fmt::format("no body has this inertia: {} is larger than the root of {} {}", product, a,
-                      b));
-    }
+    for (const auto& [name, text] : ImpossibleInertia(v_)) Add(name, v_.Get(name), text);
   }
 
   // Of a flat vehicle I_z is the largest.
@@ -263,22 +249,31 @@ class Checker {
     }
   }
 
-  // Numbers of which only one sign is physics.
+  // Numbers of which only one sign is physics; of some, zero is not either.
   void Signs() {
-    constexpr const char* kPositive[] = {
-        "m",        "body_mass",        "k_f",          "k_m",     "tau",
-        "tau_down", "full_speed",       "arm",          "lever",   "lever_x",
-        "lever_y",  "rotor_speed_drag", "rotor_inflow", "damping", "quadratic_damping",
-        "J_r"};
+    for (const Reading& reading : file_.readings) {
+      const std::string name = reading.field->name;
+      if (reading.value > 0.0 || std::ranges::find(kAboveZero, name) == std::end(kAboveZero))
+        continue;
+      if (name == "k_m" && Names(findings_, "k_f")) continue;  // files state it by k_f
+      Add(name == "body_mass" ? "m" : name, reading.value, kNotPositive, &reading);
+    }
+    // A mass of the wrong sign turns what is counted by it.
+    const bool by_mass = Names(findings_, "m") && !(v_.Get("m") > 0.0);
+    constexpr const char* kPositive[] = {"tau",          "tau_down", "rotor_speed_drag",
+                                         "rotor_inflow", "damping",  "quadratic_damping",
+                                         "J_r"};
     for (const Reading& reading : file_.readings) {
       const std::string name = reading.field->name;
       if (reading.value >= 0.0 || std::ranges::find(kPositive, name) == std::end(kPositive))
         continue;
       const bool air = name.find("damping") != std::string::npos || name.starts_with("rotor_");
-      Add(name == "body_mass" ? "m" : name, reading.value,
+      if (air && by_mass) continue;
+      Add(name, reading.value,
           air ? "of this sign it accelerates the vehicle" : "can't be negative", &reading);
     }
-    if (v_.Get("K_z") > 0.0) Add("K_z", v_.Get("K_z"), "of this sign it accelerates the vehicle");
+    if (!by_mass && v_.Get("K_z") > 0.0)
+      Add("K_z", v_.Get("K_z"), "of this sign it accelerates the vehicle");
   }
 
   void Drag() {
@@ -344,6 +339,40 @@ std::vector<FileFinding> LeftBeside(const Root& root, const VehicleFile& file,
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> ImpossibleInertia(const NeutralVehicle& v) {
+  const std::array<const char*, 3> names = {"I_x", "I_y", "I_z"};
+  std::vector<std::pair<std::string, std::string>> faults;
+  for (const char* name : names) {
+    if (v.States(name) && !(v.Get(name) > 0.0)) faults.emplace_back(name, kNotPositive);
+  }
+  if (!faults.empty() || !v.States("I_x") || !v.States("I_y") || !v.States("I_z")) return faults;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const char *a = names[(k + 1) % 3], *b = names[(k + 2) % 3];
+    const double own = v.Get(names[k]), others = v.Get(a) + v.Get(b);
+    if (own <= others * (1.0 + kMeasured)) continue;
+    faults.emplace_back(names[k],
+                        fmt::format("no body has this inertia: {} = {:.4g} kg m^2 must be at most "
+                                    "{} + {} = {:.4g}",
+                                    names[k], own, a, b, others));
+  }
+  const std::array<std::array<const char*, 3>, 3> products = {
+      {{"I_xy", "I_x", "I_y"}, {"I_xz", "I_x", "I_z"}, {"I_yz", "I_y", "I_z"}}};
+  for (const auto& [product, a, b] : products) {
+    if (std::abs(v.Get(product)) <= std::sqrt(v.Get(a) * v.Get(b))) continue;
+    faults.emplace_back(product,
+                        fmt::format("no body has this inertia: {} is larger than the root of {} {}",
+                                    product, a, b));
+  }
+  return faults;
+}
+
+std::optional<FileFinding> NotPositive(const VehicleFile& file) {
+  for (const FileFinding& finding : Checker(file).Run()) {
+    if (finding.text == kNotPositive) return finding;
+  }
+  return std::nullopt;
+}
 
 std::vector<FileFinding> CheckVehicle(const VehicleFile& file) {
   std::vector<FileFinding> findings = Checker(file).Run();

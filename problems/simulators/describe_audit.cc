@@ -49,10 +49,28 @@ std::string RatioInWords(double file, double flight) {
   return near ? text + fmt::format(": {}?", nearest->text) : text;
 }
 
-std::string ManoeuvreFor(const std::string& parameter) {
-  if (parameter == "k_m/k_f") return "yaw hard to both sides and stop, several times";
+NotJudged NotShown(const std::string& parameter, const FlightLog& log) {
+  if (parameter == "k_m/k_f") {
+    return {parameter, "yaw hard to both sides and stop, several times"};
+  }
   const NeutralInfo* info = FindNeutral(parameter);
-  return info != nullptr && *info->fly != '\0' ? info->fly : "fly each axis hard, and hover";
+  if (info == nullptr || (*info->fly == '\0' && info->needs == 0)) {
+    return {parameter, "fly each axis hard, and hover"};
+  }
+  std::string text = info->fly;
+  const auto add = [&](unsigned need, bool has, const char* advice) {
+    if ((info->needs & need) == 0 || has) return;
+    text += (text.empty() ? "" : "; ") + std::string(advice);
+  };
+  add(kNeedsSpeeds, !log.rotors.empty(), "log measured rotor speeds");
+  add(kNeedsCommands, !log.motors.empty(), "log motor commands");
+  add(kNeedsMass, log.vehicle && log.vehicle->mass, "state the weighed mass in the log");
+  return {parameter, text.empty() ? "the flight leaves it uncertain" : text};
+}
+
+std::string ErrorInWords(double error) {
+  if (std::isnan(error)) return "no prediction";
+  return std::isfinite(error) ? fmt::format("{:.3f} m", error) : "diverges";
 }
 
 void Place(const VehicleFile& file, const Reading* at, Contradicted* entry) {

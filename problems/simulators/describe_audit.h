@@ -11,8 +11,12 @@ namespace trueline {
 std::string UnitOf(const std::string& parameter);
 // "14.4 times too small", with a mistake of units that makes such a factor. Empty where one is 0.
 std::string RatioInWords(double file, double flight);
-// What to fly so that a flight judges the parameter.
-std::string ManoeuvreFor(const std::string& parameter);
+// What to fly and log so that a flight judges the parameter, without what `log` has.
+NotJudged NotShown(const std::string& parameter, const FlightLog& log);
+
+// "0.123 m", "diverges" where it is infinite, "no prediction" where the flight is too short for
+// one.
+std::string ErrorInWords(double error);
 
 // The place of a reading in its file; null: the file alone.
 void Place(const VehicleFile& file, const Reading* at, Contradicted* entry);

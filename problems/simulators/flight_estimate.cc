@@ -314,7 +314,8 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
     const double factor = vehicle.Get("k_f") / flown.Get("k_f");
     for (Numbers& rotor : flown.rotors) rotor["k_f"] *= factor, rotor["k_m"] *= factor;
   }
-  if (!Judges("k_m")) {
+  const bool yaws = flown.Get("k_m") != 0.0;  // a file may state none
+  if (!Judges("k_m") && yaws) {
     const double factor = fitted_moment / flown.Get("k_m");
     for (Numbers& rotor : flown.rotors) rotor["k_m"] *= factor;
   }
@@ -323,7 +324,7 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
   // the other's rotors, so that one model serves both.
   RotorConstants own = constants;
   own[FindRotorConstant("k_f")] = vehicle.Get("k_f") / flown.Get("k_f");
-  own[FindRotorConstant("k_m")] = fitted_moment / flown.Get("k_m");
+  own[FindRotorConstant("k_m")] = yaws ? fitted_moment / flown.Get("k_m") : 1.0;
   const std::vector<double> horizons(kHorizons.begin(), kHorizons.end());
   constexpr double kSpacing = 0.2;  // s
   const std::vector<OpenLoopError> errors =
@@ -335,7 +336,7 @@ ErrorByHorizon FlightEstimate::ErrorsWith(const NeutralVehicle& other) const {
       if (error.horizon != kHorizons[k]) continue;
       mean[k] += error.error, ++count;
     }
-    mean[k] = count > 0 ? mean[k] / count : NAN;
+    mean[k] = count == 0 ? NAN : std::isfinite(mean[k]) ? mean[k] / count : INFINITY;
   }
   return mean;
 }

@@ -87,6 +87,10 @@ ErrorByHorizon MeanErrors(const std::vector<FlightEstimate>& flights,
 
 bool FlightJudge::Compare(const std::string& parameter, double stated, const FlightValue& value,
                           const VehicleFile* file, const Reading* at) const {
+  if (!std::isfinite(stated) || !std::isfinite(value.value) || !std::isfinite(value.sigma)) {
+    audit->not_judged.push_back(NotShown(parameter, log));
+    return false;
+  }
   const double tolerance = Tolerance(parameter, value.value, arm);
   const double difference = std::abs(stated - value.value);
   const bool wrong = difference > kThreshold * value.sigma && difference > tolerance;
@@ -94,16 +98,15 @@ bool FlightJudge::Compare(const std::string& parameter, double stated, const Fli
       {parameter, UnitOf(parameter), stated, value.value, value.sigma, tolerance, wrong});
   // Silence means something only where an error of twice the scatter would be seen.
   if (!wrong && kThreshold * value.sigma > std::max(2.0 * tolerance, difference)) {
-    audit->not_judged.push_back(
-        {parameter, fmt::format("{} (the flight shows it to {:.2g} {} only)",
-                                ManoeuvreFor(parameter), value.sigma, UnitOf(parameter))});
+    audit->not_judged.push_back(NotShown(parameter, log));
   }
   if (!wrong) return false;
+  constexpr double kNone = 2.0;  // sigmas: a value that may as well be zero
   Contradicted entry;
   entry.parameter = parameter, entry.unit = UnitOf(parameter);
   entry.file_value = stated, entry.flight_value = value.value, entry.sigma = value.sigma;
-  entry.text = std::abs(value.value) < kThreshold * value.sigma ? "the flight shows none of it"
-                                                                : RatioInWords(stated, value.value);
+  entry.text = std::abs(value.value) < kNone * value.sigma ? "the flight shows none of it"
+                                                           : RatioInWords(stated, value.value);
   if (file != nullptr) Place(*file, at, &entry);
   audit->contradicted.push_back(entry);
   return true;
@@ -127,7 +130,8 @@ void FlightJudge::AddCosts() const {
     }
     entry.cost = MeanErrors(flights, changed);
     for (std::size_t k = 0; k < entry.cost->size(); ++k) {
-      (*entry.cost)[k] = std::max(0.0, (*entry.cost)[k] - (*audit->best)[k]);
+      const double more = (*entry.cost)[k] - (*audit->best)[k];
+      (*entry.cost)[k] = std::isnan(more) ? NAN : std::max(0.0, more);
     }
   }
   for (Contradicted& entry : audit->contradicted) {
@@ -139,7 +143,7 @@ void FlightJudge::AddCosts() const {
     if (nothing) entry.text += "; costs nothing in prediction on this flight";
   }
   const auto cost = [](const Contradicted& entry) {
-    return entry.cost && std::isfinite((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;
+    return entry.cost && !std::isnan((*entry.cost)[1]) ? (*entry.cost)[1] : 0.0;
   };
   std::stable_sort(audit->contradicted.begin(), audit->contradicted.end(),
                    [&](const auto& a, const auto& b) { return cost(a) > cost(b); });

@@ -25,6 +25,7 @@ struct FlightJudge {
   Audit* audit;
   const std::vector<FlightEstimate>& flights;
   double arm;
+  const FlightLog& log;  // advice leaves out what it has
 
   // True if contradicted. `file`, `at`: where it is stated; null: nowhere.
   bool Compare(const std::string& parameter, double stated, const FlightValue& value,

@@ -147,8 +147,9 @@ void AddLinks(VehicleFile* file) {
     moment += link.mass * link.centre;
     if (base == nullptr || link.mass > base->mass) base = &link;
   }
-  if (base == nullptr || mass <= 0.0) return;
-  const Eigen::Vector3d centre = moment / mass;
+  if (base == nullptr) return;
+  const bool heavy = mass > 0.0;  // else the mass alone is read, to be named
+  const Eigen::Vector3d centre = heavy ? Eigen::Vector3d(moment / mass) : moment;
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   for (const Link& link : links) inertia += link.inertia + Moved(link.mass, link.centre - centre);
 
@@ -172,8 +173,9 @@ void AddLinks(VehicleFile* file) {
       value = sign * centre[axis];
       own = sign * (base->centre - base->pose.translation())[axis];
     }
-    v.body[name] = value;
     const FileNode* leaf = text.Find(*base->inertial, field.path);
+    if (!heavy && (name != "m" || leaf == nullptr)) continue;
+    v.body[name] = value;
     if (leaf == nullptr || leaf->text.empty()) continue;
     Reading reading{&field, -1, base->file, text.PlainNumber(*leaf)};
     reading.number = text.NumberOf(*leaf);

@@ -15,27 +15,30 @@ struct NeutralInfo {
   const char* name;
   const char* unit;
   const char* meaning;
-  // A flight by rotor speeds says more of it where this is flown; empty: see the audit.
+  // A flight by rotor speeds says more of it where this is flown, and what `needs` names is in the
+  // log. Neither: see the audit.
   const char* fly = "";
+  unsigned needs = 0;
 };
+// Bits of NeutralInfo::needs: measured rotor speeds, motor commands, the weighed mass.
+inline constexpr unsigned kNeedsSpeeds = 1, kNeedsCommands = 2, kNeedsMass = 4;
 
 // The parameters that files, models and flights are compared by.
 inline constexpr NeutralInfo kNeutral[] = {
-    {"m", "kg", "mass", "weigh the vehicle, and state its mass in the log"},
+    {"m", "kg", "mass", "", kNeedsMass},
     {"I_x", "kg m^2", "moment of inertia about body x", "roll hard to both sides, and stop"},
     {"I_y", "kg m^2", "moment of inertia about body y", "pitch hard to both sides, and stop"},
     {"I_z", "kg m^2", "moment of inertia about body z", "yaw hard to both sides, and stop"},
-    {"r_BM_x", "m", "centre of mass along x", "hover, with measured rotor speeds"},
-    {"r_BM_y", "m", "centre of mass along y", "hover, with measured rotor speeds"},
+    {"r_BM_x", "m", "centre of mass along x", "hover", kNeedsSpeeds},
+    {"r_BM_y", "m", "centre of mass along y", "hover", kNeedsSpeeds},
     {"r_BM_z", "m", "centre of mass along z", "roll and pitch hard at speed"},
-    {"k_f", "N s^2", "thrust over the square of the rotor's speed",
-     "log measured rotor speeds, and state the weighed mass"},
+    {"k_f", "N s^2", "thrust over the square of the rotor's speed", "", kNeedsSpeeds | kNeedsMass},
     {"k_m", "N m s^2", "reaction moment over the square of the rotor's speed",
-     "yaw hard to both sides, with measured rotor speeds"},
-    {"tau", "s", "lag of a rotor behind its command",
-     "log motor commands beside rotor speeds, and change thrust quickly"},
-    {"full_speed", "rad/s", "rotor speed at full command",
-     "log motor commands beside rotor speeds, from hover to full thrust"},
+     "yaw hard to both sides, and stop", kNeedsSpeeds},
+    {"tau", "s", "lag of a rotor behind its command", "change thrust quickly",
+     kNeedsSpeeds | kNeedsCommands},
+    {"full_speed", "rad/s", "rotor speed at full command", "change thrust from hover to full",
+     kNeedsSpeeds | kNeedsCommands},
     {"K_x", "1/s", "linear drag along body x, by mass", "fly forwards and back at several speeds"},
     {"K_y", "1/s", "linear drag along body y, by mass", "fly sideways at several speeds"},
     {"K_z", "1/s", "linear drag along body z, by mass", "climb and descend at several speeds"},
@@ -50,9 +53,9 @@ inline constexpr NeutralInfo kNeutral[] = {
     // What logs alone are compared by, too.
     {"K_xy", "1/s", "force along body x by air speed along y, by mass"},
     {"K_yx", "1/s", "force along body y by air speed along x, by mass"},
-    {"L_p", "1/s", "roll acceleration by roll rate: damping is negative"},
-    {"M_q", "1/s", "pitch acceleration by pitch rate: damping is negative"},
-    {"N_r", "1/s", "yaw acceleration by yaw rate: damping is negative"},
+    {"L_p", "1/s", "roll acceleration by roll rate (damping: negative)"},
+    {"M_q", "1/s", "pitch acceleration by pitch rate (damping: negative)"},
+    {"N_r", "1/s", "yaw acceleration by yaw rate (damping: negative)"},
     {"L_u", "rad/m/s", "roll acceleration by air speed along x"},
     {"L_v", "rad/m/s", "roll acceleration by air speed along y"},
     {"M_u", "rad/m/s", "pitch acceleration by air speed along x"},

@@ -280,6 +280,14 @@ bool Completes(const VehicleFile& a, const VehicleFile& b) {
                     a.vehicle.States("m") != b.vehicle.States("m"));
 }
 
+// A file of which nothing is read is not one of which all is right.
+void RequireNumbers(const VehicleFile& file) {
+  if (!file.readings.empty() || file.vehicle.States("m")) return;
+  throw ErrorAt(file.files.front()->path().string(), 0,
+                "states no mass, inertia, place or thrust of a vehicle where " + file.target->name +
+                    " has them; give the file of the vehicle's model");
+}
+
 // Digits that no simulator's double lacks; a point, so that YAML 1.1 reads a number.
 std::string NumberText(double value, int digits) {
   std::string text = fmt::format("{:.{}g}", value == 0.0 ? 0.0 : value, digits);  // no -0
@@ -353,6 +361,7 @@ std::vector<VehicleFile> ReadVehicleFiles(const std::vector<std::string>& paths)
     }
     for (const std::string& table : tables) {
       VehicleFile read = ReadOne(target, {file}, table);
+      RequireNumbers(read);
       bool joined = false;
       for (VehicleFile& other : vehicles) {
         const bool first = Completes(other, read);

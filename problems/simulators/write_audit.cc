@@ -2,17 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "problems/common/atomic_file.h"
 #include "problems/result/yaml_text.h"
+#include "problems/simulators/describe_audit.h"
 
 namespace trueline {
 namespace {
 
+// "diverges" for a number that is infinite; nothing where the flight is too short for the horizon.
 YAML::Node ErrorsNode(const ErrorByHorizon& errors) {
-  return FlowMap({{"0.25", Rounded(errors[0], 4)},
-                  {"0.5", Rounded(errors[1], 4)},
-                  {"1.0", Rounded(errors[2], 4)},
-                  {"unit", "m"}});
+  constexpr const char* kKeys[] = {"0.25", "0.5", "1.0"};
+  YAML::Node node;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    if (std::isnan(errors[k])) continue;
+    node[kKeys[k]] =
+        std::isfinite(errors[k]) ? YAML::Load(Rounded(errors[k], 4)) : YAML::Node("diverges");
+  }
+  node["unit"] = "m";
+  return node;
 }
 
 YAML::Node Sequence() { return YAML::Node(YAML::NodeType::Sequence); }
@@ -79,7 +90,11 @@ std::string AuditTable(const Audit& audit) {
     if (c.flight_value) {
       table += fmt::format("file {:.4g}, flight {:.4g} +- {:.2g} {}", c.file_value, *c.flight_value,
                            c.sigma, c.unit);
-      if (c.cost) table += fmt::format("; costs {:.3f} m in 0.5 s", (*c.cost)[1]);
+      if (c.cost && std::isinf((*c.cost)[1])) {
+        table += "; with it a prediction diverges within 0.5 s";
+      } else if (c.cost && std::isfinite((*c.cost)[1])) {
+        table += fmt::format("; costs {:.3f} m in 0.5 s", (*c.cost)[1]);
+      }
       if (!c.text.empty()) table += "; " + c.text;
     } else {
       table += fmt::format("file {:.4g} {}; {}", c.file_value, c.unit, c.text);
@@ -88,22 +103,31 @@ std::string AuditTable(const Audit& audit) {
     table += "\n";
   }
   if (audit.contradicted.empty()) table += "nothing is contradicted\n";
+  // A number stands in one list: what is shown roughly is undecided, with what would decide it.
+  const auto same = [](const std::string& name) {
+    return [&name](const auto& entry) { return entry.parameter == name; };
+  };
   for (const Compared& c : audit.compared) {
-    if (c.contradicted) continue;
-    table += fmt::format("agrees:       {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}\n",
-                         c.parameter, c.file_value, c.flight_value, c.sigma, c.unit);
+    if (c.contradicted || std::ranges::any_of(audit.contradicted, same(c.parameter))) continue;
+    const auto rough = std::ranges::find_if(audit.not_judged, same(c.parameter));
+    const bool decided = rough == audit.not_judged.end();
+    table += fmt::format("{:<13} {:<17} file {:.4g}, flight {:.4g} +- {:.2g} {}{}\n",
+                         decided ? "agrees:" : "undecided:", c.parameter, c.file_value,
+                         c.flight_value, c.sigma, c.unit, decided ? "" : "; " + rough->fly);
   }
   for (const Lack& lack : audit.lacks) {
     table += fmt::format("lacks:        {}: {}\n", lack.effect, lack.text);
   }
   for (const NotJudged& n : audit.not_judged) {
+    if (std::ranges::any_of(audit.compared, same(n.parameter))) continue;
     table += fmt::format("not judged:   {:<17} {}\n", n.parameter, n.fly);
   }
   if (audit.before && audit.after) {
     for (std::size_t k = 0; k < kHorizons.size(); ++k) {
-      table +=
-          fmt::format("held-out flight, {:.2f} s: {:.3f} m with the file, {:.3f} m corrected\n",
-                      kHorizons[k], (*audit.before)[k], (*audit.after)[k]);
+      table += fmt::format(
+          "held-out flight, {:.2f} s: {} with the file, {} corrected{}\n", kHorizons[k],
+          ErrorInWords((*audit.before)[k]), ErrorInWords((*audit.after)[k]),
+          audit.best ? ", " + ErrorInWords((*audit.best)[k]) + " as the flight fits it" : "");
     }
   }
   return table;

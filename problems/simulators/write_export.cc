@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "problems/common/atomic_file.h"
 #include "problems/result/yaml_text.h"
+#include "problems/simulators/describe_audit.h"
 
 namespace trueline {
 
@@ -26,10 +29,11 @@ void WriteExport(const Export& exported, const Target& target, const std::filesy
     entry["text"] = loss.text;
     node["lost"].push_back(entry);
   }
-  node["cost"] = FlowMap({{"all", Rounded(exported.cost, 3)},
-                          {"unit", "m"},
-                          {"after", Rounded(kCostSeconds, 3)},
-                          {"speed", Rounded(kCostSpeed, 3)}});
+  node["cost"] = FlowMap(
+      {{"all", std::isfinite(exported.cost) ? Rounded(exported.cost, 3) : std::string("diverges")},
+       {"unit", "m"},
+       {"after", Rounded(kCostSeconds, 3)},
+       {"speed", Rounded(kCostSpeed, 3)}});
   node["assumed"] = exported.assumed;
   node["equations"] = target.caveat;
   WriteFileAtomically(out.string() + ".lost.yaml", TextOf(node));
@@ -44,8 +48,8 @@ std::string LossText(const Export& exported, const Target& target) {
   }
   for (const std::string& assumed : exported.assumed) text += assumed + "\n";
   if (!target.caveat.empty()) text += fmt::format("{}: {}\n", target.name, target.caveat);
-  return text + fmt::format("position error of the file after {} s at {} m/s: {:.3f} m\n",
-                            kCostSeconds, kCostSpeed, exported.cost);
+  return text + fmt::format("position error of the file after {} s at {} m/s: {}\n", kCostSeconds,
+                            kCostSpeed, ErrorInWords(exported.cost));
 }
 
 }  // namespace trueline

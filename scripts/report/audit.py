@@ -17,15 +17,17 @@ def build(arguments):
     if result.get("before"):
         page.add("proof", "Held-out flight", *_proof(result))
     if result.get("compared"):
-        page.add("compared", "All that was compared", _compared(result["compared"]))
+        page.add("compared", "All that was compared", _compared(result))
     if result.get("lacks"):
         page.add("lacks", "What the simulator lacks",
                  table([("effect", 0), ("", 0)],
                        [[escape(e["effect"]), escape(e["text"])] for e in result["lacks"]]))
-    if result.get("not_judged"):
+    compared = {c["parameter"] for c in result.get("compared") or []}
+    not_judged = [n for n in result.get("not_judged") or [] if n["parameter"] not in compared]
+    if not_judged:
         page.add("not-judged", "Not judged",
                  table([("parameter", 0), ("what to fly", 0)],
-                       [[escape(n["parameter"]), escape(n["fly"])] for n in result["not_judged"]]))
+                       [[escape(n["parameter"]), escape(n["fly"])] for n in not_judged]))
     return page
 
 
@@ -35,7 +37,7 @@ def _contradicted(result):
         return [verdict("good", "The flights do not contradict the file." if result.get("compared") else
                         "The file does not contradict itself, nor what vehicles have.")]
     rows = [[escape(c["parameter"]), number(c["file_value"], 4), _flight(c), escape(c["unit"]),
-             number((c.get("cost") or {}).get(0.5)), escape(c["text"]), _place(c)]
+             _error(c.get("cost"), 0.5), escape(c["text"]), _place(c)]
             for c in entries]
     headers = [("parameter", 0), ("in the file", 1), ("by the flight", 1), ("unit", 0),
                ("cost in 0.5 s [m]", 1), ("", 0), ("where", 0)]
@@ -59,19 +61,32 @@ def _place(entry):
     return f'{escape(Path(place["file"]).name)}:{place["line"]}<br><small>{escape(place["key"])}</small>'
 
 
+def _error(errors, horizon):
+    """As text: a number, or that the prediction diverges."""
+    error = (errors or {}).get(horizon)
+    return error if isinstance(error, str) else number(error)
+
+
 def _proof(result):
-    tiles_of = [(f'{number(result["before"][0.5])} m', "after 0.5 s with the file"),
-                (f'{number(result["after"][0.5])} m', "with the corrected file")]
-    rows = [[number(h), number(result["before"][h]), number(result["after"][h]),
-             number((result.get("flight") or {}).get(h))] for h in HORIZONS]
+    def tile(errors):
+        return _error(errors, 0.5) + ("" if isinstance(errors.get(0.5), str) else " m")
+    tiles_of = [(tile(result["before"]), "after 0.5 s with the file"), (tile(result["after"]), "with the corrected file")]
+    rows = [[number(h), _error(result["before"], h), _error(result["after"], h),
+             _error(result.get("flight"), h)] for h in HORIZONS]
     headers = [("horizon [s]", 1), ("file [m]", 1), ("corrected [m]", 1), ("flight's own fit [m]", 1)]
     return [tiles(tiles_of), table(headers, rows)]
 
 
-def _compared(compared):
+def _compared(result):
+    contradicted = {c["parameter"] for c in result.get("contradicted") or []}
+    undecided = {n["parameter"]: n["fly"] for n in result.get("not_judged") or []}
+
+    def verdict_of(c):
+        if c["contradicted"] or c["parameter"] in contradicted:
+            return "contradicted"
+        return f'undecided: {undecided[c["parameter"]]}' if c["parameter"] in undecided else "agrees"
     rows = [[escape(c["parameter"]), number(c["file_value"], 4),
              with_sigma(c["flight_value"], c["sigma"]), number(c["tolerance"], 2),
-             escape(c["unit"]), "contradicted" if c["contradicted"] else "agrees"]
-            for c in compared]
+             escape(c["unit"]), escape(verdict_of(c))] for c in result["compared"]]
     return table([("parameter", 0), ("in the file", 1), ("by the flight", 1),
                   ("vehicles differ by", 1), ("unit", 0), ("", 0)], rows)

@@ -16,7 +16,7 @@ VERDICTS = {
 
 LACKS = "See what the model lacks: trueline diagnose --log=LOG."
 NEXT = {
-    "usable": ["Use it: --model=model.yaml of this result, for the next flight of the vehicle.",
+    "usable": ["Use it: --model=RESULT/model.yaml, for the next flight of the vehicle.",
                LACKS],
     "poor": ["Read the reasons above; faults of the log: trueline inspect --log=LOG.",
              LACKS],

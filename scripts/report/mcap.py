@@ -13,7 +13,7 @@ from csv_table import read_table
 from errors import ReportError
 from mcap_file import McapFile
 from page import Document
-from path_of_result import read_path, unwrapped
+from path_of_result import log_of, read_path, unwrapped
 from yaml_file import read_mapping
 
 VERB_HELP = "the result of trueline-calibrate or trueline-diagnose, as MCAP"
@@ -34,9 +34,8 @@ def build(arguments):
         path = arguments.result / f"{name}.yaml"
         if path.exists():
             result = read_mapping(path)
-            log = arguments.log or Path(str((result.get("provenance") or {}).get("log", "")))
             file = McapFile()
-            add(file, result, arguments.result, log)
+            add(file, result, arguments.result, log_of(arguments, result))
             return Recording(file)
     raise ReportError(f"{arguments.result}: holds neither calibration.yaml nor diagnosis.yaml")
 

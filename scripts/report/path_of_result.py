@@ -1,4 +1,6 @@
 """The one path that a calibration states, for other programs: each time once."""
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -7,6 +9,15 @@ from errors import ReportError
 
 PATH = ["t", "tau", "x", "y", "z", "vx", "vy", "vz"]
 ATTITUDE = ["qw", "qx", "qy", "qz"]
+
+
+def log_of(arguments, result):
+    """The log that --log names, else the one that the result states."""
+    if not arguments.log:
+        return Path(str((result.get("provenance") or {}).get("log", "")))
+    if not (arguments.log / "log.yaml").exists():
+        raise ReportError(f"--log={arguments.log}: is no native log; give by --log the one the result was made of")
+    return arguments.log
 
 
 def read_path(result, log):

@@ -2,7 +2,7 @@
 from pathlib import Path
 
 from page import Document
-from path_of_result import read_path, unwrapped
+from path_of_result import log_of, read_path, unwrapped
 from yaml_file import read_mapping
 
 VERB_HELP = "the path of trueline-calibrate, as a TUM trajectory"
@@ -13,15 +13,9 @@ def add_arguments(parser):
     parser.add_argument("--log", type=Path, help="the native log it was made from; default: as it states")
 
 
-def log_of(arguments):
-    if arguments.log:
-        return arguments.log
-    result = read_mapping(arguments.result / "calibration.yaml", "give the result folder of trueline-calibrate")
-    return Path(str((result.get("provenance") or {}).get("log", "")))
-
-
 def build(arguments):
-    path, source = read_path(arguments.result, log_of(arguments))
+    result = read_mapping(arguments.result / "calibration.yaml", "give the result folder of trueline-calibrate")
+    path, source = read_path(arguments.result, log_of(arguments, result))
     return Trajectory(path, source)
 
 

@@ -94,7 +94,7 @@ TEST_F(BadFlight, MissingStream) {
 
 TEST_F(BadFlight, NoSuchLog) {
   std::filesystem::remove_all(root_ / "log");
-  ExpectRefused({"log", "is no directory"});
+  ExpectRefused({"log", "does not exist"});
 }
 
 TEST_F(BadFlight, MocapTooShortWithoutFixes) {

@@ -28,7 +28,7 @@ TEST(BadInput, AGoodLogHasNone) {
 
 TEST(BadInput, NoDirectory) {
   EXPECT_THAT(ErrorOf([] { ReadNativeLog("/nowhere/at/all"); }),
-              AllOf(HasSubstr("/nowhere/at/all"), HasSubstr("is no directory")));
+              AllOf(HasSubstr("/nowhere/at/all"), HasSubstr("does not exist")));
 }
 
 TEST(BadInput, MissingTimeColumn) {

@@ -136,6 +136,10 @@ class Exports(unittest.TestCase):
         self.assertEqual(len(messages["/misfit/1_s"]), diagnosis_page_test.STARTS)
 
     def test_a_missing_log_is_an_error_with_a_remedy(self):
+        for verb in ("tum", "mcap"):
+            outcome = export(verb, self.result, self.root / f"none.{verb}", f"--log={self.root / 'nowhere'}")
+            self.assertEqual(outcome.returncode, 2)
+            self.assertIn("by --log", outcome.stderr)
         outcome = export("tum", self.result, self.root / "none.tum", f"--log={self.root / 'nowhere'}")
         self.assertEqual(outcome.returncode, 2)
         self.assertIn("by --log", outcome.stderr)

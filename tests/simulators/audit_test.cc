@@ -264,6 +264,50 @@ TEST_F(AuditTest, SlowNamesTheSameByLogsAlone) {
   EXPECT_TRUE(AuditLogs(Fly(6), {Flight()}).contradicted.empty());
 }
 
+// A number stands in one list, with what would decide it where it is undecided, and none is nan.
+TEST_F(AuditTest, WritesEachNumberOnce) {
+  Audit audit;
+  audit.compared = {{"I_x", "kg m^2", 1.0, 2.0, 0.9, 0.1, false},
+                    {"K_x", "1/s", -0.3, -0.31, 0.01, 0.1, false},
+                    {"tau", "s", 0.01, 0.04, 0.001, 0.01, true}};
+  audit.not_judged = {{"I_x", "roll hard"}, {"k_f", "state the mass"}};
+  Contradicted lag;
+  lag.parameter = "tau", lag.unit = "s", lag.file_value = 0.01, lag.flight_value = 0.04;
+  lag.cost = {0.1, INFINITY, INFINITY};
+  audit.contradicted = {lag};
+  audit.before = {0.1, INFINITY, NAN}, audit.after = audit.best = {0.1, 0.2, NAN};
+  const std::string table = AuditTable(audit);
+  EXPECT_THAT(table, HasSubstr("undecided:    I_x"));
+  EXPECT_THAT(table, HasSubstr("; roll hard\n"));
+  EXPECT_THAT(table, HasSubstr("agrees:       K_x"));
+  EXPECT_THAT(table, HasSubstr("not judged:   k_f"));
+  EXPECT_THAT(table, HasSubstr("0.50 s: diverges with the file, 0.200 m corrected"));
+  for (const char* name : {"I_x", "K_x", "tau", "k_f"}) {
+    EXPECT_EQ(table.find(name), table.rfind(name)) << table;
+  }
+  WriteAudit(audit, folder_.directory());
+  const std::string yaml = ReadText(folder_ / "audit.yaml");
+  for (const char* none : {"nan", "inf"}) {
+    EXPECT_EQ(table.find(none), std::string::npos) << table;
+    EXPECT_EQ(yaml.find(none), std::string::npos) << yaml;
+  }
+}
+
+// A log that states no rotors and hovers shows no order of its columns; advice leaves out what the
+// log has.
+TEST_F(AuditTest, SlowSaysThatNothingShowsTheOrderOfRotors) {
+  FlightLog log = Fly(4);
+  log.vehicle->rotors.clear();
+  for (ChannelsSample& sample : log.rotors) {
+    std::ranges::fill(sample.values, sample.values.front());
+  }
+  const Audit audit = Of(Right("rotorpy"), log);
+  EXPECT_THAT(audit.warnings, Contains(HasSubstr("does not show which rotor a column is")));
+  for (const NotJudged& n : audit.not_judged) {
+    EXPECT_THAT(n.fly, testing::Not(HasSubstr("log measured rotor speeds"))) << n.parameter;
+  }
+}
+
 TEST_F(AuditTest, SaysWhatALogLacks) {
   FlightLog log = Flight();
   log.rotors.clear(), log.motors.clear();

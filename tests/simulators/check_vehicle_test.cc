@@ -247,6 +247,44 @@ TEST_F(FileChecks, NumbersOfTheWrongSignAreNamed) {
   }
 }
 
+// Zero is as impossible as less of what makes a vehicle.
+TEST_F(FileChecks, NumbersThatMustBePositiveAreNamed) {
+  struct Case {
+    const char *to, *number, *wrong, *named;
+  };
+  for (const auto& [to, number, wrong, named] :
+       std::vector<Case>{{"rotorpy", "mass: ", "mass: 0 # ", "m"},
+                         {"rotorpy", "mass: ", "mass: -", "m"},
+                         {"rotorpy", "k_eta: ", "k_eta: 0 # ", "k_f"},
+                         {"rotorpy", "k_m: ", "k_m: 0 # ", "k_m"},
+                         {"rotorpy", "Ixx: ", "Ixx: 0 # ", "I_x"},
+                         {"gz", "<motorConstant>", "<motorConstant>-", "k_f"}}) {
+    std::string text = Text(Vehicle(), to);
+    const std::size_t at = text.find(number);
+    ASSERT_NE(at, std::string::npos) << number;
+    std::ofstream(path_) << text.replace(at, std::string_view(number).size(), wrong);
+    const Audit audit = AuditFiles(ReadVehicleFiles({path_.string()}));
+    ASSERT_EQ(audit.contradicted.size(), 1U) << wrong;
+    EXPECT_EQ(audit.contradicted[0].parameter, named);
+    EXPECT_EQ(audit.contradicted[0].text, "must be positive");
+    EXPECT_GT(audit.contradicted[0].line, 0);
+    EXPECT_THAT(audit.not_judged,
+                testing::Not(Contains(testing::Field(&NotJudged::parameter, named))));
+  }
+}
+
+TEST_F(FileChecks, AModelWithoutMassIsNoVehicle) {
+  path_ = folder_ / "empty.sdf";
+  const auto model = [&](const std::string& link) {
+    std::ofstream(path_) << "<sdf><model><link name='a'>" + link + "</link></model></sdf>";
+    return AuditFiles(ReadVehicleFiles({path_.string()}));
+  };
+  EXPECT_THAT(ErrorOf([&] { model(""); }), HasSubstr("states no mass, inertia, place or thrust"));
+  const Audit audit = model("<inertial><mass>0</mass></inertial>");
+  ASSERT_EQ(audit.contradicted.size(), 1U);
+  EXPECT_EQ(audit.contradicted[0].text, "must be positive");
+}
+
 TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
   std::string text = Text(Vehicle(), "gym_pybullet_drones");
   const std::size_t at = text.find("arm=\"");

@@ -71,6 +71,16 @@ TEST_F(SimulatorApps, ExportRefusesBadInput) {
       << "parameters: {K_x: {value: -0.3}}\nprovenance: {config: {}}\n";
   EXPECT_EQ(Run("trueline-export", "--model=imu.yaml --to=gz --out=v"), 2);
   EXPECT_THAT(Err(), HasSubstr("--drive=rotors"));
+  EXPECT_EQ(Run("trueline-export", "--model=. --to=gz --out=v"), 2);
+  EXPECT_THAT(Err(), HasSubstr("give the model.yaml in it"));
+}
+
+TEST_F(SimulatorApps, ExportWarnsOfABodyThatCannotBe) {
+  std::string text = ReadText(folder_ / "model.yaml");
+  text.replace(text.find("I_z: {mean: 0.0011"), 18, "I_z: {mean: 0.0031");
+  std::ofstream(folder_ / "model.yaml") << text;
+  EXPECT_EQ(Run("trueline-export", "--model=model.yaml --to=gz --out=v.sdf"), 0);
+  EXPECT_THAT(Err(), HasSubstr("no body has this inertia: I_z"));
 }
 
 TEST_F(SimulatorApps, AuditOfAFileAlone) {
@@ -100,6 +110,9 @@ TEST_F(SimulatorApps, AuditRefusesBadInput) {
   std::ofstream(folder_ / "other.yaml") << "a: 1\n";
   EXPECT_EQ(Run("trueline-audit", "--simulator=other.yaml --out=a"), 2);
   EXPECT_THAT(Err(), HasSubstr("rotorpy"));
+  ASSERT_EQ(Run("trueline-export", "--model=model.yaml --to=rotorpy --out=v.yaml"), 0) << Err();
+  EXPECT_EQ(Run("trueline-audit", "--simulator=v.yaml --vehicle=nix --out=a"), 2);
+  EXPECT_THAT(Err(), HasSubstr("names no vehicle"));
   EXPECT_EQ(Run("trueline-audit", "--out=a"), 2);
   EXPECT_EQ(Run("trueline-audit", "--simulator=p.sdf --out=a --fail_on=warning"), 2);
   EXPECT_EQ(Run("trueline-audit", "--simulator_log=a --out=a"), 2);
