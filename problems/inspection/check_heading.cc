@@ -1,6 +1,5 @@
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "problems/common/units.h"
@@ -63,14 +62,16 @@ void AddOffset(Examination* e, const std::string& stream, const HeadingPair& pai
   e->Add(finding);
 }
 
-// Chi square of the headings of both halves of a flight by `shape` times their best size.
-double Misfit(const std::array<Heading, 2>& halves, const Eigen::Vector2d& shape, double* size) {
-  const Eigen::Vector2d sigma(halves[0].sigma, halves[1].sigma);
-  const Eigen::Vector2d angle =
-      Eigen::Vector2d(halves[0].angle, halves[1].angle).cwiseQuotient(sigma);
+// The headings of both halves of a flight by `shape` times one size: the best size, and chi square.
+struct HalvesFit {
+  double size, chi2;
+};
+HalvesFit FitHalves(const Heading& first, const Heading& second, const Eigen::Vector2d& shape) {
+  const Eigen::Vector2d sigma(first.sigma, second.sigma);
+  const Eigen::Vector2d angle = Eigen::Vector2d(first.angle, second.angle).cwiseQuotient(sigma);
   const Eigen::Vector2d unit = shape.cwiseQuotient(sigma);
-  *size = unit.dot(angle) / unit.squaredNorm();
-  return (angle - *size * unit).squaredNorm();
+  const double size = unit.dot(angle) / unit.squaredNorm();
+  return {size, (angle - size * unit).squaredNorm()};
 }
 
 // A heading that grows from zero is no offset that a map could turn.
@@ -80,19 +81,18 @@ bool AddDrift(Examination* e, const std::string& stream) {
   const auto first = HeadingOf(PartOf(e->fixed, from, middle), stream, kOrdinaryGain);
   const auto second = HeadingOf(PartOf(e->fixed, middle, to), stream, kOrdinaryGain);
   if (!first || !second) return false;
-  double offset = 0.0, drift = 0.0;
-  const std::array<Heading, 2> halves = {*first, *second};
-  if (Misfit(halves, {1.0, 1.0}, &offset) < Misfit(halves, {0.25, 0.75}, &drift)) return false;
+  const HalvesFit offset = FitHalves(*first, *second, {1.0, 1.0}),
+                  drift = FitHalves(*first, *second, {0.25, 0.75});
+  if (offset.chi2 < drift.chi2) return false;
   const double seconds = SecondsBetween(from, to);
   const double sigma = std::hypot(first->sigma, second->sigma) / (0.5 * seconds);
   Finding finding{"heading_drift", "attitude",
-                  Level::kBiases,  drift / kDegree / seconds,
-                  "deg/s",         e->log.gravity * std::abs(std::sin(drift)),
+                  Level::kBiases,  drift.size / kDegree / seconds,
+                  "deg/s",         e->log.gravity * std::abs(std::sin(drift.size)),
                   sigma / kDegree};
   finding.text = fmt::format(
       "the heading of attitude.csv drifts rather than being turned: north of {}.csv is off by "
-      "{:.0f} "
-      "+- {:.1g} deg in the first half of the flight, by {:.0f} +- {:.1g} deg in the second",
+      "{:.0f} +- {:.1g} deg in the first half of the flight, by {:.0f} +- {:.1g} deg in the second",
       stream, first->angle / kDegree, first->sigma / kDegree, second->angle / kDegree,
       second->sigma / kDegree);
   finding.remedy = "trueline diagnose tells a drift from an error that goes with the heading";

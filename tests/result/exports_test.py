@@ -140,9 +140,6 @@ class Exports(unittest.TestCase):
             outcome = export(verb, self.result, self.root / f"none.{verb}", f"--log={self.root / 'nowhere'}")
             self.assertEqual(outcome.returncode, 2)
             self.assertIn("by --log", outcome.stderr)
-        outcome = export("tum", self.result, self.root / "none.tum", f"--log={self.root / 'nowhere'}")
-        self.assertEqual(outcome.returncode, 2)
-        self.assertIn("by --log", outcome.stderr)
 
 
 if __name__ == "__main__":
