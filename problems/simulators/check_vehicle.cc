@@ -218,11 +218,12 @@ class Checker {
                       i, j));
       break;
     }
-    const std::vector<FixedRotor>& order = file_.target->order;
+    const std::vector<FixedRotor> order = OrderOf(file_);
     for (std::size_t i = 0; i < std::min(n, order.size()); ++i) {
       const double along = v_.rotors[i].at("x") * order[i].x,
                    across = v_.rotors[i].at("y") * order[i].y;
-      if (along + across * Mirror(v_, order) > 0.0) continue;
+      // The order is that of a frame whose rotors stand beside the axes, not on them.
+      if (along * across == 0.0 || (along > 0.0 && across > 0.0)) continue;
       Add("x", v_.rotors[i].at("x"),
           fmt::format("rotor {} stands elsewhere than the simulator's code assumes ({} {})", i,
                       order[i].x > 0 ? "front" : "rear", order[i].y > 0 ? "right" : "left"));

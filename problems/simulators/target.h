@@ -53,8 +53,11 @@ struct Target {
   std::string rotor_number = {};    // path in it of its number
   LinkKind links = LinkKind::kNone;
   std::vector<FixedRotor> order = {};  // empty: any, as the file says
-  double gravity = 9.81;               // m/s^2, of the simulator
-  bool tables = false;                 // each top-level entry is a vehicle
+  // Path and text that tell the vehicle whose rotors the code has left for right; they then turn
+  // the other way, too.
+  std::pair<std::string, std::string> mirrored = {};
+  double gravity = 9.81;  // m/s^2, of the simulator
+  bool tables = false;    // each top-level entry is a vehicle
   // Commands are thrusts: rotor speeds, hence k_f and full_speed alone, mean nothing to it.
   bool by_thrust = false;
   std::string also = {};    // another simulator that reads the same file

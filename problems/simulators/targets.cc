@@ -198,6 +198,7 @@ std::vector<Target> MakeTargets() {
                             {"arm", "robot/properties/@arm", {}, true}},
        .links = LinkKind::kUrdf,
        .order = kCrazyflie,
+       .mirrored = {"robot/@name", "racer"},
        .gravity = 9.8,
        .caveat =
            "rotors follow their commands at once; drag coefficients act along the axes of the "

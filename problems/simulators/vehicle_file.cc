@@ -138,13 +138,17 @@ class Reader {
 
 }  // namespace
 
-int Mirror(const NeutralVehicle& v, const std::vector<FixedRotor>& order) {
-  double across = 0.0;
-  for (std::size_t i = 0; i < std::min(order.size(), v.rotors.size()); ++i) {
-    const auto y = v.rotors[i].find("y");
-    if (y != v.rotors[i].end()) across += order[i].y * y->second;
+std::vector<FixedRotor> OrderOf(const VehicleFile& file) {
+  std::vector<FixedRotor> order = file.target->order;
+  const auto& mirrored_by = file.target->mirrored;
+  const bool mirrored = std::ranges::any_of(file.files, [&](const auto& one) {
+    const FileNode* leaf = mirrored_by.first.empty() ? nullptr : one->Find(mirrored_by.first);
+    return leaf != nullptr && leaf->text == mirrored_by.second;
+  });
+  if (mirrored) {
+    for (FixedRotor& rotor : order) rotor.y *= -1, rotor.spin *= -1;
   }
-  return across < 0.0 ? -1 : 1;
+  return order;
 }
 
 namespace {
@@ -152,14 +156,14 @@ namespace {
 // Places and spins that the simulator's code fixes, where the file states none.
 void AddFixedOrder(VehicleFile* file) {
   NeutralVehicle& v = file->vehicle;
-  const std::vector<FixedRotor>& order = file->target->order;
+  const std::vector<FixedRotor> order = OrderOf(*file);
   const double arm = v.Get("arm") / std::sqrt(2.0);
   const auto lever = [&](const char* name) {
     return v.States(name) ? v.Get(name) : v.States("lever") ? v.Get("lever") : arm;
   };
   const double x = lever("lever_x"), y = lever("lever_y");
   for (std::size_t i = 0; i < std::min(order.size(), v.rotors.size()); ++i) {
-    v.rotors[i].try_emplace("spin", order[i].spin * Mirror(v, order));
+    v.rotors[i].try_emplace("spin", order[i].spin);
     if (x > 0.0) v.rotors[i].try_emplace("x", order[i].x * x);
     if (y > 0.0) v.rotors[i].try_emplace("y", order[i].y * y);
   }

@@ -40,9 +40,8 @@ struct VehicleFile {
   const Reading* Find(const std::string& name) const;
 };
 
-// -1 where the rotors stand mirrored to the order of the simulator, left for right: then they turn
-// the other way, too. Else 1.
-int Mirror(const NeutralVehicle& vehicle, const std::vector<FixedRotor>& order);
+// The simulator's order of rotors as its code has it for this vehicle (Target::mirrored).
+std::vector<FixedRotor> OrderOf(const VehicleFile& file);
 
 // The vehicles in `paths`. Files that complete each other (the links and the plugins of a model,
 // PyFlyt's YAML and URDF) give one. Throws InputError for files of no target and, with line and

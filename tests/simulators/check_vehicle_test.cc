@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <regex>
 
 #include "problems/simulators/audit.h"
 #include "problems/simulators/export_vehicle.h"
@@ -294,6 +295,29 @@ TEST_F(FileChecks, NameAnArmThatIsNotThatOfTheRotors) {
   ASSERT_EQ(audit.contradicted.size(), 1U);
   EXPECT_EQ(audit.contradicted[0].parameter, "arm");
   EXPECT_GT(audit.contradicted[0].line, 0);
+}
+
+// Rotors that stand left for right to the order of the simulator's code turn the wrong way, but for
+// the one vehicle for which the code turns them.
+TEST_F(FileChecks, NameRotorsInAnotherOrderThanTheCodes) {
+  const auto mirrored = [&](const char* name) {
+    std::string text = Text(Vehicle(), "gym_pybullet_drones");
+    for (const auto& [from, to] : {std::pair{"prop0_link", "other"},
+                                   {"prop3_link", "prop0_link"},
+                                   {"other", "prop3_link"},
+                                   {"prop1_link", "other"},
+                                   {"prop2_link", "prop1_link"},
+                                   {"other", "prop2_link"},
+                                   {"robot name=\"vehicle", name}}) {
+      text = std::regex_replace(text, std::regex(from), to);
+    }
+    std::ofstream(path_) << text;
+    return AuditFiles(ReadVehicleFiles({path_.string()})).contradicted;
+  };
+  const std::vector<Contradicted> found = mirrored("robot name=\"cf2");
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0].text, HasSubstr("rotor 0 stands elsewhere than the simulator's code"));
+  EXPECT_THAT(mirrored("robot name=\"racer"), IsEmpty());
 }
 
 TEST_F(FileChecks, NameFilesThatDisagree) {
