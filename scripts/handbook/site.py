@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Builds the handbook as one site that opens offline: site.py [--out=site]
+"""Builds the handbook as one site that opens offline: site.py [--out=site] [--alone]
 
 Every Markdown document that belongs to the source, and the pictures beside them, become pages with one
-navigation. Links to documents lead to their pages; links to other files of the source lead to that source.
+navigation. Links to documents lead to their pages; links to other files of the source lead to that source, or
+with --alone, for a machine without it, say where in the source they are.
 """
 import argparse
 import html
@@ -12,7 +13,10 @@ import shutil
 import sys
 from pathlib import Path
 
-import markdown
+try:
+    import markdown
+except ImportError:
+    sys.exit("site: needs python3-markdown")
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
@@ -82,8 +86,8 @@ def navigation(here, groups):
 
 
 class Site:
-    def __init__(self, out):
-        self.out, self.names = out, documents()
+    def __init__(self, out, alone):
+        self.out, self.alone, self.names = out, alone, documents()
         self.missing = []
 
     def build(self):
@@ -110,6 +114,8 @@ class Site:
         elif attribute == "src":
             (self.out / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / path, self.out / path)
+        elif self.alone:
+            return f'title="{path} of the source"'
         else:
             return f'{attribute}="{(ROOT / path).as_uri()}"'
         return link[0]
@@ -125,8 +131,9 @@ class Site:
 def main(argv):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site, made if missing")
+    parser.add_argument("--alone", action="store_true", help="no links to the source")
     arguments = parser.parse_args(argv)
-    site = Site(arguments.out)
+    site = Site(arguments.out, arguments.alone)
     site.build()
     for missing in site.missing:
         print(f"site: {missing}: no such file", file=sys.stderr)

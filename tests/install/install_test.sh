@@ -34,6 +34,8 @@ share=$scratch/prefix/share/trueline
 /usr/bin/python3 "$share/report/report.py" --help >/dev/null || fail "the report scripts do not run"
 [[ -f $share/report/page.css ]] || fail "the style of the report is missing"
 [[ -d $share/config ]] || fail "the configurations are missing"
+[[ -f $share/handbook/index.html ]] || fail "the handbook is missing"
+if grep -rlF 'href="file:' "$share/handbook"; then fail "the handbook links to the source"; fi
 if [[ -d $build_dir/python ]]; then
   found=$(PYTHONPATH="$scratch/prefix/lib/python3/dist-packages" /usr/bin/python3 -c '
 import trueline
