@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "cost_functions/huber.h"
+#include "problems/diagnosis/gyro_rows.h"
 #include "problems/result/statistics.h"
 #include "problems/vgd/fix_loss.h"
+#include "problems/vgd/smooth_attitude.h"
 
 namespace trueline {
 
@@ -14,23 +16,26 @@ using Eigen::VectorXd;
 
 namespace {
 
-StreamComparison AgainstAcceleration(const MocapComparison& mocap, bool fitted_to_mocap) {
-  return {"mocap acceleration",
-          "m/s^2",
-          {},
-          &MocapComparison::Acceleration,
-          mocap.HasOwnAttitude() || !fitted_to_mocap};
+using RowsOfMocap = StreamRows (MocapComparison::*)(const FlightLog&) const;
+
+StreamComparison Against(const MocapComparison& mocap, const std::string& stream,
+                         const std::string& unit, RowsOfMocap rows,
+                         const std::vector<std::string>& alike = {}, bool independent = true) {
+  return {.stream = "mocap " + stream,
+          .unit = unit,
+          .alike = alike,
+          .rows = [&mocap, rows](const FlightLog& corrected) { return (mocap.*rows)(corrected); },
+          .noiseless = [&mocap](const FlightLog&) { return mocap.WithFixesOnPath(); },
+          .independent = independent};
 }
 
-StreamComparison AgainstAttitude() {
-  return {"mocap attitude",
-          "rad",
-          {"ahrs_acceleration_error", "attitude_latency"},
-          &MocapComparison::Attitude};
+StreamComparison AgainstAttitude(const MocapComparison& mocap) {
+  return Against(mocap, "attitude", "rad", &MocapComparison::Attitude,
+                 {"ahrs_acceleration_error", "ahrs_drag_error", "attitude_latency"});
 }
 
-StreamComparison AgainstPosition() {
-  return {"mocap position", "sigma", {"fix_latency", "fix_scale"}, &MocapComparison::Fixes};
+StreamComparison AgainstPosition(const MocapComparison& mocap) {
+  return Against(mocap, "position", "sigma", &MocapComparison::Fixes, {"fix_latency", "fix_scale"});
 }
 
 }  // namespace
@@ -46,13 +51,33 @@ std::optional<StreamComparison> ComparisonFor(const EffectInfo& info, const Moca
   if (info.enters == EntersAt::kAccelerometer || (attitude && !mocap.HasOwnAttitude())) {
     return AgainstAcceleration(mocap, fitted_to_mocap);
   }
-  return attitude ? AgainstAttitude() : AgainstPosition();
+  return attitude ? AgainstAttitude(mocap) : AgainstPosition(mocap);
+}
+
+StreamComparison AgainstAcceleration(const MocapComparison& mocap, bool fitted_to_mocap) {
+  return Against(mocap, "acceleration", "m/s^2", &MocapComparison::Acceleration, {},
+                 mocap.HasOwnAttitude() || !fitted_to_mocap);
+}
+
+StreamComparison AgainstGyroscope() {
+  return {.stream = "gyroscope",
+          .unit = "rad",
+          .alike = {"ahrs_drag_error", "attitude_latency", "tilt_scale"},
+          .rows = GyroRows,
+          .noiseless =
+              [](const FlightLog& log) {
+                FlightLog noiseless = log;
+                noiseless.attitude = SmoothAttitude(log.imu, log.attitude);
+                return noiseless;
+              },
+          .own_errors = 0.5,
+          .passes = 2};
 }
 
 std::vector<StreamComparison> IndependentComparisons(const MocapComparison& mocap,
                                                      bool fitted_to_mocap) {
-  std::vector<StreamComparison> all{AgainstPosition()};
-  if (mocap.HasOwnAttitude()) all.push_back(AgainstAttitude());
+  std::vector<StreamComparison> all{AgainstPosition(mocap)};
+  if (mocap.HasOwnAttitude()) all.push_back(AgainstAttitude(mocap));
   const StreamComparison acceleration = AgainstAcceleration(mocap, fitted_to_mocap);
   if (acceleration.independent) all.push_back(acceleration);
   return all;
@@ -76,7 +101,7 @@ VectorXd RobustWeightsByAxis(const VectorXd& residual) {
   return weight;
 }
 
-std::map<int, double> DistancesFromMocap(const MocapRows& rows,
+std::map<int, double> DistancesFromMocap(const StreamRows& rows,
                                          const std::function<bool(double t)>& counts) {
   constexpr int kReweighted = 3;
   std::vector<Eigen::Index> chosen;  // samples

@@ -78,7 +78,7 @@ void ImuDrivenFlight::AddAgreement(const PartFit& fit, int half, HeldOutErrors* 
     return HalfOf(plan_.ClusterAt(corrected.imu.front().t + FromSeconds(t))) == half;
   };
   for (const StreamComparison& c : IndependentComparisons(*mocap_, fitted_to_mocap)) {
-    errors->streams[c.stream] = {c.unit, DistancesFromMocap((*mocap_.*c.rows)(corrected), counts)};
+    errors->streams[c.stream] = {c.unit, DistancesFromMocap(c.rows(corrected), counts)};
   }
 }
 

@@ -51,7 +51,7 @@ Quaterniond AttitudeAt(const std::vector<Sample>& samples, Quaterniond Sample::*
   return Between(a.*q, b.*q, share);
 }
 
-MocapRows EmptyRows(std::size_t samples, int nuisances) {
+StreamRows EmptyRows(std::size_t samples, int nuisances) {
   const auto rows = static_cast<Eigen::Index>(3 * samples);
   return {{}, Eigen::VectorXd::Zero(rows), Eigen::MatrixXd::Zero(rows, nuisances)};
 }
@@ -169,7 +169,7 @@ void MocapComparison::AlignHeadings() {
     q_E_Ep_ = Quaterniond(sum).normalized();
     return;
   }
-  const MocapRows rows = Acceleration(log_);
+  const StreamRows rows = Acceleration(log_);
   double along = 0.0, across = 0.0;
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     const Vector3d& a_E = windows_[i].a_E;
@@ -192,7 +192,7 @@ std::vector<Quaterniond> MocapComparison::AttitudesOfImu(const FlightLog& correc
   return q_E_I;
 }
 
-void MocapComparison::RemoveHeight(MocapRows* rows) const {
+void MocapComparison::RemoveHeight(StreamRows* rows) const {
   if (has_height_) return;
   for (Eigen::Index row = 2; row < rows->r.size(); row += 3) {
     rows->r[row] = 0.0;
@@ -208,8 +208,8 @@ FlightLog MocapComparison::WithFixesOnPath() const {
   return log;
 }
 
-MocapRows MocapComparison::Attitude(const FlightLog& corrected) const {
-  MocapRows rows = EmptyRows(attitude_.size(), 6);
+StreamRows MocapComparison::Attitude(const FlightLog& corrected) const {
+  StreamRows rows = EmptyRows(attitude_.size(), 6);
   for (const std::size_t i : attitude_) {
     const auto row = static_cast<Eigen::Index>(3 * rows.t.size());
     const AttitudeSample& s = corrected.attitude[i];
@@ -223,8 +223,8 @@ MocapRows MocapComparison::Attitude(const FlightLog& corrected) const {
   return rows;
 }
 
-MocapRows MocapComparison::Acceleration(const FlightLog& corrected) const {
-  MocapRows rows = EmptyRows(windows_.size(), own_attitude_ ? 9 : 10);
+StreamRows MocapComparison::Acceleration(const FlightLog& corrected) const {
+  StreamRows rows = EmptyRows(windows_.size(), own_attitude_ ? 9 : 10);
   if (!own_attitude_ && log_.attitude.size() < 2) return {};
   const std::vector<Quaterniond> q_E_I = AttitudesOfImu(corrected);
   for (const Window& window : windows_) {
@@ -257,8 +257,8 @@ MocapRows MocapComparison::Acceleration(const FlightLog& corrected) const {
   return rows;
 }
 
-MocapRows MocapComparison::Fixes(const FlightLog& corrected) const {
-  MocapRows rows = EmptyRows(fixes_.size(), 4);
+StreamRows MocapComparison::Fixes(const FlightLog& corrected) const {
+  StreamRows rows = EmptyRows(fixes_.size(), 4);
   for (const std::size_t i : fixes_) {
     const auto row = static_cast<Eigen::Index>(3 * rows.t.size());
     const Fix& fix = corrected.fixes[i];

@@ -11,7 +11,7 @@ namespace trueline {
 
 // Three rows for each sample, and the columns of what an agreeing stream may still differ by:
 // turned frames, biases.
-struct MocapRows {
+struct StreamRows {
   std::vector<double> t;      // s, by sample
   Eigen::VectorXd r;          // rad, m/s^2 or stated sigmas of a fix; in E
   Eigen::MatrixXd nuisances;  // rows x offsets
@@ -32,14 +32,14 @@ class MocapComparison {
   FlightLog WithFixesOnPath() const;
 
   // Rotation of the logged attitude against mocap's, rad. Offsets: a rotation in E and one in I.
-  MocapRows Attitude(const FlightLog& corrected) const;
+  StreamRows Attitude(const FlightLog& corrected) const;
   // The accelerometer's reading in E, gravity removed, less the second derivative of mocap's
   // positions, both smoothed by the same kernel. Mocap's attitude turns the reading, or the logged
   // one if mocap has none of its own. Offsets: a bias, a rotation in I and one in E; with the
   // logged attitude also a scale.
-  MocapRows Acceleration(const FlightLog& corrected) const;
+  StreamRows Acceleration(const FlightLog& corrected) const;
   // Fixes of gates less mocap's position, in stated sigmas. Offsets: shift and heading of the map.
-  MocapRows Fixes(const FlightLog& corrected) const;
+  StreamRows Fixes(const FlightLog& corrected) const;
 
  private:
   struct Window {
@@ -54,7 +54,7 @@ class MocapComparison {
   void FindWindows();
   void AlignHeadings();
   std::vector<Eigen::Quaterniond> AttitudesOfImu(const FlightLog& corrected) const;
-  void RemoveHeight(MocapRows* rows) const;
+  void RemoveHeight(StreamRows* rows) const;
 
   const FlightLog& log_;
   struct Gap {

@@ -42,7 +42,8 @@ std::vector<std::string> NextSteps(const Diagnosis& diagnosis) {
   std::vector<std::string> steps;
   if (!diagnosis.log_faults.empty()) {
     steps.emplace_back(
-        "put the log right first: trueline inspect --log=LOG says how, and writes corrected_map.yaml "
+        "put the log right first: trueline inspect --log=LOG says how, and writes "
+        "corrected_map.yaml "
         "where a map can do it");
   }
   if (!diagnosis.in_model.empty()) {

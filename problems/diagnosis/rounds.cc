@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -84,6 +85,10 @@ class CauseSearch {
           rounds_.impossible.push_back(t.candidate);
         }
       }
+      if (!outcome.witnessed.empty() && static_cast<int>(rounds_.found.size()) < kMostCauses) {
+        Add({outcome.witnessed, std::vector<std::vector<std::string>>(outcome.witnessed.size())});
+        continue;
+      }
       const bool last = best.effects.empty() || round == kMostCauses ||
                         static_cast<int>(rounds_.found.size()) >= kMostCauses;
       const bool beyond = BeyondEffects(remaining);
@@ -104,6 +109,7 @@ class CauseSearch {
     std::unique_ptr<FlightEvidence> evidence;
     Explanation best;
     std::vector<TestedTerm> remaining;
+    std::vector<Tested> witnessed;  // that flight and witness show together, the flight alone not
   };
 
   Outcome TestAll() {
@@ -111,7 +117,7 @@ class CauseSearch {
     Outcome outcome;
     outcome.evidence = std::make_unique<FlightEvidence>(
         *flight_, WithRefinedSteps(Without(candidates_, rounds_.found), *flight_));
-    ExcludeRefuted(outcome.evidence.get());
+    outcome.witnessed = AskFirst(outcome.evidence.get());
     outcome.best = Explain(*outcome.evidence, alpha_);
     outcome.remaining = Remaining(*outcome.evidence, options_.alpha, outcome.best.merit);
     return outcome;
@@ -128,26 +134,47 @@ class CauseSearch {
     }
   }
 
-  // What a witness says is known before a fit: an effect that it excludes is not tried. Each effect
-  // is asked for once, where it is first significant.
-  void ExcludeRefuted(FlightEvidence* evidence) {
-    std::vector<Cause> asked;
+  // What a witness says is known before a fit: an effect that it excludes is not tried, and one
+  // that it shows is not argued away by another that fits better. Each effect that the flight
+  // speaks for is asked for once. Returns those that flight and witness show together, the flight
+  // alone not.
+  std::vector<Tested> AskFirst(FlightEvidence* evidence) {
+    std::vector<Tested> asked, witnessed;
     for (const std::size_t i : BestOfEach(evidence->tested())) {
       const Tested& t = evidence->tested()[i];
-      if (!t.Significant(alpha_) || !asked_.insert(t.candidate.Label()).second) continue;
-      asked.push_back(CauseOf(t, flight_->clusters()));
-      asked.back().evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
+      const bool speaks =
+          t.Significant(alpha_) || (Plausible(t.candidate, t.value) &&
+                                    CauseOf(t, flight_->clusters()).evidence.flight > 0.0);
+      if (speaks && asked_.insert(t.candidate.Label()).second) asked.push_back(t);
     }
-    for (const Cause& cause : asked) {
-      std::vector<Cause> alone{cause};
+    for (const Tested& t : asked) {
+      std::vector<Cause> alone{CauseOf(t, flight_->clusters())};
+      Cause& cause = alone.front();
+      cause.evidence.prior = -std::log(static_cast<double>(tried_ * t.tried));
       AskWitnesses(flight_->data(), flight_->log(), &alone);
-      AddIndependentEvidence(&alone.front());
-      if (!Refuted(alone.front(), options_.alpha)) continue;
-      const EffectInfo* info = cause.candidate.info;
-      evidence->Exclude(*info);
-      std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
-      rounds_.refuted.push_back(alone.front());
+      AddIndependentEvidence(&cause);
+      const EffectInfo* info = t.candidate.info;
+      if (Refuted(cause, options_.alpha)) {
+        evidence->Exclude(*info);
+        std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
+        rounds_.refuted.push_back(cause);
+      } else if (!t.Significant(alpha_) && WhyNotNamed(cause, options_.alpha).empty()) {
+        beside_flight_[t.candidate.Label()] = cause.evidence.Total() - cause.evidence.flight;
+        witnessed.push_back(t);
+      }
     }
+    return witnessed;
+  }
+
+  // True if a cause in the model, judged by `test`, is shown by the flight, or by the flight
+  // together with its witness.
+  bool IsShown(const Found& f, const ScoreTest& test) const {
+    if (test.p() < alpha_) return true;
+    const auto other = beside_flight_.find(f.candidate.Label());
+    return other != beside_flight_.end() &&
+           FlightEvidenceOf(test, PriorSizes(*f.candidate.info), flight_->clusters()) +
+                   other->second >=
+               EvidenceNeeded(options_.alpha);
   }
 
   // An effect that acts through a constant (a wind through drag) or by its square is misjudged
@@ -202,7 +229,7 @@ class CauseSearch {
     for (std::size_t i = rounds_.found.size(); i-- > 0;) {
       const Found& f = rounds_.found[i];
       const bool plausible = Plausible(f.candidate, f.value) && flight_->ConstantsArePhysical(f);
-      if (plausible && TestFound(*fit, rounds_.found, i).p() < alpha_) continue;
+      if (plausible && IsShown(f, TestFound(*fit, rounds_.found, i))) continue;
       candidates_ = Without(candidates_, {f});
       rounds_.Remove(i);
       return true;
@@ -237,7 +264,9 @@ class CauseSearch {
     std::vector<std::size_t> approximations;
     for (std::size_t i = rounds_.found.size(); i-- > 0;) {
       const ScoreTest test = TestFound(outcome.evidence->fit(), rounds_.found, i, beside);
-      if (test.p() >= alpha_ || !RetainsHalf(rounds_.found[i], test)) approximations.push_back(i);
+      if (!IsShown(rounds_.found[i], test) || !RetainsHalf(rounds_.found[i], test)) {
+        approximations.push_back(i);
+      }
     }
     return approximations;
   }
@@ -251,10 +280,11 @@ class CauseSearch {
   const SearchOptions& options_;
   DiagnosedFlight* flight_;
   std::vector<Candidate> candidates_;
-  std::set<std::string> misjudged_;  // labels of those that were fitted for it
-  std::set<std::string> asked_;      // labels of those that a witness was asked for
-  int tried_;                        // effects
-  double alpha_;                     // of one of them
+  std::set<std::string> misjudged_;              // labels of those that were fitted for it
+  std::set<std::string> asked_;                  // labels of those that a witness was asked for
+  std::map<std::string, double> beside_flight_;  // evidence of those that it shows, by label
+  int tried_;                                    // effects
+  double alpha_;                                 // of one of them
   Rounds rounds_;
   std::optional<Outcome> next_;  // of the next round, where a trial has tested all already
 };

@@ -28,7 +28,7 @@ constexpr double kThreeSigma = 0.0027;
 struct Unknown {
   double value, step, limit;
 };
-using CorrectedRows = std::function<MocapRows(const VectorXd& sizes)>;
+using CorrectedRows = std::function<StreamRows(const VectorXd& sizes)>;
 
 struct SizeEstimate {
   VectorXd value, sigma;
@@ -99,7 +99,7 @@ std::optional<SizeEstimate> BestSizes(const CorrectedRows& rows_at, const Correc
   VectorXd sizes(count), weight;
   for (Eigen::Index k = 0; k < count; ++k) sizes[k] = unknowns[k].value;
   for (int i = 0;; ++i) {
-    const MocapRows rows = rows_at(sizes);
+    const StreamRows rows = rows_at(sizes);
     const Eigen::Index offsets = rows.nuisances.cols();
     if (rows.t.size() < 2 * kFewestBlocks) return std::nullopt;
     MatrixXd columns(rows.r.size(), offsets + count);
@@ -141,8 +141,9 @@ void ShiftImu(double delay, FlightLog* log) {
 // beside those that accelerations show.
 class StreamFit {
  public:
-  StreamFit(const FlightLog& log, const MocapComparison& mocap, StreamComparison comparison)
-      : log_(log), mocap_(mocap), comparison_(std::move(comparison)) {}
+  StreamFit(const FlightLog& log, const std::vector<VelocitySample>& path,
+            StreamComparison comparison)
+      : log_(log), path_(path), comparison_(std::move(comparison)) {}
 
   void Add(const Candidate& candidate) {
     candidates_.push_back(candidate);
@@ -165,16 +166,30 @@ class StreamFit {
     if (acceleration) unknowns_.push_back({0.0, 0.002, 0.2});
     const auto rows_of = [&](const FlightLog& log) {
       return [&](const VectorXd& sizes) {
-        FlightLog corrected = CorrectLog(log, EffectsAt(sizes), mocap_.path());
+        FlightLog corrected = CorrectLog(log, EffectsAt(sizes), path_);
         if (acceleration) ShiftImu(sizes[sizes.size() - 1], &corrected);
-        return (mocap_.*comparison_.rows)(corrected);
+        return comparison_.rows(corrected);
       };
     };
-    const FlightLog exact = mocap_.WithFixesOnPath();
-    return BestSizes(rows_of(log_), rows_of(exact), unknowns_);
+    std::optional<SizeEstimate> best;
+    FlightLog log = log_;
+    for (int pass = 0; pass < comparison_.passes; ++pass) {
+      const FlightLog noiseless = comparison_.noiseless(log);
+      const auto rest = BestSizes(rows_of(log), rows_of(noiseless), unknowns_);
+      if (!rest) return std::nullopt;
+      const VectorXd before = best ? best->value - Neutral() : VectorXd(0.0 * rest->value);
+      best = SizeEstimate{before + rest->value, rest->sigma};
+      if (pass + 1 < comparison_.passes) log = CorrectLog(log, EffectsAt(rest->value), path_);
+    }
+    return best;
   }
 
  private:
+  VectorXd Neutral() const {
+    VectorXd neutral(static_cast<Eigen::Index>(unknowns_.size()));
+    for (Eigen::Index k = 0; k < neutral.size(); ++k) neutral[k] = unknowns_[k].value;
+    return neutral;
+  }
   std::vector<Effect> EffectsAt(const VectorXd& sizes) const {
     std::vector<Effect> effects;
     Eigen::Index at = 0;
@@ -186,7 +201,7 @@ class StreamFit {
   }
 
   const FlightLog& log_;
-  const MocapComparison& mocap_;
+  const std::vector<VelocitySample>& path_;
   StreamComparison comparison_;
   std::vector<Candidate> candidates_;
   std::vector<Unknown> unknowns_;
@@ -197,8 +212,7 @@ SizeEstimate ImuDelay(const FlightLog& log, const MocapComparison& mocap) {
   constexpr double kUnknown = 0.01;  // s
   std::optional<SizeEstimate> delay;
   if (mocap.HasOwnAttitude()) {
-    delay =
-        StreamFit(log, mocap, {"mocap acceleration", "", {}, &MocapComparison::Acceleration}).Run();
+    delay = StreamFit(log, mocap.path(), AgainstAcceleration(mocap, false)).Run();
   }
   return delay ? *delay : SizeEstimate{VectorXd::Zero(1), VectorXd::Constant(1, kUnknown)};
 }
@@ -245,27 +259,33 @@ Witness WitnessOf(const Cause& cause, const std::string& stream, const SizeEstim
   return witness;
 }
 
-void AskOne(const FlightLog& log, const MocapComparison& mocap, const StreamComparison& comparison,
-            const std::vector<Cause*>& causes) {
-  StreamFit comparing(log, mocap, comparison);
+// The sizes that one stream shows of causes that act on it. `delay`: of the IMU against the stream.
+void AskOne(const FlightLog& log, const std::vector<VelocitySample>& path,
+            const StreamComparison& comparison, const std::vector<Cause*>& causes,
+            const std::function<SizeEstimate()>& delay = {}) {
+  StreamFit comparing(log, path, comparison);
   for (const Cause* cause : causes) comparing.Add(cause->candidate);
   const std::optional<SizeEstimate> sizes = comparing.Run();
   Eigen::Index at = 0;
   for (Cause* cause : causes) {
     const int size = cause->candidate.size();
     if (!sizes) {
-      cause->witness = Silent("too little of the flight is under mocap");
+      if (cause->witness.text.empty())
+        cause->witness = Silent("too little of the flight is covered");
       continue;
     }
     SizeEstimate own{sizes->value.segment(at, size), sizes->sigma.segment(at, size)};
     at += size;
+    own.sigma =
+        (own.sigma.cwiseAbs2() + (comparison.own_errors * cause->candidate.Ordinary()).cwiseAbs2())
+            .cwiseSqrt();
     const CorrectionStage stage = cause->candidate.info->correct_at;
-    if (stage == CorrectionStage::kClock || stage == CorrectionStage::kFixClock) {
-      const SizeEstimate delay = comparison.stream == "mocap acceleration"
-                                     ? SizeEstimate{sizes->value.tail(1), sizes->sigma.tail(1)}
-                                     : ImuDelay(log, mocap);
-      own.value -= delay.value.head<1>();
-      own.sigma[0] = std::hypot(own.sigma[0], delay.sigma[0]);
+    if (delay && (stage == CorrectionStage::kClock || stage == CorrectionStage::kFixClock)) {
+      const SizeEstimate of_imu = comparison.stream == "mocap acceleration"
+                                      ? SizeEstimate{sizes->value.tail(1), sizes->sigma.tail(1)}
+                                      : delay();
+      own.value -= of_imu.value.head<1>();
+      own.sigma[0] = std::hypot(own.sigma[0], of_imu.sigma[0]);
     }
     cause->witness = WitnessOf(*cause, comparison.stream, own);
     cause->witness.independent = comparison.independent;
@@ -297,56 +317,27 @@ void AskMocap(const FlightLog& log, const FlightLog& recorded, std::vector<Cause
       cause.witness = Silent("no stream shows this effect without the model of the vehicle");
     }
   }
-  for (const auto& [stream, asking] : asked) AskOne(log, mocap, asking.first, asking.second);
-}
-
-struct GyroEstimate {
-  SizeEstimate size;
-  double misfit;  // of the attitude corrected by it
-};
-
-// The size that the gyroscope shows of an attitude error, near `start`. AttitudeErrors' fit is
-// linear in the error, so it is repeated on the corrected attitude until little remains.
-std::optional<GyroEstimate> GyroEstimateNear(const FlightLog& log, const Candidate& candidate,
-                                             double start) {
-  constexpr int kIterations = 8;
-  constexpr double kSettled = 0.1;  // sigmas
-  AttitudeErrorOptions as_logged;
-  as_logged.longest_hold = 0.0;
-  const double most = candidate.info->parameters[0].plausible;
-  VectorXd size = VectorXd::Constant(1, start);
-  for (int i = 0;; ++i) {
-    const FlightLog corrected = CorrectLog(log, {candidate.At(size)}, {});
-    const AttitudeErrors errors(corrected, corrected.attitude, as_logged);
-    const ShownByGyro& rest = errors.fit().*candidate.info->by_gyro;
-    if (!std::isfinite(rest.sigma)) return std::nullopt;
-    size[0] = std::clamp(size[0] + rest.value, -most, most);
-    if (std::abs(rest.value) > kSettled * rest.sigma && i < kIterations) continue;
-    const double sigma = std::hypot(rest.sigma, rest.value);
-    return GyroEstimate{{size, VectorXd::Constant(1, sigma)}, errors.fit().misfit};
+  const auto delay = [&] { return ImuDelay(log, mocap); };
+  for (const auto& [stream, asking] : asked) {
+    AskOne(log, mocap.path(), asking.first, asking.second, delay);
   }
 }
 
-// The better of the sizes found from none and from the cause's own.
-std::optional<SizeEstimate> ShownByGyroOf(const FlightLog& log, const Cause& cause) {
-  std::optional<GyroEstimate> best;
-  for (const double start : {cause.candidate.Neutral()[0], cause.value[0]}) {
-    const auto found = GyroEstimateNear(log, cause.candidate, start);
-    if (found && (!best || found->misfit < best->misfit)) best = found;
-  }
-  return best ? std::optional(best->size) : std::nullopt;
-}
-
-// The gyroscope measures how the vehicle turned: where mocap's attitude does not determine the
-// scale and the latency of the logged attitude, the gyroscope does. mocap's acceleration is
-// compared through the thrust, which has the larger errors.
+// The gyroscope measures how the vehicle turned: where mocap's attitude does not determine an error
+// of the logged attitude, the gyroscope does. mocap's acceleration is compared through the thrust,
+// which has the larger errors. An error that grows with time looks like the gyroscope's bias.
 void AskGyro(const FlightLog& log, std::vector<Cause>* causes) {
+  std::vector<Cause*> asking;
   for (Cause& cause : *causes) {
-    if (cause.candidate.info->by_gyro == nullptr) continue;
-    if (cause.witness.says != "silent" && cause.witness.stream != "mocap acceleration") continue;
-    const auto shown = ShownByGyroOf(log, cause);
-    if (shown) cause.witness = WitnessOf(cause, "gyroscope", *shown);
+    const EffectInfo& info = *cause.candidate.info;
+    const bool known =
+        cause.witness.says != "silent" && cause.witness.stream != "mocap acceleration";
+    if (info.enters == EntersAt::kAttitude && !info.drifts && !known) asking.push_back(&cause);
   }
+  if (asking.empty() || log.imu.empty() || log.attitude.empty()) return;
+  const std::vector<VelocitySample> path =
+      log.mocap.empty() ? std::vector<VelocitySample>() : MocapComparison(log).path();
+  AskOne(log, path, AgainstGyroscope(), asking);
 }
 
 }  // namespace

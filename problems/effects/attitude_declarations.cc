@@ -22,25 +22,52 @@ double HeadingOf(const Quaterniond& q_E_B) {
   return std::atan2(forward_E.y(), forward_E.x());
 }
 
-// The tilt of E' follows the low-passed horizontal acceleration with gain k: phi = a_y / g and
-// theta = -a_x / g for an acceleration that lasts. Outside of the path the tilt decays.
-void UndoAccelerationError(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
-  const std::vector<VelocitySample> path = context.Path();
-  const double k = effect["k"], side = k < 0.0 ? -1.0 : 1.0;
-  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
+// Calls `tilt(v_E, a_E, dt)` at each attitude, with velocity and acceleration of the path (zero
+// outside of it) and the time since the last one, and removes the angles of E' that it returns.
+template <class Tilt>
+void UndoTiltAlong(const std::vector<VelocitySample>& path, FlightLog* log, Tilt&& tilt) {
   std::size_t i = 0;
   TimeNs last = log->attitude.empty() ? 0 : log->attitude.front().t;
   for (AttitudeSample& s : log->attitude) {
     while (i + 1 < path.size() && path[i + 1].t <= s.t) ++i;
-    Vector3d a_E = Vector3d::Zero();
+    Vector3d v_E = Vector3d::Zero(), a_E = Vector3d::Zero();
     if (i + 1 < path.size() && s.t >= path[i].t) {
       a_E = (path[i + 1].v_E - path[i].v_E) / SecondsBetween(path[i].t, path[i + 1].t);
+      v_E = path[i].v_E + a_E * SecondsBetween(path[i].t, s.t);
     }
-    const Eigen::Vector2d apparent = Eigen::Vector2d(a_E.y(), -a_E.x()) / log->gravity;
-    tilt -= std::expm1(-std::abs(k) * SecondsBetween(last, s.t)) * (side * apparent - tilt);
+    const Eigen::Vector2d angles = tilt(v_E, a_E, SecondsBetween(last, s.t));
     last = s.t;
-    TurnBack(Vector3d(tilt.x(), tilt.y(), 0.0), &s.q_Ep_I);
+    TurnBack(Vector3d(angles.x(), angles.y(), 0.0), &s.q_Ep_I);
   }
+}
+
+// The tilt (phi, theta) of E' at which gravity looks turned by a horizontal acceleration.
+Eigen::Vector2d ApparentTilt(const Vector3d& a_E, double gravity) {
+  return Eigen::Vector2d(a_E.y(), -a_E.x()) / gravity;
+}
+
+// The tilt of E' follows the low-passed horizontal acceleration with gain k. Outside of the path it
+// decays.
+void UndoAccelerationError(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
+  const double k = effect["k"], side = k < 0.0 ? -1.0 : 1.0;
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
+  UndoTiltAlong(context.Path(), log, [&](const Vector3d&, const Vector3d& a_E, double dt) {
+    tilt -= std::expm1(-std::abs(k) * dt) * (side * ApparentTilt(a_E, log->gravity) - tilt);
+    return tilt;
+  });
+}
+
+// A filter that fuses positions and knows no drag takes what drag does to the path for a tilt: that
+// of the deceleration k v, through the second-order low-pass of its position loop.
+void UndoDragError(const Effect& effect, const CorrectionContext& context, FlightLog* log) {
+  constexpr double kLoop = 2.0, kDamping = 0.7;  // rad/s, of a Crazyflie's filter: 1.5 to 3; 1
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero(), rate = Eigen::Vector2d::Zero();
+  UndoTiltAlong(context.Path(), log, [&](const Vector3d& v_E, const Vector3d&, double dt) {
+    const Eigen::Vector2d apparent = ApparentTilt(effect["k"] * v_E, log->gravity);
+    rate += dt * (kLoop * kLoop * (apparent - tilt) - 2.0 * kDamping * kLoop * rate);
+    tilt += dt * rate;
+    return tilt;
+  });
 }
 
 void TurnBy(const Vector3d& angles_Ep, AttitudeSample* sample) {
@@ -111,6 +138,19 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .replaces = &AttitudeErrorPriors::gain,
       },
       {
+          .id = "ahrs_drag_error",
+          .enters = kAttitude,
+          .parameters = {{"k", "1/s", 0.1, 1.0, 0.03, false}},
+          .physics = "the attitude filter fuses positions without a model of drag, so it takes the "
+                     "work of drag for tilt",
+          .definition = "the tilt of E' follows that of the deceleration k v through a low-pass of "
+                        "2 rad/s",
+          .separate_by = "speed up and slow down within a second, and fly fast for several seconds",
+          .drawn = {{"k", 0.1, 0.6}},
+          .correct_at = CorrectionStage::kAttitude,
+          .correct = UndoDragError,
+      },
+      {
           .id = "body_tilt_drift",
           .enters = kAttitude,
           .parameters = {{"roll_1", "rad", 0.01, 0.1, 0.01},
@@ -134,7 +174,6 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .correct_at = CorrectionStage::kAttitude,
           .correct = UndoTiltScale,
           .replaces = &AttitudeErrorPriors::share,
-          .by_gyro = &AttitudeFilterFit::tilt_scale,
       },
       {
           .id = "heading_drift",
@@ -171,7 +210,6 @@ std::vector<EffectInfo> AttitudeDeclarations() {
           .drawn = {{"tau", 0.02, 0.16}},
           .correct_at = CorrectionStage::kClock,
           .correct = UndoAttitudeLatency,
-          .by_gyro = &AttitudeFilterFit::latency,
       },
   };
 }

@@ -79,8 +79,6 @@ struct EffectInfo {
   void (*extend)(const Effect&, RotorExtension*) = nullptr;
   // The ordinary error of the attitude filter that the effect takes the place of.
   double AttitudeErrorPriors::*replaces = nullptr;
-  // The size that the gyroscope shows of it, without mocap.
-  ShownByGyro AttitudeFilterFit::*by_gyro = nullptr;
   // Another flight of the vehicle lacks the effect, or has it at another size or time.
   bool of_one_flight = false;
   // Constants of the vehicle that the effect changes for good: those of the fit hold before it.

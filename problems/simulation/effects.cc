@@ -25,6 +25,22 @@ void AddAccelerationError(Values p, double gravity, Stages* stages) {
   });
 }
 
+// An observer of position, velocity and tilt that knows no drag: what the deceleration k v makes of
+// its velocity is fed back to its tilt. Poles of a Butterworth filter of third order.
+void AddDragError(Values p, double gravity, Stages* stages) {
+  constexpr double kPoles = 2.5;  // rad/s
+  using Eigen::Vector2d;
+  stages->ahrs_error.push_back(
+      [k = p["k"], gravity, position = Vector2d(0.0, 0.0), velocity = Vector2d(0.0, 0.0),
+       acceleration = Vector2d(0.0, 0.0)](const Motion& motion, Vector3d* angles) mutable {
+        const Vector2d drag = k * motion.v_E.head<2>();
+        acceleration -= motion.dt * std::pow(kPoles, 3) * position;
+        velocity += motion.dt * (acceleration + drag - 2.0 * kPoles * kPoles * position);
+        position += motion.dt * (velocity - 2.0 * kPoles * position);
+        *angles += Vector3d(-acceleration.y(), acceleration.x(), 0.0) / gravity;
+      });
+}
+
 // The effects that an IMU-driven model sees. A gate's fix is map position - R_E_B * vector, so an
 // object beside the gate displaces fixes in the opposite direction.
 std::vector<EffectDefinition> MakeImuDrivenEffects() {
@@ -75,6 +91,7 @@ std::vector<EffectDefinition> MakeImuDrivenEffects() {
              });
        }},
       {"ahrs_acceleration_error", {{"k", "1/s"}}, AddAccelerationError},
+      {"ahrs_drag_error", {{"k", "1/s"}}, AddDragError},
       // The AHRS states R_E_B with its tilt, a turn by `lean` about a level axis, 1 + s times as
       // large.
       {"tilt_scale",

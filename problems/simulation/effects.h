@@ -34,6 +34,7 @@ struct Motion {
   double t;           // s, from the start of the log
   double dt;          // s, since the last sample
   Quaterniond q_E_B;  // takes a vector in B to E
+  Vector3d v_E;       // m/s
   Vector3d a_E;       // m/s^2, acceleration (not specific force)
   Vector3d w_B;       // rad/s
   Vector3d dw_B;      // rad/s^2

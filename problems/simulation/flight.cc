@@ -34,7 +34,8 @@ Trajectory RunFlight(const FlightSetup& setup, const BodyState& start, const Air
     if (setup.progress && k % 4096 == 0) setup.progress(t);
     const Disturbance now = air(state);
     const BodyRate rate = airframe.Rate(t, state, command, now.gust_E, now.twist_B);
-    const Motion motion{t, dt, state.Attitude(), rate.rate.v_E, state.w_B, rate.rate.w_B};
+    const Motion motion{t,         dt,           state.Attitude(), state.v_E, rate.rate.v_E,
+                        state.w_B, rate.rate.w_B};
     const ImuReading reading = imu.Sample(motion, rate.f_B, state.rotors);
     if (k >= 0) log->imu.push_back({FromSeconds(t), reading.accel, reading.gyro});
     const Quaterniond q_Ep_I = ahrs ? ahrs->Update(motion, reading) : Quaterniond::Identity();

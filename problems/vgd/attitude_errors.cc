@@ -19,10 +19,7 @@ using Eigen::Vector3d;
 constexpr TimeNs kLength = kNsPerSecond / 10;  // of an interval
 constexpr double kTolerated = 0.3 * kDegree;   // tilt error that the gyroscope may add over a hold
 constexpr double kShortestHold = 3.0;          // s
-// The gyroscope's own scale and delay.
-constexpr double kLeastScaleSigma = 0.01;
-constexpr double kLeastLatencySigma = 0.002;  // s
-constexpr double kLeastTime = 5.0;            // s of log, below which nothing is concluded
+constexpr double kLeastTime = 5.0;             // s of log, below which nothing is concluded
 
 // s before the log in which manoeuvres like the log's own may have filled the filter's integral.
 constexpr double kFilledBefore = 30.0;
@@ -112,16 +109,6 @@ void AttitudeErrors::Divide(const FlightLog& log, const std::vector<AttitudeSamp
               : Vector3d(Vector3d::Zero());
       interval.seconds += dt;
       interval.axes += dt * q_next.toRotationMatrix();
-      const Vector3d spin = dt * (q_next * (0.5 * (before.gyro + after.gyro)));
-      const TimeNs into =
-          (before.t + after.t) / 2 - begin_ - static_cast<TimeNs>(current) * kLength;
-      if (into < kLength / 4) {
-        interval.first_spin += spin;
-        interval.first_seconds += dt;
-      } else if (into >= 3 * kLength / 4) {
-        interval.last_spin += spin;
-        interval.last_seconds += dt;
-      }
       interval.pull += dt * (q_next * pull);
       interval.pull_I += dt * pull;
     }
@@ -178,51 +165,6 @@ void AttitudeErrors::Fit() {
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> rows(
       rest.data(), count, 2);
   fit_.scatter = std::max(Density(rows, seconds, 10), Density(rows, seconds, 40));
-  FitNamedErrors(A, y);
-}
-
-// `filter`: columns of Fit, `turns`: its right side. A share of the tilt turns the attitude by that
-// share of the tilt's change, a latency by that of the turn rate.
-void AttitudeErrors::FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns) {
-  constexpr Eigen::Index kBlock = 40;  // rows: 2 s
-  const auto count = static_cast<Eigen::Index>(intervals_.size());
-  const Eigen::Index n = filter.cols() + 2;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * count, n);
-  A.leftCols(filter.cols()) = filter;
-  Eigen::VectorXd y = turns;
-  // rad/s, at the end of an interval.
-  const auto rate = [](const Interval& ends, const Interval& begins) -> Eigen::Vector2d {
-    return (ends.last_spin + begins.first_spin).head<2>() /
-           std::max(ends.last_seconds + begins.first_seconds, 1e-3);
-  };
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Interval& here = intervals_[static_cast<std::size_t>(k)];
-    const bool inside = k > 0 && k + 1 < count;
-    if (!inside || here.seconds < 0.5 * ToSeconds(kLength)) {
-      A.middleRows<2>(2 * k).setZero();
-      y.segment<2>(2 * k).setZero();
-      continue;
-    }
-    const Interval &before = intervals_[static_cast<std::size_t>(k - 1)],
-                   &after = intervals_[static_cast<std::size_t>(k + 1)];
-    // By the gyroscope: the logged tilt's own noise would be taken for a share of it.
-    A.block<2, 1>(2 * k, n - 2) = (here.tilt - before.tilt - ErrorChange(here)).head<2>();
-    A.block<2, 1>(2 * k, n - 1) = -(rate(here, after) - rate(before, here));
-  }
-  Eigen::MatrixXd H = A.transpose() * A;
-  H.diagonal().array() += 1e-8;
-  const Eigen::MatrixXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::VectorXd x = inverse * (A.transpose() * y), rest = y - A * x;
-  fit_.misfit = rest.squaredNorm() / std::max<double>(1.0, (y.array() != 0.0).count());
-  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index at = 0; at < 2 * count; at += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, 2 * count - at);
-    const Eigen::VectorXd score = A.middleRows(at, rows).transpose() * rest.segment(at, rows);
-    scores += score * score.transpose();
-  }
-  const Eigen::VectorXd sigma = (inverse * scores * inverse).diagonal().cwiseSqrt();
-  fit_.tilt_scale = {x[n - 2], std::hypot(sigma[n - 2], kLeastScaleSigma)};
-  fit_.latency = {x[n - 1], std::hypot(sigma[n - 1], kLeastLatencySigma)};
 }
 
 // rad, the change of the attitude's error: its turn but for the gyroscope's bias.

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <vector>
 
 #include "cost_functions/models/imu_driven_model.h"
@@ -38,12 +37,6 @@ struct AttitudeErrorOptions {
   double max_gap = 0.25;           // s
 };
 
-// A number with its standard deviation, from blocks of the log.
-struct ShownByGyro {
-  double value = 0.0;
-  double sigma = std::numeric_limits<double>::infinity();
-};
-
 // What the log shows of its filter, by least squares over the changes of its tilt.
 struct AttitudeFilterFit {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  // rad/s, in I
@@ -51,10 +44,6 @@ struct AttitudeFilterFit {
   double k_i = 0.0;                                     // 1/s^2, gain of its integral
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad, mean of the accelerometer's tilt, in I
   double scatter = 0.0;  // rad/sqrt(s), root density of what neither bias nor gains explain
-  // The same with two more unknowns: errors that a diagnosis names.
-  ShownByGyro tilt_scale;  // logged tilt = (1 + s) times the true tilt
-  ShownByGyro latency;     // s, of the attitude against the gyroscope
-  double misfit = 0.0;     // rad^2, mean square of the changes that they leave
 };
 
 class AttitudeErrors {
@@ -87,17 +76,13 @@ class AttitudeErrors {
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();  // rad s, integral of the accelerometer's tilt
                                                      // against the filter's
     Eigen::Vector3d pull_I = Eigen::Vector3d::Zero();  // rad s, the same in I
-    // rad and s, integrals of the gyroscope over the first and the last quarter.
-    Eigen::Vector3d first_spin = Eigen::Vector3d::Zero(), last_spin = Eigen::Vector3d::Zero();
-    double first_seconds = 0.0, last_seconds = 0.0;
-    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();  // rad, of the vehicle, at the end
+    Eigen::Vector3d tilt = Eigen::Vector3d::Zero();    // rad, of the vehicle, at the end
   };
 
   void Divide(const FlightLog& log, const std::vector<AttitudeSample>& attitude,
               const AttitudeErrorOptions& options);
   Eigen::VectorXd CoveredSeconds() const;
   void Fit();
-  void FitNamedErrors(const Eigen::MatrixXd& filter, const Eigen::VectorXd& turns);
   Eigen::Vector3d ErrorChange(const Interval& interval) const;
   std::vector<Eigen::Vector3d> SmoothTilts() const;
   void Integrate(const AttitudeErrorPriors& priors);

@@ -9,6 +9,7 @@
 #include "problems/diagnosis/imu_flight.h"
 #include "problems/diagnosis/rules.h"
 #include "tests/simulation/short_flight.h"
+#include "tests/vgd/tilt_noise.h"
 
 namespace trueline {
 namespace {
@@ -53,6 +54,7 @@ const std::vector<Stated>& SensorEffects() {
       {"accel_bias_drift", {{"d", 0.01}}},
       {"imu_lever_arm", {{"r_x", 0.06}, {"r_y", -0.05}, {"r_z", 0.04}}},
       {"ahrs_acceleration_error", {{"k", 0.8}}},
+      {"ahrs_drag_error", {{"k", 0.5}}},
       {"heading_drift", {{"d", 0.008}}},
       {"heading_distortion", {{"a_sin", 0.15}, {"a_cos", -0.1}}},
       {"attitude_latency", {{"tau", 0.08}}},
@@ -100,8 +102,7 @@ TEST(Agreement, IsBetterWithTheStreamCorrected) {
     const auto comparison = ComparisonFor(*cause.candidate.info, mocap, false);
     ASSERT_TRUE(comparison) << hidden.id;
     const auto distances = [&](const FlightLog& corrected) {
-      return DistancesFromMocap((mocap.*comparison->rows)(corrected),
-                                [](double t) { return t >= 20.0; });
+      return DistancesFromMocap(comparison->rows(corrected), [](double t) { return t >= 20.0; });
     };
     const FlightLog corrected = CorrectLog(log, {cause.effect()}, mocap.path());
     const Gain gain = GainBetween(distances(log), distances(corrected));
@@ -177,6 +178,32 @@ FlightLog LateAttitude(double tau) {
   return log;
 }
 
+// Without mocap: of errors that are alike at one frequency of turns, each by itself.
+TEST(Witness, GyroscopeTellsErrorsOfTheAttitudeApart) {
+  const std::vector<Stated> errors = {{"tilt_scale", {{"s", 0.12}}},
+                                      {"attitude_latency", {{"tau", 0.06}}},
+                                      {"ahrs_drag_error", {{"k", 0.4}}}};
+  for (const Stated& hidden : errors) {
+    FlightLog log = FlyFor(60.0, {hidden}, 68);
+    log.mocap.clear();
+    for (const Stated& asked : errors) {
+      const Witness witness = Ask(log, asked);
+      EXPECT_EQ(witness.stream, "gyroscope");
+      EXPECT_EQ(witness.says, asked.id == hidden.id ? "confirms" : "refutes") << witness.text;
+    }
+  }
+}
+
+// Errors that come and go within a second are part of the logged tilt, but no share of it.
+TEST(Witness, ADriftOfTheAttitudeIsNoScaleOfItsTilt) {
+  FlightLog log = FlyFor(40.0, {}, 69);
+  log.mocap.clear();
+  AddTiltNoise(0.015, 1.0, &log.attitude);
+  const Witness witness = Ask(log, {"tilt_scale", {{"s", 0.12}}});
+  EXPECT_EQ(witness.says, "refutes") << witness.text;
+  EXPECT_NEAR(witness.value[0], 0.0, 3.3 * std::hypot(witness.sigma[0], 0.01));
+}
+
 TEST(Witness, GyroscopeTellsALargeLatency) {
   const auto ask = [](double tau) {
     return Ask(LateAttitude(tau), {"attitude_latency", {{"tau", 0.14}}});
@@ -184,7 +211,7 @@ TEST(Witness, GyroscopeTellsALargeLatency) {
   const Witness late = ask(0.14), in_time = ask(0.0);
   EXPECT_EQ(late.stream, "gyroscope");
   EXPECT_EQ(late.says, "confirms") << late.text;
-  EXPECT_NEAR(late.value[0], 0.14, 3.0 * late.sigma[0]);
+  EXPECT_NEAR(late.value[0], 0.14, 3.0 * late.sigma[0]) << late.text;
   EXPECT_EQ(in_time.says, "refutes") << in_time.text;
 }
 

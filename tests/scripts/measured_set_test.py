@@ -31,7 +31,7 @@ OTHERS = {"gate_moved": {"gate": 2, "dx": 0.7, "dy": -0.6, "dz": 0.3},
           "false_gate": {"gate": -1, "dx": 1.5, "dy": 1.5, "dz": 0.0, "fraction": 0.15,
                          "whole_passes": False, "pick": 1},
           "accel_scale_z": {"s": -0.2}, "accel_bias_drift": {"d": 0.006},
-          "ahrs_acceleration_error": {"k": 0.7}, "heading_drift": {"d": -0.006},
+          "ahrs_acceleration_error": {"k": 0.7}, "ahrs_drag_error": {"k": 0.5}, "heading_drift": {"d": -0.006},
           "heading_distortion": {"a_sin": 0.15, "a_cos": -0.15}, "attitude_latency": {"tau": 0.08},
           "fix_scale": {"s": -0.12}, "camera_misalignment": {"roll": 0.0, "pitch": 0.1, "yaw": -0.1}}
 CLEAN = {"verdict": "clean", "causes": [], "candidates": []}

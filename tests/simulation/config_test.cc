@@ -112,6 +112,7 @@ TEST(Config, EveryEffectOfTheTableIsKnown) {
                          "accel_bias_drift",
                          "imu_lever_arm",
                          "ahrs_acceleration_error",
+                         "ahrs_drag_error",
                          "tilt_scale",
                          "heading_drift",
                          "heading_distortion",

@@ -154,6 +154,28 @@ TEST_F(SensorEffects, AhrsAccelerationError) {
   }
 }
 
+// Where the drag lasts, the filter's tilt is that at which it does not decelerate: z' leans along
+// the velocity by k v / g, once the loops have settled. At a turn within less than their time the
+// tilt hardly follows.
+TEST_F(SensorEffects, AhrsDragError) {
+  Compare("ahrs_drag_error", {{"k", 0.3}});
+  constexpr double kLoop = 2.0, kDamping = 0.7;  // rad/s; a low-pass of second order that is alike
+  Eigen::Vector2d lean = Eigen::Vector2d::Zero(), rate = lean;
+  double apart = 0.0, size = 0.0;
+  for (std::size_t i = 1; i < with.truth.trajectory.size(); ++i) {
+    const Eigen::Vector2d drag = -0.3 / 9.81 * with.truth.trajectory[i].v_E.head<2>();
+    rate += (kLoop * kLoop * (drag - lean) - 2.0 * kDamping * kLoop * rate) / 512.0;
+    lean += rate / 512.0;
+    const Quaterniond q_Ep_E_plain = simulation::FrameChange({0.012, -0.009, 0.020});
+    const Quaterniond added = q_Ep_E_plain.conjugate() * AttitudeChange(i) * q_Ep_E_plain;
+    const Vector3d z = added.conjugate() * Vector3d::UnitZ();
+    apart += (z.head<2>() - lean).squaredNorm();
+    size += z.head<2>().squaredNorm();
+  }
+  EXPECT_LT(apart, 0.1 * size);
+  EXPECT_GT(size, 0.0);
+}
+
 TEST_F(SensorEffects, HeadingDrift) {
   Compare("heading_drift", {{"d", 0.002}});
   for (std::size_t i = 0; i < plain.log.attitude.size(); i += 50) {

@@ -9,7 +9,6 @@
 #include "problems/log/attitude_cursor.h"
 #include "problems/vgd/rough_path.h"
 #include "tests/simulation/short_flight.h"
-#include "tests/vgd/tilt_noise.h"
 
 namespace trueline {
 namespace {
@@ -63,29 +62,6 @@ TEST(AttitudeErrors, FindTheFiltersGainAndTheGyroscopesBias) {
     EXPECT_NEAR(errors.fit().gyro_bias[axis], kBias[axis], 1e-3);
   }
   EXPECT_DOUBLE_EQ(errors.hold(), AttitudeErrorOptions().longest_hold);
-}
-
-// Of what the gyroscope shows, value and truth.
-void ExpectShown(const ShownByGyro& shown, double truth, double most_sigma) {
-  EXPECT_LT(shown.sigma, most_sigma);
-  EXPECT_NEAR(shown.value, truth, 3.3 * shown.sigma + 0.1 * std::abs(truth));
-}
-
-TEST(AttitudeErrors, TheGyroscopeShowsTheAttitudesScaleAndLatency) {
-  const AttitudeFilterFit clean = ErrorsOf(Filtered()).fit();
-  ExpectShown(clean.tilt_scale, 0.0, 0.02);
-  ExpectShown(clean.latency, 0.0, 0.005);
-  const AttitudeFilterFit scaled = ErrorsOf(Filtered({{"tilt_scale", {{"s", 0.12}}}})).fit();
-  ExpectShown(scaled.tilt_scale, 0.12, 0.02);
-  const AttitudeFilterFit late = ErrorsOf(Filtered({{"attitude_latency", {{"tau", 0.06}}}})).fit();
-  ExpectShown(late.latency, 0.06, 0.005);
-}
-
-// Errors that come and go within a second are part of the logged tilt, but no share of it.
-TEST(AttitudeErrors, ADriftOfTheAttitudeIsNoScaleOfItsTilt) {
-  FlightLog log = Filtered();
-  AddTiltNoise(0.015, 1.0, &log.attitude);
-  ExpectShown(ErrorsOf(log).fit().tilt_scale, 0.0, 0.02);
 }
 
 TEST(AttitudeErrors, TheGyroscopeTakesOutTheFiltersFeedback) {

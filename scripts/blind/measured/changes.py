@@ -106,18 +106,35 @@ def attitude_latency(log, p):
     log.attitude.delay(p["tau"])
 
 
-def acceleration(log, at):
-    """Of the path in E at stamps `at`, from mocap's positions; zero in its outages."""
+def motion(log, at):
+    """Velocity and acceleration in E at stamps `at`, from mocap's positions; zero in its outages."""
     step = round(REACH_PLACE * 1e9)
     before, here, after = (resampled(log.mocap, PLACE, at + k * step) for k in (-1, 0, 1))
-    value = (before - 2 * here + after) / REACH_PLACE**2
+    values = (after - before) / (2 * REACH_PLACE), (before - 2 * here + after) / REACH_PLACE**2
     outages = np.concatenate([[0], np.cumsum(np.diff(log.mocap.t) > 2 * step)])  # up to each row
     last = len(outages) - 1
     begin = np.clip(np.searchsorted(log.mocap.t, at - step, "right") - 1, 0, last)
     end = np.clip(np.searchsorted(log.mocap.t, at + step), 0, last)
     inside = (at - step >= log.mocap.t[0]) & (at + step <= log.mocap.t[-1])
     covered = inside & (outages[begin] == outages[end])
-    return np.where(covered[:, None], value, 0.0)
+    return tuple(np.where(covered[:, None], value, 0.0) for value in values)
+
+
+def acceleration(log, at):
+    return motion(log, at)[1]
+
+
+@of_attitude
+def ahrs_drag_error(log, p):
+    """The tilt of E' goes to that of the deceleration k v, by a filter of positions without drag."""
+    t, gravity, poles = log.attitude.t, log.about.get("gravity", 9.81), 2.5
+    dt, drag = np.diff(t, prepend=t[0]) * 1e-9, p["k"] * motion(log, t)[0][:, :2]
+    position, velocity, fed_back = np.zeros(2), np.zeros(2), np.zeros((len(t), 2))
+    for i in range(1, len(t)):
+        fed_back[i] = fed_back[i - 1] - dt[i] * poles**3 * position
+        velocity += dt[i] * (fed_back[i] + drag[i] - 2 * poles**2 * position)
+        position += dt[i] * (velocity - 2 * poles * position)
+    turn_earth(log.attitude, -fed_back[:, 1] / gravity, fed_back[:, 0] / gravity, np.zeros(len(t)))
 
 
 @of_attitude
@@ -248,6 +265,6 @@ def imu_moved(log, p):
 
 CHANGES = {change.__name__: change for change in (
     accel_scale_z, accel_bias_drift, imu_lever_arm, accel_bias, heading_drift, heading_distortion,
-    tilt_scale, attitude_latency, ahrs_acceleration_error, fix_latency, fix_scale,
+    tilt_scale, attitude_latency, ahrs_drag_error, ahrs_acceleration_error, fix_latency, fix_scale,
     camera_misalignment, gate_moved, false_gate, rotor_loss, thrust_sag, motor_lag, speeds_late,
     poses_late, pose_sensor_moved, imu_moved)}

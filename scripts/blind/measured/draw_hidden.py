@@ -11,6 +11,7 @@ NEEDS = {  # streams, or a map of gates, that a change needs; by drive, in the o
             "accel_bias_drift": ["imu"], "fix_scale": ["fixes", "gates"],
             "heading_distortion": ["attitude"], "false_gate": ["fixes", "gates"],
             "ahrs_acceleration_error": ["attitude", "mocap"],
+            "ahrs_drag_error": ["attitude", "mocap"],
             "camera_misalignment": ["fixes", "gates", "mocap"], "heading_drift": ["attitude"],
             "accel_bias": ["imu"]},
     "rotors": {"rotor_loss": ["rotors"], "thrust_sag": ["rotors"], "motor_lag": ["rotors"],
