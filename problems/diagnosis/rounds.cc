@@ -109,7 +109,7 @@ class CauseSearch {
     std::unique_ptr<FlightEvidence> evidence;
     Explanation best;
     std::vector<TestedTerm> remaining;
-    std::vector<Tested> witnessed;  // that flight and witness show together, the flight alone not
+    std::vector<Tested> witnessed;  // that flight and witness show together
   };
 
   Outcome TestAll() {
@@ -136,8 +136,7 @@ class CauseSearch {
 
   // What a witness says is known before a fit: an effect that it excludes is not tried, and one
   // that it shows is not argued away by another that fits better. Each effect that the flight
-  // speaks for is asked for once. Returns those that flight and witness show together, the flight
-  // alone not.
+  // speaks for is asked for once. Returns those that flight and witness show together.
   std::vector<Tested> AskFirst(FlightEvidence* evidence) {
     std::vector<Tested> asked, witnessed;
     for (const std::size_t i : BestOfEach(evidence->tested())) {
@@ -158,7 +157,7 @@ class CauseSearch {
         evidence->Exclude(*info);
         std::erase_if(candidates_, [&](const Candidate& c) { return c.info == info; });
         rounds_.refuted.push_back(cause);
-      } else if (!t.Significant(alpha_) && WhyNotNamed(cause, options_.alpha).empty()) {
+      } else if (cause.witness.says == "confirms" && WhyNotNamed(cause, options_.alpha).empty()) {
         beside_flight_[t.candidate.Label()] = cause.evidence.Total() - cause.evidence.flight;
         witnessed.push_back(t);
       }
